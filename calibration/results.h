@@ -1,0 +1,83 @@
+// What an analysis says: the results that are published, recorded and printed.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/measurement.h"
+
+namespace gyrobench::calibration {
+
+// Noise of sensor and reference, as the data show it.
+struct NoiseModel {
+  double angle_random_walk_deg_sqrt_s = kMissing;
+  double bias_random_walk_deg_s_sqrt_s = kMissing;
+  double reference_deg = kMissing;  // standard deviation of one reference angle (of a stop, or of a 10 Hz node)
+};
+
+// Zero-rate offset against temperature of one sensor axis:
+//   beta(T) = sum c_j (T - reference_temperature_degC)^j     [output units], paper eq. (1)
+struct BiasResult {
+  SensorAxis axis = SensorAxis::kZ;
+  std::string unit;  // of the output: LSB, deg/s
+  double reference_temperature_degC = kMissing;  // NaN: no temperature in the data, order 0
+  double min_temperature_degC = kMissing;
+  double max_temperature_degC = kMissing;
+  double duration_s = 0.0;
+  // Joint estimate: generalised least squares with angle and bias random walk.
+  std::vector<double> coefficients;
+  std::vector<double> std_errors;
+  std::vector<std::vector<double>> covariance;
+  double rms_error = kMissing;     // standard error of the curve, root mean square over the range
+  double residual_rms = kMissing;  // of 1 s means about the curve
+  // The paper's: Kalman smoothing, then ordinary least squares of the order chosen for it.
+  std::vector<double> paper_coefficients;
+  double paper_rms_error = kMissing;  // of the smoothed output about the curve
+  NoiseModel noise;
+  std::vector<std::string> remarks;  // what could not be estimated, and why
+};
+
+// Scale factor of one sensor axis: omega = alpha (xi - beta), paper eq. (2).
+struct ScaleResult {
+  SensorAxis axis = SensorAxis::kZ;
+  std::string unit;  // of the output: LSB, deg/s
+  std::int64_t turns = 0;
+  std::string schedule;  // "stops" (stop to stop) or "continuous" (10 Hz nodes)
+  // Joint estimate.
+  double alpha = kMissing;  // deg/s per output unit
+  double alpha_std_error = kMissing;
+  double scale_error = kMissing;  // alpha x nominal sensitivity - 1; NaN without a nominal
+  double bias = kMissing;         // output units, at bias_temperature_degC
+  double bias_std_error = kMissing;
+  double alpha_bias_covariance = kMissing;
+  double bias_temperature_degC = kMissing;
+  double residual_rms_deg = kMissing;
+  double whitened_rms = kMissing;
+  // The paper's eq. (4), (5): per turn with the rest before each, their mean; and with the first rest only.
+  double paper_alpha = kMissing;
+  double paper_alpha_std_error = kMissing;
+  double paper_first_rest_alpha = kMissing;
+  // Validity.
+  double min_rate_deg_s = kMissing, max_rate_deg_s = kMissing;
+  double min_temperature_degC = kMissing, max_temperature_degC = kMissing;
+  NoiseModel noise;
+  double tick_ratio = kMissing;  // host seconds per second of the unit's clock
+  double tick_ratio_std_error = kMissing;
+  std::vector<std::string> remarks;
+};
+
+// One analysis of one measurement.
+struct AnalysisResult {
+  MeasurementInfo info;
+  std::int64_t samples = 0;
+  std::int64_t reference_samples = 0;
+  double duration_s = 0.0;
+  double gyro_rate_hz = kMissing;  // median
+  std::vector<Defect> defects;
+  std::vector<BiasResult> bias;
+  std::vector<ScaleResult> scale;
+  std::vector<std::string> remarks;
+};
+
+}  // namespace gyrobench::calibration

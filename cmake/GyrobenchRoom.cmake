@@ -1,0 +1,86 @@
+# gyrobench_room(<name> SOURCES ... [DEPENDS room...] [LINK target...])
+# gyrobench_program(<name> ROOM <room> SOURCES ... [DEPENDS room...] [LINK target...])
+# gyrobench_test(<name> SOURCES ... DEPENDS room... [LINK target...])
+# gyrobench_benchmark(<name> SOURCES ... DEPENDS room... [LINK target...])
+#
+# A room is one static library, gyrobench::<name>, in the folder of that name. Which room may use which
+# is the one table below; configuring fails where DEPENDS breaks it, and the test `layers` reads the
+# #include lines against the same table (cmake/layers.txt).
+
+file(STRINGS ${PROJECT_SOURCE_DIR}/cmake/layers.txt gyrobench_layer_lines REGEX "^[a-z]")
+foreach(line IN LISTS gyrobench_layer_lines)
+  string(REGEX MATCH "^([a-z_]+):(.*)$" _ "${line}")
+  string(STRIP "${CMAKE_MATCH_2}" allowed)
+  string(REPLACE " " ";" GYROBENCH_LAYER_${CMAKE_MATCH_1} "${allowed}")
+  set(GYROBENCH_HAS_LAYER_${CMAKE_MATCH_1} TRUE)
+endforeach()
+
+add_library(gyrobench_flags INTERFACE)
+target_include_directories(gyrobench_flags INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(gyrobench_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
+  -Wold-style-cast -Woverloaded-virtual -Wnull-dereference -Wdouble-promotion -Wformat=2 -Werror)
+if(GYROBENCH_SANITIZE)
+  target_compile_options(gyrobench_flags INTERFACE
+    -fsanitize=${GYROBENCH_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(gyrobench_flags INTERFACE -fsanitize=${GYROBENCH_SANITIZE})
+  # gcc 12 reports false "may be null/uninitialized" findings once the sanitizers instrument a file.
+  target_compile_options(gyrobench_flags INTERFACE -Wno-null-dereference -Wno-maybe-uninitialized)
+endif()
+
+function(gyrobench_check_layers room)
+  if(NOT GYROBENCH_HAS_LAYER_${room})
+    message(FATAL_ERROR "room '${room}' has no line in cmake/layers.txt: add one that says which rooms it may use")
+  endif()
+  foreach(used IN LISTS ARGN)
+    if(NOT used IN_LIST GYROBENCH_LAYER_${room})
+      message(FATAL_ERROR "room '${room}' may not use room '${used}' (cmake/layers.txt allows: ${GYROBENCH_LAYER_${room}})")
+    endif()
+  endforeach()
+endfunction()
+
+function(gyrobench_link target)
+  cmake_parse_arguments(arg "" "" "DEPENDS;LINK" ${ARGN})
+  list(TRANSFORM arg_DEPENDS PREPEND gyrobench::)
+  target_link_libraries(${target} PUBLIC ${arg_DEPENDS} ${arg_LINK} PRIVATE gyrobench_flags)
+  target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
+endfunction()
+
+function(gyrobench_room name)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LINK" ${ARGN})
+  gyrobench_check_layers(${name} ${arg_DEPENDS})
+  add_library(gyrobench_${name} STATIC ${arg_SOURCES})
+  add_library(gyrobench::${name} ALIAS gyrobench_${name})
+  gyrobench_link(gyrobench_${name} DEPENDS ${arg_DEPENDS} LINK ${arg_LINK})
+endfunction()
+
+function(gyrobench_program name)
+  cmake_parse_arguments(arg "" "ROOM" "SOURCES;DEPENDS;LINK" ${ARGN})
+  set(others ${arg_DEPENDS})
+  list(REMOVE_ITEM others ${arg_ROOM})
+  gyrobench_check_layers(${arg_ROOM} ${others})
+  add_executable(${name} ${arg_SOURCES})
+  gyrobench_link(${name} DEPENDS ${arg_DEPENDS} LINK ${arg_LINK})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+endfunction()
+
+function(gyrobench_test name)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LINK" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  gyrobench_link(${name} DEPENDS ${arg_DEPENDS} LINK ${arg_LINK} GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE GYROBENCH_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  # gtest_discover_tests would run each binary at build time; one entry a binary keeps ctest quick.
+  add_test(NAME ${name} COMMAND ${name})
+  set_tests_properties(${name} PROPERTIES TIMEOUT 300)
+endfunction()
+
+function(gyrobench_benchmark name)
+  if(NOT GYROBENCH_BENCHMARKS)
+    return()
+  endif()
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LINK" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  gyrobench_link(${name} DEPENDS ${arg_DEPENDS} LINK ${arg_LINK})
+  target_compile_definitions(${name} PRIVATE GYROBENCH_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+endfunction()

@@ -1,0 +1,28 @@
+// The narrow interface of the reference angle sensor of one axis.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "base/clock.h"
+
+namespace gyrobench::drivers {
+
+struct AngleReading {
+  Utime utime = 0;            // host clock, when the sensor took the request
+  Utime utime_request = 0;    // request written
+  Utime utime_reply = 0;      // reply complete
+  std::int64_t counts = 0;    // as read, unwrapped over the sensor's range
+  double angle_deg = 0.0;     // table angle, right-handed about the axis; sign and offset of the configuration applied
+};
+
+// Absolute angle sensor on the table side. Calls throw DeviceError and belong to the thread of the bus.
+class AngleSensor {
+ public:
+  virtual ~AngleSensor() = default;
+  virtual const std::string& name() const = 0;
+  virtual void Open() = 0;
+  virtual AngleReading Read() = 0;
+};
+
+}  // namespace gyrobench::drivers

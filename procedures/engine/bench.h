@@ -1,0 +1,89 @@
+// The bench as a procedure sees it. Two implementations: DryBench (here, checks and adds up time without
+// moving anything) and the daemon's, which moves.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gyrobench::procedures {
+
+// What a procedure may know of an axis.
+struct AxisFacts {
+  std::string name;  // outer, middle, inner
+  double gear_ratio = 40.0;
+  double angle_deg = 0.0;  // table angle now
+  double min_deg = 0.0;
+  double max_deg = 0.0;
+  double max_rate_deg_s = 0.0;
+  double max_acceleration_deg_s2 = 0.0;
+};
+
+// Table turn by a bounded relative move. Positive angle: right-handed about the axis.
+struct TurnCommand {
+  std::string axis;
+  double angle_deg = 0.0;
+  double rate_deg_s = 0.0;
+  double acceleration_deg_s2 = 0.0;
+};
+
+struct TurnOutcome {
+  double moved_deg = 0.0;  // by the reference sensor
+  double rate_deg_s = 0.0;  // that the drive used
+  double duration_s = 0.0;
+};
+
+// Rest until the sensor's temperature settles: its change over `window_s` is below `drift_degC`.
+struct SoakCommand {
+  double window_s = 120.0;
+  double drift_degC = 0.1;
+  double min_s = 0.0;
+  double max_s = 3600.0;
+};
+
+struct SoakOutcome {
+  bool settled = false;
+  double duration_s = 0.0;
+  double temperature_degC = 0.0;
+};
+
+struct Question {
+  std::string id;    // what a configuration answers by
+  std::string text;  // what the operator reads
+  std::vector<std::string> choices;  // empty: any text
+  double timeout_s = 3600.0;
+};
+
+// An estimate so far. `std_error` is NaN where there is none yet.
+struct Estimate {
+  bool available = false;
+  double value = 0.0;
+  double std_error = 0.0;
+  std::string unit;
+};
+
+// Everything a procedure can do. Each of Turn, Rest and Soak is one segment of the run. All may throw
+// LimitError (before motion), DeviceError and Aborted.
+class Bench {
+ public:
+  virtual ~Bench() = default;
+  // Seconds since the run began.
+  virtual double ElapsedS() const = 0;
+  virtual std::vector<AxisFacts> Axes() const = 0;
+  virtual double TemperatureDegC() const = 0;
+  virtual TurnOutcome Turn(const TurnCommand& command) = 0;
+  virtual void Rest(double duration_s) = 0;
+  virtual SoakOutcome Soak(const SoakCommand& command) = 0;
+  virtual std::string Ask(const Question& question) = 0;
+  // `what`: "scale_factor" or "bias".
+  virtual Estimate ReadEstimate(const std::string& what) = 0;
+  virtual void Say(const std::string& text) = 0;
+  // 0..1, shown to the operator. Without it the engine shows time against the dry run's.
+  virtual void Progress(double fraction) = 0;
+  // Called between commands: waits here while the run is paused, throws Aborted when it is to end.
+  virtual void SafePoint() = 0;
+};
+
+}  // namespace gyrobench::procedures
