@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -12,6 +13,8 @@ namespace gyrobench {
 using Utime = std::int64_t;
 
 inline constexpr std::int64_t kMicrosecondsPerSecond = 1'000'000;
+// A wake-up that never comes: only a Notify ends the wait.
+inline constexpr Utime kForever = std::numeric_limits<Utime>::max();
 
 constexpr Utime FromSeconds(double seconds) {
   return static_cast<Utime>(seconds * 1e6 + (seconds < 0 ? -0.5 : 0.5));

@@ -32,8 +32,12 @@ class SystemClock final : public Clock {
 
     bool WaitUntil(Utime wake_up) override {
       std::unique_lock lock(mutex_);
-      const auto deadline = clock_.steady_start_ + microseconds(wake_up - clock_.start_);
-      condition_.wait_until(lock, deadline, [&] { return notified_; });
+      if (wake_up == kForever) {
+        condition_.wait(lock, [&] { return notified_; });
+      } else {
+        const auto deadline = clock_.steady_start_ + microseconds(wake_up - clock_.start_);
+        condition_.wait_until(lock, deadline, [&] { return notified_; });
+      }
       return std::exchange(notified_, false);
     }
 

@@ -47,6 +47,7 @@ class VirtualClockImpl final : public VirtualClock {
   // Real time at which paced virtual time reaches `wake_up`.
   steady_clock::time_point RealTimeOf(Utime wake_up) const {
     constexpr double kDay_s = 86400.0;
+    if (wake_up == kForever) return anchor_real_ + std::chrono::hours(24 * 365);
     const double ahead_s =
         pace_ > 0 ? std::min(kDay_s, ToSeconds(wake_up - anchor_virtual_) / pace_) : kDay_s;
     return anchor_real_ + std::chrono::duration_cast<steady_clock::duration>(
@@ -145,7 +146,7 @@ VirtualClockImpl::VirtualParticipant* VirtualClockImpl::Earliest() const {
 // real deadline, and the first to pass it calls here.
 void VirtualClockImpl::Advance() {
   VirtualParticipant* next = Earliest();
-  if (next == nullptr) return;
+  if (next == nullptr || next->wake_up_ == kForever) return;
   if (Paced() && next->wake_up_ > now_ && steady_clock::now() < RealTimeOf(next->wake_up_)) {
     next->condition_.notify_one();  // its deadline may be news to it
     return;

@@ -132,6 +132,21 @@ TEST(VirtualClock, AtPaceZeroOnlyANotifyEndsAWait) {
   EXPECT_EQ(clock->Now(), kStart);
 }
 
+// Nobody is to wake up: time must not run away to the end of the epoch.
+TEST(VirtualClock, ForeverIsNoMomentToJumpTo) {
+  const auto clock = MakeVirtualClock(kStart);
+  auto waiter = clock->Join("waiter");
+  Clock::Participant* view = waiter.get();
+  std::thread thread([&, me = std::move(waiter)]() mutable {
+    EXPECT_TRUE(me->WaitUntil(kForever));
+    me.reset();
+  });
+  for (int i = 0; i < 1000; ++i) std::this_thread::yield();
+  EXPECT_EQ(clock->Now(), kStart);
+  view->Notify();
+  thread.join();
+}
+
 TEST(VirtualClock, LettingGoOfThePaceReleasesWhoeverWaits) {
   const auto clock = MakeVirtualClock(kStart);
   auto waiter = clock->Join("waiter");
