@@ -9,14 +9,16 @@
 namespace gyrobench::drivers {
 
 struct AngleReading {
-  Utime utime = 0;            // host clock, when the sensor took the request
-  Utime utime_request = 0;    // request written
-  Utime utime_reply = 0;      // reply complete
-  std::int64_t counts = 0;    // as read, unwrapped over the sensor's range
-  double angle_deg = 0.0;     // table angle, right-handed about the axis; sign and offset of the configuration applied
+  Utime utime = 0;          // host clock, when the sensor took the request
+  Utime utime_request = 0;  // request written
+  Utime utime_reply = 0;    // reply complete
+  std::int64_t counts = 0;  // as read, unwrapped over the sensor's range
+  double angle_deg = 0.0;   // table angle, right-handed about the axis; sign and offset of the
+                            // configuration applied
 };
 
-// Absolute angle sensor on the table side. Calls throw DeviceError and belong to the thread of the bus.
+// Absolute angle sensor on the table side. Calls throw DeviceError and belong to the thread of the
+// bus.
 class AngleSensor {
  public:
   virtual ~AngleSensor() = default;

@@ -9,12 +9,13 @@ namespace gyrobench::drivers {
 
 // What the drive says of itself. Table angle, not shaft angle.
 struct AxisState {
-  Utime utime = 0;              // host clock, when the drive took the request
-  double commanded_deg = 0.0;   // where the drive's pulse counter puts the table; knows nothing of lost steps
+  Utime utime = 0;  // host clock, when the drive took the request
+  double commanded_deg =
+      0.0;  // where the drive's pulse counter puts the table; knows nothing of lost steps
   bool enabled = false;
   bool moving = false;
   bool fault = false;
-  int alarm = 0;                // the drive's alarm code, 0 = none
+  int alarm = 0;  // the drive's alarm code, 0 = none
 };
 
 // One stepper axis: shaft, worm, table. All calls throw DeviceError; none waits for a move to end.
@@ -26,10 +27,10 @@ class Axis {
   // Checks that the drive is there, is what the map says, and is ready; enables it.
   virtual void Open() = 0;
   virtual AxisState Read() = 0;
-  // Starts one bounded relative move of the table [deg], right-handed about the axis, at `rate_deg_s` > 0
-  // with `acceleration_deg_s2` > 0. Returns the rate that the drive will really use (it counts in whole
-  // rpm). Throws LimitError when the drive cannot express the move. Never open-ended: a dead bus must not
-  // leave a table turning.
+  // Starts one bounded relative move of the table [deg], right-handed about the axis, at
+  // `rate_deg_s` > 0 with `acceleration_deg_s2` > 0. Returns the rate that the drive will really
+  // use (it counts in whole rpm). Throws LimitError when the drive cannot express the move. Never
+  // open-ended: a dead bus must not leave a table turning.
   virtual double MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2) = 0;
   // Quick stop along the drive's own deceleration. Safe in every state; tries more than once.
   virtual void Stop() = 0;

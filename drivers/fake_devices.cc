@@ -1,0 +1,137 @@
+#include "drivers/fake_devices.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/error.h"
+
+namespace gyrobench::drivers {
+
+void FaultScript::FailNext(const std::string& message, int times) {
+  faults_.insert(faults_.end(), static_cast<std::size_t>(times), message);
+}
+
+void FaultScript::Recover() {
+  faults_.clear();
+  always_.clear();
+}
+
+void FaultScript::Step() {
+  std::string fault = always_;
+  if (!faults_.empty()) {
+    fault = faults_.front();
+    faults_.pop_front();
+  }
+  if (!fault.empty()) throw DeviceError(fault);
+}
+
+FakeAxis::FakeAxis(std::string name, const Clock& clock) : name_(std::move(name)), clock_(clock) {}
+
+void FakeAxis::Open() {
+  calls_.emplace_back("open");
+  faults_.Step();
+  enabled_ = true;
+}
+
+double FakeAxis::AngleDeg() const {
+  const double way_deg = rate_deg_s_ * ToSeconds(clock_.Now() - moved_at_);
+  const double whole_deg = to_deg_ - from_deg_;
+  return way_deg >= std::fabs(whole_deg) ? to_deg_ : from_deg_ + std::copysign(way_deg, whole_deg);
+}
+
+bool FakeAxis::Moving() const { return AngleDeg() != to_deg_; }
+
+AxisState FakeAxis::Read() {
+  faults_.Step();
+  return {clock_.Now(), AngleDeg(), enabled_, Moving(), alarm_ != 0, alarm_};
+}
+
+double FakeAxis::MoveBy(double angle_deg, double rate_deg_s, double /*acceleration_deg_s2*/) {
+  calls_.push_back(fmt::format("move {:g} deg at {:g} deg/s", angle_deg, rate_deg_s));
+  faults_.Step();
+  if (!enabled_ || alarm_ != 0 || Moving()) {
+    throw DeviceError(fmt::format("axis.{}: move refused (enabled {}, alarm {}, moving {})", name_,
+                                  enabled_, alarm_, Moving()));
+  }
+  from_deg_ = to_deg_;
+  to_deg_ += angle_deg;
+  rate_deg_s_ = rate_deg_s;
+  moved_at_ = clock_.Now();
+  return rate_deg_s;
+}
+
+void FakeAxis::Stop() {
+  calls_.emplace_back("stop");
+  faults_.Step();
+  from_deg_ = to_deg_ = AngleDeg();
+}
+
+void FakeAxis::ClearAlarm() {
+  calls_.emplace_back("clear alarm");
+  faults_.Step();
+  alarm_ = 0;
+}
+
+FakeAngleSensor::FakeAngleSensor(std::string name, const Clock& clock, Source angle_deg)
+    : name_(std::move(name)), clock_(clock), angle_deg_(std::move(angle_deg)) {}
+
+AngleReading FakeAngleSensor::Read() {
+  faults_.Step();
+  const Utime now = clock_.Now();
+  const auto counts =
+      static_cast<std::int64_t>(std::llround(angle_deg_(now) / 360.0 * kCountsPerTurn));
+  return {now, now, now, counts, static_cast<double>(counts) * 360.0 / kCountsPerTurn};
+}
+
+FakeGyro::FakeGyro(GyroIdentity identity, const Clock& clock, Source source)
+    : identity_(std::move(identity)), clock_(clock), source_(std::move(source)) {}
+
+GyroIdentity FakeGyro::Open() {
+  faults_.Step();
+  started_ = clock_.Now();
+  next_ = 0;
+  return identity_;
+}
+
+std::int64_t FakeGyro::TickAt(Utime utime) const {
+  return std::llround(ToSeconds(utime - started_) * identity_.tick_rate_hz);
+}
+
+void FakeGyro::Restart() {
+  ++identity_.boot_count;
+  started_ = clock_.Now();
+  next_ = 0;
+}
+
+void FakeGyro::Read(GyroBlock& block) {
+  faults_.Step();
+  const Utime now = clock_.Now();
+  block.samples.clear();
+  block.utime = now;
+  block.tick = TickAt(now);
+  block.boot_count = identity_.boot_count;
+  block.missed = 0;
+  block.sensor_bus_errors = counters_.sensor_bus_errors;
+  block.samples_lost = counters_.samples_lost;
+  block.frames_rejected = counters_.frames_rejected;
+  while (true) {
+    const Utime due = started_ + FromSeconds(static_cast<double>(next_) / identity_.sample_rate_hz);
+    if (due > now) break;
+    if (missing_ > 0) {
+      --missing_;
+      ++block.missed;
+    } else {
+      GyroRawSample sample = source_(due);
+      sample.counter = next_;
+      sample.tick = TickAt(due);
+      sample.utime = due;
+      block.samples.push_back(sample);
+    }
+    ++next_;
+  }
+}
+
+}  // namespace gyrobench::drivers

@@ -1,0 +1,117 @@
+// Devices in memory, for tests of everything above the drivers. No bus, no thread: they move with
+// the clock that they are given, and fail when they are told to.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "drivers/angle_sensor.h"
+#include "drivers/axis.h"
+#include "drivers/gyro.h"
+
+namespace gyrobench::drivers {
+
+// Failures told beforehand. Each call of a fake takes the next one: an empty text lets it pass, any
+// other is thrown as DeviceError.
+class FaultScript {
+ public:
+  void FailNext(const std::string& message, int times = 1);
+  void PassNext(int times = 1) { FailNext("", times); }
+  void FailAlways(const std::string& message) { always_ = message; }
+  void Recover();
+  // Throws when it is time to.
+  void Step();
+
+ private:
+  std::deque<std::string> faults_;
+  std::string always_;
+};
+
+// Moves at constant rate (acceleration takes no time); stops at once.
+class FakeAxis final : public Axis {
+ public:
+  FakeAxis(std::string name, const Clock& clock);
+  const std::string& name() const override { return name_; }
+  void Open() override;
+  AxisState Read() override;
+  double MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2) override;
+  void Stop() override;
+  void ClearAlarm() override;
+
+  // Commanded table angle now.
+  double AngleDeg() const;
+  void SetAlarm(int alarm) { alarm_ = alarm; }  // 0 = none; the fault bit follows
+  FaultScript& faults() { return faults_; }
+  // Calls in their order: "open", "move 9 deg at 10 deg/s", "stop", "clear alarm". Read is not
+  // among them.
+  const std::vector<std::string>& calls() const { return calls_; }
+
+ private:
+  bool Moving() const;
+
+  const std::string name_;
+  const Clock& clock_;
+  bool enabled_ = false;
+  int alarm_ = 0;
+  double from_deg_ = 0.0, to_deg_ = 0.0, rate_deg_s_ = 1.0;
+  Utime moved_at_ = 0;
+  FaultScript faults_;
+  std::vector<std::string> calls_;
+};
+
+// Reads an angle that the test computes, e.g. that of a FakeAxis and steps lost.
+class FakeAngleSensor final : public AngleSensor {
+ public:
+  using Source = std::function<double(Utime)>;  // table angle [deg] at a host time
+  FakeAngleSensor(std::string name, const Clock& clock, Source angle_deg);
+  const std::string& name() const override { return name_; }
+  void Open() override { faults_.Step(); }
+  AngleReading Read() override;
+  FaultScript& faults() { return faults_; }
+
+  static constexpr double kCountsPerTurn = 131072.0;
+
+ private:
+  const std::string name_;
+  const Clock& clock_;
+  Source angle_deg_;
+  FaultScript faults_;
+};
+
+// Takes a sample every 1 / sample_rate_hz of the clock from Open on.
+class FakeGyro final : public Gyro {
+ public:
+  // Raw output at a host time; counter, tick and utime of the sample are filled in by the fake.
+  using Source = std::function<GyroRawSample(Utime)>;
+  FakeGyro(GyroIdentity identity, const Clock& clock, Source source);
+  const std::string& name() const override { return name_; }
+  GyroIdentity Open() override;
+  void Read(GyroBlock& block) override;
+
+  // The next `samples` samples are overwritten before they are read.
+  void Miss(std::int64_t samples) { missing_ += samples; }
+  // The unit starts anew: boot counter up, numbers and ticks from 0.
+  void Restart();
+  FaultScript& faults() { return faults_; }
+  GyroBlock& counters() { return counters_; }  // error counters that each block carries
+
+ private:
+  std::int64_t TickAt(Utime utime) const;
+
+  const std::string name_ = "gyro";
+  GyroIdentity identity_;
+  const Clock& clock_;
+  Source source_;
+  Utime started_ = 0;
+  std::int64_t next_ = 0;
+  std::int64_t missing_ = 0;
+  FaultScript faults_;
+  GyroBlock counters_;
+};
+
+}  // namespace gyrobench::drivers

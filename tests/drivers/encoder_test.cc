@@ -1,0 +1,152 @@
+#include "drivers/encoder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "drivers/factory.h"
+#include "tests/drivers/fake_line.h"
+#include "tests/drivers/manual_clock.h"
+
+namespace gyrobench::drivers {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using Transport = config::BusConfig::Transport;
+
+class EncoderTest : public testing::Test {
+ protected:
+  EncoderTest() { line_.Connect(13, unit_); }
+  // 17 bits a turn, 12 bits of turns, in two registers.
+  static config::AxisConfig MultiTurn() {
+    config::AxisConfig axis;
+    axis.name = "inner";
+    axis.encoder.unit = 13;
+    axis.encoder.map = {.model = "encoder of the test",
+                        .words = 2,
+                        .counts_per_turn = 131072,
+                        .range_counts = std::uint64_t{1} << 29};
+    return axis;
+  }
+  static config::AxisConfig SingleTurn() {
+    config::AxisConfig axis = MultiTurn();
+    axis.encoder.map.words = 1;
+    axis.encoder.map.counts_per_turn = 65536;
+    axis.encoder.map.range_counts = 65536;
+    return axis;
+  }
+  AngleReading ReadAt(AngleSensor& sensor, std::uint16_t first, std::uint16_t second = 0) {
+    unit_.SetHolding(0, {first, second});
+    return sensor.Read();
+  }
+
+  RegisterUnit unit_;
+  FakeLine line_{Transport::kTcp};
+  ManualClock clock_;
+  std::unique_ptr<Clock::Participant> participant_ = clock_.Join("bus", Clock::Role::kResident);
+  ModbusBus bus_{line_.Config(), clock_, *participant_};
+};
+
+TEST_F(EncoderTest, PutsWordsTogetherInTheOrderOfTheMap) {
+  config::AxisConfig axis = MultiTurn();
+  const auto high_first = MakeAngleSensor(axis, bus_);
+  EXPECT_EQ(ReadAt(*high_first, 0x0002, 0x0001).counts, 0x20001);
+  axis.encoder.map.word_order = config::WordOrder::kLowFirst;
+  const auto low_first = MakeAngleSensor(axis, bus_);
+  EXPECT_EQ(ReadAt(*low_first, 0x0001, 0x0002).counts, 0x20001);
+}
+
+TEST_F(EncoderTest, ReadsTheFunctionOfTheMap) {
+  config::AxisConfig axis = SingleTurn();
+  axis.encoder.map.function = 4;
+  axis.encoder.map.address = 7;
+  unit_.SetInput(7, {1234});
+  unit_.SetHolding(7, {4321});
+  EXPECT_EQ(MakeAngleSensor(axis, bus_)->Read().counts, 1234);
+}
+
+TEST_F(EncoderTest, AppliesSignAndOffset) {
+  config::AxisConfig axis = SingleTurn();
+  axis.encoder.sign = -1;
+  axis.encoder.offset_deg = 10.0;
+  const auto sensor = MakeAngleSensor(axis, bus_);
+  EXPECT_DOUBLE_EQ(ReadAt(*sensor, 8192).angle_deg, -45.0 + 10.0);
+}
+
+// Whatever way the table goes, the sum of what it moved is the angle.
+TEST_F(EncoderTest, UnwrapsOverItsRangeInBothDirections) {
+  const auto sensor = MakeAngleSensor(SingleTurn(), bus_);
+  std::int64_t truth = 0;
+  EXPECT_EQ(ReadAt(*sensor, 0).counts, 0);
+  for (int i = 0; i < 40; ++i) {
+    truth += i < 15 ? 17001 : -23003;
+    const auto raw = static_cast<std::uint16_t>(truth & 0xFFFF);
+    const AngleReading reading = ReadAt(*sensor, raw);
+    ASSERT_EQ(reading.counts, truth);
+    ASSERT_DOUBLE_EQ(reading.angle_deg, static_cast<double>(truth) * 360.0 / 65536);
+  }
+}
+
+TEST_F(EncoderTest, TheFirstReadingIsTheRepetitionNearestToZero) {
+  config::AxisConfig axis = SingleTurn();
+  for (const int sign : {1, -1}) {
+    for (const double offset_deg : {0.0, 190.0, -350.0, 730.0}) {
+      axis.encoder.sign = sign;
+      axis.encoder.offset_deg = offset_deg;
+      for (const std::uint16_t raw : {0, 1, 20000, 32767, 45000, 65535}) {
+        const auto sensor = MakeAngleSensor(axis, bus_);
+        const AngleReading reading = ReadAt(*sensor, raw);
+        EXPECT_LE(std::fabs(reading.angle_deg), 180.0 + 1e-9);
+        EXPECT_EQ((reading.counts % 65536 + 65536) % 65536, raw);
+        EXPECT_NEAR(reading.angle_deg,
+                    sign * static_cast<double>(reading.counts) * 360 / 65536 + offset_deg, 1e-9);
+      }
+    }
+  }
+}
+
+TEST_F(EncoderTest, OpenBeginsAnew) {
+  const auto sensor = MakeAngleSensor(SingleTurn(), bus_);
+  ReadAt(*sensor, 30000);
+  EXPECT_EQ(ReadAt(*sensor, 60000).counts, 60000);
+  sensor->Open();
+  EXPECT_EQ(ReadAt(*sensor, 60000).counts, 60000 - 65536);
+}
+
+TEST_F(EncoderTest, AValueOutsideItsRangeIsAnError) {
+  const auto sensor = MakeAngleSensor(MultiTurn(), bus_);
+  try {
+    ReadAt(*sensor, 0x2000, 0);
+    FAIL() << "no error";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("axis.inner encoder"), HasSubstr("unit 13"),
+                                    HasSubstr("536870911"), HasSubstr("536870912")));
+  }
+}
+
+TEST_F(EncoderTest, AMapThatCannotWorkIsRefused) {
+  config::AxisConfig axis = SingleTurn();
+  axis.encoder.map.range_counts = 65537;
+  EXPECT_THROW(MakeAngleSensor(axis, bus_), ConfigError);
+  axis = SingleTurn();
+  axis.encoder.map.words = 3;
+  EXPECT_THROW(MakeAngleSensor(axis, bus_), ConfigError);
+  axis = SingleTurn();
+  axis.encoder.map.counts_per_turn = 0;
+  EXPECT_THROW(MakeAngleSensor(axis, bus_), ConfigError);
+}
+
+TEST_F(EncoderTest, TimesAreInTheirOrder) {
+  line_.SetDelay([&](Utime duration_us) { clock_.Advance(duration_us); });
+  line_.Inject(LineFault::kLate, 3000);
+  const Utime start = clock_.Now();
+  const AngleReading reading = ReadAt(*MakeAngleSensor(SingleTurn(), bus_), 0);
+  EXPECT_EQ(reading.utime_request, start);
+  EXPECT_EQ(reading.utime, start + 1500);
+  EXPECT_EQ(reading.utime_reply, start + 3000);
+}
+
+}  // namespace
+}  // namespace gyrobench::drivers
