@@ -1,0 +1,470 @@
+#include "config/toml_reader.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <system_error>
+
+#include "base/error.h"
+#include "config/nearest_word.h"
+
+namespace gyrobench::config {
+namespace fs = std::filesystem;
+namespace {
+
+// Files that include each other in a circle would never end.
+constexpr int kMaxIncludeDepth = 8;
+constexpr std::size_t kMaxShownValue = 60;
+
+// One parsed file.
+struct Document {
+  fs::path file;
+  toml::table root;
+};
+
+// A table as one file has it.
+struct Layer {
+  std::shared_ptr<const Document> document;
+  const toml::table* table = nullptr;
+};
+
+std::string Place(const fs::path& file, const toml::source_region& region) {
+  return fmt::format("{}:{}", file.string(), std::max(region.begin.line, toml::source_index{1}));
+}
+
+std::string ReadText(const fs::path& file) {
+  std::error_code error;
+  if (fs::is_directory(file, error)) {
+    throw ConfigError(fmt::format("{}: is a folder; expected a TOML file", file.string()));
+  }
+  std::ifstream in(file, std::ios::binary);
+  if (!in)
+    throw ConfigError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+  std::ostringstream text;
+  if (in.peek() != std::ifstream::traits_type::eof()) text << in.rdbuf();
+  if (in.bad() || !text) throw ConfigError(fmt::format("{}: cannot be read", file.string()));
+  return text.str();
+}
+
+std::shared_ptr<const Document> Parse(std::string_view text, const fs::path& file) {
+  auto document = std::make_shared<Document>();
+  document->file = file;
+  try {
+    document->root = toml::parse(text, file.string());
+  } catch (const toml::parse_error& error) {
+    throw ConfigError(fmt::format("{}, column {}: not valid TOML: {}", Place(file, error.source()),
+                                  error.source().begin.column, error.description()));
+  }
+  return document;
+}
+
+std::string ShowValue(const toml::node& node) {
+  std::ostringstream out;
+  node.visit([&](const auto& value) { out << value; });
+  std::string text = out.str();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  if (text.size() > kMaxShownValue) text = text.substr(0, kMaxShownValue) + " ...";
+  return text;
+}
+
+template <typename Range>
+std::string WithUnit(std::string_view what, const Range& range) {
+  using Value = decltype(range.min);
+  std::string text{what};
+  if (range.min != Range{}.min || range.max != Range{}.max) {
+    const auto bound = [](Value value, Value open) {
+      return value == open ? std::string("any") : fmt::format("{}", value);
+    };
+    text +=
+        fmt::format(" in {} .. {}", bound(range.min, Range{}.min), bound(range.max, Range{}.max));
+  }
+  if (!range.unit.empty()) text += fmt::format(" {}", range.unit);
+  return text;
+}
+
+std::string WithLength(std::string_view what, const LengthRange& length) {
+  if (length.min == length.max) return fmt::format("{} {}", length.min, what);
+  if (length.max != LengthRange{}.max)
+    return fmt::format("{} .. {} {}", length.min, length.max, what);
+  if (length.min > 0) return fmt::format("at least {} {}", length.min, what);
+  return fmt::format("an array of {}", what);
+}
+
+std::optional<double> AsNumber(const toml::node& node) {
+  if (const auto* integer = node.as_integer()) return static_cast<double>(integer->get());
+  if (const auto* real = node.as_floating_point()) return real->get();
+  return std::nullopt;
+}
+
+}  // namespace
+
+struct TomlTable::Impl {
+  // Where a key was found.
+  struct Found {
+    const Layer* layer = nullptr;
+    const toml::node* node = nullptr;
+    explicit operator bool() const { return node != nullptr; }
+  };
+
+  std::string name;
+  std::vector<Layer> layers;  // those in front speak first; never empty
+  std::set<std::string, std::less<>> known;
+  std::map<std::string, std::shared_ptr<Impl>> children;  // by dotted name
+
+  static std::shared_ptr<Impl> Root(std::string_view text, const fs::path& file) {
+    auto impl = std::make_shared<Impl>();
+    impl->AddFile(text, file);
+    return impl;
+  }
+
+  void AddFile(std::string_view text, const fs::path& file) {
+    auto document = Parse(text, file);
+    layers.push_back({document, &document->root});
+    const toml::node* include = document->root.get("include");
+    if (include == nullptr) return;
+    known.insert("include");
+    const Found found{&layers.back(), include};
+    const auto* other = include->as_string();
+    if (other == nullptr || other->get().empty())
+      Throw("include", found, "expected the path of a TOML file");
+    if (layers.size() > kMaxIncludeDepth) {
+      Throw("include", found,
+            fmt::format("more than {} files deep; do they include each other?", kMaxIncludeDepth));
+    }
+    const fs::path path = file.parent_path() / other->get();
+    std::string included;
+    try {
+      included = ReadText(path);
+    } catch (const ConfigError& error) {
+      Throw("include", found, error.what());
+    }
+    AddFile(included, path);
+  }
+
+  std::string Dotted(std::string_view key) const {
+    return name.empty() ? std::string(key) : fmt::format("{}.{}", name, key);
+  }
+
+  Found Find(std::string_view key) {
+    known.emplace(key);
+    return Look(key);
+  }
+
+  Found Look(std::string_view key) const {
+    for (const Layer& layer : layers) {
+      if (const toml::node* node = layer.table->get(key)) return {&layer, node};
+    }
+    return {};
+  }
+
+  Found Require(std::string_view key, std::string_view expected) {
+    const Found found = Find(key);
+    if (!found) {
+      throw ConfigError(
+          fmt::format("{}: {} is missing: expected {}", TablePlace(), Dotted(key), expected));
+    }
+    return found;
+  }
+
+  std::string TablePlace() const {
+    return config::Place(layers.front().document->file, layers.front().table->source());
+  }
+
+  std::string PlaceOf(const Found& found) const {
+    return config::Place(found.layer->document->file, found.node->source());
+  }
+
+  [[noreturn]] void Throw(std::string_view key, const Found& found,
+                          std::string_view problem) const {
+    throw ConfigError(fmt::format("{}: {} = {}: {}", PlaceOf(found), Dotted(key),
+                                  ShowValue(*found.node), problem));
+  }
+
+  [[noreturn]] void ThrowExpected(std::string_view key, const Found& found,
+                                  std::string_view expected) const {
+    Throw(key, found, fmt::format("expected {}", expected));
+  }
+
+  double Number(std::string_view key, const Found& found, const NumberRange& range) const {
+    const auto value = AsNumber(*found.node);
+    if (!value || !std::isfinite(*value) || *value < range.min || *value > range.max) {
+      ThrowExpected(key, found, WithUnit("a number", range));
+    }
+    return *value;
+  }
+
+  std::int64_t Integer(std::string_view key, const Found& found, const IntegerRange& range) const {
+    const auto* value = found.node->as_integer();
+    if (value == nullptr || value->get() < range.min || value->get() > range.max) {
+      ThrowExpected(key, found, WithUnit("a whole number", range));
+    }
+    return value->get();
+  }
+
+  bool Bool(std::string_view key, const Found& found) const {
+    const auto* value = found.node->as_boolean();
+    if (value == nullptr) ThrowExpected(key, found, "true or false");
+    return value->get();
+  }
+
+  std::string String(std::string_view key, const Found& found, std::string_view expected) const {
+    const auto* value = found.node->as_string();
+    if (value == nullptr || value->get().empty() || value->get().find('\0') != std::string::npos) {
+      ThrowExpected(key, found, expected);
+    }
+    return value->get();
+  }
+
+  fs::path Path(std::string_view key, const Found& found) const {
+    const fs::path path = String(key, found, "a path");
+    return (found.layer->document->file.parent_path() / path).lexically_normal();
+  }
+
+  const toml::array& Array(std::string_view key, const Found& found, std::string_view expected,
+                           const LengthRange& length) const {
+    const auto* array = found.node->as_array();
+    if (array == nullptr || array->size() < length.min || array->size() > length.max) {
+      ThrowExpected(key, found, expected);
+    }
+    return *array;
+  }
+
+  // The table `key`, merged over the layers that have it.
+  std::shared_ptr<Impl> Child(std::string_view key) {
+    std::shared_ptr<Impl>& child = children[Dotted(key)];
+    if (child != nullptr) return child;
+    auto made = std::make_shared<Impl>();
+    made->name = Dotted(key);
+    for (const Layer& layer : layers) {
+      const toml::node* node = layer.table->get(key);
+      if (node == nullptr) continue;
+      if (!node->is_table()) {
+        ThrowExpected(key, {&layer, node}, fmt::format("a table [{}]", made->name));
+      }
+      made->layers.push_back({layer.document, node->as_table()});
+    }
+    child = made;
+    return child;
+  }
+
+  // One element of the array of tables `key`.
+  std::shared_ptr<Impl> Element(std::string_view key, std::size_t index, const Layer& layer) {
+    const std::string element_name = fmt::format("{}[{}]", Dotted(key), index);
+    std::shared_ptr<Impl>& child = children[element_name];
+    if (child != nullptr) return child;
+    child = std::make_shared<Impl>();
+    child->name = element_name;
+    child->layers.push_back(layer);
+    return child;
+  }
+
+  void Finish() const {
+    for (const Layer& layer : layers) {
+      for (const auto& [key, node] : *layer.table) {
+        if (!known.contains(key.str())) ThrowUnknown(key, {&layer, &node});
+      }
+    }
+    for (const auto& [_, child] : children) {
+      if (child != nullptr) child->Finish();
+    }
+  }
+
+  [[noreturn]] void ThrowUnknown(const toml::key& key, const Found& found) const {
+    const std::vector<std::string> words(known.begin(), known.end());
+    throw ConfigError(fmt::format("{}: unknown key {}; {}",
+                                  config::Place(found.layer->document->file, key.source()),
+                                  Dotted(key.str()), Suggestion(key.str(), words)));
+  }
+};
+
+TomlTable::TomlTable(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+TomlTable TomlTable::FromFile(const fs::path& file) {
+  return TomlTable(Impl::Root(ReadText(file), file));
+}
+
+TomlTable TomlTable::FromText(std::string_view text, const fs::path& file) {
+  return TomlTable(Impl::Root(text, file));
+}
+
+double TomlTable::Number(std::string_view key, const NumberRange& range) const {
+  return impl_->Number(key, impl_->Require(key, WithUnit("a number", range)), range);
+}
+
+double TomlTable::Number(std::string_view key, const NumberRange& range, double fallback) const {
+  return OptionalNumber(key, range).value_or(fallback);
+}
+
+std::optional<double> TomlTable::OptionalNumber(std::string_view key,
+                                                const NumberRange& range) const {
+  const auto found = impl_->Find(key);
+  return found ? std::optional(impl_->Number(key, found, range)) : std::nullopt;
+}
+
+std::int64_t TomlTable::Integer(std::string_view key, const IntegerRange& range) const {
+  return impl_->Integer(key, impl_->Require(key, WithUnit("a whole number", range)), range);
+}
+
+std::int64_t TomlTable::Integer(std::string_view key, const IntegerRange& range,
+                                std::int64_t fallback) const {
+  return OptionalInteger(key, range).value_or(fallback);
+}
+
+std::optional<std::int64_t> TomlTable::OptionalInteger(std::string_view key,
+                                                       const IntegerRange& range) const {
+  const auto found = impl_->Find(key);
+  return found ? std::optional(impl_->Integer(key, found, range)) : std::nullopt;
+}
+
+bool TomlTable::Bool(std::string_view key) const {
+  return impl_->Bool(key, impl_->Require(key, "true or false"));
+}
+
+bool TomlTable::Bool(std::string_view key, bool fallback) const {
+  const auto found = impl_->Find(key);
+  return found ? impl_->Bool(key, found) : fallback;
+}
+
+std::string TomlTable::String(std::string_view key) const {
+  return impl_->String(key, impl_->Require(key, "a text"), "a text that is not empty");
+}
+
+std::string TomlTable::String(std::string_view key, std::string_view fallback) const {
+  return OptionalString(key).value_or(std::string(fallback));
+}
+
+std::optional<std::string> TomlTable::OptionalString(std::string_view key) const {
+  const auto found = impl_->Find(key);
+  return found ? std::optional(impl_->String(key, found, "a text that is not empty"))
+               : std::nullopt;
+}
+
+std::ptrdiff_t TomlTable::ChoiceIndex(std::string_view key,
+                                      const std::vector<std::string_view>& words) const {
+  const std::string expected = fmt::format("one of \"{}\"", fmt::join(words, "\", \""));
+  const auto found = impl_->Require(key, expected);
+  const std::string word = impl_->String(key, found, expected);
+  const auto at = std::find(words.begin(), words.end(), word);
+  if (at == words.end()) impl_->ThrowExpected(key, found, expected);
+  return at - words.begin();
+}
+
+fs::path TomlTable::Path(std::string_view key) const {
+  return impl_->Path(key, impl_->Require(key, "a path"));
+}
+
+fs::path TomlTable::Path(std::string_view key, const fs::path& fallback) const {
+  return OptionalPath(key).value_or(fallback);
+}
+
+std::optional<fs::path> TomlTable::OptionalPath(std::string_view key) const {
+  const auto found = impl_->Find(key);
+  return found ? std::optional(impl_->Path(key, found)) : std::nullopt;
+}
+
+std::vector<fs::path> TomlTable::Paths(std::string_view key, const LengthRange& length) const {
+  const auto found = impl_->Require(key, WithLength("paths", length));
+  std::vector<fs::path> paths;
+  for (const toml::node& node : impl_->Array(key, found, WithLength("paths", length), length)) {
+    paths.push_back(impl_->Path(key, {found.layer, &node}));
+  }
+  return paths;
+}
+
+std::vector<double> TomlTable::Numbers(std::string_view key, const NumberRange& range,
+                                       const LengthRange& length) const {
+  const std::string expected = WithUnit(WithLength("numbers", length), range);
+  const auto found = impl_->Require(key, expected);
+  std::vector<double> numbers;
+  for (const toml::node& node : impl_->Array(key, found, expected, length)) {
+    numbers.push_back(
+        impl_->Number(fmt::format("{}[{}]", key, numbers.size()), {found.layer, &node}, range));
+  }
+  return numbers;
+}
+
+std::vector<std::string> TomlTable::Strings(std::string_view key, const LengthRange& length) const {
+  const std::string expected = WithLength("texts", length);
+  const auto found = impl_->Require(key, expected);
+  std::vector<std::string> strings;
+  for (const toml::node& node : impl_->Array(key, found, expected, length)) {
+    strings.push_back(impl_->String(fmt::format("{}[{}]", key, strings.size()),
+                                    {found.layer, &node}, "a text that is not empty"));
+  }
+  return strings;
+}
+
+TomlTable TomlTable::Table(std::string_view key) const {
+  impl_->Require(key, fmt::format("a table [{}]", impl_->Dotted(key)));
+  return TomlTable(impl_->Child(key));
+}
+
+std::optional<TomlTable> TomlTable::OptionalTable(std::string_view key) const {
+  return impl_->Find(key) ? std::optional(TomlTable(impl_->Child(key))) : std::nullopt;
+}
+
+std::vector<TomlTable> TomlTable::Tables(std::string_view key) const {
+  const auto found = impl_->Find(key);
+  if (!found) return {};
+  const std::string expected = fmt::format("tables [[{}]]", impl_->Dotted(key));
+  std::vector<TomlTable> tables;
+  for (const toml::node& node : impl_->Array(key, found, expected, {})) {
+    if (!node.is_table()) impl_->ThrowExpected(key, {found.layer, &node}, expected);
+    const Layer layer{found.layer->document, node.as_table()};
+    tables.push_back(TomlTable(impl_->Element(key, tables.size(), layer)));
+  }
+  return tables;
+}
+
+bool TomlTable::Has(std::string_view key) const { return static_cast<bool>(impl_->Find(key)); }
+
+std::vector<std::string> TomlTable::Keys() const {
+  std::set<std::string> keys;
+  for (const Layer& layer : impl_->layers) {
+    for (const auto& [key, node] : *layer.table) keys.emplace(key.str());
+  }
+  return {keys.begin(), keys.end()};
+}
+
+const std::string& TomlTable::name() const { return impl_->name; }
+
+std::string TomlTable::Place(std::string_view key) const {
+  const auto found = impl_->Look(key);
+  return found ? impl_->PlaceOf(found) : impl_->TablePlace();
+}
+
+fs::path TomlTable::Folder() const { return impl_->layers.front().document->file.parent_path(); }
+
+void TomlTable::Fail(std::string_view key, std::string_view problem) const {
+  const auto found = impl_->Look(key);
+  if (found) impl_->Throw(key, found, problem);
+  throw ConfigError(
+      fmt::format("{}: {} (not given): {}", impl_->TablePlace(), impl_->Dotted(key), problem));
+}
+
+void TomlTable::FailTable(std::string_view problem) const {
+  throw ConfigError(fmt::format("{}: [{}]: {}", impl_->TablePlace(), impl_->name, problem));
+}
+
+void TomlTable::Finish() const { impl_->Finish(); }
+
+std::vector<std::string> TomlTable::KnownKeys() const {
+  std::vector<std::string> keys;
+  for (const std::string& key : impl_->known) keys.push_back(impl_->Dotted(key));
+  for (const auto& [_, child] : impl_->children) {
+    if (child == nullptr) continue;
+    const auto more = TomlTable(child).KnownKeys();
+    keys.insert(keys.end(), more.begin(), more.end());
+  }
+  return keys;
+}
+
+}  // namespace gyrobench::config

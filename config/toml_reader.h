@@ -1,0 +1,138 @@
+// The checked reader that all TOML files of gyrobench go through. Every getter checks type and
+// range; every error is a ConfigError that names file, line, dotted key, value and what was
+// expected:
+//   stand.toml:12: axis.inner.max_rate_deg_s = -5: expected a number in 0.001 .. 1000 deg/s
+// NaN and infinity are refused. A key that nobody asked for is an error (Finish).
+//
+// A file may start with `include = "other.toml"` (a path relative to it): what it says then stands
+// in front of what the other says, key by key through all tables; arrays are replaced as a whole.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace gyrobench::config {
+
+// Inclusive. The unit is for messages.
+struct NumberRange {
+  double min = -std::numeric_limits<double>::max();
+  double max = std::numeric_limits<double>::max();
+  std::string_view unit = "";
+};
+
+struct IntegerRange {
+  std::int64_t min = std::numeric_limits<std::int64_t>::min();
+  std::int64_t max = std::numeric_limits<std::int64_t>::max();
+  std::string_view unit = "";
+};
+
+// Inclusive bounds of an array's length.
+struct LengthRange {
+  std::size_t min = 0;
+  std::size_t max = std::numeric_limits<std::size_t>::max();
+};
+
+// One table of a file. A handle: copies speak of the same table and share what has been asked for.
+class TomlTable {
+ public:
+  // Reads a file and the files it includes. The result is the root table.
+  static TomlTable FromFile(const std::filesystem::path& file);
+  // The same from text; `file` is for messages and relative paths.
+  static TomlTable FromText(std::string_view text, const std::filesystem::path& file);
+
+  // Of each getter: without `fallback` the key is required. A whole number passes as a number.
+  double Number(std::string_view key, const NumberRange& range) const;
+  double Number(std::string_view key, const NumberRange& range, double fallback) const;
+  std::optional<double> OptionalNumber(std::string_view key, const NumberRange& range) const;
+
+  std::int64_t Integer(std::string_view key, const IntegerRange& range) const;
+  std::int64_t Integer(std::string_view key, const IntegerRange& range,
+                       std::int64_t fallback) const;
+  std::optional<std::int64_t> OptionalInteger(std::string_view key,
+                                              const IntegerRange& range) const;
+
+  bool Bool(std::string_view key) const;
+  bool Bool(std::string_view key, bool fallback) const;
+
+  // Never empty when it comes from the file.
+  std::string String(std::string_view key) const;
+  std::string String(std::string_view key, std::string_view fallback) const;
+  std::optional<std::string> OptionalString(std::string_view key) const;
+
+  // One of a list of words, each with what it means.
+  template <typename T>
+  using Choices = std::initializer_list<std::pair<std::string_view, T>>;
+  template <typename T>
+  T Choice(std::string_view key, Choices<T> choices) const {
+    return (choices.begin() + ChoiceIndex(key, Words(choices)))->second;
+  }
+  template <typename T>
+  T Choice(std::string_view key, Choices<T> choices, T fallback) const {
+    return Has(key) ? Choice(key, choices) : fallback;
+  }
+
+  // A path as the file has it, made absolute-or-relative-to-the-program: relative ones are taken
+  // from the folder of the file that the key stands in. Whether it exists is not checked.
+  std::filesystem::path Path(std::string_view key) const;
+  std::filesystem::path Path(std::string_view key, const std::filesystem::path& fallback) const;
+  std::optional<std::filesystem::path> OptionalPath(std::string_view key) const;
+  std::vector<std::filesystem::path> Paths(std::string_view key, const LengthRange& length) const;
+
+  std::vector<double> Numbers(std::string_view key, const NumberRange& range,
+                              const LengthRange& length = {}) const;
+  std::vector<std::string> Strings(std::string_view key, const LengthRange& length = {}) const;
+
+  TomlTable Table(std::string_view key) const;
+  std::optional<TomlTable> OptionalTable(std::string_view key) const;
+  // [[key]]; empty when absent.
+  std::vector<TomlTable> Tables(std::string_view key) const;
+
+  // Whether the file has the key. Counts as asking for it.
+  bool Has(std::string_view key) const;
+  // All keys of this table in alphabetical order, for tables whose keys are names ([axis.NAME]).
+  // Counts as asking for none of them.
+  std::vector<std::string> Keys() const;
+  // Dotted name from the root: "axis.inner", empty for the root.
+  const std::string& name() const;
+  // "file:line" of a key, or of the table where the key is absent.
+  std::string Place(std::string_view key) const;
+  // The folder that relative paths of this table's file are taken from.
+  std::filesystem::path Folder() const;
+
+  // Throws for a rule that the getters do not know: "<place>: <key> = <value>: <problem>".
+  [[noreturn]] void Fail(std::string_view key, std::string_view problem) const;
+  // Throws with the place of the table: "<place>: [<name>]: <problem>".
+  [[noreturn]] void FailTable(std::string_view problem) const;
+
+  // To be called on the root when all has been read: throws for the first key, in this table or in
+  // one opened from it, that nobody asked for, with the nearest that somebody did.
+  void Finish() const;
+  // Dotted names of all keys asked for so far, here and in the tables opened from here.
+  std::vector<std::string> KnownKeys() const;
+
+ private:
+  struct Impl;
+  explicit TomlTable(std::shared_ptr<Impl> impl);
+
+  template <typename T>
+  static std::vector<std::string_view> Words(Choices<T> choices) {
+    std::vector<std::string_view> words;
+    for (const auto& choice : choices) words.push_back(choice.first);
+    return words;
+  }
+  std::ptrdiff_t ChoiceIndex(std::string_view key,
+                             const std::vector<std::string_view>& words) const;
+
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace gyrobench::config
