@@ -1,0 +1,130 @@
+#include "recording/measurement_info_json.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+
+namespace gyrobench::recording {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array<const char*, 3> kUnits = {"lsb", "deg_s", "rad_s"};
+constexpr std::array<const char*, 4> kReferences = {"none", "stand_angles", "sensor_angle",
+                                                    "orientation"};
+constexpr std::array<const char*, 3> kSensorAxes = {"x", "y", "z"};
+constexpr std::array<const char*, 3> kStandAxes = {"outer", "middle", "inner"};
+
+template <std::size_t N>
+std::size_t IndexOf(const std::array<const char*, N>& names, const std::string& key,
+                    const json& value) {
+  for (std::size_t i = 0; i < N; ++i) {
+    if (value == names[i]) return i;
+  }
+  std::string expected;
+  for (const char* name : names) expected += (expected.empty() ? "" : ", ") + std::string(name);
+  throw DataError(
+      fmt::format("measurement.{} = {}: expected one of {}", key, value.dump(), expected));
+}
+
+json PresentToJson(const std::array<bool, 3>& present, const std::array<const char*, 3>& names) {
+  json list = json::array();
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (present.at(i)) list.push_back(names.at(i));
+  }
+  return list;
+}
+
+// Reads one key after the other out of one object.
+class Fields {
+ public:
+  explicit Fields(const json& object) : object_(object) {
+    if (!object.is_object())
+      throw DataError("measurement: expected an object, found " + object.dump());
+  }
+  template <typename Value>
+  void Read(const char* key, Value& value) const {
+    const auto found = object_.find(key);
+    if (found == object_.end()) return;
+    try {
+      found->get_to(value);
+    } catch (const json::exception& error) {
+      throw DataError(fmt::format("measurement.{} = {}: {}", key, found->dump(), error.what()));
+    }
+  }
+  void Read(const char* key, std::optional<double>& value) const {
+    double number = kMissing;
+    Read(key, number);
+    if (!std::isnan(number)) value = number;
+  }
+  template <typename Enum, std::size_t N>
+  void ReadEnum(const char* key, const std::array<const char*, N>& names, Enum& value) const {
+    const auto found = object_.find(key);
+    if (found != object_.end()) value = static_cast<Enum>(IndexOf(names, key, *found));
+  }
+  void ReadPresent(const char* key, const std::array<const char*, 3>& names,
+                   std::array<bool, 3>& present) const {
+    json list = json::array();
+    Read(key, list);
+    for (const json& name : list) present.at(IndexOf(names, key, name)) = true;
+  }
+
+ private:
+  const json& object_;
+};
+
+}  // namespace
+
+json ToJson(const MeasurementInfo& info) {
+  json out = {{"source", info.source},
+              {"gyro_unit", kUnits.at(static_cast<std::size_t>(info.gyro_unit))},
+              {"gyro", PresentToJson(info.gyro_present, kSensorAxes)},
+              {"accel", PresentToJson(info.accel_present, kSensorAxes)},
+              {"temperature", info.temperature_present},
+              {"reference", kReferences.at(static_cast<std::size_t>(info.reference))},
+              {"stand_axes", PresentToJson(info.stand_axis_present, kStandAxes)},
+              {"reference_axis", kSensorAxes.at(static_cast<std::size_t>(info.reference_axis))},
+              {"site_heading_deg", info.site_heading_deg},
+              {"sensor", info.sensor},
+              {"power_on", info.power_on},
+              {"notes", info.notes},
+              {"covariates", info.covariates}};
+  const auto add = [&out](const char* key, const std::optional<double>& value) {
+    if (value) out[key] = *value;
+  };
+  add("gyro_units_per_deg_s", info.gyro_units_per_deg_s);
+  add("site_latitude_deg", info.site_latitude_deg);
+  add("gear_ratio", info.gear_ratio);
+  add("stop_accuracy_deg", info.stop_accuracy_deg);
+  return out;
+}
+
+MeasurementInfo MeasurementInfoFromJson(const json& object) {
+  const Fields fields(object);
+  MeasurementInfo info;
+  fields.Read("source", info.source);
+  fields.ReadEnum("gyro_unit", kUnits, info.gyro_unit);
+  fields.ReadPresent("gyro", kSensorAxes, info.gyro_present);
+  fields.ReadPresent("accel", kSensorAxes, info.accel_present);
+  fields.Read("temperature", info.temperature_present);
+  fields.ReadEnum("reference", kReferences, info.reference);
+  fields.ReadPresent("stand_axes", kStandAxes, info.stand_axis_present);
+  fields.ReadEnum("reference_axis", kSensorAxes, info.reference_axis);
+  fields.Read("site_heading_deg", info.site_heading_deg);
+  fields.Read("sensor", info.sensor);
+  fields.Read("power_on", info.power_on);
+  fields.Read("notes", info.notes);
+  fields.Read("covariates", info.covariates);
+  fields.Read("gyro_units_per_deg_s", info.gyro_units_per_deg_s);
+  fields.Read("site_latitude_deg", info.site_latitude_deg);
+  fields.Read("gear_ratio", info.gear_ratio);
+  fields.Read("stop_accuracy_deg", info.stop_accuracy_deg);
+  return info;
+}
+
+}  // namespace gyrobench::recording

@@ -1,0 +1,129 @@
+#include "recording/message_decoder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "gyrobench/angle_t.hpp"
+#include "gyrobench/gyro_t.hpp"
+#include "gyrobench/run_t.hpp"
+
+namespace gyrobench::recording {
+
+namespace {
+
+bool RowsFit(const std::vector<std::vector<std::int16_t>>& rows, std::size_t n) {
+  return rows.size() == 3 &&
+         std::all_of(rows.begin(), rows.end(), [n](const auto& row) { return row.size() == n; });
+}
+
+// An empty block may leave its arrays untouched.
+bool ArraysFit(const gyro_t& message) {
+  if (message.n == 0) return true;
+  if (message.n < 0) return false;
+  const auto n = static_cast<std::size_t>(message.n);
+  return message.sample_utime.size() == n && message.temperature_degC.size() == n &&
+         RowsFit(message.gyro_lsb, n) && RowsFit(message.accel_lsb, n);
+}
+
+}  // namespace
+
+MessageDecoder::MessageDecoder(const MeasurementInfo& info, Utime run_start, MeasurementSink& sink,
+                               std::string run_id)
+    : gyro_present_(info.gyro_present),
+      accel_present_(info.accel_present),
+      axis_present_(info.stand_axis_present),
+      run_start_(run_start),
+      sink_(sink),
+      run_id_(std::move(run_id)) {
+  sink_.OnInfo(info);
+}
+
+bool MessageDecoder::IsOurs(const std::string& run_id, Utime utime) {
+  if (run_id.empty() || utime < run_start_) return false;
+  if (run_id_.empty()) run_id_ = run_id;
+  return run_id == run_id_;
+}
+
+void MessageDecoder::Report(const char* kind, std::int64_t count, Utime utime, const char* channel,
+                            std::int64_t seq) {
+  sink_.OnDefect({kind, count, Seconds(utime), fmt::format("{} message {}", channel, seq)});
+}
+
+bool MessageDecoder::IsInOrder(Utime utime, Utime& last, const char* channel, std::int64_t seq) {
+  if (utime > last) {
+    last = utime;
+    return true;
+  }
+  Report(utime == last ? "repeated_time" : "time_backwards", 1, utime, channel, seq);
+  return false;
+}
+
+// The unit says how many samples it overwrote; a damaged log shows as a jump of the sample numbers.
+// What was lost before the run's first block was lost before the run.
+void MessageDecoder::CheckContinuity(const gyro_t& message) {
+  const bool restarted = boot_count_ && *boot_count_ != message.boot_count;
+  if (restarted) {
+    Report("unit_restarted", 1, message.utime, "_GYRO", message.seq);
+    next_counter_.reset();
+  }
+  std::int64_t lost = boot_count_ ? message.missed : 0;
+  boot_count_ = message.boot_count;
+  if (message.n > 0) {
+    if (next_counter_) lost = std::max(lost, message.first_counter - *next_counter_);
+    next_counter_ = message.first_counter + message.n;
+  } else if (next_counter_) {
+    *next_counter_ += lost;
+  }
+  if (lost > 0) Report("samples_lost", lost, message.utime, "_GYRO", message.seq);
+}
+
+void MessageDecoder::Sample(const gyro_t& message, std::size_t i) {
+  GyroSample sample;
+  sample.t_s = Seconds(message.sample_utime[i]);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (gyro_present_[axis]) sample.xi[axis] = message.gyro_lsb[axis][i];
+    if (accel_present_[axis] && message.accel_lsb_per_g > 0.0) {
+      sample.accel_g[axis] = message.accel_lsb[axis][i] / message.accel_lsb_per_g;
+    }
+  }
+  sample.temperature_degC = static_cast<double>(message.temperature_degC[i]);
+  sink_.OnGyro(sample);
+}
+
+void MessageDecoder::Gyro(const gyro_t& message) {
+  if (!IsOurs(message.run_id, message.utime)) return;
+  if (!ArraysFit(message)) {
+    Report("damaged_message", 1, message.utime, "_GYRO", message.seq);
+    return;
+  }
+  CheckContinuity(message);
+  if (message.tick_rate_hz > 0.0) {
+    sink_.OnTickPair(
+        {static_cast<double>(message.unit_tick) / message.tick_rate_hz, Seconds(message.utime)});
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(message.n); ++i) {
+    if (message.sample_utime[i] < run_start_) continue;
+    if (IsInOrder(message.sample_utime[i], last_gyro_, "_GYRO", message.seq)) Sample(message, i);
+  }
+}
+
+void MessageDecoder::Angle(const angle_t& message) {
+  if (!IsOurs(message.run_id, message.utime)) return;
+  const auto axis = static_cast<std::size_t>(message.axis);
+  if (message.axis < 0 || message.axis > 2 || !axis_present_.at(axis)) {
+    Report("unannounced_axis", 1, message.utime, "_ANGLE", message.seq);
+    return;
+  }
+  if (!IsInOrder(message.utime, last_angle_.at(axis), "_ANGLE", message.seq)) return;
+  sink_.OnAngle({Seconds(message.utime), message.axis, message.angle_deg});
+}
+
+void MessageDecoder::Run(const run_t& message) {
+  if (!IsOurs(message.run_id, message.utime) || message.event != run_t::SEGMENT_END) return;
+  sink_.OnSegment({Seconds(message.segment_begin_utime), Seconds(message.utime),
+                   message.segment_kind, message.segment_name});
+}
+
+}  // namespace gyrobench::recording

@@ -1,0 +1,76 @@
+// Records on disk: one folder a run, <records>/<run_id>/, with
+//   events.lcmlog   every message of the run, in order: the source of truth
+//   run.json        who, what, when, configuration and script as run, outcome
+//   result.json     the last results
+//   report.html     written on request
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/clock.h"
+
+namespace gyrobench::recording {
+
+inline constexpr const char* kEventLogName = "events.lcmlog";
+inline constexpr const char* kRunJsonName = "run.json";
+inline constexpr const char* kResultJsonName = "result.json";
+
+// Keys of run.json that the replay reads. Others are the daemon's.
+inline constexpr const char* kRunIdKey = "run_id";
+inline constexpr const char* kStartUtimeKey =
+    "start_utime";  // integer, microseconds since the epoch
+inline constexpr const char* kMeasurementKey = "measurement";  // recording/measurement_info_json.h
+
+// Space that a run must find on the disk before it may start.
+inline constexpr std::uintmax_t kMinFreeBytes = 256u << 20;
+
+// The folder of one run.
+class RunDirectory {
+ public:
+  // Makes the folder of a new run. Its id is UTC and the procedure's name, 20261121-153012-scale,
+  // and -02, -03 ... after it where that is taken. Throws DataError, with what to do, when the
+  // records folder cannot be made or written or has less than `min_free_bytes` left.
+  static RunDirectory Create(const std::filesystem::path& records, std::string_view procedure,
+                             Utime start, std::uintmax_t min_free_bytes = kMinFreeBytes);
+  // An existing record. Throws DataError when `folder` holds neither an event log nor a run.json.
+  static RunDirectory Open(const std::filesystem::path& folder);
+
+  const std::string& run_id() const { return run_id_; }
+  const std::filesystem::path& folder() const { return folder_; }
+  std::filesystem::path EventLog() const { return folder_ / kEventLogName; }
+  std::filesystem::path RunJson() const { return folder_ / kRunJsonName; }
+  std::filesystem::path ResultJson() const { return folder_ / kResultJsonName; }
+
+  void WriteRun(const nlohmann::json& run) const;
+  void WriteResult(const nlohmann::json& result) const;
+  nlohmann::json ReadRun() const;
+  nlohmann::json ReadResult() const;
+
+ private:
+  RunDirectory(std::string run_id, std::filesystem::path folder);
+  std::string run_id_;
+  std::filesystem::path folder_;
+};
+
+// Writes `value` so that a reader, or a crash at any moment, finds the old file or the new one and
+// never a part: temporary file, fsync, rename, fsync of the folder. Throws DataError.
+void WriteJsonAtomically(const std::filesystem::path& file, const nlohmann::json& value);
+
+// Throws DataError that names file and place of what cannot be read.
+nlohmann::json ReadJson(const std::filesystem::path& file);
+
+// The records in a folder, oldest first by the last write of their event log. Folders that hold no
+// record are passed over. Empty when the folder does not exist; throws DataError when it cannot be
+// read.
+std::vector<RunDirectory> ListRuns(const std::filesystem::path& records);
+
+// The record that `name` means: "latest", a run id, the unique beginning of one, or the path of a
+// record's folder or of a file in it. Throws DataError that lists what there is.
+RunDirectory FindRun(const std::filesystem::path& records, const std::string& name);
+
+}  // namespace gyrobench::recording

@@ -1,0 +1,183 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "gyrobench/angle_t.hpp"
+#include "gyrobench/gyro_t.hpp"
+#include "gyrobench/run_t.hpp"
+#include "recording/defect_counter.h"
+#include "recording/event_log.h"
+#include "recording/measurement_info_json.h"
+#include "recording/message_bytes.h"
+#include "recording/message_decoder.h"
+#include "recording/replay.h"
+#include "recording/run_directory.h"
+
+namespace gyrobench::recording {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// A message's own time and the log's time stamp are of one clock and one moment.
+constexpr Utime kMaxStampDifference = 60 * kMicrosecondsPerSecond;
+constexpr int kEventsPerProgress = 1000;
+
+// The messages of a log that make up a measurement, each decoded into memory that is used again.
+class LogMessages {
+ public:
+  explicit LogMessages(const fs::path& log) : reader_(log), bad_(counter_.Add("damaged_message")) {}
+
+  // Calls the function of the message's type for each message to the end of the log.
+  template <typename OnGyro, typename OnAngle, typename OnRun>
+  void ForEach(const OnGyro& on_gyro, const OnAngle& on_angle, const OnRun& on_run,
+               const ReplayProgress& progress = {}) {
+    LogEvent event;
+    for (int i = 1; reader_.Next(event); ++i) {
+      if (event.channel.ends_with("_GYRO")) {
+        Dispatch(event, IsSoundGyro, gyro_, on_gyro);
+      } else if (event.channel.ends_with("_ANGLE")) {
+        Dispatch(event, IsSoundAngle, angle_, on_angle);
+      } else if (event.channel.ends_with("_RUN")) {
+        Dispatch(event, IsSoundRun, run_, on_run);
+      }
+      if (progress && i % kEventsPerProgress == 0) progress(reader_.fraction());
+    }
+  }
+  std::vector<Defect> defects() const {
+    std::vector<Defect> found = reader_.damage();
+    for (const Defect& defect : counter_.Found()) found.push_back(defect);
+    return found;
+  }
+
+ private:
+  template <typename Message, typename Function>
+  void Dispatch(const LogEvent& event, bool (*is_sound)(MessageBytes), Message& message,
+                const Function& function) {
+    if (Decode(event.data, is_sound, message) &&
+        std::abs(message.utime - event.utime) <= kMaxStampDifference) {
+      function(message);
+      return;
+    }
+    counter_.Count(bad_, kMissing, [&event] {
+      return fmt::format("byte {}, channel {}", event.byte, event.channel);
+    });
+  }
+
+  EventLogReader reader_;
+  DefectCounter counter_;
+  std::size_t bad_;
+  gyro_t gyro_;
+  angle_t angle_;
+  run_t run_;
+};
+
+// What run.json says of the measurement, or what the messages do.
+struct RunFacts {
+  MeasurementInfo info;
+  std::string run_id;
+  std::optional<Utime> start;
+  bool has_measurement = false;
+  std::vector<Defect> defects;
+};
+
+void ReadRunJson(const fs::path& file, RunFacts& facts) {
+  const nlohmann::json json = ReadJson(file);
+  const auto id = json.find(kRunIdKey);
+  if (id != json.end() && id->is_string()) facts.run_id = id->get<std::string>();
+  const auto start = json.find(kStartUtimeKey);
+  if (start != json.end() && start->is_number_integer()) facts.start = start->get<Utime>();
+  const auto measurement = json.find(kMeasurementKey);
+  if (measurement == json.end()) return;
+  facts.info = MeasurementInfoFromJson(*measurement);
+  facts.has_measurement = true;
+}
+
+RunFacts FactsFromJson(const fs::path& file) {
+  RunFacts facts;
+  if (!fs::exists(file)) return facts;
+  try {
+    ReadRunJson(file, facts);
+  } catch (const DataError& error) {
+    facts = {};
+    facts.defects.push_back({"damaged_run_json", 1, kMissing, error.what()});
+  }
+  return facts;
+}
+
+// Fills in, from one pass over the log, what run.json left open.
+void CompleteFromLog(const fs::path& log, RunFacts& facts) {
+  MeasurementInfo info;
+  std::optional<Utime> earliest;
+  std::optional<Utime> announced;
+  const auto is_ours = [&facts](const std::string& run_id) {
+    if (facts.run_id.empty()) facts.run_id = run_id;
+    return !run_id.empty() && run_id == facts.run_id;
+  };
+  const auto see = [&earliest](Utime utime) {
+    earliest = std::min(earliest.value_or(utime), utime);
+  };
+  LogMessages(log).ForEach(
+      [&](const gyro_t& message) {
+        if (!is_ours(message.run_id)) return;
+        see(message.utime);
+        info.gyro_present = {true, true, true};
+        info.accel_present.fill(message.accel_lsb_per_g > 0.0);
+        info.temperature_present = true;
+        if (message.gyro_lsb_per_deg_s > 0.0)
+          info.gyro_units_per_deg_s = message.gyro_lsb_per_deg_s;
+      },
+      [&](const angle_t& message) {
+        if (!is_ours(message.run_id) || message.axis < 0 || message.axis > 2) return;
+        see(message.utime);
+        info.reference = ReferenceKind::kStandAngles;
+        info.stand_axis_present.at(static_cast<std::size_t>(message.axis)) = true;
+      },
+      [&](const run_t& message) {
+        if (!is_ours(message.run_id) || message.event != run_t::START) return;
+        announced = message.utime;
+        info.notes["procedure"] = message.procedure;
+      });
+  if (!facts.start) facts.start = announced ? announced : earliest;
+  if (!facts.has_measurement) facts.info = info;
+}
+
+fs::path RecordFolder(const fs::path& record) {
+  return fs::is_directory(record) ? record : record.parent_path();
+}
+
+fs::path LogOf(const fs::path& record) {
+  if (fs::is_regular_file(record) && record.filename() != kRunJsonName) return record;
+  return RecordFolder(record) / kEventLogName;
+}
+
+}  // namespace
+
+void ReplayRun(const fs::path& record, MeasurementSink& sink, const ReplayProgress& progress) {
+  const fs::path log = LogOf(record);
+  if (!fs::is_regular_file(log)) {
+    throw DataError(fmt::format("{}: no record: expected the event log {} in it", record.string(),
+                                kEventLogName));
+  }
+  RunFacts facts = FactsFromJson(RecordFolder(record) / kRunJsonName);
+  if (!facts.start || !facts.has_measurement) CompleteFromLog(log, facts);
+  if (!facts.start) {
+    throw DataError(
+        fmt::format("{}: holds no readable message of a run: expected channels that end in "
+                    "_GYRO, _ANGLE, _RUN",
+                    log.string()));
+  }
+  if (facts.info.source.empty()) facts.info.source = facts.run_id;
+  MessageDecoder decoder(facts.info, *facts.start, sink, facts.run_id);
+  LogMessages messages(log);
+  messages.ForEach([&](const gyro_t& message) { decoder.Gyro(message); },
+                   [&](const angle_t& message) { decoder.Angle(message); },
+                   [&](const run_t& message) { decoder.Run(message); }, progress);
+  for (const Defect& defect : facts.defects) sink.OnDefect(defect);
+  for (const Defect& defect : messages.defects()) sink.OnDefect(defect);
+  if (progress) progress(1.0);
+}
+
+}  // namespace gyrobench::recording

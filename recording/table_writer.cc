@@ -1,0 +1,324 @@
+#include "recording/table_writer.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "base/error.h"
+#include "recording/replay.h"
+
+namespace gyrobench::recording {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::min();
+constexpr std::size_t kMaxHeld = 1u << 17;  // bounds the memory where times stand still
+constexpr int kDecimals = 9;
+
+bool IsGzipName(const fs::path& file) { return file.string().ends_with(".csv.gz"); }
+
+// Keys and values go on one line.
+std::string OneLine(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  return text;
+}
+
+// 9 decimals without the zeros at the end; where a double has no room for them, its shortest form.
+char* AppendDecimal(char* out, char* end, double value) {
+  if (std::abs(value) >= 1e6) return std::to_chars(out, end, value).ptr;
+  char* stop = std::to_chars(out, end, value, std::chars_format::fixed, kDecimals).ptr;
+  while (stop[-1] == '0') --stop;
+  if (stop[-1] == '.') --stop;
+  return stop;
+}
+
+}  // namespace
+
+// The file under its temporary name. gz* of zlib writes both forms.
+class TableWriter::Output {
+ public:
+  explicit Output(const fs::path& file) : file_(file), part_(file) {
+    if (!IsGzipName(file) && file.extension() != ".csv") {
+      throw DataError(
+          fmt::format("{}: expected a name that ends in .csv or .csv.gz", file.string()));
+    }
+    part_ += ".part";
+    errno = 0;
+    stream_ = gzopen(part_.c_str(), IsGzipName(file) ? "wb6" : "wbT");
+    if (stream_ == nullptr) {
+      throw DataError(
+          fmt::format("{}: cannot be written: {}", part_.string(), std::strerror(errno)));
+    }
+    text_.reserve(2 * kFlush);
+  }
+  ~Output() {
+    if (stream_ != nullptr) gzclose(stream_);
+    std::error_code ignored;
+    if (!closed_) fs::remove(part_, ignored);
+  }
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+
+  void Append(std::string_view text) { text_.append(text); }
+  void EndLine() {
+    text_ += '\n';
+    if (text_.size() >= kFlush) Flush();
+  }
+  void Close() {
+    Flush();
+    errno = 0;
+    const int result = gzclose(std::exchange(stream_, nullptr));
+    if (result != Z_OK) Fail();
+    std::error_code error;
+    fs::rename(part_, file_, error);
+    if (error)
+      throw DataError(fmt::format("{}: cannot be made: {}", file_.string(), error.message()));
+    closed_ = true;
+  }
+
+ private:
+  static constexpr std::size_t kFlush = 64 * 1024;
+
+  [[noreturn]] void Fail() const {
+    throw DataError(fmt::format("{}: cannot be written: {}; the table was not made", part_.string(),
+                                errno != 0 ? std::strerror(errno) : "the disk may be full"));
+  }
+  void Flush() {
+    errno = 0;
+    if (!text_.empty() && gzwrite(stream_, text_.data(), static_cast<unsigned>(text_.size())) <= 0)
+      Fail();
+    text_.clear();
+  }
+
+  fs::path file_;
+  fs::path part_;
+  gzFile stream_ = nullptr;
+  std::string text_;
+  bool closed_ = false;
+};
+
+TableWriter::TableWriter(const fs::path& file, TableExtras extras)
+    : output_(std::make_unique<Output>(file)),
+      extras_(std::move(extras)),
+      latest_us_(kNever),
+      written_us_(kNever) {
+  row_.fill(kMissing);
+}
+
+TableWriter::~TableWriter() = default;
+
+void TableWriter::AddColumns(const MeasurementInfo& info) {
+  constexpr std::array<const char*, 3> kUnits = {"lsb", "deg_s", "rad_s"};
+  constexpr std::array<const char*, 3> kSensorAxes = {"x", "y", "z"};
+  constexpr std::array<const char*, 3> kStandAxes = {"outer", "middle", "inner"};
+  constexpr std::array<const char*, 4> kQuaternionParts = {"ref_qw", "ref_qx", "ref_qy", "ref_qz"};
+  const bool counts = info.gyro_unit == GyroUnit::kLsb;
+  const char* unit = kUnits.at(static_cast<std::size_t>(info.gyro_unit));
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (info.gyro_present.at(i)) {
+      columns_.push_back({kGyro + i, counts, fmt::format("gyro_{}_{}", kSensorAxes.at(i), unit)});
+    }
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (info.accel_present.at(i)) {
+      columns_.push_back({kAccel + i, false, fmt::format("accel_{}_g", kSensorAxes.at(i))});
+    }
+  }
+  if (info.temperature_present) columns_.push_back({kTemperature, false, "temp_degC"});
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (info.reference == ReferenceKind::kStandAngles && info.stand_axis_present.at(i)) {
+      columns_.push_back({kAngle + i, false, fmt::format("ref_{}_deg", kStandAxes.at(i))});
+    }
+  }
+  if (info.reference == ReferenceKind::kSensorAngle) {
+    const auto axis = static_cast<std::size_t>(info.reference_axis);
+    columns_.push_back(
+        {kAngle + axis, false, fmt::format("ref_angle_{}_deg", kSensorAxes.at(axis))});
+  }
+  for (std::size_t i = 0; i < 4 && info.reference == ReferenceKind::kOrientation; ++i) {
+    columns_.push_back({kQuaternion + i, false, kQuaternionParts.at(i)});
+  }
+  columns_.push_back({kTick, false, "unit_tick_s"});
+  for (const Column& column : columns_) present_.at(column.slot) = true;
+}
+
+void TableWriter::WriteHead(const MeasurementInfo& info) {
+  const auto key = [this](const std::string& name, const std::string& value) {
+    output_->Append(OneLine(fmt::format("# {} = {}", name, value)));
+    output_->EndLine();
+  };
+  const auto number = [&key](const char* name, const std::optional<double>& value) {
+    if (value) key(name, fmt::format("{}", *value));
+  };
+  number("site_latitude_deg", info.site_latitude_deg);
+  if (info.site_latitude_deg || info.site_heading_deg != 0.0) {
+    number("site_heading_deg", info.site_heading_deg);
+  }
+  if (info.gyro_unit == GyroUnit::kLsb) number("gyro_lsb_per_deg_s", info.gyro_units_per_deg_s);
+  number("gear_ratio", info.gear_ratio);
+  number("stop_accuracy_deg", info.stop_accuracy_deg);
+  if (!info.sensor.empty()) key("sensor", info.sensor);
+  if (!info.power_on.empty()) key("power_on", info.power_on);
+  for (const auto& [name, value] : info.notes) key(name, value);
+  for (const SegmentMark& mark : extras_.segments) {
+    key("segment",
+        fmt::format("{:.6f} {:.6f} {} {}", mark.begin_s, mark.end_s, mark.kind, mark.name));
+  }
+  for (const Defect& defect : extras_.defects) {
+    key("defect",
+        fmt::format("{} {} {} {}", defect.kind, defect.count, defect.first_t_s, defect.where));
+  }
+  output_->Append("t_s");
+  for (const Column& column : columns_) output_->Append("," + column.name);
+  output_->EndLine();
+}
+
+void TableWriter::OnInfo(const MeasurementInfo& info) {
+  AddColumns(info);
+  WriteHead(info);
+}
+
+void TableWriter::OnGyro(const GyroSample& sample) {
+  const std::array<double, 7> values = {
+      sample.xi[0],      sample.xi[1],      sample.xi[2],           sample.accel_g[0],
+      sample.accel_g[1], sample.accel_g[2], sample.temperature_degC};
+  Hold(sample.t_s, kGyro, values.data(), values.size());
+}
+
+void TableWriter::OnAngle(const AngleSample& sample) {
+  if (sample.axis < 0 || sample.axis > 2 ||
+      !present_.at(kAngle + static_cast<std::size_t>(sample.axis))) {
+    ++summary_.unannounced;
+    return;
+  }
+  Hold(sample.t_s, kAngle + static_cast<std::size_t>(sample.axis), &sample.angle_deg, 1);
+}
+
+void TableWriter::OnOrientation(const OrientationSample& sample) {
+  if (!present_[kQuaternion]) {
+    ++summary_.unannounced;
+    return;
+  }
+  Hold(sample.t_s, kQuaternion, sample.q_wxyz.data(), sample.q_wxyz.size());
+}
+
+void TableWriter::OnTickPair(const TickPair& pair) { Hold(pair.host_s, kTick, &pair.tick_s, 1); }
+
+// Half of what is held is written at a time, so that sorting costs little an event.
+void TableWriter::Hold(double t_s, std::size_t slot, const double* values, std::size_t size) {
+  constexpr auto kReorder_us = static_cast<std::int64_t>(kReorder_s * 1e6);
+  Event event;
+  event.time_us = std::llround(t_s * 1e6);
+  event.slot = static_cast<std::uint8_t>(slot);
+  event.size = static_cast<std::uint8_t>(size);
+  std::copy_n(values, size, event.values.begin());
+  if (event.time_us < written_us_) {
+    ++summary_.late;
+    return;
+  }
+  latest_us_ = std::max(latest_us_, event.time_us);
+  held_.push_back(event);
+  const bool long_enough = latest_us_ - held_.front().time_us > 2 * kReorder_us;
+  if (long_enough) WriteUpTo(latest_us_ - kReorder_us);
+  if (held_.size() >= kMaxHeld) WriteUpTo(latest_us_);
+}
+
+// Writes the events before `time_us` in order, and keeps the others in order.
+void TableWriter::WriteUpTo(std::int64_t time_us) {
+  std::stable_sort(held_.begin(), held_.end(),
+                   [](const Event& a, const Event& b) { return a.time_us < b.time_us; });
+  auto event = held_.begin();
+  for (; event != held_.end() && event->time_us < time_us; ++event) {
+    const bool taken =
+        std::any_of(row_.begin() + event->slot, row_.begin() + event->slot + event->size,
+                    [](double value) { return !std::isnan(value); });
+    if (row_begun_ && (event->time_us != row_us_ || taken)) WriteRow();
+    row_us_ = event->time_us;
+    row_begun_ = true;
+    std::copy_n(event->values.begin(), event->size, row_.begin() + event->slot);
+  }
+  if (row_begun_) WriteRow();
+  written_us_ = std::max(written_us_, time_us);
+  held_.erase(held_.begin(), event);
+}
+
+void TableWriter::WriteValue(const Column& column, double value) {
+  std::array<char, 64> text;
+  text[0] = ',';
+  char* out = text.data() + 1;
+  char* end = text.data() + text.size();
+  if (column.is_count && value == std::trunc(value) && std::abs(value) < 1e15) {
+    out = std::to_chars(out, end, static_cast<std::int64_t>(value)).ptr;
+  } else if (!std::isnan(value)) {
+    out = AppendDecimal(out, end, value);
+  }
+  output_->Append({text.data(), static_cast<std::size_t>(out - text.data())});
+}
+
+void TableWriter::WriteRow() {
+  std::array<char, 64> text;
+  const std::int64_t magnitude_us = std::abs(row_us_);
+  const auto stop = fmt::format_to_n(text.data(), text.size(), "{}{}.{:06}", row_us_ < 0 ? "-" : "",
+                                     magnitude_us / 1'000'000, magnitude_us % 1'000'000);
+  output_->Append({text.data(), stop.size});
+  for (const Column& column : columns_) WriteValue(column, row_.at(column.slot));
+  output_->EndLine();
+  row_.fill(kMissing);
+  row_begun_ = false;
+  ++summary_.rows;
+}
+
+TableSummary TableWriter::Close() {
+  WriteUpTo(std::numeric_limits<std::int64_t>::max());
+  output_->Close();
+  return summary_;
+}
+
+namespace {
+
+class ExtrasSink final : public MeasurementSink {
+ public:
+  void OnInfo(const MeasurementInfo&) override {}
+  void OnGyro(const GyroSample&) override {}
+  void OnAngle(const AngleSample&) override {}
+  void OnOrientation(const OrientationSample&) override {}
+  void OnTickPair(const TickPair&) override {}
+  void OnSegment(const SegmentMark& mark) override { extras_.segments.push_back(mark); }
+  void OnDefect(const Defect& defect) override {
+    const auto same = std::find_if(extras_.defects.begin(), extras_.defects.end(),
+                                   [&](const Defect& d) { return d.kind == defect.kind; });
+    if (same == extras_.defects.end()) {
+      extras_.defects.push_back(defect);
+    } else {
+      same->count += defect.count;
+    }
+  }
+  TableExtras Take() { return std::move(extras_); }
+
+ private:
+  TableExtras extras_;
+};
+
+}  // namespace
+
+TableSummary ExportTable(const fs::path& source, const fs::path& table) {
+  ExtrasSink extras;
+  Replay(source, extras);
+  TableWriter writer(table, extras.Take());
+  Replay(source, writer);
+  return writer.Close();
+}
+
+}  // namespace gyrobench::recording

@@ -1,0 +1,109 @@
+// Writes a measurement as a measurement table (docs/measurement-table.md), .csv or .csv.gz, as a
+// stream.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/measurement.h"
+
+namespace gyrobench::recording {
+
+// What is only known at a run's end but stands in a table's head.
+struct TableExtras {
+  std::vector<SegmentMark> segments;
+  std::vector<Defect> defects;
+};
+
+struct TableSummary {
+  std::int64_t rows = 0;
+  std::int64_t late = 0;  // events left out: more than TableWriter::kReorder_s behind the latest
+  std::int64_t unannounced =
+      0;  // events left out: of an axis that MeasurementInfo does not announce
+};
+
+// One row for each distinct time, empty fields for what has no value then. Times are written in
+// whole microseconds, counts as integers, all else to 1e-9, so that reading the table gives the
+// record's events again. The clock of the sensor unit is kept in the column unit_tick_s. Segments
+// and defects that arrive as events are not written: they come after the head, so `extras` brings
+// them.
+class TableWriter : public MeasurementSink {
+ public:
+  // Events are put in order within this time: devices are polled in turn, and a bus may be
+  // repeating a request.
+  static constexpr double kReorder_s = 5.0;
+
+  // The name says the form: .csv or .csv.gz. The file appears under its name when Close is done;
+  // until then it is <file>.part. Throws DataError.
+  explicit TableWriter(const std::filesystem::path& file, TableExtras extras = {});
+  // Without Close nothing is left behind.
+  ~TableWriter() override;
+  TableWriter(const TableWriter&) = delete;
+  TableWriter& operator=(const TableWriter&) = delete;
+
+  void OnInfo(const MeasurementInfo& info) override;
+  void OnGyro(const GyroSample& sample) override;
+  void OnAngle(const AngleSample& sample) override;
+  void OnOrientation(const OrientationSample& sample) override;
+  void OnTickPair(const TickPair& pair) override;
+  void OnSegment(const SegmentMark&) override {}
+  void OnDefect(const Defect&) override {}
+
+  // Writes what is held back and gives the file its name. Throws DataError when the disk is full.
+  TableSummary Close();
+
+ private:
+  class Output;
+  // Places of a row's values.
+  enum Slot : std::size_t {
+    kGyro = 0,
+    kAccel = 3,
+    kTemperature = 6,
+    kAngle = 7,
+    kQuaternion = 10,
+    kTick = 14,
+    kSlots = 15
+  };
+  struct Column {
+    std::size_t slot = 0;
+    bool is_count = false;
+    std::string name;
+  };
+  // Values of consecutive slots at one time.
+  struct Event {
+    std::int64_t time_us = 0;
+    std::uint8_t slot = 0;
+    std::uint8_t size = 0;
+    std::array<double, 7> values = {};
+  };
+
+  void AddColumns(const MeasurementInfo& info);
+  void WriteHead(const MeasurementInfo& info);
+  void Hold(double t_s, std::size_t slot, const double* values, std::size_t size);
+  void WriteUpTo(std::int64_t time_us);
+  void WriteRow();
+  void WriteValue(const Column& column, double value);
+
+  std::unique_ptr<Output> output_;
+  TableExtras extras_;
+  std::vector<Column> columns_;
+  std::array<bool, kSlots> present_ = {};
+  std::vector<Event> held_;
+  std::int64_t latest_us_;
+  std::int64_t written_us_;
+  std::array<double, kSlots> row_;
+  std::int64_t row_us_ = 0;
+  bool row_begun_ = false;
+  TableSummary summary_;
+};
+
+// Writes a record, or another table, as a table; reads it twice, for the head needs what is known
+// at the end. Throws DataError.
+TableSummary ExportTable(const std::filesystem::path& source, const std::filesystem::path& table);
+
+}  // namespace gyrobench::recording
