@@ -1,0 +1,195 @@
+#include "stand/bench_physics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "stand/random.h"
+
+namespace gyrobench::stand {
+namespace {
+
+using Kind = config::FaultScenario::Kind;
+
+std::vector<const config::FaultScenario*> FaultsOf(const config::Scenario& scenario, Kind kind,
+                                                   const std::string& device) {
+  std::vector<const config::FaultScenario*> found;
+  for (const auto& fault : scenario.faults) {
+    if (fault.kind == kind && fault.device == device) found.push_back(&fault);
+  }
+  std::ranges::stable_sort(found, {}, &config::FaultScenario::at_s);
+  return found;
+}
+
+std::string DriveName(std::size_t axis) { return fmt::format("{}.drive", kAxisNames[axis]); }
+
+std::array<std::vector<AxisMechanics::LostSteps>, 3> LostStepsOf(const config::Scenario& scenario) {
+  std::array<std::vector<AxisMechanics::LostSteps>, 3> lost;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const auto* fault : FaultsOf(scenario, Kind::kLostSteps, DriveName(axis))) {
+      lost[axis].push_back({.at_s = fault->at_s, .pulses = fault->amount});
+    }
+  }
+  return lost;
+}
+
+GyroFaults GyroFaultsOf(const config::Scenario& scenario) {
+  GyroFaults faults;
+  for (const auto* fault : FaultsOf(scenario, Kind::kReboot, "gyro")) {
+    faults.reboots_s.push_back(fault->at_s);
+  }
+  for (const auto* fault : FaultsOf(scenario, Kind::kFrozen, "gyro")) {
+    faults.frozen.push_back({.begin_s = fault->at_s, .end_s = fault->at_s + fault->duration_s});
+  }
+  return faults;
+}
+
+Geometry GeometryOf(const config::StandConfig& stand, const config::SiteScenario& site) {
+  std::optional<double> latitude_deg =
+      site.latitude_deg ? site.latitude_deg : stand.site.latitude_deg;
+  if (!site.earth_rate) latitude_deg.reset();
+  return {site, latitude_deg, site.heading_deg.value_or(stand.site.heading_deg)};
+}
+
+const config::GyroUnitMap& Checked(const config::GyroUnitMap& map) {
+  if (map.gyro_lsb_per_deg_s.size() < 4 || map.accel_lsb_per_g.size() < 4 ||
+      map.filter_bandwidth_hz.size() < 7 || map.filter_delay_s.size() < 7) {
+    throw ConfigError(fmt::format(
+        "virtual stand: the gyro map '{}' gives {} gyro ranges, {} accelerometer ranges, {} filter "
+        "bandwidths and {} delays: expected 4, 4, 7, 7",
+        map.model, map.gyro_lsb_per_deg_s.size(), map.accel_lsb_per_g.size(),
+        map.filter_bandwidth_hz.size(), map.filter_delay_s.size()));
+  }
+  return map;
+}
+
+}  // namespace
+
+std::size_t AxisIndex(const std::string& name) {
+  const auto found = std::ranges::find(kAxisNames, name);
+  if (found == kAxisNames.end()) {
+    throw ConfigError(
+        fmt::format("virtual stand: axis '{}': expected outer, middle or inner", name));
+  }
+  return static_cast<std::size_t>(found - kAxisNames.begin());
+}
+
+Physics::AxisConstants Physics::ConstantsOf(const config::StandConfig& stand, std::size_t axis) {
+  for (const auto& configured : stand.axes) {
+    if (AxisIndex(configured.name) != axis) continue;
+    return {.gear_ratio = configured.gear_ratio,
+            .pulses_per_turn = static_cast<double>(configured.drive.map.pulses_per_turn),
+            .encoder = configured.encoder};
+  }
+  return {};
+}
+
+AxisMechanics Physics::MakeAxis(const config::StandConfig& stand, std::size_t axis) const {
+  const AxisConstants constants = ConstantsOf(stand, axis);
+  return {specimen_.mechanics[axis], specimen_.encoder[axis].backlash_deg, constants.gear_ratio,
+          constants.pulses_per_turn, lost_steps_[axis]};
+}
+
+AngleEncoder Physics::MakeEncoder(const config::StandConfig& stand, std::size_t axis,
+                                  std::uint64_t seed) const {
+  const AxisConstants constants = ConstantsOf(stand, axis);
+  return {specimen_.encoder[axis], constants.encoder, constants.gear_ratio,
+          SourceSeed(seed, Source::kEncoder, axis)};
+}
+
+Physics::Physics(const config::StandConfig& stand, const config::Scenario& specimen,
+                 std::uint64_t seed, Utime start)
+    : specimen_(specimen),
+      map_(Checked(stand.gyro.map)),
+      start_(start),
+      lost_steps_(LostStepsOf(specimen_)),
+      axes_{MakeAxis(stand, 0), MakeAxis(stand, 1), MakeAxis(stand, 2)},
+      encoders_{MakeEncoder(stand, 0, seed), MakeEncoder(stand, 1, seed),
+                MakeEncoder(stand, 2, seed)},
+      gyro_(specimen_, map_, seed, GeometryOf(stand, specimen_.site), GyroFaultsOf(specimen_)) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const auto* fault : FaultsOf(specimen_, Kind::kAlarm, DriveName(axis))) {
+      alarms_.push_back(
+          {.at_s = fault->at_s, .axis = axis, .code = static_cast<int>(fault->amount)});
+    }
+  }
+  std::ranges::stable_sort(alarms_, {}, &Alarm::at_s);
+}
+
+// Returns the time that counts [s since power-on]: never before what has already happened.
+double Physics::Advance(Utime at) {
+  now_s_ = std::max(now_s_, ToSeconds(at - start_));
+  RaiseAlarms(now_s_);
+  gyro_.CatchUp(now_s_, axes_);
+  return now_s_;
+}
+
+void Physics::RaiseAlarms(double t_s) {
+  for (; next_alarm_ < alarms_.size() && alarms_[next_alarm_].at_s <= t_s; ++next_alarm_) {
+    const Alarm& alarm = alarms_[next_alarm_];
+    gyro_.CatchUp(alarm.at_s, axes_);
+    alarms_now_[alarm.axis] = alarm.code;
+    axes_[alarm.axis].Stop(alarm.at_s, specimen_.mechanics[alarm.axis].quick_stop_ms_per_1000rpm);
+  }
+}
+
+void Physics::AdvanceTo(Utime at) {
+  const std::lock_guard lock(mutex_);
+  Advance(at);
+}
+
+void Physics::Start(std::size_t axis, double t_s, const MoveCommand& command) {
+  if (alarms_now_[axis] == 0) axes_[axis].Move(t_s, command);
+}
+
+void Physics::MoveBy(std::size_t axis, Utime at, std::int64_t pulses, MoveCommand command) {
+  const std::lock_guard lock(mutex_);
+  const double t_s = Advance(at);
+  command.target = std::llround(axes_[axis].Pulses(t_s)) + pulses;
+  Start(axis, t_s, command);
+}
+
+void Physics::MoveTo(std::size_t axis, Utime at, const MoveCommand& command) {
+  const std::lock_guard lock(mutex_);
+  Start(axis, Advance(at), command);
+}
+
+void Physics::QuickStop(std::size_t axis, Utime at) {
+  const std::lock_guard lock(mutex_);
+  axes_[axis].Stop(Advance(at), specimen_.mechanics[axis].quick_stop_ms_per_1000rpm);
+}
+
+void Physics::ClearAlarm(std::size_t axis, Utime at) {
+  const std::lock_guard lock(mutex_);
+  Advance(at);
+  alarms_now_[axis] = 0;
+}
+
+Physics::DriveView Physics::Drive(std::size_t axis, Utime at) {
+  const std::lock_guard lock(mutex_);
+  const double t_s = Advance(at);
+  return {.pulses = std::llround(axes_[axis].Pulses(t_s)),
+          .moving = axes_[axis].Moving(t_s),
+          .alarm = alarms_now_[axis]};
+}
+
+std::uint32_t Physics::EncoderCounts(std::size_t axis, Utime at) {
+  const std::lock_guard lock(mutex_);
+  return encoders_[axis].Counts(Advance(at), axes_[axis]);
+}
+
+void Physics::SetTemperature(Utime at, double degC) {
+  const std::lock_guard lock(mutex_);
+  Advance(at);
+  gyro_.SetTemperature(degC);
+}
+
+AxisTruth Physics::Truth(std::size_t axis, Utime at) {
+  const std::lock_guard lock(mutex_);
+  return axes_[axis].At(Advance(at));
+}
+
+}  // namespace gyrobench::stand

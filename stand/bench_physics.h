@@ -1,0 +1,104 @@
+// The physics of the whole bench: three axes, their encoders, the gyro unit.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/clock.h"
+#include "config/scenario.h"
+#include "config/stand_config.h"
+#include "stand/angle_encoder.h"
+#include "stand/geometry.h"
+#include "stand/gyro_sampler.h"
+#include "stand/mechanics.h"
+
+namespace gyrobench::stand {
+
+// Deterministic for a specimen and a seed: what is read depends on the commands and their times,
+// not on who reads what how often. Calls may come from several threads; times may lag behind an
+// earlier call's (two buses), a command then counts from the latest time at which the gyro was
+// sampled.
+class Physics {
+ public:
+  struct DriveView {
+    std::int64_t pulses = 0;
+    bool moving = false;
+    int alarm = 0;
+  };
+
+  // `specimen`: see DrawSpecimen. `seed`: of the noise. Power-on is at `start`.
+  // Throws ConfigError where the stand file's gyro map lacks the sensor's ranges or filters.
+  Physics(const config::StandConfig& stand, const config::Scenario& specimen, std::uint64_t seed,
+          Utime start);
+  Physics(const Physics&) = delete;
+  Physics& operator=(const Physics&) = delete;
+
+  // Everything up to `at` happens. Reading does it by itself.
+  void AdvanceTo(Utime at);
+
+  // `axis`: StandAxis as an index. The target is relative to where the command count is.
+  void MoveBy(std::size_t axis, Utime at, std::int64_t pulses, MoveCommand command);
+  void MoveTo(std::size_t axis, Utime at, const MoveCommand& command);
+  void QuickStop(std::size_t axis, Utime at);
+  void ClearAlarm(std::size_t axis, Utime at);
+  DriveView Drive(std::size_t axis, Utime at);
+  std::uint32_t EncoderCounts(std::size_t axis, Utime at);
+
+  // The gyro unit as it is at `at`: `use(GyroSampler&, seconds since power-on)`.
+  template <class Use>
+  auto WithGyro(Utime at, Use&& use) {
+    const std::lock_guard lock(mutex_);
+    const double t_s = Advance(at);
+    return std::forward<Use>(use)(gyro_, t_s);
+  }
+  // Someone brings the unit to another temperature and puts it back.
+  void SetTemperature(Utime at, double degC);
+
+  // What only tests and the scenario's author may know.
+  AxisTruth Truth(std::size_t axis, Utime at);
+  const config::Scenario& specimen() const { return specimen_; }
+
+ private:
+  struct Alarm {
+    double at_s = 0.0;
+    std::size_t axis = 0;
+    int code = 0;
+  };
+  struct AxisConstants {
+    double gear_ratio = 40.0;
+    double pulses_per_turn = 10000.0;
+    config::EncoderConfig encoder;
+  };
+
+  static AxisConstants ConstantsOf(const config::StandConfig& stand, std::size_t axis);
+  AxisMechanics MakeAxis(const config::StandConfig& stand, std::size_t axis) const;
+  AngleEncoder MakeEncoder(const config::StandConfig& stand, std::size_t axis,
+                           std::uint64_t seed) const;
+  double Advance(Utime at);
+  void RaiseAlarms(double t_s);
+  void Start(std::size_t axis, double t_s, const MoveCommand& command);
+
+  std::mutex mutex_;
+  const config::Scenario specimen_;
+  const config::GyroUnitMap map_;
+  const Utime start_;
+  double now_s_ = 0.0;
+  std::array<std::vector<AxisMechanics::LostSteps>, 3> lost_steps_;
+  std::array<AxisMechanics, 3> axes_;
+  std::array<AngleEncoder, 3> encoders_;
+  std::array<int, 3> alarms_now_ = {};
+  std::vector<Alarm> alarms_;
+  std::size_t next_alarm_ = 0;
+  GyroSampler gyro_;
+};
+
+// Names of the stand's devices, as faults and messages call them.
+inline constexpr std::array<const char*, 3> kAxisNames = {"outer", "middle", "inner"};
+// Index of an axis of the stand file. Throws ConfigError for another name.
+std::size_t AxisIndex(const std::string& name);
+
+}  // namespace gyrobench::stand

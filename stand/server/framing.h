@@ -1,0 +1,27 @@
+// Modbus frames in bytes: RTU and TCP.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace gyrobench::stand {
+
+// CRC-16 of Modbus (polynomial 0xA001, start 0xFFFF); over a frame with its own CRC behind it is 0.
+std::uint16_t Crc16(std::span<const std::uint8_t> bytes);
+
+// One request within `bytes`.
+struct Frame {
+  std::size_t size = 0;  // bytes it takes, from the beginning
+  bool sound = false;    // checksum and header are right
+  std::uint8_t unit = 0;
+  std::uint16_t transaction = 0;  // TCP only
+  std::span<const std::uint8_t> pdu = {};
+};
+
+// The first request, or nothing while its end has not come. A damaged one takes all bytes: on a
+// line that waits for its answer nothing else can be behind it.
+std::optional<Frame> FirstRtuFrame(std::span<const std::uint8_t> bytes);
+std::optional<Frame> FirstTcpFrame(std::span<const std::uint8_t> bytes);
+
+}  // namespace gyrobench::stand

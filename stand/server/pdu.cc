@@ -1,0 +1,78 @@
+#include "stand/server/pdu.h"
+
+#include <algorithm>
+#include <array>
+
+namespace gyrobench::stand {
+namespace {
+
+constexpr std::uint8_t kReadHolding = 3, kReadInput = 4, kWriteOne = 6, kWriteMany = 16;
+constexpr std::size_t kMostRead = 125, kMostWritten = 123;
+
+std::uint16_t Word(std::span<const std::uint8_t> bytes, std::size_t i) {
+  return static_cast<std::uint16_t>(bytes[i] << 8U | bytes[i + 1]);
+}
+
+std::size_t Refuse(std::uint8_t function, ModbusException why, std::span<std::uint8_t> reply) {
+  reply[0] = static_cast<std::uint8_t>(function | 0x80U);
+  reply[1] = static_cast<std::uint8_t>(why);
+  return 2;
+}
+
+std::size_t AnswerRead(Device& device, std::span<const std::uint8_t> request, Utime at,
+                       bool impostor, std::span<std::uint8_t> reply) {
+  const std::uint8_t function = request[0];
+  if (request.size() != 5) return Refuse(function, ModbusException::kIllegalValue, reply);
+  const std::uint16_t address = Word(request, 1);
+  const std::size_t count = Word(request, 3);
+  if (count == 0 || count > kMostRead)
+    return Refuse(function, ModbusException::kIllegalValue, reply);
+  std::array<std::uint16_t, kMostRead> buffer;
+  const std::span<std::uint16_t> words(buffer.data(), count);
+  ModbusException failed = device.Read(function, address, words, at);
+  if (failed == ModbusException::kNone && impostor) failed = device.Disguise(address, words);
+  if (failed != ModbusException::kNone) return Refuse(function, failed, reply);
+  reply[0] = function;
+  reply[1] = static_cast<std::uint8_t>(2 * count);
+  for (std::size_t i = 0; i < count; ++i) {
+    reply[2 + 2 * i] = static_cast<std::uint8_t>(words[i] >> 8U);
+    reply[3 + 2 * i] = static_cast<std::uint8_t>(words[i] & 0xFFU);
+  }
+  return 2 + 2 * count;
+}
+
+std::size_t AnswerWrite(Device& device, std::span<const std::uint8_t> request, Utime at,
+                        std::span<std::uint8_t> reply) {
+  const std::uint8_t function = request[0];
+  const bool many = function == kWriteMany;
+  if (request.size() < 5) return Refuse(function, ModbusException::kIllegalValue, reply);
+  const std::size_t count = many ? Word(request, 3) : 1;
+  const std::size_t data = many ? 6 : 3;
+  const bool fits = count >= 1 && count <= kMostWritten && request.size() == data + 2 * count &&
+                    (!many || request[5] == 2 * count);
+  if (!fits) return Refuse(function, ModbusException::kIllegalValue, reply);
+  std::array<std::uint16_t, kMostWritten> words;
+  for (std::size_t i = 0; i < count; ++i) words[i] = Word(request, data + 2 * i);
+  const auto failed = device.Write(Word(request, 1), {words.data(), count}, at);
+  if (failed != ModbusException::kNone) return Refuse(function, failed, reply);
+  std::copy_n(request.begin(), 5, reply.begin());
+  return 5;
+}
+
+}  // namespace
+
+std::size_t AnswerPdu(Device& device, std::span<const std::uint8_t> request, Utime at,
+                      bool impostor, std::span<std::uint8_t> reply) {
+  switch (request[0]) {
+    case kReadHolding:
+    case kReadInput:
+      return AnswerRead(device, request, at, impostor, reply);
+    case kWriteOne:
+    case kWriteMany:
+      return AnswerWrite(device, request, at, reply);
+    default:
+      return Refuse(request[0], ModbusException::kIllegalFunction, reply);
+  }
+}
+
+}  // namespace gyrobench::stand

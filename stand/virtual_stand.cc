@@ -1,0 +1,120 @@
+#include "stand/virtual_stand.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+#include <vector>
+
+#include "stand/bench_physics.h"
+#include "stand/devices/drive_device.h"
+#include "stand/devices/encoder_device.h"
+#include "stand/devices/gyro_device.h"
+#include "stand/server/bus_server.h"
+#include "stand/specimen.h"
+
+namespace gyrobench::stand {
+namespace {
+
+std::uint64_t SeedOf(const config::StandConfig& stand) {
+  return stand.virtual_stand ? stand.virtual_stand->seed : 1;
+}
+
+std::vector<EncoderDevice::Interval> FrozenTimes(const config::Scenario& scenario,
+                                                 const std::string& device, Utime start) {
+  std::vector<EncoderDevice::Interval> frozen;
+  for (const auto& fault : scenario.faults) {
+    if (fault.kind != config::FaultScenario::Kind::kFrozen || fault.device != device) continue;
+    constexpr double kForEver_s = 1e9;
+    const double end_s = std::min(fault.at_s + fault.duration_s, kForEver_s);
+    frozen.push_back({.begin = start + FromSeconds(fault.at_s), .end = start + FromSeconds(end_s)});
+  }
+  return frozen;
+}
+
+}  // namespace
+
+struct VirtualStand::Impl {
+  Impl(const config::StandConfig& stand_config, const config::Scenario& scenario,
+       std::uint64_t noise_seed, Clock& its_clock)
+      : stand(stand_config),
+        seed(noise_seed),
+        clock(its_clock),
+        start(clock.Now()),
+        physics(stand, DrawSpecimen(scenario, seed), seed, start) {}
+
+  void Add(Responder& responder, int unit, std::unique_ptr<Device> device) {
+    DeviceFaults faults(physics.specimen(), device->name(), start);
+    responder.Add(unit, std::move(device), std::move(faults));
+  }
+
+  std::unique_ptr<Responder> MakeResponder(const config::BusConfig& bus) {
+    const LineTiming timing(bus, physics.specimen().bus);
+    auto responder = std::make_unique<Responder>(bus.name, clock, timing, seed);
+    for (const config::AxisConfig& axis : stand.axes) {
+      const std::size_t index = AxisIndex(axis.name);
+      if (axis.drive.bus == bus.name) {
+        Add(*responder, axis.drive.unit,
+            std::make_unique<DriveDevice>(axis.name + ".drive", axis.drive.map, index, physics));
+      }
+      if (axis.encoder.bus == bus.name) {
+        const std::string name = axis.name + ".encoder";
+        Add(*responder, axis.encoder.unit,
+            std::make_unique<EncoderDevice>(name, axis.encoder.map, index, physics,
+                                            FrozenTimes(physics.specimen(), name, start)));
+      }
+    }
+    if (stand.gyro.bus == bus.name) {
+      Add(*responder, stand.gyro.unit, std::make_unique<GyroDevice>(stand.gyro.map, physics));
+    }
+    return responder;
+  }
+
+  const config::StandConfig stand;
+  const std::uint64_t seed;
+  Clock& clock;
+  const Utime start;
+  Physics physics;
+  std::vector<std::unique_ptr<BusServer>> servers;
+};
+
+VirtualStand::VirtualStand(const config::StandConfig& stand, const config::Scenario& scenario,
+                           std::uint64_t seed, Clock& clock)
+    : impl_(std::make_unique<Impl>(stand, scenario, seed, clock)) {}
+
+VirtualStand::VirtualStand(const config::StandConfig& stand, const config::Scenario& scenario,
+                           Clock& clock)
+    : VirtualStand(stand, scenario, SeedOf(stand), clock) {}
+
+VirtualStand::~VirtualStand() = default;
+
+config::BusConfig VirtualStand::Serve(const config::BusConfig& bus, Port port) {
+  config::BusConfig served = bus;
+  auto responder = impl_->MakeResponder(bus);
+  if (bus.transport == config::BusConfig::Transport::kRtu) {
+    auto server = std::make_unique<RtuServer>(std::move(responder));
+    served.device = server->device();
+    impl_->servers.push_back(std::move(server));
+  } else {
+    const bool free = port == Port::kFree;
+    served.host = free ? "127.0.0.1" : bus.host;
+    auto server =
+        std::make_unique<TcpServer>(std::move(responder), served.host, free ? 0 : bus.port);
+    served.port = server->port();
+    impl_->servers.push_back(std::move(server));
+  }
+  impl_->servers.back()->Start();
+  return served;
+}
+
+void VirtualStand::SetTemperature(double degC) {
+  impl_->physics.SetTemperature(impl_->clock.Now(), degC);
+}
+
+void VirtualStand::ColdSoak() {
+  const config::Scenario& specimen = impl_->physics.specimen();
+  SetTemperature(specimen.thermal.start_degC.value_or(specimen.room.temperature_degC));
+}
+
+Physics& VirtualStand::physics() { return impl_->physics; }
+
+}  // namespace gyrobench::stand
