@@ -1,10 +1,8 @@
-// The bench as a procedure sees it. Two implementations: DryBench (here, checks and adds up time without
-// moving anything) and the daemon's, which moves.
+// The bench as a procedure sees it. Two implementations: DryBench (here, checks and adds up time
+// without moving anything) and the daemon's, which moves.
 #pragma once
 
-#include <array>
-#include <functional>
-#include <optional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -30,7 +28,7 @@ struct TurnCommand {
 };
 
 struct TurnOutcome {
-  double moved_deg = 0.0;  // by the reference sensor
+  double moved_deg = 0.0;   // by the reference sensor
   double rate_deg_s = 0.0;  // that the drive used
   double duration_s = 0.0;
 };
@@ -50,8 +48,8 @@ struct SoakOutcome {
 };
 
 struct Question {
-  std::string id;    // what a configuration answers by
-  std::string text;  // what the operator reads
+  std::string id;                    // what a configuration answers by
+  std::string text;                  // what the operator reads
   std::vector<std::string> choices;  // empty: any text
   double timeout_s = 3600.0;
 };
@@ -64,8 +62,21 @@ struct Estimate {
   std::string unit;
 };
 
-// Everything a procedure can do. Each of Turn, Rest and Soak is one segment of the run. All may throw
-// LimitError (before motion), DeviceError and Aborted.
+// A measurement against its declared limits. A part that misses them is data, not an error.
+struct LimitCheck {
+  std::string name;
+  double value = 0.0;
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  std::string unit;
+  bool passed = false;  // min <= value <= max; never with NaN
+};
+
+// "offset = 0.31 deg/s: PASS (-1 .. 1 deg/s)"
+std::string Describe(const LimitCheck& check);
+
+// Everything a procedure can do. Each of Turn, Rest and Soak is one segment of the run. All may
+// throw LimitError (before motion), DeviceError and Aborted.
 class Bench {
  public:
   virtual ~Bench() = default;
@@ -79,6 +90,8 @@ class Bench {
   virtual std::string Ask(const Question& question) = 0;
   // `what`: "scale_factor" or "bias".
   virtual Estimate ReadEstimate(const std::string& what) = 0;
+  // The engine has judged the check; here it is shown and recorded.
+  virtual void RecordLimit(const LimitCheck& check) = 0;
   virtual void Say(const std::string& text) = 0;
   // 0..1, shown to the operator. Without it the engine shows time against the dry run's.
   virtual void Progress(double fraction) = 0;

@@ -1,0 +1,300 @@
+#include "procedures/engine/commands.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <iterator>
+#include <lua.hpp>
+#include <utility>
+
+#include "base/error.h"
+#include "procedures/engine/motion_time.h"
+#include "procedures/engine/table_reader.h"
+#include "procedures/engine/text.h"
+
+namespace gyrobench::procedures {
+namespace {
+
+// About the smallest step of a drive behind a worm: a table nearer to its target than this is
+// there.
+constexpr double kThere_deg = 0.001;
+
+// One command as it is executed: the script's argument, the bench, and the stack for the outcome.
+struct Call {
+  lua_State* state;
+  int argument;             // index on the stack
+  const std::string& name;  // "bench.turn"
+  Bench& bench;
+  std::vector<LimitCheck>& checks;
+
+  TableReader Fields(std::vector<std::string> known) const {
+    return {state, argument, name, std::move(known)};
+  }
+  std::string Text() const { return ReadText(state, argument, name); }
+};
+
+void SetField(lua_State* state, const char* field, double value) {
+  lua_pushnumber(state, value);
+  lua_setfield(state, -2, field);
+}
+
+void SetField(lua_State* state, const char* field, const std::string& value) {
+  lua_pushlstring(state, value.data(), value.size());
+  lua_setfield(state, -2, field);
+}
+
+// Each of the following executes one command and returns the number of values that it pushed.
+
+int Rest(const Call& call) {
+  const double duration_s = call.Fields({"duration_s"}).RequiredNumber("duration_s");
+  CheckRest(duration_s);
+  if (duration_s > 0.0) call.bench.Rest(duration_s);
+  return 0;
+}
+
+int PushOutcome(lua_State* state, const TurnOutcome& outcome) {
+  lua_createtable(state, 0, 3);
+  SetField(state, "moved_deg", outcome.moved_deg);
+  SetField(state, "rate_deg_s", outcome.rate_deg_s);
+  SetField(state, "duration_s", outcome.duration_s);
+  return 1;
+}
+
+TurnCommand ReadMove(const TableReader& fields, const AxisFacts& axis) {
+  TurnCommand command;
+  command.axis = axis.name;
+  command.rate_deg_s = fields.RequiredNumber("rate_deg_s");
+  command.acceleration_deg_s2 =
+      fields.Number("acceleration_deg_s2").value_or(0.5 * axis.max_acceleration_deg_s2);
+  return command;
+}
+
+int Turn(const Call& call) {
+  const TableReader fields =
+      call.Fields({"axis", "angle_deg", "shaft_turns", "rate_deg_s", "acceleration_deg_s2"});
+  const auto axes = call.bench.Axes();
+  const AxisFacts& axis = FindAxis(axes, fields.RequiredText("axis"));
+  TurnCommand command = ReadMove(fields, axis);
+  if (fields.Has("angle_deg") == fields.Has("shaft_turns")) {
+    fields.Refuse("expected either angle_deg (of the table) or shaft_turns");
+  }
+  command.angle_deg = fields.Has("angle_deg")
+                          ? fields.RequiredNumber("angle_deg")
+                          : 360.0 * fields.RequiredNumber("shaft_turns") / axis.gear_ratio;
+  if (command.angle_deg == 0.0) fields.Refuse("a turn by 0 deg is none");
+  return PushOutcome(call.state, call.bench.Turn(command));
+}
+
+int MoveTo(const Call& call) {
+  const TableReader fields =
+      call.Fields({"axis", "angle_deg", "rate_deg_s", "acceleration_deg_s2"});
+  const auto axes = call.bench.Axes();
+  const AxisFacts& axis = FindAxis(axes, fields.RequiredText("axis"));
+  TurnCommand command = ReadMove(fields, axis);
+  command.angle_deg = fields.RequiredNumber("angle_deg") - axis.angle_deg;
+  if (std::abs(command.angle_deg) < kThere_deg) {
+    return PushOutcome(call.state, {0.0, command.rate_deg_s, 0.0});
+  }
+  return PushOutcome(call.state, call.bench.Turn(command));
+}
+
+int Soak(const Call& call) {
+  const TableReader fields = call.Fields({"drift_degC", "window_s", "min_s", "max_s"});
+  SoakCommand command;
+  command.drift_degC = fields.Number("drift_degC").value_or(command.drift_degC);
+  command.window_s = fields.Number("window_s").value_or(command.window_s);
+  command.min_s = fields.Number("min_s").value_or(command.min_s);
+  command.max_s = fields.RequiredNumber("max_s");
+  CheckSoak(command);
+  const SoakOutcome outcome = call.bench.Soak(command);
+  lua_createtable(call.state, 0, 3);
+  lua_pushboolean(call.state, outcome.settled ? 1 : 0);
+  lua_setfield(call.state, -2, "settled");
+  SetField(call.state, "temperature_degC", outcome.temperature_degC);
+  SetField(call.state, "duration_s", outcome.duration_s);
+  return 1;
+}
+
+int Ask(const Call& call) {
+  const TableReader fields = call.Fields({"id", "text", "choices", "timeout_s"});
+  Question question;
+  question.id = fields.RequiredText("id");
+  question.text = fields.RequiredText("text");
+  question.choices = fields.Texts("choices");
+  question.timeout_s = fields.Number("timeout_s").value_or(question.timeout_s);
+  if (question.timeout_s <= 0.0) {
+    fields.Refuse(
+        fmt::format("timeout_s = {:.10g}: expected a number above 0", question.timeout_s));
+  }
+  const std::string answer = call.bench.Ask(question);
+  lua_pushlstring(call.state, answer.data(), answer.size());
+  return 1;
+}
+
+int ReadEstimate(const Call& call) {
+  const std::vector<std::string> known = {"scale_factor", "bias"};
+  const std::string what = call.Text();
+  if (what != known[0] && what != known[1]) {
+    throw Error(fmt::format("{}: \"{}\" is not known{}; known: {}", call.name, what,
+                            DidYouMean(what, known), fmt::join(known, ", ")));
+  }
+  const Estimate estimate = call.bench.ReadEstimate(what);
+  if (!estimate.available) {
+    lua_pushnil(call.state);
+    return 1;
+  }
+  lua_createtable(call.state, 0, 3);
+  SetField(call.state, "value", estimate.value);
+  SetField(call.state, "std_error", estimate.std_error);
+  SetField(call.state, "unit", estimate.unit);
+  return 1;
+}
+
+int Temperature(const Call& call) {
+  const double temperature = call.bench.TemperatureDegC();
+  if (std::isnan(temperature)) {
+    lua_pushnil(call.state);
+  } else {
+    lua_pushnumber(call.state, temperature);
+  }
+  return 1;
+}
+
+int Elapsed(const Call& call) {
+  lua_pushnumber(call.state, call.bench.ElapsedS());
+  return 1;
+}
+
+int ListAxes(const Call& call) {
+  lua_newtable(call.state);
+  for (const AxisFacts& axis : call.bench.Axes()) {
+    lua_createtable(call.state, 0, 7);
+    SetField(call.state, "name", axis.name);
+    SetField(call.state, "gear_ratio", axis.gear_ratio);
+    SetField(call.state, "angle_deg", axis.angle_deg);
+    SetField(call.state, "min_deg", axis.min_deg);
+    SetField(call.state, "max_deg", axis.max_deg);
+    SetField(call.state, "max_rate_deg_s", axis.max_rate_deg_s);
+    SetField(call.state, "max_acceleration_deg_s2", axis.max_acceleration_deg_s2);
+    lua_setfield(call.state, -2, axis.name.c_str());
+  }
+  return 1;
+}
+
+int Say(const Call& call) {
+  call.bench.Say(call.Text());
+  return 0;
+}
+
+int Progress(const Call& call) {
+  const bool number = lua_type(call.state, call.argument) == LUA_TNUMBER;
+  const double fraction = number ? lua_tonumber(call.state, call.argument) : -1.0;
+  if (!(fraction >= 0.0 && fraction <= 1.0)) {
+    throw Error(fmt::format("{}: expected a number 0 .. 1, got {}", call.name,
+                            ShowValue(call.state, call.argument)));
+  }
+  call.bench.Progress(fraction);
+  return 0;
+}
+
+int FailRun(const Call& call) { throw Error(call.Text()); }
+
+int Limit(const Call& call) {
+  const TableReader fields = call.Fields({"name", "value", "min", "max", "unit"});
+  LimitCheck check;
+  check.name = fields.RequiredText("name");
+  const auto value = fields.AnyNumber("value");
+  if (!value) fields.Refuse("value is missing: expected a number");
+  if (!fields.Has("min") && !fields.Has("max")) fields.Refuse("expected min, max or both");
+  check.value = *value;
+  check.min = fields.Number("min").value_or(check.min);
+  check.max = fields.Number("max").value_or(check.max);
+  check.unit = fields.Text("unit").value_or("");
+  if (check.min > check.max) {
+    fields.Refuse(fmt::format("min = {:.10g} is above max = {:.10g}", check.min, check.max));
+  }
+  check.passed = check.value >= check.min && check.value <= check.max;
+  call.checks.push_back(check);
+  call.bench.RecordLimit(check);
+  lua_pushboolean(call.state, check.passed ? 1 : 0);
+  return 1;
+}
+
+struct Command {
+  const char* name;
+  int (*execute)(const Call& call);
+};
+
+// One line a command.
+constexpr Command kCommands[] = {
+    {"rest", Rest},       {"turn", Turn},     {"move_to", MoveTo},
+    {"soak", Soak},       {"ask", Ask},       {"estimate", ReadEstimate},
+    {"elapsed", Elapsed}, {"axes", ListAxes}, {"temperature", Temperature},
+    {"say", Say},         {"limit", Limit},   {"progress", Progress},
+    {"fail", FailRun},
+};
+
+// The C side of every function of `bench`: yields its argument and the command's index to the host.
+// Upvalues: index, the table bench.
+int Yield(lua_State* state) {
+  const lua_Integer index = lua_tointeger(state, lua_upvalueindex(1));
+  const char* name = kCommands[index].name;
+  if (lua_rawequal(state, 1, lua_upvalueindex(2)) != 0) {
+    return luaL_error(state, "bench:%s: write bench.%s, with a dot", name, name);
+  }
+  if (lua_gettop(state) > 1) {
+    return luaL_error(state, "bench.%s takes one value, got %d", name, lua_gettop(state));
+  }
+  if (lua_isyieldable(state) == 0) {
+    return luaL_error(state, "bench.%s cannot be called from within table.sort", name);
+  }
+  lua_settop(state, 1);
+  lua_pushinteger(state, index);
+  return lua_yield(state, 2);
+}
+
+int RefuseUnknown(lua_State* state) {
+  const char* name = luaL_tolstring(state, 2, nullptr);
+  const char* hint = lua_tostring(state, lua_upvalueindex(1));
+  return luaL_error(state, "bench.%s: there is no such command; commands: %s", name, hint);
+}
+
+}  // namespace
+
+void InstallCommands(lua_State* state) {
+  lua_newtable(state);
+  for (std::size_t i = 0; i < std::size(kCommands); ++i) {
+    lua_pushinteger(state, static_cast<lua_Integer>(i));
+    lua_pushvalue(state, -2);
+    lua_pushcclosure(state, Yield, 2);
+    lua_setfield(state, -2, kCommands[i].name);
+  }
+  lua_newtable(state);
+  lua_pushstring(state, fmt::format("{}", fmt::join(CommandNames(), ", ")).c_str());
+  lua_pushcclosure(state, RefuseUnknown, 1);
+  lua_setfield(state, -2, "__index");
+  lua_setmetatable(state, -2);
+  lua_setglobal(state, "bench");
+}
+
+std::vector<std::string> CommandNames() {
+  std::vector<std::string> names;
+  for (const Command& command : kCommands) names.emplace_back(command.name);
+  return names;
+}
+
+std::string CommandName(lua_State* thread) {
+  return std::string("bench.") + kCommands[lua_tointeger(thread, -1)].name;
+}
+
+int ExecuteCommand(lua_State* thread, int values, Bench& bench, std::vector<LimitCheck>& checks) {
+  const int first = lua_gettop(thread) - values + 1;
+  const Command& command = kCommands[lua_tointeger(thread, -1)];
+  const std::string name = CommandName(thread);
+  const int results = command.execute({thread, first, name, bench, checks});
+  for (int i = 0; i < values; ++i) lua_remove(thread, first);
+  return results;
+}
+
+}  // namespace gyrobench::procedures

@@ -1,0 +1,105 @@
+#include "procedures/engine/dry_bench.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/error.h"
+#include "procedures/engine/motion_time.h"
+
+namespace gyrobench::procedures {
+namespace {
+
+// Rounding of many added angles; a plan is exact otherwise.
+constexpr double kRounding_deg = 1e-6;
+
+}  // namespace
+
+DryBench::DryBench(std::vector<AxisFacts> axes, DryOptions options)
+    : axes_(std::move(axes)), options_(std::move(options)) {}
+
+double DryBench::TemperatureDegC() const {
+  return options_.room_degC -
+         options_.cold_degC * std::exp(-plan_.expected_duration_s / options_.time_constant_s);
+}
+
+void DryBench::AddSegment(const std::string& kind, const std::string& name, double duration_s,
+                          double expected_s) {
+  const double end_s = plan_.duration_s + duration_s;
+  if (end_s > options_.max_duration_s) {
+    throw LimitError(fmt::format(
+        "the run would take {:.10g} s or more, beyond the limit {:.10g} s: this {} of {:.10g} s "
+        "begins at {:.10g} s",
+        end_s, options_.max_duration_s, kind, duration_s, plan_.duration_s));
+  }
+  if (plan_.segments.size() >= options_.max_segments) {
+    throw LimitError(fmt::format("the run would have more than {} segments (an endless loop?)",
+                                 options_.max_segments));
+  }
+  plan_.segments.push_back({kind, name, plan_.duration_s, end_s});
+  plan_.duration_s = end_s;
+  plan_.expected_duration_s += expected_s;
+}
+
+TurnOutcome DryBench::Turn(const TurnCommand& command) {
+  CheckTurn(command, FindAxis(axes_, command.axis), kRounding_deg);
+  const auto axis = std::find_if(axes_.begin(), axes_.end(), [&](const AxisFacts& facts) {
+    return facts.name == command.axis;
+  });
+  const double duration_s =
+      MoveDuration_s(command.angle_deg, command.rate_deg_s, command.acceleration_deg_s2);
+  const double begin_s = plan_.duration_s;
+  AddSegment("turn", fmt::format("{} {:+g} deg", command.axis, command.angle_deg), duration_s,
+             duration_s);
+  const double to_deg = axis->angle_deg + command.angle_deg;
+  plan_.moves.push_back({command.axis, begin_s, duration_s, axis->angle_deg, to_deg,
+                         command.rate_deg_s, command.acceleration_deg_s2});
+  axis->angle_deg = to_deg;
+  return {command.angle_deg, command.rate_deg_s, duration_s};
+}
+
+void DryBench::Rest(double duration_s) {
+  CheckRest(duration_s);
+  AddSegment("rest", fmt::format("{:g} s", duration_s), duration_s, duration_s);
+}
+
+// room - cold exp(-t/tau) changes by less than drift within the window w that ends at t when
+//   cold exp(-t/tau) (exp(w/tau) - 1) < drift,   t = tau ln(cold (exp(w/tau) - 1) / drift)
+double DryBench::ExpectedSoak_s(const SoakCommand& command) const {
+  const double tau = options_.time_constant_s;
+  const double settled_s =
+      tau * std::log(options_.cold_degC * std::expm1(command.window_s / tau) / command.drift_degC) -
+      plan_.expected_duration_s;
+  return std::min(command.max_s, std::max({command.min_s, command.window_s, settled_s}));
+}
+
+SoakOutcome DryBench::Soak(const SoakCommand& command) {
+  CheckSoak(command);
+  AddSegment("soak", fmt::format("{:g} degC in {:g} s", command.drift_degC, command.window_s),
+             command.max_s, ExpectedSoak_s(command));
+  return {true, command.max_s, TemperatureDegC()};
+}
+
+std::string DryBench::Ask(const Question& question) {
+  plan_.questions.push_back(question);
+  if (const auto found = options_.answers.find(question.id); found != options_.answers.end()) {
+    return found->second;
+  }
+  return question.choices.empty() ? "" : question.choices.front();
+}
+
+Estimate DryBench::ReadEstimate(const std::string& what) {
+  if (what == "bias") return {true, options_.nominal_bias_lsb, 0.0, "LSB"};
+  return {true, options_.nominal_scale_deg_s_per_lsb, 0.0, "deg/s/LSB"};
+}
+
+Plan DryRun(const Procedure& procedure, const Parameters& parameters, std::vector<AxisFacts> axes,
+            const DryOptions& options, const RunHooks& hooks) {
+  DryBench bench(std::move(axes), options);
+  RunProcedure(procedure, parameters, bench, hooks);
+  return bench.plan();
+}
+
+}  // namespace gyrobench::procedures

@@ -1,0 +1,52 @@
+// Runs a procedure on a bench, dry or for real.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "procedures/engine/bench.h"
+#include "procedures/engine/procedure.h"
+#include "procedures/engine/sandbox.h"
+#include "procedures/engine/script_error.h"
+
+namespace gyrobench::procedures {
+
+// Thrown by a Bench when the run is to end because somebody wants it to. Not a failure.
+class Aborted : public Error {
+ public:
+  using Error::Error;
+};
+
+struct RunHooks {
+  // Before each command: the script's line and the command's name, "bench.turn".
+  std::function<void(int line, const std::string& command)> on_command;
+  SandboxLimits limits;
+  std::int64_t max_commands = 1'000'000;
+};
+
+// How a run that came to its end went. A run that did not is an exception.
+enum class RunOutcome { kPassed, kFailedLimits };
+
+struct RunResult {
+  RunOutcome outcome = RunOutcome::kPassed;
+  std::vector<LimitCheck> checks;  // of bench.limit, in order
+  std::int64_t commands = 0;
+  std::int64_t instructions = 0;  // counted in steps of 1000
+};
+
+// Checks the parameters, then executes the script's run(p) to its end, one command after the other,
+// with a SafePoint before each.
+//
+// An exception out of the bench, a wrong field or a tripped limit of the sandbox ends the run at
+// once: the script is not resumed, so its pcall cannot catch it and nothing moves after it. Throws
+//   ParameterError            before the script is started;
+//   ScriptError               the script failed: "scale.lua:41: ...", and bench.fail;
+//   LimitError, DeviceError, DataError, ConfigError, Error   out of the bench, with "scale.lua:41:
+//   " put before; any other type (Aborted)  out of the bench, as it came.
+RunResult RunProcedure(const Procedure& procedure, const Parameters& parameters, Bench& bench,
+                       const RunHooks& hooks = {});
+
+}  // namespace gyrobench::procedures

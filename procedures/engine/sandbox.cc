@@ -1,0 +1,307 @@
+#include "procedures/engine/sandbox.h"
+
+#include <fmt/format.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <initializer_list>
+#include <lua.hpp>
+#include <string_view>
+#include <utility>
+
+#include "procedures/engine/script_error.h"
+
+namespace gyrobench::procedures {
+namespace {
+
+constexpr int kHookInterval = 1000;
+constexpr lua_Integer kRepeatBytes = 1 << 20;
+constexpr lua_Integer kRandomSeed = 1;
+
+double ProcessorTime_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+using Names = std::initializer_list<std::string_view>;
+
+// Removes all fields of the table on top of the stack but those of `kept`.
+void KeepOnly(lua_State* state, Names kept) {
+  lua_pushnil(state);
+  while (lua_next(state, -2) != 0) {
+    lua_pop(state, 1);
+    const std::string_view key = lua_tostring(state, -1);
+    if (std::find(kept.begin(), kept.end(), key) != kept.end()) continue;
+    lua_pushvalue(state, -1);
+    lua_pushnil(state);
+    lua_rawset(state, -4);
+  }
+}
+
+// string.rep loops once a repetition, also for an empty string, where no hook can stop it.
+int BoundedRepeat(lua_State* state) {
+  std::size_t length = 0;
+  std::size_t separator = 0;
+  luaL_checklstring(state, 1, &length);
+  luaL_optlstring(state, 3, "", &separator);
+  const auto each = static_cast<lua_Integer>(std::max<std::size_t>(1, length + separator));
+  if (luaL_checkinteger(state, 2) > kRepeatBytes / each) {
+    return luaL_error(state, "string.rep: more than %I bytes", kRepeatBytes);
+  }
+  lua_pushvalue(state, lua_upvalueindex(1));
+  lua_insert(state, 1);
+  lua_call(state, lua_gettop(state) - 1, 1);
+  return 1;
+}
+
+// Reached where the host itself meets an error of Lua outside of a protected call: memory. The
+// process must not end by it, so it goes on as an exception of ours; the state is closed by who
+// catches it.
+int Panic(lua_State* state) {
+  const char* text = lua_tostring(state, -1);
+  throw Error(fmt::format("the script's state is used up: {}", text == nullptr ? "?" : text));
+}
+
+void OpenLibrary(lua_State* state, const char* name, lua_CFunction open, Names kept) {
+  luaL_requiref(state, name, open, 1);
+  KeepOnly(state, kept);
+  lua_pop(state, 1);
+}
+
+void BoundRepeat(lua_State* state) {
+  lua_getglobal(state, "string");
+  lua_getfield(state, -1, "rep");
+  lua_pushcclosure(state, BoundedRepeat, 1);
+  lua_setfield(state, -2, "rep");
+  lua_pop(state, 1);
+}
+
+// The same numbers in every run, dry or not.
+void SeedRandom(lua_State* state) {
+  lua_getglobal(state, "math");
+  lua_getfield(state, -1, "randomseed");
+  lua_pushinteger(state, kRandomSeed);
+  lua_call(state, 1, 0);
+  lua_pushnil(state);
+  lua_setfield(state, -2, "randomseed");
+  lua_pop(state, 1);
+}
+
+std::string ErrorText(lua_State* state) {
+  const int type = lua_type(state, -1);
+  if (type == LUA_TSTRING || type == LUA_TNUMBER) return lua_tostring(state, -1);
+  return fmt::format("error() was called with a value of type {}: give it a text",
+                     lua_typename(state, type));
+}
+
+int LineOf(lua_State* state) {
+  lua_Debug activation{};
+  for (int level = 0; lua_getstack(state, level, &activation) != 0; ++level) {
+    lua_getinfo(state, "l", &activation);
+    if (activation.currentline > 0) return activation.currentline;
+  }
+  return 0;
+}
+
+}  // namespace
+
+struct Sandbox::Guard {
+  enum class Trip { kNone, kMemory, kStep, kTotal, kProcessor };
+
+  SandboxLimits limits;
+  std::size_t memory_bytes = 0;
+  std::int64_t step_instructions = 0;
+  std::int64_t instructions = 0;
+  double step_begin_s = 0.0;
+  Trip trip = Trip::kNone;
+  int trip_line = 0;
+
+  Trip Exceeded() const {
+    if (step_instructions > limits.instructions_per_step) return Trip::kStep;
+    if (instructions > limits.instructions) return Trip::kTotal;
+    if (ProcessorTime_s() - step_begin_s > limits.processor_s_per_step) return Trip::kProcessor;
+    return Trip::kNone;
+  }
+
+  void Set(Trip reason, lua_State* state) {
+    if (trip != Trip::kNone) return;
+    trip = reason;
+    trip_line = LineOf(state);
+  }
+
+  std::string Message() const {
+    switch (trip) {
+      case Trip::kMemory:
+        return fmt::format(
+            "the script needs more than {} MB of memory (endless recursion, or a table or text "
+            "that "
+            "grows without end?)",
+            limits.memory_bytes >> 20);
+      case Trip::kStep:
+        return fmt::format(
+            "the script computed {} instructions without a bench command (an endless loop?)",
+            limits.instructions_per_step);
+      case Trip::kTotal:
+        return fmt::format("the script computed more than {} instructions in all",
+                           limits.instructions);
+      case Trip::kProcessor:
+        return fmt::format(
+            "the script computed for more than {:g} s without a bench command (an endless loop?)",
+            limits.processor_s_per_step);
+      case Trip::kNone:
+        break;
+    }
+    return {};
+  }
+};
+
+void Sandbox::Close::operator()(lua_State* state) const { lua_close(state); }
+
+Sandbox::Guard& Sandbox::GuardOf(lua_State* state) {
+  Guard* guard = nullptr;
+  std::memcpy(&guard, lua_getextraspace(state), sizeof(guard));
+  return *guard;
+}
+
+void* Sandbox::Allocate(void* user, void* block, std::size_t old_size, std::size_t new_size) {
+  Guard& guard = *static_cast<Guard*>(user);
+  if (block == nullptr) old_size = 0;  // Lua passes the kind of object there
+  if (new_size == 0) {
+    std::free(block);
+    guard.memory_bytes -= old_size;
+    return nullptr;
+  }
+  const std::size_t after = guard.memory_bytes - old_size + new_size;
+  if (new_size > old_size && after > guard.limits.memory_bytes) return nullptr;
+  void* moved = std::realloc(block, new_size);
+  if (moved != nullptr) guard.memory_bytes = after;
+  return moved;
+}
+
+// Once tripped, the hook comes at every instruction: whatever the script does to go on, it is
+// stopped again.
+void Sandbox::OnCount(lua_State* state, lua_Debug*) {
+  Guard& guard = GuardOf(state);
+  if (guard.trip == Guard::Trip::kNone) {
+    guard.step_instructions += kHookInterval;
+    guard.instructions += kHookInterval;
+    const Guard::Trip reason = guard.Exceeded();
+    if (reason == Guard::Trip::kNone) return;
+    guard.Set(reason, state);
+    lua_sethook(state, OnCount, LUA_MASKCOUNT, 1);
+  }
+  luaL_error(state, "limit of the script reached");
+}
+
+// pcall of the sandbox: as Lua's, but a tripped limit and exhausted memory go on upwards.
+int Sandbox::ProtectedCall(lua_State* state) {
+  luaL_checkany(state, 1);
+  lua_pushboolean(state, 1);
+  lua_insert(state, 1);
+  const int status = lua_pcallk(state, lua_gettop(state) - 2, LUA_MULTRET, 0, 0, EndProtectedCall);
+  return EndProtectedCall(state, status, 0);
+}
+
+int Sandbox::EndProtectedCall(lua_State* state, int status, std::ptrdiff_t) {
+  Guard& guard = GuardOf(state);
+  if (status == LUA_ERRMEM) guard.Set(Guard::Trip::kMemory, state);
+  if (guard.trip != Guard::Trip::kNone) return lua_error(state);
+  if (status == LUA_OK || status == LUA_YIELD) return lua_gettop(state);
+  lua_pushboolean(state, 0);
+  lua_pushvalue(state, -2);
+  return 2;
+}
+
+Sandbox::Sandbox(std::string file, const SandboxLimits& limits)
+    : file_(std::move(file)), guard_(std::make_unique<Guard>()) {
+  guard_->limits = limits;
+  state_.reset(lua_newstate(Allocate, guard_.get()));
+  if (!state_) throw Error(file_ + ": no memory for a Lua state");
+  lua_atpanic(state_.get(), Panic);
+  Guard* guard = guard_.get();
+  std::memcpy(lua_getextraspace(state_.get()), &guard, sizeof(guard));
+  OpenLibraries();
+  // Never collected: it stays on the stack of the main thread.
+  thread_ = lua_newthread(state_.get());
+  lua_sethook(thread_, OnCount, LUA_MASKCOUNT, kHookInterval);
+}
+
+Sandbox::~Sandbox() = default;
+
+// Only what is listed here exists for a script. Left out, and why: io, os, package, debug, load,
+// dofile, require (files, processes, code of unknown origin); coroutine (a command must reach the
+// host); collectgarbage, setmetatable, getmetatable, raw* (finalizers, and lengths that make
+// library functions loop without end); find, match, gmatch, gsub (patterns that run for years);
+// table.move (the same); xpcall (its handler runs after a limit tripped).
+void Sandbox::OpenLibraries() {
+  lua_State* state = state_.get();
+  OpenLibrary(state, LUA_STRLIBNAME, luaopen_string,
+              {"byte", "char", "format", "len", "lower", "rep", "reverse", "sub", "upper"});
+  OpenLibrary(state, LUA_TABLIBNAME, luaopen_table,
+              {"concat", "insert", "pack", "remove", "sort", "unpack"});
+  OpenLibrary(
+      state, LUA_MATHLIBNAME, luaopen_math,
+      {"abs",  "acos",   "asin",       "atan", "ceil",       "cos", "deg",        "exp",  "floor",
+       "fmod", "huge",   "log",        "max",  "maxinteger", "min", "mininteger", "modf", "pi",
+       "rad",  "random", "randomseed", "sin",  "sqrt",       "tan", "tointeger",  "type", "ult"});
+  OpenLibrary(state, LUA_GNAME, luaopen_base,
+              {"_G", "_VERSION", "assert", "error", "ipairs", "next", "pairs", "select", "tonumber",
+               "tostring", "type", "string", "table", "math"});
+  BoundRepeat(state);
+  SeedRandom(state);
+  lua_pushcfunction(state, ProtectedCall);
+  lua_setglobal(state, "pcall");
+}
+
+void Sandbox::Load(const std::string& source) {
+  const std::string chunk = "@" + file_;
+  const int status = luaL_loadbufferx(thread_, source.data(), source.size(), chunk.c_str(), "t");
+  if (status != LUA_OK) Fail(status);
+  const Step step = Resume(0);
+  if (!step.finished) {
+    throw ScriptError(
+        file_, CurrentLine(),
+        "bench commands can be called from run(p) only, not while the script is read");
+  }
+  lua_settop(thread_, 0);
+}
+
+Sandbox::Step Sandbox::Resume(int arguments) {
+  guard_->step_instructions = 0;
+  guard_->step_begin_s = ProcessorTime_s();
+  Step step;
+  const int status = lua_resume(thread_, nullptr, arguments, &step.values);
+  step.finished = status == LUA_OK;
+  const bool running = step.finished || status == LUA_YIELD;
+  if (!running || guard_->trip != Guard::Trip::kNone) Fail(status);
+  return step;
+}
+
+void Sandbox::Fail(int status) {
+  if (status == LUA_ERRMEM) guard_->Set(Guard::Trip::kMemory, thread_);
+  if (guard_->trip != Guard::Trip::kNone) {
+    throw ScriptError(file_, guard_->trip_line, guard_->Message());
+  }
+  std::string text = ErrorText(thread_);
+  int line = CurrentLine();
+  // Lua has put "file:line: " before most of its messages; that line is the better one.
+  if (text.starts_with(file_ + ":")) {
+    const std::size_t begin = file_.size() + 1;
+    const std::size_t end = text.find(':', begin);
+    const int told = std::atoi(text.c_str() + begin);
+    if (told > 0 && end != std::string::npos) {
+      line = told;
+      text.erase(0, std::min(text.size(), end + 2));
+    }
+  }
+  throw ScriptError(file_, line, text);
+}
+
+int Sandbox::CurrentLine() const { return LineOf(thread_); }
+
+std::int64_t Sandbox::instructions() const { return guard_->instructions; }
+
+}  // namespace gyrobench::procedures

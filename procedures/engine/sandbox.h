@@ -1,0 +1,72 @@
+// A Lua state that a stranger's script can do no harm in: no files, no processes, no clock, bounded
+// memory, instructions and processor time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+struct lua_State;
+struct lua_Debug;
+
+namespace gyrobench::procedures {
+
+// What a script may use. The instruction counts make the same script stop at the same place on
+// every machine; processor time is the last resort against library functions that work long within
+// one instruction.
+struct SandboxLimits {
+  std::size_t memory_bytes = std::size_t{32} << 20;
+  std::int64_t instructions_per_step = 20'000'000;  // between two bench commands
+  std::int64_t instructions = 1'000'000'000;        // in all
+  double processor_s_per_step = 10.0;
+};
+
+// One script in one Lua state, run as one coroutine. A step runs it until it yields, returns or
+// fails. A limit, once tripped, cannot be caught by the script. Not thread-safe.
+class Sandbox {
+ public:
+  // `file` is the name that errors carry.
+  Sandbox(std::string file, const SandboxLimits& limits);
+  ~Sandbox();
+  Sandbox(const Sandbox&) = delete;
+  Sandbox& operator=(const Sandbox&) = delete;
+
+  // Compiles `source` (text, never precompiled code) and runs its top level. Throws ScriptError,
+  // also where the top level calls a bench command.
+  void Load(const std::string& source);
+
+  struct Step {
+    bool finished = false;
+    int values = 0;  // yielded or returned, on top of thread()'s stack
+  };
+  // Resumes the coroutine with the `arguments` values on top of thread()'s stack; before its first
+  // step also the function below them. Throws ScriptError.
+  Step Resume(int arguments);
+
+  lua_State* thread() const { return thread_; }
+  const std::string& file() const { return file_; }
+  // Line of the script that runs now (that called the bench command, after a yield). 0: none.
+  int CurrentLine() const;
+  std::int64_t instructions() const;
+
+ private:
+  struct Guard;
+  struct Close {
+    void operator()(lua_State* state) const;
+  };
+  [[noreturn]] void Fail(int status);
+  static void* Allocate(void* user, void* block, std::size_t old_size, std::size_t new_size);
+  static void OnCount(lua_State* state, lua_Debug* activation);
+  static int ProtectedCall(lua_State* state);
+  static int EndProtectedCall(lua_State* state, int status, std::ptrdiff_t context);
+  static Guard& GuardOf(lua_State* state);
+  void OpenLibraries();
+
+  std::string file_;
+  std::unique_ptr<Guard> guard_;
+  std::unique_ptr<lua_State, Close> state_;
+  lua_State* thread_ = nullptr;
+};
+
+}  // namespace gyrobench::procedures

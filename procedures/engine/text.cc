@@ -1,0 +1,69 @@
+#include "procedures/engine/text.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+
+namespace gyrobench::procedures {
+namespace {
+
+// Levenshtein distance.
+std::size_t Distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0U);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+    }
+  }
+  return row[b.size()];
+}
+
+// Length of the sequence that `lead` begins, 0 where none may begin so.
+std::size_t SequenceLength(std::uint8_t lead) {
+  if (lead < 0x80) return lead == 0 ? 0 : 1;
+  if (lead < 0xC2) return 0;
+  if (lead < 0xE0) return 2;
+  if (lead < 0xF0) return 3;
+  return lead < 0xF5 ? 4 : 0;
+}
+
+// The second byte is bounded where a sequence would be overlong, a surrogate or beyond U+10FFFF.
+bool SecondFits(std::uint8_t lead, std::uint8_t second) {
+  if (lead == 0xE0) return second >= 0xA0;
+  if (lead == 0xED) return second < 0xA0;
+  if (lead == 0xF0) return second >= 0x90;
+  return lead != 0xF4 || second < 0x90;
+}
+
+}  // namespace
+
+std::string DidYouMean(std::string_view word, const std::vector<std::string>& known) {
+  const auto nearest = std::min_element(known.begin(), known.end(), [&](auto& a, auto& b) {
+    return Distance(word, a) < Distance(word, b);
+  });
+  if (nearest == known.end()) return {};
+  const bool begins = word.size() >= 3 && nearest->starts_with(word);
+  if (!begins && Distance(word, *nearest) > std::max<std::size_t>(1, word.size() / 3)) return {};
+  return " (did you mean " + *nearest + "?)";
+}
+
+bool IsText(std::string_view text) {
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<std::uint8_t>(text[i]);
+    const std::size_t length = SequenceLength(lead);
+    if (length == 0 || i + length > text.size()) return false;
+    for (std::size_t k = 1; k < length; ++k) {
+      if ((static_cast<std::uint8_t>(text[i + k]) & 0xC0) != 0x80) return false;
+    }
+    if (length > 1 && !SecondFits(lead, static_cast<std::uint8_t>(text[i + 1]))) return false;
+    i += length;
+  }
+  return true;
+}
+
+}  // namespace gyrobench::procedures
