@@ -1,0 +1,198 @@
+// Commands that are one request to the daemon.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "cli/commands.h"
+#include "cli/control_client.h"
+#include "cli/exit_status.h"
+#include "cli/json_field.h"
+#include "cli/number_text.h"
+#include "cli/request_parameters.h"
+#include "cli/text_layout.h"
+
+namespace gyrobench::cli {
+namespace {
+
+using Json = nlohmann::json;
+using Rows = std::vector<std::vector<std::string>>;
+
+ControlClient ClientOf(const Options& options) {
+  const BenchPlace place(options.bench);
+  return {place.Socket(), place.DaemonCommand()};
+}
+
+int PrintJson(const Json& json) {
+  fmt::print("{}\n", json.dump(2));
+  return kDone;
+}
+
+// A request whose answer is the new state.
+int ChangeState(const Options& options, const std::string& target,
+                const Json& body = Json::object()) {
+  const Json answer = ClientOf(options).Post(target, body);
+  if (options.json) return PrintJson(answer);
+  fmt::print("{}\n", Text(answer, "state"));
+  return kDone;
+}
+
+std::string RangeOf(const Json& parameter) {
+  const Json& choices = Field(parameter, "choices");
+  if (choices.is_array() && !choices.empty()) {
+    std::string text;
+    for (const Json& choice : choices) text += (text.empty() ? "" : " | ") + Plain(choice);
+    return text;
+  }
+  const double min = Number(parameter, "min"), max = Number(parameter, "max");
+  if (std::isfinite(min) && std::isfinite(max)) {
+    return fmt::format("{} .. {}", FormatNumber(min), FormatNumber(max));
+  }
+  if (std::isfinite(min)) return "from " + FormatNumber(min);
+  if (std::isfinite(max)) return "up to " + FormatNumber(max);
+  return Text(parameter, "type");
+}
+
+std::string ProcedureText(const Json& procedure, const Terminal& terminal) {
+  std::string text =
+      terminal.Bold(Text(procedure, "name")) + "  " + Text(procedure, "summary") + "\n";
+  const std::string problem = Text(procedure, "problem");
+  if (!problem.empty()) text += "  " + terminal.Red("cannot be run: ") + problem + "\n";
+  Rows rows;
+  for (const Json& p : Field(procedure, "parameters")) {
+    rows.push_back({Text(p, "name"), WithUnit(Plain(Field(p, "default")), Text(p, "unit")),
+                    RangeOf(p), Text(p, "help")});
+  }
+  return text + AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft}, 2);
+}
+
+std::string RunText(const Json& run) {
+  if (!run.is_object()) return "none since the daemon started";
+  const std::string outcome = Text(run, "outcome");
+  std::string text =
+      fmt::format("{}, {}", Text(run, "run_id"), outcome.empty() ? Text(run, "state") : outcome);
+  if (outcome.empty()) {
+    text += fmt::format(": {:.0f} %, {}", 100.0 * Number(run, "progress"), Text(run, "segment"));
+    const double remaining = Number(run, "remaining_s");
+    if (std::isfinite(remaining)) text += ", " + FormatDuration(remaining) + " of bench time left";
+  }
+  const std::string message = Text(run, "message");
+  return message.empty() ? text : text + ": " + message;
+}
+
+std::string LiveDataText(const Json& lcm) {
+  if (!lcm.is_object()) return Plain(lcm);
+  const std::string message = Text(lcm, "message");
+  if (!message.empty()) return message;
+  return fmt::format("{}, channels {}_*", Text(lcm, "url"), Text(lcm, "channel_prefix"));
+}
+
+std::string StatusText(const Json& status, const Terminal& terminal) {
+  Rows rows;
+  const std::string state = Text(status, "state");
+  rows.push_back({"bench", state == "fault" ? terminal.Red(state) : terminal.Bold(state)});
+  const Json& fault = Field(status, "fault");
+  if (fault.is_object()) {
+    rows.push_back({"fault", terminal.Red(Text(fault, "source") + ": " + Text(fault, "message"))});
+    rows.push_back({"", "when its cause is gone: gyrobench reset"});
+  }
+  const Json& question = Field(status, "question");
+  if (question.is_object()) {
+    rows.push_back({"question", Text(question, "text")});
+    rows.push_back({"", "answer with: gyrobench answer TEXT"});
+  }
+  rows.push_back({"run", RunText(Field(status, "run"))});
+  const std::string record = Text(Field(status, "run"), "record");
+  if (!record.empty()) rows.push_back({"record", record});
+  if (const std::string live = LiveDataText(Field(status, "lcm")); !live.empty()) {
+    rows.push_back({"live data", live});
+  }
+  if (const std::string version = Text(status, "version"); !version.empty()) {
+    rows.push_back({"daemon", "gyrobenchd " + version});
+  }
+  return AlignColumns(rows, {Align::kLeft, Align::kLeft});
+}
+
+std::string DevicesText(const Json& devices, const Terminal& terminal) {
+  Rows rows;
+  for (const Json& device : devices) {
+    const Json& ok = Field(device, "ok");
+    const bool well = ok.is_boolean() && ok.get<bool>();
+    rows.push_back({Text(device, "name"), Text(device, "kind"),
+                    fmt::format("{} unit {}", Text(device, "bus"), Plain(Field(device, "unit"))),
+                    well ? "ok" : terminal.Red("NOT OK"), Text(device, "message")});
+  }
+  if (rows.empty()) return "";
+  return "\n" +
+         AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft});
+}
+
+std::string MoveText(const Json& move) {
+  const double angle = Number(move, "angle_deg"), rate = Number(move, "rate_deg_s");
+  return fmt::format("{} by {} deg at {} deg/s", Text(move, "axis"), FormatNumber(angle),
+                     FormatNumber(rate));
+}
+
+// Equal moves that follow each other as one line.
+std::string MovesText(const Json& moves) {
+  Rows rows;
+  for (std::size_t i = 0; i < moves.size();) {
+    const std::string text = MoveText(moves[i]);
+    std::size_t end = i + 1;
+    while (end < moves.size() && MoveText(moves[end]) == text) ++end;
+    rows.push_back({fmt::format("{} x", end - i), text});
+    i = end;
+  }
+  constexpr std::size_t kShown = 20;
+  const std::size_t more = rows.size() > kShown ? rows.size() - kShown : 0;
+  rows.resize(rows.size() - more);
+  if (more > 0) rows.push_back({"", fmt::format("... and {} more; all with --json", more)});
+  return AlignColumns(rows, {Align::kRight, Align::kLeft}, 2);
+}
+
+}  // namespace
+
+int Procedures(const Options& options) {
+  const Json answer = ClientOf(options).Get("/v1/procedures");
+  if (options.json) return PrintJson(answer);
+  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  bool first = true;
+  for (const Json& procedure : Field(answer, "procedures")) {
+    fmt::print("{}{}", first ? "" : "\n", ProcedureText(procedure, terminal));
+    first = false;
+  }
+  return kDone;
+}
+
+int Check(const Options& options) {
+  const Json answer = ClientOf(options).Post("/v1/check", RunRequest(options));
+  if (options.json) return PrintJson(answer);
+  const Json& segments = Field(answer, "segments");
+  const Json& moves = Field(answer, "moves");
+  fmt::print(
+      "{} may run: {} of bench time, {} segments, {} moves. Nothing has moved.\n", options.name,
+      FormatDuration(Number(answer, "duration_s")),
+      segments.is_array() ? segments.size() : static_cast<std::size_t>(Integer(answer, "segments")),
+      moves.size());
+  fmt::print("{}", MovesText(moves));
+  return kDone;
+}
+
+int Status(const Options& options) {
+  const Json answer = ClientOf(options).Get("/v1/status");
+  if (options.json) return PrintJson(answer);
+  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  fmt::print("{}{}", StatusText(answer, terminal), DevicesText(Field(answer, "devices"), terminal));
+  return kDone;
+}
+
+int Pause(const Options& options) { return ChangeState(options, "/v1/pause"); }
+int Resume(const Options& options) { return ChangeState(options, "/v1/resume"); }
+int Abort(const Options& options) { return ChangeState(options, "/v1/abort"); }
+int Stop(const Options& options) { return ChangeState(options, "/v1/stop"); }
+int Reset(const Options& options) { return ChangeState(options, "/v1/reset"); }
+int Answer(const Options& options) {
+  return ChangeState(options, "/v1/answer", {{"answer", options.answer}});
+}
+
+}  // namespace gyrobench::cli

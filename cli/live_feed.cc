@@ -1,0 +1,158 @@
+#include "cli/live_feed.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <exception>
+#include <lcm/lcm-cpp.hpp>
+#include <map>
+#include <utility>
+
+#include "base/error.h"
+
+namespace gyrobench::cli {
+namespace {
+
+// Default is 30, which a burst of one block of samples a device overruns while a terminal is slow.
+constexpr int kQueueMessages = 20000;
+// At the highest rates measured, less loses messages.
+constexpr const char* kReceiveBuffer = "recv_buf_size=2097152";
+
+// Without a multicast route LCM blocks for seconds and then says little: ask the kernel first.
+void CheckRoute(const std::string& url) {
+  const std::size_t begin = url.find("://");
+  const std::size_t end = url.find_first_of(":?", begin + 3);
+  if (url.rfind("udpm", 0) != 0 || begin == std::string::npos) return;
+  const std::string group = url.substr(begin + 3, end - begin - 3);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(7667);
+  if (inet_pton(AF_INET, group.c_str(), &address.sin_addr) != 1) return;
+  const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (probe < 0) return;
+  sockaddr generic{};
+  std::memcpy(&generic, &address, sizeof(generic));
+  const bool routed = connect(probe, &generic, sizeof(address)) == 0;
+  const int error = errno;
+  close(probe);
+  if (routed) return;
+  throw Error(fmt::format(
+      "no live data: no route to the LCM group {} ({}); mend it with: sudo ip route add "
+      "{}/32 dev lo",
+      group, std::strerror(error), group));
+}
+
+std::string WithReceiveBuffer(const std::string& url) {
+  if (url.rfind("udpm", 0) != 0 || url.find("recv_buf_size") != std::string::npos) return url;
+  return url + (url.find('?') == std::string::npos ? "?" : "&") + kReceiveBuffer;
+}
+
+}  // namespace
+
+class LiveFeed::Impl {
+ public:
+  Impl(const std::string& url, std::string prefix, Handler handler)
+      : lcm_((CheckRoute(url), WithReceiveBuffer(url))),
+        prefix_(std::move(prefix) + "_"),
+        handler_(std::move(handler)) {
+    if (!lcm_.good()) {
+      throw Error(
+          fmt::format("no live data: LCM cannot be joined at {}; expected a URL such as "
+                      "udpm://239.255.76.67:7667?ttl=0",
+                      url));
+    }
+    lcm::Subscription* subscription = lcm_.subscribe(prefix_ + ".*", &Impl::OnMessage, this);
+    subscription->setQueueCapacity(kQueueMessages);
+  }
+
+  int descriptor() { return lcm_.getFileno(); }
+
+  void Dispatch() {
+    while (lcm_.handleTimeout(0) > 0) {
+    }
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  }
+
+  std::int64_t received() const { return received_; }
+  std::int64_t lost() const { return lost_; }
+
+ private:
+  // LCM calls from C: an exception must not pass through it.
+  void OnMessage(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+    try {
+      Decode(*buffer, channel.substr(prefix_.size()));
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+  }
+
+  void Decode(const lcm::ReceiveBuffer& buffer, const std::string& name) {
+    if (name == "STATUS") return Give<status_t>(buffer, name);
+    if (name == "RUN") return Give<run_t>(buffer, name);
+    if (name == "BIAS_RESULT") return Give<bias_result_t>(buffer, name);
+    if (name == "SCALE_RESULT") return Give<scale_result_t>(buffer, name);
+    if (name == "MODEL_RESULT") return Give<model_result_t>(buffer, name);
+    if (name == "TRACE_RESULT") return Give<trace_result_t>(buffer, name);
+    if (name == "FAULT") return Give<fault_t>(buffer, name);
+    if (name == "GYRO") return Give<gyro_t>(buffer, name);
+    if (name == "ANGLE") return Give<angle_t>(buffer, name);
+    if (name == "AXES") return Give<axes_t>(buffer, name);
+    ++received_;
+    handler_({name, 0, false, Undecoded{"a channel that this version does not know"}});
+  }
+
+  template <typename Message>
+  void Give(const lcm::ReceiveBuffer& buffer, const std::string& name) {
+    ++received_;
+    Message message;
+    bool whole = false;
+    try {
+      whole = message.decode(buffer.data, 0, static_cast<int>(buffer.data_size)) >= 0;
+    } catch (const std::exception&) {
+      // A negative length in foreign bytes makes the generated code throw: they are not ours.
+      whole = false;
+    }
+    if (!whole) {
+      handler_(
+          {name, 0, false, Undecoded{"of another version or damaged: the type does not match"}});
+      return;
+    }
+    LiveMessage live{name, 0, false, {}};
+    Count(message.seq, live);
+    live.body = std::move(message);
+    handler_(live);
+  }
+
+  void Count(std::int64_t seq, LiveMessage& live) {
+    const auto [last, first] = last_seq_.try_emplace(live.channel, seq);
+    if (!first) {
+      live.restarted = seq <= last->second;
+      live.lost = live.restarted ? 0 : seq - last->second - 1;
+      last->second = seq;
+      lost_ += live.lost;
+    }
+  }
+
+  lcm::LCM lcm_;
+  std::string prefix_;
+  Handler handler_;
+  std::map<std::string, std::int64_t> last_seq_;
+  std::int64_t received_ = 0;
+  std::int64_t lost_ = 0;
+  std::exception_ptr failure_;
+};
+
+LiveFeed::LiveFeed(const std::string& url, const std::string& channel_prefix, Handler handler)
+    : impl_(std::make_unique<Impl>(url, channel_prefix, std::move(handler))) {}
+LiveFeed::~LiveFeed() = default;
+int LiveFeed::descriptor() const { return impl_->descriptor(); }
+void LiveFeed::Dispatch() { impl_->Dispatch(); }
+std::int64_t LiveFeed::received() const { return impl_->received(); }
+std::int64_t LiveFeed::lost() const { return impl_->lost(); }
+
+}  // namespace gyrobench::cli

@@ -1,0 +1,60 @@
+// Live data over LCM, as any program may subscribe to it: docs/subscribe.md.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "gyrobench/angle_t.hpp"
+#include "gyrobench/axes_t.hpp"
+#include "gyrobench/bias_result_t.hpp"
+#include "gyrobench/fault_t.hpp"
+#include "gyrobench/gyro_t.hpp"
+#include "gyrobench/model_result_t.hpp"
+#include "gyrobench/run_t.hpp"
+#include "gyrobench/scale_result_t.hpp"
+#include "gyrobench/status_t.hpp"
+#include "gyrobench/trace_result_t.hpp"
+
+namespace gyrobench::cli {
+
+// What could not be read: a channel of this prefix that is not known here, or bytes of another
+// version.
+struct Undecoded {
+  std::string why;
+};
+
+struct LiveMessage {
+  std::string channel;     // without prefix: "SCALE_RESULT"
+  std::int64_t lost = 0;   // messages of this channel missing right before this one
+  bool restarted = false;  // numbers began anew: the daemon was restarted
+  std::variant<status_t, run_t, bias_result_t, scale_result_t, model_result_t, trace_result_t,
+               fault_t, gyro_t, angle_t, axes_t, Undecoded>
+      body;
+};
+
+// Subscribes to all channels of a prefix. For one thread.
+class LiveFeed {
+ public:
+  using Handler = std::function<void(const LiveMessage&)>;
+  // Throws Error, with the command that mends it, when LCM cannot be joined.
+  LiveFeed(const std::string& url, const std::string& channel_prefix, Handler handler);
+  ~LiveFeed();
+  LiveFeed(const LiveFeed&) = delete;
+  LiveFeed& operator=(const LiveFeed&) = delete;
+
+  // Readable when Dispatch has something to do.
+  int descriptor() const;
+  // Gives what has arrived to the handler, without waiting.
+  void Dispatch();
+  std::int64_t received() const;
+  std::int64_t lost() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gyrobench::cli

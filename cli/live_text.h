@@ -1,0 +1,30 @@
+// Live messages as text, one line each, and as JSON.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "cli/live_feed.h"
+#include "cli/text_layout.h"
+
+namespace gyrobench::cli {
+
+// "x", "y", "z"; "?" for what is no axis.
+std::string SensorAxisName(int axis);
+
+// "idle", "running" ... as the control socket says them.
+std::string StateName(int state);
+
+// "scale z: 0.0076336 ± 0.0000021 deg/s per LSB"; "bias z: -12.30 ± 0.15 LSB at 25.0 degC".
+std::string EstimateText(const scale_result_t& result);
+std::string EstimateText(const bias_result_t& result);
+
+// "14:03:12.345  RUN  ...", without a newline.
+std::string LiveLine(const LiveMessage& message, const Terminal& terminal);
+
+// Every field under its own name, with "channel" and "lost". Values that are not finite become
+// null.
+nlohmann::json LiveJson(const LiveMessage& message);
+
+}  // namespace gyrobench::cli

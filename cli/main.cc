@@ -1,0 +1,62 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <string_view>
+#include <variant>
+
+#include "cli/commands.h"
+#include "cli/exit_status.h"
+#include "cli/options.h"
+
+namespace {
+
+using namespace gyrobench::cli;
+
+struct Command {
+  std::string_view name;
+  int (*run)(const Options&);
+};
+
+constexpr std::array<Command, 15> kCommands = {{{"procedures", Procedures},
+                                                {"check", Check},
+                                                {"run", Run},
+                                                {"status", Status},
+                                                {"watch", Watch},
+                                                {"pause", Pause},
+                                                {"resume", Resume},
+                                                {"abort", Abort},
+                                                {"answer", Answer},
+                                                {"stop", Stop},
+                                                {"reset", Reset},
+                                                {"runs", Runs},
+                                                {"show", Show},
+                                                {"analyze", Analyze},
+                                                {"export", Export}}};
+
+int Dispatch(const Options& options) {
+  for (const Command& command : kCommands) {
+    if (command.name == options.command) return command.run(options);
+  }
+  throw UsageError(fmt::format("no command '{}'", options.command));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string command;
+  try {
+    const auto parsed = ParseOptions(argc, argv);
+    if (const int* status = std::get_if<int>(&parsed)) return *status;
+    const auto& options = std::get<Options>(parsed);
+    command = " " + options.command;
+    return Dispatch(options);
+  } catch (const UsageError& error) {
+    fmt::print(stderr, "gyrobench{}: {}\n", command, error.what());
+    return kUsage;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "gyrobench{}: {}\n", command, error.what());
+    return kFailed;
+  }
+}

@@ -1,0 +1,149 @@
+#include "cli/options.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "base/version.h"
+#include "cli/exit_status.h"
+
+namespace gyrobench::cli {
+namespace {
+
+void AddCommon(CLI::App& app, Options& options) {
+  app.add_flag("--json", options.json, "Print JSON for machines");
+  app.add_option("--config", options.bench.config, "Stand file; default $GYROBENCH_CONFIG")
+      ->type_name("FILE");
+  app.add_option("--socket", options.bench.socket,
+                 "The daemon's control socket, instead of the stand file's")
+      ->type_name("PATH");
+  app.add_option("--records", options.bench.records,
+                 "Folder of the records, instead of the stand file's")
+      ->type_name("DIR");
+  app.add_option("--lcm", options.bench.lcm_url,
+                 "LCM URL of live data, instead of the stand file's")
+      ->type_name("URL");
+  app.add_option("--prefix", options.bench.channel_prefix,
+                 "Prefix of the LCM channels, instead of the stand file's")
+      ->type_name("NAME");
+}
+
+class CommandLine {
+ public:
+  CommandLine()
+      : app_("Client of the calibration bench gyrobench, and its offline analysis.", "gyrobench") {
+    app_.require_subcommand(1);
+    app_.set_version_flag("--version", std::string("gyrobench ") + kVersion);
+    app_.footer(
+        "Exit status: 0 done, 1 the command failed, 2 usage, 3 the part failed its limits.\n"
+        "Example:\n  gyrobench --config config/stands/virtual.toml run scale -p turns=20");
+    AddCommon(app_, options_);
+    AddBenchCommands();
+    AddRunCommands();
+    AddRecordCommands();
+  }
+
+  std::variant<Options, int> Parse(int argc, const char* const* argv) {
+    try {
+      app_.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return Report(error);
+    }
+    const CLI::App* command = app_.get_subcommands().front();
+    options_.command = command->get_name();
+    for (const std::string& text : parameter_texts_) {
+      const std::size_t equals = text.find('=');
+      if (equals == std::string::npos || equals == 0) {
+        std::cerr << "gyrobench " << options_.command << ": -p " << text
+                  << ": expected key=value, such as -p turns=20\n";
+        return static_cast<int>(kUsage);
+      }
+      options_.parameters.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+    }
+    return options_;
+  }
+
+ private:
+  CLI::App& Add(const std::string& name, const std::string& help, const std::string& example) {
+    CLI::App& command = *app_.add_subcommand(name, help);
+    command.footer("Example:\n  " + example);
+    AddCommon(command, options_);
+    return command;
+  }
+
+  void AddParameters(CLI::App& command) {
+    command.add_option("procedure", options_.name, "Name of the procedure")->required();
+    command.add_option("-p,--parameter", parameter_texts_, "Value of a parameter of the procedure")
+        ->type_name("key=value")
+        ->allow_extra_args(false);
+  }
+
+  void AddBenchCommands() {
+    Add("procedures", "List the procedures with their parameters", "gyrobench procedures");
+    AddParameters(Add("check", "Run a procedure dry: what it would do, and whether it may",
+                      "gyrobench check scale -p turns=20 -p rate=9"));
+    CLI::App& run = Add("run", "Run a procedure and follow it to its results",
+                        "gyrobench run scale -p turns=20 -p rate=9");
+    AddParameters(run);
+    run.add_flag("--detach", options_.detach, "Return as soon as the run has started");
+    Add("status", "What the bench is doing, and how its devices are", "gyrobench status");
+    CLI::App& watch = Add("watch", "Print live state and results as they come over LCM",
+                          "gyrobench watch --until-stop");
+    watch.add_option("--count", options_.count, "End after so many messages")
+        ->type_name("N")
+        ->check(CLI::PositiveNumber);
+    watch.add_flag("--until-stop", options_.until_stop, "End when a run stops");
+    watch.add_flag("--data", options_.data, "Samples of gyro, angle and axes too");
+  }
+
+  void AddRunCommands() {
+    Add("pause", "Pause the run at its next safe point", "gyrobench pause");
+    Add("resume", "Go on with a paused run", "gyrobench resume");
+    Add("abort", "End the run in order: motion stops gently, the record is closed",
+        "gyrobench abort");
+    CLI::App& answer = Add("answer", "Answer the question that a procedure asks the operator",
+                           "gyrobench answer done");
+    answer.add_option("text", options_.answer, "The answer, or one of the choices")->required();
+    Add("stop", "Stop all motion now, in every state", "gyrobench stop");
+    Add("reset", "Clear a latched fault once its cause is gone", "gyrobench reset");
+  }
+
+  void AddRecordCommands() {
+    Add("runs", "List the recorded runs", "gyrobench runs --records records");
+    CLI::App& show = Add("show", "Show one recorded run and its results",
+                         "gyrobench show 20260312-091500-scale");
+    show.add_option("run", options_.name, "Run, or the folder of its record")->required();
+    CLI::App& analyze = Add("analyze", "Scale, bias, their errors and the defects of recorded data",
+                            "gyrobench analyze turntable.csv.gz");
+    analyze.add_option("input", options_.inputs, "Runs, folders of records, or measurement tables")
+        ->type_name("RUN-or-TABLE")
+        ->required();
+    CLI::App& write = Add("export", "Write a run as a measurement table",
+                          "gyrobench export 20260312-091500-scale -o scale.csv.gz");
+    write.add_option("run", options_.name, "Run, or the folder of its record")->required();
+    write.add_option("-o,--output", options_.output, "Table to write, .csv or .csv.gz")
+        ->type_name("FILE")
+        ->required();
+    write.add_flag("--overwrite", options_.overwrite, "Replace the file if it exists");
+  }
+
+  int Report(const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app_.exit(error, std::cout, std::cerr);
+    std::string command = "gyrobench";
+    if (!app_.get_subcommands().empty())
+      command += " " + app_.get_subcommands().front()->get_name();
+    std::cerr << command << ": " << error.what() << "\nTry: " << command << " --help\n";
+    return kUsage;
+  }
+
+  CLI::App app_;
+  Options options_;
+  std::vector<std::string> parameter_texts_;
+};
+
+}  // namespace
+
+std::variant<Options, int> ParseOptions(int argc, const char* const* argv) {
+  return CommandLine().Parse(argc, argv);
+}
+
+}  // namespace gyrobench::cli

@@ -1,0 +1,35 @@
+// The command line, read.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "cli/bench_place.h"
+
+namespace gyrobench::cli {
+
+struct Options {
+  std::string command;  // "run", "status" ...
+  BenchOptions bench;
+  bool json = false;
+  std::string name;                                             // procedure or run
+  std::vector<std::pair<std::string, std::string>> parameters;  // -p key=value
+  bool detach = false;
+  std::string answer;
+  std::int64_t count = 0;  // watch: messages to print, 0 = no end
+  bool until_stop = false;
+  bool data = false;  // watch: samples too
+  std::vector<std::string> inputs;
+  std::filesystem::path output;
+  bool overwrite = false;
+};
+
+// The options, or the exit status when there is nothing more to do (help was printed, or an error
+// of usage).
+std::variant<Options, int> ParseOptions(int argc, const char* const* argv);
+
+}  // namespace gyrobench::cli

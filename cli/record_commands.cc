@@ -1,0 +1,167 @@
+// Commands on recorded runs; no daemon is needed.
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+
+#include "cli/commands.h"
+#include "cli/exit_status.h"
+#include "cli/json_field.h"
+#include "cli/number_text.h"
+#include "cli/result_text.h"
+#include "recording/run_directory.h"
+#include "recording/table_writer.h"
+
+namespace gyrobench::cli {
+namespace {
+
+using Json = nlohmann::json;
+
+// null where the file is absent; {"problem"} where it cannot be read: one damaged record must not
+// hide the others.
+Json ReadOr(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return nullptr;
+  try {
+    return recording::ReadJson(file);
+  } catch (const DataError& error) {
+    return {{"problem", error.what()}};
+  }
+}
+
+Json Describe(const recording::RunDirectory& run) {
+  return {{"run_id", run.run_id()},
+          {"record", run.folder().string()},
+          {"run", ReadOr(run.RunJson())},
+          {"result", ReadOr(run.ResultJson())}};
+}
+
+std::string OutcomeOf(const Json& run) {
+  if (run.is_null()) return "no run.json";
+  if (!Text(run, "problem").empty()) return "damaged run.json";
+  const std::string outcome = Text(run, "outcome");
+  // Under way, or the daemon died.
+  return outcome.empty() ? "not closed" : outcome;
+}
+
+std::string LocalTime(const Json& run) {
+  const std::int64_t utime = Integer(run, recording::kStartUtimeKey);
+  if (utime == 0) return "-";
+  return fmt::format("{:%Y-%m-%d %H:%M}",
+                     fmt::localtime(static_cast<std::time_t>(utime / 1'000'000)));
+}
+
+void AddRow(std::vector<std::vector<std::string>>& rows, const std::string& name,
+            const std::string& text) {
+  if (!text.empty() && text != "-") rows.push_back({name, text});
+}
+
+std::string ParametersText(const Json& parameters) {
+  std::string text;
+  for (const auto& [name, value] : parameters.items()) {
+    text += (text.empty() ? "" : ", ") + name + " = " + Plain(value);
+  }
+  return text;
+}
+
+std::string HeadText(const Json& record) {
+  const Json& run = Field(record, "run");
+  std::vector<std::vector<std::string>> rows;
+  AddRow(rows, "run", Text(record, "run_id"));
+  AddRow(rows, "procedure", Text(run, "procedure"));
+  if (Field(run, "parameters").is_object()) {
+    AddRow(rows, "parameters", ParametersText(Field(run, "parameters")));
+  }
+  AddRow(rows, "began", LocalTime(run));
+  AddRow(rows, "outcome", OutcomeOf(run));
+  AddRow(rows, "", Text(run, "message"));
+  AddRow(rows, "", Text(run, "problem"));
+  AddRow(rows, "stand", Text(run, "stand"));
+  AddRow(rows, "record", Text(record, "record"));
+  return AlignColumns(rows, {Align::kLeft, Align::kLeft});
+}
+
+}  // namespace
+
+int Runs(const Options& options) {
+  const std::filesystem::path records = BenchPlace(options.bench).Records();
+  Json list = Json::array();
+  for (const auto& run : recording::ListRuns(records)) list.push_back(Describe(run));
+  if (options.json) {
+    fmt::print("{}\n", Json{{"records", records.string()}, {"runs", list}}.dump(2));
+    return kDone;
+  }
+  if (list.empty()) {
+    fmt::print("no runs in {}; make one with: gyrobench run bias\n", records.string());
+    return kDone;
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const Json& record : list) {
+    rows.push_back({Text(record, "run_id"), LocalTime(record["run"]), OutcomeOf(record["run"]),
+                    ResultSummary(record["result"])});
+  }
+  fmt::print("{}", AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft}));
+  return kDone;
+}
+
+namespace {
+
+// A path needs no records folder, and so no stand file.
+recording::RunDirectory FindRecord(const Options& options) {
+  std::error_code none;
+  if (std::filesystem::exists(options.name, none)) return recording::FindRun({}, options.name);
+  return recording::FindRun(BenchPlace(options.bench).Records(), options.name);
+}
+
+}  // namespace
+
+int Show(const Options& options) {
+  const Json record = Describe(FindRecord(options));
+  if (options.json) {
+    fmt::print("{}\n", record.dump(2));
+    return kDone;
+  }
+  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  fmt::print("{}", HeadText(record));
+  const Json& result = record["result"];
+  const std::string problem = Text(result, "problem");
+  if (result.is_null() || !problem.empty()) {
+    fmt::print("\n{}: from the record itself: gyrobench analyze {}\n",
+               problem.empty() ? "no results yet" : problem, Text(record, "run_id"));
+  } else {
+    fmt::print("\n{}", ResultText(result, terminal));
+  }
+  return kDone;
+}
+
+int Export(const Options& options) {
+  const recording::RunDirectory run = FindRecord(options);
+  if (std::filesystem::exists(options.output) && !options.overwrite) {
+    throw Error(fmt::format("{} exists already: choose another name, or add --overwrite",
+                            options.output.string()));
+  }
+  const recording::TableSummary summary = recording::ExportTable(run.folder(), options.output);
+  if (options.json) {
+    fmt::print("{}\n", Json{{"run_id", run.run_id()},
+                            {"table", options.output.string()},
+                            {"rows", summary.rows},
+                            {"late", summary.late},
+                            {"unannounced", summary.unannounced}}
+                           .dump(2));
+    return kDone;
+  }
+  fmt::print("{}: {} rows of run {}\n", options.output.string(), FormatCount(summary.rows),
+             run.run_id());
+  if (summary.late > 0) {
+    fmt::print("  {} values left out: over {:g} s out of order\n", FormatCount(summary.late),
+               recording::TableWriter::kReorder_s);
+  }
+  if (summary.unannounced > 0) {
+    fmt::print("  {} values left out: of an axis that the record does not announce\n",
+               FormatCount(summary.unannounced));
+  }
+  return kDone;
+}
+
+}  // namespace gyrobench::cli

@@ -1,0 +1,128 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "cli/commands.h"
+#include "cli/control_client.h"
+#include "cli/exit_status.h"
+#include "cli/follow_run.h"
+#include "cli/json_field.h"
+#include "cli/live_feed.h"
+#include "cli/number_text.h"
+#include "cli/request_parameters.h"
+#include "cli/result_text.h"
+#include "cli/run_display.h"
+#include "recording/run_directory.h"
+
+namespace gyrobench::cli {
+namespace {
+
+using Json = nlohmann::json;
+
+int ExitStatusOf(const std::string& outcome) {
+  if (outcome == "done") return kDone;
+  return outcome == "failed_limits" ? kFailedLimits : kFailed;
+}
+
+std::string OutcomeText(const RunEnd& end) {
+  std::string text = end.outcome;
+  if (end.outcome == "failed_limits") text = "done, but the part failed its limits";
+  if (end.outcome == "fault") text = "ended by a fault";
+  if (end.outcome == "error") text = "ended by an error";
+  return end.message.empty() ? text : text + ": " + end.message;
+}
+
+// The record's result, null when there is none; the daemon's user may keep it from others.
+Json ReadResult(const std::string& record, std::string& why_not) {
+  std::error_code error;
+  const auto file = std::filesystem::path(record) / recording::kResultJsonName;
+  if (!std::filesystem::exists(file, error)) {
+    why_not = error ? error.message() : "";
+    return nullptr;
+  }
+  try {
+    return recording::ReadJson(file);
+  } catch (const DataError& failure) {
+    why_not = failure.what();
+    return nullptr;
+  }
+}
+
+void PrintEnd(const Json& started, const RunEnd& end, const Json& result,
+              const std::string& why_not) {
+  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const std::string text = fmt::format("run {}: {}", Text(started, "run_id"), OutcomeText(end));
+  fmt::print("{}\n", end.outcome == "done" ? terminal.Bold(text) : terminal.Red(text));
+  if (!result.is_null()) fmt::print("\n{}", ResultText(result, terminal));
+  if (!why_not.empty()) fmt::print("results cannot be shown: {}\n", why_not);
+  fmt::print("\nrecord: {}\n", Text(started, "record"));
+}
+
+void PrintStart(const Options& options, const Json& started) {
+  if (options.json) return;
+  fmt::print("run {}: {} of bench time\n", Text(started, "run_id"),
+             FormatDuration(Number(started, "duration_s")));
+  std::fflush(stdout);
+}
+
+std::unique_ptr<LiveFeed> JoinLiveFeed(const BenchPlace& place, const LiveFeed::Handler& handler) {
+  try {
+    return std::make_unique<LiveFeed>(place.LcmUrl(), place.ChannelPrefix(), handler);
+  } catch (const ConfigError&) {
+    throw;
+  } catch (const Error& error) {
+    fmt::print(stderr,
+               "gyrobench run: {}. Following by the control socket, without live estimates.\n",
+               error.what());
+    return nullptr;
+  }
+}
+
+int RunDetached(const Options& options, const ControlClient& client) {
+  const Json started = client.Post("/v1/runs", RunRequest(options));
+  if (options.json) {
+    fmt::print("{}\n", started.dump(2));
+  } else {
+    PrintStart(options, started);
+    fmt::print("record: {}\n", Text(started, "record"));
+  }
+  return kDone;
+}
+
+}  // namespace
+
+int Run(const Options& options) {
+  const BenchPlace place(options.bench);
+  const ControlClient client(place.Socket(), place.DaemonCommand());
+  if (options.detach) return RunDetached(options, client);
+
+  InterruptWatch interrupts;
+  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const auto display = MakeRunDisplay(terminal, options.json);
+  const bool may_ask = terminal.is_terminal && isatty(STDIN_FILENO) == 1 && !options.json;
+  RunFollower follower(client, interrupts, *display, may_ask);
+  // Before the start, so that nothing of the run is missed; not at all when the daemon is not
+  // there.
+  client.Get("/v1/status");
+  const auto feed =
+      JoinLiveFeed(place, [&](const LiveMessage& message) { follower.OnLive(message); });
+  const Json started = client.Post("/v1/runs", RunRequest(options));
+  PrintStart(options, started);
+
+  const RunEnd end = follower.Follow(Text(started, "run_id"), feed.get());
+  std::string why_not;
+  const Json result = ReadResult(Text(started, "record"), why_not);
+  if (options.json) {
+    Json whole = started;
+    whole.update({{"outcome", end.outcome}, {"message", end.message}, {"result", result}});
+    fmt::print("{}\n", whole.dump(2));
+  } else {
+    PrintEnd(started, end, result, why_not);
+  }
+  return ExitStatusOf(end.outcome);
+}
+
+}  // namespace gyrobench::cli
