@@ -13,14 +13,15 @@ namespace gyrobench::calibration {
 struct NoiseModel {
   double angle_random_walk_deg_sqrt_s = kMissing;
   double bias_random_walk_deg_s_sqrt_s = kMissing;
-  double reference_deg = kMissing;  // standard deviation of one reference angle (of a stop, or of a 10 Hz node)
+  double reference_deg =
+      kMissing;  // standard deviation of one reference angle (of a stop, or of a 10 Hz node)
 };
 
 // Zero-rate offset against temperature of one sensor axis:
 //   beta(T) = sum c_j (T - reference_temperature_degC)^j     [output units], paper eq. (1)
 struct BiasResult {
   SensorAxis axis = SensorAxis::kZ;
-  std::string unit;  // of the output: LSB, deg/s
+  std::string unit;                              // of the output: LSB, deg/s
   double reference_temperature_degC = kMissing;  // NaN: no temperature in the data, order 0
   double min_temperature_degC = kMissing;
   double max_temperature_degC = kMissing;
@@ -54,7 +55,8 @@ struct ScaleResult {
   double bias_temperature_degC = kMissing;
   double residual_rms_deg = kMissing;
   double whitened_rms = kMissing;
-  // The paper's eq. (4), (5): per turn with the rest before each, their mean; and with the first rest only.
+  // The paper's eq. (4), (5): per turn with the rest before each, their mean; and with the first
+  // rest only.
   double paper_alpha = kMissing;
   double paper_alpha_std_error = kMissing;
   double paper_first_rest_alpha = kMissing;

@@ -1,0 +1,15 @@
+#include "calibration/defect_log.h"
+
+namespace gyrobench::calibration {
+
+void DefectLog::Add(std::string_view kind, std::string_view where, double t_s, std::int64_t count) {
+  for (Defect& defect : defects_) {
+    if (defect.kind == kind && defect.where == where) {
+      defect.count += count;
+      return;
+    }
+  }
+  defects_.push_back(Defect{std::string(kind), count, t_s, std::string(where)});
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,108 @@
+// The gyro's samples as they come: time stamps mended, defects noticed, output integrated.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "base/measurement.h"
+#include "calibration/columns.h"
+#include "calibration/defect_log.h"
+
+namespace gyrobench::calibration {
+
+// Integrates xi by the trapezoid rule and remembers the last few seconds at full rate, so that the
+// integral at the time of a reference reading, and the instant at which motion begins, can be
+// found. Memory is bounded; nothing is allocated per sample.
+//
+// Mended: a repeated time stamp (the sample is put between its neighbours). Bridged: up to two
+// samples that are not a number. Marked as not to be used: gaps, longer stretches of NaN, a frozen
+// sensor, saturation.
+class GyroStream {
+ public:
+  GyroStream();
+  void Start(const MeasurementInfo& info);
+  void Add(const GyroSample& sample);
+
+  std::int64_t samples() const { return samples_; }
+  bool started() const { return count_ > 0; }
+  double first_time_s() const { return first_time_s_; }
+  double last_time_s() const { return last_time_s_; }
+  // Median interval of the samples. NaN with fewer than two.
+  double median_interval_s() const;
+  const std::array<std::int64_t, 3>& valid_samples() const { return valid_samples_; }
+  const DefectLog& defects() const { return defects_; }
+  const std::vector<BadStretch>& bad() const { return bad_; }
+
+  // The integral at `t_s`. False when that time is not, or no longer, remembered.
+  bool IntegralAt(double t_s, IntegralMark* mark) const;
+  // When the sensor came to rest, searched around `coarse_s`, the first reading of the reference at
+  // rest: the earliest time after which no channel shows rotation. Needs samples up to coarse_s +
+  // 0.45 s.
+  double RestBegin(double coarse_s) const;
+  // When motion began, searched between `coarse_s` - 0.15 s (the reference's last reading at rest)
+  // and `moving_s` + 0.1 s (it surely moves): the latest time before which no channel shows
+  // rotation.
+  double RestEnd(double coarse_s, double moving_s) const;
+
+ private:
+  struct Point {
+    double t_s = 0.0;
+    Vector3 z = {};
+    Vector3 xi = {};
+  };
+  struct Quiet {
+    Vector3 mean = {};
+    Vector3 threshold = {};
+    int samples = 0;
+  };
+  static constexpr std::size_t kRing = 4096;  // a power of two
+  static constexpr std::size_t kHeld = 8;
+  static constexpr std::size_t kBins = 512;
+
+  const Point& at(std::int64_t index) const {
+    return ring_[static_cast<std::size_t>(index) & (kRing - 1)];
+  }
+  std::int64_t oldest() const;
+  std::int64_t FirstNotBefore(double t_s) const;
+  double Deviation(const Quiet& quiet, std::int64_t index) const;
+  Quiet QuietBetween(double begin_s, double end_s) const;
+  void PlaceHeld(double t_s);
+  void Accept(double t_s, const GyroSample& sample);
+  void CountInterval(double interval_s);
+  Vector3 Take(double t_s, const GyroSample& sample);
+  void CheckFrozen(double t_s, const GyroSample& sample);
+  void CheckSaturation(double t_s, std::size_t c, double value);
+  void MarkBad(double begin_s, double end_s, std::array<bool, 3> channels);
+
+  MeasurementInfo info_;
+  double to_output_ = 1.0;  // rad/s to deg/s where needed
+  DefectLog defects_;
+  std::vector<BadStretch> bad_;
+  std::vector<Point> ring_;
+  std::int64_t count_ = 0, samples_ = 0;
+  double first_time_s_ = 0.0, last_time_s_ = 0.0;
+  double last_raw_time_s_ = 0.0;
+  double gap_limit_s_ = 0.25;
+
+  std::array<GyroSample, kHeld> held_;
+  std::size_t held_count_ = 0;
+
+  std::array<std::int64_t, 3> valid_samples_ = {};
+  std::array<double, 3> last_valid_t_s_ = {};
+  std::array<int, 3> missing_ = {};
+
+  GyroSample frozen_;
+  double frozen_since_s_ = 0.0;
+  int frozen_samples_ = 0;
+
+  std::array<double, 3> extreme_ = {};
+  std::array<int, 3> at_extreme_ = {};
+  std::array<double, 3> extreme_since_s_ = {};
+
+  // Histogram of the logarithm of the intervals, and their sums, for the median.
+  std::array<std::int64_t, kBins> interval_count_ = {};
+  std::array<double, kBins> interval_sum_ = {};
+};
+
+}  // namespace gyrobench::calibration

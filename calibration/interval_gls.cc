@@ -1,0 +1,219 @@
+#include "calibration/interval_gls.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace gyrobench::calibration {
+namespace {
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+constexpr std::size_t kBlockRows = 64;
+// Pivots of the information matrix, scaled to a unit diagonal, below which columns count as
+// dependent.
+constexpr double kLeastPivot = 1e-13;
+
+// What one interval does to every column.
+struct Step {
+  double bias_factor = 0.0;       // predicted output from the bias state
+  double reference_factor = 0.0;  // and from the reference state
+  double reference_keep = 0.0;
+  double gain_bias = 0.0, gain_reference = 0.0, gain_integral = 0.0;
+  double inverse_sigma = 1.0;
+};
+
+// Covariance of (b, e, c): bias deviation, error of the last reference angle, integral of b so far.
+class CovarianceFilter {
+ public:
+  CovarianceFilter(const IntervalNoise& noise, double gain)
+      : n2_(noise.angle_random_walk_deg_sqrt_s * noise.angle_random_walk_deg_sqrt_s),
+        k2_(noise.bias_random_walk_deg_s_sqrt_s * noise.bias_random_walk_deg_s_sqrt_s),
+        s2_(noise.reference_deg * noise.reference_deg),
+        g_(gain) {
+    ee_ = s2_;
+  }
+
+  Step Advance(const Interval& interval) {
+    bb_ += k2_ * interval.gap_before_s;
+    if (interval.new_reference) {
+      ee_ = s2_;
+      be_ = ec_ = 0.0;
+    }
+    const double dt = interval.duration_s;
+    const double g = interval.still ? 0.0 : g_;
+    // I = int b dt over the interval, b' and c' = c + I its end values (exact process noise).
+    const double var_i = dt * dt * bb_ + k2_ * dt * dt * dt / 3.0;
+    const double cov_ib = dt * bb_ + 0.5 * k2_ * dt * dt;
+    const double cov_ie = dt * be_;
+    const double cov_ic = dt * bc_ + var_i;
+    const double bb = bb_ + k2_ * dt;
+    const double bc = bc_ + cov_ib;
+    const double cc = cc_ + 2.0 * dt * bc_ + var_i;
+    const double ec = ec_ + cov_ie;
+    const double variance = var_i + n2_ * dt + g * (2.0 * cov_ie + g * ee_ + g * s2_);
+    Step step;
+    step.bias_factor = dt;
+    step.reference_factor = g;
+    step.reference_keep = interval.still ? 1.0 : 0.0;
+    const double cov_yb = cov_ib + g * be_;
+    const double cov_yc = cov_ic + g * ec;
+    const double cov_ye = interval.still ? cov_ie : -g * s2_;
+    log_variance_ = std::log(variance);
+    step.inverse_sigma = 1.0 / std::sqrt(variance);
+    step.gain_bias = cov_yb / variance;
+    step.gain_reference = cov_ye / variance;
+    step.gain_integral = cov_yc / variance;
+    bb_ = bb - step.gain_bias * cov_yb;
+    bc_ = bc - step.gain_bias * cov_yc;
+    cc_ = cc - step.gain_integral * cov_yc;
+    be_ = (interval.still ? be_ : 0.0) - step.gain_bias * cov_ye;
+    ec_ = (interval.still ? ec : 0.0) - step.gain_integral * cov_ye;
+    ee_ = (interval.still ? ee_ : s2_) - step.gain_reference * cov_ye;
+    return step;
+  }
+  double log_variance() const { return log_variance_; }
+  double integral_variance() const { return cc_; }
+
+ private:
+  double n2_, k2_, s2_, g_;
+  double bb_ = 0, be_ = 0, bc_ = 0, ee_ = 0, ec_ = 0, cc_ = 0;
+  double log_variance_ = 0;
+};
+
+// The states of all columns and the innovation of one row: plain arrays, so that the compiler
+// vectorises.
+void PassColumns(const Step& step, const double* in, double* out, double* bias, double* reference,
+                 double* integral, std::size_t columns) {
+  for (std::size_t j = 0; j < columns; ++j) {
+    const double walked = step.bias_factor * bias[j];
+    const double innovation = in[j] - walked - step.reference_factor * reference[j];
+    bias[j] += step.gain_bias * innovation;
+    reference[j] = step.reference_keep * reference[j] + step.gain_reference * innovation;
+    integral[j] += walked + step.gain_integral * innovation;
+    out[j] = step.inverse_sigma * innovation;
+  }
+}
+
+void AddProducts(const double* block, std::size_t rows, RowMatrix* products) {
+  const auto p = products->cols();
+  if (p > 12) {
+    const Eigen::Map<const RowMatrix> b(block, static_cast<Eigen::Index>(rows), p);
+    products->selfadjointView<Eigen::Lower>().rankUpdate(b.transpose());
+    return;
+  }
+  const auto columns = static_cast<std::size_t>(p);
+  double* out = products->data();
+  for (std::size_t r = 0; r < rows; ++r) {
+    const double* row = block + r * columns;
+    for (std::size_t i = 0; i < columns; ++i) {
+      for (std::size_t j = 0; j <= i; ++j) out[i * columns + j] += row[i] * row[j];
+    }
+  }
+}
+
+}  // namespace
+
+void IntervalSeries::Reserve(std::size_t rows) {
+  intervals_.reserve(rows);
+  values_.reserve(rows * static_cast<std::size_t>(columns_));
+}
+
+double* IntervalSeries::Add(const Interval& interval) {
+  intervals_.push_back(interval);
+  values_.resize(values_.size() + static_cast<std::size_t>(columns_), 0.0);
+  return row(rows() - 1);
+}
+
+WhiteGram Whiten(const IntervalSeries& series, const IntervalNoise& noise) {
+  return Whiten(series, noise, nullptr);
+}
+
+WhiteGram Whiten(const IntervalSeries& series, const IntervalNoise& noise,
+                 std::vector<double>* white) {
+  const auto columns = static_cast<std::size_t>(series.columns());
+  std::vector<double> states(3 * columns, 0.0), block(kBlockRows * columns);
+  RowMatrix products = RowMatrix::Zero(series.columns(), series.columns());
+  CovarianceFilter filter(noise, series.reference_gain());
+  WhiteGram out;
+  out.columns = series.columns();
+  out.rows = series.rows();
+  if (white != nullptr) white->resize(series.rows() * columns);
+  for (std::size_t i = 0; i < series.rows(); ++i) {
+    const Step step = filter.Advance(series.interval(i));
+    out.log_det += filter.log_variance();
+    out.duration_s += series.interval(i).duration_s;
+    double* const row = block.data() + (i % kBlockRows) * columns;
+    PassColumns(step, series.row(i), row, states.data(), states.data() + columns,
+                states.data() + 2 * columns, columns);
+    if (white != nullptr) std::copy_n(row, columns, white->data() + i * columns);
+    const bool last = i + 1 == series.rows();
+    if (last || i % kBlockRows == kBlockRows - 1)
+      AddProducts(block.data(), i % kBlockRows + 1, &products);
+  }
+  products.triangularView<Eigen::StrictlyUpper>() = products.transpose();
+  out.products.assign(products.data(), products.data() + products.size());
+  out.walk_integral_s.assign(states.begin() + static_cast<std::ptrdiff_t>(2 * columns),
+                             states.end());
+  out.walk_integral_variance = filter.integral_variance();
+  return out;
+}
+
+GlsSolution Solve(const WhiteGram& gram, std::span<const int> regressors, int output) {
+  const auto p = static_cast<Eigen::Index>(regressors.size());
+  GlsSolution out;
+  Eigen::MatrixXd information(p, p);
+  Eigen::VectorXd right(p), scale(p);
+  for (Eigen::Index i = 0; i < p; ++i) {
+    const int column = regressors[static_cast<std::size_t>(i)];
+    const double square = gram.product(column, column);
+    if (!(square > 0) || !std::isfinite(square)) return out;
+    scale(i) = 1.0 / std::sqrt(square);
+  }
+  for (Eigen::Index i = 0; i < p; ++i) {
+    const int row = regressors[static_cast<std::size_t>(i)];
+    right(i) = scale(i) * gram.product(row, output);
+    for (Eigen::Index j = 0; j < p; ++j) {
+      information(i, j) =
+          scale(i) * scale(j) * gram.product(row, regressors[static_cast<std::size_t>(j)]);
+    }
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+  if (p > 0 && factor.info() != Eigen::Success) return out;
+  const Eigen::VectorXd pivots = factor.matrixLLT().diagonal();
+  if (p > 0 && pivots.array().square().minCoeff() < kLeastPivot) return out;
+  const Eigen::VectorXd theta = factor.solve(right);
+  const Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd::Identity(p, p));
+  const double square = gram.product(output, output) - theta.dot(right);
+  out.residual_square = std::max(square, 0.0);
+  out.log_det_information = 2.0 * (pivots.array().log().sum() - scale.array().log().sum());
+  out.coefficients.resize(regressors.size());
+  out.covariance.resize(regressors.size() * regressors.size());
+  for (Eigen::Index i = 0; i < p; ++i) {
+    out.coefficients[static_cast<std::size_t>(i)] = theta(i) * scale(i);
+    for (Eigen::Index j = 0; j < p; ++j) {
+      out.covariance[static_cast<std::size_t>(i * p + j)] = inverse(i, j) * scale(i) * scale(j);
+    }
+  }
+  out.solvable = true;
+  return out;
+}
+
+double Deviance(const WhiteGram& gram, const GlsSolution& solution) {
+  return gram.log_det + solution.residual_square;
+}
+
+double RestrictedDeviance(const WhiteGram& gram, const GlsSolution& solution) {
+  return gram.log_det + solution.residual_square + solution.log_det_information;
+}
+
+void TakeOff(IntervalSeries* series, std::span<const int> regressors,
+             std::span<const double> coefficients, int output) {
+  for (std::size_t i = 0; i < series->rows(); ++i) {
+    double* const row = series->row(i);
+    for (std::size_t j = 0; j < regressors.size(); ++j)
+      row[output] -= coefficients[j] * row[regressors[j]];
+  }
+}
+
+}  // namespace gyrobench::calibration

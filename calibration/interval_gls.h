@@ -1,0 +1,109 @@
+// Generalised least squares over a sequence of intervals, exact and in O(n p).
+//
+// Output of interval i, in deg:
+//   y_i = x_i theta + int b dt + w_i - g (e_i - e_{i-1})     table moving: one reference angle at
+//   each end y_i = x_i theta + int b dt + w_i                         table still: true rotation 0,
+//   reference kept w ~ N^2 dt       angle random walk b(0) = 0, db = K dW   bias random walk, since
+//   the first interval e ~ s^2          error of one reference angle (of a stop, or of a node), g
+//   its gain in the output
+// The covariance of y is full, but a Kalman filter over (b, e) turns each column, and y, into
+// innovations that are white and of unit variance under the noise: ordinary least squares on these
+// is the exact GLS.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace gyrobench::calibration {
+
+struct IntervalNoise {
+  double angle_random_walk_deg_sqrt_s = 0.0;   // N
+  double bias_random_walk_deg_s_sqrt_s = 0.0;  // K
+  double reference_deg = 0.0;                  // s, standard deviation
+};
+
+struct Interval {
+  double duration_s = 0.0;
+  // Since the end of the interval before: nothing was measured, the bias walked on.
+  double gap_before_s = 0.0;
+  bool still = false;
+  // The reference's error at the begin is not the one at the end of the interval before.
+  bool new_reference = false;
+};
+
+// Intervals and their columns, row by row. Which column is the output and which a regressor is said
+// later.
+class IntervalSeries {
+ public:
+  explicit IntervalSeries(int columns, double reference_gain = 1.0)
+      : columns_(columns), reference_gain_(reference_gain) {}
+  void Reserve(std::size_t rows);
+  // Adds an interval; returns its columns, zero, to be filled in.
+  double* Add(const Interval& interval);
+
+  int columns() const { return columns_; }
+  std::size_t rows() const { return intervals_.size(); }
+  const Interval& interval(std::size_t row) const { return intervals_[row]; }
+  double* row(std::size_t row) { return values_.data() + row * static_cast<std::size_t>(columns_); }
+  const double* row(std::size_t row) const {
+    return values_.data() + row * static_cast<std::size_t>(columns_);
+  }
+  double reference_gain() const { return reference_gain_; }
+  void set_reference_gain(double gain) { reference_gain_ = gain; }
+
+ private:
+  int columns_;
+  double reference_gain_;
+  std::vector<Interval> intervals_;
+  std::vector<double> values_;
+};
+
+// All columns whitened under a noise, as products: what every later step needs.
+struct WhiteGram {
+  int columns = 0;
+  std::size_t rows = 0;
+  std::vector<double> products;  // columns x columns, row-major, sum of whitened_i whitened_j
+  double log_det = 0.0;          // of the covariance of y
+  // The integral of the bias deviation over all intervals, as the filter sees it at the end: its
+  // estimate is linear in the columns (one entry for each), its variance does not depend on them.
+  std::vector<double> walk_integral_s;
+  double walk_integral_variance = 0.0;
+  double duration_s = 0.0;  // of all intervals
+
+  double product(int i, int j) const {
+    return products[static_cast<std::size_t>(i) * static_cast<std::size_t>(columns) +
+                    static_cast<std::size_t>(j)];
+  }
+};
+
+WhiteGram Whiten(const IntervalSeries& series, const IntervalNoise& noise);
+// Also hands out the whitened rows, rows x columns, row-major.
+WhiteGram Whiten(const IntervalSeries& series, const IntervalNoise& noise,
+                 std::vector<double>* white);
+
+// Least squares of column `output` on the columns `regressors`.
+struct GlsSolution {
+  bool solvable = false;             // false: the regressors are not independent
+  std::vector<double> coefficients;  // in the order of `regressors`
+  std::vector<double> covariance;    // p x p, row-major; for the noise as given
+  double residual_square = 0.0;      // sum of squares of the whitened residuals
+  double log_det_information = 0.0;  // of X^T V^-1 X
+
+  double variance(std::size_t i) const { return covariance[i * coefficients.size() + i]; }
+};
+
+GlsSolution Solve(const WhiteGram& gram, std::span<const int> regressors, int output);
+
+// -2 log of the likelihood, and of the restricted likelihood (REML; only differences between noises
+// with the same regressors mean anything), without their constants.
+double Deviance(const WhiteGram& gram, const GlsSolution& solution);
+double RestrictedDeviance(const WhiteGram& gram, const GlsSolution& solution);
+
+// Takes sum_j coefficient_j column_j off the output column, in place: products of what is left keep
+// their digits.
+void TakeOff(IntervalSeries* series, std::span<const int> regressors,
+             std::span<const double> coefficients, int output);
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,208 @@
+#include "calibration/reference_track.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr double kLost_s = 2.0;         // silence of one angle, and at least
+constexpr double kLostIntervals = 5.0;  // so many of its usual intervals
+constexpr double kOrientationLost_s = 0.2;
+constexpr double kWaitForAngles_s = 5.0;
+constexpr double kNormTolerance = 0.05;
+constexpr std::array<const char*, 3> kStandNames = {"outer", "middle", "inner"};
+
+void Append(OpenRest* rest, const Vector3& rotation_deg) {
+  ++rest->readings;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double offset = rotation_deg[c] - rest->origin_deg[c];
+    rest->sum_deg[c] += offset;
+    rest->square_deg2[c] += offset * offset;
+  }
+}
+
+}  // namespace
+
+void ReferenceTrack::Start(const MeasurementInfo& info) {
+  info_ = info;
+  const bool full = info.reference == ReferenceKind::kStandAngles ||
+                    info.reference == ReferenceKind::kOrientation;
+  orientation_known_ = full;
+  if (full && info.site_latitude_deg) {
+    earth_rate_deg_s_ = EarthRate(*info.site_latitude_deg, info.site_heading_deg);
+  }
+  if (info.reference == ReferenceKind::kStandAngles) watched_ = info.stand_axis_present;
+  if (info.reference == ReferenceKind::kSensorAngle) {
+    watched_[static_cast<std::size_t>(info.reference_axis)] = true;
+  }
+  if (info.reference == ReferenceKind::kOrientation) watched_ = {true, true, true};
+}
+
+// Common to all kinds. False: this reading repeats or precedes the last of its kind.
+bool ReferenceTrack::BeginUpdate(double t_s, double interval_mean_s, double last_s, bool known) {
+  updated_ = false;
+  rest_began_ = false;
+  rest_ended_ = false;
+  lost_since_s_.reset();
+  if (!known) return true;
+  if (t_s <= last_s) {
+    defects_.Add("repeated_time", "reference", t_s);
+    return false;
+  }
+  const bool orientation = info_.reference == ReferenceKind::kOrientation;
+  const double limit_s =
+      orientation ? kOrientationLost_s : std::max(kLost_s, kLostIntervals * interval_mean_s);
+  if (t_s - last_s > limit_s) {
+    lost_since_s_ = last_s;
+    defects_.Add("lost_reference", "", last_s);
+    CloseRest();
+    for (RestFinder& finder : finder_) finder.Reset();
+  }
+  return true;
+}
+
+void ReferenceTrack::Add(const AngleSample& sample) {
+  const auto axis = static_cast<std::size_t>(sample.axis);
+  updated_ = rest_began_ = rest_ended_ = false;
+  lost_since_s_.reset();
+  const bool stand = info_.reference == ReferenceKind::kStandAngles;
+  if (axis > 2 || !watched_[axis] || (!stand && info_.reference != ReferenceKind::kSensorAngle))
+    return;
+  ++readings_;
+  if (!std::isfinite(sample.angle_deg) || !std::isfinite(sample.t_s)) {
+    defects_.Add("not_a_number", "reference", time_s_);
+    return;
+  }
+  StandAngle& angle = angle_[axis];
+  if (!BeginUpdate(sample.t_s, angle.interval_s, angle.t_s, angle.known)) return;
+  if (!started_) first_s_ = sample.t_s;
+  started_ = true;
+  time_s_ = std::max(time_s_, sample.t_s);
+  if (stand) {
+    Vector3 at = {};
+    for (std::size_t a = 0; a < 3; ++a) {
+      // Half a step back from now: the middle of this angle's step.
+      const double ahead_s = 0.5 * (sample.t_s + angle.t_s) - angle_[a].t_s;
+      at[a] = angle_[a].angle_deg + (a != axis && angle_[a].known
+                                         ? angle_[a].rate_deg_s * std::clamp(ahead_s, -0.1, 0.1)
+                                         : 0.0);
+    }
+    AddEarth(sample.t_s, StandOrientation(at));
+    if (angle.known) {
+      const Matrix3 rates = StandRates(at);
+      const double step = sample.angle_deg - angle.angle_deg;
+      Turn({rates[0][axis] * step, rates[1][axis] * step, rates[2][axis] * step});
+    }
+  } else if (angle.known) {
+    Vector3 step = {};
+    step[axis] = sample.angle_deg - angle.angle_deg;
+    Turn(step);
+  }
+  if (angle.known) {
+    const double interval_s = sample.t_s - angle.t_s;
+    angle.rate_deg_s = interval_s < 0.5 ? (sample.angle_deg - angle.angle_deg) / interval_s : 0.0;
+    angle.interval_s += (interval_s - angle.interval_s) * (angle.interval_s > 0 ? 0.1 : 1.0);
+  }
+  angle.known = true;
+  angle.t_s = sample.t_s;
+  angle.angle_deg = sample.angle_deg;
+  bool all_known = true;
+  for (std::size_t a = 0; a < 3; ++a) all_known = all_known && (!watched_[a] || angle_[a].known);
+  if (!all_known && sample.t_s - first_s_ < kWaitForAngles_s) return;
+  updated_ = true;
+  UpdateRest(axis, sample.t_s, sample.angle_deg);
+}
+
+void ReferenceTrack::Add(const OrientationSample& sample) {
+  updated_ = rest_began_ = rest_ended_ = false;
+  lost_since_s_.reset();
+  if (info_.reference != ReferenceKind::kOrientation) return;
+  ++readings_;
+  std::array<double, 4> q = sample.q_wxyz;
+  const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  if (!(std::fabs(norm - 1.0) < kNormTolerance) || !std::isfinite(sample.t_s)) {
+    defects_.Add("not_a_number", "reference", std::isfinite(sample.t_s) ? sample.t_s : time_s_);
+    return;
+  }
+  for (double& part : q) part /= norm;
+  if (!BeginUpdate(sample.t_s, 0.0, q_time_s_, q_known_)) return;
+  started_ = true;
+  time_s_ = sample.t_s;
+  AddEarth(sample.t_s, QuaternionOrientation(q));
+  if (q_known_ && !lost_since_s_) Turn(RotationBetween(q_, q));
+  q_ = q;
+  q_known_ = true;
+  q_time_s_ = sample.t_s;
+  updated_ = true;
+  for (std::size_t c = 0; c < 3; ++c) UpdateRest(c, sample.t_s, rotation_deg_[c]);
+}
+
+void ReferenceTrack::Turn(const Vector3& increment_deg) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    rotation_deg_[c] += increment_deg[c];
+    path_deg_[c] += std::fabs(increment_deg[c]);
+  }
+}
+
+void ReferenceTrack::AddEarth(double t_s, const Matrix3& orientation) {
+  const Vector3 rate = TransposedTimes(orientation, earth_rate_deg_s_);
+  if (earth_time_s_ && t_s > *earth_time_s_) {
+    for (std::size_t c = 0; c < 3; ++c) earth_deg_[c] += rate[c] * (t_s - *earth_time_s_);
+  }
+  if (!earth_time_s_ || t_s > *earth_time_s_) earth_time_s_ = t_s;
+}
+
+bool ReferenceTrack::AllRest() const {
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (watched_[a] && !finder_[a].resting()) return false;
+  }
+  return true;
+}
+
+void ReferenceTrack::KeepReading() {
+  recent_[recent_count_ % kRecent] = Recent{time_s_, rotation_deg_};
+  ++recent_count_;
+}
+
+void ReferenceTrack::CloseRest() {
+  if (!open_) return;
+  ended_ = *open_;
+  open_.reset();
+  rest_ended_ = true;
+}
+
+void ReferenceTrack::UpdateRest(std::size_t axis, double t_s, double angle_deg) {
+  const RestFinder::Change change = finder_[axis].Add(t_s, angle_deg);
+  if (change == RestFinder::Change::kOutlier) defects_.Add("reference_outlier", "", t_s);
+  if (open_ && change == RestFinder::Change::kRestEnded) {
+    open_->last_at_rest_s = finder_[axis].last_at_rest_s();
+    CloseRest();
+  } else if (open_ && finder_[axis].within()) {
+    // The reading before is at rest for certain: it was followed by another at rest.
+    if (pending_ && recent_count_ > 0)
+      Append(&*open_, recent_[(recent_count_ - 1) % kRecent].rotation_deg);
+    open_->last_at_rest_s = t_s;
+  }
+  pending_ = finder_[axis].within();
+  if (!open_ && change == RestFinder::Change::kRestBegan && AllRest()) {
+    OpenRest rest;
+    rest.origin_deg = rotation_deg_;
+    rest.last_at_rest_s = t_s;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (watched_[a])
+        rest.coarse_begin_s = std::max(rest.coarse_begin_s, finder_[a].rest_begin_s());
+    }
+    const std::size_t kept = std::min(recent_count_, kRecent);
+    for (std::size_t age = kept; age-- > 0;) {
+      const Recent& reading = recent_[(recent_count_ - 1 - age) % kRecent];
+      // The first readings within the tolerance may still creep.
+      if (reading.t_s > rest.coarse_begin_s + 0.05) Append(&rest, reading.rotation_deg);
+    }
+    open_ = rest;
+    rest_began_ = true;
+  }
+  KeepReading();
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,98 @@
+// The reference's readings as rotation about the sensor's axes, and its rests.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "base/measurement.h"
+#include "calibration/columns.h"
+#include "calibration/defect_log.h"
+#include "calibration/rest_finder.h"
+
+namespace gyrobench::calibration {
+
+// A rest that has begun: its readings so far.
+struct OpenRest {
+  double coarse_begin_s = 0.0;
+  double last_at_rest_s = 0.0;
+  std::int64_t readings = 0;
+  Vector3 sum_deg = {};  // of the readings' rotation, relative to `origin_deg`
+  Vector3 square_deg2 = {};
+  Vector3 origin_deg = {};
+};
+
+// Adds up rotation about the sensor's axes from any kind of reference. The three angles of a stand
+// are read at their own times: where others turn at once, their angles are carried forward at their
+// last rate. Memory is bounded.
+class ReferenceTrack {
+ public:
+  void Start(const MeasurementInfo& info);
+  void Add(const AngleSample& sample);
+  void Add(const OrientationSample& sample);
+
+  // After each Add: whether it brought a usable reading, and where it stands.
+  bool updated() const { return updated_; }
+  double time_s() const { return time_s_; }
+  const Vector3& rotation_deg() const { return rotation_deg_; }
+  const Vector3& earth_deg() const { return earth_deg_; }
+  // After each Add: a rest began (and is open), or ended.
+  bool rest_began() const { return rest_began_; }
+  bool rest_ended() const { return rest_ended_; }
+  const std::optional<OpenRest>& open_rest() const { return open_; }
+  // The rest that just ended.
+  const OpenRest& ended_rest() const { return ended_; }
+  // A stretch without reference ended with this reading: its begin.
+  std::optional<double> lost_since_s() const { return lost_since_s_; }
+
+  bool orientation_known() const { return orientation_known_; }
+  std::int64_t readings() const { return readings_; }
+  double path_deg(std::size_t sensor_axis) const { return path_deg_[sensor_axis]; }
+  const DefectLog& defects() const { return defects_; }
+
+ private:
+  struct StandAngle {
+    bool known = false;
+    double t_s = 0.0;
+    double angle_deg = 0.0;
+    double rate_deg_s = 0.0;
+    double interval_s = 0.0;  // mean of late
+  };
+  static constexpr std::size_t kRecent = 256;
+  struct Recent {
+    double t_s = 0.0;
+    Vector3 rotation_deg = {};
+  };
+
+  bool BeginUpdate(double t_s, double interval_mean_s, double last_s, bool known);
+  void Turn(const Vector3& increment_deg);
+  void AddEarth(double t_s, const Matrix3& orientation);
+  void UpdateRest(std::size_t axis, double t_s, double angle_deg);
+  void CloseRest();
+  bool AllRest() const;
+  void KeepReading();
+
+  MeasurementInfo info_;
+  Vector3 earth_rate_deg_s_ = {};
+  bool orientation_known_ = false, started_ = false;
+  bool updated_ = false, rest_began_ = false, rest_ended_ = false;
+  std::optional<double> lost_since_s_;
+  double first_s_ = 0.0, time_s_ = 0.0;
+  std::optional<double> earth_time_s_;
+  std::int64_t readings_ = 0;
+  Vector3 rotation_deg_ = {}, earth_deg_ = {}, path_deg_ = {};
+  std::array<StandAngle, 3> angle_ = {};
+  std::array<double, 4> q_ = {};
+  bool q_known_ = false;
+  double q_time_s_ = 0.0;
+  std::array<RestFinder, 3> finder_ = {};
+  std::array<bool, 3> watched_ = {};
+  std::optional<OpenRest> open_;
+  OpenRest ended_;
+  std::array<Recent, kRecent> recent_ = {};
+  std::size_t recent_count_ = 0;
+  bool pending_ = false;  // the newest reading waits for the next: it may already belong to motion
+  DefectLog defects_;
+};
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,51 @@
+// Finds when one reference angle stands still, from its readings alone.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace gyrobench::calibration {
+
+// An axis rests when its readings of the last 0.5 s lie within a tolerance of one value; it moves
+// again at the second reading in a row outside. One reading outside is an outlier. The tolerance
+// follows the scatter and the step of the readings: 0.03 deg for a good encoder, 0.25 deg at most.
+// Memory is bounded; readings faster than 4 ms apart are thinned.
+class RestFinder {
+ public:
+  enum class Change { kNone, kRestBegan, kRestEnded, kOutlier };
+
+  Change Add(double t_s, double angle_deg);
+  // The reference was lost: nothing is known of what the axis did.
+  void Reset();
+
+  bool resting() const { return resting_; }
+  // First reading at rest.
+  double rest_begin_s() const { return rest_begin_s_; }
+  // Last reading at rest so far.
+  double last_at_rest_s() const { return last_at_rest_s_; }
+  double tolerance_deg() const;
+  bool within() const { return within_; }
+
+ private:
+  struct Reading {
+    double t_s = 0.0;
+    double angle_deg = 0.0;
+  };
+  static constexpr std::size_t kRing = 256;
+
+  const Reading& back(std::size_t age) const { return ring_[(next_ + kRing - 1 - age) % kRing]; }
+  void Learn(double t_s, double angle_deg);
+  bool TryRest();
+
+  std::array<Reading, kRing> ring_ = {};
+  std::size_t next_ = 0, size_ = 0;
+  bool resting_ = false, within_ = false;
+  double rest_begin_s_ = 0.0, last_at_rest_s_ = 0.0, level_deg_ = 0.0;
+  int outside_ = 0;
+  // Scatter of the readings: the least over blocks of second differences, and the least step.
+  double scatter_deg_ = 0.0, step_deg_ = 1e9, block_sum_ = 0.0;
+  bool scatter_known_ = false;
+  int block_count_ = 0;
+};
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,402 @@
+#include "calibration/scale.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/noise_fit.h"
+#include "calibration/paper.h"
+#include "calibration/statistics.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr double kPiece_s = 1.0;
+constexpr double kLeastTurn_deg = 0.5;
+constexpr double kLongestTurn_s = 120.0;
+// Fewer turns than this beyond the parameters say too little of the reference's error.
+constexpr int kTurnsForReference = 5;
+constexpr double kNotWhite = 1e-3;
+constexpr std::size_t kWhitenessLags = 10;
+constexpr std::size_t kMaxBiasOrder = 2;
+// Other axes' rotation that cannot be told from this axis's: beyond this growth of the variance.
+constexpr double kInseparable = 100.0;
+
+struct Plan {
+  std::vector<Row> rows;
+  bool stops = false;
+};
+
+// How much of this channel's rotation lies between rests, turn by turn.
+struct Turns {
+  std::int64_t count = 0;
+  double rotation_deg = 0.0;
+  double longest_s = 0.0;
+};
+
+Turns CountTurns(const std::vector<Row>& rows, std::size_t channel) {
+  Turns out;
+  for (const Row& row : rows) {
+    if (row.still || !row.usable[channel]) continue;
+    if (std::fabs(row.rotation_deg[channel]) < kLeastTurn_deg) continue;
+    ++out.count;
+    out.rotation_deg += std::fabs(row.rotation_deg[channel]);
+    out.longest_s = std::max(out.longest_s, row.duration_s());
+  }
+  return out;
+}
+
+double MovingPath(const std::vector<Row>& rows, std::size_t channel) {
+  double path = 0.0;
+  for (const Row& row : rows) {
+    if (!row.still && row.usable[channel]) path += std::fabs(row.rotation_deg[channel]);
+  }
+  return path;
+}
+
+double RotationRange(const Columns& columns, std::size_t channel) {
+  double low = 0.0, high = 0.0;
+  if (columns.nodes.empty()) return 0.0;
+  low = high = columns.nodes.front().rotation_deg[channel];
+  for (const Node& node : columns.nodes) {
+    low = std::min(low, node.rotation_deg[channel]);
+    high = std::max(high, node.rotation_deg[channel]);
+  }
+  return high - low;
+}
+
+// Stop to stop where the motion is made of turns between rests, else node to node.
+Plan MakePlan(const Columns& columns, std::size_t channel) {
+  Plan plan{StopRows(columns, kPiece_s), true};
+  const Turns turns = CountTurns(plan.rows, channel);
+  std::vector<Row> nodes = NodeRows(columns, kPiece_s);
+  const bool all_motion = turns.rotation_deg >= 0.5 * MovingPath(nodes, channel);
+  if (turns.count >= 1 && turns.longest_s <= kLongestTurn_s && all_motion) return plan;
+  return {std::move(nodes), false};
+}
+
+// Columns of the problem of one channel.
+struct Problem {
+  std::vector<std::size_t> others;  // axes that turned as well
+  std::size_t bias_orders = 0;
+  double mean_degC = kMissing;
+
+  int bias_column() const { return 1 + static_cast<int>(others.size()); }
+  int output() const { return bias_column() + 1 + static_cast<int>(bias_orders); }
+  IntervalSeries Series(const std::vector<Row>& rows, std::size_t channel, double gain) const {
+    return MakeSeries(rows, channel, output() + 1, [&](const Row& row, double* out) {
+      *out++ = row.rotation_deg[channel] + row.earth_deg[channel];
+      for (const std::size_t other : others)
+        *out++ = row.rotation_deg[other] + row.earth_deg[other];
+      double power = row.duration_s();
+      for (std::size_t k = 0; k <= bias_orders; ++k, power *= row.temperature_degC - mean_degC)
+        *out++ = power;
+      *out = row.z[channel] / gain;
+    });
+  }
+  FitOptions Options(std::size_t order) const {
+    FitOptions options;
+    for (int i = 0; i < bias_column(); ++i) options.regressors.push_back(i);
+    for (int i = 0; i <= static_cast<int>(order); ++i) {
+      options.regressors.push_back(bias_column() + i);
+      options.rest_regressors.push_back(bias_column() + i);
+    }
+    options.output = output();
+    return options;
+  }
+};
+
+// Output units per deg/s, roughly: least squares without a thought of the noise. NaN when the
+// channel does not respond.
+double RoughGain(const std::vector<Row>& rows, std::size_t channel) {
+  const Problem simple;
+  const IntervalSeries series = simple.Series(rows, channel, 1.0);
+  const WhiteGram gram = Whiten(series, IntervalNoise{1.0, 0.0, 0.0});
+  const GlsSolution solution = Solve(gram, simple.Options(0).regressors, simple.output());
+  if (!solution.solvable || series.rows() < 4) return kMissing;
+  const double freedom = static_cast<double>(series.rows()) - 2.0;
+  const double std_error = std::sqrt(solution.variance(0) * solution.residual_square / freedom);
+  const double gain = solution.coefficients[0];
+  return std::fabs(gain) > 4.0 * std_error ? gain : kMissing;
+}
+
+// The least BIC, with the noise of the longest polynomial.
+std::size_t ChooseOrder(const IntervalSeries& series, const Problem& problem, FitOptions options,
+                        const IntervalNoise& noise) {
+  const WhiteGram gram = Whiten(series, noise);
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t order = 0; order <= problem.bias_orders; ++order) {
+    options.regressors = problem.Options(order).regressors;
+    const GlsSolution solution = Solve(gram, options.regressors, options.output);
+    if (!solution.solvable) continue;
+    const double bic = solution.residual_square +
+                       static_cast<double>(order) * std::log(static_cast<double>(series.rows()));
+    if (bic < least) {
+      least = bic;
+      best = order;
+    }
+  }
+  return best;
+}
+
+// Variance of coefficient 0 by a block sandwich: scores summed over blocks, longer than any
+// correlation that is left. NaN with too few rows.
+double SandwichVariance(const GlsFit& fit) {
+  const std::size_t p = fit.solution.coefficients.size(), n = fit.residuals.size();
+  const std::size_t blocks = std::min<std::size_t>(n / 20, 30);
+  if (blocks < 8) return kMissing;
+  using Map =
+      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+  const auto cols = static_cast<Eigen::Index>(p);
+  const Map x(fit.white_regressors.data(), static_cast<Eigen::Index>(n), cols);
+  const Map covariance(fit.solution.covariance.data(), cols, cols);
+  const Eigen::Map<const Eigen::VectorXd> v(fit.residuals.data(), static_cast<Eigen::Index>(n));
+  double sum = 0.0;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    const auto begin = static_cast<Eigen::Index>(b * n / blocks);
+    const auto size = static_cast<Eigen::Index>((b + 1) * n / blocks) - begin;
+    const Eigen::VectorXd score = x.middleRows(begin, size).transpose() * v.segment(begin, size);
+    sum += std::pow(covariance.row(0).dot(score), 2);
+  }
+  const auto count = static_cast<double>(blocks);
+  const double freedom = std::max(count - static_cast<double>(p), 1.0);
+  return sum * count / freedom * std::pow(StudentInflation(freedom), 2);
+}
+
+// Residual of the moving intervals, and their rates.
+void DescribeMotion(const std::vector<Row>& rows, std::size_t channel, double units,
+                    double bias_units, double floor_deg, ScaleResult* result) {
+  double square = 0.0;
+  std::int64_t moving = 0;
+  for (const Row& row : rows) {
+    if (row.still || !row.usable[channel]) continue;
+    const double turned = row.rotation_deg[channel] + row.earth_deg[channel];
+    const double measured = (row.z[channel] - bias_units * row.duration_s()) / units;
+    square += (measured - turned) * (measured - turned);
+    ++moving;
+    if (std::fabs(turned) < floor_deg) continue;
+    const double rate = turned / row.duration_s();
+    result->min_rate_deg_s = std::fmin(result->min_rate_deg_s, rate);
+    result->max_rate_deg_s = std::fmax(result->max_rate_deg_s, rate);
+  }
+  if (moving > 0) result->residual_rms_deg = std::sqrt(square / static_cast<double>(moving));
+}
+
+double WhitenedRms(const IntervalSeries& series, const FitOptions& options, IntervalNoise noise,
+                   double most_reference_deg) {
+  noise.reference_deg = std::fmin(noise.reference_deg, most_reference_deg);
+  const GlsSolution solution = Solve(Whiten(series, noise), options.regressors, options.output);
+  const double freedom =
+      static_cast<double>(series.rows()) - static_cast<double>(options.regressors.size());
+  return solution.solvable && freedom > 0 ? std::sqrt(solution.residual_square / freedom)
+                                          : kMissing;
+}
+
+class ChannelScale {
+ public:
+  ChannelScale(const Estimation& estimation, std::size_t channel)
+      : estimation_(estimation), info_(estimation.info), channel_(channel) {}
+
+  // False, with a reason, when nothing can be said.
+  bool Run(ScaleResult* result, std::string* reason);
+
+ private:
+  void ChooseColumns();
+  void ChooseReference(FitOptions* options, ScaleResult* result) const;
+  bool Separable(const IntervalSeries& series) const;
+  void Report(const GlsFit& fit, const FitOptions& options, const IntervalSeries& series,
+              ScaleResult* result);
+  void ReportPaper(ScaleResult* result) const;
+
+  const Estimation& estimation_;
+  const MeasurementInfo& info_;
+  std::size_t channel_;
+  Plan plan_;
+  Problem problem_;
+  double gain_ = kMissing;
+};
+
+void ChannelScale::ChooseColumns() {
+  for (std::size_t other = 0; other < 3; ++other) {
+    if (other == channel_) continue;
+    const bool turned =
+        plan_.stops
+            ? CountTurns(plan_.rows, other).rotation_deg >= estimation_.options.min_rotation_deg
+            : RotationRange(estimation_.columns, other) >= estimation_.options.min_rotation_deg;
+    if (turned) problem_.others.push_back(other);
+  }
+  const TemperatureRange range = Temperatures(plan_.rows, channel_);
+  problem_.mean_degC = range.mean;
+  if (range.max - range.min < estimation_.options.min_temperature_range_degC ||
+      !std::isfinite(range.mean))
+    return;
+  const bool everywhere = std::all_of(plan_.rows.begin(), plan_.rows.end(), [](const Row& row) {
+    return std::isfinite(row.temperature_degC);
+  });
+  if (everywhere) problem_.bias_orders = kMaxBiasOrder;
+}
+
+// Whether this axis's rotation can be told from the others'.
+bool ChannelScale::Separable(const IntervalSeries& series) const {
+  const WhiteGram gram = Whiten(series, IntervalNoise{1.0, 0.0, 0.0});
+  const GlsSolution with = Solve(gram, problem_.Options(0).regressors, problem_.output());
+  const std::array<int, 2> own = {0, problem_.bias_column()};
+  const GlsSolution without = Solve(gram, own, problem_.output());
+  return with.solvable && without.solvable && with.variance(0) < kInseparable * without.variance(0);
+}
+
+void ChannelScale::ChooseReference(FitOptions* options, ScaleResult* result) const {
+  if (!plan_.stops) return;
+  int moving = 0;
+  for (const Row& row : plan_.rows) moving += !row.still && row.usable[channel_] ? 1 : 0;
+  if (moving - 1 - static_cast<int>(problem_.others.size()) >= kTurnsForReference) return;
+  if (info_.stop_accuracy_deg) {
+    // Uniform over +- the stop's accuracy.
+    options->known_reference_deg = *info_.stop_accuracy_deg / std::sqrt(3.0);
+    result->remarks.push_back(
+        fmt::format("{} turns are too few to see the reference's error: +-{:.3g} deg of the "
+                    "shaft's accuracy is used",
+                    result->turns, *info_.stop_accuracy_deg));
+    return;
+  }
+  double scatter = 0.0;
+  for (const Rest& rest : estimation_.columns.rests) scatter = std::max(scatter, rest.scatter_deg);
+  options->known_reference_deg = scatter;
+  result->remarks.push_back(
+      fmt::format("{} turns are too few to see the reference's error, and the shaft's accuracy is "
+                  "not given: the standard "
+                  "error allows only for the scatter of its readings at rest, {:.2g} deg",
+                  result->turns, scatter));
+}
+
+void ChannelScale::ReportPaper(ScaleResult* result) const {
+  if (!plan_.stops) {
+    result->remarks.push_back("no rests between turns: the paper's eq. (4), (5) do not apply");
+    return;
+  }
+  const PaperScale paper = EstimatePaperScale(plan_.rows, channel_);
+  result->paper_alpha = paper.alpha;
+  result->paper_alpha_std_error = paper.alpha_std_error;
+  result->paper_first_rest_alpha = paper.first_rest_alpha;
+}
+
+void ChannelScale::Report(const GlsFit& fit, const FitOptions& options,
+                          const IntervalSeries& series, ScaleResult* result) {
+  const GlsSolution& solution = fit.solution;
+  const double m = solution.coefficients[0];
+  double variance = solution.variance(0) * fit.inflation[0] * fit.inflation[0];
+  const double p_white = WhitenessPValue(fit.residuals, kWhitenessLags);
+  if (p_white < kNotWhite) {
+    const double sandwich = SandwichVariance(fit);
+    result->remarks.push_back(fmt::format(
+        "the whitened residuals are not white (p = {:.1e}): the model leaves structure{}", p_white,
+        sandwich > variance ? fmt::format("; standard error by blocks, {:.2f} times the model's",
+                                          std::sqrt(sandwich / variance))
+                            : ""));
+    variance = std::fmax(variance, sandwich);
+  }
+  const double units = gain_ * m;
+  result->alpha = 1.0 / units;
+  const double relative = std::sqrt(variance) / std::fabs(m);
+  result->tick_ratio = estimation_.ticks.ratio();
+  result->tick_ratio_std_error = estimation_.ticks.ratio_std_error();
+  const double clock =
+      std::isfinite(result->tick_ratio_std_error) ? result->tick_ratio_std_error : 0.0;
+  result->alpha_std_error = std::fabs(result->alpha) * std::hypot(relative, clock);
+  const double nominal = NominalUnitsPerDegPerS(info_);
+  if (std::isfinite(nominal)) result->scale_error = result->alpha * nominal - 1.0;
+  const auto bias_index = static_cast<std::size_t>(problem_.bias_column());
+  const MeanBias mean = AverageBias(fit, options, bias_index);
+  result->bias = gain_ * mean.value;
+  result->bias_std_error = std::fabs(gain_) * std::sqrt(mean.variance) * fit.inflation[bias_index];
+  // d alpha = -alpha dM / M
+  result->alpha_bias_covariance = -result->alpha / m * gain_ * mean.covariance[0] *
+                                  fit.inflation[0] * fit.inflation[bias_index];
+  const TemperatureRange range = Temperatures(plan_.rows, channel_);
+  result->bias_temperature_degC = range.mean;
+  result->min_temperature_degC = range.min;
+  result->max_temperature_degC = range.max;
+  const double to_deg = 1.0 / std::fabs(m);
+  result->noise = {fit.noise.noise.angle_random_walk_deg_sqrt_s * to_deg,
+                   fit.noise.noise.bias_random_walk_deg_s_sqrt_s * to_deg,
+                   fit.noise.noise.reference_deg * to_deg};
+  const double most = plan_.stops && info_.stop_accuracy_deg
+                          ? *info_.stop_accuracy_deg / std::sqrt(3.0) * std::fabs(m)
+                          : kMissing;
+  result->whitened_rms = WhitenedRms(series, options, fit.noise.noise, most);
+  DescribeMotion(plan_.rows, channel_, units, result->bias, plan_.stops ? kLeastTurn_deg : 0.0,
+                 result);
+}
+
+bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
+  plan_ = MakePlan(estimation_.columns, channel_);
+  const Turns turns =
+      CountTurns(plan_.stops ? plan_.rows : StopRows(estimation_.columns, kPiece_s), channel_);
+  const double turned = std::max(turns.rotation_deg, RotationRange(estimation_.columns, channel_));
+  if (turned < estimation_.options.min_rotation_deg) {
+    *reason = fmt::format("its axis turned by {:.3g} deg, at least {:.3g} is needed", turned,
+                          estimation_.options.min_rotation_deg);
+    return false;
+  }
+  gain_ = RoughGain(plan_.rows, channel_);
+  if (!std::isfinite(gain_)) {
+    *reason = fmt::format("its output does not follow the {:.3g} deg that its axis turned", turned);
+    return false;
+  }
+  result->axis = static_cast<SensorAxis>(channel_);
+  result->unit = OutputUnit(info_);
+  result->turns = turns.count;
+  result->schedule = plan_.stops ? "stops" : "continuous";
+  ChooseColumns();
+  IntervalSeries series = problem_.Series(plan_.rows, channel_, gain_);
+  if (!problem_.others.empty() && !Separable(series)) {
+    problem_.others.clear();
+    series = problem_.Series(plan_.rows, channel_, gain_);
+    result->remarks.push_back(
+        "the axes turned only together: cross-axis sensitivity is contained in the scale factor");
+  }
+  FitOptions options = problem_.Options(problem_.bias_orders);
+  ChooseReference(&options, result);
+  GlsFit fit = FitIntervals(series, options);
+  if (fit.solvable && problem_.bias_orders > 0) {
+    const std::size_t order = ChooseOrder(series, problem_, options, fit.noise.noise);
+    FitOptions chosen = problem_.Options(order);
+    chosen.known_reference_deg = options.known_reference_deg;
+    if (order < problem_.bias_orders) fit = FitIntervals(series, chosen);
+    options = chosen;
+  }
+  if (!fit.solvable) {
+    *reason = fmt::format(
+        "{} usable intervals are too few, or too alike, to tell scale factor and bias apart",
+        series.rows());
+    return false;
+  }
+  Report(fit, options, series, result);
+  ReportPaper(result);
+  return true;
+}
+
+}  // namespace
+
+std::vector<ScaleResult> EstimateScale(const Estimation& estimation,
+                                       std::vector<std::string>* remarks) {
+  std::vector<ScaleResult> out;
+  if (estimation.info.reference == ReferenceKind::kNone || estimation.columns.nodes.size() < 4)
+    return out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!estimation.usable[c]) continue;
+    ScaleResult result;
+    std::string reason;
+    if (ChannelScale(estimation, c).Run(&result, &reason)) {
+      out.push_back(std::move(result));
+    } else {
+      remarks->push_back(fmt::format("scale of {}: not estimated, {}", "xyz"[c], reason));
+    }
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration
