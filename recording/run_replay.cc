@@ -107,22 +107,37 @@ RunFacts FactsFromJson(const fs::path& file) {
   return facts;
 }
 
-// Fills in, from one pass over the log, what run.json left open.
-void CompleteFromLog(const fs::path& log, RunFacts& facts) {
-  MeasurementInfo info;
+// The first run whose beginning the log holds, or the one that run.json names.
+void FindStart(const fs::path& log, RunFacts& facts) {
+  bool found = false;
+  LogMessages(log).ForEach([](const gyro_t&) {}, [](const angle_t&) {},
+                           [&](const run_t& message) {
+                             const bool ours =
+                                 facts.run_id.empty() || message.run_id == facts.run_id;
+                             if (found || !ours || message.event != run_t::START) return;
+                             found = true;
+                             facts.run_id = message.run_id;
+                             if (!facts.start) facts.start = message.utime;
+                             if (!facts.has_measurement)
+                               facts.info.notes["procedure"] = message.procedure;
+                           });
+}
+
+// What the samples of the run say of the measurement; the time of the first one where no start is
+// known.
+void CompleteFromSamples(const fs::path& log, RunFacts& facts) {
+  MeasurementInfo info = facts.info;
   std::optional<Utime> earliest;
-  std::optional<Utime> announced;
-  const auto is_ours = [&facts](const std::string& run_id) {
+  const auto is_ours = [&](const std::string& run_id, Utime utime) {
     if (facts.run_id.empty()) facts.run_id = run_id;
-    return !run_id.empty() && run_id == facts.run_id;
-  };
-  const auto see = [&earliest](Utime utime) {
-    earliest = std::min(earliest.value_or(utime), utime);
+    const bool ours = !run_id.empty() && run_id == facts.run_id;
+    if (ours) earliest = std::min(earliest.value_or(utime), utime);
+    return ours;
   };
   LogMessages(log).ForEach(
       [&](const gyro_t& message) {
-        if (!is_ours(message.run_id)) return;
-        see(message.utime);
+        const Utime first = message.n > 0 ? message.sample_utime.front() : message.utime;
+        if (!is_ours(message.run_id, first)) return;
         info.gyro_present = {true, true, true};
         info.accel_present.fill(message.accel_lsb_per_g > 0.0);
         info.temperature_present = true;
@@ -130,17 +145,12 @@ void CompleteFromLog(const fs::path& log, RunFacts& facts) {
           info.gyro_units_per_deg_s = message.gyro_lsb_per_deg_s;
       },
       [&](const angle_t& message) {
-        if (!is_ours(message.run_id) || message.axis < 0 || message.axis > 2) return;
-        see(message.utime);
+        if (!is_ours(message.run_id, message.utime) || message.axis < 0 || message.axis > 2) return;
         info.reference = ReferenceKind::kStandAngles;
         info.stand_axis_present.at(static_cast<std::size_t>(message.axis)) = true;
       },
-      [&](const run_t& message) {
-        if (!is_ours(message.run_id) || message.event != run_t::START) return;
-        announced = message.utime;
-        info.notes["procedure"] = message.procedure;
-      });
-  if (!facts.start) facts.start = announced ? announced : earliest;
+      [](const run_t&) {});
+  if (!facts.start) facts.start = earliest;
   if (!facts.has_measurement) facts.info = info;
 }
 
@@ -162,7 +172,10 @@ void ReplayRun(const fs::path& record, MeasurementSink& sink, const ReplayProgre
                                 kEventLogName));
   }
   RunFacts facts = FactsFromJson(RecordFolder(record) / kRunJsonName);
-  if (!facts.start || !facts.has_measurement) CompleteFromLog(log, facts);
+  if (!facts.start || !facts.has_measurement) {
+    FindStart(log, facts);
+    CompleteFromSamples(log, facts);
+  }
   if (!facts.start) {
     throw DataError(
         fmt::format("{}: holds no readable message of a run: expected channels that end in "

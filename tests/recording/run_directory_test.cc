@@ -1,0 +1,156 @@
+#include "recording/run_directory.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "record_builder.h"
+#include "recording/measurement_info_json.h"
+#include "sinks.h"
+
+namespace gyrobench::recording {
+namespace {
+
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+constexpr Utime kStart = 1'795'275'012'000'000;  // 2026-11-21 15:30:12 UTC
+
+std::vector<std::string> Files(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+void Touch(const RunDirectory& run, int age_s) {
+  WriteFile(run.EventLog(), "");
+  fs::last_write_time(run.EventLog(),
+                      fs::file_time_type::clock::now() - std::chrono::seconds(age_s));
+}
+
+TEST(RunDirectory, TheRunsNameIsUtcAndTheProcedureAndNeverTakenTwice) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(RunDirectory::Create(folder / "a/b", "scale", kStart).run_id(),
+            "20261121-153012-scale");
+  EXPECT_EQ(RunDirectory::Create(folder / "a/b", "scale", kStart).run_id(),
+            "20261121-153012-scale-02");
+  EXPECT_EQ(RunDirectory::Create(folder / "a/b", "../x y", kStart).run_id(),
+            "20261121-153012-___x_y");
+  EXPECT_EQ(Files(folder / "a/b").size(), 3u);
+}
+
+TEST(RunDirectory, AFolderThatCannotBeMadeOrWrittenIsAnErrorWithTheMend) {
+  const TemporaryFolder folder;
+  WriteFile(folder / "file", "");
+  EXPECT_THAT(MessageOf<DataError>([&] { RunDirectory::Create(folder / "file", "scale", kStart); }),
+              HasSubstr("set `records` in the stand file"));
+  if (geteuid() == 0) return;  // root may write everywhere
+  fs::create_directory(folder / "closed");
+  fs::permissions(folder / "closed", fs::perms::owner_read | fs::perms::owner_exec);
+  EXPECT_THAT(
+      MessageOf<DataError>([&] { RunDirectory::Create(folder / "closed", "scale", kStart); }),
+      HasSubstr("Permission denied"));
+}
+
+TEST(RunDirectory, ADiskNearlyFullIsAnErrorThatSaysHowMuchIsFree) {
+  const TemporaryFolder folder;
+  const std::uintmax_t more_than_any_disk = std::uintmax_t{1} << 62;
+  EXPECT_THAT(MessageOf<DataError>(
+                  [&] { RunDirectory::Create(folder / "r", "scale", kStart, more_than_any_disk); }),
+              HasSubstr("MB free"));
+  EXPECT_TRUE(Files(folder / "r").empty());
+}
+
+TEST(RunDirectory, JsonIsReplacedWholeAndLeavesNoOtherFile) {
+  const TemporaryFolder folder;
+  const RunDirectory run = RunDirectory::Create(folder.path(), "scale", kStart);
+  run.WriteRun({{"outcome", ""}});
+  run.WriteRun({{"outcome", "done"}, {"name", "bytes \xff that are no text"}});
+  EXPECT_EQ(run.ReadRun()["outcome"], "done");
+  EXPECT_EQ(Files(run.folder()), std::vector<std::string>{"run.json"});
+}
+
+TEST(RunDirectory, JsonThatCannotBeReadIsNamedByFileAndByte) {
+  const TemporaryFolder folder;
+  WriteFile(folder / "run.json", "{\"a\": 1,");
+  const RunDirectory run = RunDirectory::Open(folder.path());
+  EXPECT_THAT(MessageOf<DataError>([&] { run.ReadRun(); }),
+              HasSubstr("run.json: no valid JSON at byte 9"));
+  EXPECT_THAT(MessageOf<DataError>([&] { run.ReadResult(); }), HasSubstr("No such file"));
+  EXPECT_THAT(MessageOf<DataError>([&] { WriteJsonAtomically(folder / "none/x.json", {}); }),
+              HasSubstr("cannot be written"));
+}
+
+TEST(RunDirectory, FindsARunByIdBeginningPathAndAsTheLatest) {
+  const TemporaryFolder folder;
+  const RunDirectory a = RunDirectory::Create(folder.path(), "bias", kStart);
+  const RunDirectory b = RunDirectory::Create(folder.path(), "scale", kStart + 60'000'000);
+  const RunDirectory c = RunDirectory::Create(folder.path(), "scale", kStart + 60'000'000);
+  fs::create_directory(folder / "no-record");
+  Touch(a, 10);
+  Touch(b, 300);  // a virtual clock may name runs of later times before
+  Touch(c, 20);
+  const auto find = [&](const std::string& name) { return FindRun(folder.path(), name).run_id(); };
+  EXPECT_EQ(ListRuns(folder.path()).size(), 3u);
+  EXPECT_EQ(find("latest"), a.run_id());
+  EXPECT_EQ(find("20261121-153012"), a.run_id());
+  EXPECT_EQ(find(b.run_id()), b.run_id()) << "an id is also the beginning of the next one";
+  EXPECT_EQ(find(c.folder().string()), c.run_id());
+  EXPECT_EQ(find(c.EventLog().string()), c.run_id());
+  EXPECT_THAT(MessageOf<DataError>([&] { find("2026"); }), HasSubstr("beginning of 3 records"));
+  EXPECT_THAT(MessageOf<DataError>([&] { find("1999"); }), HasSubstr(c.run_id()));
+}
+
+TEST(RunDirectory, NoRecordsIsAnEmptyListAndNoLatest) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(ListRuns(folder / "none").empty());
+  EXPECT_THAT(MessageOf<DataError>([&] { FindRun(folder / "none", "latest"); }),
+              HasSubstr("no records yet"));
+  EXPECT_THROW(RunDirectory::Open(folder.path()), DataError);
+}
+
+TEST(MeasurementInfoJson, IsUndoneByItsInverseForEveryField) {
+  MeasurementInfo info = PlannedInfo({});
+  info.gyro_unit = GyroUnit::kRadPerSecond;
+  info.gyro_present = {false, true, false};
+  info.accel_present = {false, false, true};
+  info.reference = ReferenceKind::kSensorAngle;
+  info.reference_axis = SensorAxis::kY;
+  info.covariates = {"supply_v", "fan"};
+  for (const MeasurementInfo& in : {info, PlannedInfo({}), MeasurementInfo{}}) {
+    const MeasurementInfo out = MeasurementInfoFromJson(nlohmann::json::parse(ToJson(in).dump()));
+    EXPECT_EQ(out.source, in.source);
+    EXPECT_EQ(out.gyro_unit, in.gyro_unit);
+    EXPECT_EQ(out.gyro_present, in.gyro_present);
+    EXPECT_EQ(out.accel_present, in.accel_present);
+    EXPECT_EQ(out.temperature_present, in.temperature_present);
+    EXPECT_EQ(out.gyro_units_per_deg_s, in.gyro_units_per_deg_s);
+    EXPECT_EQ(out.reference, in.reference);
+    EXPECT_EQ(out.stand_axis_present, in.stand_axis_present);
+    EXPECT_EQ(out.reference_axis, in.reference_axis);
+    EXPECT_EQ(out.site_latitude_deg, in.site_latitude_deg);
+    EXPECT_EQ(out.site_heading_deg, in.site_heading_deg);
+    EXPECT_EQ(out.gear_ratio, in.gear_ratio);
+    EXPECT_EQ(out.stop_accuracy_deg, in.stop_accuracy_deg);
+    EXPECT_EQ(out.sensor, in.sensor);
+    EXPECT_EQ(out.power_on, in.power_on);
+    EXPECT_EQ(out.notes, in.notes);
+    EXPECT_EQ(out.covariates, in.covariates);
+  }
+}
+
+TEST(MeasurementInfoJson, AWrongValueIsNamedByKeyAndWhatWasExpected) {
+  const auto read = [](const nlohmann::json& json) {
+    return MessageOf<DataError>([&] { MeasurementInfoFromJson(json); });
+  };
+  EXPECT_THAT(read({{"gyro_unit", "furlongs"}}), HasSubstr("expected one of lsb, deg_s, rad_s"));
+  EXPECT_THAT(read({{"gear_ratio", "forty"}}), HasSubstr("measurement.gear_ratio = \"forty\""));
+  EXPECT_THAT(read({{"gyro", {"x", 3}}}), HasSubstr("measurement.gyro"));
+  EXPECT_THAT(read(nlohmann::json::array()), HasSubstr("expected an object"));
+}
+
+}  // namespace
+}  // namespace gyrobench::recording

@@ -1,0 +1,96 @@
+// Helpers of the tests of recording: a sink that keeps everything, a folder of one's own.
+#pragma once
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "base/measurement.h"
+
+namespace gyrobench::recording {
+
+struct KeepingSink : MeasurementSink {
+  void OnInfo(const MeasurementInfo& value) override {
+    info = value;
+    ++infos;
+  }
+  void OnGyro(const GyroSample& value) override { gyro.push_back(value); }
+  void OnAngle(const AngleSample& value) override { angles.push_back(value); }
+  void OnOrientation(const OrientationSample& value) override { orientations.push_back(value); }
+  void OnTickPair(const TickPair& value) override { ticks.push_back(value); }
+  void OnSegment(const SegmentMark& value) override { segments.push_back(value); }
+  void OnDefect(const Defect& value) override { defects.push_back(value); }
+
+  std::int64_t Count(const std::string& kind) const {
+    std::int64_t count = 0;
+    for (const Defect& defect : defects) count += defect.kind == kind ? defect.count : 0;
+    return count;
+  }
+  std::string Where(const std::string& kind) const {
+    const auto found = std::find_if(defects.begin(), defects.end(),
+                                    [&](const Defect& defect) { return defect.kind == kind; });
+    return found == defects.end() ? "" : found->where;
+  }
+
+  MeasurementInfo info;
+  int infos = 0;
+  std::vector<GyroSample> gyro;
+  std::vector<AngleSample> angles;
+  std::vector<OrientationSample> orientations;
+  std::vector<TickPair> ticks;
+  std::vector<SegmentMark> segments;
+  std::vector<Defect> defects;
+};
+
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "gyrobench-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline void WriteFile(const std::filesystem::path& file, const std::string& bytes) {
+  // Some file systems wait for the disk when a file is written over, none when it is a new one.
+  std::filesystem::remove(file);
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+inline std::string ReadFile(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream bytes;
+  bytes << in.rdbuf();
+  return bytes.str();
+}
+
+// The message of the Error that `function` throws; empty when it throws none.
+template <typename Exception, typename Function>
+std::string MessageOf(const Function& function) {
+  try {
+    function();
+  } catch (const Exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace gyrobench::recording
