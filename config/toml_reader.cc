@@ -24,6 +24,12 @@ namespace {
 constexpr int kMaxIncludeDepth = 8;
 constexpr std::size_t kMaxShownValue = 60;
 
+constexpr std::string_view kRequired = "required";
+constexpr std::string_view kOptional = "optional";
+constexpr std::string_view kBoolExpected = "true or false";
+constexpr std::string_view kTextExpected = "a text that is not empty";
+constexpr std::string_view kPathExpected = "a path";
+
 // One parsed file.
 struct Document {
   fs::path file;
@@ -98,6 +104,10 @@ std::string WithLength(std::string_view what, const LengthRange& length) {
   return fmt::format("an array of {}", what);
 }
 
+std::string OneOf(const std::vector<std::string_view>& words) {
+  return fmt::format("one of \"{}\"", fmt::join(words, "\", \""));
+}
+
 std::optional<double> AsNumber(const toml::node& node) {
   if (const auto* integer = node.as_integer()) return static_cast<double>(integer->get());
   if (const auto* real = node.as_floating_point()) return real->get();
@@ -114,9 +124,15 @@ struct TomlTable::Impl {
     explicit operator bool() const { return node != nullptr; }
   };
 
+  // What the program expects of a key (KnownKey).
+  struct Asked {
+    std::string expected;
+    std::string fallback;
+  };
+
   std::string name;
   std::vector<Layer> layers;  // those in front speak first; never empty
-  std::set<std::string, std::less<>> known;
+  std::map<std::string, Asked, std::less<>> known;
   std::map<std::string, std::shared_ptr<Impl>> children;  // by dotted name
 
   static std::shared_ptr<Impl> Root(std::string_view text, const fs::path& file) {
@@ -130,7 +146,7 @@ struct TomlTable::Impl {
     layers.push_back({document, &document->root});
     const toml::node* include = document->root.get("include");
     if (include == nullptr) return;
-    known.insert("include");
+    known["include"] = {std::string(kPathExpected), std::string(kOptional)};
     const Found found{&layers.back(), include};
     const auto* other = include->as_string();
     if (other == nullptr || other->get().empty())
@@ -153,8 +169,13 @@ struct TomlTable::Impl {
     return name.empty() ? std::string(key) : fmt::format("{}.{}", name, key);
   }
 
-  Found Find(std::string_view key) {
-    known.emplace(key);
+  std::string TableExpected(std::string_view key) const {
+    return fmt::format("a table [{}]", Dotted(key));
+  }
+
+  // Looks up a key and notes what is expected of it.
+  Found Find(std::string_view key, std::string_view expected, std::string_view fallback) {
+    known.insert_or_assign(std::string(key), Asked{std::string(expected), std::string(fallback)});
     return Look(key);
   }
 
@@ -166,7 +187,7 @@ struct TomlTable::Impl {
   }
 
   Found Require(std::string_view key, std::string_view expected) {
-    const Found found = Find(key);
+    const Found found = Find(key, expected, kRequired);
     if (!found) {
       throw ConfigError(
           fmt::format("{}: {} is missing: expected {}", TablePlace(), Dotted(key), expected));
@@ -211,7 +232,7 @@ struct TomlTable::Impl {
 
   bool Bool(std::string_view key, const Found& found) const {
     const auto* value = found.node->as_boolean();
-    if (value == nullptr) ThrowExpected(key, found, "true or false");
+    if (value == nullptr) ThrowExpected(key, found, kBoolExpected);
     return value->get();
   }
 
@@ -223,8 +244,15 @@ struct TomlTable::Impl {
     return value->get();
   }
 
+  std::ptrdiff_t Choice(std::string_view key, const Found& found,
+                        const std::vector<std::string_view>& words) const {
+    const auto at = std::ranges::find(words, String(key, found, OneOf(words)));
+    if (at == words.end()) ThrowExpected(key, found, OneOf(words));
+    return at - words.begin();
+  }
+
   fs::path Path(std::string_view key, const Found& found) const {
-    const fs::path path = String(key, found, "a path");
+    const fs::path path = String(key, found, kPathExpected);
     return (found.layer->document->file.parent_path() / path).lexically_normal();
   }
 
@@ -247,7 +275,7 @@ struct TomlTable::Impl {
       const toml::node* node = layer.table->get(key);
       if (node == nullptr) continue;
       if (!node->is_table()) {
-        ThrowExpected(key, {&layer, node}, fmt::format("a table [{}]", made->name));
+        ThrowExpected(key, {&layer, node}, TableExpected(key));
       }
       made->layers.push_back({layer.document, node->as_table()});
     }
@@ -278,7 +306,8 @@ struct TomlTable::Impl {
   }
 
   [[noreturn]] void ThrowUnknown(const toml::key& key, const Found& found) const {
-    const std::vector<std::string> words(known.begin(), known.end());
+    std::vector<std::string> words;
+    for (const auto& [word, asked] : known) words.push_back(word);
     throw ConfigError(fmt::format("{}: unknown key {}; {}",
                                   config::Place(found.layer->document->file, key.source()),
                                   Dotted(key.str()), Suggestion(key.str(), words)));
@@ -300,12 +329,13 @@ double TomlTable::Number(std::string_view key, const NumberRange& range) const {
 }
 
 double TomlTable::Number(std::string_view key, const NumberRange& range, double fallback) const {
-  return OptionalNumber(key, range).value_or(fallback);
+  const auto found = impl_->Find(key, WithUnit("a number", range), fmt::format("{}", fallback));
+  return found ? impl_->Number(key, found, range) : fallback;
 }
 
 std::optional<double> TomlTable::OptionalNumber(std::string_view key,
                                                 const NumberRange& range) const {
-  const auto found = impl_->Find(key);
+  const auto found = impl_->Find(key, WithUnit("a number", range), kOptional);
   return found ? std::optional(impl_->Number(key, found, range)) : std::nullopt;
 }
 
@@ -315,58 +345,63 @@ std::int64_t TomlTable::Integer(std::string_view key, const IntegerRange& range)
 
 std::int64_t TomlTable::Integer(std::string_view key, const IntegerRange& range,
                                 std::int64_t fallback) const {
-  return OptionalInteger(key, range).value_or(fallback);
+  const auto found =
+      impl_->Find(key, WithUnit("a whole number", range), fmt::format("{}", fallback));
+  return found ? impl_->Integer(key, found, range) : fallback;
 }
 
 std::optional<std::int64_t> TomlTable::OptionalInteger(std::string_view key,
                                                        const IntegerRange& range) const {
-  const auto found = impl_->Find(key);
+  const auto found = impl_->Find(key, WithUnit("a whole number", range), kOptional);
   return found ? std::optional(impl_->Integer(key, found, range)) : std::nullopt;
 }
 
 bool TomlTable::Bool(std::string_view key) const {
-  return impl_->Bool(key, impl_->Require(key, "true or false"));
+  return impl_->Bool(key, impl_->Require(key, kBoolExpected));
 }
 
 bool TomlTable::Bool(std::string_view key, bool fallback) const {
-  const auto found = impl_->Find(key);
+  const auto found = impl_->Find(key, kBoolExpected, fallback ? "true" : "false");
   return found ? impl_->Bool(key, found) : fallback;
 }
 
 std::string TomlTable::String(std::string_view key) const {
-  return impl_->String(key, impl_->Require(key, "a text"), "a text that is not empty");
+  return impl_->String(key, impl_->Require(key, kTextExpected), kTextExpected);
 }
 
 std::string TomlTable::String(std::string_view key, std::string_view fallback) const {
-  return OptionalString(key).value_or(std::string(fallback));
+  const auto found = impl_->Find(key, kTextExpected, fmt::format("\"{}\"", fallback));
+  return found ? impl_->String(key, found, kTextExpected) : std::string(fallback);
 }
 
 std::optional<std::string> TomlTable::OptionalString(std::string_view key) const {
-  const auto found = impl_->Find(key);
-  return found ? std::optional(impl_->String(key, found, "a text that is not empty"))
-               : std::nullopt;
+  const auto found = impl_->Find(key, kTextExpected, kOptional);
+  return found ? std::optional(impl_->String(key, found, kTextExpected)) : std::nullopt;
 }
 
-std::ptrdiff_t TomlTable::ChoiceIndex(std::string_view key,
-                                      const std::vector<std::string_view>& words) const {
-  const std::string expected = fmt::format("one of \"{}\"", fmt::join(words, "\", \""));
-  const auto found = impl_->Require(key, expected);
-  const std::string word = impl_->String(key, found, expected);
-  const auto at = std::find(words.begin(), words.end(), word);
-  if (at == words.end()) impl_->ThrowExpected(key, found, expected);
-  return at - words.begin();
+TomlTable::Index TomlTable::ChoiceIndex(std::string_view key,
+                                        const std::vector<std::string_view>& words) const {
+  return impl_->Choice(key, impl_->Require(key, OneOf(words)), words);
+}
+
+std::optional<TomlTable::Index> TomlTable::OptionalChoiceIndex(
+    std::string_view key, const std::vector<std::string_view>& words,
+    std::string_view fallback) const {
+  const auto found = impl_->Find(key, OneOf(words), fmt::format("\"{}\"", fallback));
+  return found ? std::optional(impl_->Choice(key, found, words)) : std::nullopt;
 }
 
 fs::path TomlTable::Path(std::string_view key) const {
-  return impl_->Path(key, impl_->Require(key, "a path"));
+  return impl_->Path(key, impl_->Require(key, kPathExpected));
 }
 
 fs::path TomlTable::Path(std::string_view key, const fs::path& fallback) const {
-  return OptionalPath(key).value_or(fallback);
+  const auto found = impl_->Find(key, kPathExpected, fmt::format("\"{}\"", fallback.string()));
+  return found ? impl_->Path(key, found) : (Folder() / fallback).lexically_normal();
 }
 
 std::optional<fs::path> TomlTable::OptionalPath(std::string_view key) const {
-  const auto found = impl_->Find(key);
+  const auto found = impl_->Find(key, kPathExpected, kOptional);
   return found ? std::optional(impl_->Path(key, found)) : std::nullopt;
 }
 
@@ -397,24 +432,26 @@ std::vector<std::string> TomlTable::Strings(std::string_view key, const LengthRa
   std::vector<std::string> strings;
   for (const toml::node& node : impl_->Array(key, found, expected, length)) {
     strings.push_back(impl_->String(fmt::format("{}[{}]", key, strings.size()),
-                                    {found.layer, &node}, "a text that is not empty"));
+                                    {found.layer, &node}, kTextExpected));
   }
   return strings;
 }
 
 TomlTable TomlTable::Table(std::string_view key) const {
-  impl_->Require(key, fmt::format("a table [{}]", impl_->Dotted(key)));
+  impl_->Require(key, impl_->TableExpected(key));
   return TomlTable(impl_->Child(key));
 }
 
 std::optional<TomlTable> TomlTable::OptionalTable(std::string_view key) const {
-  return impl_->Find(key) ? std::optional(TomlTable(impl_->Child(key))) : std::nullopt;
+  return impl_->Find(key, impl_->TableExpected(key), kOptional)
+             ? std::optional(TomlTable(impl_->Child(key)))
+             : std::nullopt;
 }
 
 std::vector<TomlTable> TomlTable::Tables(std::string_view key) const {
-  const auto found = impl_->Find(key);
-  if (!found) return {};
   const std::string expected = fmt::format("tables [[{}]]", impl_->Dotted(key));
+  const auto found = impl_->Find(key, expected, kOptional);
+  if (!found) return {};
   std::vector<TomlTable> tables;
   for (const toml::node& node : impl_->Array(key, found, expected, {})) {
     if (!node.is_table()) impl_->ThrowExpected(key, {found.layer, &node}, expected);
@@ -424,7 +461,10 @@ std::vector<TomlTable> TomlTable::Tables(std::string_view key) const {
   return tables;
 }
 
-bool TomlTable::Has(std::string_view key) const { return static_cast<bool>(impl_->Find(key)); }
+bool TomlTable::Has(std::string_view key) const {
+  impl_->known.try_emplace(std::string(key));
+  return static_cast<bool>(impl_->Look(key));
+}
 
 std::vector<std::string> TomlTable::Keys() const {
   std::set<std::string> keys;
@@ -456,9 +496,11 @@ void TomlTable::FailTable(std::string_view problem) const {
 
 void TomlTable::Finish() const { impl_->Finish(); }
 
-std::vector<std::string> TomlTable::KnownKeys() const {
-  std::vector<std::string> keys;
-  for (const std::string& key : impl_->known) keys.push_back(impl_->Dotted(key));
+std::vector<KnownKey> TomlTable::KnownKeys() const {
+  std::vector<KnownKey> keys;
+  for (const auto& [key, asked] : impl_->known) {
+    keys.push_back({impl_->Dotted(key), asked.expected, asked.fallback});
+  }
   for (const auto& [_, child] : impl_->children) {
     if (child == nullptr) continue;
     const auto more = TomlTable(child).KnownKeys();

@@ -8,6 +8,7 @@
 // in front of what the other says, key by key through all tables; arrays are replaced as a whole.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -39,6 +40,15 @@ struct IntegerRange {
 struct LengthRange {
   std::size_t min = 0;
   std::size_t max = std::numeric_limits<std::size_t>::max();
+};
+
+// What is known of a key that was asked for; documentation is checked against it.
+struct KnownKey {
+  std::string name;  // dotted, from the root
+  std::string
+      expected;  // "a number in 0.001 .. 1000 deg/s"; empty where the key was only looked for
+  // "required", "optional", or what holds without it.
+  std::string fallback;
 };
 
 // One table of a file. A handle: copies speak of the same table and share what has been asked for.
@@ -77,11 +87,15 @@ class TomlTable {
   }
   template <typename T>
   T Choice(std::string_view key, Choices<T> choices, T fallback) const {
-    return Has(key) ? Choice(key, choices) : fallback;
+    const auto is_fallback = [&](const auto& choice) { return choice.second == fallback; };
+    const auto named = std::find_if(choices.begin(), choices.end(), is_fallback);
+    const auto index = OptionalChoiceIndex(
+        key, Words(choices), named == choices.end() ? std::string_view() : named->first);
+    return index ? (choices.begin() + *index)->second : fallback;
   }
 
-  // A path as the file has it, made absolute-or-relative-to-the-program: relative ones are taken
-  // from the folder of the file that the key stands in. Whether it exists is not checked.
+  // Relative paths, a fallback's too, are taken from the folder of the file that the key stands in.
+  // Whether the path exists is not checked.
   std::filesystem::path Path(std::string_view key) const;
   std::filesystem::path Path(std::string_view key, const std::filesystem::path& fallback) const;
   std::optional<std::filesystem::path> OptionalPath(std::string_view key) const;
@@ -116,8 +130,8 @@ class TomlTable {
   // To be called on the root when all has been read: throws for the first key, in this table or in
   // one opened from it, that nobody asked for, with the nearest that somebody did.
   void Finish() const;
-  // Dotted names of all keys asked for so far, here and in the tables opened from here.
-  std::vector<std::string> KnownKeys() const;
+  // All keys asked for so far, here and in the tables opened from here.
+  std::vector<KnownKey> KnownKeys() const;
 
  private:
   struct Impl;
@@ -129,8 +143,11 @@ class TomlTable {
     for (const auto& choice : choices) words.push_back(choice.first);
     return words;
   }
-  std::ptrdiff_t ChoiceIndex(std::string_view key,
-                             const std::vector<std::string_view>& words) const;
+  using Index = std::ptrdiff_t;
+  Index ChoiceIndex(std::string_view key, const std::vector<std::string_view>& words) const;
+  std::optional<Index> OptionalChoiceIndex(std::string_view key,
+                                           const std::vector<std::string_view>& words,
+                                           std::string_view fallback) const;
 
   std::shared_ptr<Impl> impl_;
 };
