@@ -1,0 +1,150 @@
+// Commands that are one request, against a daemon that answers what the test says.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/child_process.h"
+#include "tests/cli/fake_daemon.h"
+#include "tests/cli/temporary_folder.h"
+
+namespace gyrobench::cli {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+class DaemonCommands : public testing::Test {
+ protected:
+  Finished Gyrobench(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), GYROBENCH_PROGRAM);
+    arguments.insert(arguments.end(), {"--socket", socket_});
+    return RunToEnd(arguments);
+  }
+
+  TemporaryFolder folder_;
+  std::string socket_ = folder_ / "control.sock";
+  FakeReply reply_;
+  FakeDaemon daemon_{socket_, [this](const FakeRequest&) { return reply_; }};
+};
+
+json ExampleStatus() {
+  return {{"state", "fault"},
+          {"run",
+           {{"run_id", "20260101-000000-scale"},
+            {"procedure", "scale"},
+            {"record", "/records/20260101-000000-scale"},
+            {"state", "ended"},
+            {"outcome", "fault"},
+            {"message", "table stuck"}}},
+          {"question", nullptr},
+          {"fault", {{"source", "axis.inner"}, {"message", "moved 8.71 deg, commanded 9.00 deg"}}},
+          {"devices",
+           {{{"name", "axis.inner"},
+             {"kind", "drive"},
+             {"bus", "a"},
+             {"unit", 3},
+             {"ok", true},
+             {"message", ""}},
+            {{"name", "gyro"},
+             {"kind", "gyro"},
+             {"bus", "b"},
+             {"unit", 21},
+             {"ok", false},
+             {"message", "silent"}}}},
+          {"utime", 1},
+          {"lcm",
+           {{"url", "udpm://239.255.76.67:7667"},
+            {"channel_prefix", "GYROBENCH"},
+            {"ok", true},
+            {"message", ""}}},
+          {"version", "0.1.0"}};
+}
+
+TEST_F(DaemonCommands, StatusShowsFaultDevicesAndWhatToDo) {
+  reply_.body = ExampleStatus();
+  const Finished finished = Gyrobench({"status"});
+  EXPECT_EQ(finished.status, 0);
+  EXPECT_THAT(finished.out, HasSubstr("axis.inner: moved 8.71 deg"));
+  EXPECT_THAT(finished.out, HasSubstr("gyrobench reset"));
+  EXPECT_THAT(finished.out, HasSubstr("NOT OK"));
+  EXPECT_THAT(finished.out, HasSubstr("silent"));
+  // No colour where nobody looks.
+  EXPECT_THAT(finished.out, Not(HasSubstr("\x1b")));
+}
+
+TEST_F(DaemonCommands, JsonIsTheDaemonsAnswer) {
+  reply_.body = ExampleStatus();
+  EXPECT_EQ(json::parse(Gyrobench({"status", "--json"}).out), reply_.body);
+}
+
+// Fields that a later daemon leaves out, or has not set yet, must not break the client.
+TEST_F(DaemonCommands, StatusOfAFreshDaemonNeedsNoField) {
+  reply_.body = {{"state", "idle"}, {"run", nullptr}};
+  const Finished finished = Gyrobench({"status"});
+  EXPECT_EQ(finished.status, 0);
+  EXPECT_THAT(finished.out, HasSubstr("idle"));
+}
+
+TEST_F(DaemonCommands, ProceduresShowParametersWithUnitAndRange) {
+  reply_.body = {{"procedures",
+                  {{{"name", "scale"},
+                    {"summary", "Scale factor by turns of the shaft"},
+                    {"parameters",
+                     {{{"name", "rate"},
+                       {"type", "number"},
+                       {"default", 9.0},
+                       {"unit", "deg/s"},
+                       {"min", 0.5},
+                       {"max", 60.0},
+                       {"help", "rate of the table"}}}},
+                    {"problem", ""}}}}};
+  const Finished finished = Gyrobench({"procedures"});
+  EXPECT_EQ(finished.status, 0);
+  EXPECT_THAT(finished.out, HasSubstr("rate  9 deg/s  0.5 .. 60  rate of the table"));
+}
+
+TEST_F(DaemonCommands, CheckTellsTimeAndMovesAndSendsTypedParameters) {
+  const json move = {{"axis", "inner"}, {"angle_deg", 9.0}, {"rate_deg_s", 9.0}};
+  reply_.body = {{"duration_s", 3725.0}, {"segments", 5}, {"moves", {move, move}}};
+  const Finished finished = Gyrobench({"check", "scale", "-p", "turns=20", "-p", "rate=4.5", "-p",
+                                       "axis=inner", "-p", "both=true"});
+  EXPECT_EQ(finished.status, 0);
+  EXPECT_THAT(finished.out, HasSubstr("1 h 02 min"));
+  EXPECT_THAT(finished.out, HasSubstr("2 x  inner by 9 deg at 9 deg/s"));
+  EXPECT_EQ(
+      json::parse(daemon_.WaitForRequest("POST /v1/check")),
+      (json{{"procedure", "scale"},
+            {"parameters", {{"turns", 20}, {"rate", 4.5}, {"axis", "inner"}, {"both", true}}}}));
+}
+
+TEST_F(DaemonCommands, ARefusalNamesThePlaceAndEndsWithOne) {
+  reply_ = Refusal(422, "limit", "turn of 400 deg: limit 360 deg", "scale.lua:12");
+  const Finished finished = Gyrobench({"check", "scale"});
+  EXPECT_EQ(finished.status, 1);
+  EXPECT_THAT(finished.err, HasSubstr("scale.lua:12: turn of 400 deg: limit 360 deg"));
+}
+
+TEST_F(DaemonCommands, OperatorsCommandsPostAndTellTheNewState) {
+  reply_.body = {{"state", "paused"}};
+  for (const char* command : {"pause", "resume", "abort", "stop", "reset"}) {
+    const Finished finished = Gyrobench({command});
+    EXPECT_EQ(finished.status, 0) << command;
+    EXPECT_EQ(finished.out, "paused\n");
+    daemon_.WaitForRequest(std::string("POST /v1/") + command);
+  }
+  EXPECT_EQ(Gyrobench({"answer", "it is cold"}).status, 0);
+  EXPECT_EQ(json::parse(daemon_.WaitForRequest("POST /v1/answer")),
+            (json{{"answer", "it is cold"}}));
+}
+
+TEST_F(DaemonCommands, AnAnswerThatIsNoJsonIsAnError) {
+  reply_.body = "hello";
+  const Finished finished = Gyrobench({"status"});
+  EXPECT_EQ(finished.status, 1);
+  EXPECT_THAT(finished.err, HasSubstr(socket_));
+}
+
+}  // namespace
+}  // namespace gyrobench::cli
