@@ -58,7 +58,7 @@ void GyroSampler::Set(double t_s, const GyroSettings& settings) {
   settings_ = settings;
   Configure();
   held_ = 0;
-  next_s_ = std::max(next_s_, t_s) + period_s_;
+  next_s_ = t_s + period_s_;
 }
 
 void GyroSampler::Reboot(double t_s) {
