@@ -89,11 +89,12 @@ std::size_t ChannelBias::LongestOrder(const TemperatureRange& range, BiasResult*
 // The least BIC, with the noise of the longest polynomial: a curve too short must not pass as
 // noise.
 std::size_t ChannelBias::ChooseOrder(const IntervalSeries& series, const GlsFit& longest) const {
+  const WhiteGram gram = Whiten(series, longest.noise.noise);
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t order = 0; order <= longest_; ++order) {
     const FitOptions options = Options(order);
-    const GlsSolution solution = Solve(longest.gram, options.regressors, options.output);
+    const GlsSolution solution = Solve(gram, options.regressors, options.output);
     if (!solution.solvable) continue;
     const double bic = solution.residual_square +
                        static_cast<double>(order) * std::log(static_cast<double>(series.rows()));

@@ -193,12 +193,15 @@ void GyroStream::MarkBad(double begin_s, double end_s, std::array<bool, 3> chann
 }
 
 void GyroStream::CountInterval(double interval_s) {
-  const double position = std::log(interval_s / kShortestInterval_s) * kBinsPerLog;
-  const auto bin =
-      static_cast<std::size_t>(std::clamp(position, 0.0, static_cast<double>(kBins - 1)));
-  ++interval_count_[bin];
-  interval_sum_[bin] += interval_s;
-  // The limit follows the median once a minute's worth of samples at any rate has been seen.
+  // Most intervals fall where the last one did: no logarithm for them.
+  if (!(interval_s >= bin_low_s_ && interval_s < bin_high_s_)) {
+    const double position = std::log(interval_s / kShortestInterval_s) * kBinsPerLog;
+    bin_ = static_cast<std::size_t>(std::clamp(position, 0.0, static_cast<double>(kBins - 1)));
+    bin_low_s_ = kShortestInterval_s * std::exp(static_cast<double>(bin_) / kBinsPerLog);
+    bin_high_s_ = kShortestInterval_s * std::exp(static_cast<double>(bin_ + 1) / kBinsPerLog);
+  }
+  ++interval_count_[bin_];
+  interval_sum_[bin_] += interval_s;
   if (count_ == 8 || (count_ & 1023) == 0) {
     gap_limit_s_ = std::max(kShortestGap_s, kBridgedIntervals * median_interval_s());
   }

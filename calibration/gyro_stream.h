@@ -101,6 +101,8 @@ class GyroStream {
   std::array<double, 3> extreme_since_s_ = {};
 
   // Histogram of the logarithm of the intervals, and their sums, for the median.
+  std::size_t bin_ = 0;
+  double bin_low_s_ = 0.0, bin_high_s_ = 0.0;  // of the last interval's bin
   std::array<std::int64_t, kBins> interval_count_ = {};
   std::array<double, kBins> interval_sum_ = {};
 };

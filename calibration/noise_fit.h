@@ -35,7 +35,7 @@ NoiseFit FitNoise(const IntervalSeries& series, const FitOptions& options);
 struct GlsFit {
   bool solvable = false;
   NoiseFit noise;
-  WhiteGram gram;        // of the columns, the output without its bulk
+  WhiteGram gram;  // under this noise; the output's products without what a first fit took off
   GlsSolution solution;  // coefficients of the output as given
   // For each coefficient, the factor by which its standard error grows because the noise was
   // estimated (Satterthwaite's degrees of freedom, Student's t).

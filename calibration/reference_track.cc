@@ -88,7 +88,7 @@ void ReferenceTrack::Add(const AngleSample& sample) {
                                          ? angle_[a].rate_deg_s * std::clamp(ahead_s, -0.1, 0.1)
                                          : 0.0);
     }
-    AddEarth(sample.t_s, StandOrientation(at));
+    if (info_.site_latitude_deg) AddEarth(sample.t_s, StandOrientation(at));
     if (angle.known) {
       const Matrix3 rates = StandRates(at);
       const double step = sample.angle_deg - angle.angle_deg;
@@ -129,7 +129,7 @@ void ReferenceTrack::Add(const OrientationSample& sample) {
   if (!BeginUpdate(sample.t_s, 0.0, q_time_s_, q_known_)) return;
   started_ = true;
   time_s_ = sample.t_s;
-  AddEarth(sample.t_s, QuaternionOrientation(q));
+  if (info_.site_latitude_deg) AddEarth(sample.t_s, QuaternionOrientation(q));
   if (q_known_ && !lost_since_s_) Turn(RotationBetween(q_, q));
   q_ = q;
   q_known_ = true;
