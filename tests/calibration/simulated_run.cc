@@ -124,6 +124,7 @@ void SimulateTurns(const TurnSchedule& schedule, const SimulatedSensor& sensor, 
     }
     GyroSample sample;
     sample.t_s = t_s;
+    const double turned_deg = TableAngle(schedule, t_s) - TableAngle(schedule, t_s - step_s);
     const double rate =
         (1.0 + sensor.scale_error) * turned_deg / step_s + sensor.bias_deg_s + noise.Sample();
     sample.xi[2] = std::round(rate * sensor.nominal_lsb_per_deg_s);
