@@ -14,8 +14,9 @@ namespace gyrobench::drivers {
 namespace {
 
 constexpr double kFitMemory_s = 60.0;
-constexpr double kCountersPeriod_s = 2.0;
+constexpr double kCountersPeriod_s = 5.0;
 constexpr int kStaleTries = 3;
+constexpr Utime kTickMustMove_us = 10'000;
 constexpr std::uint16_t kDeltaOverflow = 0xFFFF;
 
 std::uint16_t IndexOf(double value, const std::vector<double>& choices, const char* key) {
@@ -175,12 +176,14 @@ GyroUnit::Head GyroUnit::Request(std::size_t samples, Timing& timing) {
 }
 
 // A frame of an earlier request can pass all checks of Modbus RTU. It cannot pass these: tick and
-// sample number never go back, and a block never begins before the sample asked for.
-bool GyroUnit::IsStale(const Head& head) const {
+// sample number never go back, the tick moves with time, and a block never begins before the sample
+// asked for.
+bool GyroUnit::IsStale(const Head& head, const Timing& timing) const {
   if (head.boot != identity_.boot_count) return false;
   const auto next = static_cast<std::uint32_t>(next_);
   const auto tick = static_cast<std::uint32_t>(tick_);
   if (WrappedStep32(tick, head.tick) < 0 || WrappedStep32(next, head.next) < 0) return true;
+  if (tick == head.tick && timing.utime_latched - utime_ > kTickMustMove_us) return true;
   const auto wanted = static_cast<std::uint32_t>(wanted_);
   const std::uint32_t first = head.next - static_cast<std::uint16_t>(head.next - head.first);
   return head.next != wanted && WrappedStep32(wanted, first) < 0;
@@ -190,7 +193,7 @@ GyroUnit::Head GyroUnit::RequestFresh(Timing& timing) {
   Head head;
   for (int tries = 0; tries < kStaleTries; ++tries) {
     head = Request(static_cast<std::size_t>(map_.max_samples_per_block), timing);
-    if (!IsStale(head)) return head;
+    if (!IsStale(head, timing)) return head;
     bus_.Distrust();
   }
   Fail(fmt::format(

@@ -24,7 +24,7 @@ class GyroUnit final : public Gyro {
   const std::string& name() const override { return unit_.name; }
   GyroIdentity Open() override;
   // One request brings up to max_samples_per_block samples; more are made for what the ring held at
-  // the first, never for what comes in meanwhile. The unit's counters are read along every 2 s.
+  // the first, never for what comes in meanwhile. The unit's counters are read along every 5 s.
   // Sample times are those of a line through the last minute of (tick, host time) pairs and
   // increase strictly. A reply that is older than the one before is not used: DeviceError when they
   // keep coming.
@@ -49,7 +49,7 @@ class GyroUnit final : public Gyro {
   void StartAnew(GyroBlock& block);
   Head Request(std::size_t samples, Timing& timing);
   Head RequestFresh(Timing& timing);
-  bool IsStale(const Head& head) const;
+  bool IsStale(const Head& head, const Timing& timing) const;
   void Advance(const Head& head, const Timing& timing);
   void Publish(GyroBlock& block) const;
   void Take(const Head& head, GyroBlock& block);

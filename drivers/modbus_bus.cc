@@ -162,6 +162,7 @@ Timing ModbusBus::WriteRegisters(const ModbusUnit& unit, std::uint16_t address,
 }
 
 Timing ModbusBus::Transact(const Request& request) {
+  CheckUnit(request.unit);
   ++statistics_.transactions;
   const int most_tries = request.repeat == Repeat::kNever ? 1 : 1 + std::max(0, config_.retries);
   for (int tries = 1;; ++tries) {
@@ -178,6 +179,15 @@ Timing ModbusBus::Transact(const Request& request) {
     if (IsException(failure.error)) throw RefusedByDevice(message);
     throw DeviceError(message);
   }
+}
+
+// libmodbus would refuse the number and go on with that of the request before. Unit 0 is everybody.
+void ModbusBus::CheckUnit(const ModbusUnit& unit) const {
+  const bool tcp = config_.transport == Transport::kTcp;
+  if (unit.unit >= (tcp ? 0 : 1) && unit.unit <= 247) return;
+  if (tcp && unit.unit == MODBUS_TCP_SLAVE) return;
+  throw ConfigError(fmt::format("{} ({}): unit = {}: expected 1 to 247{}", unit.name, description_,
+                                unit.unit, tcp ? ", 0 or 255" : ""));
 }
 
 ModbusBus::Failure ModbusBus::Try(const Request& request, Timing& timing) {

@@ -1,6 +1,6 @@
 // One Modbus line, RTU or TCP: every transaction of every device on it goes through here.
 //
-// libmodbus is used with a discipline that its defaults lack (docs/decisions, platform notes):
+// libmodbus is used with a discipline that its defaults lack:
 //  * a deadline for the whole reply, not for each byte: response timeout plus the time of both
 //  frames on
 //    the wire;
@@ -102,6 +102,7 @@ class ModbusBus {
 
   Timing Transact(const Request& request);
   Failure Try(const Request& request, Timing& timing);
+  void CheckUnit(const ModbusUnit& unit) const;
   bool Connect(Failure& failure);
   void AfterFailure(const Failure& failure, Utime utime_deadline);
   void WaitForSilence();

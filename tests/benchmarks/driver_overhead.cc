@@ -7,7 +7,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
+#include <cstdio>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <stdexcept>
@@ -151,4 +154,11 @@ int Run() {
 }  // namespace
 }  // namespace gyrobench
 
-int main() { return gyrobench::Run(); }
+int main() {
+  try {
+    return gyrobench::Run();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  }
+}

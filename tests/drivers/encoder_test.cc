@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
 #include "drivers/factory.h"
@@ -95,9 +96,9 @@ TEST_F(EncoderTest, TheFirstReadingIsTheRepetitionNearestToZero) {
     for (const double offset_deg : {0.0, 190.0, -350.0, 730.0}) {
       axis.encoder.sign = sign;
       axis.encoder.offset_deg = offset_deg;
-      for (const std::uint16_t raw : {0, 1, 20000, 32767, 45000, 65535}) {
+      for (const int raw : {0, 1, 20000, 32767, 45000, 65535}) {
         const auto sensor = MakeAngleSensor(axis, bus_);
-        const AngleReading reading = ReadAt(*sensor, raw);
+        const AngleReading reading = ReadAt(*sensor, static_cast<std::uint16_t>(raw));
         EXPECT_LE(std::fabs(reading.angle_deg), 180.0 + 1e-9);
         EXPECT_EQ((reading.counts % 65536 + 65536) % 65536, raw);
         EXPECT_NEAR(reading.angle_deg,

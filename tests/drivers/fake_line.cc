@@ -5,14 +5,15 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
-#include <stdlib.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <stdexcept>
+#include <utility>
 
 namespace gyrobench {
 namespace {
@@ -50,7 +51,6 @@ Words RegisterUnit::Read(int function, std::uint16_t address, std::uint16_t coun
     if (found == registers.end()) throw ModbusException{2};
     words.push_back(found->second);
   }
-  if (function == 3) on_read(address, holding_);
   return words;
 }
 
@@ -59,7 +59,12 @@ void RegisterUnit::Write(std::uint16_t address, const Words& values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     holding_[static_cast<std::uint16_t>(address + i)] = values[i];
   }
-  on_write(address, values, holding_);
+  on_write_(address, values, holding_);
+}
+
+void RegisterUnit::OnWrite(Action act) {
+  const std::lock_guard lock(mutex_);
+  on_write_ = std::move(act);
 }
 
 void RegisterUnit::SetHolding(std::uint16_t address, const Words& values) {
@@ -98,7 +103,7 @@ FakeLine::~FakeLine() {
 void FakeLine::Unplug() {
   if (!thread_.joinable()) return;
   const std::uint64_t one = 1;
-  Check(write(wake_fd_, &one, sizeof one) == sizeof one, "eventfd write");
+  if (write(wake_fd_, &one, sizeof one) != sizeof one) std::abort();
   thread_.join();
   for (const Client& client : clients_) {
     if (client.fd != master_fd_) close(client.fd);
@@ -136,6 +141,16 @@ void FakeLine::OpenTcp() {
   Check(getsockname(listen_fd_, plain, &size) == 0, "getsockname");
   config_.host = "127.0.0.1";
   config_.port = ntohs(address.sin_port);
+}
+
+void FakeLine::Connect(int unit, FakeUnit& device) {
+  const std::lock_guard lock(mutex_);
+  units_[unit] = &device;
+}
+
+void FakeLine::SetDelay(std::function<void(Utime)> delay) {
+  const std::lock_guard lock(mutex_);
+  delay_ = std::move(delay);
 }
 
 void FakeLine::Inject(LineFault::Kind kind, int value, int times) {
@@ -213,22 +228,27 @@ std::size_t FakeLine::RequestLength(const Bytes& bytes) const {
 
 // The answer of the unit itself, without faults of the line.
 Bytes FakeLine::Pdu(int unit, const Bytes& pdu, bool& silent) {
-  const auto device = units_.find(unit);
-  silent = device == units_.end();
+  FakeUnit* device = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = units_.find(unit);
+    if (found != units_.end()) device = found->second;
+  }
+  silent = device == nullptr;
   if (silent) return {};
   const int function = pdu[0];
   const std::uint16_t address = WordAt(pdu, 1);
   Bytes reply = {pdu[0]};
   try {
     if (function == 3 || function == 4) {
-      const Words words = device->second->Read(function, address, WordAt(pdu, 3));
+      const Words words = device->Read(function, address, WordAt(pdu, 3));
       reply.push_back(static_cast<std::uint8_t>(2 * words.size()));
       for (const std::uint16_t word : words) Append(reply, word);
     } else {
       Words words;
       const std::size_t first = function == 6 ? 3 : 6;
       for (std::size_t i = first; i + 1 < pdu.size(); i += 2) words.push_back(WordAt(pdu, i));
-      device->second->Write(address, words);
+      device->Write(address, words);
       reply.assign(pdu.begin(), pdu.begin() + 5);
     }
   } catch (const ModbusException& exception) {
@@ -253,54 +273,74 @@ Bytes FakeLine::Frame(const Bytes& request, int unit, const Bytes& pdu) const {
   return frame;
 }
 
-bool FakeLine::Answer(Client& client, const Bytes& request) {
-  const bool rtu = transport_ == Transport::kRtu;
-  const Bytes body(request.begin() + (rtu ? 0 : 6), request.end());
-  Bytes pdu(body.begin() + 1, body.end() - (rtu ? 2 : 0));
-  int unit = body[0];
-  LineFault fault;
+LineFault FakeLine::NextFault(const Bytes& body) {
+  const std::lock_guard lock(mutex_);
+  requests_.push_back(body);
+  if (faults_.empty()) return {};
+  const LineFault fault = faults_.front();
+  faults_.pop_front();
+  return fault;
+}
+
+void FakeLine::Delay(Utime duration_us) {
+  std::function<void(Utime)> delay;
   {
     const std::lock_guard lock(mutex_);
-    requests_.push_back(body);
-    if (!faults_.empty()) {
-      fault = faults_.front();
-      faults_.pop_front();
-    }
+    delay = delay_;
   }
-  if (fault.kind == LineFault::kLostRequest) return true;
-  bool silent = false;
-  pdu = Pdu(unit, pdu, silent);
-  if (silent || fault.kind == LineFault::kLostReply) return true;
-  if (fault.kind == LineFault::kDisconnect) return false;
-  if (fault.kind == LineFault::kLate) delay_(fault.value);
+  delay(duration_us);
+}
+
+// Faults of what is said.
+void FakeLine::Spoil(const LineFault& fault, int& unit, Bytes& pdu) {
   if (fault.kind == LineFault::kWrongUnit) ++unit;
   if (fault.kind == LineFault::kWrongFunction) pdu[0] = static_cast<std::uint8_t>(pdu[0] ^ 0x07);
   if (fault.kind == LineFault::kWrongLength) {
     pdu.resize(pdu.size() - 2);
     pdu[1] = static_cast<std::uint8_t>(pdu[1] - 2);
   }
-  if (fault.kind == LineFault::kException) {
-    pdu = {static_cast<std::uint8_t>(pdu[0] | 0x80), static_cast<std::uint8_t>(fault.value)};
-  }
-  Bytes frame = Frame(request, unit, pdu);
+}
+
+// Faults of how it is sent.
+void FakeLine::SpoilFrame(const LineFault& fault, Bytes& frame) const {
   if (fault.kind == LineFault::kTruncated) frame.resize(frame.size() / 2);
   if (fault.kind == LineFault::kBadChecksum) {
-    std::uint8_t& byte = rtu ? frame.back() : frame[0];
+    std::uint8_t& byte = transport_ == Transport::kRtu ? frame.back() : frame[0];
     byte = static_cast<std::uint8_t>(byte ^ 0x55);
   }
+  if (fault.kind == LineFault::kRepeatOld) frame = last_frame_;
   if (fault.kind == LineFault::kGarbage) std::fill(frame.begin(), frame.end(), std::uint8_t{0xA5});
+}
+
+bool FakeLine::Answer(Client& client, const Bytes& request) {
+  const bool rtu = transport_ == Transport::kRtu;
+  const Bytes body(request.begin() + (rtu ? 0 : 6), request.end());
+  Bytes pdu(body.begin() + 1, body.end() - (rtu ? 2 : 0));
+  int unit = body[0];
+  const LineFault fault = NextFault(body);
+  if (fault.kind == LineFault::kLostRequest) return true;
+  bool silent = false;
+  if (fault.kind == LineFault::kException) {
+    pdu = {static_cast<std::uint8_t>(pdu[0] | 0x80), static_cast<std::uint8_t>(fault.value)};
+  } else {
+    pdu = Pdu(unit, pdu, silent);
+  }
+  if (silent || fault.kind == LineFault::kLostReply) return true;
+  if (fault.kind == LineFault::kDisconnect) return false;
+  if (fault.kind == LineFault::kLate) Delay(fault.value);
+  Spoil(fault, unit, pdu);
+  Bytes frame = Frame(request, unit, pdu);
+  SpoilFrame(fault, frame);
+  last_frame_ = frame;
   if (fault.kind == LineFault::kExtraAfter) {
     pdu.back() = static_cast<std::uint8_t>(pdu.back() + 1);
     const Bytes extra = Frame(request, unit, pdu);
     frame.insert(frame.end(), extra.begin(), extra.end());
   }
   const std::lock_guard lock(mutex_);
-  if (fault.kind == LineFault::kHeld) {
-    held_ = frame;
-    held_fd_ = client.fd;
-    return true;
-  }
   held_.insert(held_.end(), frame.begin(), frame.end());
+  held_fd_ = client.fd;
+  if (fault.kind == LineFault::kHeld) return true;
   Send(client.fd, held_);
   held_.clear();
   return true;

@@ -43,17 +43,18 @@ class RegisterUnit : public FakeUnit {
   void SetHolding(std::uint16_t address, const Words& values);
   void SetInput(std::uint16_t address, const Words& values);
   std::uint16_t Holding(std::uint16_t address) const;
-  // Called after a write, with the registers as they are then and the lock held.
+  // `act` is called after a write, with the registers as they are then and the lock held.
   using Registers = std::map<std::uint16_t, std::uint16_t>;
-  std::function<void(std::uint16_t address, const Words& values, Registers& holding)> on_write =
-      [](std::uint16_t, const Words&, Registers&) {};
-  // Called after a holding read, likewise.
-  std::function<void(std::uint16_t address, Registers& holding)> on_read = [](std::uint16_t,
-                                                                              Registers&) {};
+  using Action =
+      std::function<void(std::uint16_t address, const Words& values, Registers& holding)>;
+  void OnWrite(Action act);
+
+ protected:
+  mutable std::mutex mutex_;
 
  private:
-  mutable std::mutex mutex_;
   Registers holding_, input_;
+  Action on_write_ = [](std::uint16_t, const Words&, Registers&) {};
 };
 
 struct LineFault {
@@ -68,8 +69,9 @@ struct LineFault {
     kWrongUnit,
     kWrongFunction,
     kWrongLength,  // one register too few
-    kException,    // code `value`
+    kException,    // code `value`, and the unit does not act
     kExtraAfter,   // reply, and in the same breath one of the same form with other values
+    kRepeatOld,    // the frame before instead of this one's (TCP: with its transaction number)
     kGarbage,
     kDisconnect,  // TCP: closes the connection instead of answering
   };
@@ -87,10 +89,10 @@ class FakeLine {
 
   // A bus named A that leads here.
   config::BusConfig Config() const { return config_; }
-  // Before the first request. `device` outlives the line; units without a device are silent.
-  void Connect(int unit, FakeUnit& device) { units_[unit] = &device; }
+  // `device` outlives the line; units without a device are silent.
+  void Connect(int unit, FakeUnit& device);
   // How a late reply lets bench time pass.
-  void SetDelay(std::function<void(Utime)> delay) { delay_ = std::move(delay); }
+  void SetDelay(std::function<void(Utime)> delay);
   // What happens to the next requests, one each, in this order.
   void Inject(LineFault::Kind kind, int value = 0, int times = 1);
   void ReleaseHeld();
@@ -110,11 +112,15 @@ class FakeLine {
   void Run();
   void Accept();
   bool Receive(Client& client);
+  LineFault NextFault(const Bytes& body);
   // Length of the whole request at the start of `bytes`, 0 while it is not complete.
   std::size_t RequestLength(const Bytes& bytes) const;
   // False when the client is to be dropped.
   bool Answer(Client& client, const Bytes& request);
   Bytes Pdu(int unit, const Bytes& pdu, bool& silent);
+  void Delay(Utime duration_us);
+  static void Spoil(const LineFault& fault, int& unit, Bytes& pdu);
+  void SpoilFrame(const LineFault& fault, Bytes& frame) const;
   Bytes Frame(const Bytes& request, int unit, const Bytes& pdu) const;
   void Send(int fd, const Bytes& bytes);
 
@@ -127,6 +133,7 @@ class FakeLine {
   std::deque<LineFault> faults_;
   std::vector<Bytes> requests_;
   Bytes held_;
+  Bytes last_frame_;
   int held_fd_ = -1;
   std::vector<Client> clients_;  // of the thread alone
   std::thread thread_;

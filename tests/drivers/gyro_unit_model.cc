@@ -79,6 +79,11 @@ void GyroUnitModel::TakeOnDemand(int samples) {
   on_demand_ = samples;
 }
 
+void GyroUnitModel::LockSettings() {
+  const std::lock_guard lock(mutex_);
+  settings_locked_ = true;
+}
+
 Words GyroUnitModel::settings() const {
   const std::lock_guard lock(mutex_);
   return settings_;

@@ -38,7 +38,7 @@ class GyroUnitModel final : public FakeUnit {
   void SetCounters(std::uint32_t lost, std::uint32_t bus_errors, std::uint32_t rejected);
   // From now on each block read of samples that are not there yet takes `samples` first.
   void TakeOnDemand(int samples);
-  void LockSettings() { settings_locked_ = true; }
+  void LockSettings();
   Words settings() const;
   int settings_written() const;
 

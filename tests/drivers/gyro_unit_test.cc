@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "drivers/factory.h"
+#include "tests/drivers/allocation_count.h"
 #include "tests/drivers/fake_line.h"
 #include "tests/drivers/gyro_unit_model.h"
 #include "tests/drivers/manual_clock.h"
@@ -40,7 +41,7 @@ class GyroUnitTest : public testing::Test {
   // Time passes for the host and, with samples every 5 ms of its own clock, for the unit.
   void Pass(int samples) {
     model_.Take(samples);
-    clock_.Advance(5000 * samples);
+    clock_.Advance(Utime{5000} * samples);
   }
   std::string OpenFailure(const config::GyroConfig& config) {
     try {
@@ -268,23 +269,56 @@ TEST_F(GyroUnitTest, ARestartIsRecognisedAndEverythingBeginsAnew) {
 // The same shape, unit, function and checksum: only the content shows that it answers an older
 // request.
 TEST_F(GyroUnitTest, AnOlderBlockIsNotTakenForTheAnswer) {
+  gyro_->Open();
+  GyroBlock block;
+  Pass(5);
+  ReadInto(block);
+  Pass(6);
+  line_.Inject(LineFault::kRepeatOld, 0, 2);
+  ReadInto(block);
+  EXPECT_EQ(block.missed, 0);
+  ASSERT_EQ(block.samples.size(), 6U);
+  EXPECT_EQ(block.samples.front().counter, 5);
+  Pass(4);
+  line_.Inject(LineFault::kRepeatOld, 0, 3);
+  EXPECT_THROW(gyro_->Read(block), DeviceError);
+  ReadInto(block);
+  EXPECT_EQ(block.samples.front().counter, 11);
+}
+
+// A reply that a failed read left behind comes in front of the next one's.
+TEST_F(GyroUnitTest, AReplyHeldUpOverAFailedReadLosesAndRepeatsNothing) {
   config::BusConfig config = line_.Config();
   config.retries = 0;
   ModbusBus bus(config, clock_, *participant_);
-  const auto gyro = MakeGyro(Config(), bus);
-  gyro->Open();
+  gyro_ = MakeGyro(Config(), bus);
+  gyro_->Open();
   GyroBlock block;
   Pass(5);
-  gyro->Read(block);
-  Pass(5);
   line_.Inject(LineFault::kHeld);
-  EXPECT_THROW(gyro->Read(block), DeviceError);
-  gyro->Read(block);  // the held reply comes in front of this one's, and is as good
-  EXPECT_EQ(block.samples.front().counter, 5);
-  Pass(5);
-  gyro->Read(block);
-  EXPECT_EQ(block.samples.front().counter, 10);
-  EXPECT_EQ(block.samples.size(), 5U);
+  EXPECT_THROW(gyro_->Read(block), DeviceError);
+  std::int64_t expected = 0;
+  for (const int samples : {3, 4}) {
+    Pass(samples);
+    ReadInto(block);
+    EXPECT_EQ(block.missed, 0);
+    for (const GyroRawSample& sample : block.samples) EXPECT_EQ(sample.counter, expected++);
+  }
+  EXPECT_EQ(expected, 12);
+}
+
+TEST_F(GyroUnitTest, AReadAllocatesNothingOnceItsBlockHasGrown) {
+  gyro_->Open();
+  GyroBlock block;
+  Pass(14);
+  gyro_->Read(block);
+  for (int reads = 0; reads < 5; ++reads) {
+    Pass(14);
+    const std::int64_t before = AllocationsOfThisThread();
+    gyro_->Read(block);
+    EXPECT_EQ(AllocationsOfThisThread(), before);
+    EXPECT_EQ(block.samples.size(), 14U);
+  }
 }
 
 TEST_F(GyroUnitTest, ATickThatGoesBackWithoutARestartIsAnErrorInTheEnd) {
@@ -298,6 +332,15 @@ TEST_F(GyroUnitTest, ATickThatGoesBackWithoutARestartIsAnErrorInTheEnd) {
   } catch (const DeviceError& error) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("gyro"), HasSubstr("5000000"), HasSubstr("4000000")));
   }
+}
+
+TEST_F(GyroUnitTest, ATickThatStandsStillIsAnErrorInTheEnd) {
+  gyro_->Open();
+  Pass(5);
+  GyroBlock block;
+  ReadInto(block);
+  clock_.Advance(FromSeconds(1.0));
+  EXPECT_THROW(gyro_->Read(block), DeviceError);
 }
 
 // A resonator 0.2 % off is a scale error unless the ticks are mapped to host time.
@@ -348,7 +391,7 @@ TEST_F(GyroUnitTest, ErrorCountersOfTheUnitAreReadAlong) {
   EXPECT_EQ(block.sensor_bus_errors, 12U);
   EXPECT_EQ(block.frames_rejected, 13U);
   model_.SetCounters(0x10002, 0x30004, 0x50006);
-  model_.Idle(static_cast<std::uint32_t>(2 * kTicksPerSecond));
+  model_.Idle(static_cast<std::uint32_t>(5 * kTicksPerSecond));
   ReadInto(block);
   EXPECT_EQ(block.samples_lost, 0x10002U);
   EXPECT_EQ(block.sensor_bus_errors, 0x30004U);

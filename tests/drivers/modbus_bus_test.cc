@@ -61,8 +61,8 @@ const auto kGood = ElementsAre(0x1111, 0x2222, 0x3333);
 
 class ModbusBusTest : public testing::TestWithParam<Transport> {};
 INSTANTIATE_TEST_SUITE_P(Lines, ModbusBusTest, testing::Values(Transport::kRtu, Transport::kTcp),
-                         [](const auto& info) {
-                           return info.param == Transport::kRtu ? "Rtu" : "Tcp";
+                         [](const auto& line) {
+                           return line.param == Transport::kRtu ? "Rtu" : "Tcp";
                          });
 
 TEST_P(ModbusBusTest, ReadsAndWritesWhatTheFunctionsName) {
@@ -184,12 +184,13 @@ TEST(ModbusRtu, AReplyThatComesAfterItsDeadlineIsNotTheNextAnswer) {
   EXPECT_THAT(bench.Read(), ElementsAre(0x7777, 0x8888, 0x9999));
 }
 
-TEST(ModbusTcp, AStaleReplyInFrontOfTheAnswerIsNotUsed) {
+TEST(ModbusTcp, AReplyToAnEarlierRequestIsNotUsed) {
   Bench bench(Transport::kTcp);
   EXPECT_THAT(bench.Read(), kGood);
-  bench.line.Inject(LineFault::kExtraAfter);
-  EXPECT_THAT(bench.Read(), kGood);
-  EXPECT_THAT(bench.Read(), kGood);
+  bench.unit.SetHolding(0x1003, {0x7777, 0x8888, 0x9999});
+  bench.line.Inject(LineFault::kRepeatOld);
+  EXPECT_THAT(bench.Read(), ElementsAre(0x7777, 0x8888, 0x9999));
+  EXPECT_EQ(bench.bus->statistics().connections, 2);
 }
 
 TEST(ModbusTcp, ADroppedConnectionIsMadeAnew) {
@@ -253,6 +254,16 @@ TEST(ModbusRtu, ARateThatWouldSilentlyBecome9600IsRefused) {
   }
 }
 
+// libmodbus would ask the unit of the request before instead.
+TEST_P(ModbusBusTest, AUnitNumberThatCannotBeIsRefused) {
+  Bench bench(GetParam());
+  EXPECT_THAT(bench.Read(), kGood);
+  std::array<std::uint16_t, 1> value = {};
+  for (const int unit : {-1, 248, 300}) {
+    EXPECT_THROW(bench.bus->ReadHolding({"drive", unit}, 0x1003, value, "status"), ConfigError);
+  }
+}
+
 TEST_P(ModbusBusTest, ARequestThatMustNotBeRepeatedIsSentOnce) {
   Bench bench(GetParam(), 5);
   bench.line.Inject(LineFault::kLostReply);
@@ -265,9 +276,9 @@ TEST_P(ModbusBusTest, ARequestThatMustNotBeRepeatedIsSentOnce) {
 TEST_P(ModbusBusTest, AVerifiedWriteNoticesARegisterThatDoesNotTakeIt) {
   Bench bench(GetParam());
   EXPECT_NO_THROW(bench.bus->WriteVerified(kUnit, 0x1003, 7, "enable"));
-  bench.unit.on_write = [](std::uint16_t, const Words&, RegisterUnit::Registers& holding) {
+  bench.unit.OnWrite([](std::uint16_t, const Words&, RegisterUnit::Registers& holding) {
     holding[0x1003] = 0x0BAD;
-  };
+  });
   try {
     bench.bus->WriteVerified(kUnit, 0x1003, 7, "enable");
     FAIL() << "no error";

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <memory>
 
@@ -47,26 +48,36 @@ class DriveUnit : public RegisterUnit {
     SetHolding(kStatus, {kReady});
     SetHolding(kPosition, {0, 0});
     SetHolding(kAlarm, {0});
-    on_write = [this](std::uint16_t address, const Words& values, Registers& holding) {
+    OnWrite([this](std::uint16_t address, const Words& values, Registers& holding) {
       if (address == 0x000F && values[0] == 1 && enables) holding[kStatus] = kReady;
       if (address == 0x1801 && values[0] == 0x1111 && clears) holding[kAlarm] = 0;
       if (address == kPath && values.back() == 0x0010) Start(values, holding);
-    };
+    });
   }
-  bool enables = true;
-  bool clears = true;
-  Words path;
-  int moves = 0;
+  std::atomic<bool> enables = true;
+  std::atomic<bool> clears = true;
+  // The last move's frame, and how many were made.
+  Words path() const {
+    const std::lock_guard lock(mutex_);
+    return path_;
+  }
+  int moves() const {
+    const std::lock_guard lock(mutex_);
+    return moves_;
+  }
 
  private:
   void Start(const Words& values, Registers& holding) {
-    path = values;
-    ++moves;
+    path_ = values;
+    ++moves_;
     const std::uint32_t sum =
         (holding[kPosition] * 65536U + holding[kPosition + 1]) + (values[1] * 65536U + values[2]);
     holding[kPosition] = static_cast<std::uint16_t>(sum >> 16);
     holding[kPosition + 1] = static_cast<std::uint16_t>(sum & 0xFFFF);
   }
+
+  Words path_;
+  int moves_ = 0;
 };
 
 class StepperAxisTest : public testing::Test {
@@ -102,7 +113,7 @@ TEST_F(StepperAxisTest, SendsAMoveAsOneFrameOfPathZero) {
   // 9 deg of table = one turn of the shaft; 12 deg/s = 80 rpm; 100 deg/s^2 = 666.7 rpm/s = 1500 ms
   // per 1000 rpm.
   EXPECT_DOUBLE_EQ(axis_->MoveBy(-9.0, 12.0, 100.0), 12.0);
-  EXPECT_THAT(drive_.path,
+  EXPECT_THAT(drive_.path(),
               testing::ElementsAre(0x0041, 0xFFFF, 0x10000 - 10000, 80, 1500, 1500, 0, 0x0010));
   EXPECT_DOUBLE_EQ(axis_->Read().commanded_deg, -9.0);
 }
@@ -170,7 +181,7 @@ TEST_F(StepperAxisTest, AFaultIsNamedAtOpenAndBeforeAMove) {
   drive_.SetHolding(kAlarm, {0x0E1});
   EXPECT_THAT(Failure([&] { axis_->MoveBy(9, 10, 100); }), HasSubstr("alarm 0xE1"));
   EXPECT_THAT(Failure([&] { axis_->Open(); }), HasSubstr("alarm 0xE1"));
-  EXPECT_EQ(drive_.moves, 0);
+  EXPECT_EQ(drive_.moves(), 0);
 }
 
 TEST_F(StepperAxisTest, DoesNotMoveWhileMovingOrDisabled) {
@@ -179,7 +190,7 @@ TEST_F(StepperAxisTest, DoesNotMoveWhileMovingOrDisabled) {
     drive_.SetHolding(kStatus, {status});
     EXPECT_THAT(Failure([&] { axis_->MoveBy(9, 10, 100); }), HasSubstr("move refused"));
   }
-  EXPECT_EQ(drive_.moves, 0);
+  EXPECT_EQ(drive_.moves(), 0);
 }
 
 // A relative move done twice is a table in the wrong place.
@@ -188,7 +199,7 @@ TEST_F(StepperAxisTest, AMoveWhoseReplyIsLostIsNotMadeTwice) {
   line_.Inject(LineFault::kNone, 0, 2);  // status and position before the move
   line_.Inject(LineFault::kLostReply);
   axis_->MoveBy(9.0, 10.0, 100.0);
-  EXPECT_EQ(drive_.moves, 1);
+  EXPECT_EQ(drive_.moves(), 1);
 }
 
 TEST_F(StepperAxisTest, AMoveWhoseRequestIsLostIsSentAgain) {
@@ -196,7 +207,7 @@ TEST_F(StepperAxisTest, AMoveWhoseRequestIsLostIsSentAgain) {
   line_.Inject(LineFault::kNone, 0, 2);
   line_.Inject(LineFault::kLostRequest);
   axis_->MoveBy(9.0, 10.0, 100.0);
-  EXPECT_EQ(drive_.moves, 1);
+  EXPECT_EQ(drive_.moves(), 1);
   EXPECT_DOUBLE_EQ(axis_->Read().commanded_deg, 9.0);
 }
 
@@ -205,7 +216,7 @@ TEST_F(StepperAxisTest, AMoveThatTheDriveRefusesIsAnErrorAtOnce) {
   line_.Inject(LineFault::kNone, 0, 2);
   line_.Inject(LineFault::kException, 3);
   EXPECT_THAT(Failure([&] { axis_->MoveBy(9, 10, 100); }), HasSubstr("illegal data value"));
-  EXPECT_EQ(drive_.moves, 0);
+  EXPECT_EQ(drive_.moves(), 0);
 }
 
 TEST_F(StepperAxisTest, StopIsTriedSeveralTimes) {
@@ -228,7 +239,7 @@ TEST_F(StepperAxisTest, AnAlarmThatStaysIsAnError) {
 
 TEST(StepperMovePlan, KeepsWithinWhatWasAskedForAcceleration) {
   const config::AxisConfig axis = InnerAxis();
-  for (const double acceleration_deg_s2 : {3.0, 17.3, 100.0, 199.9}) {
+  for (const double acceleration_deg_s2 : {4.7, 17.3, 100.0, 199.9}) {
     const StepperMove move = PlanStepperMove(axis, 0, 9, 10, acceleration_deg_s2);
     const double planned_deg_s2 = 1000.0 / (move.ramp_ms_per_1000rpm * 1e-3) * 6.0 / 40.0;
     EXPECT_LE(planned_deg_s2, acceleration_deg_s2 * (1 + 1e-9));
