@@ -13,6 +13,16 @@ namespace {
 // Longer words are cut: what differs beyond is no slip of the pen, and time grows with the square.
 constexpr std::size_t kMaxLength = 100;
 
+// Edit distance, but a word without its beginning or its end (max_rate for max_rate_deg_s) is near.
+int Distance(std::string_view word, std::string_view known) {
+  constexpr std::size_t kShortest = 3;
+  constexpr int kPart = 2;
+  const bool is_part = (word.size() >= kShortest && known.find(word) != std::string_view::npos) ||
+                       (known.size() >= kShortest && word.find(known) != std::string_view::npos);
+  const int distance = EditDistance(word, known);
+  return is_part ? std::min(distance, kPart) : distance;
+}
+
 }  // namespace
 
 int EditDistance(std::string_view a, std::string_view b) {
@@ -40,12 +50,12 @@ int EditDistance(std::string_view a, std::string_view b) {
 std::string Suggestion(std::string_view word, const std::vector<std::string>& known) {
   if (known.empty()) return "no key is known here";
   const auto nearer = [&](const std::string& a, const std::string& b) {
-    return EditDistance(word, a) < EditDistance(word, b);
+    return Distance(word, a) < Distance(word, b);
   };
   const auto nearest = std::min_element(known.begin(), known.end(), nearer);
   std::string text = fmt::format("did you mean \"{}\"?", *nearest);
   const int near = static_cast<int>(std::max(word.size(), nearest->size()) / 2);
-  if (EditDistance(word, *nearest) > near) {
+  if (Distance(word, *nearest) > near) {
     text += fmt::format(" (known here: \"{}\")", fmt::join(known, "\", \""));
   }
   return text;

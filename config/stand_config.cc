@@ -158,7 +158,8 @@ AxisConfig ReadAxis(const TomlTable& table, std::string_view name,
   constexpr NumberRange kAngle{-360000, 360000, "deg"};
   AxisConfig axis;
   axis.name = name;
-  axis.gear_ratio = table.Number("gear_ratio", {0.01, 10000, "turns"}, axis.gear_ratio);
+  axis.gear_ratio =
+      table.Number("gear_ratio", {0.01, 10000, "shaft turns per table turn"}, axis.gear_ratio);
   axis.shaft_accuracy_deg =
       table.Number("shaft_accuracy_deg", {0, 180, "deg"}, axis.shaft_accuracy_deg);
   axis.min_deg = table.Number("min_deg", kAngle, axis.min_deg);
@@ -289,12 +290,7 @@ void ReadPlaces(const TomlTable& root, StandConfig& stand) {
                           "sockets: choose a shorter path, e.g. in /run",
                           stand.control_socket.string(), bytes, kMaxSocketPath));
   }
-  constexpr std::int64_t kAllBits = 0777;
-  const auto mode = root.Integer("control_socket_mode", {}, stand.control_socket_mode);
-  if (mode < 0 || mode > kAllBits) {
-    root.Fail("control_socket_mode", "expected permissions in octal, 0o000 .. 0o777, e.g. 0o660");
-  }
-  stand.control_socket_mode = static_cast<unsigned>(mode);
+  stand.control_socket_mode = root.Permissions("control_socket_mode", stand.control_socket_mode);
 }
 
 // A line that is asked for more than it can carry would lose samples in every run.

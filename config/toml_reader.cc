@@ -74,7 +74,9 @@ std::shared_ptr<const Document> Parse(std::string_view text, const fs::path& fil
 
 std::string ShowValue(const toml::node& node) {
   std::ostringstream out;
-  node.visit([&](const auto& value) { out << value; });
+  const auto flags =
+      toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings;
+  out << toml::toml_formatter{node, flags};
   std::string text = out.str();
   std::replace(text.begin(), text.end(), '\n', ' ');
   if (text.size() > kMaxShownValue) text = text.substr(0, kMaxShownValue) + " ...";
@@ -83,15 +85,11 @@ std::string ShowValue(const toml::node& node) {
 
 template <typename Range>
 std::string WithUnit(std::string_view what, const Range& range) {
-  using Value = decltype(range.min);
   std::string text{what};
-  if (range.min != Range{}.min || range.max != Range{}.max) {
-    const auto bound = [](Value value, Value open) {
-      return value == open ? std::string("any") : fmt::format("{}", value);
-    };
-    text +=
-        fmt::format(" in {} .. {}", bound(range.min, Range{}.min), bound(range.max, Range{}.max));
-  }
+  const bool has_min = range.min != Range{}.min, has_max = range.max != Range{}.max;
+  if (has_min && has_max) text += fmt::format(" in {} .. {}", range.min, range.max);
+  if (has_min && !has_max) text += fmt::format(" of at least {}", range.min);
+  if (!has_min && has_max) text += fmt::format(" of at most {}", range.max);
   if (!range.unit.empty()) text += fmt::format(" {}", range.unit);
   return text;
 }
@@ -189,10 +187,23 @@ struct TomlTable::Impl {
   Found Require(std::string_view key, std::string_view expected) {
     const Found found = Find(key, expected, kRequired);
     if (!found) {
-      throw ConfigError(
-          fmt::format("{}: {} is missing: expected {}", TablePlace(), Dotted(key), expected));
+      throw ConfigError(fmt::format("{}: {} is missing: expected {}{}", TablePlace(), Dotted(key),
+                                    expected, NearMiss(key)));
     }
     return found;
+  }
+
+  // A key of the file that may have been meant as the missing `key`.
+  std::string NearMiss(std::string_view key) const {
+    constexpr int kSlips = 2;
+    for (const Layer& layer : layers) {
+      for (const auto& [other, node] : *layer.table) {
+        if (known.contains(other.str()) || EditDistance(key, other.str()) > kSlips) continue;
+        return fmt::format(" (is \"{}\" in line {} meant?)", other.str(),
+                           other.source().begin.line);
+      }
+    }
+    return {};
   }
 
   std::string TablePlace() const {
@@ -363,6 +374,18 @@ bool TomlTable::Bool(std::string_view key) const {
 bool TomlTable::Bool(std::string_view key, bool fallback) const {
   const auto found = impl_->Find(key, kBoolExpected, fallback ? "true" : "false");
   return found ? impl_->Bool(key, found) : fallback;
+}
+
+unsigned TomlTable::Permissions(std::string_view key, unsigned fallback) const {
+  constexpr unsigned kAllBits = 0777;
+  constexpr std::string_view kExpected = "permissions in octal, 0o000 .. 0o777";
+  const auto found = impl_->Find(key, kExpected, fmt::format("0o{:03o}", fallback));
+  if (!found) return fallback;
+  const auto* value = found.node->as_integer();
+  if (value == nullptr || value->get() < 0 || value->get() > kAllBits) {
+    impl_->ThrowExpected(key, found, kExpected);
+  }
+  return static_cast<unsigned>(value->get());
 }
 
 std::string TomlTable::String(std::string_view key) const {

@@ -73,6 +73,9 @@ class TomlTable {
   bool Bool(std::string_view key) const;
   bool Bool(std::string_view key, bool fallback) const;
 
+  // Of a file: 0o660. A mode written in decimal (660) is mostly out of range, and then refused.
+  unsigned Permissions(std::string_view key, unsigned fallback) const;
+
   // Never empty when it comes from the file.
   std::string String(std::string_view key) const;
   std::string String(std::string_view key, std::string_view fallback) const;
