@@ -33,7 +33,7 @@ class ReadingBar {
 
   void Show(double fraction) {
     const Steady::time_point now = Steady::now();
-    if (!terminal_.is_terminal || now < next_) return;
+    if (!terminal_.redraws || now < next_) return;
     next_ = now + std::chrono::milliseconds(100);
     const std::string line =
         fmt::format("{} {:3.0f} %  reading {}", Bar(fraction, 24), 100.0 * fraction, name_);

@@ -87,10 +87,21 @@ std::string LiveDataText(const Json& lcm) {
   return fmt::format("{}, channels {}_*", Text(lcm, "url"), Text(lcm, "channel_prefix"));
 }
 
+std::string BenchText(const Json& status) {
+  std::string text;
+  if (const std::string stand = Text(status, "stand"); !stand.empty()) text += ", stand " + stand;
+  const Json& simulated = Field(status, "virtual_stand");
+  if (simulated.is_boolean() && simulated.get<bool>()) text += " (virtual)";
+  const double temperature = Number(status, "temperature_degC");
+  if (std::isfinite(temperature)) text += fmt::format(", sensor {:.2f} degC", temperature);
+  return text;
+}
+
 std::string StatusText(const Json& status, const Terminal& terminal) {
   Rows rows;
   const std::string state = Text(status, "state");
-  rows.push_back({"bench", state == "fault" ? terminal.Red(state) : terminal.Bold(state)});
+  rows.push_back({"bench", (state == "fault" ? terminal.Red(state) : terminal.Bold(state)) +
+                               BenchText(status)});
   const Json& fault = Field(status, "fault");
   if (fault.is_object()) {
     rows.push_back({"fault", terminal.Red(Text(fault, "source") + ": " + Text(fault, "message"))});

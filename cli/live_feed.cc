@@ -3,10 +3,10 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
-#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstring>
 #include <exception>
 #include <lcm/lcm-cpp.hpp>
@@ -52,14 +52,17 @@ std::string WithReceiveBuffer(const std::string& url) {
   return url + (url.find('?') == std::string::npos ? "?" : "&") + kReceiveBuffer;
 }
 
+std::string UrlToJoin(const std::string& url) {
+  CheckRoute(url);
+  return WithReceiveBuffer(url);
+}
+
 }  // namespace
 
 class LiveFeed::Impl {
  public:
   Impl(const std::string& url, std::string prefix, Handler handler)
-      : lcm_((CheckRoute(url), WithReceiveBuffer(url))),
-        prefix_(std::move(prefix) + "_"),
-        handler_(std::move(handler)) {
+      : lcm_(UrlToJoin(url)), prefix_(std::move(prefix) + "_"), handler_(std::move(handler)) {
     if (!lcm_.good()) {
       throw Error(
           fmt::format("no live data: LCM cannot be joined at {}; expected a URL such as "

@@ -12,19 +12,24 @@ namespace {
 void AddCommon(CLI::App& app, Options& options) {
   app.add_flag("--json", options.json, "Print JSON for machines");
   app.add_option("--config", options.bench.config, "Stand file; default $GYROBENCH_CONFIG")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->group("Which bench");
   app.add_option("--socket", options.bench.socket,
                  "The daemon's control socket, instead of the stand file's")
-      ->type_name("PATH");
+      ->type_name("PATH")
+      ->group("Which bench");
   app.add_option("--records", options.bench.records,
                  "Folder of the records, instead of the stand file's")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->group("Which bench");
   app.add_option("--lcm", options.bench.lcm_url,
                  "LCM URL of live data, instead of the stand file's")
-      ->type_name("URL");
+      ->type_name("URL")
+      ->group("Which bench");
   app.add_option("--prefix", options.bench.channel_prefix,
                  "Prefix of the LCM channels, instead of the stand file's")
-      ->type_name("NAME");
+      ->type_name("NAME")
+      ->group("Which bench");
 }
 
 class CommandLine {
@@ -128,6 +133,11 @@ class CommandLine {
 
   int Report(const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app_.exit(error, std::cout, std::cerr);
+    const std::vector<std::string> rest = app_.remaining();
+    if (app_.get_subcommands().empty() && !rest.empty()) {
+      std::cerr << "gyrobench: no command '" << rest.front() << "'\nTry: gyrobench --help\n";
+      return kUsage;
+    }
     std::string command = "gyrobench";
     if (!app_.get_subcommands().empty())
       command += " " + app_.get_subcommands().front()->get_name();

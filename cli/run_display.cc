@@ -39,7 +39,7 @@ std::string Where(const RunView& view) {
 
 class BarDisplay : public RunDisplay {
  public:
-  explicit BarDisplay(const Terminal& terminal) : terminal_(terminal) {}
+  BarDisplay() = default;
   ~BarDisplay() override { Clear(); }
   BarDisplay(const BarDisplay&) = delete;
   BarDisplay& operator=(const BarDisplay&) = delete;
@@ -65,7 +65,6 @@ class BarDisplay : public RunDisplay {
   }
 
  private:
-  Terminal terminal_;
   std::string shown_;
 };
 
@@ -121,7 +120,7 @@ std::string PlainLine(const RunView& view) {
 
 std::unique_ptr<RunDisplay> MakeRunDisplay(const Terminal& terminal, bool quiet) {
   if (quiet) return std::make_unique<NoDisplay>();
-  if (terminal.is_terminal) return std::make_unique<BarDisplay>(terminal);
+  if (terminal.redraws) return std::make_unique<BarDisplay>();
   return std::make_unique<LineDisplay>();
 }
 

@@ -41,7 +41,8 @@ Terminal DescribeTerminal(int descriptor) {
   const char* no_colour = std::getenv("NO_COLOR");
   const char* term = std::getenv("TERM");
   const bool dumb = term == nullptr || std::string_view(term) == "dumb";
-  terminal.colour = terminal.is_terminal && (no_colour == nullptr || *no_colour == '\0') && !dumb;
+  terminal.redraws = terminal.is_terminal && !dumb;
+  terminal.colour = terminal.redraws && (no_colour == nullptr || *no_colour == '\0');
   terminal.columns = std::max(20, Columns(descriptor));
   return terminal;
 }

@@ -12,7 +12,8 @@ namespace gyrobench::cli {
 // What one output stream can show.
 struct Terminal {
   bool is_terminal = false;
-  bool colour = false;  // a terminal, NO_COLOR not set, TERM not dumb
+  bool redraws = false;  // a terminal that knows more than lines: TERM is set and not dumb
+  bool colour = false;   // such a terminal, and NO_COLOR is not set
   int columns = 80;
 
   // `text` in bold, in red or dimmed where colour may be used.

@@ -1,5 +1,4 @@
-// Prints every scale factor of the bench: docs/subscribe.md. c++ subscriber.cc -I
-// build/dev/msgs/include -llcm
+// Prints every scale factor of the bench: docs/subscribe.md.
 #include <cstdio>
 #include <lcm/lcm-cpp.hpp>
 

@@ -1,4 +1,4 @@
-"""Prints every result of the bench. PYTHONPATH=build/dev/python python3 docs/subscriber.py [PORT]"""
+"""Prints every result of the bench: docs/subscribe.md."""
 import socket, sys
 from gyrobench import bias_result_t, scale_result_t
 

@@ -7,7 +7,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <lcm/lcm-cpp.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -236,6 +239,18 @@ TEST_F(LiveData, TheCppSubscriberOfTheDocumentationReceivesEveryResult) {
   for (int i = 0; i < kResults; ++i) {
     subscriber.WaitFor("seq " + std::to_string(i) + " alpha 0.0076204 +- 3.1e-05");
   }
+}
+
+std::string ReadFile(const std::string& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST(Documentation, ShowsTheSubscribersAsTheyAreTested) {
+  const std::string docs = GYROBENCH_SOURCE_DIR "/docs/";
+  const std::string page = ReadFile(docs + "subscribe.md");
+  EXPECT_THAT(page, HasSubstr("```python\n" + ReadFile(docs + "subscriber.py") + "```"));
+  EXPECT_THAT(page, HasSubstr("```cpp\n" + ReadFile(docs + "subscriber.cc") + "```"));
 }
 
 TEST(NoMulticast, WatchSaysHowToMendAMissingRoute) {
