@@ -44,6 +44,7 @@ struct ThermalScenario {
     double to_degC = -10.0;
   };
   std::optional<double> start_degC;  // at power-on; without it the room's
+  double cooled_degC = -10.0;        // what the operator brings the unit to when asked to cool it
   double self_heating_degC = 16.0;
   double time_constant_s = 250.0;
   double die_lag_s = 0.0;  // the gyro's element follows the thermometer with this lag

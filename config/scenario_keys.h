@@ -48,6 +48,8 @@ template <class V>
 void Describe(V& v, ThermalScenario& s) {
   v.Optional("start_degC", s.start_degC,
              {"degC", -60, 125, "sensor at power-on; without it the room"});
+  v.Number("cooled_degC", s.cooled_degC,
+           {"degC", -60, 125, "to which the operator cools the unit when asked"});
   v.Number("self_heating_degC", s.self_heating_degC,
            {"degC", 0, 60, "settles so far above the room"});
   v.Number("time_constant_s", s.time_constant_s, {"s", 0.1, 1e5, "of the warm-up"});
@@ -87,11 +89,11 @@ void DescribeRateTerms(V& v, GyroScenario& s) {
           {"1/degC2", -0.001, 0.001, "c w (T-T0)^2"});
   v.Array("scale_g_per_g", s.scale_g_per_g, {"1/g", -kMostRel, kMostRel, "3x3, c_ij g_j w_i"});
   v.Array("quadratic_odd_per_deg_s", s.quadratic_odd_per_deg_s,
-          {"1/(deg/s)", -0.01, 0.01, "c w |w|"});
+          {"1/(deg/s)", -0.01, 0.01, "c w abs(w)"});
   v.Array("quadratic_even_per_deg_s", s.quadratic_even_per_deg_s,
           {"1/(deg/s)", -0.01, 0.01, "c w^2"});
   v.Array("cubic_per_deg2_s2", s.cubic_per_deg2_s2, {"1/(deg/s)^2", -1e-4, 1e-4, "c w^3"});
-  v.Array("asymmetry_rel", s.asymmetry_rel, {"1", -kMostRel, kMostRel, "c |w|"});
+  v.Array("asymmetry_rel", s.asymmetry_rel, {"1", -kMostRel, kMostRel, "c abs(w)"});
 }
 
 template <class V>

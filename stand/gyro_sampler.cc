@@ -143,12 +143,18 @@ void GyroSampler::Follow(double truth_s, const std::array<AxisMechanics, 3>& axe
 void GyroSampler::FollowMotion(double step_s, int steps, const std::array<AxisMechanics, 3>& axes) {
   if (!angles_known_) {
     for (std::size_t i = 0; i < 3; ++i) angles_deg_[i] = axes[i].TableAngle(truth_s_);
+    geometry_.SetAngles(angles_deg_);
+    rest_rate_deg_s_ = geometry_.EarthRate();
     angles_known_ = true;
   }
+  std::array<bool, 3> rests;
+  for (std::size_t i = 0; i < 3; ++i) rests[i] = axes[i].RestsFrom(truth_s_);
   for (int k = 1; k <= steps; ++k) {
     const double t_s = truth_s_ + k * step_s;
-    Triple rate, middle;
+    Triple rate = {};
+    Triple middle = angles_deg_;
     for (std::size_t i = 0; i < 3; ++i) {
+      if (rests[i]) continue;
       const double angle = axes[i].TableAngle(t_s);
       rate[i] = (angle - angles_deg_[i]) / step_s;
       middle[i] = 0.5 * (angle + angles_deg_[i]);
@@ -156,8 +162,8 @@ void GyroSampler::FollowMotion(double step_s, int steps, const std::array<AxisMe
     }
     geometry_.SetAngles(middle);
     Triple felt = geometry_.Rate(rate);
-    const Triple earth = geometry_.EarthRate();
-    for (std::size_t i = 0; i < 3; ++i) felt[i] += earth[i];
+    // The Earth's rate turns too slowly in S for a sample to show it: the last one's will do.
+    for (std::size_t i = 0; i < 3; ++i) felt[i] += rest_rate_deg_s_[i];
     FilterStep(felt);
   }
   geometry_.SetAngles(angles_deg_);

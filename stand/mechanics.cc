@@ -26,8 +26,10 @@ AxisMechanics::AxisMechanics(const config::MechanicsScenario& scenario, double e
       psi_per_pulse_(2.0 * std::numbers::pi / pulses_per_turn),
       deg_per_pulse_(360.0 / pulses_per_turn / gear_ratio),
       pulses_per_turn_(pulses_per_turn),
-      worm_1_phase_(scenario.worm_1_phase_deg * kRadPerDeg),
-      worm_2_phase_(scenario.worm_2_phase_deg * kRadPerDeg),
+      worm_1_sin_(scenario.worm_1_deg * std::cos(scenario.worm_1_phase_deg * kRadPerDeg)),
+      worm_1_cos_(scenario.worm_1_deg * std::sin(scenario.worm_1_phase_deg * kRadPerDeg)),
+      worm_2_sin_(scenario.worm_2_deg * std::cos(scenario.worm_2_phase_deg * kRadPerDeg)),
+      worm_2_cos_(scenario.worm_2_deg * std::sin(scenario.worm_2_phase_deg * kRadPerDeg)),
       lost_steps_(lost_steps) {
   // The table stands in the middle of its play.
   segments_[0].t0_s = -1e9;
@@ -41,8 +43,10 @@ const Segment& AxisMechanics::Find(double t_s) const {
 }
 
 double AxisMechanics::WormAngle(double psi_rad) const {
-  return scenario_.worm_1_deg * std::sin(psi_rad + worm_1_phase_) +
-         scenario_.worm_2_deg * std::sin(2.0 * psi_rad + worm_2_phase_);
+  const double sine = std::sin(psi_rad);
+  const double cosine = std::cos(psi_rad);
+  return worm_1_sin_ * sine + worm_1_cos_ * cosine + worm_2_sin_ * 2.0 * sine * cosine +
+         worm_2_cos_ * (1.0 - 2.0 * sine * sine);
 }
 
 // 1 at the resonance, 1/2 at its width.

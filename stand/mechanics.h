@@ -71,7 +71,8 @@ class AxisMechanics {
   double psi_per_pulse_;  // rad of shaft
   double deg_per_pulse_;  // of table
   double pulses_per_turn_;
-  double worm_1_phase_, worm_2_phase_;
+  // The worm's error as s sin(psi) + c cos(psi) + ..., so that one sine and cosine give it all.
+  double worm_1_sin_, worm_1_cos_, worm_2_sin_, worm_2_cos_;
 
   // The recent past and the plan, oldest first.
   static constexpr std::size_t kSegments = 48;

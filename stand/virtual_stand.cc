@@ -110,10 +110,7 @@ void VirtualStand::SetTemperature(double degC) {
   impl_->physics.SetTemperature(impl_->clock.Now(), degC);
 }
 
-void VirtualStand::ColdSoak() {
-  const config::Scenario& specimen = impl_->physics.specimen();
-  SetTemperature(specimen.thermal.start_degC.value_or(specimen.room.temperature_degC));
-}
+void VirtualStand::ColdSoak() { SetTemperature(impl_->physics.specimen().thermal.cooled_degC); }
 
 Physics& VirtualStand::physics() { return impl_->physics; }
 

@@ -42,7 +42,7 @@ class VirtualStand {
 
   // The operator cools (or heats) the gyro unit and puts it back.
   void SetTemperature(double degC);
-  // The same to the scenario's start temperature; to the room's where it has none.
+  // The same to the scenario's thermal.cooled_degC.
   void ColdSoak();
 
   // For tests: the truth.

@@ -347,15 +347,15 @@ TEST_P(ServerTest, AnAlarmShowsInTheStatusAndIsCleared) {
   EXPECT_EQ(bench.Read<1>(kDrive, 3, 0x2203).value()[0], 0);
 }
 
-TEST_P(ServerTest, ColdSoakBringsTheSensorToItsStartTemperature) {
+TEST_P(ServerTest, ColdSoakBringsTheSensorToTheTemperatureOfACooledUnit) {
   config::Scenario scenario = config::IdealScenario();
-  scenario.thermal.start_degC = -10.0;
+  scenario.thermal.cooled_degC = -15.0;
   Bench bench(GetParam(), {}, scenario);
   bench.WaitUntil(2000);
   bench.stand().ColdSoak();
   bench.WaitUntil(2000.01);
   const auto block = bench.Read<16>(kGyro, 4, 0x4000 + (400000 + 1) % 0x4000).value();
-  EXPECT_NEAR(static_cast<std::int16_t>(block[8 + 4]) / 340.0 + 36.53, -10.0, 0.1);
+  EXPECT_NEAR(static_cast<std::int16_t>(block[8 + 4]) / 340.0 + 36.53, -15.0, 0.1);
 }
 
 TEST(VirtualStandTest, AFreshClientFindsThePseudoTerminalAgain) {
