@@ -90,7 +90,7 @@ class GzipSource final : public ByteSource {
   const std::optional<Defect>& damage() const override { return damage_; }
 
  private:
-  static constexpr std::size_t kInputSize = 64 * 1024;
+  static constexpr std::size_t kInputSize = std::size_t{64} * 1024;
   static constexpr std::size_t kMaxOutput = 1u << 30;
 
   void End(const char* kind, const std::string& why) {

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array<std::uint8_t, 4> kSync = {0xED, 0xA1, 0xDA, 0x01};
 constexpr std::size_t kHeaderSize = 28;
-constexpr std::size_t kReadSize = 256 * 1024;
+constexpr std::size_t kReadSize = std::size_t{256} * 1024;
 constexpr std::size_t kMaxDamageEntries = 100;
 
 std::uint64_t BigEndian(const std::uint8_t* bytes, int count) {

@@ -14,7 +14,7 @@ namespace gyrobench::recording {
 
 namespace {
 
-constexpr std::size_t kFileBuffer = 256 * 1024;
+constexpr std::size_t kFileBuffer = std::size_t{256} * 1024;
 
 bool IsChannelName(std::string_view channel) {
   return !channel.empty() && channel.size() <= kMaxChannelLength &&

@@ -19,7 +19,7 @@ struct LineBlock {
 
 class LineBuffer {
  public:
-  static constexpr std::size_t kMaxLine = 256 * 1024;
+  static constexpr std::size_t kMaxLine = std::size_t{256} * 1024;
 
   explicit LineBuffer(std::unique_ptr<ByteSource> source);
   // The next lines; false at the end. The block holds until the next call. A last line without a

@@ -16,7 +16,7 @@ namespace gyrobench::recording {
 
 namespace {
 
-constexpr std::size_t kBatchValues = 16 * 1024;  // 128 kB: stays in the cache
+constexpr std::size_t kBatchValues = std::size_t{16} * 1024;  // 128 kB: stays in the cache
 constexpr std::size_t kMinRows = 128;
 constexpr std::size_t kMaxGroup = 64;  // rows with one time stamp that are kept
 

@@ -25,15 +25,15 @@ struct TableRows {
 };
 
 // What is mended or left out, each counted with the line of the first one:
-//   repeated_time      a time stamp again. The same row again is left out. Different rows share the
-//   time up to the
-//                      next stamp, evenly, at most one earlier interval apart; 64 of one stamp are
-//                      kept.
-//   ragged_line        too few or too many fields: the line is left out, for its columns may have
-//   moved no_time            no time in a line: left out unparsable         a field that is no
-//   number: missing, the other fields are read not_a_number       nan or inf: missing line_too_long
-//   over LineBuffer::kMaxLine bytes: left out truncated_gzip, damaged_gzip   what comes before is
-//   read, up to the last whole line
+//   repeated_time   a time stamp again. The same row again is left out. Different rows share the
+//                   time up to the next stamp, evenly, at most one earlier interval apart; 64 are
+//                   kept
+//   ragged_line     too few or too many fields: left out, for its columns may have moved
+//   no_time         no time in a line: left out
+//   unparsable      a field that is no number: missing, the other fields are read
+//   not_a_number    nan or inf: missing
+//   line_too_long   over LineBuffer::kMaxLine bytes: left out
+//   truncated_gzip, damaged_gzip   what comes before is read, up to the last whole line
 // Time that goes backwards is an error, for no one can say which side is right.
 class TableReader {
  public:

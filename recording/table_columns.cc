@@ -280,28 +280,14 @@ void TableHead::FillInfo(std::int64_t line_number) {
   info_.source = file_;
   for (TableColumn& column : columns_) {
     const auto axis = static_cast<std::size_t>(column.index);
+    if (column.kind == ColumnKind::kAccel) ScaleAccel(column);
     switch (column.kind) {
-      case ColumnKind::kGyro: {
+      case ColumnKind::kGyro:
         info_.gyro_present.at(axis) = true;
-        const std::string unit = UnitOf(column);
-        info_.gyro_unit = unit == "lsb"     ? GyroUnit::kLsb
-                          : unit == "deg_s" ? GyroUnit::kDegPerSecond
-                                            : GyroUnit::kRadPerSecond;
         break;
-      }
-      case ColumnKind::kAccel: {
-        const std::string unit = UnitOf(column);
-        if (unit == "lsb" && std::isnan(accel_lsb_per_g_)) {
-          // Without its sensitivity it cannot become g: it stays a covariate, unscaled.
-          column.kind = ColumnKind::kCovariate;
-          info_.covariates.push_back(column.name);
-          break;
-        }
+      case ColumnKind::kAccel:
         info_.accel_present.at(axis) = true;
-        if (unit == "lsb") column.scale = 1.0 / accel_lsb_per_g_;
-        if (unit == "m_s2") column.scale = 1.0 / kStandardGravity_m_s2;
         break;
-      }
       case ColumnKind::kTemperature:
         info_.temperature_present = true;
         break;
@@ -321,10 +307,33 @@ void TableHead::FillInfo(std::int64_t line_number) {
         break;
     }
   }
-  if (info_.gyro_unit == GyroUnit::kDegPerSecond) info_.gyro_units_per_deg_s = 1.0;
-  if (info_.gyro_unit == GyroUnit::kRadPerSecond)
+  FillGyroUnit();
+}
+
+// Accelerometer counts without their sensitivity cannot become g: they stay a covariate, unscaled.
+void TableHead::ScaleAccel(TableColumn& column) const {
+  const std::string unit = UnitOf(column);
+  if (unit == "m_s2") column.scale = 1.0 / kStandardGravity_m_s2;
+  if (unit != "lsb") return;
+  if (std::isnan(accel_lsb_per_g_)) {
+    column.kind = ColumnKind::kCovariate;
+  } else {
+    column.scale = 1.0 / accel_lsb_per_g_;
+  }
+}
+
+void TableHead::FillGyroUnit() {
+  const auto gyro = std::find_if(columns_.begin(), columns_.end(), [](const TableColumn& column) {
+    return column.kind == ColumnKind::kGyro;
+  });
+  const std::string unit = UnitOf(*gyro);
+  if (unit == "deg_s") {
+    info_.gyro_unit = GyroUnit::kDegPerSecond;
+    info_.gyro_units_per_deg_s = 1.0;
+  } else if (unit == "rad_s") {
+    info_.gyro_unit = GyroUnit::kRadPerSecond;
     info_.gyro_units_per_deg_s = std::numbers::pi / 180.0;
-  if (info_.gyro_unit == GyroUnit::kLsb && !std::isnan(gyro_lsb_per_deg_s_)) {
+  } else if (!std::isnan(gyro_lsb_per_deg_s_)) {
     info_.gyro_units_per_deg_s = gyro_lsb_per_deg_s_;
   }
 }

@@ -50,7 +50,6 @@ class TableHead {
   const std::vector<Defect>& defects() const { return defects_; }
 
  private:
-  struct Place;
   void Key(const std::string& key, const std::string& value, std::int64_t line_number);
   [[noreturn]] void Fail(std::int64_t line_number, const std::string& what) const;
   double Number(const std::string& key, const std::string& value, double min, double max,
@@ -61,6 +60,8 @@ class TableHead {
   void CheckUnits(ColumnKind kind, std::int64_t line_number) const;
   void CheckReference(std::int64_t line_number);
   void FillInfo(std::int64_t line_number);
+  void ScaleAccel(TableColumn& column) const;
+  void FillGyroUnit();
   std::string Names(ColumnKind kind) const;
 
   std::string file_;

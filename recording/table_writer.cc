@@ -89,7 +89,7 @@ class TableWriter::Output {
   }
 
  private:
-  static constexpr std::size_t kFlush = 64 * 1024;
+  static constexpr std::size_t kFlush = std::size_t{64} * 1024;
 
   [[noreturn]] void Fail() const {
     throw DataError(fmt::format("{}: cannot be written: {}; the table was not made", part_.string(),
@@ -186,6 +186,7 @@ void TableWriter::WriteHead(const MeasurementInfo& info) {
 }
 
 void TableWriter::OnInfo(const MeasurementInfo& info) {
+  summary_.covariates = info.covariates;
   AddColumns(info);
   WriteHead(info);
 }

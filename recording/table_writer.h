@@ -22,15 +22,18 @@ struct TableExtras {
 
 struct TableSummary {
   std::int64_t rows = 0;
-  std::int64_t late = 0;  // events left out: more than TableWriter::kReorder_s behind the latest
-  std::int64_t unannounced =
-      0;  // events left out: of an axis that MeasurementInfo does not announce
+  // Events left out: more than TableWriter::kReorder_s behind the latest.
+  std::int64_t late = 0;
+  // Events left out: of an axis that MeasurementInfo does not announce.
+  std::int64_t unannounced = 0;
+  // Columns left out: events carry no covariates.
+  std::vector<std::string> covariates;
 };
 
 // One row for each distinct time, empty fields for what has no value then. Times are written in
-// whole microseconds, counts as integers, all else to 1e-9, so that reading the table gives the
-// record's events again. The clock of the sensor unit is kept in the column unit_tick_s. Segments
-// and defects that arrive as events are not written: they come after the head, so `extras` brings
+// whole microseconds, counts as integers, all else to 1e-9: reading the table gives the record's
+// events again. The clock of the sensor unit is kept in the column unit_tick_s. Segments and
+// defects that arrive as events are not written, for they come after the head: `extras` brings
 // them.
 class TableWriter : public MeasurementSink {
  public:

@@ -178,6 +178,12 @@ TEST_F(WriterOfAll, WhatComesTooLateOrUnannouncedIsCounted) {
   EXPECT_EQ(summary.unannounced, 1);
 }
 
+TEST_F(WriterOfAll, CovariatesThatATableCannotPassOnAreNamed) {
+  WriteFile(folder_ / "in.csv", "t_s,gyro_z_lsb,supply_v\n0,1,5\n1,2,5\n");
+  EXPECT_EQ(ExportTable(folder_ / "in.csv", folder_ / "out.csv").covariates,
+            std::vector<std::string>{"supply_v"});
+}
+
 TEST_F(WriterOfAll, WithoutCloseNothingIsLeftBehind) {
   {
     TableWriter writer(folder_ / "t.csv");
