@@ -9,7 +9,8 @@
 
 namespace gyrobench {
 
-// Host time in microseconds since the epoch. It never steps: wall clock at start plus steady time since.
+// Host time in microseconds since the epoch. It never steps: wall clock at start plus steady time
+// since.
 using Utime = std::int64_t;
 
 inline constexpr std::int64_t kMicrosecondsPerSecond = 1'000'000;
@@ -23,17 +24,18 @@ constexpr double ToSeconds(Utime duration_us) { return static_cast<double>(durat
 
 // A clock that threads can wait on.
 //
-// Each thread that waits owns one Participant. With the system clock a wait is a wait. With the virtual
-// clock time stands still while any resident is running and jumps to the earliest wake-up when all wait;
-// one participant is released at a time, in the order of wake-up time and then of joining.
+// Each thread that waits owns one Participant. With the system clock a wait is a wait. With the
+// virtual clock time stands still while any resident is running and jumps to the earliest wake-up
+// when all wait; one participant is released at a time, in the order of wake-up time and then of
+// joining.
 class Clock {
  public:
   class Participant {
    public:
     virtual ~Participant() = default;
-    // Waits until `wake_up`, or until Notify. True when notified, false when the time came. A Notify that
-    // came since the last wait is not lost: the next wait returns true at once.
-    // To be called by the one thread that owns the participant.
+    // Waits until `wake_up`, or until Notify. True when notified, false when the time came. A
+    // Notify that came since the last wait is not lost: the next wait returns true at once. To be
+    // called by the one thread that owns the participant.
     virtual bool WaitUntil(Utime wake_up) = 0;
     // Ends the wait, now. From any thread.
     virtual void Notify() = 0;
@@ -42,19 +44,21 @@ class Clock {
   enum class Role {
     // Holds virtual time from joining on, whenever it is not in WaitUntil.
     kResident,
-    // Holds no time of its own. It waits in place of a resident that is blocked outside the clock for it:
-    // the virtual device's thread, while the driver's thread sits in a Modbus call. Who calls WaitUntil of
+    // Holds no time of its own. It waits in place of a resident that is blocked outside the clock
+    // for it:
+    // the virtual device's thread, while the driver's thread sits in a Modbus call. Who calls
+    // WaitUntil of
     // a guest must know that such a resident is blocked for it.
     kGuest,
   };
 
   virtual ~Clock() = default;
   virtual Utime Now() const = 0;
-  // Join a resident before its thread starts, in the thread that starts it: the order is then the same
-  // in every run. `name` is for messages.
+  // Join a resident before its thread starts, in the thread that starts it: the order is then the
+  // same in every run. `name` is for messages.
   virtual std::unique_ptr<Participant> Join(std::string name, Role role = Role::kResident) = 0;
-  // How long a call that blocks outside the clock (libmodbus) is to wait in real time for what should
-  // come within `timeout_us` of this clock. The virtual clock gives a busy machine more.
+  // How long a call that blocks outside the clock (libmodbus) is to wait in real time for what
+  // should come within `timeout_us` of this clock. The virtual clock gives a busy machine more.
   virtual std::int64_t RealTimeout(std::int64_t timeout_us) const = 0;
 };
 
@@ -66,8 +70,8 @@ class VirtualClock : public Clock {
  public:
   // As fast as the machine allows.
   static constexpr double kUnpaced = 1e300;
-  // Virtual seconds per real second while all wait: kUnpaced, 1 (real time), 0 (stands still until a
-  // Notify). From any thread.
+  // Virtual seconds per real second while all wait: kUnpaced, 1 (real time), 0 (stands still until
+  // a Notify). From any thread.
   virtual void SetPace(double pace) = 0;
 };
 

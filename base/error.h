@@ -1,5 +1,5 @@
-// The exceptions of gyrobench. A broken bench or a wrong input is an exception; a part that misses its
-// limits is a value (results carry PASS or FAIL), never an exception.
+// The exceptions of gyrobench. A broken bench or a wrong input is an exception; a part that misses
+// its limits is a value (results carry PASS or FAIL), never an exception.
 #pragma once
 
 #include <stdexcept>
@@ -7,8 +7,8 @@
 
 namespace gyrobench {
 
-// Root of all exceptions of gyrobench. what() is a whole message for a person: what went wrong, where
-// (file and line, device and register), what was expected and found, and what to do about it.
+// Root of all exceptions of gyrobench. what() is a whole message for a person: what went wrong,
+// where (file and line, device and register), what was expected and found, and what to do about it.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

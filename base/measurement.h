@@ -1,5 +1,5 @@
-// What a run measured, as a stream: the door between those who have measurements (records, tables, the
-// running daemon) and those who analyse them. Plain values, no I/O.
+// What a run measured, as a stream: the door between those who have measurements (records, tables,
+// the running daemon) and those who analyse them. Plain values, no I/O.
 #pragma once
 
 #include <array>
@@ -27,7 +27,8 @@ enum class ReferenceKind {
   kOrientation,  // unit quaternion, sensor frame into world frame (z up)
 };
 
-// Unit of the gyro's output xi. The first is a raw count, the others a sensor that scales by itself.
+// Unit of the gyro's output xi. The first is a raw count, the others a sensor that scales by
+// itself.
 enum class GyroUnit { kLsb, kDegPerSecond, kRadPerSecond };
 
 // What is true of the whole measurement.
@@ -43,13 +44,15 @@ struct MeasurementInfo {
   std::array<bool, 3> stand_axis_present = {false, false, false};  // for kStandAngles
   SensorAxis reference_axis = SensorAxis::kZ;                      // for kSensorAngle
   std::optional<double> site_latitude_deg;
-  double site_heading_deg = 0.0;             // heading of world x from north
-  std::optional<double> gear_ratio;          // shaft turns per table turn
-  std::optional<double> stop_accuracy_deg;   // half-width of the table's stop, shaft accuracy / ratio
-  std::string sensor;                        // serial number
-  std::string power_on;                      // measurements with the same value share one power-on
-  std::map<std::string, std::string> notes;  // keys of the source with no meaning here, kept and shown
-  std::vector<std::string> covariates;       // names of further columns
+  double site_heading_deg = 0.0;     // heading of world x from north
+  std::optional<double> gear_ratio;  // shaft turns per table turn
+  std::optional<double>
+      stop_accuracy_deg;  // half-width of the table's stop, shaft accuracy / ratio
+  std::string sensor;     // serial number
+  std::string power_on;   // measurements with the same value share one power-on
+  std::map<std::string, std::string>
+      notes;                            // keys of the source with no meaning here, kept and shown
+  std::vector<std::string> covariates;  // names of further columns
 };
 
 // One sample of the sensor. Missing values are NaN.
@@ -97,8 +100,8 @@ struct Defect {
   std::string where;  // line, byte or channel of the first one
 };
 
-// Receives a measurement in the order of time (each kind of sample is in order; kinds may interleave
-// within one poll of a device).
+// Receives a measurement in the order of time (each kind of sample is in order; kinds may
+// interleave within one poll of a device).
 class MeasurementSink {
  public:
   virtual ~MeasurementSink() = default;

@@ -57,8 +57,7 @@ class SystemClock final : public Clock {
   };
 
   const steady_clock::time_point steady_start_ = steady_clock::now();
-  const Utime start_ =
-      duration_cast<microseconds>(system_clock::now().time_since_epoch()).count();
+  const Utime start_ = duration_cast<microseconds>(system_clock::now().time_since_epoch()).count();
 };
 
 }  // namespace

@@ -15,7 +15,8 @@ void TickFit::Add(const TickPair& pair) {
   const double keep = std::exp(-(pair.tick_s - last_tick_) / memory_s_);
   last_tick_ = pair.tick_s;
   const double tick = pair.tick_s - tick0_;
-  // Offsets instead of host times: the two clocks agree to a fraction of a percent, and so digits are kept.
+  // Offsets instead of host times: the two clocks agree to a fraction of a percent, and so digits
+  // are kept.
   const double offset = (pair.host_s - host0_) - tick;
   weight_ *= keep;
   s_tt_ *= keep;

@@ -18,10 +18,11 @@ class TickFit {
   std::int64_t count() const { return count_; }
   // Host time of a tick by the line so far. With no pair: NaN; with one: ratio 1.
   double HostTime(double tick_s) const;
-  // Host seconds per unit second: 1 / (rate of the unit's clock relative to nominal). NaN with fewer than 2 pairs.
+  // Host seconds per unit second: 1 / (rate of the unit's clock relative to nominal). NaN with
+  // fewer than 2 pairs.
   double ratio() const;
-  // Standard error of ratio() from the residuals' scatter. NaN with fewer than 3 pairs or with forgetting
-  // (where pairs weigh unequally the formula does not hold).
+  // Standard error of ratio() from the residuals' scatter. NaN with fewer than 3 pairs or with
+  // forgetting (where pairs weigh unequally the formula does not hold).
   double ratio_std_error() const;
   // Root mean square of host time about the line [s]. NaN with fewer than 3 pairs.
   double residual_rms_s() const;

@@ -69,8 +69,7 @@ class VirtualClockImpl final : public VirtualClock {
 
 class VirtualClockImpl::VirtualParticipant final : public Participant {
  public:
-  VirtualParticipant(VirtualClockImpl& clock, bool resident)
-      : clock_(clock), resident_(resident) {}
+  VirtualParticipant(VirtualClockImpl& clock, bool resident) : clock_(clock), resident_(resident) {}
 
   ~VirtualParticipant() override {
     if (!resident_) return;
@@ -142,8 +141,8 @@ VirtualClockImpl::VirtualParticipant* VirtualClockImpl::Earliest() const {
   return best;
 }
 
-// All wait: release the earliest, if its time has come. Paced time comes by itself: every waiter holds a
-// real deadline, and the first to pass it calls here.
+// All wait: release the earliest, if its time has come. Paced time comes by itself: every waiter
+// holds a real deadline, and the first to pass it calls here.
 void VirtualClockImpl::Advance() {
   VirtualParticipant* next = Earliest();
   if (next == nullptr || next->wake_up_ == kForever) return;

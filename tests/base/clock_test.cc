@@ -29,8 +29,8 @@ TEST(VirtualClock, NeverGoesBackWhenAskedForThePast) {
   EXPECT_EQ(clock->Now(), kStart);
 }
 
-// The order in which threads run is the order of their wake-ups and, at the same moment, of joining;
-// whoever the operating system would have preferred.
+// The order in which threads run is the order of their wake-ups and, at the same moment, of
+// joining; whoever the operating system would have preferred.
 TEST(VirtualClock, ReleasesInOrderOfTimeAndThenOfJoining) {
   for (int repetition = 0; repetition < 20; ++repetition) {
     const auto clock = MakeVirtualClock(kStart);
@@ -40,15 +40,16 @@ TEST(VirtualClock, ReleasesInOrderOfTimeAndThenOfJoining) {
     std::vector<std::pair<Utime, int>> order;
     std::vector<std::thread> threads;
     for (int i = 0; i < 4; ++i) {
-      threads.emplace_back([&, i, me = std::move(participants[static_cast<std::size_t>(i)])]() mutable {
-        const Utime period = i < 2 ? 10 : 15;
-        for (Utime t = kStart + period; t <= kStart + 60; t += period) {
-          me->WaitUntil(t);
-          const std::lock_guard lock(mutex);
-          order.emplace_back(clock->Now() - kStart, i);
-        }
-        me.reset();
-      });
+      threads.emplace_back(
+          [&, i, me = std::move(participants[static_cast<std::size_t>(i)])]() mutable {
+            const Utime period = i < 2 ? 10 : 15;
+            for (Utime t = kStart + period; t <= kStart + 60; t += period) {
+              me->WaitUntil(t);
+              const std::lock_guard lock(mutex);
+              order.emplace_back(clock->Now() - kStart, i);
+            }
+            me.reset();
+          });
     }
     for (std::thread& thread : threads) thread.join();
     ASSERT_EQ(order.size(), 2u * 6 + 2u * 4);

@@ -39,8 +39,8 @@ TEST(TickFit, SaysWhatItDoesNotKnow) {
   EXPECT_TRUE(std::isnan(fit.ratio_std_error()));
 }
 
-// Over 400 seeds the error divided by its standard error has unit variance: 400 draws put the mean square
-// within 1 +- 0.25 in all but 5 of 10 000 cases.
+// Over 400 seeds the error divided by its standard error has unit variance: 400 draws put the mean
+// square within 1 +- 0.25 in all but 5 of 10 000 cases.
 TEST(TickFit, TheStandardErrorIsHonest) {
   double sum = 0.0;
   constexpr int kSeeds = 400;

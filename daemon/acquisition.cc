@@ -1,0 +1,340 @@
+#include "daemon/acquisition.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+#include "daemon/gyro_message.h"
+#include "drivers/factory.h"
+#include "drivers/modbus_bus.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+// Motion ends at deadlines that the run engine keeps; the drive's poll is there for alarms.
+constexpr Utime kDrivePeriod = kMicrosecondsPerSecond / 2;
+// Beyond a soft limit by more than the play of a worm and the noise of an encoder.
+constexpr double kSoftLimitMargin_deg = 0.2;
+
+Utime Period(double rate_hz) { return FromSeconds(1.0 / rate_hz); }
+
+std::int8_t AxisNumber(const std::string& name) {
+  if (name == "outer") return angle_t::OUTER;
+  return name == "middle" ? angle_t::MIDDLE : angle_t::INNER;
+}
+
+}  // namespace
+
+struct Acquisition::Bus {
+  Bus(const config::BusConfig& config, Clock& clock)
+      : worker(config.name, clock), modbus(config, clock, worker.participant()) {}
+  BusWorker worker;
+  drivers::ModbusBus modbus;
+};
+
+struct Acquisition::AxisUnit {
+  const config::AxisConfig* config = nullptr;
+  Bus* drive_bus = nullptr;
+  Bus* encoder_bus = nullptr;
+  std::unique_ptr<drivers::Axis> drive;
+  std::unique_ptr<drivers::AngleSensor> encoder;
+  AxisView view;
+  angle_t message;
+};
+
+Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock, Telemetry& telemetry,
+                         FaultHandler on_silence, FaultHandler on_fault)
+    : stand_(stand),
+      clock_(clock),
+      telemetry_(telemetry),
+      on_silence_(std::move(on_silence)),
+      on_fault_(std::move(on_fault)) {
+  for (const config::BusConfig& bus : stand.buses) {
+    buses_.push_back(std::make_unique<Bus>(bus, clock));
+  }
+  for (const config::AxisConfig& axis : stand.axes) AddAxis(axis);
+  AddGyro();
+}
+
+Acquisition::~Acquisition() { Stop(); }
+
+Acquisition::Bus& Acquisition::BusOf(const std::string& name) {
+  const auto found = std::find_if(buses_.begin(), buses_.end(),
+                                  [&](const auto& bus) { return bus->worker.name() == name; });
+  if (found == buses_.end()) throw ConfigError(fmt::format("no bus '{}' in the stand file", name));
+  return **found;
+}
+
+Acquisition::AxisUnit& Acquisition::UnitOf(const std::string& axis) {
+  const auto found = std::find_if(axes_.begin(), axes_.end(),
+                                  [&](const auto& unit) { return unit->config->name == axis; });
+  if (found == axes_.end()) throw LimitError(fmt::format("this stand has no axis '{}'", axis));
+  return **found;
+}
+
+void Acquisition::AddAxis(const config::AxisConfig& axis) {
+  auto unit = std::make_unique<AxisUnit>();
+  AxisUnit& u = *unit;
+  u.config = &axis;
+  u.drive_bus = &BusOf(axis.drive.bus);
+  u.encoder_bus = &BusOf(axis.encoder.bus);
+  u.drive = drivers::MakeAxis(axis, u.drive_bus->modbus);
+  u.encoder = drivers::MakeAngleSensor(axis, u.encoder_bus->modbus);
+  const Utime silence = FromSeconds(stand_.safety.silence_s);
+
+  auto encoder = std::make_unique<PolledDevice>(
+      DeviceStatus{"encoder." + axis.name, "encoder", axis.encoder.bus, axis.encoder.unit, false,
+                   ""},
+      PolledDevice::Actions{[&u] { u.encoder->Open(); }, [this, &u] { ReadEncoder(u); },
+                            [this, &axis] {
+                              return Period(IsActive(axis.name) ? axis.encoder.rate_hz
+                                                                : axis.encoder.idle_rate_hz);
+                            }},
+      clock_, silence, on_silence_);
+  auto drive = std::make_unique<PolledDevice>(
+      DeviceStatus{"axis." + axis.name, "drive", axis.drive.bus, axis.drive.unit, false, ""},
+      PolledDevice::Actions{[&u] { u.drive->Open(); }, [this, &u] { ReadDrive(u); },
+                            [] { return kDrivePeriod; }},
+      clock_, silence, on_silence_);
+  u.encoder_bus->worker.AddPoll([device = encoder.get()] { return device->Poll(); });
+  u.drive_bus->worker.AddPoll([device = drive.get()] { return device->Poll(); });
+  devices_.push_back(std::move(drive));
+  devices_.push_back(std::move(encoder));
+  axes_.push_back(std::move(unit));
+}
+
+void Acquisition::AddGyro() {
+  const config::GyroConfig& gyro = stand_.gyro;
+  Bus& bus = BusOf(gyro.bus);
+  gyro_ = drivers::MakeGyro(gyro, bus.modbus);
+  // One sample less than a reply carries: a poll that comes a little late still needs one request
+  // only.
+  const Utime period = Period(gyro.rate_hz / (gyro.map.max_samples_per_block - 1));
+  auto device = std::make_unique<PolledDevice>(
+      DeviceStatus{"gyro", "gyro", gyro.bus, gyro.unit, false, ""},
+      PolledDevice::Actions{[this] {
+                              const drivers::GyroIdentity identity = gyro_->Open();
+                              const std::lock_guard lock(mutex_);
+                              sensor_.identity = identity;
+                            },
+                            [this] { ReadGyro(); }, [period] { return period; }},
+      clock_, FromSeconds(stand_.safety.silence_s), on_silence_);
+  bus.worker.AddPoll([poll = device.get()] { return poll->Poll(); });
+  devices_.push_back(std::move(device));
+}
+
+void Acquisition::Start() {
+  for (const auto& bus : buses_) bus->worker.Start();
+}
+
+void Acquisition::Stop() {
+  for (const auto& bus : buses_) bus->worker.Stop();
+}
+
+void Acquisition::ReadEncoder(AxisUnit& unit) {
+  const drivers::AngleReading reading = unit.encoder->Read();
+  {
+    const std::lock_guard lock(mutex_);
+    unit.view.reference = reading;
+  }
+  unit.message.utime = reading.utime;
+  unit.message.axis = AxisNumber(unit.config->name);
+  unit.message.counts = reading.counts;
+  unit.message.angle_deg = reading.angle_deg;
+  unit.message.utime_request = reading.utime_request;
+  unit.message.utime_reply = reading.utime_reply;
+  telemetry_.Send(unit.message);
+  CheckSoftLimits(unit, reading.angle_deg);
+}
+
+void Acquisition::CheckSoftLimits(AxisUnit& unit, double angle_deg) {
+  const config::AxisConfig& axis = *unit.config;
+  if (!IsActive(axis.name)) return;
+  if (angle_deg >= axis.min_deg - kSoftLimitMargin_deg &&
+      angle_deg <= axis.max_deg + kSoftLimitMargin_deg) {
+    return;
+  }
+  PostStopAll();
+  on_fault_(
+      "axis." + axis.name,
+      fmt::format("the table is at {:.3f} deg, beyond its soft limits {:g} .. {:g} deg: stopped. "
+                  "Turn it back by hand or correct the limits, then: gyrobench reset",
+                  angle_deg, axis.min_deg, axis.max_deg));
+}
+
+void Acquisition::ReadDrive(AxisUnit& unit) {
+  const drivers::AxisState state = unit.drive->Read();
+  {
+    const std::lock_guard lock(mutex_);
+    unit.view.drive = state;
+  }
+  SendAxes(state.utime);
+  if (!state.fault) return;
+  on_fault_("axis." + unit.config->name,
+            fmt::format(
+                "the drive reports alarm {} (0x{:02X}). See the drive's manual, remove the cause, "
+                "then: gyrobench reset",
+                state.alarm, state.alarm));
+}
+
+void Acquisition::SendAxes(Utime utime) {
+  axes_t message{};
+  message.utime = utime;
+  message.n = static_cast<std::int8_t>(axes_.size());
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& unit : axes_) {
+      const drivers::AxisState& drive = unit->view.drive;
+      message.name.push_back(unit->config->name);
+      message.commanded_deg.push_back(drive.commanded_deg);
+      message.reference_deg.push_back(unit->view.reference.angle_deg);
+      message.enabled.push_back(drive.enabled);
+      message.moving.push_back(drive.moving);
+      message.fault.push_back(drive.fault);
+      message.alarm.push_back(drive.alarm);
+    }
+  }
+  telemetry_.Send(message);
+}
+
+void Acquisition::ReadGyro() {
+  gyro_->Read(block_);
+  const double tick_rate_hz = sensor_.identity.tick_rate_hz;  // written by this thread only
+  const double tick_s = static_cast<double>(block_.tick) / tick_rate_hz;
+  if (tick_fit_.count() == 0 || block_.boot_count != boot_count_) {
+    tick_fit_ = TickFit();
+    boot_count_ = block_.boot_count;
+    first_tick_s_ = tick_s;
+  }
+  tick_fit_.Add({tick_s, ToSeconds(block_.utime)});
+  {
+    const std::lock_guard lock(mutex_);
+    sensor_.tick_ratio = tick_fit_.ratio();
+    sensor_.tick_span_s = tick_s - first_tick_s_;
+    sensor_.samples += static_cast<std::int64_t>(block_.samples.size());
+    if (!block_.samples.empty()) {
+      sensor_.temperature_degC = block_.samples.back().temperature_degC;
+    }
+  }
+  FillMessage(block_, sensor_.identity, gyro_message_);
+  telemetry_.Send(gyro_message_);
+}
+
+void Acquisition::AwaitFirstTry(Clock::Participant& caller, Utime patience) const {
+  constexpr Utime kStep = kMicrosecondsPerSecond / 20;
+  const Utime deadline = clock_.Now() + patience;
+  const auto all_tried = [this] {
+    return std::all_of(devices_.begin(), devices_.end(),
+                       [](const auto& device) { return device->tried(); });
+  };
+  while (!all_tried() && clock_.Now() < deadline) caller.WaitUntil(clock_.Now() + kStep);
+}
+
+std::vector<DeviceStatus> Acquisition::Devices() const {
+  std::vector<DeviceStatus> all;
+  for (const auto& device : devices_) all.push_back(device->status());
+  return all;
+}
+
+AxisView Acquisition::Axis(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& unit : axes_) {
+    if (unit->config->name == name) return unit->view;
+  }
+  throw LimitError(fmt::format("this stand has no axis '{}'", name));
+}
+
+SensorView Acquisition::Sensor() const {
+  const std::lock_guard lock(mutex_);
+  return sensor_;
+}
+
+MeasurementInfo Acquisition::Info() const {
+  const drivers::GyroIdentity identity = Sensor().identity;
+  MeasurementInfo info;
+  info.gyro_unit = GyroUnit::kLsb;
+  info.gyro_present = info.accel_present = {true, true, true};
+  info.temperature_present = true;
+  info.gyro_units_per_deg_s = identity.gyro_lsb_per_deg_s;
+  info.reference = stand_.axes.empty() ? ReferenceKind::kNone : ReferenceKind::kStandAngles;
+  for (const config::AxisConfig& axis : stand_.axes) {
+    info.stand_axis_present[static_cast<std::size_t>(AxisNumber(axis.name))] = true;
+    info.gear_ratio = axis.gear_ratio;
+    info.stop_accuracy_deg = axis.shaft_accuracy_deg / axis.gear_ratio;
+  }
+  info.site_latitude_deg = stand_.site.latitude_deg;
+  info.site_heading_deg = stand_.site.heading_deg;
+  info.sensor = fmt::format("{}", identity.serial_number);
+  return info;
+}
+
+std::int64_t Acquisition::Transactions() const {
+  std::int64_t sum = 0;
+  for (const auto& bus : buses_) sum += bus->modbus.statistics().transactions;
+  return sum;
+}
+
+void Acquisition::SetActiveAxes(std::set<std::string> names) {
+  const std::lock_guard lock(mutex_);
+  active_axes_ = std::move(names);
+}
+
+bool Acquisition::IsActive(const std::string& axis) const {
+  const std::lock_guard lock(mutex_);
+  return active_axes_.contains(axis);
+}
+
+double Acquisition::MoveBy(Clock::Participant& caller, const std::string& axis, double angle_deg,
+                           double rate_deg_s, double acceleration_deg_s2) {
+  AxisUnit& unit = UnitOf(axis);
+  return unit.drive_bus->worker.Call(
+      caller, [&] { return unit.drive->MoveBy(angle_deg, rate_deg_s, acceleration_deg_s2); });
+}
+
+AxisView Acquisition::ReadNow(Clock::Participant& caller, const std::string& axis) {
+  AxisUnit& unit = UnitOf(axis);
+  unit.drive_bus->worker.Call(caller, [&] { ReadDrive(unit); });
+  unit.encoder_bus->worker.Call(caller, [&] { ReadEncoder(unit); });
+  return Axis(axis);
+}
+
+void Acquisition::PostStopAll() {
+  for (const auto& unit : axes_) {
+    unit->drive_bus->worker.Post([this, u = unit.get()] {
+      try {
+        u->drive->Stop();
+      } catch (const Error& error) {
+        on_fault_("axis." + u->config->name, error.what());
+      }
+    });
+  }
+}
+
+void Acquisition::StopAll(Clock::Participant& caller) {
+  std::string failures;
+  for (const auto& unit : axes_) {
+    try {
+      unit->drive_bus->worker.Call(caller, [&] { unit->drive->Stop(); });
+    } catch (const DeviceError& error) {
+      failures += (failures.empty() ? "" : "; ") + std::string(error.what());
+    }
+  }
+  if (!failures.empty()) throw DeviceError(failures);
+}
+
+void Acquisition::PostClearAlarms() {
+  for (const auto& unit : axes_) {
+    if (!Axis(unit->config->name).drive.fault) continue;
+    unit->drive_bus->worker.Post([this, u = unit.get()] {
+      try {
+        u->drive->ClearAlarm();
+      } catch (const Error& error) {
+        on_fault_("axis." + u->config->name, error.what());
+      }
+    });
+  }
+}
+
+}  // namespace gyrobench::daemon

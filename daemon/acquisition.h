@@ -1,0 +1,119 @@
+// The devices of the stand at work: polled on their buses, their samples sent on, their motion
+// commanded.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/measurement.h"
+#include "base/tick_fit.h"
+#include "config/stand_config.h"
+#include "daemon/bus_worker.h"
+#include "daemon/polled_device.h"
+#include "daemon/telemetry.h"
+#include "drivers/angle_sensor.h"
+#include "drivers/axis.h"
+#include "drivers/gyro.h"
+
+namespace gyrobench::drivers {
+class ModbusBus;
+}
+
+namespace gyrobench::daemon {
+
+// What is known of an axis now.
+struct AxisView {
+  drivers::AxisState drive;
+  drivers::AngleReading reference;
+};
+
+// What is known of the sensor now.
+struct SensorView {
+  drivers::GyroIdentity identity;
+  double temperature_degC = kMissing;
+  double tick_ratio = kMissing;
+  double tick_span_s = 0.0;  // that the tick's fit rests on
+  std::int64_t samples = 0;  // since the daemon started
+};
+
+// Runs one BusWorker a bus. Views may be asked from any thread; motion is commanded by a thread
+// that waits as the participant it gives.
+class Acquisition {
+ public:
+  // `on_silence`: a device that was there answers no more. `on_fault`: the stand is where it must
+  // not be, or a drive reports an alarm.
+  Acquisition(const config::StandConfig& stand, Clock& clock, Telemetry& telemetry,
+              FaultHandler on_silence, FaultHandler on_fault);
+  ~Acquisition();
+
+  void Start();
+  void Stop();
+
+  // Waits, as `caller`, until every device was tried once, for `patience` at most.
+  void AwaitFirstTry(Clock::Participant& caller, Utime patience) const;
+  std::vector<DeviceStatus> Devices() const;
+  AxisView Axis(const std::string& name) const;
+  SensorView Sensor() const;
+  MeasurementInfo Info() const;
+  // Modbus transactions so far, all buses. Only while the buses rest (before Start, after Stop).
+  std::int64_t Transactions() const;
+
+  // Axes whose reference is read at its full rate; the others at their idle rate.
+  void SetActiveAxes(std::set<std::string> names);
+
+  // The drive's rate. Throws DeviceError, LimitError.
+  double MoveBy(Clock::Participant& caller, const std::string& axis, double angle_deg,
+                double rate_deg_s, double acceleration_deg_s2);
+  // Asks drive and reference now, not at the next poll. Throws DeviceError.
+  AxisView ReadNow(Clock::Participant& caller, const std::string& axis);
+  // Stops all axes; does not wait. From any thread.
+  void PostStopAll();
+  // Stops all axes, waits for the drives' answers. The first failure is thrown after all were
+  // tried.
+  void StopAll(Clock::Participant& caller);
+  // Clears latched alarms of the drives; does not wait. One that is still there shows at the next
+  // poll.
+  void PostClearAlarms();
+
+ private:
+  struct Bus;
+  struct AxisUnit;
+  void AddAxis(const config::AxisConfig& axis);
+  void AddGyro();
+  Bus& BusOf(const std::string& name);
+  AxisUnit& UnitOf(const std::string& axis);
+  void ReadEncoder(AxisUnit& unit);
+  void ReadDrive(AxisUnit& unit);
+  void ReadGyro();
+  void CheckSoftLimits(AxisUnit& unit, double angle_deg);
+  void SendAxes(Utime utime);
+  bool IsActive(const std::string& axis) const;
+
+  const config::StandConfig& stand_;
+  Clock& clock_;
+  Telemetry& telemetry_;
+  const FaultHandler on_silence_;
+  const FaultHandler on_fault_;
+  std::vector<std::unique_ptr<Bus>> buses_;
+  std::vector<std::unique_ptr<AxisUnit>> axes_;
+  std::unique_ptr<drivers::Gyro> gyro_;
+  std::vector<std::unique_ptr<PolledDevice>> devices_;
+
+  // Of the gyro's bus thread.
+  drivers::GyroBlock block_;
+  gyro_t gyro_message_;
+  TickFit tick_fit_;
+  int boot_count_ = 0;
+  double first_tick_s_ = 0.0;
+
+  mutable std::mutex mutex_;  // guards what follows and the views in axes_
+  std::set<std::string> active_axes_;
+  SensorView sensor_;
+};
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,72 @@
+#include "daemon/bus_worker.h"
+
+#include <algorithm>
+
+namespace gyrobench::daemon {
+
+BusWorker::BusWorker(std::string name, Clock& clock)
+    : name_(std::move(name)), clock_(clock), participant_(clock.Join("bus " + name_)) {}
+
+BusWorker::~BusWorker() { Stop(); }
+
+void BusWorker::AddPoll(Poll poll) { polls_.push_back({std::move(poll), clock_.Now()}); }
+
+void BusWorker::Start() {
+  thread_ = std::thread([this] {
+    Loop();
+    // From here on nobody waits as this participant, and it must not hold virtual time.
+    const std::lock_guard lock(mutex_);
+    participant_.reset();
+  });
+}
+
+void BusWorker::Stop() {
+  stopping_ = true;
+  if (!thread_.joinable()) return;
+  Wake();
+  thread_.join();
+}
+
+void BusWorker::Post(std::function<void()> task) {
+  {
+    const std::lock_guard lock(mutex_);
+    tasks_.push_back(std::move(task));
+  }
+  Wake();
+}
+
+void BusWorker::Wake() {
+  const std::lock_guard lock(mutex_);
+  if (participant_) participant_->Notify();
+}
+
+void BusWorker::RunTasks() {
+  for (;;) {
+    std::function<void()> task;
+    {
+      const std::lock_guard lock(mutex_);
+      if (tasks_.empty()) return;
+      task = std::move(tasks_.front());
+      tasks_.pop_front();
+    }
+    task();
+  }
+}
+
+void BusWorker::Loop() {
+  while (!stopping_) {
+    RunTasks();
+    const auto next =
+        std::min_element(polls_.begin(), polls_.end(),
+                         [](const Scheduled& a, const Scheduled& b) { return a.due < b.due; });
+    const Utime due = next == polls_.end() ? kForever : next->due;
+    if (due > clock_.Now()) {
+      participant_->WaitUntil(due);
+      continue;
+    }
+    next->due = next->poll();
+  }
+  RunTasks();
+}
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,100 @@
+// The thread of one bus: polls its devices and does what others ask of them.
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "base/clock.h"
+
+namespace gyrobench::daemon {
+
+// One thread a bus, as Modbus wants it: devices on one line cannot be asked side by side.
+// Everything that touches a device of the bus runs here, so that no device needs a lock.
+class BusWorker {
+ public:
+  // Joins the clock now; the thread starts with Start.
+  BusWorker(std::string name, Clock& clock);
+  ~BusWorker();
+  BusWorker(const BusWorker&) = delete;
+  BusWorker& operator=(const BusWorker&) = delete;
+
+  // For the drivers of this bus: whom they wait as.
+  Clock::Participant& participant() { return *participant_; }
+  const std::string& name() const { return name_; }
+
+  // A poll does its work and returns when it is due again. It must not throw. Before Start.
+  using Poll = std::function<Utime()>;
+  void AddPoll(Poll poll);
+  void Start();
+  // Ends the thread after what it is doing. Idempotent.
+  void Stop();
+
+  // Runs `task` in the bus's thread, before any poll that is due. `task` must not throw.
+  void Post(std::function<void()> task);
+
+  // Runs `function` in the bus's thread, waits for it as `caller`, and hands on its result or
+  // exception.
+  template <typename Function>
+  auto Call(Clock::Participant& caller, Function function) -> decltype(function()) {
+    using Result = decltype(function());
+    struct Outcome {
+      std::mutex mutex;  // held while notifying, so that the caller is still there
+      std::conditional_t<std::is_void_v<Result>, bool, Result> value{};
+      std::exception_ptr error;
+      bool done = false;
+    };
+    auto outcome = std::make_shared<Outcome>();
+    Post([outcome, &caller, function = std::move(function)]() mutable {
+      try {
+        if constexpr (std::is_void_v<Result>) {
+          function();
+        } else {
+          outcome->value = function();
+        }
+      } catch (...) {  // handed on to the caller below
+        outcome->error = std::current_exception();
+      }
+      const std::lock_guard lock(outcome->mutex);
+      outcome->done = true;
+      caller.Notify();
+    });
+    const auto done = [&outcome] {
+      const std::lock_guard lock(outcome->mutex);
+      return outcome->done;
+    };
+    do {
+      caller.WaitUntil(kForever);
+    } while (!done());
+    if (outcome->error) std::rethrow_exception(outcome->error);
+    if constexpr (!std::is_void_v<Result>) return std::move(outcome->value);
+  }
+
+ private:
+  struct Scheduled {
+    Poll poll;
+    Utime due = 0;
+  };
+  void Loop();
+  void RunTasks();
+  void Wake();
+
+  const std::string name_;
+  Clock& clock_;
+  std::unique_ptr<Clock::Participant> participant_;
+  std::vector<Scheduled> polls_;
+  std::mutex mutex_;
+  std::deque<std::function<void()>> tasks_;
+  std::atomic<bool> stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace gyrobench::daemon

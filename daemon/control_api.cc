@@ -1,0 +1,241 @@
+#include "daemon/control_api.h"
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "base/error.h"
+#include "base/version.h"
+#include "daemon/run_record.h"
+#include "procedures/engine/engine.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+using nlohmann::json;
+
+HttpReply Fail(unsigned status, const char* code, const std::string& message,
+               const std::string& where = "") {
+  return {status, json{{"error", {{"code", code}, {"message", message}, {"where", where}}}}.dump()};
+}
+
+json OrNull(double value) { return std::isfinite(value) ? json(value) : json(); }
+
+json ParseBody(const std::string& body) {
+  if (body.empty()) return json::object();
+  json parsed = json::parse(body);
+  if (!parsed.is_object()) throw Error("the body must be a JSON object");
+  return parsed;
+}
+
+std::string Text(const json& body, const char* key) {
+  const auto found = body.find(key);
+  if (found == body.end() || !found->is_string()) {
+    throw Error(std::string("the body needs \"") + key + "\", a text");
+  }
+  return *found;
+}
+
+procedures::Parameters ReadParameters(const json& body) {
+  procedures::Parameters parameters;
+  const auto found = body.find("parameters");
+  if (found == body.end() || found->is_null()) return parameters;
+  if (!found->is_object()) throw Error("\"parameters\" must be an object of name to value");
+  for (const auto& [name, value] : found->items()) {
+    if (value.is_boolean()) {
+      parameters[name] = value.get<bool>();
+    } else if (value.is_number()) {
+      parameters[name] = value.get<double>();
+    } else if (value.is_string()) {
+      parameters[name] = value.get<std::string>();
+    } else {
+      throw Error("parameter '" + name + "' must be a number, a text or true/false");
+    }
+  }
+  return parameters;
+}
+
+json ToJson(const procedures::Parameter& parameter) {
+  json object{{"name", parameter.name},
+              {"type", procedures::Name(parameter.type)},
+              {"unit", parameter.unit},
+              {"choices", parameter.choices},
+              {"help", parameter.help}};
+  std::visit([&](const auto& value) { object["default"] = value; }, parameter.default_value);
+  object["min"] = OrNull(parameter.min);
+  object["max"] = OrNull(parameter.max);
+  return object;
+}
+
+json ToJson(const RunView& run, State state) {
+  const bool on = run.outcome == Outcome::kNone;
+  return {{"run_id", run.run_id},
+          {"procedure", run.procedure},
+          {"parameters", daemon::ToJson(run.parameters)},
+          {"record", run.record},
+          {"state", on ? Name(state) : "ended"},
+          {"outcome", Name(run.outcome)},
+          {"segment", run.progress.segment},
+          {"segments_done", run.progress.segments_done},
+          {"progress", on ? run.progress.fraction : 1.0},
+          {"elapsed_s", run.elapsed_s},
+          {"remaining_s", OrNull(run.progress.remaining_s)},
+          {"message", run.progress.message}};
+}
+
+json Devices(const Acquisition& acquisition) {
+  json list = json::array();
+  for (const DeviceStatus& device : acquisition.Devices()) {
+    list.push_back({{"name", device.name},
+                    {"kind", device.kind},
+                    {"bus", device.bus},
+                    {"unit", device.unit},
+                    {"ok", device.ok},
+                    {"message", device.message}});
+  }
+  return list;
+}
+
+using Context = ControlApi::Context;
+
+json Status(Context& c) {
+  const SensorView sensor = c.acquisition.Sensor();
+  json status{{"state", Name(c.control.state())},
+              {"stand", c.stand.name},
+              {"virtual_stand", c.stand.virtual_stand.has_value()},
+              {"run", nullptr},
+              {"question", nullptr},
+              {"fault", nullptr},
+              {"devices", Devices(c.acquisition)},
+              {"temperature_degC", OrNull(sensor.temperature_degC)},
+              {"tick_ratio", OrNull(sensor.tick_ratio)},
+              {"utime", c.clock.Now()},
+              {"version", kVersion}};
+  if (const auto run = c.engine.View()) status["run"] = ToJson(*run, c.control.state());
+  if (const auto question = c.control.question()) {
+    status["question"] = {
+        {"id", question->id}, {"text", question->text}, {"choices", question->choices}};
+  }
+  if (const auto fault = c.control.fault()) {
+    status["fault"] = {{"source", fault->source}, {"message", fault->message}};
+  }
+  const std::string lcm = c.publisher.health();
+  status["lcm"] = {{"url", c.stand.lcm.url},
+                   {"channel_prefix", c.stand.lcm.channel_prefix},
+                   {"ok", lcm.empty()},
+                   {"message", lcm}};
+  return status;
+}
+
+json Procedures(Context& c) {
+  json list = json::array();
+  for (const procedures::ProcedureInfo& info : c.engine.library().List()) {
+    json parameters = json::array();
+    for (const procedures::Parameter& parameter : info.parameters) {
+      parameters.push_back(ToJson(parameter));
+    }
+    list.push_back({{"name", info.name},
+                    {"summary", info.summary},
+                    {"description", info.description},
+                    {"file", info.file.string()},
+                    {"parameters", parameters},
+                    {"measures", info.measures},
+                    {"problem", info.problem}});
+  }
+  return {{"procedures", list}};
+}
+
+json Check(Context& c, const json& body) {
+  const procedures::Plan plan = c.engine.Check(Text(body, "procedure"), ReadParameters(body));
+  json moves = json::array();
+  for (const procedures::PlannedMove& move : plan.moves) {
+    moves.push_back({{"axis", move.axis},
+                     {"from_deg", move.from_deg},
+                     {"to_deg", move.to_deg},
+                     {"angle_deg", move.to_deg - move.from_deg},
+                     {"rate_deg_s", move.rate_deg_s}});
+  }
+  return {{"duration_s", plan.expected_duration_s},
+          {"longest_duration_s", plan.duration_s},
+          {"segments", plan.segments.size()},
+          {"moves", moves}};
+}
+
+json Start(Context& c, const json& body) {
+  const StartedRun run = c.engine.Start(Text(body, "procedure"), ReadParameters(body));
+  return {{"run_id", run.run_id}, {"record", run.record}, {"duration_s", run.duration_s}};
+}
+
+// Motion ends in every state: with a run by its abort, and without one all the same.
+void Stop(Context& c) {
+  c.acquisition.PostStopAll();
+  if (c.control.run_is_on() && c.control.state() != State::kStopping) c.control.Abort();
+}
+
+struct Route {
+  unsigned status;
+  std::function<json(Context&, const json& body)> act;
+};
+
+// An action that answers with the state.
+Route Action(std::function<void(Context&, const json&)> act) {
+  return {200, [act = std::move(act)](Context& c, const json& body) {
+            act(c, body);
+            return json{{"state", Name(c.control.state())}};
+          }};
+}
+
+const std::map<std::pair<std::string, std::string>, Route>& Routes() {
+  static const std::map<std::pair<std::string, std::string>, Route> routes = {
+      {{"GET", "/v1/status"}, {200, [](Context& c, const json&) { return Status(c); }}},
+      {{"GET", "/v1/procedures"}, {200, [](Context& c, const json&) { return Procedures(c); }}},
+      {{"POST", "/v1/check"}, {200, Check}},
+      {{"POST", "/v1/runs"}, {201, Start}},
+      {{"POST", "/v1/pause"}, Action([](Context& c, const json&) { c.control.Pause(); })},
+      {{"POST", "/v1/resume"}, Action([](Context& c, const json&) { c.control.Resume(); })},
+      {{"POST", "/v1/abort"}, Action([](Context& c, const json&) { c.control.Abort(); })},
+      {{"POST", "/v1/stop"}, Action([](Context& c, const json&) { Stop(c); })},
+      {{"POST", "/v1/reset"}, Action([](Context& c, const json&) { c.engine.Reset(); })},
+      {{"POST", "/v1/answer"},
+       Action([](Context& c, const json& body) { c.control.Answer(Text(body, "answer")); })}};
+  return routes;
+}
+
+}  // namespace
+
+ControlApi::ControlApi(Context context) : context_(std::move(context)) {}
+
+HttpReply ControlApi::Handle(const HttpRequest& request) {
+  const auto route = Routes().find({request.method, request.path});
+  if (route == Routes().end()) {
+    return Fail(404, "no_such_request",
+                request.method + " " + request.path + " is not known; see docs/control-api.md",
+                request.path);
+  }
+  try {
+    const json answer = route->second.act(context_, ParseBody(request.body));
+    return {route->second.status, answer.dump()};
+  } catch (const json::exception& error) {
+    return Fail(400, "bad_json", error.what(), request.path);
+  } catch (const StateError& error) {
+    return Fail(409, "wrong_state", error.what());
+  } catch (const procedures::UnknownProcedure& error) {
+    return Fail(404, "no_such_procedure", error.what());
+  } catch (const procedures::ParameterError& error) {
+    return Fail(422, "bad_parameter", error.what());
+  } catch (const LimitError& error) {
+    return Fail(422, "beyond_limit", error.what());
+  } catch (const DeviceError& error) {
+    return Fail(409, "device", error.what());
+  } catch (const DataError& error) {
+    return Fail(500, "record", error.what());
+  } catch (const Error& error) {
+    return Fail(422, "refused", error.what());
+  } catch (const std::exception& error) {
+    return Fail(500, "internal", error.what());
+  }
+}
+
+}  // namespace gyrobench::daemon

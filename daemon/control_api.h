@@ -1,0 +1,33 @@
+// What the control socket understands: docs/control-api.md. No transport here.
+#pragma once
+
+#include "base/clock.h"
+#include "config/stand_config.h"
+#include "daemon/acquisition.h"
+#include "daemon/control_server.h"
+#include "daemon/lcm_publisher.h"
+#include "daemon/run_control.h"
+#include "daemon/run_engine.h"
+
+namespace gyrobench::daemon {
+
+class ControlApi {
+ public:
+  struct Context {
+    const config::StandConfig& stand;
+    Clock& clock;
+    Acquisition& acquisition;
+    RunEngine& engine;
+    RunControl& control;
+    LcmPublisher& publisher;
+  };
+  explicit ControlApi(Context context);
+
+  // Never throws: every failure is a reply with a status and {"error": ...}.
+  HttpReply Handle(const HttpRequest& request);
+
+ private:
+  Context context_;
+};
+
+}  // namespace gyrobench::daemon

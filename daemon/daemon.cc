@@ -1,0 +1,134 @@
+#include "daemon/daemon.h"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <utility>
+
+#include "base/clock.h"
+#include "base/error.h"
+#include "daemon/acquisition.h"
+#include "daemon/control_api.h"
+#include "daemon/control_server.h"
+#include "daemon/lcm_publisher.h"
+#include "daemon/run_control.h"
+#include "daemon/run_engine.h"
+#include "daemon/simulated_buses.h"
+#include "daemon/status_publisher.h"
+#include "daemon/telemetry.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+constexpr Utime kFirstTryPatience = 5 * kMicrosecondsPerSecond;
+
+Utime WallClock() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+void CheckLcm(const config::LcmConfig& lcm, const LcmPublisher& publisher) {
+  if (publisher.health().empty()) return;
+  if (lcm.required) {
+    throw Error(publisher.health() + " (lcm.required = true in the stand file: not starting)");
+  }
+  spdlog::warn("{}", publisher.health());
+}
+
+}  // namespace
+
+// In the order of construction; destruction goes the other way: first nobody can ask for motion,
+// then the run ends, then the buses, last what they were served by.
+struct Daemon::Parts {
+  explicit Parts(const config::StandConfig& configured)
+      : stand(configured), publisher(stand.lcm.url, stand.lcm.channel_prefix) {
+    CheckLcm(stand.lcm, publisher);
+    MakeClockAndBuses();
+    acquisition = std::make_unique<Acquisition>(
+        stand, *clock, telemetry,
+        [this](const std::string& source, const std::string& message) {
+          // Between runs a silent device is a line in the status, not a fault to be cleared by
+          // hand.
+          if (control.run_is_on()) Fault(source, message);
+        },
+        [this](const std::string& source, const std::string& message) { Fault(source, message); });
+    status = std::make_unique<StatusPublisher>(stand, *clock, *acquisition, control, telemetry,
+                                               publisher);
+    engine = std::make_unique<RunEngine>(RunEngine::Context{stand, *clock, virtual_clock,
+                                                            *acquisition, telemetry, control,
+                                                            [this] { status->Changed(); },
+                                                            [this](const std::string& question_id) {
+                                                              if (simulated)
+                                                                simulated->Answered(question_id);
+                                                            }});
+    api = std::make_unique<ControlApi>(
+        ControlApi::Context{stand, *clock, *acquisition, *engine, control, publisher});
+    const auto starting = clock->Join("start");
+    acquisition->Start();
+    status->Start();
+    acquisition->AwaitFirstTry(*starting, kFirstTryPatience);
+    for (const DeviceStatus& device : acquisition->Devices()) {
+      if (!device.ok) spdlog::warn("{}: {}", device.name, device.message);
+    }
+    if (virtual_clock != nullptr) virtual_clock->SetPace(stand.virtual_stand->idle_pace);
+    server = std::make_unique<ControlServer>(
+        stand.control_socket, stand.control_socket_mode,
+        [this](const HttpRequest& request) { return api->Handle(request); });
+  }
+
+  ~Parts() {
+    server.reset();
+    if (engine) engine->Shutdown();
+  }
+
+  void MakeClockAndBuses() {
+    if (!stand.virtual_stand) {
+      clock = MakeSystemClock();
+      return;
+    }
+    auto made = MakeVirtualClock(WallClock());
+    virtual_clock = made.get();
+    clock = std::move(made);
+    simulated = MakeSimulatedBuses(stand, *clock);
+    stand.buses = simulated->buses();
+  }
+
+  void Fault(const std::string& source, const std::string& message) {
+    spdlog::error("fault: {}: {}", source, message);
+    const bool first = !control.fault();
+    control.Report({source, message});
+    if (!first) return;
+    fault_t event{};
+    event.utime = clock->Now();
+    event.active = true;
+    event.source = source;
+    event.message = message;
+    telemetry.Send(event);
+    status->Changed();
+  }
+
+  config::StandConfig stand;
+  LcmPublisher publisher;
+  std::unique_ptr<Clock> clock;
+  VirtualClock* virtual_clock = nullptr;
+  std::unique_ptr<SimulatedBuses> simulated;
+  RunControl control;
+  // A record that fails is reported from within Send, which a fault message would need again: the
+  // run is told directly.
+  Telemetry telemetry{publisher, [this](const std::string& message) {
+                        spdlog::error("fault: record: {}", message);
+                        control.Report({"record", message});
+                      }};
+  std::unique_ptr<Acquisition> acquisition;
+  std::unique_ptr<StatusPublisher> status;
+  std::unique_ptr<RunEngine> engine;
+  std::unique_ptr<ControlApi> api;
+  std::unique_ptr<ControlServer> server;
+};
+
+Daemon::Daemon(const config::StandConfig& stand) : parts_(std::make_unique<Parts>(stand)) {}
+
+Daemon::~Daemon() = default;
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,58 @@
+#include "daemon/lcm_publisher.h"
+
+#include <fmt/format.h>
+
+#include <lcm/lcm-cpp.hpp>
+#include <utility>
+
+namespace gyrobench::daemon {
+namespace {
+
+std::string NoRoute(const std::string& url, std::string_view what) {
+  return fmt::format(
+      "LCM: {} at {}: this machine has no multicast route. Live messages are lost until there is "
+      "one; "
+      "runs are recorded all the same. Mend it with: ip route add 239.255.76.67/32 dev lo",
+      what, url);
+}
+
+}  // namespace
+
+LcmPublisher::LcmPublisher(std::string url, std::string channel_prefix)
+    : url_(std::move(url)), prefix_(std::move(channel_prefix)) {
+  Open();
+}
+
+LcmPublisher::~LcmPublisher() = default;
+
+bool LcmPublisher::Open() {
+  const std::lock_guard lock(mutex_);
+  if (lcm_) return true;
+  auto candidate = std::make_unique<lcm::LCM>(url_);
+  if (!candidate->good()) {
+    health_ = NoRoute(url_, "cannot open");
+    return false;
+  }
+  lcm_ = std::move(candidate);
+  health_.clear();
+  return true;
+}
+
+bool LcmPublisher::Publish(std::string_view suffix, const std::uint8_t* bytes, std::size_t size) {
+  const std::lock_guard lock(mutex_);
+  if (!lcm_) return false;
+  channel_.assign(prefix_).append(suffix);
+  if (lcm_->publish(channel_, bytes, static_cast<unsigned>(size)) != 0) {
+    if (health_.empty()) health_ = NoRoute(url_, "cannot publish");
+    return false;
+  }
+  if (!health_.empty()) health_.clear();
+  return true;
+}
+
+std::string LcmPublisher::health() const {
+  const std::lock_guard lock(mutex_);
+  return health_;
+}
+
+}  // namespace gyrobench::daemon

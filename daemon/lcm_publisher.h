@@ -1,0 +1,40 @@
+// Live messages to whoever listens. Lossy by nature; the record is elsewhere.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+namespace lcm {
+class LCM;
+}
+
+namespace gyrobench::daemon {
+
+// Publishes on LCM, and goes on when the network has no multicast route: the run is recorded all
+// the same. Publish may be called from any thread.
+class LcmPublisher {
+ public:
+  LcmPublisher(std::string url, std::string channel_prefix);
+  ~LcmPublisher();
+
+  // Tries to (re)open the provider when it is not open. True when it is.
+  bool Open();
+  // `suffix` as in "_GYRO". False when the message could not be sent; health() then says why.
+  bool Publish(std::string_view suffix, const std::uint8_t* bytes, std::size_t size);
+  // Empty while all is well; otherwise what is wrong and the command that mends it.
+  std::string health() const;
+  const std::string& prefix() const { return prefix_; }
+
+ private:
+  const std::string url_;
+  const std::string prefix_;
+  mutable std::mutex mutex_;
+  std::unique_ptr<lcm::LCM> lcm_;
+  std::string channel_;  // scratch, so that publishing allocates nothing
+  std::string health_;
+};
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,260 @@
+#include "daemon/live_bench.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <utility>
+
+#include "daemon/axis_facts.h"
+#include "procedures/engine/motion_time.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+// A long soak reports a result a minute.
+constexpr double kSoakSegment_s = 60.0;
+constexpr double kTemperaturePeriod_s = 1.0;
+constexpr Utime kMovePoll = kMicrosecondsPerSecond / 20;
+// The table swings out after a move; the reference is read for "moved" after this.
+constexpr double kSettle_s = 0.1;
+
+const config::AxisConfig& ConfigOf(const config::StandConfig& stand, const std::string& name) {
+  for (const config::AxisConfig& axis : stand.axes) {
+    if (axis.name == name) return axis;
+  }
+  throw LimitError(fmt::format("this stand has no axis '{}'", name));
+}
+
+}  // namespace
+
+LiveBench::LiveBench(Context context, Utime start) : context_(std::move(context)), start_(start) {}
+
+double LiveBench::ElapsedS() const { return ToSeconds(context_.clock.Now() - start_); }
+
+std::vector<procedures::AxisFacts> LiveBench::Axes() const {
+  std::vector<procedures::AxisFacts> facts;
+  for (const config::AxisConfig& axis : context_.stand.axes) {
+    facts.push_back(FactsOf(axis, context_.acquisition.Axis(axis.name).reference.angle_deg));
+  }
+  return facts;
+}
+
+double LiveBench::TemperatureDegC() const { return context_.acquisition.Sensor().temperature_degC; }
+
+run_t LiveBench::Message(std::int8_t event) const {
+  run_t message{};
+  message.utime = context_.clock.Now();
+  message.event = event;
+  message.segment_kind = segment_kind_;
+  message.segment_name = progress_.segment;
+  message.segment_begin_utime = segment_begin_;
+  message.segments_done = progress_.segments_done;
+  message.progress = progress_.fraction;
+  message.remaining_s = progress_.remaining_s;
+  return message;
+}
+
+void LiveBench::BeginSegment(const std::string& kind, const std::string& name) {
+  segment_kind_ = kind;
+  segment_begin_ = context_.clock.Now();
+  progress_.segment = name;
+  run_t message = Message(run_t::SEGMENT_BEGIN);
+  context_.telemetry.Send(message);
+  context_.on_progress(progress_);
+}
+
+void LiveBench::EndSegment() {
+  ++progress_.segments_done;
+  const double elapsed = ElapsedS();
+  if (!procedure_reports_progress_ && context_.planned_duration_s > 0) {
+    progress_.fraction = std::min(1.0, elapsed / context_.planned_duration_s);
+  }
+  progress_.remaining_s = std::max(0.0, context_.planned_duration_s - elapsed);
+  run_t message = Message(run_t::SEGMENT_END);
+  context_.telemetry.Send(message);
+  results_ = context_.telemetry.Analyse();
+  context_.telemetry.SendResults(results_, message.utime, false);
+  context_.on_progress(progress_);
+}
+
+void LiveBench::CheckMove(const procedures::TurnCommand& command,
+                          const procedures::AxisFacts& axis) const {
+  procedures::CheckTurn(command, axis);
+  const DeviceStatus* bad = nullptr;
+  const auto devices = context_.acquisition.Devices();
+  for (const DeviceStatus& device : devices) {
+    if (!device.ok) bad = &device;
+  }
+  if (bad != nullptr) {
+    throw FaultError({bad->name, bad->message + ". Nothing is moved while a device is not well"});
+  }
+}
+
+AxisView LiveBench::WaitForEndOfMove(const procedures::TurnCommand& command, double expected_s) {
+  const Utime begin = context_.clock.Now();
+  context_.control.Wait(context_.clock, begin + FromSeconds(expected_s));
+  const Utime deadline = begin + FromSeconds(1.5 * expected_s + 2.0);
+  for (;;) {
+    const AxisView view = context_.acquisition.ReadNow(context_.participant, command.axis);
+    if (!view.drive.moving) return view;
+    if (context_.clock.Now() > deadline) {
+      throw FaultError(
+          {"axis." + command.axis,
+           fmt::format("the drive still moves {:.1f} s after the start of a move of {:g} deg at "
+                       "{:g} deg/s that should have taken {:.1f} s",
+                       ToSeconds(context_.clock.Now() - begin), command.angle_deg,
+                       command.rate_deg_s, expected_s)});
+    }
+    context_.control.Wait(context_.clock, context_.clock.Now() + kMovePoll);
+  }
+}
+
+void LiveBench::CheckFollowing(const procedures::TurnCommand& command, double moved_deg) {
+  const double allowed = ConfigOf(context_.stand, command.axis).following_error_deg;
+  if (std::abs(moved_deg - command.angle_deg) <= allowed) return;
+  throw FaultError(
+      {"axis." + command.axis,
+       fmt::format("turn failed: the reference sensor moved {:.3f} deg, commanded {:.3f} deg, "
+                   "allowed difference {:g} deg (lost steps, a loose coupling, or a wrong gear "
+                   "ratio or encoder resolution in the stand file?)",
+                   moved_deg, command.angle_deg, allowed)});
+}
+
+procedures::TurnOutcome LiveBench::Turn(const procedures::TurnCommand& command) {
+  AxisView before = context_.acquisition.ReadNow(context_.participant, command.axis);
+  const procedures::AxisFacts facts =
+      FactsOf(ConfigOf(context_.stand, command.axis), before.reference.angle_deg);
+  CheckMove(command, facts);
+  BeginSegment("turn", fmt::format("{} {:+g} deg", command.axis, command.angle_deg));
+  const double rate =
+      context_.acquisition.MoveBy(context_.participant, command.axis, command.angle_deg,
+                                  command.rate_deg_s, command.acceleration_deg_s2);
+  WaitForEndOfMove(
+      command, procedures::MoveDuration_s(command.angle_deg, rate, command.acceleration_deg_s2));
+  context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kSettle_s));
+  const AxisView after = context_.acquisition.ReadNow(context_.participant, command.axis);
+  const double moved = after.reference.angle_deg - before.reference.angle_deg;
+  CheckFollowing(command, moved);
+  const double duration = ToSeconds(context_.clock.Now() - segment_begin_);
+  EndSegment();
+  return {moved, rate, duration};
+}
+
+void LiveBench::Rest(double duration_s) {
+  BeginSegment("rest", fmt::format("{:g} s", duration_s));
+  context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(duration_s));
+  EndSegment();
+}
+
+procedures::SoakOutcome LiveBench::Soak(const procedures::SoakCommand& command) {
+  const double begin_s = ElapsedS();
+  std::deque<double> window;
+  const auto samples_in_window =
+      static_cast<std::size_t>(std::ceil(command.window_s / kTemperaturePeriod_s)) + 1;
+  procedures::SoakOutcome outcome;
+  int part = 1;
+  BeginSegment("soak", fmt::format("minute {}", part));
+  double part_end_s = begin_s + kSoakSegment_s;
+  while (!outcome.settled && ElapsedS() - begin_s < command.max_s) {
+    context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kTemperaturePeriod_s));
+    window.push_back(TemperatureDegC());
+    if (window.size() > samples_in_window) window.pop_front();
+    const auto [low, high] = std::minmax_element(window.begin(), window.end());
+    outcome.settled = window.size() == samples_in_window && *high - *low < command.drift_degC &&
+                      ElapsedS() - begin_s >= command.min_s;
+    progress_.message =
+        fmt::format("{:.2f} degC, {:.2f} degC within {:g} s (settled below {:g})", window.back(),
+                    *high - *low, command.window_s, command.drift_degC);
+    if (ElapsedS() >= part_end_s && !outcome.settled) {
+      EndSegment();
+      SafePoint();
+      BeginSegment("soak", fmt::format("minute {}", ++part));
+      part_end_s += kSoakSegment_s;
+    }
+  }
+  EndSegment();
+  progress_.message.clear();
+  outcome.duration_s = ElapsedS() - begin_s;
+  outcome.temperature_degC = TemperatureDegC();
+  return outcome;
+}
+
+std::string LiveBench::Ask(const procedures::Question& question) {
+  run_t message = Message(run_t::QUESTION);
+  message.text = question.text;
+  for (const std::string& choice : question.choices) {
+    message.choices += (message.choices.empty() ? "" : "\n") + choice;
+  }
+  context_.telemetry.Send(message);
+  std::optional<std::string> answer;
+  if (context_.stand.virtual_stand) {
+    const auto& answers = context_.stand.virtual_stand->answers;
+    if (const auto found = answers.find(question.id); found != answers.end()) {
+      answer = found->second;
+      context_.on_configured_answer(question.id);
+    }
+  }
+  if (!answer) {
+    context_.set_asking_pace(true);
+    answer = context_.control.WaitForAnswer(context_.clock, question,
+                                            context_.clock.Now() + FromSeconds(question.timeout_s));
+    context_.set_asking_pace(false);
+  }
+  if (!answer) {
+    throw Error(
+        fmt::format("nobody answered '{}' within {:g} s", question.text, question.timeout_s));
+  }
+  run_t reply = Message(run_t::ANSWER);
+  reply.text = *answer;
+  context_.telemetry.Send(reply);
+  return *answer;
+}
+
+procedures::Estimate LiveBench::ReadEstimate(const std::string& what) {
+  if (what == "scale_factor" && !results_.scale.empty()) {
+    const calibration::ScaleResult& scale = results_.scale.front();
+    return {true, scale.alpha, scale.alpha_std_error, "deg/s/LSB"};
+  }
+  if (what == "bias" && !results_.bias.empty() && !results_.bias.front().coefficients.empty()) {
+    const calibration::BiasResult& bias = results_.bias.front();
+    return {true, bias.coefficients.front(), bias.std_errors.front(), "LSB"};
+  }
+  return {};
+}
+
+void LiveBench::RecordLimit(const procedures::LimitCheck& check) {
+  limits_.push_back(check);
+  Say(Describe(check));
+}
+
+void LiveBench::Say(const std::string& text) {
+  run_t message = Message(run_t::NOTE);
+  message.text = text;
+  context_.telemetry.Send(message);
+  progress_.message = text;
+  context_.on_progress(progress_);
+}
+
+void LiveBench::Progress(double fraction) {
+  procedure_reports_progress_ = true;
+  progress_.fraction = std::clamp(fraction, 0.0, 1.0);
+  run_t message = Message(run_t::PROGRESS);
+  context_.telemetry.Send(message);
+  context_.on_progress(progress_);
+}
+
+void LiveBench::SafePoint() {
+  context_.control.ThrowIfToEnd();
+  if (!context_.control.pause_wanted()) return;
+  run_t pause = Message(run_t::PAUSE);
+  context_.telemetry.Send(pause);
+  context_.set_asking_pace(true);
+  context_.control.WaitWhilePaused();
+  context_.set_asking_pace(false);
+  run_t resume = Message(run_t::RESUME);
+  context_.telemetry.Send(resume);
+}
+
+}  // namespace gyrobench::daemon

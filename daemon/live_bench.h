@@ -1,0 +1,85 @@
+// The bench that moves: what a procedure's commands do on the stand.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "calibration/results.h"
+#include "config/stand_config.h"
+#include "daemon/acquisition.h"
+#include "daemon/run_control.h"
+#include "daemon/telemetry.h"
+#include "procedures/engine/bench.h"
+
+namespace gyrobench::daemon {
+
+// Progress of a run, for status and messages.
+struct RunProgress {
+  std::string segment;
+  int segments_done = 0;
+  double fraction = 0.0;
+  double remaining_s = kMissing;
+  std::string message;
+};
+
+// Serves one run, in the run's thread. Every wait hears of abort and fault; a move that is cut
+// short leaves the stand stopping (the run engine waits for it).
+class LiveBench final : public procedures::Bench {
+ public:
+  struct Context {
+    const config::StandConfig& stand;
+    Clock& clock;
+    Clock::Participant& participant;
+    Acquisition& acquisition;
+    Telemetry& telemetry;
+    RunControl& control;
+    double planned_duration_s;
+    // The stand file answered in the operator's place.
+    std::function<void(const std::string& question_id)> on_configured_answer;
+    // Lets virtual time run at its idle pace while a person is asked (true) and back (false).
+    std::function<void(bool asking)> set_asking_pace;
+    std::function<void(const RunProgress&)> on_progress;
+  };
+  // `start`: utime of the run's begin.
+  LiveBench(Context context, Utime start);
+
+  double ElapsedS() const override;
+  std::vector<procedures::AxisFacts> Axes() const override;
+  double TemperatureDegC() const override;
+  procedures::TurnOutcome Turn(const procedures::TurnCommand& command) override;
+  void Rest(double duration_s) override;
+  procedures::SoakOutcome Soak(const procedures::SoakCommand& command) override;
+  std::string Ask(const procedures::Question& question) override;
+  procedures::Estimate ReadEstimate(const std::string& what) override;
+  void RecordLimit(const procedures::LimitCheck& check) override;
+  void Say(const std::string& text) override;
+  void Progress(double fraction) override;
+  void SafePoint() override;
+
+  // Measurements against limits that the procedure made.
+  const std::vector<procedures::LimitCheck>& limits() const { return limits_; }
+
+ private:
+  // Ends a segment when it leaves scope in order: message, results.
+  void BeginSegment(const std::string& kind, const std::string& name);
+  void EndSegment();
+  void CheckMove(const procedures::TurnCommand& command, const procedures::AxisFacts& axis) const;
+  AxisView WaitForEndOfMove(const procedures::TurnCommand& command, double expected_s);
+  void CheckFollowing(const procedures::TurnCommand& command, double moved_deg);
+  run_t Message(std::int8_t event) const;
+
+  Context context_;
+  const Utime start_;
+  RunProgress progress_;
+  bool procedure_reports_progress_ = false;
+  std::string segment_kind_;
+  Utime segment_begin_ = 0;
+  calibration::AnalysisResult results_;
+  std::vector<procedures::LimitCheck> limits_;
+};
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,79 @@
+#include "daemon/polled_device.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+constexpr Utime kReopenAfter = 2 * kMicrosecondsPerSecond;
+
+}  // namespace
+
+PolledDevice::PolledDevice(DeviceStatus identity, Actions actions, Clock& clock, Utime silence,
+                           FaultHandler on_silence)
+    : actions_(std::move(actions)),
+      clock_(clock),
+      silence_(silence),
+      on_silence_(std::move(on_silence)),
+      status_(std::move(identity)) {
+  status_.message = "not opened yet";
+}
+
+Utime PolledDevice::Poll() {
+  try {
+    if (!open_) {
+      actions_.open();
+      open_ = true;
+      due_ = clock_.Now();
+    } else {
+      actions_.read();
+      // On the grid of the period; what a slow bus could not keep up with is left out, not caught
+      // up.
+      const Utime period = actions_.period();
+      due_ += period;
+      if (due_ < clock_.Now()) due_ = clock_.Now() + period / 2;
+    }
+    Succeeded(clock_.Now());
+    tried_ = true;
+    return due_;
+  } catch (const Error& error) {
+    const Utime now = clock_.Now();
+    Failed(now, error.what());
+    due_ = open_ ? now + actions_.period() : now + kReopenAfter;
+    tried_ = true;
+    return due_;
+  }
+}
+
+void PolledDevice::Succeeded(Utime now) {
+  last_answer_ = now;
+  reported_ = false;
+  const std::lock_guard lock(mutex_);
+  if (status_.ok) return;
+  status_.ok = true;
+  status_.message.clear();
+}
+
+void PolledDevice::Failed(Utime now, const std::string& message) {
+  DeviceStatus status;
+  {
+    const std::lock_guard lock(mutex_);
+    status_.ok = false;
+    status_.message = message;
+    status = status_;
+  }
+  if (!open_ || reported_ || now - last_answer_ < silence_) return;
+  reported_ = true;
+  open_ = false;  // it may have been exchanged or restarted: check its identity again
+  on_silence_(status.name, message);
+}
+
+DeviceStatus PolledDevice::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+}  // namespace gyrobench::daemon

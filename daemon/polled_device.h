@@ -1,0 +1,63 @@
+// One device that is polled: opened when it is there, read at its rate, and known to be well or
+// not.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <mutex>
+#include <string>
+
+#include "base/clock.h"
+
+namespace gyrobench::daemon {
+
+// Source ("axis.inner") and message of something that must stop the bench.
+using FaultHandler = std::function<void(const std::string& source, const std::string& message)>;
+
+struct DeviceStatus {
+  std::string name;  // axis.inner, encoder.inner, gyro
+  std::string kind;  // drive, encoder, gyro
+  std::string bus;
+  int unit = 0;
+  bool ok = false;
+  std::string message;  // why not
+};
+
+// Poll and the functions given belong to the thread of the bus; status may be asked from any
+// thread.
+class PolledDevice {
+ public:
+  struct Actions {
+    std::function<void()> open;     // throws DeviceError
+    std::function<void()> read;     // throws DeviceError
+    std::function<Utime()> period;  // between reads [us]
+  };
+  // A device that has been silent for `silence` is reported to `on_silence`, once until it answers
+  // again.
+  PolledDevice(DeviceStatus identity, Actions actions, Clock& clock, Utime silence,
+               FaultHandler on_silence);
+
+  // Opens or reads the device, once. Returns when the next poll is due. Does not throw.
+  Utime Poll();
+  DeviceStatus status() const;
+  // Whether it has been polled at all.
+  bool tried() const { return tried_; }
+
+ private:
+  void Succeeded(Utime now);
+  void Failed(Utime now, const std::string& message);
+
+  const Actions actions_;
+  Clock& clock_;
+  const Utime silence_;
+  const FaultHandler on_silence_;
+  Utime due_ = 0;
+  bool open_ = false;
+  bool reported_ = false;
+  std::atomic<bool> tried_ = false;
+  Utime last_answer_ = 0;
+  mutable std::mutex mutex_;
+  DeviceStatus status_;
+};
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,87 @@
+// What an operator, a fault and a run say to each other.
+#pragma once
+
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "base/clock.h"
+#include "base/error.h"
+#include "procedures/engine/bench.h"
+
+namespace gyrobench::daemon {
+
+enum class State { kIdle, kRunning, kPaused, kAsking, kStopping, kFault };
+const char* Name(State state);
+
+struct Fault {
+  std::string source;  // axis.inner, encoder.inner, gyro, record
+  std::string message;
+};
+
+// The bench is broken: thrown inside a run when a fault was reported.
+class FaultError : public Error {
+ public:
+  explicit FaultError(Fault fault)
+      : Error(fault.source + ": " + fault.message), fault_(std::move(fault)) {}
+  const Fault& fault() const { return fault_; }
+
+ private:
+  Fault fault_;
+};
+
+// A request that does not fit the state (HTTP 409).
+class StateError : public Error {
+ public:
+  using Error::Error;
+};
+
+// Thread-safe. The run's thread waits here and nowhere else, so that it hears of abort and fault at
+// once.
+class RunControl {
+ public:
+  // --- for operators and supervisors; StateError when it does not fit the state
+  void Pause();
+  void Resume();
+  void Abort();
+  void Answer(const std::string& answer);
+  void ClearFault();
+  // Latches the first fault and ends a run that is on.
+  void Report(const Fault& fault);
+
+  State state() const;
+  std::optional<Fault> fault() const;
+  std::optional<procedures::Question> question() const;
+  bool pause_wanted() const;
+  bool run_is_on() const;
+
+  // --- for the run
+  // From kIdle to kRunning. `waiter` is the run's participant, until EndRun.
+  void BeginRun(Clock::Participant& waiter);
+  void EndRun();
+  // Waits until `wake_up`. Throws procedures::Aborted or FaultError as soon as there is reason.
+  void Wait(const Clock& clock, Utime wake_up);
+  void ThrowIfToEnd() const;
+  // While the operator wants a pause: state kPaused, and waits.
+  void WaitWhilePaused();
+  // State kAsking until an answer came or `deadline`; nullopt: nobody answered.
+  std::optional<std::string> WaitForAnswer(const Clock& clock, const procedures::Question& question,
+                                           Utime deadline);
+  // From here on the run only tidies up: Wait waits, and throws no more.
+  void BeginStopping();
+
+ private:
+  void RequireRun() const;
+  void Wake();
+
+  mutable std::mutex mutex_;
+  State state_ = State::kIdle;
+  Clock::Participant* waiter_ = nullptr;
+  bool abort_ = false;
+  bool pause_ = false;
+  std::optional<Fault> fault_;
+  std::optional<procedures::Question> question_;
+  std::optional<std::string> answer_;
+};
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,317 @@
+#include "daemon/run_engine.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
+
+#include "base/error.h"
+#include "calibration/result_json.h"
+#include "daemon/axis_facts.h"
+#include "daemon/run_record.h"
+#include "procedures/engine/engine.h"
+#include "recording/run_directory.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+// The gyro unit's clock must be known better than the scale factor is to be.
+constexpr double kTickFitSpan_s = 20.0;
+constexpr Utime kTickFitPatience = 120 * kMicrosecondsPerSecond;
+// Samples of the last moment are still in the unit's ring when a run ends.
+constexpr Utime kDrain = kMicrosecondsPerSecond / 2;
+constexpr Utime kStopPatience = 10 * kMicrosecondsPerSecond;
+
+}  // namespace
+
+const char* Name(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kNone:
+      return "";
+    case Outcome::kDone:
+      return "done";
+    case Outcome::kFailedLimits:
+      return "failed_limits";
+    case Outcome::kAborted:
+      return "aborted";
+    case Outcome::kFault:
+      return "fault";
+    case Outcome::kError:
+      return "error";
+  }
+  return "";
+}
+
+// Everything of one run that its thread needs.
+struct RunEngine::Job {
+  procedures::Procedure procedure;
+  procedures::Parameters parameters;
+  procedures::Plan plan;
+  std::optional<recording::RunDirectory> directory{};
+  std::unique_ptr<Clock::Participant> participant{};
+  nlohmann::json description{};
+  std::unique_ptr<LiveBench> bench{};
+};
+
+RunEngine::RunEngine(Context context)
+    : context_(std::move(context)), library_(context_.stand.procedure_dirs) {}
+
+RunEngine::~RunEngine() { Shutdown(); }
+
+std::vector<procedures::AxisFacts> RunEngine::Axes() const {
+  std::vector<procedures::AxisFacts> facts;
+  for (const config::AxisConfig& axis : context_.stand.axes) {
+    facts.push_back(FactsOf(axis, context_.acquisition.Axis(axis.name).reference.angle_deg));
+  }
+  return facts;
+}
+
+procedures::Plan RunEngine::Check(const std::string& procedure,
+                                  const procedures::Parameters& parameters) {
+  return procedures::DryRun(library_.Find(procedure), parameters, Axes(), DryOptions());
+}
+
+procedures::DryOptions RunEngine::DryOptions() const {
+  procedures::DryOptions options;
+  const SensorView sensor = context_.acquisition.Sensor();
+  if (sensor.identity.gyro_lsb_per_deg_s > 0) {
+    options.nominal_scale_deg_s_per_lsb = 1.0 / sensor.identity.gyro_lsb_per_deg_s;
+  }
+  if (context_.stand.virtual_stand) options.answers = context_.stand.virtual_stand->answers;
+  return options;
+}
+
+void RunEngine::RequireDevicesWell() const {
+  for (const DeviceStatus& device : context_.acquisition.Devices()) {
+    if (!device.ok) {
+      throw DeviceError(
+          fmt::format("{} is not well: {}. Nothing was started", device.name, device.message));
+    }
+  }
+}
+
+StartedRun RunEngine::Start(const std::string& procedure,
+                            const procedures::Parameters& parameters) {
+  const std::lock_guard starting(start_mutex_);
+  procedures::Procedure found = library_.Find(procedure);
+  const procedures::Parameters complete = procedures::CheckParameters(found.info(), parameters);
+  procedures::Plan plan = procedures::DryRun(found, complete, Axes(), DryOptions());
+  const auto job = std::make_shared<Job>(Job{std::move(found), complete, std::move(plan)});
+  RequireDevicesWell();
+  if (context_.control.run_is_on()) throw StateError("a run is on already; see: gyrobench status");
+  if (thread_.joinable()) thread_.join();
+  job->participant = context_.clock.Join("run");
+  context_.control.BeginRun(*job->participant);
+  try {
+    job->directory =
+        recording::RunDirectory::Create(context_.stand.records, procedure, context_.clock.Now());
+  } catch (...) {
+    context_.control.EndRun();
+    throw;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    view_ = RunView{};
+    view_->run_id = job->directory->run_id();
+    view_->procedure = procedure;
+    view_->parameters = job->parameters;
+    view_->record = job->directory->folder().string();
+    run_start_ = context_.clock.Now();
+  }
+  const StartedRun started{job->directory->run_id(), job->directory->folder().string(),
+                           job->plan.expected_duration_s};
+  SetPace(true);
+  thread_ = std::thread([this, job] { Execute(*job); });
+  return started;
+}
+
+void RunEngine::Shutdown() {
+  const std::lock_guard starting(start_mutex_);
+  if (!thread_.joinable()) return;
+  try {
+    context_.control.Abort();
+  } catch (const StateError&) {
+    // It has ended, or is ending, by itself.
+  }
+  thread_.join();
+}
+
+void RunEngine::Reset() {
+  context_.control.ClearFault();
+  context_.acquisition.PostClearAlarms();
+  context_.on_change();
+}
+
+std::optional<RunView> RunEngine::View() const {
+  const std::lock_guard lock(mutex_);
+  if (!view_) return std::nullopt;
+  RunView view = *view_;
+  if (view.outcome == Outcome::kNone) {
+    view.elapsed_s = ToSeconds(context_.clock.Now() - run_start_);
+  }
+  return view;
+}
+
+void RunEngine::SetPace(bool running) const {
+  if (context_.virtual_clock == nullptr) return;
+  const config::VirtualConfig& simulation = *context_.stand.virtual_stand;
+  const double pace = simulation.pace > 0 ? simulation.pace : VirtualClock::kUnpaced;
+  context_.virtual_clock->SetPace(running ? pace : simulation.idle_pace);
+}
+
+void RunEngine::WaitForTickFit() {
+  const Utime deadline = context_.clock.Now() + kTickFitPatience;
+  while (context_.acquisition.Sensor().tick_span_s < kTickFitSpan_s) {
+    RequireDevicesWell();
+    if (context_.clock.Now() > deadline) {
+      throw FaultError(
+          {"gyro", fmt::format("its clock could not be compared with the host's for {:g} s "
+                               "on end within {:g} s",
+                               kTickFitSpan_s, ToSeconds(kTickFitPatience))});
+    }
+    context_.control.Wait(context_.clock, context_.clock.Now() + kMicrosecondsPerSecond);
+  }
+}
+
+void RunEngine::RunProcedureOn(Job& job) {
+  std::set<std::string> axes;
+  for (const procedures::PlannedMove& move : job.plan.moves) axes.insert(move.axis);
+  context_.acquisition.SetActiveAxes(axes);
+  WaitForTickFit();
+
+  const Utime start = context_.clock.Now();
+  {
+    const std::lock_guard lock(mutex_);
+    run_start_ = start;
+  }
+  const MeasurementInfo info = context_.acquisition.Info();
+  job.description = DescribeRun(job.directory->run_id(), job.procedure, job.parameters,
+                                context_.stand, info, start);
+  job.directory->WriteRun(job.description);
+  context_.telemetry.BeginRun(job.directory->run_id(), job.directory->EventLog().string(), info,
+                              start);
+  run_t message{};
+  message.utime = start;
+  message.event = run_t::START;
+  message.procedure = job.procedure.info().name;
+  message.record = job.directory->folder().string();
+  message.remaining_s = job.plan.expected_duration_s;
+  context_.telemetry.Send(message);
+
+  job.bench = std::make_unique<LiveBench>(
+      LiveBench::Context{context_.stand, context_.clock, *job.participant, context_.acquisition,
+                         context_.telemetry, context_.control, job.plan.expected_duration_s,
+                         context_.on_configured_answer,
+                         [this](bool asking) {
+                           SetPace(!asking);
+                           context_.on_change();
+                         },
+                         [this](const RunProgress& progress) {
+                           const std::lock_guard lock(mutex_);
+                           view_->progress = progress;
+                         }},
+      start);
+  procedures::RunProcedure(job.procedure, job.parameters, *job.bench);
+}
+
+void RunEngine::StopMotion(Job& job) {
+  context_.acquisition.StopAll(*job.participant);
+  const Utime deadline = context_.clock.Now() + kStopPatience;
+  for (const config::AxisConfig& axis : context_.stand.axes) {
+    while (context_.acquisition.ReadNow(*job.participant, axis.name).drive.moving) {
+      if (context_.clock.Now() > deadline) {
+        throw DeviceError("axis." + axis.name +
+                          ": the drive still moves after a quick stop: use the "
+                          "emergency stop");
+      }
+      context_.control.Wait(context_.clock, context_.clock.Now() + kMicrosecondsPerSecond / 20);
+    }
+  }
+}
+
+void RunEngine::Execute(Job& job) {
+  Outcome outcome = Outcome::kDone;
+  std::string message;
+  const auto fault = [&](const Fault& what) {
+    context_.control.Report(what);
+    outcome = Outcome::kFault;
+    message = what.source + ": " + what.message;
+  };
+  try {
+    RunProcedureOn(job);
+    for (const procedures::LimitCheck& check : job.bench->limits()) {
+      if (check.passed) continue;
+      outcome = Outcome::kFailedLimits;
+      message = procedures::Describe(check);
+    }
+  } catch (const procedures::Aborted& aborted) {
+    outcome = Outcome::kAborted;
+    message = aborted.what();
+  } catch (const FaultError& error) {
+    fault(error.fault());
+  } catch (const DeviceError& error) {
+    fault({"device", error.what()});
+  } catch (const std::exception& error) {
+    outcome = Outcome::kError;
+    message = error.what();
+  }
+  context_.control.BeginStopping();
+  SetPace(true);
+  if (outcome != Outcome::kDone && outcome != Outcome::kFailedLimits) {
+    try {
+      StopMotion(job);
+    } catch (const Error& error) {
+      fault({"stop", error.what()});
+    }
+  }
+  try {
+    Finish(job, outcome, message);
+  } catch (const std::exception& error) {
+    context_.control.Report({"record", error.what()});
+    spdlog::error("run {}: {}", job.directory->run_id(), error.what());
+  }
+  spdlog::info("run {}: {}{}{}", job.directory->run_id(), Name(outcome),
+               message.empty() ? "" : ": ", message);
+  context_.acquisition.SetActiveAxes({});
+  {
+    const std::lock_guard lock(mutex_);
+    view_->outcome = outcome;
+    view_->progress.message = message;
+    view_->progress.remaining_s = 0.0;
+    view_->elapsed_s = ToSeconds(context_.clock.Now() - run_start_);
+  }
+  context_.control.EndRun();
+  SetPace(false);
+  context_.on_change();
+  job.participant.reset();
+}
+
+void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
+  context_.control.Wait(context_.clock, context_.clock.Now() + kDrain);
+  const calibration::AnalysisResult results = context_.telemetry.Analyse();
+  const Utime end = context_.clock.Now();
+  context_.telemetry.SendResults(results, end, true);
+  run_t stop{};
+  stop.utime = end;
+  stop.event = run_t::STOP;
+  stop.procedure = job.procedure.info().name;
+  stop.progress = 1.0;
+  stop.outcome = Name(outcome);
+  stop.text = message;
+  stop.record = job.directory->folder().string();
+  context_.telemetry.Send(stop);
+  const std::string failure = context_.telemetry.EndRun();
+  if (job.description.is_null()) {
+    job.description = DescribeRun(job.directory->run_id(), job.procedure, job.parameters,
+                                  context_.stand, context_.acquisition.Info(), end);
+  }
+  DescribeEnd(job.description, outcome, message,
+              job.bench ? job.bench->limits() : std::vector<procedures::LimitCheck>{}, end);
+  job.directory->WriteResult(calibration::ToJson(results));
+  job.directory->WriteRun(job.description);
+  if (!failure.empty()) throw DataError(failure);
+}
+
+}  // namespace gyrobench::daemon

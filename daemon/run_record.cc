@@ -1,0 +1,67 @@
+#include "daemon/run_record.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "base/version.h"
+#include "config/stand_config_json.h"
+#include "procedures/engine/procedure.h"
+#include "recording/measurement_info_json.h"
+#include "recording/run_directory.h"
+
+namespace gyrobench::daemon {
+
+using nlohmann::json;
+
+std::string IsoTime(Utime utime) {
+  const std::chrono::sys_time<std::chrono::milliseconds> time{
+      std::chrono::milliseconds(utime / 1000)};
+  return fmt::format("{:%Y-%m-%dT%H:%M:%S}Z", time);
+}
+
+json ToJson(const procedures::Parameters& parameters) {
+  json object = json::object();
+  for (const auto& [name, value] : parameters) {
+    std::visit([&, &key = name](const auto& v) { object[key] = v; }, value);
+  }
+  return object;
+}
+
+json DescribeRun(const std::string& run_id, const procedures::Procedure& procedure,
+                 const procedures::Parameters& parameters, const config::StandConfig& stand,
+                 const MeasurementInfo& info, Utime start) {
+  return {{"format", "gyrobench.run/1"},
+          {recording::kRunIdKey, run_id},
+          {recording::kStartUtimeKey, start},
+          {"started", IsoTime(start)},
+          {"procedure", procedure.info().name},
+          {"parameters", ToJson(parameters)},
+          {"script", procedure.source()},
+          {"measures", procedure.info().measures},
+          {"stand", config::ToJson(stand)},
+          {recording::kMeasurementKey, recording::ToJson(info)},
+          {"version", kVersion},
+          {"outcome", "running"}};
+}
+
+void DescribeEnd(json& run, Outcome outcome, const std::string& message,
+                 const std::vector<procedures::LimitCheck>& limits, Utime end) {
+  run["ended"] = IsoTime(end);
+  run["end_utime"] = end;
+  run["outcome"] = Name(outcome);
+  run["message"] = message;
+  json& list = run["limits"] = json::array();
+  for (const procedures::LimitCheck& check : limits) {
+    list.push_back({{"name", check.name},
+                    {"value", check.value},
+                    {"min", check.min},
+                    {"max", check.max},
+                    {"unit", check.unit},
+                    {"passed", check.passed}});
+  }
+}
+
+}  // namespace gyrobench::daemon

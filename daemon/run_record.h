@@ -1,0 +1,27 @@
+// What a record says of its run, beside the events.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "base/clock.h"
+#include "base/measurement.h"
+#include "config/stand_config.h"
+#include "daemon/run_engine.h"
+
+namespace gyrobench::daemon {
+
+// run.json at the start of a run: who, what, when, configuration and script as run, versions.
+nlohmann::json DescribeRun(const std::string& run_id, const procedures::Procedure& procedure,
+                           const procedures::Parameters& parameters,
+                           const config::StandConfig& stand, const MeasurementInfo& info,
+                           Utime start);
+// The same with its end.
+void DescribeEnd(nlohmann::json& run, Outcome outcome, const std::string& message,
+                 const std::vector<procedures::LimitCheck>& limits, Utime end);
+
+nlohmann::json ToJson(const procedures::Parameters& parameters);
+// "2026-11-21T15:30:12.000Z"
+std::string IsoTime(Utime utime);
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,31 @@
+#include "daemon/simulated_buses.h"
+
+#include "config/scenario.h"
+#include "stand/virtual_stand.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+class VirtualStandBuses final : public SimulatedBuses {
+ public:
+  VirtualStandBuses(const config::StandConfig& config, Clock& clock)
+      : stand_(config, config::LoadScenario(config.virtual_stand->scenario), clock) {
+    for (const config::BusConfig& bus : config.buses) buses_.push_back(stand_.Serve(bus));
+  }
+  std::vector<config::BusConfig> buses() const override { return buses_; }
+  void Answered(const std::string& question_id) override {
+    if (question_id == "cool") stand_.ColdSoak();
+  }
+
+ private:
+  stand::VirtualStand stand_;
+  std::vector<config::BusConfig> buses_;
+};
+
+}  // namespace
+
+std::unique_ptr<SimulatedBuses> MakeSimulatedBuses(const config::StandConfig& stand, Clock& clock) {
+  return std::make_unique<VirtualStandBuses>(stand, clock);
+}
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,83 @@
+#include "daemon/status_publisher.h"
+
+#include <chrono>
+
+#include "base/version.h"
+
+namespace gyrobench::daemon {
+
+StatusPublisher::StatusPublisher(const config::StandConfig& stand, Clock& clock,
+                                 const Acquisition& acquisition, const RunControl& control,
+                                 Telemetry& telemetry, LcmPublisher& publisher)
+    : stand_(stand),
+      clock_(clock),
+      acquisition_(acquisition),
+      control_(control),
+      telemetry_(telemetry),
+      publisher_(publisher),
+      participant_(clock.Join("status")),
+      last_utime_(clock.Now()) {}
+
+StatusPublisher::~StatusPublisher() {
+  stopping_ = true;
+  participant_->Notify();
+  if (thread_.joinable()) thread_.join();
+}
+
+void StatusPublisher::Start() {
+  thread_ = std::thread([this] { Loop(); });
+}
+
+void StatusPublisher::Changed() { participant_->Notify(); }
+
+void StatusPublisher::Loop() {
+  // The disk lives in real time, whatever the bench's clock does.
+  auto last_sync = std::chrono::steady_clock::now();
+  while (!stopping_) {
+    publisher_.Open();
+    Publish();
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_sync >= std::chrono::seconds(1)) {
+      telemetry_.Sync();
+      last_sync = now;
+    }
+    participant_->WaitUntil(clock_.Now() + kMicrosecondsPerSecond);
+  }
+}
+
+std::string StatusPublisher::WhatToKnow() const {
+  if (const auto fault = control_.fault()) return fault->source + ": " + fault->message;
+  for (const DeviceStatus& device : acquisition_.Devices()) {
+    if (!device.ok) return device.name + ": " + device.message;
+  }
+  return publisher_.health();
+}
+
+void StatusPublisher::Publish() {
+  const SensorView sensor = acquisition_.Sensor();
+  const Utime now = clock_.Now();
+  status_t message{};
+  message.utime = now;
+  message.state = static_cast<std::int8_t>(control_.state());
+  message.stand = stand_.name;
+  message.version = kVersion;
+  message.virtual_stand = stand_.virtual_stand.has_value();
+  message.temperature_degC = sensor.temperature_degC;
+  message.tick_ratio = sensor.tick_ratio;
+  const double elapsed_s = ToSeconds(now - last_utime_);
+  message.gyro_rate_hz =
+      elapsed_s > 0 ? static_cast<double>(sensor.samples - last_samples_) / elapsed_s : 0.0;
+  last_utime_ = now;
+  last_samples_ = sensor.samples;
+  message.message = WhatToKnow();
+  telemetry_.Send(message);
+}
+
+static_assert(status_t::IDLE == static_cast<std::int8_t>(State::kIdle));
+static_assert(status_t::RUNNING == static_cast<std::int8_t>(State::kRunning));
+static_assert(status_t::PAUSED == static_cast<std::int8_t>(State::kPaused));
+static_assert(status_t::ASKING == static_cast<std::int8_t>(State::kAsking));
+static_assert(status_t::STOPPING == static_cast<std::int8_t>(State::kStopping));
+static_assert(status_t::FAULT == static_cast<std::int8_t>(State::kFault));
+
+}  // namespace gyrobench::daemon

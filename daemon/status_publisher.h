@@ -1,0 +1,46 @@
+// Full state on _STATUS, once a second of bench time and on change; and the care of the record on
+// disk.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "base/clock.h"
+#include "config/stand_config.h"
+#include "daemon/acquisition.h"
+#include "daemon/lcm_publisher.h"
+#include "daemon/run_control.h"
+#include "daemon/telemetry.h"
+
+namespace gyrobench::daemon {
+
+class StatusPublisher {
+ public:
+  StatusPublisher(const config::StandConfig& stand, Clock& clock, const Acquisition& acquisition,
+                  const RunControl& control, Telemetry& telemetry, LcmPublisher& publisher);
+  ~StatusPublisher();
+  void Start();
+  // Publishes soon. From any thread.
+  void Changed();
+
+ private:
+  void Loop();
+  void Publish();
+  std::string WhatToKnow() const;
+
+  const config::StandConfig& stand_;
+  Clock& clock_;
+  const Acquisition& acquisition_;
+  const RunControl& control_;
+  Telemetry& telemetry_;
+  LcmPublisher& publisher_;
+  std::unique_ptr<Clock::Participant> participant_;
+  std::atomic<bool> stopping_ = false;
+  Utime last_utime_ = 0;
+  std::int64_t last_samples_ = 0;
+  std::thread thread_;
+};
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,161 @@
+#include "daemon/telemetry.h"
+
+#include <span>
+#include <utility>
+
+#include "base/error.h"
+#include "calibration/analyzer.h"
+#include "daemon/result_messages.h"
+#include "recording/event_log.h"
+#include "recording/message_decoder.h"
+
+namespace gyrobench::daemon {
+
+struct Telemetry::Run {
+  Run(const std::string& run_id, const std::string& log_file, const MeasurementInfo& info,
+      Utime start)
+      : log(log_file), decoder(info, start, analyzer, run_id) {}
+  recording::EventLogWriter log;
+  calibration::Analyzer analyzer;
+  recording::MessageDecoder decoder;
+  std::string failure;
+};
+
+Telemetry::Telemetry(LcmPublisher& publisher,
+                     std::function<void(const std::string&)> on_record_failure)
+    : publisher_(publisher), on_record_failure_(std::move(on_record_failure)) {}
+
+Telemetry::~Telemetry() = default;
+
+void Telemetry::BeginRun(const std::string& run_id, const std::string& log_file,
+                         const MeasurementInfo& info, Utime start) {
+  auto run = std::make_unique<Run>(run_id, log_file, info, start);
+  const std::lock_guard lock(mutex_);
+  run_ = std::move(run);
+  run_id_ = run_id;
+}
+
+std::string Telemetry::EndRun() {
+  const std::lock_guard lock(mutex_);
+  run_id_.clear();
+  if (!run_) return {};
+  std::string failure = std::move(run_->failure);
+  if (failure.empty()) {
+    try {
+      run_->log.Close();
+    } catch (const DataError& error) {
+      failure = error.what();
+    }
+  }
+  run_.reset();
+  return failure;
+}
+
+void Telemetry::Sync() {
+  std::string failure;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!run_ || !run_->failure.empty()) return;
+    try {
+      run_->log.Sync();
+      return;
+    } catch (const DataError& error) {
+      failure = run_->failure = error.what();
+    }
+  }
+  on_record_failure_(failure);
+}
+
+// With mutex_ held; the message is in buffer_.
+void Telemetry::Record(std::string_view suffix, Utime utime, std::size_t size) {
+  channel_.assign(publisher_.prefix()).append(suffix);
+  try {
+    run_->log.Write(channel_, utime, buffer_.data(), size);
+  } catch (const DataError& error) {
+    run_->failure = error.what();
+    on_record_failure_(run_->failure);
+  }
+}
+
+// With mutex_ held.
+template <typename Message>
+void Telemetry::Emit(std::string_view suffix, std::int64_t& seq, Message& message) {
+  message.run_id = run_id_;
+  message.seq = seq++;
+  const int size = message.getEncodedSize();
+  if (buffer_.size() < static_cast<std::size_t>(size)) {
+    buffer_.resize(static_cast<std::size_t>(size));
+  }
+  message.encode(buffer_.data(), 0, size);
+  if (run_ && run_->failure.empty()) {
+    Record(suffix, message.utime, static_cast<std::size_t>(size));
+  }
+  publisher_.Publish(suffix, buffer_.data(), static_cast<std::size_t>(size));
+}
+
+void Telemetry::Send(gyro_t& message) {
+  const std::lock_guard lock(mutex_);
+  Emit("_GYRO", seq_.gyro, message);
+  if (run_) run_->decoder.Gyro(message);
+}
+
+void Telemetry::Send(angle_t& message) {
+  const std::lock_guard lock(mutex_);
+  Emit("_ANGLE", seq_.angle, message);
+  if (run_) run_->decoder.Angle(message);
+}
+
+void Telemetry::Send(axes_t& message) {
+  const std::lock_guard lock(mutex_);
+  Emit("_AXES", seq_.axes, message);
+}
+
+void Telemetry::Send(status_t& message) {
+  const std::lock_guard lock(mutex_);
+  Emit("_STATUS", seq_.status, message);
+}
+
+void Telemetry::Send(run_t& message) {
+  const std::lock_guard lock(mutex_);
+  Emit("_RUN", seq_.run, message);
+  if (run_) run_->decoder.Run(message);
+}
+
+void Telemetry::Send(fault_t& message) {
+  const std::lock_guard lock(mutex_);
+  Emit("_FAULT", seq_.fault, message);
+}
+
+void Telemetry::SendResults(const calibration::AnalysisResult& results, Utime utime, bool final) {
+  const std::lock_guard lock(mutex_);
+  for (const calibration::BiasResult& bias : results.bias) {
+    bias_result_t message = ToMessage(bias);
+    message.utime = utime;
+    message.final = final;
+    Emit("_BIAS_RESULT", seq_.bias, message);
+  }
+  for (const calibration::ScaleResult& scale : results.scale) {
+    scale_result_t message = ToMessage(scale);
+    message.utime = utime;
+    message.final = final;
+    Emit("_SCALE_RESULT", seq_.scale, message);
+  }
+}
+
+calibration::AnalysisResult Telemetry::Analyse() const {
+  std::unique_ptr<calibration::Analyzer> snapshot;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!run_) return {};
+    snapshot = std::make_unique<calibration::Analyzer>(run_->analyzer);
+  }
+  try {
+    return snapshot->Result();
+  } catch (const DataError& error) {  // too early in the run to say anything
+    calibration::AnalysisResult nothing;
+    nothing.remarks.push_back(error.what());
+    return nothing;
+  }
+}
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,83 @@
+// Where every message passes: numbered, published, recorded and handed to the live analysis, in one
+// order.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/measurement.h"
+#include "calibration/results.h"
+#include "daemon/lcm_publisher.h"
+#include "gyrobench/angle_t.hpp"
+#include "gyrobench/axes_t.hpp"
+#include "gyrobench/fault_t.hpp"
+#include "gyrobench/gyro_t.hpp"
+#include "gyrobench/run_t.hpp"
+#include "gyrobench/status_t.hpp"
+
+namespace gyrobench::calibration {
+class Analyzer;
+}
+namespace gyrobench::recording {
+class EventLogWriter;
+class MessageDecoder;
+}  // namespace gyrobench::recording
+
+namespace gyrobench::daemon {
+
+// The live analysis sees the messages in the order in which the record holds them, through the
+// decoder that reads records: so `gyrobench analyze` of the record gives the same numbers.
+//
+// Thread-safe. Send fills in run_id and seq of the message that it is given.
+class Telemetry {
+ public:
+  // `on_record_failure` is called, once a run, when the record can no longer be written.
+  Telemetry(LcmPublisher& publisher, std::function<void(const std::string&)> on_record_failure);
+  ~Telemetry();
+
+  // From here on messages carry `run_id` and go to the log of `run_folder`. Throws DataError.
+  void BeginRun(const std::string& run_id, const std::string& log_file, const MeasurementInfo& info,
+                Utime start);
+  // Closes the log. Returns what went wrong with it, empty if nothing.
+  std::string EndRun();
+  // Makes what is recorded safe against a crash of the machine.
+  void Sync();
+
+  void Send(gyro_t& message);
+  void Send(angle_t& message);
+  void Send(axes_t& message);
+  void Send(status_t& message);
+  void Send(run_t& message);
+  void Send(fault_t& message);
+  // One message per result: _BIAS_RESULT and _SCALE_RESULT.
+  void SendResults(const calibration::AnalysisResult& results, Utime utime, bool final);
+
+  // The analysis of the run so far. Computed outside the lock, so that acquisition goes on
+  // meanwhile.
+  calibration::AnalysisResult Analyse() const;
+
+ private:
+  struct Run;
+  template <typename Message>
+  void Emit(std::string_view suffix, std::int64_t& seq, Message& message);
+  void Record(std::string_view suffix, Utime utime, std::size_t size);
+
+  LcmPublisher& publisher_;
+  const std::function<void(const std::string&)> on_record_failure_;
+  mutable std::mutex mutex_;
+  std::vector<std::uint8_t> buffer_;
+  std::string channel_;
+  std::unique_ptr<Run> run_;
+  std::string run_id_;
+  struct {
+    std::int64_t gyro = 0, angle = 0, axes = 0, status = 0, run = 0, fault = 0, bias = 0, scale = 0;
+  } seq_;
+};
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# The main job from a bare Debian 12: sets up, builds, starts the daemon on the virtual stand, runs `bias` and
+# `scale` by name, shows live results received over LCM, and ends with the results and where the records are.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+scripts/setup.sh build
+echo "== building (build/demo)"
+cmake -S . -B build/demo -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
+  -DGYROBENCH_BENCHMARKS=OFF >/dev/null
+cmake --build build/demo
+
+bin=build/demo/bin
+export GYROBENCH_CONFIG=config/virtual.toml
+work=$(mktemp -d)
+daemon=
+watch=
+finish() {
+  for process in $watch $daemon; do
+    if kill "$process" 2>/dev/null; then wait "$process" 2>/dev/null || true; fi
+  done
+  rm -rf "$work"
+}
+trap finish EXIT
+
+echo "== starting gyrobenchd on the virtual stand"
+$bin/gyrobenchd --config "$GYROBENCH_CONFIG" 2>"$work/daemon.log" &
+daemon=$!
+until $bin/gyrobench status >"$work/status" 2>&1; do
+  kill -0 $daemon 2>/dev/null || { cat "$work/daemon.log" >&2; exit 1; }
+  sleep 0.1
+done
+cat "$work/status"
+
+$bin/gyrobench watch --json >"$work/live.json" &
+watch=$!
+
+for procedure in bias scale; do
+  echo
+  echo "== gyrobench run $procedure"
+  $bin/gyrobench run "$procedure"
+done
+
+echo
+echo "== live results that another process received over LCM (the last of each channel)"
+for channel in BIAS_RESULT SCALE_RESULT; do
+  count=$(grep -c "_$channel" "$work/live.json" || true)
+  echo "$channel: $count messages"
+done
+echo
+echo "== the same numbers again, from the records"
+$bin/gyrobench runs

@@ -1,0 +1,100 @@
+#include "daemon/bus_worker.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace gyrobench::daemon {
+namespace {
+
+constexpr Utime kStart = 1'700'000'000'000'000;
+
+class BusWorkerTest : public testing::Test {
+ protected:
+  std::unique_ptr<VirtualClock> clock_ = MakeVirtualClock(kStart);
+  std::unique_ptr<Clock::Participant> me_ = clock_->Join("test");
+};
+
+TEST_F(BusWorkerTest, PollsEachDeviceAtItsOwnRateInBenchTime) {
+  BusWorker worker("a", *clock_);
+  std::vector<Utime> fast;
+  std::vector<Utime> slow;
+  worker.AddPoll([&] {
+    fast.push_back(clock_->Now());
+    return clock_->Now() + 20'000;
+  });
+  worker.AddPoll([&] {
+    slow.push_back(clock_->Now());
+    return clock_->Now() + 500'000;
+  });
+  worker.Start();
+  me_->WaitUntil(kStart + 9'990'000);
+  worker.Stop();
+  EXPECT_EQ(fast.size(), 500u);
+  EXPECT_EQ(slow.size(), 20u);
+  EXPECT_EQ(fast.front(), kStart);
+  EXPECT_EQ(slow.back(), kStart + 9'500'000);
+}
+
+TEST_F(BusWorkerTest, ATaskRunsAtOnceAndItsResultComesBack) {
+  BusWorker worker("a", *clock_);
+  worker.AddPoll([&] { return clock_->Now() + 1'000'000; });
+  worker.Start();
+  me_->WaitUntil(kStart + 300'000);
+  const auto thread = worker.Call(*me_, [&] { return std::this_thread::get_id(); });
+  EXPECT_NE(thread, std::this_thread::get_id());
+  EXPECT_EQ(clock_->Now(), kStart + 300'000);
+  worker.Stop();
+}
+
+TEST_F(BusWorkerTest, ExceptionsOfATaskReachTheCaller) {
+  BusWorker worker("a", *clock_);
+  worker.Start();
+  EXPECT_THROW(worker.Call(*me_, []() -> int { throw std::runtime_error("no"); }),
+               std::runtime_error);
+  worker.Stop();
+}
+
+// The caller is woken for other reasons too, an abort say; it must still wait for its task.
+TEST_F(BusWorkerTest, AStrayNotifyDoesNotEndACall) {
+  BusWorker worker("a", *clock_);
+  Clock::Participant* caller = me_.get();
+  worker.Start();
+  const bool finished = worker.Call(*me_, [&] {
+    caller->Notify();
+    worker.participant().WaitUntil(clock_->Now() + 50'000);
+    caller->Notify();
+    worker.participant().WaitUntil(clock_->Now() + 50'000);
+    return true;
+  });
+  EXPECT_TRUE(finished);
+  EXPECT_EQ(clock_->Now(), kStart + 100'000);
+  worker.Stop();
+}
+
+TEST_F(BusWorkerTest, AStoppedWorkerHoldsNoTime) {
+  BusWorker worker("a", *clock_);
+  worker.AddPoll([&] { return clock_->Now() + 10'000; });
+  worker.Start();
+  me_->WaitUntil(kStart + 100'000);
+  worker.Stop();
+  worker.Stop();
+  EXPECT_FALSE(me_->WaitUntil(kStart + 3'600'000'000));
+}
+
+TEST_F(BusWorkerTest, StopRunsWhatWasPosted) {
+  std::atomic<int> ran = 0;
+  {
+    BusWorker worker("a", *clock_);
+    worker.Start();
+    for (int i = 0; i < 10; ++i) worker.Post([&] { ++ran; });
+    worker.Stop();
+  }
+  EXPECT_EQ(ran, 10);
+}
+
+}  // namespace
+}  // namespace gyrobench::daemon

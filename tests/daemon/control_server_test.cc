@@ -1,0 +1,100 @@
+#include "daemon/control_server.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "base/error.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ControlServerTest : public testing::Test {
+ protected:
+  ControlServerTest() {
+    std::string pattern = (fs::temp_directory_path() / "gyrobench-XXXXXX").string();
+    folder_ = ::mkdtemp(pattern.data());
+  }
+  ~ControlServerTest() override { fs::remove_all(folder_); }
+
+  // Sends `request` as it is and returns all that comes back until the server closes.
+  std::string Exchange(const std::string& request) const {
+    const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, socket_.c_str(), sizeof address.sun_path - 1);
+    if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return "";
+    EXPECT_EQ(::send(fd, request.data(), request.size(), MSG_NOSIGNAL),
+              static_cast<ssize_t>(request.size()));
+    std::string reply;
+    char buffer[4096];
+    for (ssize_t n; (n = ::read(fd, buffer, sizeof buffer)) > 0;) {
+      reply.append(buffer, static_cast<std::size_t>(n));
+    }
+    ::close(fd);
+    return reply;
+  }
+
+  static HttpReply Echo(const HttpRequest& request) {
+    return {201, request.method + " " + request.path + " [" + request.body + "]"};
+  }
+
+  fs::path folder_;
+  fs::path socket_;
+  void SetUp() override { socket_ = folder_ / "run" / "control.sock"; }
+};
+
+TEST_F(ControlServerTest, HandsRequestsOnAndRepliesBack) {
+  const ControlServer server(socket_, 0600, Echo);
+  const std::string reply = Exchange(
+      "POST /v1/runs HTTP/1.1\r\nHost: x\r\nConnection: close\r\nContent-Length: 2\r\n\r\n{}");
+  EXPECT_NE(reply.find("HTTP/1.1 201"), std::string::npos) << reply;
+  EXPECT_NE(reply.find("POST /v1/runs [{}]"), std::string::npos) << reply;
+}
+
+TEST_F(ControlServerTest, ThePermissionsAreTheOnesAskedFor) {
+  const ControlServer server(socket_, 0640, Echo);
+  struct stat status {};
+  ASSERT_EQ(::stat(socket_.c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0640u);
+}
+
+TEST_F(ControlServerTest, GarbageAndOversizedRequestsAreDroppedAndTheServerLives) {
+  const ControlServer server(socket_, 0600, Echo);
+  Exchange("\x01\x02 this is no HTTP\r\n\r\n");
+  Exchange("POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 10000000\r\n\r\n");
+  EXPECT_NE(Exchange("GET /a HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").find("GET /a"),
+            std::string::npos);
+}
+
+TEST_F(ControlServerTest, TakesOverTheSocketOfADeadDaemonButNotOfALiveOne) {
+  fs::create_directories(socket_.parent_path());
+  std::ofstream(socket_) << "left behind";
+  const ControlServer server(socket_, 0600, Echo);
+  try {
+    const ControlServer second(socket_, 0600, Echo);
+    FAIL() << "two daemons on one socket";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("another gyrobenchd"), std::string::npos);
+  }
+}
+
+TEST_F(ControlServerTest, AFolderThatCannotBeMadeIsAnErrorThatNamesTheSocket) {
+  try {
+    const ControlServer server("/proc/none/control.sock", 0600, Echo);
+    FAIL() << "a socket in /proc";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("/proc/none/control.sock"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace gyrobench::daemon

@@ -1,0 +1,115 @@
+#include "daemon/run_control.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "procedures/engine/engine.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+constexpr Utime kStart = 1'700'000'000'000'000;
+
+class RunControlTest : public testing::Test {
+ protected:
+  std::unique_ptr<VirtualClock> clock_ = MakeVirtualClock(kStart);
+  std::unique_ptr<Clock::Participant> run_ = clock_->Join("run");
+  RunControl control_;
+};
+
+TEST_F(RunControlTest, WithoutARunThereIsNothingToPauseAbortOrAnswer) {
+  EXPECT_THROW(control_.Pause(), StateError);
+  EXPECT_THROW(control_.Resume(), StateError);
+  EXPECT_THROW(control_.Abort(), StateError);
+  EXPECT_THROW(control_.Answer("yes"), StateError);
+}
+
+TEST_F(RunControlTest, OneRunAtATime) {
+  control_.BeginRun(*run_);
+  EXPECT_THROW(control_.BeginRun(*run_), StateError);
+  control_.EndRun();
+  control_.BeginRun(*run_);
+  control_.EndRun();
+  EXPECT_EQ(control_.state(), State::kIdle);
+}
+
+TEST_F(RunControlTest, AnAbortEndsAWaitAtOnce) {
+  control_.BeginRun(*run_);
+  control_.Abort();
+  EXPECT_THROW(control_.Wait(*clock_, kStart + 3'600'000'000), procedures::Aborted);
+  EXPECT_EQ(clock_->Now(), kStart);
+  control_.EndRun();
+}
+
+TEST_F(RunControlTest, AFaultEndsTheRunAndStaysLatched) {
+  control_.BeginRun(*run_);
+  control_.Report({"axis.inner", "lost steps"});
+  control_.Report({"gyro", "a consequence"});
+  EXPECT_THROW(control_.Wait(*clock_, kStart + 1), FaultError);
+  EXPECT_THROW(control_.ClearFault(), StateError);
+  control_.EndRun();
+  EXPECT_EQ(control_.state(), State::kFault);
+  ASSERT_TRUE(control_.fault());
+  EXPECT_EQ(control_.fault()->source, "axis.inner");
+  EXPECT_THROW(control_.BeginRun(*run_), StateError);
+  control_.ClearFault();
+  EXPECT_EQ(control_.state(), State::kIdle);
+}
+
+// Tidying up after an abort waits for the axes; the abort must not cut that short.
+TEST_F(RunControlTest, WhileStoppingAWaitIsAWait) {
+  control_.BeginRun(*run_);
+  control_.Abort();
+  control_.BeginStopping();
+  control_.Wait(*clock_, kStart + 500'000);
+  EXPECT_EQ(clock_->Now(), kStart + 500'000);
+  EXPECT_EQ(control_.state(), State::kStopping);
+  EXPECT_THROW(control_.Abort(), StateError);
+  control_.EndRun();
+}
+
+TEST_F(RunControlTest, AnAnswerMustBeOneOfTheChoices) {
+  control_.BeginRun(*run_);
+  const procedures::Question question{"cool", "Cool the gyro", {"done", "skip"}, 100.0};
+  std::thread operator_thread([&] {
+    while (!control_.question()) std::this_thread::yield();
+    EXPECT_EQ(control_.state(), State::kAsking);
+    EXPECT_THROW(control_.Answer("maybe"), StateError);
+    control_.Answer("skip");
+  });
+  clock_->SetPace(0.0);
+  const auto answer = control_.WaitForAnswer(*clock_, question, kStart + 100'000'000);
+  operator_thread.join();
+  EXPECT_EQ(answer, "skip");
+  EXPECT_FALSE(control_.question());
+  control_.EndRun();
+}
+
+TEST_F(RunControlTest, WithoutAnAnswerTheQuestionTimesOut) {
+  control_.BeginRun(*run_);
+  const auto answer =
+      control_.WaitForAnswer(*clock_, {"cool", "Cool the gyro", {}, 60.0}, kStart + 60'000'000);
+  EXPECT_FALSE(answer);
+  EXPECT_EQ(clock_->Now(), kStart + 60'000'000);
+  EXPECT_EQ(control_.state(), State::kRunning);
+  control_.EndRun();
+}
+
+TEST_F(RunControlTest, APausedRunWaitsForResume) {
+  control_.BeginRun(*run_);
+  control_.Pause();
+  clock_->SetPace(0.0);
+  std::thread operator_thread([&] {
+    while (control_.state() != State::kPaused) std::this_thread::yield();
+    control_.Resume();
+  });
+  control_.WaitWhilePaused();
+  operator_thread.join();
+  EXPECT_EQ(control_.state(), State::kRunning);
+  EXPECT_THROW(control_.Resume(), StateError);
+  control_.EndRun();
+}
+
+}  // namespace
+}  // namespace gyrobench::daemon

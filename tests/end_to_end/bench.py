@@ -1,0 +1,99 @@
+"""A bench for end-to-end tests: gyrobenchd on the virtual stand in a folder of its own, with its own LCM port."""
+import json
+import os
+import pathlib
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BIN = pathlib.Path(os.environ.get("GYROBENCH_BIN", ROOT / "build/dev/bin"))
+DEADLINE_S = 120
+
+
+def free_udp_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Bench:
+    """Use as a context manager: starts the daemon, and ends it by its process id."""
+
+    def __init__(self, base="virtual.toml", extra="", start=True):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="gyrobench-"))
+        self.port = free_udp_port()
+        self.records = self.folder / "records"
+        self.config = self.folder / "stand.toml"
+        self.config.write_text(
+            f'include = "{ROOT}/config/{base}"\n'
+            f'records = "{self.records}"\ncontrol_socket = "{self.folder}/control.sock"\n'
+            f'[lcm]\nurl = "udpm://239.255.76.67:{self.port}?ttl=0"\n{extra}')
+        self.start_daemon = start
+        self.daemon = None
+
+    def __enter__(self):
+        if self.start_daemon:
+            self.start()
+        return self
+
+    def start(self):
+        self.log = open(self.folder / "daemon.log", "w+")
+        self.daemon = subprocess.Popen([BIN / "gyrobenchd", "--config", self.config],
+                                       stdout=self.log, stderr=self.log)
+        # The control socket answers once the daemon is ready; each try is a process, so no busy loop.
+        while self.run("status").returncode != 0:
+            if self.daemon.poll() is not None:
+                raise RuntimeError("gyrobenchd ended: " + self.daemon_log())
+
+    def daemon_log(self):
+        return (self.folder / "daemon.log").read_text()
+
+    def __exit__(self, *_):
+        self.stop()
+        shutil.rmtree(self.folder)
+
+    def stop(self):
+        if self.daemon and self.daemon.poll() is None:
+            self.daemon.terminate()
+            self.daemon.wait(DEADLINE_S)
+
+    def run(self, *arguments, **options):
+        """Runs `gyrobench` and returns the finished process."""
+        return subprocess.run([BIN / "gyrobench", *map(str, arguments)],
+                              env={**os.environ, "GYROBENCH_CONFIG": str(self.config), "NO_COLOR": "1"},
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                              timeout=DEADLINE_S, **options)
+
+    def json(self, *arguments):
+        done = self.run(*arguments, "--json")
+        if done.returncode != 0:
+            raise RuntimeError(f"gyrobench {' '.join(map(str, arguments))}: {done.stderr}{done.stdout}")
+        return json.loads(done.stdout)
+
+    def newest_record(self):
+        return max(self.records.iterdir(), key=lambda folder: folder.name)
+
+
+def have_multicast():
+    """Whether a datagram to LCM's group comes back to this machine."""
+    port = free_udp_port()
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver, \
+                socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            receiver.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            receiver.bind(("", port))
+            receiver.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
+                                socket.inet_aton("239.255.76.67") + socket.inet_aton("0.0.0.0"))
+            receiver.settimeout(1)
+            sender.sendto(b"?", ("239.255.76.67", port))
+            receiver.recv(16)
+            return True
+    except OSError:
+        return False
+
+
+if not (BIN / "gyrobenchd").exists():
+    sys.exit(f"no gyrobenchd in {BIN}: build first, or set GYROBENCH_BIN")

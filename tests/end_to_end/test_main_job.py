@@ -1,0 +1,122 @@
+"""The main job as a user does it: start the daemon, run procedures by name, read the results."""
+import json
+import signal
+import subprocess
+import unittest
+
+from bench import BIN, DEADLINE_S, Bench, have_multicast
+
+SHORT_SCALE = ["run", "scale", "-p", "turns=4", "-p", "rest_s=1", "-p", "initial_rest_s=5"]
+
+
+class MainJob(unittest.TestCase):
+    def test_scale_gives_a_result_that_its_record_and_its_table_reproduce(self):
+        with Bench() as bench:
+            done = bench.run(*SHORT_SCALE)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            record = bench.newest_record()
+            result = json.loads((record / "result.json").read_text())
+            self.assertEqual(json.loads((record / "run.json").read_text())["outcome"], "done")
+            scale = result["scale"][0]
+            self.assertGreater(scale["turns"], 7)
+            self.assertLess(abs(scale["scale_error"]), 0.05)
+            self.assertGreater(scale["alpha_std_error"], 0)
+
+            # To the last digit: the same text.
+            analysed = bench.json("analyze", record)
+            analysed = analysed[0] if isinstance(analysed, list) else analysed
+            self.assertEqual(json.dumps(analysed["scale"]), json.dumps(result["scale"]))
+            self.assertEqual(json.dumps(analysed["bias"]), json.dumps(result["bias"]))
+
+            table = bench.folder / "run.csv.gz"
+            self.assertEqual(bench.run("export", record.name, "-o", table).returncode, 0)
+            from_table = bench.json("analyze", table)
+            from_table = from_table[0] if isinstance(from_table, list) else from_table
+            self.assertAlmostEqual(from_table["scale"][0]["alpha"] / scale["alpha"], 1, delta=1e-7)
+
+    def test_bias_asks_the_operator_and_fits_a_curve(self):
+        with Bench() as bench:
+            done = bench.run("run", "bias", "-p", "max_duration_s=900")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            result = json.loads((bench.newest_record() / "result.json").read_text())
+            self.assertEqual(len(result["bias"]), 3)
+            for bias in result["bias"]:
+                self.assertGreater(bias["max_temperature_degC"], bias["min_temperature_degC"] + 5)
+                self.assertGreater(len(bias["coefficients"]), 1)
+
+    def test_the_same_seed_gives_the_same_numbers(self):
+        scales = []
+        for _ in range(2):
+            with Bench(extra="[virtual]\nidle_pace = 0\n") as bench:
+                bench.run(*SHORT_SCALE)
+                result = json.loads((bench.newest_record() / "result.json").read_text())
+                scales.append(result["scale"][0]["alpha"])
+        self.assertEqual(scales[0], scales[1])
+
+    def test_the_record_does_not_know_the_truth_of_the_simulation(self):
+        with Bench() as bench:
+            bench.run(*SHORT_SCALE)
+            text = (bench.newest_record() / "run.json").read_text()
+            self.assertNotIn("scenario", text)
+            self.assertNotIn("seed", text)
+
+    @unittest.skipUnless(have_multicast(), "no multicast route on this machine")
+    def test_another_process_receives_every_result_and_loses_no_live_message(self):
+        with Bench() as bench:
+            with subprocess.Popen([BIN / "gyrobench", "--config", bench.config, "watch", "--json",
+                                   "--until-stop"], stdout=subprocess.PIPE, text=True) as watch:
+                # The subscriber is there once it has shown a status.
+                lines = [watch.stdout.readline()]
+                bench.run(*SHORT_SCALE)
+                lines += watch.communicate(timeout=DEADLINE_S)[0].splitlines()
+            messages = [json.loads(line) for line in lines if line.strip()]
+            scales = [m for m in messages if m["channel"].endswith("_SCALE_RESULT")]
+            segments = [m for m in messages if m["channel"].endswith("_RUN") and m.get("event") in
+                        ("SEGMENT_END", "segment_end", 2)]
+            self.assertGreater(len(scales), len(segments) / 2)
+            for channel in {m["channel"] for m in messages}:
+                numbers = [m["seq"] for m in messages if m["channel"] == channel]
+                self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))), channel)
+
+
+class BadInput(unittest.TestCase):
+    def check_refused(self, bench, words, *arguments):
+        done = bench.run("run", *arguments)
+        self.assertNotEqual(done.returncode, 0)
+        for word in words:
+            self.assertIn(word, done.stderr + done.stdout)
+        self.assertFalse(bench.records.exists() and list(bench.records.iterdir()),
+                         "refused before anything moves, so there is no record")
+
+    def test_what_is_wrong_is_refused_before_anything_moves(self):
+        with Bench() as bench:
+            self.check_refused(bench, ["scael", "scale"], "scael")
+            self.check_refused(bench, ["turns", "0"], "scale", "-p", "turns=0")
+            self.check_refused(bench, ["rate_deg_s"], "scale", "-p", "rate_deg_s=fast")
+            self.check_refused(bench, ["nonsense"], "scale", "-p", "nonsense=1")
+            self.check_refused(bench, ["scale.lua:", "soft limit"], "scale", "-p", "turns=1000")
+
+    def test_sigterm_in_the_middle_of_a_run_stops_in_order_with_the_record_closed(self):
+        with Bench(extra="[virtual]\npace = 20\n") as bench:
+            self.assertEqual(bench.run("run", "scale", "--detach").returncode, 0)
+            while not bench.records.exists() or not list(bench.records.iterdir()):
+                self.assertEqual(bench.run("status").returncode, 0)
+            bench.daemon.send_signal(signal.SIGTERM)
+            self.assertEqual(bench.daemon.wait(DEADLINE_S), 0)
+            record = bench.newest_record()
+            self.assertEqual(json.loads((record / "run.json").read_text())["outcome"], "aborted")
+            self.assertEqual(bench.run("analyze", record).returncode, 0)
+
+    def test_a_record_folder_that_cannot_be_written_prevents_the_run(self):
+        with Bench(extra="") as bench:
+            bench.stop()
+            text = bench.config.read_text().replace(str(bench.records), "/proc/none/records")
+            bench.config.write_text(text)
+            bench.start()
+            done = bench.run(*SHORT_SCALE)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("/proc/none/records", done.stderr + done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
