@@ -42,7 +42,7 @@ struct DryOptions {
   double max_duration_s = 86400.0;
   std::size_t max_segments = 100'000;
   // Answers by question id. Otherwise the first choice, or "" where there are none.
-  std::map<std::string, std::string> answers;
+  std::map<std::string, std::string> answers = {};
   // Estimates are there from the first command on, exact (std_error 0): a loop that waits for a
   // small standard error is planned at its shortest.
   double nominal_scale_deg_s_per_lsb = 1.0 / 131.0;

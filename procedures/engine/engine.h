@@ -34,7 +34,7 @@ struct RunResult {
   RunOutcome outcome = RunOutcome::kPassed;
   std::vector<LimitCheck> checks;  // of bench.limit, in order
   std::int64_t commands = 0;
-  std::int64_t instructions = 0;  // counted in steps of 1000
+  std::int64_t instructions = 0;  // counted in steps of 200
 };
 
 // Checks the parameters, then executes the script's run(p) to its end, one command after the other,

@@ -16,7 +16,9 @@
 namespace gyrobench::procedures {
 namespace {
 
-constexpr int kHookInterval = 1000;
+// Instructions between two looks at the limits. Near the memory limit each of them may cost a
+// collection.
+constexpr int kHookInterval = 200;
 constexpr lua_Integer kRepeatBytes = 1 << 20;
 constexpr lua_Integer kRandomSeed = 1;
 
@@ -55,14 +57,6 @@ int BoundedRepeat(lua_State* state) {
   lua_insert(state, 1);
   lua_call(state, lua_gettop(state) - 1, 1);
   return 1;
-}
-
-// Reached where the host itself meets an error of Lua outside of a protected call: memory. The
-// process must not end by it, so it goes on as an exception of ours; the state is closed by who
-// catches it.
-int Panic(lua_State* state) {
-  const char* text = lua_tostring(state, -1);
-  throw Error(fmt::format("the script's state is used up: {}", text == nullptr ? "?" : text));
 }
 
 void OpenLibrary(lua_State* state, const char* name, lua_CFunction open, Names kept) {
@@ -118,6 +112,7 @@ struct Sandbox::Guard {
   double step_begin_s = 0.0;
   Trip trip = Trip::kNone;
   int trip_line = 0;
+  std::string file;
 
   Trip Exceeded() const {
     if (step_instructions > limits.instructions_per_step) return Trip::kStep;
@@ -181,6 +176,24 @@ void* Sandbox::Allocate(void* user, void* block, std::size_t old_size, std::size
   return moved;
 }
 
+// Reached where the host itself meets an error of Lua outside of a protected call: memory. The
+// process must not end by it, so it goes on as an exception of ours; whoever catches it closes the
+// state.
+int Sandbox::Panic(lua_State* state) {
+  const char* text = lua_tostring(state, -1);
+  throw ScriptError(GuardOf(state).file, 0,
+                    fmt::format("no memory is left for the script's state ({})",
+                                text == nullptr ? "unknown error" : text));
+}
+
+// Leaves the script for good: yields to the host, which will not resume. An error would unwind
+// level by level, at a cost that grows with the square of the depth; it is for where a yield cannot
+// be (in table.sort, where the depth is small).
+int Sandbox::Leave(lua_State* state) {
+  if (lua_isyieldable(state) != 0) return lua_yield(state, 0);
+  return luaL_error(state, "limit of the script reached");
+}
+
 // Once tripped, the hook comes at every instruction: whatever the script does to go on, it is
 // stopped again.
 void Sandbox::OnCount(lua_State* state, lua_Debug*) {
@@ -193,10 +206,10 @@ void Sandbox::OnCount(lua_State* state, lua_Debug*) {
     guard.Set(reason, state);
     lua_sethook(state, OnCount, LUA_MASKCOUNT, 1);
   }
-  luaL_error(state, "limit of the script reached");
+  Leave(state);
 }
 
-// pcall of the sandbox: as Lua's, but a tripped limit and exhausted memory go on upwards.
+// pcall of the sandbox: as Lua's, but it catches neither a tripped limit nor exhausted memory.
 int Sandbox::ProtectedCall(lua_State* state) {
   luaL_checkany(state, 1);
   lua_pushboolean(state, 1);
@@ -208,7 +221,7 @@ int Sandbox::ProtectedCall(lua_State* state) {
 int Sandbox::EndProtectedCall(lua_State* state, int status, std::ptrdiff_t) {
   Guard& guard = GuardOf(state);
   if (status == LUA_ERRMEM) guard.Set(Guard::Trip::kMemory, state);
-  if (guard.trip != Guard::Trip::kNone) return lua_error(state);
+  if (guard.trip != Guard::Trip::kNone) return Leave(state);
   if (status == LUA_OK || status == LUA_YIELD) return lua_gettop(state);
   lua_pushboolean(state, 0);
   lua_pushvalue(state, -2);
@@ -218,6 +231,7 @@ int Sandbox::EndProtectedCall(lua_State* state, int status, std::ptrdiff_t) {
 Sandbox::Sandbox(std::string file, const SandboxLimits& limits)
     : file_(std::move(file)), guard_(std::make_unique<Guard>()) {
   guard_->limits = limits;
+  guard_->file = file_;
   state_.reset(lua_newstate(Allocate, guard_.get()));
   if (!state_) throw Error(file_ + ": no memory for a Lua state");
   lua_atpanic(state_.get(), Panic);

@@ -19,7 +19,7 @@ struct SandboxLimits {
   std::size_t memory_bytes = std::size_t{32} << 20;
   std::int64_t instructions_per_step = 20'000'000;  // between two bench commands
   std::int64_t instructions = 1'000'000'000;        // in all
-  double processor_s_per_step = 10.0;
+  double processor_s_per_step = 5.0;
 };
 
 // One script in one Lua state, run as one coroutine. A step runs it until it yields, returns or
@@ -60,6 +60,8 @@ class Sandbox {
   static void OnCount(lua_State* state, lua_Debug* activation);
   static int ProtectedCall(lua_State* state);
   static int EndProtectedCall(lua_State* state, int status, std::ptrdiff_t context);
+  static int Panic(lua_State* state);
+  static int Leave(lua_State* state);
   static Guard& GuardOf(lua_State* state);
   void OpenLibraries();
 

@@ -43,12 +43,13 @@ bool SecondFits(std::uint8_t lead, std::uint8_t second) {
 }  // namespace
 
 std::string DidYouMean(std::string_view word, const std::vector<std::string>& known) {
-  const auto nearest = std::min_element(known.begin(), known.end(), [&](auto& a, auto& b) {
-    return Distance(word, a) < Distance(word, b);
-  });
-  if (nearest == known.end()) return {};
-  const bool begins = word.size() >= 3 && nearest->starts_with(word);
-  if (!begins && Distance(word, *nearest) > std::max<std::size_t>(1, word.size() / 3)) return {};
+  // A word that another begins with is half typed, whatever their distance.
+  const auto slips = [&](const std::string& other) -> std::size_t {
+    return word.size() >= 3 && other.starts_with(word) ? 1 : Distance(word, other);
+  };
+  const auto nearest = std::min_element(known.begin(), known.end(),
+                                        [&](auto& a, auto& b) { return slips(a) < slips(b); });
+  if (nearest == known.end() || slips(*nearest) > (word.size() + 2) / 3) return {};
   return " (did you mean " + *nearest + "?)";
 }
 
