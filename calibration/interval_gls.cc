@@ -54,8 +54,9 @@ class CovarianceFilter {
     const double variance = var_i + n2_ * dt + g * (2.0 * cov_ie + g * ee_ + g * s2_);
     Step step;
     step.bias_factor = dt;
-    step.reference_factor = g;
-    step.reference_keep = interval.still ? 1.0 : 0.0;
+    // A new reference begins from an estimate of 0; otherwise the last angle's stays while the table is still.
+    step.reference_factor = interval.new_reference ? 0.0 : g;
+    step.reference_keep = interval.still && !interval.new_reference ? 1.0 : 0.0;
     const double cov_yb = cov_ib + g * be_;
     const double cov_yc = cov_ic + g * ec;
     const double cov_ye = interval.still ? cov_ie : -g * s2_;

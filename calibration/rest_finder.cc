@@ -11,6 +11,7 @@ constexpr double kClosestReadings_s = 0.004;
 constexpr double kFinestTolerance_deg = 0.03;
 constexpr double kCoarsestTolerance_deg = 0.25;
 constexpr double kLevelMemory_s = 2.0;
+constexpr double kLeastScatter_deg = 1e-3;
 constexpr int kBlock = 16;
 
 }  // namespace
@@ -37,8 +38,12 @@ void RestFinder::Learn(double t_s, double angle_deg) {
   const double second = angle_deg - 2.0 * back(0).angle_deg + back(1).angle_deg;
   block_sum_ += second * second;
   if (++block_count_ < kBlock) return;
-  const double scatter = std::sqrt(block_sum_ / (6.0 * kBlock));
-  if (!scatter_known_ || scatter < scatter_deg_) scatter_deg_ = scatter;
+  const double scatter = std::max(kLeastScatter_deg, std::sqrt(block_sum_ / (6.0 * kBlock)));
+  if (!scatter_known_ || scatter < 0.5 * scatter_deg_) {
+    scatter_deg_ = scatter;
+  } else {
+    scatter_deg_ *= scatter < scatter_deg_ ? 0.96 : 1.01;
+  }
   scatter_known_ = true;
   block_sum_ = 0.0;
   block_count_ = 0;

@@ -42,7 +42,7 @@ class RestFinder {
   bool resting_ = false, within_ = false;
   double rest_begin_s_ = 0.0, last_at_rest_s_ = 0.0, level_deg_ = 0.0;
   int outside_ = 0;
-  // Scatter of the readings: the least over blocks of second differences, and the least step.
+  // Scatter of the readings, from blocks of second differences, and the least step.
   double scatter_deg_ = 0.0, step_deg_ = 1e9, block_sum_ = 0.0;
   bool scatter_known_ = false;
   int block_count_ = 0;

@@ -1,0 +1,265 @@
+#include "calibration/interval_gls.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "calibration/noise_fit.h"
+#include "tests/calibration/dense_gls.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+using gyrobench::testing::DenseCovariance;
+using gyrobench::testing::DenseInterval;
+using gyrobench::testing::DenseSolution;
+using gyrobench::testing::SolveDense;
+
+// The same random problem, once as a series and once as dense matrices.
+struct Problem {
+  IntervalSeries series{4};
+  std::vector<DenseInterval> dense;
+  Eigen::MatrixXd x;
+  Eigen::VectorXd y;
+};
+
+Problem Draw(std::mt19937* random, int rows) {
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::normal_distribution<double> normal;
+  Problem out;
+  out.x.resize(rows, 3);
+  out.y.resize(rows);
+  double t = 0.0;
+  int angles = 0, current = angles++;
+  for (int i = 0; i < rows; ++i) {
+    Interval interval;
+    interval.duration_s = 0.05 + uniform(*random);
+    interval.still = uniform(*random) < 0.5;
+    if (i > 0 && uniform(*random) < 0.2) interval.gap_before_s = 3 * uniform(*random);
+    interval.new_reference = i == 0 || uniform(*random) < 0.15;
+    if (interval.new_reference && i > 0) current = angles++;
+    t += interval.gap_before_s;
+    DenseInterval dense{t, t + interval.duration_s};
+    if (!interval.still) {
+      dense.begin_angle = current;
+      dense.end_angle = current = angles++;
+    }
+    t = dense.end_s;
+    out.dense.push_back(dense);
+    double* row = out.series.Add(interval);
+    row[0] = out.x(i, 0) = interval.still ? 0.0 : 10 * normal(*random);
+    row[1] = out.x(i, 1) = interval.duration_s;
+    row[2] = out.x(i, 2) = normal(*random);
+    row[3] = out.y(i) = normal(*random) + 3 * out.x(i, 0);
+  }
+  return out;
+}
+
+const std::vector<int> kRegressors = {0, 1, 2};
+
+void ExpectAgreement(const Problem& problem, const IntervalNoise& noise) {
+  const WhiteGram gram = Whiten(problem.series, noise);
+  const GlsSolution solution = Solve(gram, kRegressors, 3);
+  ASSERT_TRUE(solution.solvable);
+  const gyrobench::testing::DenseNoise same = {
+      noise.angle_random_walk_deg_sqrt_s, noise.bias_random_walk_deg_s_sqrt_s, noise.reference_deg};
+  const DenseSolution dense =
+      SolveDense(DenseCovariance(problem.dense, same), problem.x, problem.y);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    EXPECT_NEAR(solution.coefficients[index], dense.coefficients(i),
+                1e-9 * (1 + std::fabs(dense.coefficients(i))));
+    for (Eigen::Index j = 0; j < 3; ++j) {
+      EXPECT_NEAR(solution.covariance[index * 3 + static_cast<std::size_t>(j)],
+                  dense.covariance(i, j),
+                  1e-9 * std::sqrt(dense.covariance(i, i) * dense.covariance(j, j)));
+    }
+  }
+  EXPECT_NEAR(Deviance(gram, solution), dense.deviance, 1e-9 * std::fabs(dense.deviance));
+  EXPECT_NEAR(RestrictedDeviance(gram, solution), dense.restricted_deviance,
+              1e-9 * std::fabs(dense.restricted_deviance));
+}
+
+TEST(IntervalGls, AgreesWithDenseLeastSquaresForRandomSequences) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> exponent(-2.0, 1.0);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Problem problem = Draw(&random, 12 + trial % 30);
+    ExpectAgreement(problem, {std::pow(10.0, exponent(random)), std::pow(10.0, exponent(random)),
+                              std::pow(10.0, exponent(random))});
+  }
+}
+
+TEST(IntervalGls, AgreesWithDenseLeastSquaresWhenANoiseIsZero) {
+  std::mt19937 random(12);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Problem problem = Draw(&random, 25);
+    ExpectAgreement(problem, {0.3, 0.0, 0.0});
+    ExpectAgreement(problem, {0.3, 0.2, 0.0});
+    ExpectAgreement(problem, {0.3, 0.0, 0.5});
+  }
+}
+
+// The mean bias is the best linear predictor: computed densely from the joint covariance of outputs
+// and walk.
+TEST(IntervalGls, AveragesTheBiasAsDensePredictionDoes) {
+  std::mt19937 random(13);
+  const IntervalNoise noise = {0.2, 0.3, 0.4};
+  for (int trial = 0; trial < 30; ++trial) {
+    const Problem problem = Draw(&random, 20);
+    GlsFit fit;
+    FitOptions options;
+    options.regressors = kRegressors;
+    options.output = 3;
+    fit.gram = Whiten(problem.series, noise);
+    fit.solution = Solve(fit.gram, kRegressors, 3);
+    const MeanBias mean = AverageBias(fit, options, 1);
+
+    // Cov(int b over all, y_i), and its variance, from the walk's part of the covariance alone.
+    const Eigen::MatrixXd walk = DenseCovariance(problem.dense, {0.0, 0.3, 0.0});
+    const Eigen::MatrixXd v = DenseCovariance(problem.dense, {0.2, 0.3, 0.4});
+    const Eigen::VectorXd c = walk.rowwise().sum();
+    const DenseSolution dense = SolveDense(v, problem.x, problem.y);
+    const Eigen::VectorXd weight = v.llt().solve(c);
+    const double t = problem.x.col(1).sum();
+    const double expected =
+        dense.coefficients(1) + weight.dot(problem.y - problem.x * dense.coefficients) / t;
+    Eigen::VectorXd direction = -problem.x.transpose() * weight / t;
+    direction(1) += 1.0;
+    const double variance =
+        (walk.sum() - c.dot(weight)) / (t * t) + direction.dot(dense.covariance * direction);
+    EXPECT_NEAR(mean.value, expected, 1e-9);
+    EXPECT_NEAR(mean.variance, variance, 1e-9);
+  }
+}
+
+TEST(IntervalGls, SaysWhenRegressorsAreNotIndependent) {
+  std::mt19937 random(14);
+  Problem problem = Draw(&random, 20);
+  for (std::size_t i = 0; i < problem.series.rows(); ++i)
+    problem.series.row(i)[2] = 2 * problem.series.row(i)[1];
+  EXPECT_FALSE(Solve(Whiten(problem.series, {1, 0.1, 0.1}), kRegressors, 3).solvable);
+}
+
+TEST(IntervalGls, WhitenedRowsAndProductsAreTheSameThingForManyColumns) {
+  std::mt19937 random(15);
+  std::normal_distribution<double> normal;
+  const int columns = 40;
+  IntervalSeries series(columns);
+  for (int i = 0; i < 150; ++i) {
+    double* row = series.Add({0.1, 0.0, i % 3 == 0, i == 0});
+    for (int j = 0; j < columns; ++j) row[j] = normal(random);
+  }
+  std::vector<double> white;
+  const WhiteGram gram = Whiten(series, {0.1, 0.2, 0.3}, &white);
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> w(
+      white.data(), 150, columns);
+  const Eigen::MatrixXd expected = w.transpose() * w;
+  for (int i = 0; i < columns; ++i) {
+    for (int j = 0; j < columns; ++j)
+      EXPECT_NEAR(gram.product(i, j), expected(i, j), 1e-10 * expected(i, i));
+  }
+}
+
+// Outputs drawn from the model itself: a stop-and-go run.
+IntervalSeries DrawRun(std::mt19937* random, int turns, const IntervalNoise& noise, double unit) {
+  std::normal_distribution<double> normal;
+  IntervalSeries series(3);
+  double bias = 0.0, error = noise.reference_deg * normal(*random);
+  for (int i = 0; i < 4 * turns; ++i) {
+    Interval interval{i % 4 == 3 ? 0.5 : 1.0, 0.0, i % 4 != 3, i == 0};
+    double* row = series.Add(interval);
+    const double dt = interval.duration_s;
+    double y = 0.3 * dt + noise.angle_random_walk_deg_sqrt_s * std::sqrt(dt) * normal(*random);
+    // Exact pair of the walk's end value and integral.
+    const double a = normal(*random), b = normal(*random), k = noise.bias_random_walk_deg_s_sqrt_s;
+    y += bias * dt + k * std::pow(dt, 1.5) * (0.5 * a + b / std::sqrt(12.0));
+    bias += k * std::sqrt(dt) * a;
+    if (!interval.still) {
+      row[0] = 9.0;
+      const double next = noise.reference_deg * normal(*random);
+      y += 1.01 * 9.0 - (next - error);
+      error = next;
+    }
+    row[1] = dt;
+    row[2] = unit * y;
+  }
+  return series;
+}
+
+FitOptions RunOptions() {
+  FitOptions options;
+  options.regressors = {0, 1};
+  options.rest_regressors = {1};
+  options.output = 2;
+  return options;
+}
+
+// 40 runs: the means of the estimates lie within 5 standard errors of the truth.
+TEST(NoiseFit, FindsTheNoiseThatMadeTheData) {
+  std::mt19937 random(21);
+  const IntervalNoise truth = {0.0035, 0.001, 0.0144};
+  const int runs = 40;
+  std::vector<double> n, k, s;
+  for (int i = 0; i < runs; ++i) {
+    const GlsFit fit = FitIntervals(DrawRun(&random, 60, truth, 1.0), RunOptions());
+    ASSERT_TRUE(fit.solvable);
+    n.push_back(fit.noise.noise.angle_random_walk_deg_sqrt_s);
+    k.push_back(fit.noise.noise.bias_random_walk_deg_s_sqrt_s);
+    s.push_back(fit.noise.noise.reference_deg);
+  }
+  auto expect_mean = [&](const std::vector<double>& values, double expected) {
+    double sum = 0, square = 0;
+    for (const double v : values) sum += v, square += v * v;
+    const double mean = sum / runs, deviation = std::sqrt(square / runs - mean * mean);
+    EXPECT_NEAR(mean, expected, 5 * deviation / std::sqrt(runs));
+    EXPECT_LT(deviation, 0.35 * expected);
+  };
+  expect_mean(n, truth.angle_random_walk_deg_sqrt_s);
+  expect_mean(k, truth.bias_random_walk_deg_s_sqrt_s);
+  expect_mean(s, truth.reference_deg);
+}
+
+TEST(NoiseFit, ScalesWithTheUnitOfTheOutput) {
+  std::mt19937 random(22), same(22);
+  const IntervalNoise truth = {0.0035, 0.001, 0.0144};
+  const GlsFit one = FitIntervals(DrawRun(&random, 40, truth, 1.0), RunOptions());
+  const GlsFit thousand = FitIntervals(DrawRun(&same, 40, truth, 1000.0), RunOptions());
+  ASSERT_TRUE(one.solvable && thousand.solvable);
+  EXPECT_NEAR(thousand.solution.coefficients[0], 1000 * one.solution.coefficients[0], 1e-6);
+  EXPECT_NEAR(thousand.noise.noise.angle_random_walk_deg_sqrt_s /
+                  one.noise.noise.angle_random_walk_deg_sqrt_s,
+              1000, 1e-3);
+  EXPECT_NEAR(thousand.solution.variance(0) / one.solution.variance(0), 1e6, 1.0);
+}
+
+TEST(NoiseFit, FindsNoNoiseWhereThereIsNone) {
+  std::mt19937 random(23);
+  const GlsFit fit = FitIntervals(DrawRun(&random, 60, {0.0035, 0.0, 0.0}, 1.0), RunOptions());
+  ASSERT_TRUE(fit.solvable);
+  EXPECT_LT(fit.noise.noise.reference_deg, 0.002);
+  EXPECT_LT(fit.noise.noise.bias_random_walk_deg_s_sqrt_s, 3e-4);
+  EXPECT_NEAR(fit.noise.noise.angle_random_walk_deg_sqrt_s, 0.0035, 0.0007);
+}
+
+// The white residuals of a fit have unit variance and no memory.
+TEST(NoiseFit, LeavesWhiteResiduals) {
+  std::mt19937 random(24);
+  const GlsFit fit =
+      FitIntervals(DrawRun(&random, 200, {0.0035, 0.001, 0.0144}, 1.0), RunOptions());
+  const double n = static_cast<double>(fit.residuals.size());
+  double square = 0, next = 0;
+  for (std::size_t i = 1; i < fit.residuals.size(); ++i) {
+    square += fit.residuals[i] * fit.residuals[i];
+    next += fit.residuals[i] * fit.residuals[i - 1];
+  }
+  EXPECT_NEAR(square / n, 1.0, 0.02);
+  EXPECT_NEAR(next / n, 0.0, 5 / std::sqrt(n));
+}
+
+}  // namespace
+}  // namespace gyrobench::calibration

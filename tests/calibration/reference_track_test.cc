@@ -1,0 +1,118 @@
+#include "calibration/reference_track.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace gyrobench::calibration {
+namespace {
+
+MeasurementInfo Stand() {
+  MeasurementInfo info;
+  info.reference = ReferenceKind::kStandAngles;
+  info.stand_axis_present = {true, true, true};
+  return info;
+}
+
+// Three axes that turn at once, each read at its own times; the true rotation by fine integration.
+TEST(ReferenceTrack, AddsUpRotationAboutTheSensorsAxesFromThreeMovingAngles) {
+  auto angles = [](double t) -> Vector3 {
+    return {20 * t, 40 * std::sin(0.5 * t), 30 * std::sin(0.8 * t)};
+  };
+  auto rates = [](double t) -> Vector3 {
+    return {20, 20 * std::cos(0.5 * t), 24 * std::cos(0.8 * t)};
+  };
+  ReferenceTrack track;
+  track.Start(Stand());
+  for (int i = 0; i <= 1500; ++i) {
+    const double t = i / 150.0;
+    const int axis = i % 3;
+    track.Add(AngleSample{t, axis, angles(t)[static_cast<std::size_t>(axis)]});
+  }
+  Vector3 truth = {};
+  const int steps = 100000;
+  for (int i = 0; i < steps; ++i) {
+    const double t = 10.0 * (i + 0.5) / steps;
+    const Matrix3 j = StandRates(angles(t));
+    const Vector3 w = rates(t);
+    for (std::size_t c = 0; c < 3; ++c) {
+      truth[c] += (j[c][0] * w[0] + j[c][1] * w[1] + j[c][2] * w[2]) * 10.0 / steps;
+    }
+  }
+  // The axes' last readings are up to two thirds of a poll (13 ms) old.
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(track.rotation_deg()[c], truth[c], 0.6) << c;
+}
+
+TEST(ReferenceTrack, GivesTheSameRotationFromAQuaternionAsFromAngles) {
+  MeasurementInfo info;
+  info.reference = ReferenceKind::kOrientation;
+  ReferenceTrack track;
+  track.Start(info);
+  for (int i = 0; i <= 1000; ++i) {
+    const double half = 0.5 * 0.73 * i * std::numbers::pi / 180.0;
+    track.Add(OrientationSample{0.01 * i, {std::cos(half), std::sin(half), 0, 0}});
+  }
+  EXPECT_NEAR(track.rotation_deg()[0], 730.0, 1e-6);
+  EXPECT_NEAR(track.rotation_deg()[2], 0.0, 1e-9);
+}
+
+TEST(ReferenceTrack, BreaksWhereTheOrientationWasLost) {
+  MeasurementInfo info;
+  info.reference = ReferenceKind::kOrientation;
+  ReferenceTrack track;
+  track.Start(info);
+  int breaks = 0;
+  for (int i = 0; i <= 1000; ++i) {
+    const double half = 0.5 * 0.2 * i * std::numbers::pi / 180.0;
+    std::array<double, 4> q = {std::cos(half), 0, 0, std::sin(half)};
+    if (i >= 400 && i < 500) q.fill(kMissing);
+    track.Add(OrientationSample{0.01 * i, q});
+    if (track.lost_since_s()) ++breaks;
+  }
+  EXPECT_EQ(breaks, 1);
+  EXPECT_NEAR(track.rotation_deg()[2], 200.0 - 0.2 * 101, 1e-6)
+      << "what turned unseen is not counted";
+}
+
+TEST(ReferenceTrack, KnowsEarthsRotationInTheSensorsFrame) {
+  MeasurementInfo info = Stand();
+  info.site_latitude_deg = 90.0;
+  ReferenceTrack track;
+  track.Start(info);
+  for (int i = 0; i <= 3600 * 5; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      track.Add(AngleSample{0.2 * i + 0.01 * axis, axis, axis == 1 ? 90.0 : 0.0});
+    }
+  }
+  // Middle axis at 90 deg: the sensor's y axis points up. At the pole that is Earth's axis.
+  EXPECT_NEAR(track.earth_deg()[1], 15.041, 1e-3);
+  EXPECT_NEAR(track.earth_deg()[2], 0.0, 1e-3);
+}
+
+TEST(ReferenceTrack, RestsOnlyWhenAllAxesRest) {
+  ReferenceTrack track;
+  track.Start(Stand());
+  int begins = 0, ends = 0;
+  for (int i = 0; i <= 3000; ++i) {
+    const double t = i / 150.0;
+    const int axis = i % 3;
+    // The outer axis turns between 5 s and 6 s, the inner between 5.5 s and 8 s.
+    const double outer = 9 * std::clamp(t - 5.0, 0.0, 1.0),
+                 inner = 9 * std::clamp(t - 5.5, 0.0, 2.5);
+    track.Add(AngleSample{t, axis, axis == 0 ? outer : axis == 2 ? inner : 0.0});
+    begins += track.rest_began() ? 1 : 0;
+    ends += track.rest_ended() ? 1 : 0;
+    if (track.rest_ended()) {
+      EXPECT_NEAR(track.ended_rest().last_at_rest_s, 5.0, 0.03);
+    }
+    if (track.rest_began() && t > 5) {
+      EXPECT_NEAR(track.open_rest()->coarse_begin_s, 8.0, 0.03);
+    }
+  }
+  EXPECT_EQ(begins, 2);
+  EXPECT_EQ(ends, 1);
+}
+
+}  // namespace
+}  // namespace gyrobench::calibration

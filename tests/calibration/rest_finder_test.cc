@@ -1,0 +1,95 @@
+#include "calibration/rest_finder.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+namespace gyrobench::calibration {
+namespace {
+
+struct Found {
+  std::vector<double> begins, ends;
+  int outliers = 0;
+};
+
+template <typename Angle>
+Found Watch(Angle angle, double rate_hz, double duration_s) {
+  RestFinder finder;
+  Found found;
+  for (int i = 0; i < duration_s * rate_hz; ++i) {
+    const double t = i / rate_hz;
+    switch (finder.Add(t, angle(t))) {
+      case RestFinder::Change::kRestBegan:
+        found.begins.push_back(finder.rest_begin_s());
+        break;
+      case RestFinder::Change::kRestEnded:
+        found.ends.push_back(finder.last_at_rest_s());
+        break;
+      case RestFinder::Change::kOutlier:
+        ++found.outliers;
+        break;
+      case RestFinder::Change::kNone:
+        break;
+    }
+  }
+  return found;
+}
+
+// Rest, 0.5 s of motion at 20 deg/s, rest, ... of period 2.5 s.
+double StopAndGo(double t) {
+  const double cycle = std::floor(t / 2.5), since = t - 2.5 * cycle;
+  return 10.0 * cycle + (since > 2.0 ? 20.0 * (since - 2.0) : 0.0);
+}
+
+TEST(RestFinder, FindsEveryRestWhateverTheNoiseOfAGoodEncoder) {
+  std::mt19937 random(1);
+  for (const double sigma : {0.0, 0.002, 0.0075, 0.02}) {
+    std::normal_distribution<double> noise(0.0, sigma > 0 ? sigma : 1.0);
+    const Found found =
+        Watch([&](double t) { return StopAndGo(t) + (sigma > 0 ? noise(random) : 0.0); }, 50, 99.3);
+    EXPECT_EQ(found.begins.size(), 40u) << sigma;
+    ASSERT_EQ(found.ends.size(), 39u) << sigma;
+    for (std::size_t i = 0; i < found.ends.size(); ++i) {
+      EXPECT_NEAR(found.begins[i], 2.5 * static_cast<double>(i), 0.021);
+      EXPECT_NEAR(found.ends[i], 2.5 * static_cast<double>(i) + 2.0, 0.021);
+    }
+  }
+}
+
+TEST(RestFinder, FindsRestsBetweenTheCountsOfACoarseEncoder) {
+  const double count = 360.0 / 4096;
+  std::mt19937 random(2);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  const Found found =
+      Watch([&](double t) { return count * std::round((StopAndGo(t) + noise(random)) / count); },
+            50, 99.3);
+  EXPECT_EQ(found.begins.size(), 40u);
+}
+
+TEST(RestFinder, FindsRestsOfAnAxisThatIsReadFiveTimesASecond) {
+  const Found found =
+      Watch([](double t) { return t < 10   ? 0.0
+                                  : t < 12 ? 8 * (t - 10)
+                                           : 16.0; }, 5, 30);
+  ASSERT_EQ(found.begins.size(), 2u);
+  EXPECT_NEAR(found.ends.at(0), 10.0, 0.21);
+  EXPECT_NEAR(found.begins.at(1), 12.0, 0.21);
+}
+
+TEST(RestFinder, TakesASlowTurnForMotion) {
+  EXPECT_TRUE(Watch([](double t) { return 0.5 * t; }, 50, 60).begins.empty());
+  EXPECT_TRUE(Watch([](double t) { return 5 * std::sin(1.3 * t); }, 50, 60).begins.empty());
+}
+
+TEST(RestFinder, CountsASingleWildReadingInsteadOfEndingTheRest) {
+  const Found found =
+      Watch([](double t) { return std::fabs(t - 5.0) < 0.005 ? 90.0 : 1.0; }, 50, 10);
+  EXPECT_EQ(found.begins.size(), 1u);
+  EXPECT_TRUE(found.ends.empty());
+  EXPECT_EQ(found.outliers, 1);
+}
+
+}  // namespace
+}  // namespace gyrobench::calibration
