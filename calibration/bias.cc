@@ -184,7 +184,10 @@ bool ChannelBias::Run(BiasResult* result, std::string* reason) {
                           series.rows(), kFewestRows);
     return false;
   }
-  longest_ = std::min(longest_, series.rows() / 4);
+  if (longest_ > series.rows() / 4) {
+    longest_ = series.rows() / 4;
+    series = Series(rows);  // its columns follow the longest polynomial
+  }
   GlsFit fit = FitIntervals(series, Options(longest_));
   while (!fit.solvable && longest_ > 0) {
     --longest_;
