@@ -1,5 +1,5 @@
-// Register maps of devices, read from TOML so that a user with the part can correct any number without a
-// compiler. Sources of the numbers are in the files (config/devices/*.toml).
+// Register maps of devices, read from TOML so that a user with the part can correct any number
+// without a compiler. Sources of the numbers are in the files (config/devices/*.toml).
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,8 @@ struct DriveMap {
   std::uint16_t clear_alarm_value = 0x1111;
   std::uint16_t trigger_address = 0;  // quick stop
   std::uint16_t quick_stop_value = 0x40;
-  std::uint16_t path_address = 0;     // 8 words: mode, position, rpm, acceleration, deceleration, pause, trigger
+  std::uint16_t path_address =
+      0;  // 8 words: mode, position, rpm, acceleration, deceleration, pause, trigger
   std::uint16_t relative_mode = 0x0041;
   std::uint16_t start_value = 0x0010;
   int min_rpm = 1, max_rpm = 3000;
@@ -39,9 +40,9 @@ struct EncoderMap {
   std::string model;
   int function = 3;  // 3 or 4
   std::uint16_t address = 0;
-  int words = 1;     // 1 or 2
+  int words = 1;  // 1 or 2
   WordOrder word_order = WordOrder::kHighFirst;
-  double counts_per_turn = 65536;  // of the table
+  double counts_per_turn = 65536;      // of the table
   std::uint64_t range_counts = 65536;  // where the value wraps; unwrapped by the driver
 };
 
@@ -59,17 +60,18 @@ struct GyroUnitMap {
   int block_header_words = 8;
   int sample_words = 8;
   int max_samples_per_block = 14;
-  // Holding registers (functions 03, 06, 16): gyro range, filter, rate divider, accelerometer range.
+  // Holding registers (functions 03, 06, 16): gyro range, filter, rate divider, accelerometer
+  // range.
   std::uint16_t settings_address = 0x0100;
   double tick_rate_hz = 250000.0;
   // Sensor facts by setting, data sheet PS-MPU-6000A rev 3.4.
   int who_am_i = 0x68;
-  std::vector<double> gyro_range_deg_s;      // by range index
-  std::vector<double> gyro_lsb_per_deg_s;    // by range index
-  std::vector<double> accel_range_g;         // by range index
-  std::vector<double> accel_lsb_per_g;       // by range index
-  std::vector<double> filter_bandwidth_hz;   // by filter 0..6
-  std::vector<double> filter_delay_s;        // by filter 0..6
+  std::vector<double> gyro_range_deg_s;     // by range index
+  std::vector<double> gyro_lsb_per_deg_s;   // by range index
+  std::vector<double> accel_range_g;        // by range index
+  std::vector<double> accel_lsb_per_g;      // by range index
+  std::vector<double> filter_bandwidth_hz;  // by filter 0..6
+  std::vector<double> filter_delay_s;       // by filter 0..6
   double temperature_lsb_per_degC = 340.0;
   double temperature_offset_degC = 36.53;
 };

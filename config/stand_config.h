@@ -1,5 +1,5 @@
-// The stand file: what the bench consists of and what it may do. Plain structs with defaults; units are in
-// the names. Loading checks every key, value and range (LoadStandConfig).
+// The stand file: what the bench consists of and what it may do. Plain structs with defaults; units
+// are in the names. Loading checks every key, value and range (LoadStandConfig).
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct BusConfig {
   std::string host;    // tcp
   int port = 502;      // tcp
   double response_timeout_s = 0.1;
-  int retries = 2;     // after the first try
+  int retries = 2;  // after the first try
 };
 
 struct DriveConfig {
@@ -45,10 +45,10 @@ struct EncoderConfig {
 };
 
 struct AxisConfig {
-  std::string name;  // outer, middle, inner
-  double gear_ratio = 40.0;          // shaft turns per table turn
-  double shaft_accuracy_deg = 1.0;   // half-width, of the shaft
-  double min_deg = -3600.0;          // soft limits of the table
+  std::string name;                 // outer, middle, inner
+  double gear_ratio = 40.0;         // shaft turns per table turn
+  double shaft_accuracy_deg = 1.0;  // half-width, of the shaft
+  double min_deg = -3600.0;         // soft limits of the table
   double max_deg = 3600.0;
   double max_rate_deg_s = 60.0;
   double max_acceleration_deg_s2 = 200.0;
@@ -61,10 +61,10 @@ struct GyroConfig {
   std::string bus;
   int unit = 21;
   GyroUnitMap map;
-  double range_deg_s = 250.0;  // 250, 500, 1000, 2000
-  int filter = 3;              // DLPF 0..6
-  double rate_hz = 200.0;      // 1000 / (1 + divider)
-  double accel_range_g = 2.0;  // 2, 4, 8, 16
+  double range_deg_s = 250.0;                  // 250, 500, 1000, 2000
+  int filter = 3;                              // DLPF 0..6
+  double rate_hz = 200.0;                      // 1000 / (1 + divider)
+  double accel_range_g = 2.0;                  // 2, 4, 8, 16
   std::optional<std::uint32_t> serial_number;  // refused when another answers
 };
 
@@ -87,7 +87,8 @@ struct SafetyConfig {
 struct VirtualConfig {
   std::filesystem::path scenario;
   std::uint64_t seed = 1;
-  double pace = 0.0;       // bench seconds per real second during a run; 0 = as fast as the machine allows
+  double pace =
+      0.0;  // bench seconds per real second during a run; 0 = as fast as the machine allows
   double idle_pace = 1.0;  // between runs and while an operator is asked; 0 = time stands still
   std::map<std::string, std::string> answers;  // by question id: what the operator would answer
 };
@@ -108,9 +109,9 @@ struct StandConfig {
   std::optional<VirtualConfig> virtual_stand;
 };
 
-// Reads and checks a stand file and the device maps that it names. Relative paths in the file are taken
-// from the file's folder. Throws ConfigError: "stand.toml:12: axis.inner.max_rate_deg_s = -5: expected
-// 0.001 .. 1000 deg/s"; an unknown key is an error that names the nearest known one.
+// Reads and checks a stand file and the device maps that it names. Relative paths in the file are
+// taken from the file's folder. Throws ConfigError: "stand.toml:12: axis.inner.max_rate_deg_s = -5:
+// expected 0.001 .. 1000 deg/s"; an unknown key is an error that names the nearest known one.
 StandConfig LoadStandConfig(const std::filesystem::path& file);
 
 }  // namespace gyrobench::config

@@ -4,17 +4,14 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <map>
 #include <set>
-#include <sstream>
-#include <system_error>
 
 #include "base/error.h"
 #include "config/nearest_word.h"
+#include "config/toml_document.h"
+#include "config/toml_expected.h"
 
 namespace gyrobench::config {
 namespace fs = std::filesystem;
@@ -22,89 +19,6 @@ namespace {
 
 // Files that include each other in a circle would never end.
 constexpr int kMaxIncludeDepth = 8;
-constexpr std::size_t kMaxShownValue = 60;
-
-constexpr std::string_view kRequired = "required";
-constexpr std::string_view kOptional = "optional";
-constexpr std::string_view kBoolExpected = "true or false";
-constexpr std::string_view kTextExpected = "a text that is not empty";
-constexpr std::string_view kPathExpected = "a path";
-
-// One parsed file.
-struct Document {
-  fs::path file;
-  toml::table root;
-};
-
-// A table as one file has it.
-struct Layer {
-  std::shared_ptr<const Document> document;
-  const toml::table* table = nullptr;
-};
-
-std::string Place(const fs::path& file, const toml::source_region& region) {
-  return fmt::format("{}:{}", file.string(), std::max(region.begin.line, toml::source_index{1}));
-}
-
-std::string ReadText(const fs::path& file) {
-  std::error_code error;
-  if (fs::is_directory(file, error)) {
-    throw ConfigError(fmt::format("{}: is a folder; expected a TOML file", file.string()));
-  }
-  std::ifstream in(file, std::ios::binary);
-  if (!in)
-    throw ConfigError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
-  std::ostringstream text;
-  if (in.peek() != std::ifstream::traits_type::eof()) text << in.rdbuf();
-  if (in.bad() || !text) throw ConfigError(fmt::format("{}: cannot be read", file.string()));
-  return text.str();
-}
-
-std::shared_ptr<const Document> Parse(std::string_view text, const fs::path& file) {
-  auto document = std::make_shared<Document>();
-  document->file = file;
-  try {
-    document->root = toml::parse(text, file.string());
-  } catch (const toml::parse_error& error) {
-    throw ConfigError(fmt::format("{}, column {}: not valid TOML: {}", Place(file, error.source()),
-                                  error.source().begin.column, error.description()));
-  }
-  return document;
-}
-
-std::string ShowValue(const toml::node& node) {
-  std::ostringstream out;
-  const auto flags =
-      toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings;
-  out << toml::toml_formatter{node, flags};
-  std::string text = out.str();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  if (text.size() > kMaxShownValue) text = text.substr(0, kMaxShownValue) + " ...";
-  return text;
-}
-
-template <typename Range>
-std::string WithUnit(std::string_view what, const Range& range) {
-  std::string text{what};
-  const bool has_min = range.min != Range{}.min, has_max = range.max != Range{}.max;
-  if (has_min && has_max) text += fmt::format(" in {} .. {}", range.min, range.max);
-  if (has_min && !has_max) text += fmt::format(" of at least {}", range.min);
-  if (!has_min && has_max) text += fmt::format(" of at most {}", range.max);
-  if (!range.unit.empty()) text += fmt::format(" {}", range.unit);
-  return text;
-}
-
-std::string WithLength(std::string_view what, const LengthRange& length) {
-  if (length.min == length.max) return fmt::format("{} {}", length.min, what);
-  if (length.max != LengthRange{}.max)
-    return fmt::format("{} .. {} {}", length.min, length.max, what);
-  if (length.min > 0) return fmt::format("at least {} {}", length.min, what);
-  return fmt::format("an array of {}", what);
-}
-
-std::string OneOf(const std::vector<std::string_view>& words) {
-  return fmt::format("one of \"{}\"", fmt::join(words, "\", \""));
-}
 
 std::optional<double> AsNumber(const toml::node& node) {
   if (const auto* integer = node.as_integer()) return static_cast<double>(integer->get());
@@ -156,7 +70,7 @@ struct TomlTable::Impl {
     const fs::path path = file.parent_path() / other->get();
     std::string included;
     try {
-      included = ReadText(path);
+      included = ReadWholeFile(path);
     } catch (const ConfigError& error) {
       Throw("include", found, error.what());
     }
@@ -328,7 +242,7 @@ struct TomlTable::Impl {
 TomlTable::TomlTable(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 TomlTable TomlTable::FromFile(const fs::path& file) {
-  return TomlTable(Impl::Root(ReadText(file), file));
+  return TomlTable(Impl::Root(ReadWholeFile(file), file));
 }
 
 TomlTable TomlTable::FromText(std::string_view text, const fs::path& file) {

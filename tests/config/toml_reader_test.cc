@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "base/error.h"
 #include "config/nearest_word.h"
 #include "tests/config/config_files.h"
@@ -216,6 +218,16 @@ TEST(TomlReader, SaysWhyAFileCannotBeRead) {
 TEST(TomlReader, CutsALongValueInItsMessage) {
   const std::string text = "x = \"" + std::string(5000, 'y') + "\"";
   EXPECT_LT(ErrorOf([&] { Parse(text).Number("x", kRange); }).size(), 200u);
+}
+
+// Messages travel in JSON, which takes whole characters only.
+TEST(TomlReader, CutsALongValueBetweenCharacters) {
+  for (const char* pad : {"", "a", "aa", "aaa"}) {
+    std::string text = std::string("x = \"") + pad;
+    for (int i = 0; i < 50; ++i) text += "\u20ac";  // three bytes each
+    const std::string error = ErrorOf([&] { Parse(text + "\"").Number("x", kRange); });
+    EXPECT_NO_THROW(nlohmann::json(error).dump()) << error;
+  }
 }
 
 class Includes : public testing::Test {

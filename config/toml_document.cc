@@ -1,0 +1,69 @@
+#include "config/toml_document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+#include "base/error.h"
+
+namespace gyrobench::config {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kMaxShownValue = 60;
+
+}  // namespace
+
+std::string Place(const fs::path& file, const toml::source_region& region) {
+  return fmt::format("{}:{}", file.string(), std::max(region.begin.line, toml::source_index{1}));
+}
+
+std::string ReadWholeFile(const fs::path& file) {
+  std::error_code error;
+  if (fs::is_directory(file, error)) {
+    throw ConfigError(fmt::format("{}: is a folder; expected a TOML file", file.string()));
+  }
+  std::ifstream in(file, std::ios::binary);
+  if (!in)
+    throw ConfigError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+  std::ostringstream text;
+  if (in.peek() != std::ifstream::traits_type::eof()) text << in.rdbuf();
+  if (in.bad() || !text) throw ConfigError(fmt::format("{}: cannot be read", file.string()));
+  return text.str();
+}
+
+std::shared_ptr<const Document> Parse(std::string_view text, const fs::path& file) {
+  auto document = std::make_shared<Document>();
+  document->file = file;
+  try {
+    document->root = toml::parse(text, file.string());
+  } catch (const toml::parse_error& error) {
+    throw ConfigError(fmt::format("{}, column {}: not valid TOML: {}", Place(file, error.source()),
+                                  error.source().begin.column, error.description()));
+  }
+  return document;
+}
+
+std::string ShowValue(const toml::node& node) {
+  std::ostringstream out;
+  const auto flags =
+      toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings;
+  out << toml::toml_formatter{node, flags};
+  std::string text = out.str();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  if (text.size() <= kMaxShownValue) return text;
+  std::size_t size = kMaxShownValue;
+  const auto is_inside_character = [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0) == 0x80;
+  };
+  while (size > 0 && is_inside_character(text[size])) --size;  // UTF-8
+  text.resize(size);
+  return text + " ...";
+}
+
+}  // namespace gyrobench::config
