@@ -65,13 +65,20 @@ void LiveBench::BeginSegment(const std::string& kind, const std::string& name) {
   context_.on_progress(progress_);
 }
 
+// By the dry run's time, unless the procedure knows better. A soak may outlast what was expected of
+// it: then nobody knows how long it will take, and 100 % is not said before the end.
+void LiveBench::UpdateTime() {
+  const double planned = context_.planned_duration_s;
+  const double elapsed = ElapsedS();
+  if (!procedure_reports_progress_ && planned > 0) {
+    progress_.fraction = std::min(0.99, elapsed / planned);
+  }
+  progress_.remaining_s = elapsed < planned ? planned - elapsed : kMissing;
+}
+
 void LiveBench::EndSegment() {
   ++progress_.segments_done;
-  const double elapsed = ElapsedS();
-  if (!procedure_reports_progress_ && context_.planned_duration_s > 0) {
-    progress_.fraction = std::min(1.0, elapsed / context_.planned_duration_s);
-  }
-  progress_.remaining_s = std::max(0.0, context_.planned_duration_s - elapsed);
+  UpdateTime();
   run_t message = Message(run_t::SEGMENT_END);
   context_.telemetry.Send(message);
   results_ = context_.telemetry.Analyse();

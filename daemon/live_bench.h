@@ -67,6 +67,7 @@ class LiveBench final : public procedures::Bench {
   // Ends a segment when it leaves scope in order: message, results.
   void BeginSegment(const std::string& kind, const std::string& name);
   void EndSegment();
+  void UpdateTime();
   void CheckMove(const procedures::TurnCommand& command, const procedures::AxisFacts& axis) const;
   AxisView WaitForEndOfMove(const procedures::TurnCommand& command, double expected_s);
   void CheckFollowing(const procedures::TurnCommand& command, double moved_deg);
