@@ -51,7 +51,9 @@ TEST(DriversOnStand, TheGyroIsReadWithoutLossAndItsTicksAreTimedToMicroseconds) 
     gyro->Read(block);
     EXPECT_EQ(block.missed, 0);
     for (const auto& sample : block.samples) {
-      if (last >= 0) ASSERT_EQ(sample.counter, last + 1);
+      if (last >= 0) {
+        ASSERT_EQ(sample.counter, last + 1);
+      }
       last = sample.counter;
       if (i < 1000) continue;
       // Sample n is taken (n + 1) periods after the settings were written; here only the spacing

@@ -7,9 +7,11 @@
 #include <unistd.h>
 
 #include <array>
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace gyrobench {
@@ -19,8 +21,8 @@ namespace fs = std::filesystem;
 
 class Program {
  public:
-  explicit Program(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), GYROBENCH_STAND_PROGRAM);
+  explicit Program(std::deque<std::string> arguments) {
+    arguments.emplace_front(GYROBENCH_STAND_PROGRAM);
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
@@ -98,12 +100,17 @@ TEST_F(StandProgram, ServesEachBusAtThePathThatItPrintsAndLinks) {
 
 TEST_F(StandProgram, ServesTcpAtThePortThatItPrints) {
   const fs::path config = dir_ / "stand.toml";
-  std::ofstream(config) << "include = \"" << config_
-                        << "\"\n[bus.b]\ntransport = \"tcp\"\nhost = \"127.0.0.1\"\n";
+  const std::string maps = std::string(GYROBENCH_SOURCE_DIR) + "/config/devices/";
+  std::ofstream(config) << "name = \"tcp\"\n"
+                           "[bus.t]\ntransport = \"tcp\"\nhost = \"127.0.0.1\"\n"
+                           "[axis.inner.drive]\nbus = \"t\"\nunit = 3\nmap = \""
+                        << maps << "leadshine-rs.toml\"\n"
+                        << "[axis.inner.encoder]\nbus = \"t\"\nunit = 13\nmap = \"" << maps
+                        << "briter-encoder.toml\"\n"
+                        << "[gyro]\nbus = \"t\"\nmap = \"" << maps << "gyro-unit.toml\"\n";
   Program program({"--config", config.string(), "--free-ports"});
-  program.Line();
   const std::string line = program.Line();
-  const std::string head = "bus b: 127.0.0.1:";
+  const std::string head = "bus t: 127.0.0.1:";
   ASSERT_EQ(line.rfind(head, 0), 0U) << line;
   modbus_t* client = modbus_new_tcp("127.0.0.1", std::stoi(line.substr(head.size())));
   modbus_set_response_timeout(client, 5, 0);
