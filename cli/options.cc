@@ -40,7 +40,7 @@ class CommandLine {
     app_.set_version_flag("--version", std::string("gyrobench ") + kVersion);
     app_.footer(
         "Exit status: 0 done, 1 the command failed, 2 usage, 3 the part failed its limits.\n"
-        "Example:\n  gyrobench --config config/stands/virtual.toml run scale -p turns=20");
+        "Example:\n  gyrobench --config config/virtual.toml run scale -p turns=20");
     AddCommon(app_, options_);
     AddBenchCommands();
     AddRunCommands();

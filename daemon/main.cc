@@ -1,4 +1,5 @@
 // gyrobenchd: the daemon.
+#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
 
@@ -48,6 +49,7 @@ int Serve(const std::string& config_file, bool check_only) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("gyrobenchd"));
   CLI::App app{
       "gyrobenchd drives the stand, samples gyro and reference, runs procedures by name and "
       "publishes "
