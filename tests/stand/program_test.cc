@@ -101,13 +101,14 @@ TEST_F(StandProgram, ServesEachBusAtThePathThatItPrintsAndLinks) {
 TEST_F(StandProgram, ServesTcpAtThePortThatItPrints) {
   const fs::path config = dir_ / "stand.toml";
   const std::string maps = std::string(GYROBENCH_SOURCE_DIR) + "/config/devices/";
-  std::ofstream(config) << "name = \"tcp\"\n"
-                           "[bus.t]\ntransport = \"tcp\"\nhost = \"127.0.0.1\"\n"
-                           "[axis.inner.drive]\nbus = \"t\"\nunit = 3\nmap = \""
-                        << maps << "leadshine-rs.toml\"\n"
-                        << "[axis.inner.encoder]\nbus = \"t\"\nunit = 13\nmap = \"" << maps
-                        << "briter-encoder.toml\"\n"
-                        << "[gyro]\nbus = \"t\"\nmap = \"" << maps << "gyro-unit.toml\"\n";
+  std::ofstream(config)
+      << "name = \"tcp\"\nprocedures = [\".\"]\ncontrol_socket = \"control.sock\"\n"
+         "[bus.t]\ntransport = \"tcp\"\nhost = \"127.0.0.1\"\n"
+         "[axis.inner.drive]\nbus = \"t\"\nunit = 3\nmap = \""
+      << maps << "leadshine-rs.toml\"\n"
+      << "[axis.inner.encoder]\nbus = \"t\"\nunit = 13\nmap = \"" << maps
+      << "briter-encoder.toml\"\n"
+      << "[gyro]\nbus = \"t\"\nmap = \"" << maps << "gyro-unit.toml\"\n";
   Program program({"--config", config.string(), "--free-ports"});
   const std::string line = program.Line();
   const std::string head = "bus t: 127.0.0.1:";
