@@ -108,7 +108,7 @@ TEST_F(StandProgram, ServesTcpAtThePortThatItPrints) {
       << maps << "leadshine-rs.toml\"\n"
       << "[axis.inner.encoder]\nbus = \"t\"\nunit = 13\nmap = \"" << maps
       << "briter-encoder.toml\"\n"
-      << "[gyro]\nbus = \"t\"\nmap = \"" << maps << "gyro-unit.toml\"\n";
+      << "[gyro]\nbus = \"t\"\nunit = 21\nmap = \"" << maps << "gyro-unit.toml\"\n";
   Program program({"--config", config.string(), "--free-ports"});
   const std::string line = program.Line();
   const std::string head = "bus t: 127.0.0.1:";
