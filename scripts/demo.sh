@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The main job from a bare Debian 12: sets up, builds, starts the daemon on the virtual stand, runs `bias` and
-# `scale` by name, shows live results received over LCM, and ends with the results and where the records are.
+# `scale` by name with live results, and ends with what another process received over LCM and where the records are.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -32,7 +32,7 @@ until $bin/gyrobench status >"$work/status" 2>&1; do
 done
 cat "$work/status"
 
-$bin/gyrobench watch --json >"$work/live.json" &
+$bin/gyrobench watch >"$work/live.txt" 2>&1 &
 watch=$!
 
 for procedure in bias scale; do
@@ -42,11 +42,12 @@ for procedure in bias scale; do
 done
 
 echo
-echo "== live results that another process received over LCM (the last of each channel)"
+echo "== live, as another process received it over LCM: the last results of each kind"
 for channel in BIAS_RESULT SCALE_RESULT; do
-  count=$(grep -c "_$channel" "$work/live.json" || true)
-  echo "$channel: $count messages"
+  echo "$(grep -c " $channel " "$work/live.txt" || true) of $channel"
+  grep " $channel " "$work/live.txt" | tail -n 3 || true
 done
+
 echo
-echo "== the same numbers again, from the records"
+echo "== records, each to be looked at with: gyrobench show RUN, gyrobench analyze RUN"
 $bin/gyrobench runs

@@ -40,9 +40,9 @@ class Bench:
         return self
 
     def start(self):
-        self.log = open(self.folder / "daemon.log", "w+")
-        self.daemon = subprocess.Popen([BIN / "gyrobenchd", "--config", self.config],
-                                       stdout=self.log, stderr=self.log)
+        with open(self.folder / "daemon.log", "w") as log:
+            self.daemon = subprocess.Popen([BIN / "gyrobenchd", "--config", self.config],
+                                           stdout=log, stderr=log)
         # The control socket answers once the daemon is ready; each try is a process, so no busy loop.
         while self.run("status").returncode != 0:
             if self.daemon.poll() is not None:
