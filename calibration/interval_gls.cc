@@ -54,7 +54,8 @@ class CovarianceFilter {
     const double variance = var_i + n2_ * dt + g * (2.0 * cov_ie + g * ee_ + g * s2_);
     Step step;
     step.bias_factor = dt;
-    // A new reference begins from an estimate of 0; otherwise the last angle's stays while the table is still.
+    // A new reference begins from an estimate of 0; otherwise the last angle's stays while the
+    // table is still.
     step.reference_factor = interval.new_reference ? 0.0 : g;
     step.reference_keep = interval.still && !interval.new_reference ? 1.0 : 0.0;
     const double cov_yb = cov_ib + g * be_;
@@ -215,6 +216,37 @@ void TakeOff(IntervalSeries* series, std::span<const int> regressors,
     for (std::size_t j = 0; j < regressors.size(); ++j)
       row[output] -= coefficients[j] * row[regressors[j]];
   }
+}
+
+std::vector<double> SolveAngles(const IntervalSeries& series, std::span<const int> regressors,
+                                int output) {
+  const auto columns = static_cast<Eigen::Index>(series.columns());
+  WhiteGram gram;
+  gram.columns = series.columns();
+  gram.rows = series.rows();
+  RowMatrix products = RowMatrix::Zero(columns, columns);
+  Eigen::VectorXd angle = Eigen::VectorXd::Zero(columns), sum = angle;
+  RowMatrix square = products;
+  double n = 0.0;
+  // Adds the products about the mean of one stretch, and begins the next.
+  auto close = [&] {
+    if (n > 0) products += square - sum * sum.transpose() / n;
+    angle.setZero();
+    sum.setZero();
+    square.setZero();
+    n = 0.0;
+  };
+  for (std::size_t i = 0; i < series.rows(); ++i) {
+    const Interval& interval = series.interval(i);
+    if (interval.new_reference || interval.gap_before_s > 0) close();
+    angle += Eigen::Map<const Eigen::VectorXd>(series.row(i), columns);
+    sum += angle;
+    square += angle * angle.transpose();
+    n += 1.0;
+  }
+  close();
+  gram.products.assign(products.data(), products.data() + products.size());
+  return Solve(gram, regressors, output).coefficients;
 }
 
 }  // namespace gyrobench::calibration

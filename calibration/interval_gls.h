@@ -106,4 +106,10 @@ double RestrictedDeviance(const WhiteGram& gram, const GlsSolution& solution);
 void TakeOff(IntervalSeries* series, std::span<const int> regressors,
              std::span<const double> coefficients, int output);
 
+// Ordinary least squares of the angles instead of their increments: the columns summed up along
+// each stretch without a break, its mean removed. Knows nothing of the noise; weighs slow motion
+// more and what happens from node to node less. Empty when the regressors are not independent.
+std::vector<double> SolveAngles(const IntervalSeries& series, std::span<const int> regressors,
+                                int output);
+
 }  // namespace gyrobench::calibration

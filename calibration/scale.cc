@@ -207,6 +207,9 @@ class ChannelScale {
   void ChooseColumns();
   void ChooseReference(FitOptions* options, ScaleResult* result) const;
   bool Separable(const IntervalSeries& series) const;
+  double AllowForStructure(const GlsFit& fit, const FitOptions& options,
+                           const IntervalSeries& series, double variance,
+                           ScaleResult* result) const;
   void Report(const GlsFit& fit, const FitOptions& options, const IntervalSeries& series,
               ScaleResult* result);
   void ReportPaper(ScaleResult* result) const;
@@ -283,21 +286,31 @@ void ChannelScale::ReportPaper(ScaleResult* result) const {
   result->paper_first_rest_alpha = paper.first_rest_alpha;
 }
 
+// What the scale's variance must grow by where the model leaves structure in the residuals: to that
+// of the scores by blocks, and by what another weighting of the same data changes in the estimate.
+double ChannelScale::AllowForStructure(const GlsFit& fit, const FitOptions& options,
+                                       const IntervalSeries& series, double variance,
+                                       ScaleResult* result) const {
+  const double p_white = WhitenessPValue(fit.residuals, kWhitenessLags);
+  if (p_white >= kNotWhite) return 0.0;
+  double more = std::fmax(0.0, SandwichVariance(fit) - variance);
+  const std::vector<double> angles = SolveAngles(series, options.regressors, options.output);
+  if (!plan_.stops && !angles.empty())
+    more += std::pow(angles[0] - fit.solution.coefficients[0], 2);
+  result->remarks.push_back(fmt::format(
+      "the whitened residuals are not white (p {}): the model leaves structure; the standard "
+      "error allows for it and is {:.2f} times the model's",
+      p_white < 1e-9 ? "< 1e-9" : fmt::format("= {:.1e}", p_white),
+      std::sqrt(1.0 + more / variance)));
+  return more;
+}
+
 void ChannelScale::Report(const GlsFit& fit, const FitOptions& options,
                           const IntervalSeries& series, ScaleResult* result) {
   const GlsSolution& solution = fit.solution;
   const double m = solution.coefficients[0];
   double variance = solution.variance(0) * fit.inflation[0] * fit.inflation[0];
-  const double p_white = WhitenessPValue(fit.residuals, kWhitenessLags);
-  if (p_white < kNotWhite) {
-    const double sandwich = SandwichVariance(fit);
-    result->remarks.push_back(fmt::format(
-        "the whitened residuals are not white (p = {:.1e}): the model leaves structure{}", p_white,
-        sandwich > variance ? fmt::format("; standard error by blocks, {:.2f} times the model's",
-                                          std::sqrt(sandwich / variance))
-                            : ""));
-    variance = std::fmax(variance, sandwich);
-  }
+  variance += AllowForStructure(fit, options, series, variance, result);
   const double units = gain_ * m;
   result->alpha = 1.0 / units;
   const double relative = std::sqrt(variance) / std::fabs(m);
