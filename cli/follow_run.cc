@@ -68,6 +68,10 @@ void RunFollower::OnLive(const LiveMessage& message) {
     // While turns are measured the scale factor is what one waits for.
     if (view_.estimate.rfind("scale", 0) != 0) view_.estimate = EstimateText(*bias);
   } else if (const auto* run = std::get_if<run_t>(&message.body)) {
+    if (run->event == run_t::SEGMENT_BEGIN) {
+      view_.segment = SegmentText(*run);
+      segment_is_live_ = true;
+    }
     if (run->event == run_t::NOTE) display_.Line("  " + run->text);
     if (run->event == run_t::STOP || run->event == run_t::QUESTION) next_poll_ = {};
   }
@@ -98,7 +102,7 @@ void RunFollower::TakeRun(const nlohmann::json& run) {
         "run {} has ended and another is under way; its end is in its record: gyrobench show {}",
         run_id_, run_id_));
   }
-  view_.segment = Text(run, "segment");
+  if (!segment_is_live_) view_.segment = Text(run, "segment");
   view_.segments_done = Integer(run, "segments_done");
   const double progress = Number(run, "progress");
   if (std::isfinite(progress)) view_.progress = progress;

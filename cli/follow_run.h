@@ -48,6 +48,7 @@ class RunFollower {
   bool may_ask_;
   std::string run_id_;
   RunView view_;
+  bool segment_is_live_ = false;  // LCM says it sooner, and with its kind
   RunEnd end_;
   bool ended_ = false;
   int interrupts_seen_ = 0;

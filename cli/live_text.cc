@@ -29,12 +29,6 @@ std::string Progress(const run_t& m) {
   return text;
 }
 
-std::string Segment(const run_t& m) {
-  return m.segment_name.empty() || m.segment_name == m.segment_kind
-             ? m.segment_kind
-             : m.segment_kind + " " + m.segment_name;
-}
-
 std::string Choices(const run_t& m) {
   std::string text = m.choices.empty() ? "" : " [" + m.choices + "]";
   for (char& c : text) {
@@ -48,10 +42,10 @@ std::string Describe(const run_t& m) {
     case run_t::START:
       return fmt::format("start of {}, run {}, record {}", m.procedure, m.run_id, m.record);
     case run_t::SEGMENT_BEGIN:
-      return "begin " + Segment(m);
+      return "begin " + SegmentText(m);
     case run_t::SEGMENT_END:
       return fmt::format(
-          "end {} after {}, {} done", Segment(m),
+          "end {} after {}, {} done", SegmentText(m),
           FormatDuration(static_cast<double>(m.utime - m.segment_begin_utime) * 1e-6),
           m.segments_done);
     case run_t::PROGRESS:
@@ -143,6 +137,12 @@ std::string ClockTime(std::int64_t utime) {
 }
 
 }  // namespace
+
+std::string SegmentText(const run_t& m) {
+  return m.segment_name.empty() || m.segment_name == m.segment_kind
+             ? m.segment_kind
+             : m.segment_kind + " " + m.segment_name;
+}
 
 std::string SensorAxisName(int axis) {
   return axis >= 0 && axis < 3 ? std::string(1, "xyz"[axis]) : "?";

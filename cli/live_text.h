@@ -20,6 +20,9 @@ std::string StateName(int state);
 std::string EstimateText(const scale_result_t& result);
 std::string EstimateText(const bias_result_t& result);
 
+// "turn inner +9 deg", of a message that begins or ends a segment.
+std::string SegmentText(const run_t& message);
+
 // "14:03:12.345  RUN  ...", without a newline.
 std::string LiveLine(const LiveMessage& message, const Terminal& terminal);
 

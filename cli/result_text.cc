@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/measurement.h"
+#include "cli/bias_text.h"
 #include "cli/json_field.h"
 #include "cli/number_text.h"
 
@@ -47,14 +48,6 @@ void AddNoise(Sheet& sheet, const Json& noise) {
             "deg/s/sqrt(s)");
   sheet.Add("reference noise", FormatNumber(Number(noise, "reference_deg"), 3), "deg",
             "standard deviation of one reading");
-}
-
-std::string Remarks(const Json& remarks, const Terminal& terminal) {
-  std::string text;
-  for (const Json& remark : remarks) {
-    text += "  - " + Wrap(Plain(remark), terminal.columns - 4, 4) + "\n";
-  }
-  return text;
 }
 
 std::string ScaleHeading(const Json& scale) {
@@ -102,74 +95,7 @@ std::string ScaleText(const Json& scale, const Terminal& terminal) {
                       1, "degC"),
             "");
   return terminal.Bold(ScaleHeading(scale)) + "\n" + sheet.Text() +
-         Remarks(Field(scale, "remarks"), terminal);
-}
-
-std::vector<double> Numbers(const Json& list) {
-  std::vector<double> numbers;
-  for (const Json& value : list)
-    numbers.push_back(value.is_number() ? value.get<double>() : kMissing);
-  return numbers;
-}
-
-double Polynomial(const std::vector<double>& coefficients, double x) {
-  double value = 0.0;
-  for (auto c = coefficients.rbegin(); c != coefficients.rend(); ++c) value = value * x + *c;
-  return value;
-}
-
-std::string BiasPicture(const Json& bias, const std::string& output, const Terminal& terminal) {
-  const std::vector<double> coefficients = Numbers(Field(bias, "coefficients"));
-  const double low = Number(bias, "min_temperature_degC"),
-               high = Number(bias, "max_temperature_degC");
-  const double reference = Number(bias, "reference_temperature_degC");
-  if (coefficients.size() < 2 || !(high > low) || !std::isfinite(reference)) return "";
-  Plot plot;
-  plot.x_label = "T, degC";
-  plot.y_label = "beta(T), " + output;
-  plot.x_min = low;
-  plot.x_max = high;
-  plot.y = [&](double T_degC) { return Polynomial(coefficients, T_degC - reference); };
-  plot.columns = std::min(72, terminal.columns - 1);
-  return "\n" + DrawPlot(plot);
-}
-
-std::string Power(std::size_t j) { return j < 2 ? "" : fmt::format("^{}", j); }
-
-void AddCoefficients(Sheet& sheet, const Json& bias, const std::string& output) {
-  const std::vector<double> values = Numbers(Field(bias, "coefficients"));
-  const std::vector<double> errors = Numbers(Field(bias, "std_errors"));
-  const std::vector<double> paper = Numbers(Field(bias, "paper_coefficients"));
-  for (std::size_t j = 0; j < std::max(values.size(), paper.size()); ++j) {
-    const std::string unit = j == 0 ? output : fmt::format("{}/degC{}", output, Power(j));
-    const std::string value =
-        j < values.size() ? FormatMeasured(values[j], j < errors.size() ? errors[j] : kMissing)
-                          : "0";
-    sheet.Add(fmt::format("c{}", j), value, unit,
-              j < paper.size() ? "paper " + FormatNumber(paper[j], 5) : "");
-  }
-}
-
-std::string BiasText(const Json& bias, const Terminal& terminal) {
-  const std::string output = Text(bias, "unit").empty() ? "LSB" : Text(bias, "unit");
-  const double reference = Number(bias, "reference_temperature_degC");
-  std::string heading = fmt::format("Bias, gyro {}", AxisOf(bias));
-  if (std::isfinite(reference)) {
-    heading += fmt::format(": beta(T) = sum of c_j (T - {:.2f} degC)^j", reference);
-  }
-  Sheet sheet;
-  AddCoefficients(sheet, bias, output);
-  const std::string range = RangeText(Number(bias, "min_temperature_degC"),
-                                      Number(bias, "max_temperature_degC"), 1, "degC");
-  sheet.Add("error of the curve", FormatNumber(Number(bias, "rms_error"), 3), output,
-            range == "-" ? "rms" : "rms over " + range);
-  sheet.Add("", FormatNumber(Number(bias, "paper_rms_error"), 3), output,
-            "the paper's: smoothed output about its curve");
-  sheet.Add("residual, rms", FormatNumber(Number(bias, "residual_rms"), 3), output,
-            "1 s means about the curve");
-  AddNoise(sheet, Field(bias, "noise"));
-  return terminal.Bold(heading) + "\n" + sheet.Text() + Remarks(Field(bias, "remarks"), terminal) +
-         BiasPicture(bias, output, terminal);
+         RemarksText(Field(scale, "remarks"), terminal);
 }
 
 std::string DefectText(const Json& defects, const Terminal& terminal) {
@@ -208,9 +134,13 @@ std::string SourceText(const Json& result) {
 std::string ResultText(const Json& result, const Terminal& terminal) {
   std::string text = SourceText(result) + "\n";
   for (const Json& scale : Field(result, "scale")) text += "\n" + ScaleText(scale, terminal);
-  for (const Json& bias : Field(result, "bias")) text += "\n" + BiasText(bias, terminal);
+  const Json& bias = Field(result, "bias");
+  if (bias.is_array() && !bias.empty()) {
+    // Where a scale factor was measured, the bias is a by-product.
+    text += "\n" + BiasText(bias, Field(result, "scale").empty(), terminal);
+  }
   text += "\n" + DefectText(Field(result, "defects"), terminal);
-  const std::string remarks = Remarks(Field(result, "remarks"), terminal);
+  const std::string remarks = RemarksText(Field(result, "remarks"), terminal);
   if (!remarks.empty()) text += "\n" + terminal.Bold("Remarks") + "\n" + remarks;
   return text;
 }

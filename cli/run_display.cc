@@ -76,6 +76,7 @@ class LineDisplay : public RunDisplay {
   }
   void Show(const RunView& view) override {
     const Steady::time_point now = Steady::now();
+    if (view.segment.empty() && view.state != "asking") return;  // nothing has begun
     const bool same = view.segments_done == segments_ && view.segment == segment_;
     if (now - last_ < std::chrono::seconds(same ? 10 : 1)) return;
     last_ = now;

@@ -41,6 +41,9 @@ enum class Align { kLeft, kRight };
 std::string AlignColumns(const std::vector<std::vector<std::string>>& rows,
                          const std::vector<Align>& align, int indent = 0);
 
+// Pictures next to each other, each line padded to the widest of its picture; two spaces between.
+std::string SideBySide(const std::vector<std::string>& pictures);
+
 // "████████▌░░░░" `columns` wide; `fraction` is held to 0..1, NaN is 0.
 std::string Bar(double fraction, int columns);
 

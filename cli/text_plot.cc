@@ -77,7 +77,30 @@ void DrawCurve(Canvas& canvas, const std::vector<double>& values, const Range& r
   }
 }
 
+std::vector<std::string> LinesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    lines.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return lines;
+}
+
 }  // namespace
+
+std::string SideBySide(const std::vector<std::string>& pictures) {
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const std::vector<std::string> lines = LinesOf(pictures[i]);
+    if (rows.size() < lines.size()) rows.resize(lines.size());
+    for (std::size_t row = 0; row < lines.size(); ++row) {
+      rows[row].resize(i + 1);
+      rows[row][i] = lines[row];
+    }
+  }
+  return AlignColumns(rows, std::vector<Align>(pictures.size(), Align::kLeft));
+}
 
 std::string DrawPlot(const Plot& plot) {
   const int rows = std::max(2, plot.rows - 2);

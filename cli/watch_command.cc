@@ -106,7 +106,8 @@ int Watch(const Options& options) {
     feed.Dispatch();
     std::fflush(stdout);
   }
-  fmt::print(stderr, "{} messages received, {} lost\n", feed.received(), feed.lost());
+  fmt::print(stderr, "{} message{} received, {} lost\n", feed.received(),
+             feed.received() == 1 ? "" : "s", feed.lost());
   return kDone;
 }
 

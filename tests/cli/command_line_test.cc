@@ -42,7 +42,7 @@ INSTANTIATE_TEST_SUITE_P(All, EveryCommand,
                          testing::Values("procedures", "check", "run", "status", "watch", "pause",
                                          "resume", "abort", "answer", "stop", "reset", "runs",
                                          "show", "analyze", "export"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& tested) { return std::string(tested.param); });
 
 TEST(Gyrobench, ExplainsTheExitStatusesAndTheVersion) {
   EXPECT_THAT(Gyrobench({"--help"}).out, HasSubstr("3 the part failed its limits"));

@@ -131,10 +131,8 @@ class Records : public testing::Test {
     block.gyro_lsb_per_deg_s = 131.0;
     block.accel_lsb_per_g = 16384.0;
     block.n = 10;
-    for (int i = 0; i < 3; ++i) {
-      block.gyro_lsb[i].assign(10, 5);
-      block.accel_lsb[i].assign(10, 0);
-    }
+    block.gyro_lsb.assign(3, std::vector<std::int16_t>(10, 5));
+    block.accel_lsb.assign(3, std::vector<std::int16_t>(10, 0));
     block.temperature_degC.assign(10, 25.0F);
     for (std::int64_t b = 0; b < 40; ++b) {
       block.seq = b;
