@@ -86,19 +86,6 @@ void LiveBench::EndSegment() {
   context_.on_progress(progress_);
 }
 
-void LiveBench::CheckMove(const procedures::TurnCommand& command,
-                          const procedures::AxisFacts& axis) const {
-  procedures::CheckTurn(command, axis);
-  const DeviceStatus* bad = nullptr;
-  const auto devices = context_.acquisition.Devices();
-  for (const DeviceStatus& device : devices) {
-    if (!device.ok) bad = &device;
-  }
-  if (bad != nullptr) {
-    throw FaultError({bad->name, bad->message + ". Nothing is moved while a device is not well"});
-  }
-}
-
 AxisView LiveBench::WaitForEndOfMove(const procedures::TurnCommand& command, double expected_s) {
   const Utime begin = context_.clock.Now();
   context_.control.Wait(context_.clock, begin + FromSeconds(expected_s));
@@ -133,7 +120,7 @@ procedures::TurnOutcome LiveBench::Turn(const procedures::TurnCommand& command) 
   AxisView before = context_.acquisition.ReadNow(context_.participant, command.axis);
   const procedures::AxisFacts facts =
       FactsOf(ConfigOf(context_.stand, command.axis), before.reference.angle_deg);
-  CheckMove(command, facts);
+  procedures::CheckTurn(command, facts);
   BeginSegment("turn", fmt::format("{} {:+g} deg", command.axis, command.angle_deg));
   const double rate =
       context_.acquisition.MoveBy(context_.participant, command.axis, command.angle_deg,

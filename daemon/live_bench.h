@@ -68,7 +68,6 @@ class LiveBench final : public procedures::Bench {
   void BeginSegment(const std::string& kind, const std::string& name);
   void EndSegment();
   void UpdateTime();
-  void CheckMove(const procedures::TurnCommand& command, const procedures::AxisFacts& axis) const;
   AxisView WaitForEndOfMove(const procedures::TurnCommand& command, double expected_s);
   void CheckFollowing(const procedures::TurnCommand& command, double moved_deg);
   run_t Message(std::int8_t event) const;

@@ -110,13 +110,22 @@ bool RunControl::run_is_on() const {
   return waiter_ != nullptr;
 }
 
-void RunControl::BeginRun(Clock::Participant& waiter) {
+void RunControl::RequireReady() const {
   const std::lock_guard lock(mutex_);
+  RequireReadyLocked();
+}
+
+void RunControl::RequireReadyLocked() const {
   if (fault_) {
     throw StateError("a fault is latched (" + fault_->source + ": " + fault_->message +
                      "). When its cause is removed: gyrobench reset");
   }
   if (waiter_ != nullptr) throw StateError("a run is on already; see: gyrobench status");
+}
+
+void RunControl::BeginRun(Clock::Participant& waiter) {
+  const std::lock_guard lock(mutex_);
+  RequireReadyLocked();
   waiter_ = &waiter;
   abort_ = pause_ = false;
   answer_.reset();

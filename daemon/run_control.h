@@ -55,6 +55,10 @@ class RunControl {
   bool pause_wanted() const;
   bool run_is_on() const;
 
+  // Throws StateError, which says what to do, when no run can be begun: one is on, or a fault is
+  // latched.
+  void RequireReady() const;
+
   // --- for the run
   // From kIdle to kRunning. `waiter` is the run's participant, until EndRun.
   void BeginRun(Clock::Participant& waiter);
@@ -71,6 +75,7 @@ class RunControl {
   void BeginStopping();
 
  private:
+  void RequireReadyLocked() const;
   void RequireRun() const;
   void Wake();
 

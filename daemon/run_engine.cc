@@ -99,8 +99,8 @@ StartedRun RunEngine::Start(const std::string& procedure,
   const procedures::Parameters complete = procedures::CheckParameters(found.info(), parameters);
   procedures::Plan plan = procedures::DryRun(found, complete, Axes(), DryOptions());
   const auto job = std::make_shared<Job>(Job{std::move(found), complete, std::move(plan)});
+  context_.control.RequireReady();
   RequireDevicesWell();
-  if (context_.control.run_is_on()) throw StateError("a run is on already; see: gyrobench status");
   if (thread_.joinable()) thread_.join();
   job->participant = context_.clock.Join("run");
   context_.control.BeginRun(*job->participant);

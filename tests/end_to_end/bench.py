@@ -19,18 +19,34 @@ def free_udp_port():
         return probe.getsockname()[1]
 
 
-class Bench:
-    """Use as a context manager: starts the daemon, and ends it by its process id."""
+def can_isolate_network():
+    return shutil.which("unshare") is not None and subprocess.run(
+        ["unshare", "-Urn", "true"], capture_output=True).returncode == 0
 
-    def __init__(self, base="virtual.toml", extra="", start=True):
+
+class Bench:
+    """Use as a context manager: starts the daemon, and ends it by its process id.
+
+    extra: further TOML for the stand file. scenario: text of a scenario of the test's own, with {root} for
+    the source tree. before_start: called in the daemon's process before it starts. isolate_network: the
+    daemon gets a network without any route, where the machine permits (then `isolated` is true).
+    """
+
+    def __init__(self, base="virtual.toml", extra="", extra_lcm="", scenario=None, before_start=None,
+                 isolate_network=False, start=True):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="gyrobench-"))
         self.port = free_udp_port()
         self.records = self.folder / "records"
         self.config = self.folder / "stand.toml"
+        if scenario:
+            (self.folder / "scenario.toml").write_text(scenario.replace("{root}", str(ROOT)))
+            extra += f'[virtual]\nscenario = "{self.folder}/scenario.toml"\n'
         self.config.write_text(
             f'include = "{ROOT}/config/{base}"\n'
             f'records = "{self.records}"\ncontrol_socket = "{self.folder}/control.sock"\n'
-            f'[lcm]\nurl = "udpm://239.255.76.67:{self.port}?ttl=0"\n{extra}')
+            f'[lcm]\nurl = "udpm://239.255.76.67:{self.port}?ttl=0"\n{extra_lcm}{extra}')
+        self.before_start = before_start
+        self.isolated = isolate_network and can_isolate_network()
         self.start_daemon = start
         self.daemon = None
 
@@ -40,9 +56,10 @@ class Bench:
         return self
 
     def start(self):
+        prefix = ["unshare", "-Urn"] if self.isolated else []
         with open(self.folder / "daemon.log", "w") as log:
-            self.daemon = subprocess.Popen([BIN / "gyrobenchd", "--config", self.config],
-                                           stdout=log, stderr=log)
+            self.daemon = subprocess.Popen([*prefix, BIN / "gyrobenchd", "--config", self.config],
+                                           stdout=log, stderr=log, preexec_fn=self.before_start)
         # The control socket answers once the daemon is ready; each try is a process, so no busy loop.
         while self.run("status").returncode != 0:
             if self.daemon.poll() is not None:

@@ -1,0 +1,96 @@
+"""Faults of devices, disk and network: an error that names the place, a stand that stops, a record that is kept.
+
+A silent device costs real time (its bus waits for it), so the buses here do not retry.
+"""
+import json
+import resource
+import unittest
+
+from bench import Bench
+
+SCALE = ["run", "scale", "-p", "turns=20", "-p", "rest_s=1", "-p", "initial_rest_s=5"]
+QUICK_BUSES = "[bus.a]\nretries = 0\n[bus.b]\nretries = 0\n"
+FAULT_AT_S = 40
+
+
+def scenario(device, kind, at_s=FAULT_AT_S, amount=0):
+    return (f'include = "{{root}}/config/scenarios/typical.toml"\n'
+            f'[[fault]]\nat_s = {at_s}\ndevice = "{device}"\nkind = "{kind}"\namount = {amount}\n')
+
+
+class Faults(unittest.TestCase):
+    def run_into(self, text, words):
+        with Bench(scenario=text, extra=QUICK_BUSES) as bench:
+            done = bench.run(*SCALE)
+            self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+            record = bench.newest_record()
+            run = json.loads((record / "run.json").read_text())
+            self.assertEqual(run["outcome"], "fault", run["message"])
+            for word in words:
+                self.assertIn(word, run["message"])
+            # What was recorded up to the fault is kept and can be analysed.
+            self.assertEqual(bench.run("analyze", record).returncode, 0)
+            self.assertEqual(bench.json("status")["state"], "fault")
+            refused = bench.run(*SCALE)
+            self.assertNotEqual(refused.returncode, 0)
+            self.assertIn("reset", refused.stdout + refused.stderr)
+
+    def test_a_gyro_that_falls_silent(self):
+        self.run_into(scenario("gyro", "silent"), ["gyro", "unit 21"])
+
+    def test_lost_steps_of_a_drive(self):
+        self.run_into(scenario("inner.drive", "lost_steps", amount=20000), ["axis.inner", "lost steps"])
+
+    def test_an_alarm_of_a_drive(self):
+        self.run_into(scenario("inner.drive", "alarm", amount=3), ["axis.inner", "alarm"])
+
+
+class AtStart(unittest.TestCase):
+    def check_refused(self, text, words):
+        with Bench(scenario=text, extra=QUICK_BUSES) as bench:
+            done = bench.run(*SCALE)
+            self.assertEqual(done.returncode, 1)
+            for word in words:
+                self.assertIn(word, done.stdout + done.stderr)
+            self.assertFalse(bench.records.exists() and list(bench.records.iterdir()))
+
+    def test_a_device_of_the_wrong_identity_is_named_with_what_was_expected(self):
+        self.check_refused(scenario("gyro", "wrong_identity", at_s=0), ["gyro", "expected"])
+
+    def test_a_missing_encoder_is_named_with_its_unit(self):
+        self.check_refused(scenario("inner.encoder", "silent", at_s=0), ["encoder.inner", "unit 13"])
+
+
+class Disk(unittest.TestCase):
+    def test_a_full_disk_stops_the_run_in_order_and_keeps_what_was_recorded(self):
+        kilobytes = 300
+        limit = (kilobytes * 1024, kilobytes * 1024)
+        with Bench(before_start=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit)) as bench:
+            done = bench.run(*SCALE)
+            self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+            record = bench.newest_record()
+            run = json.loads((record / "run.json").read_text())
+            self.assertEqual(run["outcome"], "fault")
+            self.assertIn("record", run["message"])
+            self.assertEqual(bench.run("analyze", record).returncode, 0)
+
+
+class NoRoute(unittest.TestCase):
+    def test_without_multicast_the_run_is_recorded_and_the_mend_is_named(self):
+        with Bench(isolate_network=True) as bench:
+            if bench.isolated:
+                self.assertIn("ip route add", bench.daemon_log())
+            done = bench.run("run", "scale", "-p", "turns=1", "-p", "initial_rest_s=2")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.assertTrue((bench.newest_record() / "result.json").exists())
+
+    def test_where_lcm_is_required_the_daemon_does_not_start(self):
+        bench = Bench(isolate_network=True, extra_lcm="required = true\n", start=False)
+        if not bench.isolated:
+            self.skipTest("cannot make a network namespace here")
+        with bench, self.assertRaisesRegex(RuntimeError, "ip route add"):
+            bench.start()
+
+
+if __name__ == "__main__":
+    unittest.main()
