@@ -111,13 +111,14 @@ void MessageDecoder::Gyro(const gyro_t& message) {
 
 void MessageDecoder::Angle(const angle_t& message) {
   if (!IsOurs(message.run_id, message.utime)) return;
-  const auto axis = static_cast<std::size_t>(message.axis);
-  if (message.axis < 0 || message.axis > 2 || !axis_present_.at(axis)) {
+  const int axis = message.axis;
+  if (axis < 0 || axis > 2 || !axis_present_.at(static_cast<std::size_t>(axis))) {
     Report("unannounced_axis", 1, message.utime, "_ANGLE", message.seq);
     return;
   }
-  if (!IsInOrder(message.utime, last_angle_.at(axis), "_ANGLE", message.seq)) return;
-  sink_.OnAngle({Seconds(message.utime), message.axis, message.angle_deg});
+  Utime& last = last_angle_.at(static_cast<std::size_t>(axis));
+  if (!IsInOrder(message.utime, last, "_ANGLE", message.seq)) return;
+  sink_.OnAngle({Seconds(message.utime), axis, message.angle_deg});
 }
 
 void MessageDecoder::Run(const run_t& message) {
