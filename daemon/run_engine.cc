@@ -87,7 +87,7 @@ void RunEngine::RequireDevicesWell() const {
   for (const DeviceStatus& device : context_.acquisition.Devices()) {
     if (!device.ok) {
       throw DeviceError(
-          fmt::format("{} is not well: {}. Nothing was started", device.name, device.message));
+          fmt::format("{} is not well, so nothing was started: {}", device.name, device.message));
     }
   }
 }
