@@ -132,7 +132,8 @@ std::string SourceText(const Json& result) {
 }  // namespace
 
 std::string ResultText(const Json& result, const Terminal& terminal) {
-  std::string text = SourceText(result) + "\n";
+  std::string text = SourceText(result);
+  if (!text.empty()) text += "\n";
   for (const Json& scale : Field(result, "scale")) text += "\n" + ScaleText(scale, terminal);
   const Json& bias = Field(result, "bias");
   if (bias.is_array() && !bias.empty()) {

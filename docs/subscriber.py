@@ -6,6 +6,7 @@ types = {b"GYROBENCH_BIAS_RESULT": bias_result_t, b"GYROBENCH_SCALE_RESULT": sca
 group, port = "239.255.76.67", int(sys.argv[1]) if len(sys.argv) > 1 else 7667
 udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 udp.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+udp.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2 << 20)
 udp.bind((group, port))
 udp.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(group) + bytes(4))
 print("listening", flush=True)
