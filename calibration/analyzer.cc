@@ -86,7 +86,7 @@ Rest MakeRest(const IntegralMark& begin, const IntegralMark& end, const OpenRest
 
 class Analyzer::Impl {
  public:
-  explicit Impl(AnalyzerOptions options) : options_(options) {}
+  explicit Impl(const AnalyzerOptions& options) : options_(options) {}
 
   void Start(const MeasurementInfo& info) {
     info_ = info;
@@ -293,7 +293,7 @@ AnalysisResult Analyzer::Impl::Result() const {
   return result;
 }
 
-Analyzer::Analyzer(AnalyzerOptions options) : impl_(std::make_unique<Impl>(options)) {}
+Analyzer::Analyzer(const AnalyzerOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 Analyzer::~Analyzer() = default;
 Analyzer::Analyzer(const Analyzer& other) : impl_(std::make_unique<Impl>(*other.impl_)) {}
 Analyzer::Analyzer(Analyzer&&) noexcept = default;

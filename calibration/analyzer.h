@@ -23,7 +23,7 @@ struct AnalyzerOptions {
 // nothing else: the running daemon and a later analysis of the record agree to the last digit.
 class Analyzer final : public MeasurementSink {
  public:
-  explicit Analyzer(AnalyzerOptions options = {});
+  explicit Analyzer(const AnalyzerOptions& options = {});
   ~Analyzer() override;
   // A copy goes on by itself: a snapshot that can be evaluated while the original takes more.
   Analyzer(const Analyzer& other);

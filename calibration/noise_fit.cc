@@ -132,72 +132,86 @@ NoiseFit FitNoise(const IntervalSeries& series, const FitOptions& options) {
 
 namespace {
 
+// The restricted deviance and the log variances of the coefficients, as functions of shifts of the
+// logarithms of those noises that were estimated and are not zero.
+class NearOptimum {
+ public:
+  NearOptimum(const IntervalSeries& series, const FitOptions& options, const NoiseFit& fit)
+      : series_(series), options_(options), noise_(fit.noise) {
+    if (fit.angle_estimated) free_.push_back(0);
+    if (fit.bias_estimated) free_.push_back(1);
+    if (fit.reference_estimated) free_.push_back(2);
+  }
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(free_.size()); }
+  // NaN where it cannot be solved.
+  double At(Eigen::Index a, double shift_a, Eigen::Index b = 0, double shift_b = 0.0) {
+    std::array<double, 3> shift = {};
+    shift[free_[static_cast<std::size_t>(a)]] += shift_a;
+    shift[free_[static_cast<std::size_t>(b)]] += shift_b;
+    const IntervalNoise noise = {noise_.angle_random_walk_deg_sqrt_s * std::exp(shift[0]),
+                                 noise_.bias_random_walk_deg_s_sqrt_s * std::exp(shift[1]),
+                                 noise_.reference_deg * std::exp(shift[2])};
+    const WhiteGram gram = Whiten(series_, noise);
+    const GlsSolution solution = Solve(gram, options_.regressors, options_.output);
+    if (!solution.solvable) return std::numeric_limits<double>::quiet_NaN();
+    const auto p = static_cast<Eigen::Index>(options_.regressors.size());
+    log_variance_.resize(p);
+    for (Eigen::Index i = 0; i < p; ++i) {
+      log_variance_(i) = std::log(solution.variance(static_cast<std::size_t>(i)));
+    }
+    return RestrictedDeviance(gram, solution);
+  }
+  // Of the coefficients, at the last point asked for.
+  const Eigen::VectorXd& log_variance() const { return log_variance_; }
+
+ private:
+  const IntervalSeries& series_;
+  const FitOptions& options_;
+  IntervalNoise noise_;
+  std::vector<std::size_t> free_;
+  Eigen::VectorXd log_variance_;
+};
+
 // Degrees of freedom of each coefficient's variance (Satterthwaite): with phi the logarithms of the
 // estimated noises and A their covariance (inverse Hessian of the restricted likelihood),
 //   nu = 2 / (g' A g),   g = d log variance / d phi
 std::vector<double> Inflation(const IntervalSeries& series, const FitOptions& options,
                               const NoiseFit& noise) {
-  std::vector<std::size_t> free;
-  if (noise.angle_estimated) free.push_back(0);
-  if (noise.bias_estimated) free.push_back(1);
-  if (noise.reference_estimated) free.push_back(2);
-  const std::size_t p = options.regressors.size(), m = free.size();
-  std::vector<double> out(p, 1.0);
-  const double step = 0.15;
-  using Shift = std::array<double, 3>;
-  auto at = [&](const Shift& shift, Eigen::VectorXd* log_variance) {
-    const IntervalNoise shifted = {noise.noise.angle_random_walk_deg_sqrt_s * std::exp(shift[0]),
-                                   noise.noise.bias_random_walk_deg_s_sqrt_s * std::exp(shift[1]),
-                                   noise.noise.reference_deg * std::exp(shift[2])};
-    const WhiteGram gram = Whiten(series, shifted);
-    const GlsSolution solution = Solve(gram, options.regressors, options.output);
-    if (!solution.solvable) return std::numeric_limits<double>::quiet_NaN();
-    if (log_variance != nullptr) {
-      log_variance->resize(static_cast<Eigen::Index>(p));
-      for (std::size_t i = 0; i < p; ++i) {
-        (*log_variance)(static_cast<Eigen::Index>(i)) = std::log(solution.variance(i));
-      }
-    }
-    return RestrictedDeviance(gram, solution);
-  };
-  const double centre = at({}, nullptr);
-  Eigen::MatrixXd hessian(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(m));
-  Eigen::MatrixXd gradient(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(m));
-  for (std::size_t a = 0; a < m; ++a) {
-    const auto ia = static_cast<Eigen::Index>(a);
-    Shift up = {}, down = {};
-    up[free[a]] = step;
-    down[free[a]] = -step;
-    Eigen::VectorXd high, low;
-    const double above = at(up, &high), below = at(down, &low);
-    if (!std::isfinite(above + below)) return out;
-    hessian(ia, ia) = (above - 2.0 * centre + below) / (step * step);
-    gradient.col(ia) = (high - low) / (2.0 * step);
-    for (std::size_t b = 0; b < a; ++b) {
-      double mixed = 0.0;
-      for (const double sa : {1.0, -1.0}) {
-        for (const double sb : {1.0, -1.0}) {
-          Shift both = {};
-          both[free[a]] = sa * step;
-          both[free[b]] = sb * step;
-          mixed += sa * sb * at(both, nullptr);
-        }
-      }
-      const auto ib = static_cast<Eigen::Index>(b);
-      hessian(ia, ib) = hessian(ib, ia) = mixed / (4.0 * step * step);
+  const auto p = static_cast<Eigen::Index>(options.regressors.size());
+  std::vector<double> out(options.regressors.size(), 1.0);
+  NearOptimum near(series, options, noise);
+  const Eigen::Index m = near.size();
+  if (m == 0) return out;
+  constexpr double kStep = 0.15;
+  const double centre = near.At(0, 0.0);
+  Eigen::MatrixXd hessian(m, m), gradient(p, m);
+  for (Eigen::Index a = 0; a < m; ++a) {
+    const double above = near.At(a, kStep);
+    if (!std::isfinite(above)) return out;
+    gradient.col(a) = near.log_variance();
+    const double below = near.At(a, -kStep);
+    if (!std::isfinite(below)) return out;
+    gradient.col(a) = (gradient.col(a) - near.log_variance()) / (2.0 * kStep);
+    hessian(a, a) = (above - 2.0 * centre + below) / (kStep * kStep);
+    for (Eigen::Index b = 0; b < a; ++b) {
+      const double mixed = near.At(a, kStep, b, kStep) - near.At(a, kStep, b, -kStep) -
+                           near.At(a, -kStep, b, kStep) + near.At(a, -kStep, b, -kStep);
+      hessian(a, b) = hessian(b, a) = mixed / (4.0 * kStep * kStep);
     }
   }
-  if (m == 0 || !hessian.allFinite()) return out;
+  if (!hessian.allFinite()) return out;
   // A noise that the data hardly see has a flat likelihood: at least a hundredth of one
   // observation.
-  for (Eigen::Index a = 0; a < hessian.rows(); ++a) hessian(a, a) = std::max(hessian(a, a), 0.02);
+  hessian.diagonal() = hessian.diagonal().cwiseMax(0.02);
   const Eigen::LDLT<Eigen::MatrixXd> factor(hessian);
   if (factor.info() != Eigen::Success || !factor.isPositive()) return out;
-  for (std::size_t i = 0; i < p; ++i) {
-    const Eigen::VectorXd g = gradient.row(static_cast<Eigen::Index>(i)).transpose();
+  for (Eigen::Index i = 0; i < p; ++i) {
+    const Eigen::VectorXd g = gradient.row(i).transpose();
     // The covariance of phi is twice the inverse Hessian of the deviance (-2 log likelihood).
     const double spread = 2.0 * g.dot(factor.solve(g));
-    if (spread > 0) out[i] = StudentInflation(std::max(2.0 / spread, 2.0));
+    if (spread > 0)
+      out[static_cast<std::size_t>(i)] = StudentInflation(std::max(2.0 / spread, 2.0));
   }
   return out;
 }
@@ -269,6 +283,28 @@ MeanBias AverageBias(const GlsFit& fit, const FitOptions& options, std::size_t i
   out.variance = fit.gram.walk_integral_variance / (duration_s * duration_s);
   for (std::size_t i = 0; i < p; ++i) out.variance += direction[i] * out.covariance[i];
   return out;
+}
+
+double SandwichVariance(const GlsFit& fit, std::size_t index) {
+  const std::size_t p = fit.solution.coefficients.size(), n = fit.residuals.size();
+  const std::size_t blocks = std::min<std::size_t>(n / 20, 30);
+  if (blocks < 8) return std::numeric_limits<double>::quiet_NaN();
+  using Map =
+      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+  const auto cols = static_cast<Eigen::Index>(p);
+  const Map x(fit.white_regressors.data(), static_cast<Eigen::Index>(n), cols);
+  const Map covariance(fit.solution.covariance.data(), cols, cols);
+  const Eigen::Map<const Eigen::VectorXd> v(fit.residuals.data(), static_cast<Eigen::Index>(n));
+  double sum = 0.0;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    const auto begin = static_cast<Eigen::Index>(b * n / blocks);
+    const auto size = static_cast<Eigen::Index>((b + 1) * n / blocks) - begin;
+    const Eigen::VectorXd score = x.middleRows(begin, size).transpose() * v.segment(begin, size);
+    sum += std::pow(covariance.row(static_cast<Eigen::Index>(index)).dot(score), 2);
+  }
+  const auto count = static_cast<double>(blocks);
+  const double freedom = std::max(count - static_cast<double>(p), 1.0);
+  return sum * count / freedom * std::pow(StudentInflation(freedom), 2);
 }
 
 }  // namespace gyrobench::calibration

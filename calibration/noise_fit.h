@@ -56,4 +56,8 @@ struct MeanBias {
 };
 MeanBias AverageBias(const GlsFit& fit, const FitOptions& options, std::size_t index);
 
+// Variance of coefficient `index` by a block sandwich: scores summed over blocks, longer than any
+// correlation that is left in the residuals. NaN with too few rows.
+double SandwichVariance(const GlsFit& fit, std::size_t index);
+
 }  // namespace gyrobench::calibration

@@ -80,38 +80,47 @@ void ReferenceTrack::Add(const AngleSample& sample) {
   started_ = true;
   time_s_ = std::max(time_s_, sample.t_s);
   if (stand) {
-    Vector3 at = {};
-    for (std::size_t a = 0; a < 3; ++a) {
-      // Half a step back from now: the middle of this angle's step.
-      const double ahead_s = 0.5 * (sample.t_s + angle.t_s) - angle_[a].t_s;
-      at[a] = angle_[a].angle_deg + (a != axis && angle_[a].known
-                                         ? angle_[a].rate_deg_s * std::clamp(ahead_s, -0.1, 0.1)
-                                         : 0.0);
-    }
-    if (info_.site_latitude_deg) AddEarth(sample.t_s, StandOrientation(at));
-    if (angle.known) {
-      const Matrix3 rates = StandRates(at);
-      const double step = sample.angle_deg - angle.angle_deg;
-      Turn({rates[0][axis] * step, rates[1][axis] * step, rates[2][axis] * step});
-    }
+    TurnStand(sample.t_s, axis, sample.angle_deg);
   } else if (angle.known) {
     Vector3 step = {};
     step[axis] = sample.angle_deg - angle.angle_deg;
     Turn(step);
   }
-  if (angle.known) {
-    const double interval_s = sample.t_s - angle.t_s;
-    angle.rate_deg_s = interval_s < 0.5 ? (sample.angle_deg - angle.angle_deg) / interval_s : 0.0;
-    angle.interval_s += (interval_s - angle.interval_s) * (angle.interval_s > 0 ? 0.1 : 1.0);
-  }
-  angle.known = true;
-  angle.t_s = sample.t_s;
-  angle.angle_deg = sample.angle_deg;
+  angle.Take(sample.t_s, sample.angle_deg);
   bool all_known = true;
   for (std::size_t a = 0; a < 3; ++a) all_known = all_known && (!watched_[a] || angle_[a].known);
   if (!all_known && sample.t_s - first_s_ < kWaitForAngles_s) return;
   updated_ = true;
   UpdateRest(axis, sample.t_s, sample.angle_deg);
+}
+
+// One axis of the stand has been read: what it turned by, at the angles of the others in the middle
+// of its step.
+void ReferenceTrack::TurnStand(double t_s, std::size_t axis, double angle_deg) {
+  const StandAngle& angle = angle_[axis];
+  Vector3 at = {};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double ahead_s = 0.5 * (t_s + angle.t_s) - angle_[a].t_s;
+    at[a] = angle_[a].angle_deg;
+    if (a != axis && angle_[a].known)
+      at[a] += angle_[a].rate_deg_s * std::clamp(ahead_s, -0.1, 0.1);
+  }
+  if (info_.site_latitude_deg) AddEarth(t_s, StandOrientation(at));
+  if (!angle.known) return;
+  const Matrix3 rates = StandRates(at);
+  const double step = angle_deg - angle.angle_deg;
+  Turn({rates[0][axis] * step, rates[1][axis] * step, rates[2][axis] * step});
+}
+
+void ReferenceTrack::StandAngle::Take(double now_s, double now_deg) {
+  if (known) {
+    const double since_s = now_s - t_s;
+    rate_deg_s = since_s < 0.5 ? (now_deg - angle_deg) / since_s : 0.0;
+    interval_s += (since_s - interval_s) * (interval_s > 0 ? 0.1 : 1.0);
+  }
+  known = true;
+  t_s = now_s;
+  angle_deg = now_deg;
 }
 
 void ReferenceTrack::Add(const OrientationSample& sample) {

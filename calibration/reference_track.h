@@ -57,6 +57,7 @@ class ReferenceTrack {
     double angle_deg = 0.0;
     double rate_deg_s = 0.0;
     double interval_s = 0.0;  // mean of late
+    void Take(double now_s, double now_deg);
   };
   static constexpr std::size_t kRecent = 256;
   struct Recent {
@@ -66,6 +67,7 @@ class ReferenceTrack {
 
   bool BeginUpdate(double t_s, double interval_mean_s, double last_s, bool known);
   void Turn(const Vector3& increment_deg);
+  void TurnStand(double t_s, std::size_t axis, double angle_deg);
   void AddEarth(double t_s, const Matrix3& orientation);
   void UpdateRest(std::size_t axis, double t_s, double angle_deg);
   void CloseRest();

@@ -52,12 +52,12 @@ void RestFinder::Learn(double t_s, double angle_deg) {
 bool RestFinder::TryRest() {
   double low = back(0).angle_deg, high = low;
   std::size_t n = 0;
-  while (n < size_ && back(0).t_s - back(n).t_s < kShortestRest_s) {
+  while (n < size_ && (n < 3 || back(0).t_s - back(n).t_s < kShortestRest_s)) {
     low = std::min(low, back(n).angle_deg);
     high = std::max(high, back(n).angle_deg);
     ++n;
   }
-  if (n == size_ || n < 3) return false;  // the readings do not reach back far enough
+  if (n == size_) return false;  // the readings do not reach back far enough
   low = std::min(low, back(n).angle_deg);
   high = std::max(high, back(n).angle_deg);
   const double tolerance = tolerance_deg();
@@ -97,6 +97,7 @@ RestFinder::Change RestFinder::Add(double t_s, double angle_deg) {
   }
   if (++outside_ < 2) return Change::kNone;
   Reset();
+  size_ = 2;  // the two readings outside may be the first of the next rest
   return Change::kRestEnded;
 }
 

@@ -19,8 +19,15 @@ json Numbers(const std::vector<double>& values) {
 }
 
 const char* Name(SensorAxis axis) {
-  static constexpr std::array<const char*, 3> kNames = {"x", "y", "z"};
-  return kNames[static_cast<std::size_t>(axis)];
+  switch (axis) {
+    case SensorAxis::kX:
+      return "x";
+    case SensorAxis::kY:
+      return "y";
+    case SensorAxis::kZ:
+      return "z";
+  }
+  return "z";
 }
 
 const char* Name(ReferenceKind kind) {

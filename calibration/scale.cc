@@ -2,20 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "calibration/noise_fit.h"
 #include "calibration/paper.h"
+#include "calibration/scale_problem.h"
 #include "calibration/statistics.h"
 
 namespace gyrobench::calibration {
 namespace {
 
-constexpr double kPiece_s = 1.0;
-constexpr double kLeastTurn_deg = 0.5;
-constexpr double kLongestTurn_s = 120.0;
 // Fewer turns than this beyond the parameters say too little of the reference's error.
 constexpr int kTurnsForReference = 5;
 constexpr double kNotWhite = 1e-3;
@@ -23,148 +20,6 @@ constexpr std::size_t kWhitenessLags = 10;
 constexpr std::size_t kMaxBiasOrder = 2;
 // Other axes' rotation that cannot be told from this axis's: beyond this growth of the variance.
 constexpr double kInseparable = 100.0;
-
-struct Plan {
-  std::vector<Row> rows;
-  bool stops = false;
-};
-
-// How much of this channel's rotation lies between rests, turn by turn.
-struct Turns {
-  std::int64_t count = 0;
-  double rotation_deg = 0.0;
-  double longest_s = 0.0;
-};
-
-Turns CountTurns(const std::vector<Row>& rows, std::size_t channel) {
-  Turns out;
-  for (const Row& row : rows) {
-    if (row.still || !row.usable[channel]) continue;
-    if (std::fabs(row.rotation_deg[channel]) < kLeastTurn_deg) continue;
-    ++out.count;
-    out.rotation_deg += std::fabs(row.rotation_deg[channel]);
-    out.longest_s = std::max(out.longest_s, row.duration_s());
-  }
-  return out;
-}
-
-double MovingPath(const std::vector<Row>& rows, std::size_t channel) {
-  double path = 0.0;
-  for (const Row& row : rows) {
-    if (!row.still && row.usable[channel]) path += std::fabs(row.rotation_deg[channel]);
-  }
-  return path;
-}
-
-double RotationRange(const Columns& columns, std::size_t channel) {
-  double low = 0.0, high = 0.0;
-  if (columns.nodes.empty()) return 0.0;
-  low = high = columns.nodes.front().rotation_deg[channel];
-  for (const Node& node : columns.nodes) {
-    low = std::min(low, node.rotation_deg[channel]);
-    high = std::max(high, node.rotation_deg[channel]);
-  }
-  return high - low;
-}
-
-// Stop to stop where the motion is made of turns between rests, else node to node.
-Plan MakePlan(const Columns& columns, std::size_t channel) {
-  Plan plan{StopRows(columns, kPiece_s), true};
-  const Turns turns = CountTurns(plan.rows, channel);
-  std::vector<Row> nodes = NodeRows(columns, kPiece_s);
-  const bool all_motion = turns.rotation_deg >= 0.5 * MovingPath(nodes, channel);
-  if (turns.count >= 1 && turns.longest_s <= kLongestTurn_s && all_motion) return plan;
-  return {std::move(nodes), false};
-}
-
-// Columns of the problem of one channel.
-struct Problem {
-  std::vector<std::size_t> others;  // axes that turned as well
-  std::size_t bias_orders = 0;
-  double mean_degC = kMissing;
-
-  int bias_column() const { return 1 + static_cast<int>(others.size()); }
-  int output() const { return bias_column() + 1 + static_cast<int>(bias_orders); }
-  IntervalSeries Series(const std::vector<Row>& rows, std::size_t channel, double gain) const {
-    return MakeSeries(rows, channel, output() + 1, [&](const Row& row, double* out) {
-      *out++ = row.rotation_deg[channel] + row.earth_deg[channel];
-      for (const std::size_t other : others)
-        *out++ = row.rotation_deg[other] + row.earth_deg[other];
-      double power = row.duration_s();
-      for (std::size_t k = 0; k <= bias_orders; ++k, power *= row.temperature_degC - mean_degC)
-        *out++ = power;
-      *out = row.z[channel] / gain;
-    });
-  }
-  FitOptions Options(std::size_t order) const {
-    FitOptions options;
-    for (int i = 0; i < bias_column(); ++i) options.regressors.push_back(i);
-    for (int i = 0; i <= static_cast<int>(order); ++i) {
-      options.regressors.push_back(bias_column() + i);
-      options.rest_regressors.push_back(bias_column() + i);
-    }
-    options.output = output();
-    return options;
-  }
-};
-
-// Output units per deg/s, roughly: least squares without a thought of the noise. NaN when the
-// channel does not respond.
-double RoughGain(const std::vector<Row>& rows, std::size_t channel) {
-  const Problem simple;
-  const IntervalSeries series = simple.Series(rows, channel, 1.0);
-  const WhiteGram gram = Whiten(series, IntervalNoise{1.0, 0.0, 0.0});
-  const GlsSolution solution = Solve(gram, simple.Options(0).regressors, simple.output());
-  if (!solution.solvable || series.rows() < 4) return kMissing;
-  const double freedom = static_cast<double>(series.rows()) - 2.0;
-  const double std_error = std::sqrt(solution.variance(0) * solution.residual_square / freedom);
-  const double gain = solution.coefficients[0];
-  return std::fabs(gain) > 4.0 * std_error ? gain : kMissing;
-}
-
-// The least BIC, with the noise of the longest polynomial.
-std::size_t ChooseOrder(const IntervalSeries& series, const Problem& problem, FitOptions options,
-                        const IntervalNoise& noise) {
-  const WhiteGram gram = Whiten(series, noise);
-  std::size_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t order = 0; order <= problem.bias_orders; ++order) {
-    options.regressors = problem.Options(order).regressors;
-    const GlsSolution solution = Solve(gram, options.regressors, options.output);
-    if (!solution.solvable) continue;
-    const double bic = solution.residual_square +
-                       static_cast<double>(order) * std::log(static_cast<double>(series.rows()));
-    if (bic < least) {
-      least = bic;
-      best = order;
-    }
-  }
-  return best;
-}
-
-// Variance of coefficient 0 by a block sandwich: scores summed over blocks, longer than any
-// correlation that is left. NaN with too few rows.
-double SandwichVariance(const GlsFit& fit) {
-  const std::size_t p = fit.solution.coefficients.size(), n = fit.residuals.size();
-  const std::size_t blocks = std::min<std::size_t>(n / 20, 30);
-  if (blocks < 8) return kMissing;
-  using Map =
-      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
-  const auto cols = static_cast<Eigen::Index>(p);
-  const Map x(fit.white_regressors.data(), static_cast<Eigen::Index>(n), cols);
-  const Map covariance(fit.solution.covariance.data(), cols, cols);
-  const Eigen::Map<const Eigen::VectorXd> v(fit.residuals.data(), static_cast<Eigen::Index>(n));
-  double sum = 0.0;
-  for (std::size_t b = 0; b < blocks; ++b) {
-    const auto begin = static_cast<Eigen::Index>(b * n / blocks);
-    const auto size = static_cast<Eigen::Index>((b + 1) * n / blocks) - begin;
-    const Eigen::VectorXd score = x.middleRows(begin, size).transpose() * v.segment(begin, size);
-    sum += std::pow(covariance.row(0).dot(score), 2);
-  }
-  const auto count = static_cast<double>(blocks);
-  const double freedom = std::max(count - static_cast<double>(p), 1.0);
-  return sum * count / freedom * std::pow(StudentInflation(freedom), 2);
-}
 
 // Residual of the moving intervals, and their rates.
 void DescribeMotion(const std::vector<Row>& rows, std::size_t channel, double units,
@@ -217,8 +72,8 @@ class ChannelScale {
   const Estimation& estimation_;
   const MeasurementInfo& info_;
   std::size_t channel_;
-  Plan plan_;
-  Problem problem_;
+  ScalePlan plan_;
+  ScaleProblem problem_;
   double gain_ = kMissing;
 };
 
@@ -293,7 +148,7 @@ double ChannelScale::AllowForStructure(const GlsFit& fit, const FitOptions& opti
                                        ScaleResult* result) const {
   const double p_white = WhitenessPValue(fit.residuals, kWhitenessLags);
   if (p_white >= kNotWhite) return 0.0;
-  double more = std::fmax(0.0, SandwichVariance(fit) - variance);
+  double more = std::fmax(0.0, SandwichVariance(fit, 0) - variance);
   const std::vector<double> angles = SolveAngles(series, options.regressors, options.output);
   if (!plan_.stops && !angles.empty())
     more += std::pow(angles[0] - fit.solution.coefficients[0], 2);
@@ -345,9 +200,9 @@ void ChannelScale::Report(const GlsFit& fit, const FitOptions& options,
 }
 
 bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
-  plan_ = MakePlan(estimation_.columns, channel_);
+  plan_ = MakeScalePlan(estimation_.columns, channel_);
   const Turns turns =
-      CountTurns(plan_.stops ? plan_.rows : StopRows(estimation_.columns, kPiece_s), channel_);
+      CountTurns(plan_.stops ? plan_.rows : StopRows(estimation_.columns, kScalePiece_s), channel_);
   const double turned = std::max(turns.rotation_deg, RotationRange(estimation_.columns, channel_));
   if (turned < estimation_.options.min_rotation_deg) {
     *reason = fmt::format("its axis turned by {:.3g} deg, at least {:.3g} is needed", turned,
@@ -375,7 +230,7 @@ bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
   ChooseReference(&options, result);
   GlsFit fit = FitIntervals(series, options);
   if (fit.solvable && problem_.bias_orders > 0) {
-    const std::size_t order = ChooseOrder(series, problem_, options, fit.noise.noise);
+    const std::size_t order = ChooseBiasOrder(series, problem_, fit.noise.noise);
     FitOptions chosen = problem_.Options(order);
     chosen.known_reference_deg = options.known_reference_deg;
     if (order < problem_.bias_orders) fit = FitIntervals(series, chosen);

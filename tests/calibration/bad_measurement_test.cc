@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <random>
 
 #include "base/error.h"
@@ -285,6 +286,58 @@ TEST(BadMeasurement, HandlingWithoutAReferenceIsNotTakenForBias) {
   EXPECT_EQ(result.bias[0].unit, "deg/s");
   EXPECT_NEAR(result.bias[0].coefficients[0], 0.7, 0.01);
   EXPECT_NEAR(result.bias[0].duration_s, 12 * 7.0, 8.0);
+}
+
+// Whatever comes, in whatever order: no crash, no number that is not one.
+TEST(BadMeasurement, RandomEventsNeverCrashNorMakeUpNumbers) {
+  for (std::uint32_t seed = 1; seed <= 60; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    auto odd = [&](double usual) {
+      const double kind = uniform(random);
+      if (kind < 0.02) return kMissing;
+      if (kind < 0.03) return std::numeric_limits<double>::infinity();
+      return kind < 0.05 ? 1e6 * (uniform(random) - 0.5) : usual;
+    };
+    MeasurementInfo info;
+    info.gyro_unit = static_cast<GyroUnit>(seed % 3);
+    info.reference = static_cast<ReferenceKind>(seed % 4);
+    info.stand_axis_present = {seed % 2 == 0, true, seed % 5 == 0};
+    info.gyro_present = {true, seed % 2 == 0, seed % 3 == 0};
+    info.accel_present = {seed % 7 == 0, false, false};
+    if (seed % 5 == 0) info.site_latitude_deg = 50;
+    if (seed % 6 == 0) info.stop_accuracy_deg = 0.025;
+    Analyzer analyzer;
+    analyzer.OnInfo(info);
+    double t = 0;
+    for (int i = 0; i < 4000; ++i) {
+      t += uniform(random) < 0.01 ? 3 * uniform(random) - 0.5 : 0.01;
+      const double angle = 30 * std::sin(0.3 * t);
+      const double event = uniform(random);
+      if (event < 0.5) {
+        GyroSample sample;
+        sample.t_s = odd(t);
+        if (std::fabs(sample.t_s) > 1e4) sample.t_s = t;
+        for (double& xi : sample.xi) xi = odd(9 * std::cos(0.3 * t) + uniform(random));
+        sample.accel_g = {odd(0), odd(0), odd(1)};
+        sample.temperature_degC = odd(20 + 0.1 * t);
+        analyzer.OnGyro(sample);
+      } else if (event < 0.8) {
+        analyzer.OnAngle({odd(t), static_cast<int>(random() % 5) - 1, odd(angle)});
+      } else if (event < 0.99) {
+        const double half = 0.5 * angle / 57.29578;
+        analyzer.OnOrientation(
+            {odd(t), {odd(std::cos(half)), odd(std::sin(half)), odd(0), odd(0)}});
+      } else {
+        analyzer.OnTickPair({odd(t), odd(t)});
+      }
+    }
+    try {
+      ExpectFinite(analyzer.Result());
+    } catch (const DataError& error) {
+      EXPECT_GT(std::string(error.what()).size(), 20u);
+    }
+  }
 }
 
 }  // namespace

@@ -5,9 +5,12 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -20,6 +23,34 @@ struct Recording {
   std::vector<double> t_s, angle_deg, rate;
 };
 
+struct Table {
+  std::vector<std::vector<double>> rows;
+};
+
+// Any of the recordings; an empty field or `nan` is NaN. No rows when the file is not there.
+Table ReadTable(const std::string& name) {
+  const std::filesystem::path path =
+      std::filesystem::path(GYROBENCH_SOURCE_DIR) / "../shared/datasets" / name;
+  Table out;
+  gzFile file = gzopen(path.c_str(), "rb");
+  if (file == nullptr) return out;
+  char line[512];
+  gzgets(file, line, sizeof line);
+  while (gzgets(file, line, sizeof line) != nullptr) {
+    std::vector<double>& row = out.rows.emplace_back();
+    for (const char* at = line; *at != '\0' && *at != '\n'; at += *at == ',' ? 1 : 0) {
+      char* end = nullptr;
+      const double value = std::strtod(at, &end);
+      row.push_back(end == at ? kMissing : value);
+      at = end;
+      // An empty last field has no comma after it.
+      if (*at == ',' && at[1] == '\n') row.push_back(kMissing);
+    }
+  }
+  gzclose(file);
+  return out;
+}
+
 struct File {
   const char* name;
   SensorAxis axis;
@@ -28,27 +59,14 @@ struct File {
 
 std::size_t Index(SensorAxis axis) { return static_cast<std::size_t>(axis); }
 
-// Columns t_s, reference angle, gyro_x, gyro_y, gyro_z [deg/s]. Empty when the file is not there.
+// Columns t_s, reference angle, gyro_x, gyro_y, gyro_z [deg/s].
 Recording Read(const File& which) {
-  const std::filesystem::path path =
-      std::filesystem::path(GYROBENCH_SOURCE_DIR) / "../shared/datasets" / which.name;
   Recording out;
-  gzFile file = gzopen(path.c_str(), "rb");
-  if (file == nullptr) return out;
-  char line[512];
-  gzgets(file, line, sizeof line);
-  while (gzgets(file, line, sizeof line) != nullptr) {
-    double value[5] = {};
-    char* at = line;
-    for (double& v : value) {
-      v = std::strtod(at, &at);
-      if (*at == ',') ++at;
-    }
-    out.t_s.push_back(value[0]);
-    out.angle_deg.push_back(value[1]);
-    out.rate.push_back(value[2 + Index(which.axis)]);
+  for (const std::vector<double>& row : ReadTable(which.name).rows) {
+    out.t_s.push_back(row[0]);
+    out.angle_deg.push_back(row[1]);
+    out.rate.push_back(row[2 + Index(which.axis)]);
   }
-  gzclose(file);
   return out;
 }
 
@@ -154,6 +172,64 @@ TEST_P(MeasuredData, QuartersOfARecordingAgreeWithinTheirStatedErrors) {
     for (std::size_t j = 0; j < i; ++j) {
       EXPECT_NEAR(alpha[i], alpha[j], 4 * std::hypot(std_error[i], std_error[j]))
           << i << " and " << j;
+    }
+  }
+}
+
+// A sensor in the hand, orientation from optical motion capture that is lost now and then.
+TEST(HandHeld, EveryAxisIsCalibratedAgainstAnOrientationReference) {
+  const Table table = ReadTable("mocap-hand-slow.csv.gz");
+  if (table.rows.empty()) GTEST_SKIP() << "no recording at ../shared/datasets";
+  MeasurementInfo info;
+  info.gyro_unit = GyroUnit::kRadPerSecond;
+  info.gyro_present = {true, true, true};
+  info.reference = ReferenceKind::kOrientation;
+  Analyzer analyzer;
+  analyzer.OnInfo(info);
+  for (const std::vector<double>& row : table.rows) {
+    GyroSample sample;
+    sample.t_s = row[0];
+    sample.xi = {row[1], row[2], row[3]};
+    analyzer.OnGyro(sample);
+    analyzer.OnOrientation({row[0], {row[7], row[8], row[9], row[10]}});
+  }
+  const AnalysisResult result = analyzer.Result();
+  ASSERT_EQ(result.scale.size(), 3u);
+  for (const ScaleResult& scale : result.scale) {
+    EXPECT_NEAR(scale.alpha, 1.0, 0.03) << "a sensor of a few percent";
+    EXPECT_LT(scale.alpha_std_error, 0.02);
+    EXPECT_LT(std::fabs(scale.bias), 1.0);
+  }
+}
+
+// Three sensors laid in poses by hand: the bias from the rests in between, whatever the handling.
+TEST(Poses, TheBiasIsThatOfTheQuietStretches) {
+  for (const char* name : {"poses-0.csv.gz", "poses-1.csv.gz", "poses-2.csv.gz"}) {
+    const Table table = ReadTable(name);
+    if (table.rows.empty()) GTEST_SKIP() << "no recording at ../shared/datasets";
+    MeasurementInfo info;
+    info.gyro_unit = GyroUnit::kRadPerSecond;
+    info.gyro_present = info.accel_present = {true, true, true};
+    Analyzer analyzer;
+    analyzer.OnInfo(info);
+    std::array<std::vector<double>, 3> rates;
+    for (const std::vector<double>& row : table.rows) {
+      GyroSample sample;
+      sample.t_s = row[0];
+      sample.xi = {row[1], row[2], row[3]};
+      sample.accel_g = {row[4] / 9.80665, row[5] / 9.80665, row[6] / 9.80665};
+      analyzer.OnGyro(sample);
+      for (std::size_t c = 0; c < 3; ++c) rates[c].push_back(row[c + 1] * 180 / std::numbers::pi);
+    }
+    const AnalysisResult result = analyzer.Result();
+    EXPECT_TRUE(result.scale.empty());
+    ASSERT_EQ(result.bias.size(), 3u);
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::sort(rates[c].begin(), rates[c].end());
+      // Most of the time it lies still: the median is the bias, to the width of its noise.
+      EXPECT_NEAR(result.bias[c].coefficients[0], rates[c][rates[c].size() / 2], 0.15) << name;
+      EXPECT_GT(result.bias[c].duration_s, 40) << name;
+      EXPECT_LT(result.bias[c].duration_s, 158) << name;
     }
   }
 }

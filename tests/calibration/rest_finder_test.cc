@@ -78,6 +78,13 @@ TEST(RestFinder, FindsRestsOfAnAxisThatIsReadFiveTimesASecond) {
   EXPECT_NEAR(found.begins.at(1), 12.0, 0.21);
 }
 
+TEST(RestFinder, FindsRestsOfAnAxisThatIsReadOnceASecond) {
+  const Found found = Watch([](double t) { return t < 10 ? 0.0 : 16.0; }, 1, 30);
+  ASSERT_EQ(found.begins.size(), 2u);
+  EXPECT_NEAR(found.ends.at(0), 9.0, 0.01);
+  EXPECT_NEAR(found.begins.at(1), 10.0, 0.01);
+}
+
 TEST(RestFinder, TakesASlowTurnForMotion) {
   EXPECT_TRUE(Watch([](double t) { return 0.5 * t; }, 50, 60).begins.empty());
   EXPECT_TRUE(Watch([](double t) { return 5 * std::sin(1.3 * t); }, 50, 60).begins.empty());
