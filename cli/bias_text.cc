@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "base/measurement.h"
@@ -19,6 +20,26 @@ using Json = nlohmann::json;
 std::string OutputUnit(const Json& bias) {
   const std::string unit = Text(bias, "unit");
   return unit.empty() ? "LSB" : unit;
+}
+
+// Each remark once, with the axes that it is about where it is not about all.
+Json SharedRemarks(const Json& biases) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> remarks;
+  for (const Json& bias : biases) {
+    for (const Json& remark : Field(bias, "remarks")) {
+      const std::string text = Plain(remark);
+      auto same = std::find_if(remarks.begin(), remarks.end(),
+                               [&](const auto& seen) { return seen.first == text; });
+      if (same == remarks.end()) same = remarks.insert(same, {text, {}});
+      same->second.push_back(Plain(Field(bias, "axis")));
+    }
+  }
+  Json shared = Json::array();
+  for (const auto& [text, axes] : remarks) {
+    const bool all = axes.size() == biases.size();
+    shared.push_back(all ? text : fmt::format("{}: {}", fmt::join(axes, ", "), text));
+  }
+  return shared;
 }
 
 double At(const std::vector<double>& values, std::size_t i) {
@@ -107,25 +128,27 @@ std::string Picture(const Json& bias, int columns) {
   return DrawPlot(plot);
 }
 
+// As many next to each other as there is room for.
 std::string Pictures(const Json& biases, const Terminal& terminal) {
-  const int side_by_side = (std::min(terminal.columns, 120) - 1) / static_cast<int>(biases.size());
-  const int columns = std::clamp(side_by_side - 2, 22, 60);
-  std::vector<std::string> pictures;
+  constexpr int kNarrowest = 32, kWidest = 60;
+  const int available = std::min(terminal.columns, 120);
+  const int abreast =
+      std::clamp(available / kNarrowest, 1, std::max(1, static_cast<int>(biases.size())));
+  const int columns = std::clamp(available / abreast - 3, kNarrowest - 3, kWidest);
+  std::string text;
+  std::vector<std::string> row;
   for (const Json& bias : biases) {
     const std::string picture = Picture(bias, columns);
-    if (!picture.empty()) pictures.push_back(picture);
+    if (!picture.empty()) row.push_back(picture);
+    if (static_cast<int>(row.size()) == abreast) {
+      text += "\n" + SideBySide(row);
+      row.clear();
+    }
   }
-  if (pictures.empty()) return "";
-  const int width = columns * static_cast<int>(pictures.size());
-  if (width <= terminal.columns) return "\n" + SideBySide(pictures);
-  std::string text;
-  for (const std::string& picture : pictures) text += "\n" + picture;
-  return text;
+  return row.empty() ? text : text + "\n" + SideBySide(row);
 }
 
-}  // namespace
-
-std::string BiasText(const Json& biases, bool pictures, const Terminal& terminal) {
+std::string TableText(const Json& biases) {
   const std::string output = OutputUnit(biases.front());
   AxisTable table(biases);
   AddCoefficients(table, biases, output);
@@ -133,14 +156,38 @@ std::string BiasText(const Json& biases, bool pictures, const Terminal& terminal
     return FormatNumber(Number(bias, "reference_temperature_degC"), 4);
   });
   table.Add("valid for", "degC", RangeOf);
-  table.AddNumber("error of the curve", output + ", rms over the range", "rms_error");
-  table.AddNumber("residual", output + ", rms of 1 s means", "residual_rms");
-  table.AddNumber("the paper's", output + ", rms of the smoothed output", "paper_rms_error");
+  table.AddNumber("error of the curve", output + " rms", "rms_error");
+  table.AddNumber("residual, 1 s means", output + " rms", "residual_rms");
+  table.AddNumber("paper's, smoothed", output + " rms", "paper_rms_error");
   table.AddNumber("angle random walk", "deg/sqrt(s)", "angle_random_walk_deg_sqrt_s", "noise");
   table.AddNumber("bias random walk", "deg/s/sqrt(s)", "bias_random_walk_deg_s_sqrt_s", "noise");
-  std::string text =
-      terminal.Bold("Bias: beta(T) = sum of c_j (T - T_ref)^j") + "\n" + table.Text();
-  for (const Json& bias : biases) text += RemarksText(Field(bias, "remarks"), terminal);
+  return table.Text();
+}
+
+int WidestLine(const std::string& text) {
+  int widest = 0;
+  for (std::size_t begin = 0, end = text.find('\n'); end != std::string::npos;
+       begin = end + 1, end = text.find('\n', begin)) {
+    widest = std::max(widest, DisplayWidth(text.substr(begin, end - begin)));
+  }
+  return widest;
+}
+
+// All axes next to each other, or below each other where the terminal is too narrow.
+std::string TablesText(const Json& biases, const Terminal& terminal) {
+  const std::string together = TableText(biases);
+  if (!terminal.is_terminal || WidestLine(together) <= terminal.columns) return together;
+  std::string text;
+  for (const Json& bias : biases) text += TableText(Json::array({bias}));
+  return text;
+}
+
+}  // namespace
+
+std::string BiasText(const Json& biases, bool pictures, const Terminal& terminal) {
+  const std::string text = terminal.Bold("Bias: beta(T) = sum of c_j (T - T_ref)^j") + "\n" +
+                           TablesText(biases, terminal) +
+                           RemarksText(SharedRemarks(biases), terminal);
   return pictures ? text + Pictures(biases, terminal) : text;
 }
 

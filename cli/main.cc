@@ -3,12 +3,14 @@
 #include <array>
 #include <cstdio>
 #include <exception>
+#include <string>
 #include <string_view>
 #include <variant>
 
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/options.h"
+#include "cli/text_layout.h"
 
 namespace {
 
@@ -42,6 +44,12 @@ int Dispatch(const Options& options) {
   throw UsageError(fmt::format("no command '{}'", options.command));
 }
 
+void PrintError(const std::string& command, const std::exception& error) {
+  const Terminal terminal = DescribeTerminal(fileno(stderr));
+  const std::string text = fmt::format("gyrobench{}: {}", command, error.what());
+  fmt::print(stderr, "{}\n", terminal.is_terminal ? Wrap(text, terminal.columns, 2) : text);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -53,10 +61,10 @@ int main(int argc, char** argv) {
     command = " " + options.command;
     return Dispatch(options);
   } catch (const UsageError& error) {
-    fmt::print(stderr, "gyrobench{}: {}\n", command, error.what());
+    PrintError(command, error);
     return kUsage;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "gyrobench{}: {}\n", command, error.what());
+    PrintError(command, error);
     return kFailed;
   }
 }

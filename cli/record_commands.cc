@@ -101,7 +101,10 @@ int Runs(const Options& options) {
     rows.push_back({Text(record, "run_id"), LocalTime(record["run"]), OutcomeOf(record["run"]),
                     ResultSummary(record["result"])});
   }
-  fmt::print("{}", AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft}));
+  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const std::string table =
+      AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft});
+  fmt::print("{}", FitLines(table, terminal));
   return kDone;
 }
 

@@ -26,19 +26,34 @@ std::string RangeText(double low, double high, int decimals, const std::string& 
   return fmt::format("{:.{}f} .. {:.{}f} {}", low, decimals, high, decimals, unit);
 }
 
-// Rows of name, value, unit, note; without those that have no value.
+// Rows of name, value, unit, note; without those that have no value, and without notes where the
+// terminal has no room.
 class Sheet {
  public:
   void Add(std::string name, std::string value, std::string unit, std::string note = "") {
     if (value == "-" || value.empty()) return;
-    rows_.push_back({std::move(name), std::move(value), std::move(unit), std::move(note)});
+    rows_.push_back({std::move(name), std::move(value), std::move(unit)});
+    notes_.push_back(std::move(note));
   }
-  std::string Text() const {
-    return AlignColumns(rows_, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft}, 2);
+  std::string Text(const Terminal& terminal) const {
+    Rows rows = rows_;
+    int width = 2;
+    for (std::size_t column = 0; column < 3; ++column) {
+      int widest = 0;
+      for (const auto& row : rows) widest = std::max(widest, DisplayWidth(row[column]));
+      width += widest + 2;
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const bool fits =
+          !terminal.is_terminal || width + DisplayWidth(notes_[i]) <= terminal.columns;
+      if (fits) rows[i].push_back(notes_[i]);
+    }
+    return AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft}, 2);
   }
 
  private:
   Rows rows_;
+  std::vector<std::string> notes_;
 };
 
 void AddNoise(Sheet& sheet, const Json& noise) {
@@ -70,9 +85,9 @@ std::string ScaleText(const Json& scale, const Terminal& terminal) {
   sheet.Add("alpha, joint estimate", FormatMeasured(alpha, alpha_error), unit);
   sheet.Add("alpha, eq. (5)",
             FormatMeasured(Number(scale, "paper_alpha"), Number(scale, "paper_alpha_std_error")),
-            unit, "the paper's: each turn with the rest before it");
-  sheet.Add("alpha, eq. (5)", FormatNumber(Number(scale, "paper_first_rest_alpha")), unit,
-            "the same with the first rest only");
+            unit, "the paper's: rest before each turn");
+  sheet.Add("alpha, eq. (5) once", FormatNumber(Number(scale, "paper_first_rest_alpha")), unit,
+            "the paper's: first rest only");
   sheet.Add("scale error",
             FormatMeasured(100.0 * scale_error, 100.0 * (1.0 + scale_error) * alpha_error / alpha),
             "%", "against the nominal sensitivity");
@@ -81,12 +96,12 @@ std::string ScaleText(const Json& scale, const Terminal& terminal) {
   const double whitened = Number(scale, "whitened_rms");
   sheet.Add("residual, rms", FormatNumber(Number(scale, "residual_rms_deg"), 3), "deg",
             std::isfinite(whitened)
-                ? fmt::format("whitened {:.2f}; 1 when the model explains it", whitened)
+                ? fmt::format("whitened {:.2f}; 1: as the noise explains", whitened)
                 : "");
   AddNoise(sheet, Field(scale, "noise"));
   sheet.Add("unit's clock",
             FormatMeasured(Number(scale, "tick_ratio"), Number(scale, "tick_ratio_std_error")),
-            "s/s", "host seconds per second of the gyro unit");
+            "s/s", "host over gyro unit");
   sheet.Add("valid for",
             RangeText(Number(scale, "min_rate_deg_s"), Number(scale, "max_rate_deg_s"), 1, "deg/s"),
             "");
@@ -94,7 +109,7 @@ std::string ScaleText(const Json& scale, const Terminal& terminal) {
             RangeText(Number(scale, "min_temperature_degC"), Number(scale, "max_temperature_degC"),
                       1, "degC"),
             "");
-  return terminal.Bold(ScaleHeading(scale)) + "\n" + sheet.Text() +
+  return terminal.Bold(ScaleHeading(scale)) + "\n" + sheet.Text(terminal) +
          RemarksText(Field(scale, "remarks"), terminal);
 }
 

@@ -73,6 +73,17 @@ std::string Shorten(std::string_view text, int columns) {
   return std::string(text.substr(0, end)) + "…";
 }
 
+std::string FitLines(std::string_view text, const Terminal& terminal) {
+  if (!terminal.is_terminal) return std::string(text);
+  std::string fitted;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    fitted += Shorten(text.substr(0, end), terminal.columns) + "\n";
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return fitted;
+}
+
 std::string Wrap(std::string_view text, int columns, int indent) {
   std::string wrapped;
   int used = 0;

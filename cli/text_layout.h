@@ -31,6 +31,9 @@ int DisplayWidth(std::string_view text);
 // `text` cut to `columns`, the last one "…" where something was cut. No colour codes within.
 std::string Shorten(std::string_view text, int columns);
 
+// Each line of `text` cut to the terminal's width; all of it where there is no terminal.
+std::string FitLines(std::string_view text, const Terminal& terminal);
+
 // `text` broken between words to `columns`, each line but the first indented by `indent`.
 std::string Wrap(std::string_view text, int columns, int indent);
 

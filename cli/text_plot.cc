@@ -127,10 +127,11 @@ std::string DrawPlot(const Plot& plot) {
   }
   const std::string left = FormatNumber(plot.x_min, 4), right = FormatNumber(plot.x_max, 4);
   const int middle = columns - DisplayWidth(left) - DisplayWidth(right);
-  const int before = std::max(1, (middle - DisplayWidth(plot.x_label)) / 2);
-  const int after = std::max(1, middle - before - DisplayWidth(plot.x_label));
-  text += fmt::format("{:>{}} {}{:{}}{}{:{}}{}\n", "", kLabelColumns + 1, left, "", before,
-                      plot.x_label, "", after, right);
+  const std::string label = DisplayWidth(plot.x_label) + 2 <= middle ? plot.x_label : "";
+  const int before = std::max(1, (middle - DisplayWidth(label)) / 2);
+  const int after = std::max(1, middle - before - DisplayWidth(label));
+  text += fmt::format("{:>{}} {}{:{}}{}{:{}}{}\n", "", kLabelColumns, left, "", before, label, "",
+                      after, right);
   return text;
 }
 
