@@ -19,7 +19,10 @@ add_library(gyrobench_flags INTERFACE)
 target_include_directories(gyrobench_flags INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(gyrobench_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
-  -Wold-style-cast -Woverloaded-virtual -Wdouble-promotion -Wformat=2 -Werror)
+  -Wold-style-cast -Woverloaded-virtual -Wdouble-promotion -Wformat=2)
+if(GYROBENCH_WARNINGS_AS_ERRORS)
+  target_compile_options(gyrobench_flags INTERFACE -Werror)
+endif()
 if(GYROBENCH_SANITIZE)
   target_compile_options(gyrobench_flags INTERFACE
     -fsanitize=${GYROBENCH_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
