@@ -40,7 +40,7 @@ std::string Where(const RunView& view) {
 class BarDisplay : public RunDisplay {
  public:
   BarDisplay() = default;
-  ~BarDisplay() override { Clear(); }
+  ~BarDisplay() override { BarDisplay::Clear(); }
   BarDisplay(const BarDisplay&) = delete;
   BarDisplay& operator=(const BarDisplay&) = delete;
 
