@@ -32,7 +32,7 @@ class VirtualClockImpl final : public VirtualClock {
     const std::lock_guard lock(mutex_);
     pace_ = pace;
     Anchor();
-    if (running_ == 0) Advance();
+    if (running_ <= 0) Advance();
   }
 
  private:
@@ -59,7 +59,7 @@ class VirtualClockImpl final : public VirtualClock {
 
   mutable std::mutex mutex_;
   Utime now_;
-  int running_ = 0;
+  int running_ = 0;  // below 0 while a resident and its guest wait on one count, see Advance
   std::int64_t joined_ = 0;
   std::vector<VirtualParticipant*> waiting_;
   double pace_ = kUnpaced;
@@ -74,7 +74,7 @@ class VirtualClockImpl::VirtualParticipant final : public Participant {
   ~VirtualParticipant() override {
     if (!resident_) return;
     const std::lock_guard lock(clock_.mutex_);
-    if (--clock_.running_ == 0) clock_.Advance();
+    if (--clock_.running_ <= 0) clock_.Advance();
   }
 
   bool WaitUntil(Utime wake_up) override {
@@ -86,14 +86,14 @@ class VirtualClockImpl::VirtualParticipant final : public Participant {
     wake_up_ = std::max(wake_up, clock_.now_);
     released_ = false;
     clock_.waiting_.push_back(this);
-    if (--clock_.running_ == 0) clock_.Advance();
+    if (--clock_.running_ <= 0) clock_.Advance();
     while (!released_) {
       if (!clock_.Paced()) {
         condition_.wait(lock);
         continue;
       }
       const auto due = clock_.RealTimeOf(wake_up_);
-      if (condition_.wait_until(lock, due) == std::cv_status::timeout && clock_.running_ == 0) {
+      if (condition_.wait_until(lock, due) == std::cv_status::timeout && clock_.running_ <= 0) {
         clock_.Advance();
       }
       // Another is due at the same moment and runs first; its next wait advances time to us.
@@ -107,7 +107,7 @@ class VirtualClockImpl::VirtualParticipant final : public Participant {
     notified_ = true;
     if (released_) return;
     wake_up_ = clock_.now_;
-    if (clock_.running_ == 0) clock_.Advance();
+    if (clock_.running_ <= 0) clock_.Advance();
   }
 
  private:
@@ -144,13 +144,17 @@ VirtualClockImpl::VirtualParticipant* VirtualClockImpl::Earliest() const {
 // All wait: release the earliest, if its time has come. Paced time comes by itself: every waiter
 // holds a real deadline, and the first to pass it calls here.
 void VirtualClockImpl::Advance() {
-  VirtualParticipant* next = Earliest();
-  if (next == nullptr || next->wake_up_ == kForever) return;
-  if (Paced() && next->wake_up_ > now_ && steady_clock::now() < RealTimeOf(next->wake_up_)) {
-    next->condition_.notify_one();  // its deadline may be news to it
-    return;
+  // More than one is released only after a resident gave up waiting for its guest (a call that
+  // blocked outside the clock timed out) and waits itself: then both wait on one count.
+  while (running_ <= 0) {
+    VirtualParticipant* next = Earliest();
+    if (next == nullptr || next->wake_up_ == kForever) return;
+    if (Paced() && next->wake_up_ > now_ && steady_clock::now() < RealTimeOf(next->wake_up_)) {
+      next->condition_.notify_one();  // its deadline may be news to it
+      return;
+    }
+    Release(*next);
   }
-  Release(*next);
 }
 
 void VirtualClockImpl::Release(VirtualParticipant& chosen) {

@@ -42,6 +42,7 @@ struct Acquisition::AxisUnit {
   std::unique_ptr<drivers::AngleSensor> encoder;
   AxisView view;
   angle_t message;
+  bool beyond_limit = false;  // of the encoder's bus thread: reported already
 };
 
 Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock, Telemetry& telemetry,
@@ -154,8 +155,10 @@ void Acquisition::CheckSoftLimits(AxisUnit& unit, double angle_deg) {
   if (!IsActive(axis.name)) return;
   if (angle_deg >= axis.min_deg - kSoftLimitMargin_deg &&
       angle_deg <= axis.max_deg + kSoftLimitMargin_deg) {
+    unit.beyond_limit = false;
     return;
   }
+  if (std::exchange(unit.beyond_limit, true)) return;
   PostStopAll();
   on_fault_(
       "axis." + axis.name,
@@ -203,7 +206,9 @@ void Acquisition::ReadGyro() {
   gyro_->Read(block_);
   const double tick_rate_hz = sensor_.identity.tick_rate_hz;  // written by this thread only
   const double tick_s = static_cast<double>(block_.tick) / tick_rate_hz;
-  if (tick_fit_.count() == 0 || block_.boot_count != boot_count_) {
+  const bool began_anew = block_.boot_count != boot_count_ || tick_s < last_tick_s_;
+  last_tick_s_ = tick_s;
+  if (tick_fit_.count() == 0 || began_anew) {
     tick_fit_ = TickFit();
     boot_count_ = block_.boot_count;
     first_tick_s_ = tick_s;
@@ -261,8 +266,11 @@ MeasurementInfo Acquisition::Info() const {
   info.reference = stand_.axes.empty() ? ReferenceKind::kNone : ReferenceKind::kStandAngles;
   for (const config::AxisConfig& axis : stand_.axes) {
     info.stand_axis_present[static_cast<std::size_t>(AxisNumber(axis.name))] = true;
-    info.gear_ratio = axis.gear_ratio;
-    info.stop_accuracy_deg = axis.shaft_accuracy_deg / axis.gear_ratio;
+    // Of the axis that the run turns; of any, where it turns none.
+    if (!info.gear_ratio || IsActive(axis.name)) {
+      info.gear_ratio = axis.gear_ratio;
+      info.stop_accuracy_deg = axis.shaft_accuracy_deg / axis.gear_ratio;
+    }
   }
   info.site_latitude_deg = stand_.site.latitude_deg;
   info.site_heading_deg = stand_.site.heading_deg;
@@ -287,10 +295,19 @@ bool Acquisition::IsActive(const std::string& axis) const {
 }
 
 double Acquisition::MoveBy(Clock::Participant& caller, const std::string& axis, double angle_deg,
-                           double rate_deg_s, double acceleration_deg_s2) {
+                           double rate_deg_s, double acceleration_deg_s2,
+                           const std::function<void()>& may_move) {
   AxisUnit& unit = UnitOf(axis);
-  return unit.drive_bus->worker.Call(
-      caller, [&] { return unit.drive->MoveBy(angle_deg, rate_deg_s, acceleration_deg_s2); });
+  return unit.drive_bus->worker.Call(caller, [&] {
+    may_move();
+    return unit.drive->MoveBy(angle_deg, rate_deg_s, acceleration_deg_s2);
+  });
+}
+
+drivers::AxisState Acquisition::ReadDriveNow(Clock::Participant& caller, const std::string& axis) {
+  AxisUnit& unit = UnitOf(axis);
+  unit.drive_bus->worker.Call(caller, [&] { ReadDrive(unit); });
+  return Axis(axis).drive;
 }
 
 AxisView Acquisition::ReadNow(Clock::Participant& caller, const std::string& axis) {
@@ -305,7 +322,7 @@ void Acquisition::PostStopAll() {
     unit->drive_bus->worker.Post([this, u = unit.get()] {
       try {
         u->drive->Stop();
-      } catch (const Error& error) {
+      } catch (const std::exception& error) {
         on_fault_("axis." + u->config->name, error.what());
       }
     });
@@ -313,8 +330,12 @@ void Acquisition::PostStopAll() {
 }
 
 void Acquisition::StopAll(Clock::Participant& caller) {
+  std::vector<AxisUnit*> order;
+  for (const auto& unit : axes_) order.push_back(unit.get());
+  std::stable_partition(order.begin(), order.end(),
+                        [this](const AxisUnit* unit) { return IsActive(unit->config->name); });
   std::string failures;
-  for (const auto& unit : axes_) {
+  for (AxisUnit* unit : order) {
     try {
       unit->drive_bus->worker.Call(caller, [&] { unit->drive->Stop(); });
     } catch (const DeviceError& error) {
@@ -326,11 +347,10 @@ void Acquisition::StopAll(Clock::Participant& caller) {
 
 void Acquisition::PostClearAlarms() {
   for (const auto& unit : axes_) {
-    if (!Axis(unit->config->name).drive.fault) continue;
     unit->drive_bus->worker.Post([this, u = unit.get()] {
       try {
         u->drive->ClearAlarm();
-      } catch (const Error& error) {
+      } catch (const std::exception& error) {
         on_fault_("axis." + u->config->name, error.what());
       }
     });

@@ -2,7 +2,7 @@
 // commanded.
 #pragma once
 
-#include <map>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -66,11 +66,16 @@ class Acquisition {
   // Axes whose reference is read at its full rate; the others at their idle rate.
   void SetActiveAxes(std::set<std::string> names);
 
-  // The drive's rate. Throws DeviceError, LimitError.
+  // The drive's rate. `may_move` is asked in the bus's thread right before the drive is, and throws
+  // when the run is to end: nothing moves after a stop. Throws DeviceError, LimitError, and what
+  // `may_move` throws.
   double MoveBy(Clock::Participant& caller, const std::string& axis, double angle_deg,
-                double rate_deg_s, double acceleration_deg_s2);
+                double rate_deg_s, double acceleration_deg_s2,
+                const std::function<void()>& may_move);
   // Asks drive and reference now, not at the next poll. Throws DeviceError.
   AxisView ReadNow(Clock::Participant& caller, const std::string& axis);
+  // The drive alone: to be asked even when the reference is silent.
+  drivers::AxisState ReadDriveNow(Clock::Participant& caller, const std::string& axis);
   // Stops all axes; does not wait. From any thread.
   void PostStopAll();
   // Stops all axes, waits for the drives' answers. The first failure is thrown after all were
@@ -110,6 +115,7 @@ class Acquisition {
   TickFit tick_fit_;
   int boot_count_ = 0;
   double first_tick_s_ = 0.0;
+  double last_tick_s_ = 0.0;
 
   mutable std::mutex mutex_;  // guards what follows and the views in axes_
   std::set<std::string> active_axes_;

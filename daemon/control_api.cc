@@ -170,8 +170,9 @@ json Start(Context& c, const json& body) {
 
 // Motion ends in every state: with a run by its abort, and without one all the same.
 void Stop(Context& c) {
-  c.acquisition.PostStopAll();
+  // The run first, so that no move of its can queue up behind the stop.
   if (c.control.run_is_on() && c.control.state() != State::kStopping) c.control.Abort();
+  c.acquisition.PostStopAll();
 }
 
 struct Route {

@@ -5,6 +5,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <chrono>
@@ -123,8 +124,16 @@ class ControlServer::Listener {
 
   void Accept() {
     acceptor_.async_accept([this](boost::system::error_code error, Local::socket socket) {
-      if (!error) std::make_shared<Session>(std::move(socket), handler_)->Read();
-      if (acceptor_.is_open()) Accept();
+      if (!error) {
+        std::make_shared<Session>(std::move(socket), handler_)->Read();
+        Accept();
+        return;
+      }
+      // Out of descriptors, most likely: they come back when sessions end.
+      retry_.expires_after(std::chrono::milliseconds(200));
+      retry_.async_wait([this](boost::system::error_code stopped) {
+        if (!stopped) Accept();
+      });
     });
   }
 
@@ -132,6 +141,7 @@ class ControlServer::Listener {
   const Handler handler_;
   asio::io_context io_{1};
   Local::acceptor acceptor_;
+  asio::steady_timer retry_{io_};
   std::thread thread_;
 };
 

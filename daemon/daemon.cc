@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <atomic>
 #include <chrono>
 #include <utility>
 
@@ -55,13 +56,14 @@ struct Daemon::Parts {
         [this](const std::string& source, const std::string& message) { Fault(source, message); });
     status = std::make_unique<StatusPublisher>(stand, *clock, *acquisition, control, telemetry,
                                                publisher);
-    engine = std::make_unique<RunEngine>(RunEngine::Context{stand, *clock, virtual_clock,
-                                                            *acquisition, telemetry, control,
-                                                            [this] { status->Changed(); },
-                                                            [this](const std::string& question_id) {
-                                                              if (simulated)
-                                                                simulated->Answered(question_id);
-                                                            }});
+    engine = std::make_unique<RunEngine>(RunEngine::Context{
+        stand, *clock, virtual_clock, *acquisition, telemetry, control,
+        [this] { status->Changed(); },
+        [this](const std::string& source, const std::string& message) { Fault(source, message); },
+        [this] { FaultCleared(); },
+        [this](const std::string& question_id) {
+          if (simulated) simulated->Answered(question_id);
+        }});
     api = std::make_unique<ControlApi>(
         ControlApi::Context{stand, *clock, *acquisition, *engine, control, publisher});
     const auto starting = clock->Join("start");
@@ -79,7 +81,11 @@ struct Daemon::Parts {
 
   ~Parts() {
     server.reset();
-    if (engine) engine->Shutdown();
+    engine->Shutdown();
+    // A virtual bus at rest would answer nobody.
+    if (virtual_clock != nullptr) virtual_clock->SetPace(VirtualClock::kUnpaced);
+    StopAxes();
+    acquisition->Stop();
   }
 
   void MakeClockAndBuses() {
@@ -94,16 +100,35 @@ struct Daemon::Parts {
     stand.buses = simulated->buses();
   }
 
+  // Also without a run: an earlier stop may have failed.
+  void StopAxes() {
+    const auto stopping = clock->Join("stop");
+    try {
+      acquisition->StopAll(*stopping);
+    } catch (const Error& error) {
+      spdlog::error("stop: {}", error.what());
+    }
+  }
+
+  // The first fault is the one that counts; those that follow are in the log.
   void Fault(const std::string& source, const std::string& message) {
     spdlog::error("fault: {}: {}", source, message);
-    const bool first = !control.fault();
     control.Report({source, message});
-    if (!first) return;
+    if (!announced.exchange(true)) Announce(true);
+  }
+
+  void FaultCleared() {
+    if (announced.exchange(false)) Announce(false);
+  }
+
+  void Announce(bool active) {
     fault_t event{};
     event.utime = clock->Now();
-    event.active = true;
-    event.source = source;
-    event.message = message;
+    event.active = active;
+    if (const auto fault = control.fault()) {
+      event.source = fault->source;
+      event.message = fault->message;
+    }
     telemetry.Send(event);
     status->Changed();
   }
@@ -114,6 +139,7 @@ struct Daemon::Parts {
   VirtualClock* virtual_clock = nullptr;
   std::unique_ptr<SimulatedBuses> simulated;
   RunControl control;
+  std::atomic<bool> announced = false;  // the latched fault was published
   // A record that fails is reported from within Send, which a fault message would need again: the
   // run is told directly.
   Telemetry telemetry{publisher, [this](const std::string& message) {

@@ -8,12 +8,18 @@
 namespace gyrobench::daemon {
 namespace {
 
+// "239.255.76.67" of "udpm://239.255.76.67:7667?ttl=0".
+std::string Group(const std::string& url) {
+  const std::size_t begin = url.find("//");
+  if (begin == std::string::npos) return url;
+  return url.substr(begin + 2, url.find_first_of(":?", begin + 2) - begin - 2);
+}
+
 std::string NoRoute(const std::string& url, std::string_view what) {
   return fmt::format(
-      "LCM: {} at {}: this machine has no multicast route. Live messages are lost until there is "
-      "one; "
-      "runs are recorded all the same. Mend it with: ip route add 239.255.76.67/32 dev lo",
-      what, url);
+      "LCM: {} at {}: most likely this machine has no multicast route. Live messages are lost until "
+      "there is one; runs are recorded all the same. Mend it with: ip route add {}/32 dev lo",
+      what, url, Group(url));
 }
 
 }  // namespace

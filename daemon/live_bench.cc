@@ -122,9 +122,9 @@ procedures::TurnOutcome LiveBench::Turn(const procedures::TurnCommand& command) 
       FactsOf(ConfigOf(context_.stand, command.axis), before.reference.angle_deg);
   procedures::CheckTurn(command, facts);
   BeginSegment("turn", fmt::format("{} {:+g} deg", command.axis, command.angle_deg));
-  const double rate =
-      context_.acquisition.MoveBy(context_.participant, command.axis, command.angle_deg,
-                                  command.rate_deg_s, command.acceleration_deg_s2);
+  const double rate = context_.acquisition.MoveBy(
+      context_.participant, command.axis, command.angle_deg, command.rate_deg_s,
+      command.acceleration_deg_s2, [this] { context_.control.ThrowIfToEnd(); });
   WaitForEndOfMove(
       command, procedures::MoveDuration_s(command.angle_deg, rate, command.acceleration_deg_s2));
   context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kSettle_s));
@@ -156,8 +156,10 @@ procedures::SoakOutcome LiveBench::Soak(const procedures::SoakCommand& command) 
     window.push_back(TemperatureDegC());
     if (window.size() > samples_in_window) window.pop_front();
     const auto [low, high] = std::minmax_element(window.begin(), window.end());
-    outcome.settled = window.size() == samples_in_window && *high - *low < command.drift_degC &&
-                      ElapsedS() - begin_s >= command.min_s;
+    const bool known = std::all_of(window.begin(), window.end(),
+                                   [](double value) { return std::isfinite(value); });
+    outcome.settled = known && window.size() == samples_in_window &&
+                      *high - *low < command.drift_degC && ElapsedS() - begin_s >= command.min_s;
     progress_.message =
         fmt::format("{:.2f} degC, {:.2f} degC within {:g} s (settled below {:g})", window.back(),
                     *high - *low, command.window_s, command.drift_degC);

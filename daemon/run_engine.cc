@@ -70,7 +70,15 @@ std::vector<procedures::AxisFacts> RunEngine::Axes() const {
 
 procedures::Plan RunEngine::Check(const std::string& procedure,
                                   const procedures::Parameters& parameters) {
-  return procedures::DryRun(library_.Find(procedure), parameters, Axes(), DryOptions());
+  return procedures::DryRun(library_.Find(procedure), parameters, Axes(), DryOptions(), DryHooks());
+}
+
+// A dry run is asked for over the control socket, where a stop may be waiting behind it.
+procedures::RunHooks RunEngine::DryHooks() {
+  procedures::RunHooks hooks;
+  hooks.limits.instructions = 50'000'000;
+  hooks.limits.processor_s_per_step = 1.0;
+  return hooks;
 }
 
 procedures::DryOptions RunEngine::DryOptions() const {
@@ -97,7 +105,7 @@ StartedRun RunEngine::Start(const std::string& procedure,
   const std::lock_guard starting(start_mutex_);
   procedures::Procedure found = library_.Find(procedure);
   const procedures::Parameters complete = procedures::CheckParameters(found.info(), parameters);
-  procedures::Plan plan = procedures::DryRun(found, complete, Axes(), DryOptions());
+  procedures::Plan plan = procedures::DryRun(found, complete, Axes(), DryOptions(), DryHooks());
   const auto job = std::make_shared<Job>(Job{std::move(found), complete, std::move(plan)});
   context_.control.RequireReady();
   RequireDevicesWell();
@@ -141,6 +149,7 @@ void RunEngine::Shutdown() {
 void RunEngine::Reset() {
   context_.control.ClearFault();
   context_.acquisition.PostClearAlarms();
+  context_.on_fault_cleared();
   context_.on_change();
 }
 
@@ -216,26 +225,39 @@ void RunEngine::RunProcedureOn(Job& job) {
   procedures::RunProcedure(job.procedure, job.parameters, *job.bench);
 }
 
-void RunEngine::StopMotion(Job& job) {
-  context_.acquisition.StopAll(*job.participant);
+void RunEngine::WaitForStandstill(Job& job, const std::string& axis) {
   const Utime deadline = context_.clock.Now() + kStopPatience;
-  for (const config::AxisConfig& axis : context_.stand.axes) {
-    while (context_.acquisition.ReadNow(*job.participant, axis.name).drive.moving) {
-      if (context_.clock.Now() > deadline) {
-        throw DeviceError("axis." + axis.name +
-                          ": the drive still moves after a quick stop: use the "
-                          "emergency stop");
-      }
-      context_.control.Wait(context_.clock, context_.clock.Now() + kMicrosecondsPerSecond / 20);
+  while (context_.acquisition.ReadDriveNow(*job.participant, axis).moving) {
+    if (context_.clock.Now() > deadline) {
+      throw DeviceError("axis." + axis +
+                        ": the drive still moves after a quick stop: use the emergency stop");
     }
+    context_.control.Wait(context_.clock, context_.clock.Now() + kMicrosecondsPerSecond / 20);
   }
+}
+
+// Every axis is tried, whatever the others do. Returns what went wrong, empty if nothing.
+std::string RunEngine::StopMotion(Job& job) {
+  std::string failures;
+  const auto attempt = [&failures](const auto& action) {
+    try {
+      action();
+    } catch (const Error& error) {
+      failures += (failures.empty() ? "" : "; ") + std::string(error.what());
+    }
+  };
+  attempt([&] { context_.acquisition.StopAll(*job.participant); });
+  for (const config::AxisConfig& axis : context_.stand.axes) {
+    attempt([&] { WaitForStandstill(job, axis.name); });
+  }
+  return failures;
 }
 
 void RunEngine::Execute(Job& job) {
   Outcome outcome = Outcome::kDone;
   std::string message;
   const auto fault = [&](const Fault& what) {
-    context_.control.Report(what);
+    context_.on_fault(what.source, what.message);
     outcome = Outcome::kFault;
     message = what.source + ": " + what.message;
   };
@@ -260,17 +282,16 @@ void RunEngine::Execute(Job& job) {
   context_.control.BeginStopping();
   SetPace(true);
   if (outcome != Outcome::kDone && outcome != Outcome::kFailedLimits) {
-    try {
-      StopMotion(job);
-    } catch (const Error& error) {
-      fault({"stop", error.what()});
+    if (const std::string failure = StopMotion(job); !failure.empty()) {
+      context_.on_fault("stop", failure);
+      outcome = Outcome::kFault;
+      message += "; stop: " + failure;
     }
   }
   try {
     Finish(job, outcome, message);
   } catch (const std::exception& error) {
-    context_.control.Report({"record", error.what()});
-    spdlog::error("run {}: {}", job.directory->run_id(), error.what());
+    context_.on_fault("record", error.what());
   }
   spdlog::info("run {}: {}{}{}", job.directory->run_id(), Name(outcome),
                message.empty() ? "" : ": ", message);
@@ -290,6 +311,7 @@ void RunEngine::Execute(Job& job) {
 
 void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
   context_.control.Wait(context_.clock, context_.clock.Now() + kDrain);
+  context_.telemetry.EndMeasurement();
   const calibration::AnalysisResult results = context_.telemetry.Analyse();
   const Utime end = context_.clock.Now();
   context_.telemetry.SendResults(results, end, true);

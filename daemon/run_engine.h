@@ -51,6 +51,8 @@ class RunEngine {
     Telemetry& telemetry;
     RunControl& control;
     std::function<void()> on_change;  // of the state
+    FaultHandler on_fault;            // latches and publishes it
+    std::function<void()> on_fault_cleared;
     std::function<void(const std::string& question_id)> on_configured_answer;
   };
   explicit RunEngine(Context context);
@@ -73,8 +75,10 @@ class RunEngine {
   void Execute(Job& job);
   void RunProcedureOn(Job& job);
   void WaitForTickFit();
-  void StopMotion(Job& job);
+  void WaitForStandstill(Job& job, const std::string& axis);
+  std::string StopMotion(Job& job);
   void Finish(Job& job, Outcome outcome, const std::string& message);
+  static procedures::RunHooks DryHooks();
   procedures::DryOptions DryOptions() const;
   void RequireDevicesWell() const;
   void SetPace(bool running) const;

@@ -1,6 +1,6 @@
 #include "daemon/telemetry.h"
 
-#include <span>
+#include <type_traits>
 #include <utility>
 
 #include "base/error.h"
@@ -19,6 +19,7 @@ struct Telemetry::Run {
   calibration::Analyzer analyzer;
   recording::MessageDecoder decoder;
   std::string failure;
+  bool measuring = true;
 };
 
 Telemetry::Telemetry(LcmPublisher& publisher,
@@ -34,6 +35,14 @@ void Telemetry::BeginRun(const std::string& run_id, const std::string& log_file,
   run_ = std::move(run);
   run_id_ = run_id;
 }
+
+void Telemetry::EndMeasurement() {
+  const std::lock_guard lock(mutex_);
+  if (run_) run_->measuring = false;
+}
+
+// Whether samples go to the record and the analysis. With mutex_ held.
+bool Telemetry::Measures() const { return run_ && run_->measuring && run_->failure.empty(); }
 
 std::string Telemetry::EndRun() {
   const std::lock_guard lock(mutex_);
@@ -87,7 +96,8 @@ void Telemetry::Emit(std::string_view suffix, std::int64_t& seq, Message& messag
     buffer_.resize(static_cast<std::size_t>(size));
   }
   message.encode(buffer_.data(), 0, size);
-  if (run_ && run_->failure.empty()) {
+  constexpr bool kIsSample = std::is_same_v<Message, gyro_t> || std::is_same_v<Message, angle_t>;
+  if (run_ && run_->failure.empty() && (run_->measuring || !kIsSample)) {
     Record(suffix, message.utime, static_cast<std::size_t>(size));
   }
   publisher_.Publish(suffix, buffer_.data(), static_cast<std::size_t>(size));
@@ -96,13 +106,13 @@ void Telemetry::Emit(std::string_view suffix, std::int64_t& seq, Message& messag
 void Telemetry::Send(gyro_t& message) {
   const std::lock_guard lock(mutex_);
   Emit("_GYRO", seq_.gyro, message);
-  if (run_) run_->decoder.Gyro(message);
+  if (Measures()) run_->decoder.Gyro(message);
 }
 
 void Telemetry::Send(angle_t& message) {
   const std::lock_guard lock(mutex_);
   Emit("_ANGLE", seq_.angle, message);
-  if (run_) run_->decoder.Angle(message);
+  if (Measures()) run_->decoder.Angle(message);
 }
 
 void Telemetry::Send(axes_t& message) {
@@ -118,7 +128,7 @@ void Telemetry::Send(status_t& message) {
 void Telemetry::Send(run_t& message) {
   const std::lock_guard lock(mutex_);
   Emit("_RUN", seq_.run, message);
-  if (run_) run_->decoder.Run(message);
+  if (Measures()) run_->decoder.Run(message);
 }
 
 void Telemetry::Send(fault_t& message) {
@@ -151,7 +161,7 @@ calibration::AnalysisResult Telemetry::Analyse() const {
   }
   try {
     return snapshot->Result();
-  } catch (const DataError& error) {  // too early in the run to say anything
+  } catch (const std::exception& error) {  // too early to say anything, or too odd: the run goes on
     calibration::AnalysisResult nothing;
     nothing.remarks.push_back(error.what());
     return nothing;

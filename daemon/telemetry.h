@@ -44,6 +44,9 @@ class Telemetry {
   // From here on messages carry `run_id` and go to the log of `run_folder`. Throws DataError.
   void BeginRun(const std::string& run_id, const std::string& log_file, const MeasurementInfo& info,
                 Utime start);
+  // From here on samples are neither recorded nor analysed: what follows are results and the end. A
+  // later analysis of the record then sees just what the last live one sees.
+  void EndMeasurement();
   // Closes the log. Returns what went wrong with it, empty if nothing.
   std::string EndRun();
   // Makes what is recorded safe against a crash of the machine.
@@ -64,6 +67,7 @@ class Telemetry {
 
  private:
   struct Run;
+  bool Measures() const;
   template <typename Message>
   void Emit(std::string_view suffix, std::int64_t& seq, Message& message);
   void Record(std::string_view suffix, Utime utime, std::size_t size);

@@ -230,13 +230,19 @@ void GyroUnit::Read(GyroBlock& block) {
   Advance(head, timing);
   Take(head, block);
   const std::int64_t newest = next_;
-  for (int more = 0; wanted_ < newest && more <= capacity_; ++more) {
-    head = RequestFresh(timing);
-    if (head.boot != identity_.boot_count) break;  // the next read begins anew
-    Advance(head, timing);
-    Take(head, block);
+  // What was taken is published, whatever happens to the requests that follow: if the trouble
+  // lasts, the next read says so.
+  try {
+    for (int more = 0; wanted_ < newest && more <= capacity_; ++more) {
+      head = RequestFresh(timing);
+      if (head.boot != identity_.boot_count) break;  // the next read begins anew
+      Advance(head, timing);
+      Take(head, block);
+    }
+    if (tick_ >= counters_due_tick_) ReadCounters();
+  } catch (const DeviceError&) {
+    if (block.samples.empty()) throw;
   }
-  if (tick_ >= counters_due_tick_) ReadCounters();
   Publish(block);
 }
 

@@ -16,6 +16,8 @@ work=$(mktemp -d)
 daemon=
 watch=
 finish() {
+  status=$?
+  ((status == 0)) || { echo "demo: failed; the end of the daemon's log:" && tail -n 20 "$work/daemon.log"; } >&2
   for process in $watch $daemon; do
     if kill "$process" 2>/dev/null; then wait "$process" 2>/dev/null || true; fi
   done
@@ -26,14 +28,19 @@ trap finish EXIT
 echo "== starting gyrobenchd on the virtual stand"
 $bin/gyrobenchd --config "$GYROBENCH_CONFIG" 2>"$work/daemon.log" &
 daemon=$!
-until $bin/gyrobench status >"$work/status" 2>&1; do
-  kill -0 $daemon 2>/dev/null || { cat "$work/daemon.log" >&2; exit 1; }
+for attempt in $(seq 300); do
+  $bin/gyrobench status >"$work/status" 2>&1 && break
+  kill -0 $daemon 2>/dev/null && ((attempt < 300)) || exit 1
   sleep 0.1
 done
 cat "$work/status"
 
 $bin/gyrobench watch >"$work/live.txt" 2>&1 &
 watch=$!
+for _ in $(seq 30); do  # it is listening once it has shown a status; without multicast it never will
+  grep -q STATUS "$work/live.txt" && break
+  sleep 0.1
+done
 
 for procedure in bias scale; do
   echo
@@ -43,6 +50,9 @@ done
 
 echo
 echo "== live, as another process received it over LCM: the last results of each kind"
+if ! grep -q RESULT "$work/live.txt"; then
+  echo "none: this machine has no multicast route (sudo ip route add 239.255.76.67/32 dev lo); the records are whole"
+fi
 for channel in BIAS_RESULT SCALE_RESULT; do
   echo "$(grep -c " $channel " "$work/live.txt" || true) of $channel"
   grep " $channel " "$work/live.txt" | tail -n 3 || true

@@ -24,16 +24,15 @@ for package in "${wanted[@]}"; do
 done
 ((${#missing[@]} == 0)) && exit 0
 
-as_root=()
+as_root=(env DEBIAN_FRONTEND=noninteractive)
 if ((EUID != 0)); then
   if ! command -v sudo >/dev/null; then
     echo "setup: these packages are missing: ${missing[*]}" >&2
     echo "setup: neither root nor sudo here; as root: apt-get install ${missing[*]}" >&2
     exit 1
   fi
-  as_root=(sudo)
+  as_root=(sudo DEBIAN_FRONTEND=noninteractive)
 fi
 echo "setup: installing ${#missing[@]} Debian packages: ${missing[*]}"
-export DEBIAN_FRONTEND=noninteractive
 "${as_root[@]}" apt-get update -qq
 "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null

@@ -85,6 +85,27 @@ TEST(VirtualClock, AGuestWaitsInPlaceOfTheResidentThatIsBlockedForIt) {
   EXPECT_EQ(clock->Now(), kStart + 5000);
 }
 
+// The driver's blocking call has timed out in real time while the device still waits: both go on.
+TEST(VirtualClock, AResidentThatGaveUpOnItsGuestStopsNobody) {
+  const auto clock = MakeVirtualClock(kStart);
+  const auto driver = clock->Join("driver");
+  const auto device = clock->Join("device", Clock::Role::kGuest);
+  clock->SetPace(0.0);
+  std::atomic<bool> answered = false;
+  std::thread server([&] {
+    device->WaitUntil(kStart + 5000);
+    answered = true;
+  });
+  for (int i = 0; i < 1000; ++i) std::this_thread::yield();
+  std::thread operator_thread([&] { clock->SetPace(VirtualClock::kUnpaced); });
+  driver->WaitUntil(kStart + 100'000);
+  server.join();
+  operator_thread.join();
+  EXPECT_TRUE(answered);
+  EXPECT_EQ(clock->Now(), kStart + 100'000);
+  EXPECT_FALSE(driver->WaitUntil(kStart + 200'000));
+}
+
 TEST(VirtualClock, ANotifyEndsTheWaitAtThePresentTime) {
   const auto clock = MakeVirtualClock(kStart);
   auto sleeper = clock->Join("sleeper");

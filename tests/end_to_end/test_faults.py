@@ -19,8 +19,8 @@ def scenario(device, kind, at_s=FAULT_AT_S, amount=0):
 
 
 class Faults(unittest.TestCase):
-    def run_into(self, text, words):
-        with Bench(scenario=text, extra=QUICK_BUSES) as bench:
+    def run_into(self, text, words, extra=QUICK_BUSES):
+        with Bench(scenario=text, extra=extra) as bench:
             done = bench.run(*SCALE)
             self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
             record = bench.newest_record()
@@ -28,6 +28,7 @@ class Faults(unittest.TestCase):
             self.assertEqual(run["outcome"], "fault", run["message"])
             for word in words:
                 self.assertIn(word, run["message"])
+            self.assertIn(b"_FAULT", (record / "events.lcmlog").read_bytes())
             # What was recorded up to the fault is kept and can be analysed.
             self.assertEqual(bench.run("analyze", record).returncode, 0)
             self.assertEqual(bench.json("status")["state"], "fault")
@@ -37,6 +38,10 @@ class Faults(unittest.TestCase):
 
     def test_a_gyro_that_falls_silent(self):
         self.run_into(scenario("gyro", "silent"), ["gyro", "unit 21"])
+
+    def test_a_reference_that_falls_silent_while_the_drives_still_answer(self):
+        self.run_into(scenario("inner.encoder", "silent"), ["inner", "unit 13"],
+                      extra="[bus.a]\nretries = 1\n")
 
     def test_lost_steps_of_a_drive(self):
         self.run_into(scenario("inner.drive", "lost_steps", amount=20000), ["axis.inner", "lost steps"])

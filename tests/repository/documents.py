@@ -13,7 +13,8 @@ BUILD = pathlib.Path(sys.argv[1])
 
 
 def documents():
-    listed = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True).stdout
+    listed = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True,
+                            check=True).stdout
     return [ROOT / name for name in listed.split()]
 
 
@@ -54,6 +55,8 @@ def main():
         text = path.read_text()
         for check in (lambda t, p=path: check_links(p, t), check_named_files, check_presets, check_commands):
             problems += [f"{path.relative_to(ROOT)}: {problem}" for problem in check(text)]
+    if not documents():
+        problems.append("no document found")
     print("\n".join(problems) or f"documents: {len(documents())} pages keep their promises")
     return 1 if problems else 0
 
