@@ -48,7 +48,8 @@ AnswerFault DeviceFaults::At(Utime at) const {
   return fault;
 }
 
-Responder::Responder(const std::string& bus, Clock& clock, LineTiming timing, std::uint64_t seed)
+Responder::Responder(const std::string& bus, Clock& clock, const LineTiming& timing,
+                     std::uint64_t seed)
     : clock_(clock),
       timing_(timing),
       participant_(clock.Join("virtual bus " + bus, Clock::Role::kGuest)),

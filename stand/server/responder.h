@@ -45,7 +45,7 @@ class Responder {
     bool spoiled = false;  // the frame's check must be wrong
   };
 
-  Responder(const std::string& bus, Clock& clock, LineTiming timing, std::uint64_t seed);
+  Responder(const std::string& bus, Clock& clock, const LineTiming& timing, std::uint64_t seed);
   void Add(int unit, std::unique_ptr<Device> device, DeviceFaults faults);
 
   // Waits for the time that the request takes on the line, asks the device, waits until the reply
