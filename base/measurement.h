@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -108,6 +109,9 @@ class MeasurementSink {
   // Once, before all others.
   virtual void OnInfo(const MeasurementInfo& info) = 0;
   virtual void OnGyro(const GyroSample& sample) = 0;
+  // Further numeric columns at the time of a sample, in the order of MeasurementInfo::covariates;
+  // NaN where a value is missing. Comes before the gyro sample of the same time.
+  virtual void OnCovariates(double /*t_s*/, std::span<const double> /*values*/) {}
   virtual void OnAngle(const AngleSample& sample) = 0;
   virtual void OnOrientation(const OrientationSample& sample) = 0;
   virtual void OnTickPair(const TickPair& pair) = 0;

@@ -25,7 +25,18 @@ struct Node {
   Vector3 earth_deg = {};              // Earth's rotation about the sensor's axes; 0 when not known
   double temperature_degC = kMissing;  // mean since the node before
   Vector3 accel_g = {kMissing, kMissing, kMissing};  // mean since the node before
+  double vibration_g2 = kMissing;  // mean square of the specific force about that mean
+  // Integral of the output at kNear_s from the node's time, less that at the node.
+  std::array<Vector3, 4> z_near = {};
+  // Integral of the output since the first sample, half way from the node before.
+  Vector3 z_half = {};
+  // The reference: angles of the stand's axes (of the one axis of a single-axis table); world x and
+  // z in the sensor's frame. NaN where it does not say.
+  Vector3 table_deg = {kMissing, kMissing, kMissing};
+  Vector3 world_x = {kMissing, kMissing, kMissing};
+  Vector3 world_z = {kMissing, kMissing, kMissing};
 };
+inline constexpr std::array<double, 4> kNear_s = {-0.04, -0.02, 0.02, 0.04};
 
 // A stretch in which the reference stood still and the gyro felt nothing.
 struct Rest {
@@ -44,6 +55,9 @@ struct BadStretch {
 
 struct Columns {
   std::vector<Node> nodes;
+  // Covariates, node by node in the order of MeasurementInfo::covariates: means since the node
+  // before.
+  std::vector<double> covariates;
   std::vector<Rest> rests;
   std::vector<BadStretch> bad;  // in order of begin_s
 };

@@ -87,6 +87,7 @@ void ReferenceTrack::Add(const AngleSample& sample) {
     Turn(step);
   }
   angle.Take(sample.t_s, sample.angle_deg);
+  newest_axis_ = axis;
   bool all_known = true;
   for (std::size_t a = 0; a < 3; ++a) all_known = all_known && (!watched_[a] || angle_[a].known);
   if (!all_known && sample.t_s - first_s_ < kWaitForAngles_s) return;
@@ -145,6 +146,53 @@ void ReferenceTrack::Add(const OrientationSample& sample) {
   q_time_s_ = sample.t_s;
   updated_ = true;
   for (std::size_t c = 0; c < 3; ++c) UpdateRest(c, sample.t_s, rotation_deg_[c]);
+}
+
+// What the axis has turned since it was read, at its last rate [deg].
+double ReferenceTrack::Ahead(std::size_t axis) const {
+  const StandAngle& angle = angle_[axis];
+  if (!angle.known || axis == newest_axis_ || finder_[axis].resting()) return 0.0;
+  return angle.rate_deg_s * std::clamp(time_s_ - angle.t_s, 0.0, 0.1);
+}
+
+Vector3 ReferenceTrack::rotation_now_deg() const {
+  Vector3 out = rotation_deg_;
+  if (info_.reference != ReferenceKind::kStandAngles) return out;
+  const Matrix3 rates = StandRates(table_now_deg());
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double ahead_deg = watched_[a] ? Ahead(a) : 0.0;
+    if (ahead_deg == 0.0) continue;
+    for (std::size_t c = 0; c < 3; ++c) out[c] += rates[c][a] * ahead_deg;
+  }
+  return out;
+}
+
+bool ReferenceTrack::leading() const {
+  if (info_.reference != ReferenceKind::kStandAngles) return true;
+  const double rate = std::fabs(angle_[newest_axis_].rate_deg_s);
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (a == newest_axis_ || !watched_[a] || !angle_[a].known || finder_[a].resting()) continue;
+    if (std::fabs(angle_[a].rate_deg_s) > rate) return false;
+  }
+  return true;
+}
+
+Vector3 ReferenceTrack::table_now_deg() const {
+  Vector3 out = {kMissing, kMissing, kMissing};
+  if (info_.reference == ReferenceKind::kOrientation) return out;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (watched_[a] && angle_[a].known) out[a] = angle_[a].angle_deg + Ahead(a);
+    if (!watched_[a] && info_.reference == ReferenceKind::kStandAngles) out[a] = 0.0;
+  }
+  return out;
+}
+
+Matrix3 ReferenceTrack::world_now() const {
+  if (info_.reference == ReferenceKind::kStandAngles) return StandOrientation(table_now_deg());
+  if (info_.reference == ReferenceKind::kOrientation) return QuaternionOrientation(q_);
+  Matrix3 out;
+  for (Vector3& row : out) row.fill(kMissing);
+  return out;
 }
 
 void ReferenceTrack::Turn(const Vector3& increment_deg) {

@@ -35,6 +35,15 @@ class ReferenceTrack {
   bool updated() const { return updated_; }
   double time_s() const { return time_s_; }
   const Vector3& rotation_deg() const { return rotation_deg_; }
+  // The same at the time of this reading, where other axes of the stand were read before it and
+  // moved on at their last rate.
+  Vector3 rotation_now_deg() const;
+  // No axis that was read at another time turns faster than the one of this reading.
+  bool leading() const;
+  // Angles of the watched axes now; NaN for others, and for an orientation reference.
+  Vector3 table_now_deg() const;
+  // World axes in the sensor's frame (rows of R_WS); NaN where the orientation is not known.
+  Matrix3 world_now() const;
   const Vector3& earth_deg() const { return earth_deg_; }
   // After each Add: a rest began (and is open), or ended.
   bool rest_began() const { return rest_began_; }
@@ -65,6 +74,7 @@ class ReferenceTrack {
     Vector3 rotation_deg = {};
   };
 
+  double Ahead(std::size_t axis) const;
   bool BeginUpdate(double t_s, double interval_mean_s, double last_s, bool known);
   void Turn(const Vector3& increment_deg);
   void TurnStand(double t_s, std::size_t axis, double angle_deg);
@@ -80,6 +90,7 @@ class ReferenceTrack {
   bool updated_ = false, rest_began_ = false, rest_ended_ = false;
   std::optional<double> lost_since_s_;
   double first_s_ = 0.0, time_s_ = 0.0;
+  std::size_t newest_axis_ = 0;
   std::optional<double> earth_time_s_;
   std::int64_t readings_ = 0;
   Vector3 rotation_deg_ = {}, earth_deg_ = {}, path_deg_ = {};

@@ -1,0 +1,347 @@
+#include "calibration/collector.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/gyro_stream.h"
+#include "calibration/reference_track.h"
+#include "calibration/schedule.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// Mean of what came since the last node; values that are not a number do not count.
+struct RunningMean {
+  double sum = 0.0;
+  std::int64_t n = 0;
+  void Add(double value) {
+    if (!std::isfinite(value)) return;
+    sum += value;
+    ++n;
+  }
+  double Take() {
+    const double mean = n > 0 ? sum / static_cast<double>(n) : kMissing;
+    sum = 0.0;
+    n = 0;
+    return mean;
+  }
+};
+
+// Mean square about the mean of what came since the last node, of three channels together.
+struct RunningScatter {
+  Vector3 origin = {}, sum = {}, square = {};
+  std::int64_t n = 0;
+  void Add(const Vector3& value) {
+    if (n == 0) origin = value;
+    ++n;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double offset = value[c] - origin[c];
+      sum[c] += offset;
+      square[c] += offset * offset;
+    }
+  }
+  // NaN where a channel is missing, or fewer than four samples came.
+  double Take() {
+    double total = 0.0;
+    const auto count = static_cast<double>(n);
+    for (std::size_t c = 0; c < 3; ++c) total += (square[c] - sum[c] * sum[c] / count) / count;
+    const double out = n >= 4 ? total : kMissing;
+    *this = {};
+    return out;
+  }
+};
+
+// What waits for the gyro's samples to reach its time.
+struct Pending {
+  enum class Kind { kNode, kRestBegin, kRestEnd };
+  Kind kind = Kind::kNode;
+  double ready_s = 0.0;  // when the gyro has come so far, it can be done
+  Node node;             // kNode
+  double coarse_s = 0.0, moving_s = 0.0;
+  OpenRest rest;  // kRestEnd
+};
+
+// Waiting jobs, in order. Bounded: a gyro that stays away cannot fill the memory.
+class PendingQueue {
+ public:
+  bool empty() const { return size_ == 0; }
+  const Pending& front() const { return jobs_[head_]; }
+  void pop() {
+    head_ = (head_ + 1) % kCapacity;
+    --size_;
+  }
+  bool push(const Pending& job) {
+    if (size_ == kCapacity) return false;
+    jobs_[(head_ + size_) % kCapacity] = job;
+    ++size_;
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t kCapacity = 256;
+  std::vector<Pending> jobs_ = std::vector<Pending>(kCapacity);
+  std::size_t head_ = 0, size_ = 0;
+};
+
+Rest MakeRest(const IntegralMark& begin, const IntegralMark& end, const OpenRest& readings) {
+  Rest rest;
+  rest.begin = begin;
+  rest.end = end;
+  rest.readings = readings.readings;
+  const double n = std::max<double>(1.0, static_cast<double>(readings.readings));
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double mean = readings.sum_deg[c] / n;
+    rest.rotation_deg[c] = readings.origin_deg[c] + mean;
+    const double variance = std::max(0.0, readings.square_deg2[c] / n - mean * mean);
+    rest.scatter_deg = std::max(rest.scatter_deg, std::sqrt(variance));
+  }
+  return rest;
+}
+
+}  // namespace
+
+class Collector::Impl {
+ public:
+  explicit Impl(double node_interval_s) : node_interval_s_(node_interval_s) {}
+
+  void Start(const MeasurementInfo& info) {
+    info_ = info;
+    gyro_.Start(info);
+    track_.Start(info);
+    covariates_.resize(info.covariates.size());
+    columns_.nodes.reserve(4096);
+    columns_.rests.reserve(256);
+  }
+
+  void Gyro(const GyroSample& sample) {
+    gyro_.Add(sample);
+    temperature_.Add(sample.temperature_degC);
+    for (std::size_t c = 0; c < 3; ++c) accel_[c].Add(sample.accel_g[c]);
+    vibration_.Add(sample.accel_g);
+    if (!gyro_.started()) return;
+    if (info_.reference == ReferenceKind::kNone) {
+      if (gyro_.last_time_s() >= next_node_s_ || columns_.nodes.empty())
+        AddNode(gyro_.last_time_s());
+    }
+    if (!nodes_.empty() || !rests_.empty()) Work();
+  }
+
+  void Covariates(std::span<const double> values) {
+    const std::size_t known = std::min(values.size(), covariates_.size());
+    for (std::size_t i = 0; i < known; ++i) covariates_[i].Add(values[i]);
+  }
+
+  template <typename Sample>
+  void Reference(const Sample& sample) {
+    track_.Add(sample);
+    if (track_.lost_since_s()) {
+      columns_.bad.push_back(
+          BadStretch{*track_.lost_since_s(), track_.time_s(), {true, true, true}});
+    }
+    if (!track_.updated()) return;
+    if (track_.rest_ended()) {
+      const OpenRest& rest = track_.ended_rest();
+      Pending job;
+      job.kind = Pending::Kind::kRestEnd;
+      job.coarse_s = rest.last_at_rest_s;
+      job.moving_s = track_.lost_since_s() ? rest.last_at_rest_s : track_.time_s();
+      job.ready_s = job.moving_s + 0.1;
+      job.rest = rest;
+      Queue(&rests_, job);
+    }
+    if (track_.rest_began()) {
+      Pending job;
+      job.kind = Pending::Kind::kRestBegin;
+      job.coarse_s = track_.open_rest()->coarse_begin_s;
+      job.ready_s = job.coarse_s + 0.45;
+      Queue(&rests_, job);
+    }
+    // The axis that turns fastest says when: its angle is the one that must not be carried forward.
+    if ((track_.time_s() >= next_node_s_ || !any_node_) && track_.leading()) {
+      AddNode(track_.time_s());
+    }
+    Work();
+  }
+
+  void Tick(const TickPair& pair) {
+    if (std::isfinite(pair.tick_s) && std::isfinite(pair.host_s)) ticks_.Add(pair);
+  }
+  void Defect(const gyrobench::Defect& defect) {
+    reported_.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
+  }
+
+  Recording Take() const;
+
+ private:
+  void AddNode(double t_s) {
+    // On a grid, so that jitter of the readings does not thin the nodes.
+    if (!any_node_ || t_s - next_node_s_ > node_interval_s_) next_node_s_ = t_s;
+    next_node_s_ += node_interval_s_ * 0.999;
+    any_node_ = true;
+    Pending job;
+    job.node.at.t_s = t_s;
+    if (info_.reference != ReferenceKind::kNone) {
+      job.node.rotation_deg = track_.rotation_now_deg();
+      job.node.earth_deg = track_.earth_deg();
+      job.node.table_deg = track_.table_now_deg();
+      const Matrix3 world = track_.world_now();
+      job.node.world_x = world[0];
+      job.node.world_z = world[2];
+    }
+    job.ready_s = t_s + kNear_s.back();
+    Queue(&nodes_, job);
+  }
+
+  void Queue(PendingQueue* queue, const Pending& job) {
+    if (!queue->push(job)) reported_.Add("reference_without_gyro", "", job.ready_s);
+  }
+
+  void Work() {
+    const double now_s = gyro_.last_time_s();
+    while (!nodes_.empty() && gyro_.started() && nodes_.front().ready_s <= now_s) {
+      FinishNode(nodes_.front().node);
+      nodes_.pop();
+    }
+    while (!rests_.empty() && gyro_.started() && rests_.front().ready_s <= now_s) {
+      FinishRest(rests_.front());
+      rests_.pop();
+    }
+  }
+
+  void FinishNode(Node node) {
+    if (!gyro_.IntegralAt(node.at.t_s, &node.at)) {
+      if (node.at.t_s >= gyro_.first_time_s()) reported_.Add("reference_late", "", node.at.t_s);
+      return;
+    }
+    if (!columns_.nodes.empty() && node.at.t_s <= columns_.nodes.back().at.t_s) return;
+    NearIntegrals(&node);
+    node.temperature_degC = temperature_.Take();
+    node.vibration_g2 = vibration_.Take();
+    for (RunningMean& covariate : covariates_) columns_.covariates.push_back(covariate.Take());
+    for (std::size_t c = 0; c < 3; ++c) node.accel_g[c] = accel_[c].Take();
+    columns_.nodes.push_back(node);
+  }
+
+  void NearIntegrals(Node* node) const {
+    IntegralMark mark;
+    for (std::size_t i = 0; i < kNear_s.size(); ++i) {
+      if (!gyro_.IntegralAt(node->at.t_s + kNear_s[i], &mark)) continue;
+      for (std::size_t c = 0; c < 3; ++c) node->z_near[i][c] = mark.z[c] - node->at.z[c];
+    }
+    if (columns_.nodes.empty()) {
+      node->z_half = node->at.z;
+      return;
+    }
+    const IntegralMark& last = columns_.nodes.back().at;
+    if (gyro_.IntegralAt(0.5 * (last.t_s + node->at.t_s), &mark)) {
+      node->z_half = mark.z;
+      return;
+    }
+    for (std::size_t c = 0; c < 3; ++c) node->z_half[c] = 0.5 * (last.z[c] + node->at.z[c]);
+  }
+
+  void FinishRest(const Pending& job) {
+    if (job.kind == Pending::Kind::kRestBegin) {
+      const double t_s = std::max(gyro_.RestBegin(job.coarse_s), gyro_.first_time_s());
+      rest_begin_known_ = gyro_.IntegralAt(t_s, &rest_begin_);
+      return;
+    }
+    if (!rest_begin_known_) return;
+    rest_begin_known_ = false;
+    IntegralMark end;
+    if (!gyro_.IntegralAt(gyro_.RestEnd(job.coarse_s, job.moving_s), &end)) return;
+    if (end.t_s - rest_begin_.t_s < kShortestRest_s) return;
+    columns_.rests.push_back(MakeRest(rest_begin_, end, job.rest));
+  }
+
+  Columns ColumnsSoFar() const;
+  std::vector<gyrobench::Defect> Defects() const;
+
+  static constexpr double kShortestRest_s = 0.25;
+
+  double node_interval_s_;
+  MeasurementInfo info_;
+  GyroStream gyro_;
+  ReferenceTrack track_;
+  TickFit ticks_;
+  Columns columns_;
+  PendingQueue nodes_, rests_;
+  bool any_node_ = false, rest_begin_known_ = false;
+  double next_node_s_ = 0.0;
+  IntegralMark rest_begin_;
+  RunningMean temperature_;
+  RunningScatter vibration_;
+  std::vector<RunningMean> covariates_;
+  std::array<RunningMean, 3> accel_;
+  DefectLog reported_;
+};
+
+// The columns with the rest that is still going on, and all that must not be used in order.
+Columns Collector::Impl::ColumnsSoFar() const {
+  Columns columns = columns_;
+  columns.bad.insert(columns.bad.end(), gyro_.bad().begin(), gyro_.bad().end());
+  std::sort(columns.bad.begin(), columns.bad.end(),
+            [](const BadStretch& a, const BadStretch& b) { return a.begin_s < b.begin_s; });
+  if (info_.reference == ReferenceKind::kNone) {
+    columns.rests = RestsWithoutReference(info_, columns);
+    return columns;
+  }
+  if (rest_begin_known_ && track_.open_rest() && !columns.nodes.empty()) {
+    // The newest reading may already belong to motion.
+    const double limit_s = track_.open_rest()->last_at_rest_s - 0.15;
+    const auto last = std::find_if(columns.nodes.rbegin(), columns.nodes.rend(),
+                                   [&](const Node& node) { return node.at.t_s <= limit_s; });
+    if (last != columns.nodes.rend() && last->at.t_s - rest_begin_.t_s >= kShortestRest_s) {
+      columns.rests.push_back(MakeRest(rest_begin_, last->at, *track_.open_rest()));
+    }
+  }
+  return columns;
+}
+
+std::vector<gyrobench::Defect> Collector::Impl::Defects() const {
+  DefectLog all = reported_;
+  for (const DefectLog* log : {&gyro_.defects(), &track_.defects()}) {
+    for (const gyrobench::Defect& defect : log->defects()) {
+      all.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
+    }
+  }
+  return all.defects();
+}
+
+Recording Collector::Impl::Take() const {
+  Recording out;
+  out.info = info_;
+  out.columns = ColumnsSoFar();
+  out.ticks = ticks_;
+  out.samples = gyro_.samples();
+  out.reference_samples = track_.readings();
+  out.valid_samples = gyro_.valid_samples();
+  if (gyro_.started()) {
+    out.first_time_s = gyro_.first_time_s();
+    out.last_time_s = gyro_.last_time_s();
+  }
+  out.median_interval_s = gyro_.median_interval_s();
+  out.orientation_known = track_.orientation_known();
+  out.defects = Defects();
+  return out;
+}
+
+Collector::Collector(double node_interval_s) : impl_(std::make_unique<Impl>(node_interval_s)) {}
+Collector::~Collector() = default;
+Collector::Collector(const Collector& other) : impl_(std::make_unique<Impl>(*other.impl_)) {}
+Collector::Collector(Collector&&) noexcept = default;
+Collector& Collector::operator=(Collector&&) noexcept = default;
+
+void Collector::OnInfo(const MeasurementInfo& info) { impl_->Start(info); }
+void Collector::OnGyro(const GyroSample& sample) { impl_->Gyro(sample); }
+void Collector::OnCovariates(double /*t_s*/, std::span<const double> values) {
+  impl_->Covariates(values);
+}
+void Collector::OnAngle(const AngleSample& sample) { impl_->Reference(sample); }
+void Collector::OnOrientation(const OrientationSample& sample) { impl_->Reference(sample); }
+void Collector::OnTickPair(const TickPair& pair) { impl_->Tick(pair); }
+void Collector::OnSegment(const SegmentMark& /*mark*/) {}
+void Collector::OnDefect(const Defect& defect) { impl_->Defect(defect); }
+Recording Collector::Take() const { return impl_->Take(); }
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,140 @@
+// What a trace says: from the residual of a baseline fit to the effects that explain it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/measurement.h"
+
+namespace gyrobench::calibration {
+
+// none: nothing beyond the baseline is to be seen. explained: the effects named account for all
+// that was to be seen. partly_explained: effects were named and structure remains. unexplained:
+// structure remains and no effect could be named.
+enum class Verdict { kNone, kExplained, kPartlyExplained, kUnexplained };
+// Whose an effect is. Only the gyro's own enter a calibration.
+enum class EffectOwner { kGyro, kReference, kBench };
+enum class EffectOrigin { kCatalogue, kComposed, kEmpirical };
+
+const char* Name(Verdict verdict);
+const char* Name(EffectOwner owner);
+const char* Name(EffectOrigin origin);
+
+// A number of the model.
+struct ModelParameter {
+  std::string name;
+  double value = kMissing;
+  std::string unit;
+  double std_error = kMissing;
+  double bound = kMissing;  // standard error at the Cramer-Rao bound, under the noise as estimated
+};
+
+// A figure on data that the fit did not see, before and after the effects are added.
+struct HeldOut {
+  double before = kMissing, after = kMissing;
+  // Of the reduction, 1 - after / before; block or run bootstrap.
+  std::array<double, 2> reduction_ci95 = {kMissing, kMissing};
+};
+
+struct TracedEffect {
+  std::string id;
+  EffectOrigin origin = EffectOrigin::kCatalogue;
+  EffectOwner owner = EffectOwner::kGyro;
+  std::string equation;
+  std::string cause;
+  std::vector<ModelParameter> parameters;  // linear ones, then non-linear ones
+  double p_value = kMissing;               // after correction for everything that was tried
+  std::vector<std::string> rivals;         // ids that these data cannot tell from it; may be empty
+  std::string settled_by;                  // manoeuvre that would; empty when certain
+  // Held out: the model without this effect, and with it.
+  HeldOut heldout_whitened_rms;
+  HeldOut heldout_angle_rms_deg;  // angle error in windows of 10 s, mean of each removed
+};
+
+struct Unidentifiable {
+  std::string id;
+  std::string because;
+  std::string settled_by;  // the manoeuvre that would show it
+};
+
+// What still speaks after the effects.
+struct Finding {
+  std::string test;       // whiteness, periodogram, covariate, variance
+  std::string covariate;  // empty where the test has none
+  double p_value = kMissing;
+  std::string says;
+};
+
+// Noise of the sensor and of the reference, by restricted maximum likelihood.
+struct TraceNoise {
+  double angle_random_walk_deg_sqrt_s = kMissing;
+  double bias_random_walk_deg_s_sqrt_s = kMissing;
+  double reference_deg = kMissing;
+};
+
+// A curve for the report: points in order of x. Not part of the JSON.
+struct Series {
+  std::vector<double> x, before, after;
+};
+
+// One point of the Allan deviation of the gyro at rest, and what the noise model says there.
+struct AllanPoint {
+  double tau_s = 0.0;
+  double measured_deg_s = kMissing, std_error_deg_s = kMissing;
+  double model_deg_s = kMissing;
+};
+
+// The residual of one channel, before (baseline alone) and after (with the effects), thinned for
+// plotting. Angle errors in deg, mean of each 10 s window removed; rate errors in deg/s.
+struct ResidualCurves {
+  Series angle_error_by_time_s;           // deg
+  Series rate_error_by_temperature_degC;  // deg/s, binned means
+  Series rate_error_by_rate_deg_s;        // deg/s, binned means against the true rate
+  Series angle_error_by_table_angle_deg;  // deg, binned means against the table angle
+  Series rate_error_by_traced_covariate;  // deg/s, binned means; empty without one
+  std::string traced_covariate;           // its name and unit
+  Series whitened_spectrum_by_hz;         // power relative to white noise of unit variance
+  std::vector<AllanPoint> allan;
+};
+
+struct ChannelTrace {
+  SensorAxis axis = SensorAxis::kZ;
+  Verdict verdict = Verdict::kNone;
+  std::string summary;  // the verdict in one or two sentences
+  struct Baseline {
+    std::vector<ModelParameter> parameters;
+    double whitened_rms = kMissing;  // under the noise of the saturated model; 1 is the floor
+    double angle_rms_deg = kMissing;
+  } baseline;
+  std::vector<TracedEffect> effects;
+  // All effects together: baseline alone before, baseline and effects after.
+  HeldOut heldout_whitened_rms;
+  HeldOut heldout_angle_rms_deg;
+  // The same angle error, trained on the first 60 % of the time, tested on the rest: a forecast.
+  HeldOut forecast_angle_rms_deg;
+  std::vector<Unidentifiable> unidentifiable;
+  struct Remaining {
+    bool white = true;
+    std::vector<Finding> findings;
+  } remaining;
+  TraceNoise noise;
+  ResidualCurves curves;
+  std::vector<std::string> remarks;  // what could not be estimated, and why
+};
+
+struct TraceInput {
+  std::string file;
+  std::int64_t samples = 0;
+  double duration_s = 0.0;
+  std::vector<Defect> defects;
+};
+
+struct TraceResult {
+  std::vector<TraceInput> inputs;
+  std::vector<ChannelTrace> channels;
+  std::vector<std::string> remarks;  // of the measurement as a whole
+};
+
+}  // namespace gyrobench::calibration

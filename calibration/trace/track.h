@@ -1,0 +1,33 @@
+// The state that effects depend on, at a sequence of times.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "base/measurement.h"
+#include "calibration/geometry.h"
+
+namespace gyrobench::calibration {
+
+// What the sensor went through at one time. Values that are not known are NaN.
+struct TrackPoint {
+  double t_s = 0.0;               // of the measurement
+  double since_power_on_s = 0.0;  // t_s, counted on over measurements of one power-on
+  bool restart = false;           // first point of a power-on: memories of effects begin anew
+  bool still = false;             // the reference stood still
+  // True rate of the sensor, frame S, Earth's rotation included where it is known [deg/s].
+  Vector3 rate_deg_s = {};
+  // Specific force at rest, frame S, in g: +1 on the axis that points up.
+  Vector3 gravity_g = {kMissing, kMissing, kMissing};
+  double temperature_degC = kMissing;
+  double temperature_rate_degC_s = kMissing;
+  double vibration_g2 = kMissing;  // mean square of the specific force about its mean
+  // The table's axes: angle and rate. For a single-axis reference only that axis of the sensor.
+  Vector3 table_deg = {kMissing, kMissing, kMissing};
+  Vector3 table_rate_deg_s = {};
+  // Rate about each sensor axis, mean over the last 20 ms and the 20 ms before [deg/s].
+  Vector3 rate_last_deg_s = {}, rate_before_deg_s = {};
+  const double* covariates = nullptr;  // of MeasurementInfo::covariates, in order
+};
+
+}  // namespace gyrobench::calibration
