@@ -21,7 +21,8 @@ void ReplayRun(const std::filesystem::path& record, MeasurementSink& sink,
                const ReplayProgress& progress = {});
 
 // A measurement table. A row gives one gyro sample if it has a value of the gyro; one angle sample
-// for each angle it has; an orientation if all four parts are there, made to length 1. Defects,
+// for each angle it has; an orientation if all four parts are there, made to length 1. Covariates
+// are given with every gyro sample, and from rows without one that have a value of them. Defects,
 // next to TableReader's: no_gyro (acceleration or temperature in a row without the gyro: not used),
 // bad_quaternion (parts missing, or length off 1 by over 1 %: not used). Throws DataError.
 void ReplayTable(const std::filesystem::path& table, MeasurementSink& sink,

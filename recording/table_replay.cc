@@ -25,6 +25,7 @@ class RowEvents {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       Add({i, static_cast<std::size_t>(columns[i].index), columns[i].scale}, columns[i].kind);
     }
+    covariates_.resize(covariate_columns_.size());
     no_gyro_ = counter_.Add("no_gyro");
     bad_quaternion_ = counter_.Add("bad_quaternion");
   }
@@ -70,8 +71,10 @@ class RowEvents {
       case ColumnKind::kUnitTick:
         ticks_.push_back(target);
         break;
-      case ColumnKind::kTime:
       case ColumnKind::kCovariate:
+        covariate_columns_.push_back(target.column);
+        break;
+      case ColumnKind::kTime:
         break;
     }
   }
@@ -98,11 +101,21 @@ class RowEvents {
       sample.temperature_degC = row[target.column];
       others |= !std::isnan(row[target.column]);
     }
+    EmitCovariates(row, t_s, any);
     if (any) {
       sink_.OnGyro(sample);
     } else if (others) {
       counter_.Count(no_gyro_, t_s, [t_s] { return fmt::format("t_s = {}", t_s); });
     }
+  }
+  // With every sample of the gyro, and wherever there is a value.
+  void EmitCovariates(const double* row, double t_s, bool any) {
+    if (covariates_.empty()) return;
+    for (std::size_t i = 0; i < covariates_.size(); ++i) {
+      covariates_[i] = row[covariate_columns_[i]];
+      any |= !std::isnan(covariates_[i]);
+    }
+    if (any) sink_.OnCovariates(t_s, covariates_);
   }
   void EmitOrientation(const double* row, double t_s) {
     constexpr double kMaxLengthError = 0.01;
@@ -132,6 +145,8 @@ class RowEvents {
   const std::vector<SegmentMark>& segments_;
   std::size_t next_segment_ = 0;
   std::vector<Target> gyro_, accel_, temperature_, angles_, quaternion_, ticks_;
+  std::vector<std::size_t> covariate_columns_;
+  std::vector<double> covariates_;  // of the row
   DefectCounter counter_;
   std::size_t no_gyro_ = 0, bad_quaternion_ = 0;
 };

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <iterator>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "base/error.h"
@@ -113,9 +114,7 @@ TableWriter::TableWriter(const fs::path& file, TableExtras extras)
     : output_(std::make_unique<Output>(file)),
       extras_(std::move(extras)),
       latest_us_(kNever),
-      written_us_(kNever) {
-  row_.fill(kMissing);
-}
+      written_us_(kNever) {}
 
 TableWriter::~TableWriter() = default;
 
@@ -124,33 +123,41 @@ void TableWriter::AddColumns(const MeasurementInfo& info) {
   constexpr std::array<const char*, 3> kSensorAxes = {"x", "y", "z"};
   constexpr std::array<const char*, 3> kStandAxes = {"outer", "middle", "inner"};
   constexpr std::array<const char*, 4> kQuaternionParts = {"ref_qw", "ref_qx", "ref_qy", "ref_qz"};
-  const bool counts = info.gyro_unit == GyroUnit::kLsb;
+  const Form gyro_form = info.gyro_unit == GyroUnit::kLsb ? Form::kCount : Form::kDecimal;
   const char* unit = kUnits.at(static_cast<std::size_t>(info.gyro_unit));
   for (std::size_t i = 0; i < 3; ++i) {
     if (info.gyro_present.at(i)) {
-      columns_.push_back({kGyro + i, counts, fmt::format("gyro_{}_{}", kSensorAxes.at(i), unit)});
+      columns_.push_back(
+          {kGyro + i, gyro_form, fmt::format("gyro_{}_{}", kSensorAxes.at(i), unit)});
     }
   }
   for (std::size_t i = 0; i < 3; ++i) {
     if (info.accel_present.at(i)) {
-      columns_.push_back({kAccel + i, false, fmt::format("accel_{}_g", kSensorAxes.at(i))});
+      columns_.push_back(
+          {kAccel + i, Form::kDecimal, fmt::format("accel_{}_g", kSensorAxes.at(i))});
     }
   }
-  if (info.temperature_present) columns_.push_back({kTemperature, false, "temp_degC"});
+  if (info.temperature_present) columns_.push_back({kTemperature, Form::kDecimal, "temp_degC"});
   for (std::size_t i = 0; i < 3; ++i) {
     if (info.reference == ReferenceKind::kStandAngles && info.stand_axis_present.at(i)) {
-      columns_.push_back({kAngle + i, false, fmt::format("ref_{}_deg", kStandAxes.at(i))});
+      columns_.push_back({kAngle + i, Form::kDecimal, fmt::format("ref_{}_deg", kStandAxes.at(i))});
     }
   }
   if (info.reference == ReferenceKind::kSensorAngle) {
     const auto axis = static_cast<std::size_t>(info.reference_axis);
     columns_.push_back(
-        {kAngle + axis, false, fmt::format("ref_angle_{}_deg", kSensorAxes.at(axis))});
+        {kAngle + axis, Form::kDecimal, fmt::format("ref_angle_{}_deg", kSensorAxes.at(axis))});
   }
   for (std::size_t i = 0; i < 4 && info.reference == ReferenceKind::kOrientation; ++i) {
-    columns_.push_back({kQuaternion + i, false, kQuaternionParts.at(i)});
+    columns_.push_back({kQuaternion + i, Form::kDecimal, kQuaternionParts.at(i)});
   }
-  columns_.push_back({kTick, false, "unit_tick_s"});
+  columns_.push_back({kTick, Form::kDecimal, "unit_tick_s"});
+  for (std::size_t i = 0; i < info.covariates.size(); ++i) {
+    columns_.push_back({kCovariate + i, Form::kExact, info.covariates[i]});
+  }
+  covariates_ = info.covariates.size();
+  present_.resize(kCovariate + covariates_);
+  row_.resize(kCovariate + covariates_, kMissing);
   for (const Column& column : columns_) present_.at(column.slot) = true;
 }
 
@@ -186,7 +193,6 @@ void TableWriter::WriteHead(const MeasurementInfo& info) {
 }
 
 void TableWriter::OnInfo(const MeasurementInfo& info) {
-  summary_.covariates = info.covariates;
   AddColumns(info);
   WriteHead(info);
 }
@@ -207,6 +213,16 @@ void TableWriter::OnAngle(const AngleSample& sample) {
   Hold(sample.t_s, kAngle + static_cast<std::size_t>(sample.axis), &sample.angle_deg, 1);
 }
 
+// An event has room for a few values: covariates come as several at one time.
+void TableWriter::OnCovariates(double t_s, std::span<const double> values) {
+  constexpr std::size_t kRoom = std::tuple_size_v<decltype(Event::values)>;
+  const std::size_t known = std::min(values.size(), covariates_);
+  if (known < values.size()) ++summary_.unannounced;
+  for (std::size_t i = 0; i < known; i += kRoom) {
+    Hold(t_s, kCovariate + i, &values[i], std::min(kRoom, known - i));
+  }
+}
+
 void TableWriter::OnOrientation(const OrientationSample& sample) {
   if (!present_[kQuaternion]) {
     ++summary_.unannounced;
@@ -222,8 +238,8 @@ void TableWriter::Hold(double t_s, std::size_t slot, const double* values, std::
   constexpr auto kReorder_us = static_cast<std::int64_t>(kReorder_s * 1e6);
   Event event;
   event.time_us = std::llround(t_s * 1e6);
-  event.slot = static_cast<std::uint8_t>(slot);
-  event.size = static_cast<std::uint8_t>(size);
+  event.slot = static_cast<std::uint16_t>(slot);
+  event.size = static_cast<std::uint16_t>(size);
   std::copy_n(values, size, event.values.begin());
   if (event.time_us < written_us_) {
     ++summary_.late;
@@ -260,8 +276,10 @@ void TableWriter::WriteValue(const Column& column, double value) {
   text[0] = ',';
   char* out = text.data() + 1;
   char* end = text.data() + text.size();
-  if (column.is_count && value == std::trunc(value) && std::abs(value) < 1e15) {
+  if (column.form == Form::kCount && value == std::trunc(value) && std::abs(value) < 1e15) {
     out = std::to_chars(out, end, static_cast<std::int64_t>(value)).ptr;
+  } else if (column.form == Form::kExact && !std::isnan(value)) {
+    out = std::to_chars(out, end, value).ptr;
   } else if (!std::isnan(value)) {
     out = AppendDecimal(out, end, value);
   }
@@ -276,7 +294,7 @@ void TableWriter::WriteRow() {
   output_->Append({text.data(), stop.size});
   for (const Column& column : columns_) WriteValue(column, row_.at(column.slot));
   output_->EndLine();
-  row_.fill(kMissing);
+  std::fill(row_.begin(), row_.end(), kMissing);
   row_begun_ = false;
   ++summary_.rows;
 }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,12 +27,11 @@ struct TableSummary {
   std::int64_t late = 0;
   // Events left out: of an axis that MeasurementInfo does not announce.
   std::int64_t unannounced = 0;
-  // Columns left out: events carry no covariates.
-  std::vector<std::string> covariates;
 };
 
 // One row for each distinct time, empty fields for what has no value then. Times are written in
-// whole microseconds, counts as integers, all else to 1e-9: reading the table gives the record's
+// whole microseconds, counts as integers, covariates in their shortest
+// exact form, all else to 1e-9: reading the table gives the record's
 // events again. The clock of the sensor unit is kept in the column unit_tick_s. Segments and
 // defects that arrive as events are not written, for they come after the head: `extras` brings
 // them.
@@ -51,6 +51,7 @@ class TableWriter : public MeasurementSink {
 
   void OnInfo(const MeasurementInfo& info) override;
   void OnGyro(const GyroSample& sample) override;
+  void OnCovariates(double t_s, std::span<const double> values) override;
   void OnAngle(const AngleSample& sample) override;
   void OnOrientation(const OrientationSample& sample) override;
   void OnTickPair(const TickPair& pair) override;
@@ -70,18 +71,19 @@ class TableWriter : public MeasurementSink {
     kAngle = 7,
     kQuaternion = 10,
     kTick = 14,
-    kSlots = 15
+    kCovariate = 15  // and one for each further covariate
   };
+  enum class Form { kDecimal, kCount, kExact };
   struct Column {
     std::size_t slot = 0;
-    bool is_count = false;
+    Form form = Form::kDecimal;
     std::string name;
   };
   // Values of consecutive slots at one time.
   struct Event {
     std::int64_t time_us = 0;
-    std::uint8_t slot = 0;
-    std::uint8_t size = 0;
+    std::uint16_t slot = 0;
+    std::uint16_t size = 0;
     std::array<double, 7> values = {};
   };
 
@@ -95,11 +97,12 @@ class TableWriter : public MeasurementSink {
   std::unique_ptr<Output> output_;
   TableExtras extras_;
   std::vector<Column> columns_;
-  std::array<bool, kSlots> present_ = {};
+  std::size_t covariates_ = 0;
+  std::vector<bool> present_ = std::vector<bool>(kCovariate);
   std::vector<Event> held_;
   std::int64_t latest_us_;
   std::int64_t written_us_;
-  std::array<double, kSlots> row_;
+  std::vector<double> row_ = std::vector<double>(kCovariate, kMissing);
   std::int64_t row_us_ = 0;
   bool row_begun_ = false;
   TableSummary summary_;

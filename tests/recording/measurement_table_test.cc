@@ -105,6 +105,28 @@ TEST_F(Table, UnknownColumnsAreCovariatesAndUnscaledAccelerationIsOne) {
   EXPECT_EQ(scaled.gyro[0].accel_g[0], 0.5);
 }
 
+// Names and places mixed, so that a swap shows; a value of a slow column without a gyro sample.
+TEST_F(Table, CovariatesComeInTheirOrderBeforeTheSampleOfTheirTime) {
+  struct OrderSink : KeepingSink {
+    void OnCovariates(double t_s, std::span<const double> values) override {
+      KeepingSink::OnCovariates(t_s, values);
+      gyro_before.push_back(gyro.size());
+    }
+    std::vector<std::size_t> gyro_before;
+  } sink;
+  WriteFile(folder_ / "table.csv",
+            "fan,t_s,supply_v,gyro_z_lsb,current_a\n"
+            "1,0,2,10,3\n,1,,11,\n,2,5,,\n,3,,,\n9,4,nan,12,7\n");
+  ReplayTable(folder_ / "table.csv", sink);
+  EXPECT_THAT(sink.info.covariates, ElementsAre("fan", "supply_v", "current_a"));
+  EXPECT_THAT(sink.covariate_times_s, ElementsAre(0, 1, 2, 4));
+  EXPECT_THAT(sink.gyro_before, ElementsAre(0, 1, 2, 2));
+  EXPECT_THAT(sink.covariates[0], ElementsAre(1, 2, 3));
+  EXPECT_THAT(sink.covariates[1], testing::Each(testing::IsNan()));
+  EXPECT_THAT(sink.covariates[2], ElementsAre(testing::IsNan(), 5, testing::IsNan()));
+  EXPECT_THAT(sink.covariates[3], ElementsAre(9, testing::IsNan(), 7));
+}
+
 TEST_F(Table, TheHeadsErrorsNameLineAndWhatWasExpected) {
   EXPECT_THAT(ErrorOf(""), HasSubstr("an empty file"));
   EXPECT_THAT(ErrorOf("# only\n"), HasSubstr("comments only"));

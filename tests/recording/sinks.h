@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -22,6 +23,10 @@ struct KeepingSink : MeasurementSink {
     ++infos;
   }
   void OnGyro(const GyroSample& value) override { gyro.push_back(value); }
+  void OnCovariates(double t_s, std::span<const double> values) override {
+    covariate_times_s.push_back(t_s);
+    covariates.emplace_back(values.begin(), values.end());
+  }
   void OnAngle(const AngleSample& value) override { angles.push_back(value); }
   void OnOrientation(const OrientationSample& value) override { orientations.push_back(value); }
   void OnTickPair(const TickPair& value) override { ticks.push_back(value); }
@@ -42,6 +47,8 @@ struct KeepingSink : MeasurementSink {
   MeasurementInfo info;
   int infos = 0;
   std::vector<GyroSample> gyro;
+  std::vector<double> covariate_times_s;
+  std::vector<std::vector<double>> covariates;
   std::vector<AngleSample> angles;
   std::vector<OrientationSample> orientations;
   std::vector<TickPair> ticks;
