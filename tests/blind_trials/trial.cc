@@ -1,0 +1,95 @@
+#include "tests/blind_trials/trial.h"
+
+#include <cmath>
+#include <filesystem>
+
+#include "stand/random.h"
+#include "stand/specimen.h"
+
+namespace gyrobench::blind_trials {
+namespace {
+
+namespace fs = std::filesystem;
+using Random = std::mt19937_64;
+
+const config::StandConfig& Stand() {
+  static const config::StandConfig stand =
+      config::LoadStandConfig(fs::path(GYROBENCH_SOURCE_DIR) / "config/virtual.toml");
+  return stand;
+}
+
+const config::Scenario& FullSequenceScenario() {
+  static const config::Scenario scenario =
+      config::LoadScenario(fs::path(GYROBENCH_SOURCE_DIR) / "config/scenarios/full-sequence.toml");
+  return scenario;
+}
+
+double Uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+void Multiply(config::Triple& values, double factor) {
+  for (double& value : values) value *= factor;
+}
+
+NoiseKind DrawNoise(config::Scenario& scenario, Random& random) {
+  config::GyroScenario& gyro = scenario.gyro;
+  Multiply(gyro.angle_random_walk_deg_sqrt_s, Uniform(random, 0.8, 1.25));
+  Multiply(gyro.bias_random_walk_deg_s_sqrt_s,
+           std::exp(Uniform(random, std::log(0.5), std::log(3.0))));
+  const double reference = Uniform(random, 0.7, 1.5);
+  for (config::EncoderScenario& encoder : scenario.encoder) encoder.noise_deg *= reference;
+  const auto lot = random() % 5;
+  if (lot == 3) {
+    gyro.heavy_tail_fraction = Uniform(random, 0.002, 0.01);
+    gyro.heavy_tail_factor = Uniform(random, 5.0, 10.0);
+    return NoiseKind::kHeavyTails;
+  }
+  if (lot == 4) {
+    gyro.flicker_deg_s.fill(Uniform(random, 0.3e-3, 1.5e-3));
+    return NoiseKind::kFlicker;
+  }
+  return NoiseKind::kWhite;
+}
+
+config::Scenario Noiseless() {
+  config::Scenario scenario = config::IdealScenario();
+  scenario.room = FullSequenceScenario().room;
+  scenario.thermal = FullSequenceScenario().thermal;
+  scenario.thermal.thermometer_noise_degC = 0.0;
+  for (auto& encoder : scenario.encoder) {
+    encoder.latency_s = FullSequenceScenario().encoder[0].latency_s;
+  }
+  return scenario;
+}
+
+}  // namespace
+
+TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
+  Random random(stand::Mix(spec.seed));
+  const std::uint64_t part_seed = random(), noise_seed = random();
+  const Sequence sequence = MakeSequence(spec.sequence, random, spec.repeats);
+
+  TrialTruth truth;
+  truth.duration_s = sequence.duration_s;
+  config::Scenario scenario = spec.ideal ? Noiseless() : FullSequenceScenario();
+  if (!spec.ideal) truth.noise = DrawNoise(scenario, random);
+  Bench bench;
+  bench.specimen = stand::DrawSpecimen(scenario, part_seed);
+  bench.duration_s = sequence.duration_s;
+  bench.options.channels = {spec.all_channels, spec.all_channels, true};
+  bench.options.reference_rate_hz = spec.reference_rate_hz;
+  // A column that has nothing to do with anything, now and then.
+  bench.options.supply = !spec.ideal && random() % 5 == 0;
+  for (const HiddenEffect& effect : spec.effects) {
+    const Injection& injection = FindInjection(effect.id);
+    bench.truth.clear();
+    injection.apply(bench, injection.levels[effect.level], random);
+    truth.effects.push_back({effect.id, bench.truth});
+  }
+  truth.supply_recorded = bench.options.supply;
+  Record(Stand(), bench.specimen, sequence, noise_seed, bench.options, sink);
+  return truth;
+}
+
+}  // namespace gyrobench::blind_trials

@@ -1,0 +1,54 @@
+// One blind trial: a part and its noise drawn from a seed, with or without something hidden in it,
+// recorded.
+//
+//   calibration::Collector collector;
+//   TrialTruth truth = RecordTrial({.seed = 7, .effects = {{"scale.cubic", kMid}}}, collector);
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/measurement.h"
+#include "tests/blind_trials/injection.h"
+#include "tests/blind_trials/sequence.h"
+
+namespace gyrobench::blind_trials {
+
+enum Level { kLow = 0, kMid = 1, kHigh = 2 };
+inline constexpr std::array<const char*, 3> kLevelNames = {"low", "mid", "high"};
+
+struct HiddenEffect {
+  std::string id;
+  Level level = kHigh;
+};
+
+enum class NoiseKind { kWhite, kHeavyTails, kFlicker };
+inline constexpr std::array<const char*, 3> kNoiseNames = {"white", "heavy tails", "1/f"};
+
+struct TrialSpec {
+  // Of everything that is drawn. Any number: it says nothing of what is hidden.
+  std::uint64_t seed = 1;
+  SequenceKind sequence = SequenceKind::kFull;
+  std::vector<HiddenEffect> effects = {};
+  bool all_channels = false;  // otherwise z alone; effects are on z
+  double reference_rate_hz = 10.0;
+  int repeats = 1;     // of the sequence
+  bool ideal = false;  // no error, no noise but the counts'; effects all the same
+};
+
+struct TrialTruth {
+  struct Effect {
+    std::string id;
+    std::vector<TrueParameter> parameters;
+  };
+  std::vector<Effect> effects;
+  NoiseKind noise = NoiseKind::kWhite;
+  bool supply_recorded = false;
+  double duration_s = 0.0;
+};
+
+// Three of five trials have white noise and a random walk only, one has heavy tails, one 1/f noise.
+TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink);
+
+}  // namespace gyrobench::blind_trials
