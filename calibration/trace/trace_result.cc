@@ -1,0 +1,43 @@
+#include "calibration/trace/trace_result.h"
+
+namespace gyrobench::calibration {
+
+const char* Name(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kNone:
+      return "none";
+    case Verdict::kExplained:
+      return "explained";
+    case Verdict::kPartlyExplained:
+      return "partly_explained";
+    case Verdict::kUnexplained:
+      return "unexplained";
+  }
+  return "";
+}
+
+const char* Name(EffectOwner owner) {
+  switch (owner) {
+    case EffectOwner::kGyro:
+      return "gyro";
+    case EffectOwner::kReference:
+      return "reference";
+    case EffectOwner::kBench:
+      return "bench";
+  }
+  return "";
+}
+
+const char* Name(EffectOrigin origin) {
+  switch (origin) {
+    case EffectOrigin::kCatalogue:
+      return "catalogue";
+    case EffectOrigin::kComposed:
+      return "composed";
+    case EffectOrigin::kEmpirical:
+      return "empirical";
+  }
+  return "";
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,33 @@
+// Draws charts with gnuplot and puts them into a page.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "report/chart.h"
+#include "report/markup.h"
+
+namespace gyrobench::report {
+
+class Charter {
+ public:
+  // `gnuplot`: the program, looked for in PATH. One that hangs is ended after `limit`.
+  explicit Charter(std::string gnuplot = "gnuplot",
+                   std::chrono::milliseconds limit = std::chrono::seconds(20));
+
+  // The chart as a numbered figure. In place of a chart that cannot be drawn: a sentence that says
+  // why and what to do. `why_empty` is said of one without points.
+  Markup Figure(const Chart& chart, const std::string& why_empty);
+
+ private:
+  std::string gnuplot_;
+  std::chrono::milliseconds limit_;
+  int figures_ = 0;
+  std::string trouble_;  // that holds for all charts to come
+};
+
+// One SVG of gnuplot made fit for a page: no XML head, no titles of its own, no fonts, ids that
+// begin with `prefix`, `label` for those who cannot see it. Empty where `svg` is no whole SVG.
+Markup InlineSvg(const std::string& svg, const std::string& prefix, const std::string& label);
+
+}  // namespace gyrobench::report

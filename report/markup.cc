@@ -1,0 +1,135 @@
+#include "report/markup.h"
+
+#include <fmt/format.h>
+
+#include <boost/locale/utf.hpp>
+#include <utility>
+
+namespace gyrobench::report {
+namespace {
+
+using Utf8 = boost::locale::utf::utf_traits<char>;
+constexpr std::string_view kReplacement = "\xEF\xBF\xBD";  // U+FFFD
+
+bool IsShown(boost::locale::utf::code_point point) {
+  const bool control = point < 0x20 || (point >= 0x7F && point < 0xA0);
+  // U+202A..E and U+2066..9 turn the direction of what follows; XML has no U+FFFE and U+FFFF.
+  const bool turns = (point >= 0x202A && point <= 0x202E) || (point >= 0x2066 && point <= 0x2069);
+  return boost::locale::utf::is_valid_codepoint(point) && !control && !turns && point != 0xFFFE &&
+         point != 0xFFFF;
+}
+
+std::string_view Entity(char c) {
+  switch (c) {
+    case '&':
+      return "&amp;";
+    case '<':
+      return "&lt;";
+    case '>':
+      return "&gt;";
+    case '"':
+      return "&quot;";
+    case '\'':
+      return "&#39;";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+std::string CleanText(std::string_view text) {
+  std::string clean;
+  clean.reserve(text.size());
+  for (const char* at = text.data(); at != text.data() + text.size();) {
+    const char* begin = at;
+    if (*at == '\n' || *at == '\t' || *at == '\r') {
+      clean += ' ';
+      ++at;
+      continue;
+    }
+    const auto point = Utf8::decode(at, text.data() + text.size());
+    if (IsShown(point)) {
+      clean.append(begin, at);
+    } else {
+      clean += kReplacement;
+      if (at == begin) ++at;
+    }
+  }
+  return clean;
+}
+
+Markup Markup::Text(std::string_view text) {
+  Markup markup;
+  for (const char c : CleanText(text)) {
+    const std::string_view entity = Entity(c);
+    if (entity.empty()) {
+      markup.html_ += c;
+    } else {
+      markup.html_ += entity;
+    }
+  }
+  return markup;
+}
+
+Markup Markup::Trusted(std::string html) {
+  Markup markup;
+  markup.html_ = std::move(html);
+  return markup;
+}
+
+Markup& Markup::operator+=(const Markup& more) {
+  html_ += more.html_;
+  return *this;
+}
+
+Markup Element(std::string_view tag, const Markup& inside, std::string_view css_class) {
+  const std::string attribute = css_class.empty() ? "" : fmt::format(" class=\"{}\"", css_class);
+  const bool block = tag != "td" && tag != "th" && tag != "span" && tag != "b" && tag != "code";
+  return Markup::Trusted(
+      fmt::format("<{0}{1}>{2}</{0}>{3}", tag, attribute, inside.html(), block ? "\n" : ""));
+}
+
+Markup Element(std::string_view tag, std::string_view text, std::string_view css_class) {
+  return Element(tag, Markup::Text(text), css_class);
+}
+
+Markup Paragraph(std::string_view text, std::string_view css_class) {
+  return Element("p", text, css_class);
+}
+
+Markup Code(std::string_view text) { return Element("code", text); }
+
+Markup BulletList(const std::vector<std::string>& lines) {
+  if (lines.empty()) return {};
+  Markup items;
+  for (const std::string& line : lines) items += Element("li", line);
+  return Element("ul", items);
+}
+
+Table::Table(std::vector<Column> columns, std::string css_class)
+    : columns_(std::move(columns)), css_class_(std::move(css_class)) {}
+
+void Table::AddRow(const std::vector<Markup>& cells) {
+  Markup row;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    row += Element("td", cells[i], columns_.at(i).numeric ? "number" : "");
+  }
+  rows_ += Element("tr", row);
+}
+
+void Table::AddGroup(const Markup& title) {
+  const auto cell = fmt::format("<td colspan=\"{}\">{}</td>", columns_.size(), title.html());
+  rows_ += Element("tr", Markup::Trusted(cell), "group");
+}
+
+Markup Table::ToMarkup() const {
+  Markup head;
+  for (const Column& column : columns_) {
+    head += Element("th", column.title, column.numeric ? "number" : "");
+  }
+  return Element("table", Element("thead", Element("tr", head)) + Element("tbody", rows_),
+                 css_class_);
+}
+
+}  // namespace gyrobench::report

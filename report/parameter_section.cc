@@ -1,0 +1,120 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+#include "report/number.h"
+#include "report/sections.h"
+
+namespace gyrobench::report {
+namespace {
+
+using calibration::ChannelTrace;
+using calibration::ModelParameter;
+
+struct Row {
+  std::string name, unit;
+  bool begins_group = false;
+  Markup group;
+};
+
+// Columns of numbers are aligned over the whole table, so rows are collected before they are made.
+class ParameterRows {
+ public:
+  void Add(const Markup& group, const std::vector<ModelParameter>& parameters) {
+    bool first = true;
+    for (const ModelParameter& parameter : parameters) {
+      const Measured measured =
+          RoundTogether(parameter.value, parameter.std_error, parameter.bound);
+      rows_.push_back({parameter.name, UnitWithPower(measured.power, parameter.unit), first,
+                       first ? group : Markup()});
+      numbers_[0].push_back(measured.value);
+      numbers_[1].push_back(measured.error);
+      numbers_[2].push_back(measured.bound);
+      numbers_[3].push_back(FormatRatio(parameter.std_error / parameter.bound));
+      first = false;
+    }
+  }
+
+  bool empty() const { return rows_.empty(); }
+
+  Markup ToMarkup() {
+    for (auto& column : numbers_) AlignDecimals(column);
+    Table table({{"Parameter"},
+                 {"Value", true},
+                 {"Standard error", true},
+                 {"Cramér-Rao bound", true},
+                 {"Unit"},
+                 {"Error / bound", true}},
+                "parameters");
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (rows_[i].begins_group) table.AddGroup(rows_[i].group);
+      table.AddRow({Markup::Text(rows_[i].name), Markup::Text(numbers_[0][i]),
+                    Markup::Text(numbers_[1][i]), Markup::Text(numbers_[2][i]),
+                    Markup::Text(rows_[i].unit), Markup::Text(numbers_[3][i])});
+    }
+    return table.ToMarkup();
+  }
+
+ private:
+  std::vector<Row> rows_;
+  std::array<std::vector<std::string>, 4> numbers_;
+};
+
+Markup BaselineNote(const ChannelTrace& channel) {
+  const auto& baseline = channel.baseline;
+  std::string text;
+  if (std::isfinite(baseline.angle_rms_deg)) {
+    text += fmt::format("an angle error of {} deg", FormatNumber(baseline.angle_rms_deg, 3));
+  }
+  if (std::isfinite(baseline.whitened_rms)) {
+    text += fmt::format("{}{} times the noise", text.empty() ? "" : ", ",
+                        FormatRatio(baseline.whitened_rms));
+  }
+  if (text.empty()) return {};
+  return Paragraph("The baseline alone leaves, on the data that it was fitted to: " + text + ".",
+                   "note");
+}
+
+}  // namespace
+
+Markup ParameterSection(const calibration::TraceResult& trace) {
+  Markup inside;
+  for (const ChannelTrace& channel : trace.channels) {
+    ParameterRows rows;
+    rows.Add(Markup::Text("Baseline"), channel.baseline.parameters);
+    for (const auto& effect : channel.effects) {
+      const std::string whose =
+          effect.owner == calibration::EffectOwner::kGyro
+              ? ""
+              : fmt::format(" (the {}'s, not in the calibration)", Name(effect.owner));
+      rows.Add(Code(effect.id) + Markup::Text(whose), effect.parameters);
+    }
+    if (rows.empty()) continue;
+    inside +=
+        Element("h3", "Axis " + AxisName(channel.axis)) + rows.ToMarkup() + BaselineNote(channel);
+  }
+  if (inside.empty()) inside = Paragraph("No parameter could be estimated.");
+  return Section("Parameters", inside);
+}
+
+Markup NoiseSection(const calibration::TraceResult& trace) {
+  Table table({{"Axis"},
+               {"Angle random walk [deg/√s]", true},
+               {"Bias random walk [deg/s/√s]", true},
+               {"Reference [deg]", true}});
+  for (const ChannelTrace& channel : trace.channels) {
+    const auto& noise = channel.noise;
+    table.AddRow({Markup::Text(AxisName(channel.axis)),
+                  Markup::Text(FormatNumber(noise.angle_random_walk_deg_sqrt_s, 3)),
+                  Markup::Text(FormatNumber(noise.bias_random_walk_deg_s_sqrt_s, 3)),
+                  Markup::Text(FormatNumber(noise.reference_deg, 3))});
+  }
+  if (table.empty()) return {};
+  return Section("Noise", table.ToMarkup() +
+                              Paragraph("By restricted maximum likelihood; the "
+                                        "reference's is the standard deviation of one angle of it.",
+                                        "note"));
+}
+
+}  // namespace gyrobench::report

@@ -1,0 +1,119 @@
+#include "report/report.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+#include "base/error.h"
+#include "report/number.h"
+#include "report/sections.h"
+#include "report/style_sheet.h"
+
+namespace gyrobench::report {
+namespace {
+
+Markup Head(const Provenance& provenance) {
+  std::string title = "Gyro calibration report";
+  if (!provenance.run_id.empty()) title += " " + provenance.run_id;
+  // No source of anything may be loaded: the page is whole as it is.
+  return Markup::Trusted(
+      fmt::format("<head>\n<meta charset=\"utf-8\"/>\n"
+                  "<meta http-equiv=\"Content-Security-Policy\" "
+                  "content=\"default-src 'none'; style-src 'unsafe-inline'\"/>\n"
+                  "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
+                  "<title>{}</title>\n<style>{}</style>\n</head>\n",
+                  Markup::Text(title).html(), kStyleSheet));
+}
+
+void AddPart(std::string& line, const std::string& name, const std::string& text) {
+  if (!text.empty()) line += fmt::format("{}{}{}", line.empty() ? "" : "  ·  ", name, text);
+}
+
+Markup Masthead(const Provenance& provenance) {
+  std::string line;
+  AddPart(line, "Sensor ", provenance.sensor);
+  AddPart(line, "Run ", provenance.run_id);
+  if (provenance.started_utime != 0) AddPart(line, "", FormatUtc(provenance.started_utime));
+  return Element("header", Element("h1", "Gyro calibration report") + Paragraph(line, "run"));
+}
+
+Markup WithoutTrace() {
+  return Element("section",
+                 Element("h2", Element("span", "No trace", "word")) +
+                     Paragraph("The residual of these data was not traced to effects. What "
+                               "follows is the baseline alone; whether it misses anything, and "
+                               "how large its error is on data it has not seen, is not known.",
+                               "summary"),
+                 "verdict none");
+}
+
+Markup TraceSections(const calibration::TraceResult& trace, Charter& charter) {
+  Markup page = VerdictSection(trace);
+  for (const auto& channel : trace.channels) page += ChartSection(channel, charter);
+  page += ParameterSection(trace);
+  page += EffectSection(trace);
+  page += RivalSection(trace);
+  page += UnidentifiableSection(trace);
+  return page + RemainingSection(trace);
+}
+
+void WriteOrThrow(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) {
+    throw DataError(
+        fmt::format("report {}: cannot be written: {}; is the folder there, writable, "
+                    "and the disk not full?",
+                    file.string(), std::strerror(errno)));
+  }
+}
+
+}  // namespace
+
+std::string AxisName(SensorAxis axis) {
+  static constexpr const char* kNames[] = {"x", "y", "z"};
+  return kNames[static_cast<std::size_t>(axis)];
+}
+
+Markup Section(const std::string& title, const Markup& inside, const std::string& css_class) {
+  return Element("section", Element("h2", title) + inside, css_class);
+}
+
+std::string ReportHtml(const ReportContent& content, const ReportOptions& options) {
+  Charter charter(options.gnuplot, options.chart_limit);
+  Markup page = Masthead(content.provenance);
+  page += content.trace ? TraceSections(*content.trace, charter) : WithoutTrace();
+  if (content.analysis) page += AnalysisSection(*content.analysis);
+  page += DefectSection(content);
+  if (content.trace) page += NoiseSection(*content.trace);
+  page += ProvenanceSection(content);
+  const Markup body = Element("body", Element("main", page));
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n" + Head(content.provenance).html() + body.html() +
+         "</html>\n";
+}
+
+void WriteReport(const ReportContent& content, const std::filesystem::path& file,
+                 const ReportOptions& options) {
+  const std::string html = ReportHtml(content, options);
+  const std::filesystem::path part = file.string() + fmt::format(".{}.part", getpid());
+  std::error_code error;
+  try {
+    WriteOrThrow(part, html);
+    std::filesystem::rename(part, file, error);
+  } catch (const DataError&) {
+    std::filesystem::remove(part, error);
+    throw;
+  }
+  if (error) {
+    std::error_code ignored;  // what is left of a failure does no more harm than the failure
+    std::filesystem::remove(part, ignored);
+    throw DataError(fmt::format("report {}: {}", file.string(), error.message()));
+  }
+}
+
+}  // namespace gyrobench::report
