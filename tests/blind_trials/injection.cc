@@ -121,7 +121,8 @@ void ClockDrift(Bench& bench, double level, Random& random) {
 // The worm turns the table unevenly and the sensor sits on the shaft; or the sensor's own error.
 void WormPeriod(Bench& bench, double level, Random& random) {
   const double phase_deg = Uniform(random, 0.0, 360.0);
-  if (Sign(random) > 0) {
+  // A coupling's play needs the sensor at the table.
+  if (Sign(random) > 0 && Encoder(bench).backlash_deg == 0.0) {
     Encoder(bench).side = config::EncoderScenario::Side::kShaft;
     Mechanics(bench).worm_1_deg = level;
     Mechanics(bench).worm_1_phase_deg = phase_deg;
@@ -143,7 +144,8 @@ void Eccentricity2(Bench& bench, double level, Random& random) {
 }
 // In the gear with the sensor on the shaft, or in the sensor's coupling: opposite signs.
 void Backlash(Bench& bench, double level, Random& random) {
-  if (Sign(random) > 0) {
+  const bool on_shaft = Encoder(bench).side == config::EncoderScenario::Side::kShaft;
+  if (Sign(random) > 0 || on_shaft) {
     Encoder(bench).side = config::EncoderScenario::Side::kShaft;
     Mechanics(bench).backlash_deg = level;
   } else {

@@ -20,7 +20,7 @@ constexpr double kLsbPerDegS = 131.0;
 class IntegralAgainstAngle : public MeasurementSink {
  public:
   struct Point {
-    double t_s = 0.0, angle_deg = 0.0, integral_deg = 0.0, middle_deg = 0.0, outer_deg = 0.0;
+    double t_s = 0.0, angle_deg = 0.0, integral_deg = 0.0;
   };
   void OnInfo(const MeasurementInfo& info) override { info_ = info; }
   void OnGyro(const GyroSample& sample) override {
@@ -41,7 +41,9 @@ class IntegralAgainstAngle : public MeasurementSink {
   void OnAngle(const AngleSample& sample) override {
     angle_[static_cast<std::size_t>(sample.axis)] = sample.angle_deg;
     if (sample.axis != 2) return;
-    points_.push_back({sample.t_s, angle_[2], integral_deg_, angle_[1], angle_[0]});
+    // The sample of this very moment may come after the reading.
+    const double since_s = samples_ > 0 ? sample.t_s - last_t_s_ : 0.0;
+    points_.push_back({sample.t_s, angle_[2], integral_deg_ + since_s * last_w_});
     const double m = angle_[1] * std::numbers::pi / 180, i = angle_[2] * std::numbers::pi / 180;
     const std::array<double, 3> up = {std::sin(m) * std::sin(i), std::sin(m) * std::cos(i),
                                       std::cos(m)};
@@ -82,9 +84,7 @@ TEST(Recorder, TheIdealSequenceHasNoResidual) {
     last = point.angle_deg;
   }
   EXPECT_GT(path, 9000.0);
-  // A constant rate's counts all err alike: up to half of one for the length of the turns. What is
-  // within a turn stays below 40 deg/s / 2.
-  EXPECT_LT(worst, 0.5 / kLsbPerDegS * 100.0);
+  EXPECT_LT(worst, 4.5 * kDither_deg_sqrt_s * std::sqrt(2262.0) + 0.01);
   EXPECT_LT(sink.worst_gravity_g_, 40.0 * std::numbers::pi / 180 * 0.011);
 }
 
@@ -122,7 +122,7 @@ TEST(Recorder, ALatencyShowsWhileTurningAndNotAtRest) {
       moving += off / rate;
       ++n;
     } else if (rate == 0.0) {
-      EXPECT_NEAR(off, 0.0, 0.5 / kLsbPerDegS * 100.0);
+      EXPECT_NEAR(off, 0.0, 0.1);
     }
   }
   ASSERT_GT(n, 1000);

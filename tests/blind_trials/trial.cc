@@ -57,6 +57,7 @@ config::Scenario Noiseless() {
   scenario.room = FullSequenceScenario().room;
   scenario.thermal = FullSequenceScenario().thermal;
   scenario.thermal.thermometer_noise_degC = 0.0;
+  scenario.gyro.angle_random_walk_deg_sqrt_s.fill(kDither_deg_sqrt_s);
   for (auto& encoder : scenario.encoder) {
     encoder.latency_s = FullSequenceScenario().encoder[0].latency_s;
   }
@@ -87,6 +88,7 @@ TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
     injection.apply(bench, injection.levels[effect.level], random);
     truth.effects.push_back({effect.id, bench.truth});
   }
+  truth.scale_z = 1.0 + bench.specimen.gyro.scale_rel[2];
   truth.supply_recorded = bench.options.supply;
   Record(Stand(), bench.specimen, sequence, noise_seed, bench.options, sink);
   return truth;

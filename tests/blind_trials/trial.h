@@ -15,6 +15,9 @@
 
 namespace gyrobench::blind_trials {
 
+// Angle random walk of an ideal trial.
+inline constexpr double kDither_deg_sqrt_s = 3e-4;
+
 enum Level { kLow = 0, kMid = 1, kHigh = 2 };
 inline constexpr std::array<const char*, 3> kLevelNames = {"low", "mid", "high"};
 
@@ -33,8 +36,10 @@ struct TrialSpec {
   std::vector<HiddenEffect> effects = {};
   bool all_channels = false;  // otherwise z alone; effects are on z
   double reference_rate_hz = 10.0;
-  int repeats = 1;     // of the sequence
-  bool ideal = false;  // no error, no noise but the counts'; effects all the same
+  int repeats = 1;  // of the sequence
+  // No error, and of noise only as much as the counts need in order not to add up at constant rate;
+  // effects all the same.
+  bool ideal = false;
 };
 
 struct TrialTruth {
@@ -45,6 +50,7 @@ struct TrialTruth {
   std::vector<Effect> effects;
   NoiseKind noise = NoiseKind::kWhite;
   bool supply_recorded = false;
+  double scale_z = 1.0;  // diagonal of M
   double duration_s = 0.0;
 };
 

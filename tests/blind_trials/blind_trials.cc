@@ -1,0 +1,115 @@
+// Blind trials: the virtual stand hides an effect in a recording, the tracer sees the recording
+// alone, and this prints truth against verdict.
+//
+//   blind_trials --kind single --sets 20 --levels low,mid,high --jobs 2
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "tests/blind_trials/campaign.h"
+
+namespace {
+
+using namespace gyrobench::blind_trials;
+namespace fs = std::filesystem;
+
+struct Options {
+  CampaignOptions campaign;
+  std::vector<std::string> kinds = {"silent", "single", "pairs", "unknown", "poor"};
+  std::vector<std::string> levels = {"low", "mid", "high"};
+  std::string json, dump;
+  bool list = false;
+};
+
+void Describe(CLI::App& app, Options& options) {
+  CampaignOptions& campaign = options.campaign;
+  app.add_option("--kind", options.kinds, "silent, single, pairs, unknown, poor")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--sets", campaign.sets, "sets of each effect and level")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--silent-sets", campaign.silent_sets, "sets without an effect")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--levels", options.levels, "low, mid, high")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"low", "mid", "high"}))
+      ->capture_default_str();
+  app.add_option("--effects", campaign.effects, "ids, all of the kind without it")->delimiter(',');
+  app.add_option("--seed", campaign.seed, "of the whole campaign")->capture_default_str();
+  app.add_option("--jobs", campaign.jobs, "threads")->check(CLI::Range(1, 256));
+  app.add_option("--hypotheses", campaign.hypotheses,
+                 "for the power that the bound permits: as many are tried at once")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--json", options.json, "file for all results");
+  app.add_option("--dump", options.dump, "folder for truth and verdict, a line a set, by kind");
+  app.add_flag("--list", options.list, "list what can be hidden, and its levels");
+}
+
+void List() {
+  for (const auto* list : {&CatalogueInjections(), &UnknownInjections()}) {
+    for (const Injection& injection : *list) {
+      fmt::print("{:<24} {:>8} {:>8} {:>8}  {}\n", injection.id, injection.levels[0],
+                 injection.levels[1], injection.levels[2], injection.unit);
+    }
+  }
+}
+
+void Write(const fs::path& file, const std::string& text) {
+  std::ofstream out(file);
+  out << text;
+  if (!out.flush()) throw gyrobench::DataError(fmt::format("{}: cannot be written", file.string()));
+}
+
+void Run(const std::string& kind, const Options& options, std::string& json) {
+  const std::vector<TrialSpec> specs = PlanTrials(kind, options.campaign);
+  const auto outcomes = RunTrials(specs, options.campaign.jobs, [&](std::size_t done) {
+    fmt::print(stderr, "\r{}: {} of {} ", kind, done, specs.size());
+  });
+  fmt::print(stderr, "\n");
+  fmt::print("{}, seed {}\n{}\n", kind, options.campaign.seed,
+             Table(kind, outcomes, options.campaign));
+  std::fflush(stdout);
+  if (options.json.empty() && options.dump.empty()) return;
+  const std::string lines = JsonLines(outcomes);
+  if (!options.dump.empty()) Write(fs::path(options.dump) / (kind + ".jsonl"), lines);
+  json += lines;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Blind trials: what the tracer says of recordings in which something is hidden");
+  Options options;
+  Describe(app, options);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (options.list) {
+      List();
+      return 0;
+    }
+    options.campaign.levels.clear();
+    for (const Level level : {kLow, kMid, kHigh}) {
+      const auto& wanted = options.levels;
+      if (std::find(wanted.begin(), wanted.end(), kLevelNames[level]) != wanted.end())
+        options.campaign.levels.push_back(level);
+    }
+    if (!options.dump.empty()) fs::create_directories(options.dump);
+    std::string json;
+    for (const std::string& kind : options.kinds) Run(kind, options, json);
+    if (!options.json.empty()) Write(options.json, json);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "blind_trials: {}\n", error.what());
+    return 1;
+  }
+  return 0;
+}

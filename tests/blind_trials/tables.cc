@@ -1,0 +1,306 @@
+// Aligned tables of a campaign.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/non_central_chi_squared.hpp>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "tests/blind_trials/campaign.h"
+
+namespace gyrobench::blind_trials {
+namespace {
+
+using Outcomes = std::vector<const Outcome*>;
+
+template <class Test>
+double Percent(const Outcomes& outcomes, Test test) {
+  const auto count = std::ranges::count_if(outcomes, [&](const Outcome* o) { return test(*o); });
+  return 100.0 * static_cast<double>(count) / static_cast<double>(outcomes.size());
+}
+
+// Wilson's interval of a share, 95 %.
+std::array<double, 2> Wilson(double count, double n) {
+  constexpr double kZ = 1.96;
+  const double p = count / n, z2n = kZ * kZ / n;
+  const double middle = p + z2n / 2.0;
+  const double half = kZ * std::sqrt((p * (1.0 - p) + z2n / 4.0) / n);
+  return {std::max(0.0, (middle - half) / (1.0 + z2n)), (middle + half) / (1.0 + z2n)};
+}
+
+struct Estimates {
+  double square = 0.0, n = 0.0, covered = 0.0;
+  void Add(const Outcome& outcome) {
+    for (const auto& error : outcome.errors) {
+      const double off = error.estimate - error.truth;
+      if (std::isfinite(off / error.bound)) {
+        square += std::pow(off / error.bound, 2);
+        n += 1.0;
+        covered += std::fabs(off) <= 1.96 * error.std_error ? 1.0 : 0.0;
+      }
+    }
+  }
+  std::string Text() const {
+    if (n == 0.0) return fmt::format("{:>7} {:>7}", "-", "-");
+    return fmt::format("{:>7.2f} {:>5.1f} %", std::sqrt(square / n), 100.0 * covered / n);
+  }
+};
+
+// Chance that a normal test sees an effect whose true parameters are `snr` bounds long.
+double Power(double snr, int terms, const CampaignOptions& options) {
+  const double p = options.false_discovery / options.hypotheses;
+  const boost::math::chi_squared central(terms);
+  const double limit = boost::math::quantile(boost::math::complement(central, p));
+  const double ncp = std::min(snr * snr, 1e4);
+  return boost::math::cdf(
+      boost::math::complement(boost::math::non_central_chi_squared(terms, ncp), limit));
+}
+
+// Length of the true parameters in bounds, for a unit level; from the trials that named the effect.
+struct UnitLength {
+  double length = 0.0;
+  int terms = 1;
+};
+std::vector<UnitLength> UnitLengths(const std::string& id, const Outcomes& outcomes) {
+  std::vector<UnitLength> lengths;
+  const Injection& injection = FindInjection(id);
+  for (const Outcome* outcome : outcomes) {
+    double square = 0.0;
+    int terms = 0;
+    for (const auto& error : outcome->errors) {
+      if (error.id != id || !(error.bound > 0.0)) continue;
+      square += std::pow(error.truth / error.bound, 2);
+      terms += error.name == "a" ? 2 : 1;
+    }
+    const double level = injection.levels[outcome->spec.effects.front().level];
+    if (terms > 0) lengths.push_back({std::sqrt(square) / level, terms});
+  }
+  return lengths;
+}
+std::string PowerText(const std::vector<UnitLength>& lengths, double level,
+                      const CampaignOptions& options) {
+  if (lengths.empty()) return fmt::format("{:>7} {:>7}", "-", "-");
+  double power = 0.0, snr = 0.0;
+  for (const UnitLength& unit : lengths) {
+    power += Power(level * unit.length, unit.terms, options);
+    snr += level * unit.length;
+  }
+  const double n = static_cast<double>(lengths.size());
+  return fmt::format("{:>7.1f} {:>5.1f} %", snr / n, 100.0 * power / n);
+}
+
+constexpr const char* kSingleHead =
+    "{:<24} {:<5} {:>5} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>7} {:>8}\n";
+
+std::string SingleHead() {
+  std::string text = fmt::format(fmt::runtime(kSingleHead), "effect", "level", "sets", "exact",
+                                 "no rival", "among", "wrong", "other", "extra", "nothing",
+                                 "sigmas", "power", "err/bnd", "covers", "held out");
+  return text;
+}
+
+std::string SingleLine(const std::string& name, const char* level, const Outcomes& outcomes,
+                       const std::string& power) {
+  Estimates estimates;
+  double heldout = 0.0, heldout_n = 0.0;
+  for (const Outcome* outcome : outcomes) {
+    if (outcome->Exact()) estimates.Add(*outcome);
+    if (std::isfinite(outcome->heldout_after)) {
+      heldout = std::max(heldout, outcome->heldout_after);
+      heldout_n += 1.0;
+    }
+  }
+  const auto exact = [](const Outcome& o) { return o.Exact(); };
+  const auto certain = [](const Outcome& o) { return o.Exact() && !o.AnyRivals(); };
+  const auto among = [](const Outcome& o) { return o.TruthAmong(); };
+  const auto wrong = [](const Outcome& o) { return o.WrongName(); };
+  const auto extra = [](const Outcome& o) { return o.Extra(); };
+  const auto nothing = [](const Outcome& o) { return o.winners.empty(); };
+  const auto other = [](const Outcome& o) {
+    return !o.winners.empty() && !o.TruthAmong() && !o.WrongName();
+  };
+  return fmt::format(
+      "{:<24} {:<5} {:>5} {:>6.1f} % {:>6.1f} % {:>6.1f} % {:>6.1f} % {:>6.1f} % {:>6.1f} % "
+      "{:>6.1f} % {} {} {:>8}\n",
+      name, level, outcomes.size(), Percent(outcomes, exact), Percent(outcomes, certain),
+      Percent(outcomes, among), Percent(outcomes, wrong), Percent(outcomes, other),
+      Percent(outcomes, extra), Percent(outcomes, nothing), power, estimates.Text(),
+      heldout_n > 0.0 ? fmt::format("{:.4f}", heldout) : "-");
+}
+
+std::string SingleTable(const Outcomes& all, const CampaignOptions& options) {
+  std::map<std::string, Outcomes> by_id;
+  std::map<Level, Outcomes> by_level;
+  std::vector<std::string> order;
+  for (const Outcome* outcome : all) {
+    const HiddenEffect& hidden = outcome->spec.effects.front();
+    if (!by_id.contains(hidden.id)) order.push_back(hidden.id);
+    by_id[hidden.id].push_back(outcome);
+    by_level[hidden.level].push_back(outcome);
+  }
+  std::string text = SingleHead();
+  const std::string no_power = PowerText({}, 0.0, options);
+  for (const std::string& id : order) {
+    const std::vector<UnitLength> lengths = UnitLengths(id, by_id[id]);
+    for (const auto& [level, unused] : by_level) {
+      Outcomes some;
+      std::ranges::copy_if(by_id[id], std::back_inserter(some), [level = level](const Outcome* o) {
+        return o->spec.effects.front().level == level;
+      });
+      if (some.empty()) continue;
+      text += SingleLine(id, kLevelNames[level], some,
+                         PowerText(lengths, FindInjection(id).levels[level], options));
+    }
+  }
+  for (const auto& [level, some] : by_level) {
+    text += SingleLine("all", kLevelNames[level], some, no_power);
+  }
+  return text;
+}
+
+std::string PairsTable(const Outcomes& all, const CampaignOptions& options) {
+  std::map<Level, Outcomes> by_level;
+  for (const Outcome* outcome : all) {
+    by_level[outcome->spec.effects.front().level].push_back(outcome);
+  }
+  std::string text = SingleHead();
+  for (const auto& [level, some] : by_level) {
+    text += SingleLine("pairs", kLevelNames[level], some, PowerText({}, 0.0, options));
+  }
+  for (const Outcome* outcome : all) {
+    if (outcome->Exact()) continue;
+    text += fmt::format("  not exact: {}", kLevelNames[outcome->spec.effects.front().level]);
+    for (const auto& hidden : outcome->spec.effects) text += " " + hidden.id;
+    text += "  named:";
+    for (const auto& winner : outcome->winners) text += " " + winner.id;
+    text += "\n";
+  }
+  return text;
+}
+
+std::string SilentLine(const std::string& name, const Outcomes& outcomes) {
+  double named = 0.0, unexplained = 0.0, n = 0.0, worst = 0.0;
+  for (const Outcome* outcome : outcomes) {
+    n += 1.0;
+    if (!outcome->winners.empty()) named += 1.0;
+    if (outcome->winners.empty() && outcome->verdict != calibration::Verdict::kNone) {
+      unexplained += 1.0;
+    }
+    if (std::isfinite(outcome->heldout_after)) worst = std::max(worst, outcome->heldout_after);
+  }
+  const auto interval = Wilson(named, n);
+  return fmt::format(
+      "{:<24} {:>5.0f} {:>6.0f} {:>6.2f} %  {:>5.2f} .. {:>5.2f} % {:>12.0f} {:>9.4f}\n", name, n,
+      named, 100.0 * named / n, 100.0 * interval[0], 100.0 * interval[1], unexplained, worst);
+}
+
+std::string SilentTable(const Outcomes& all) {
+  std::string text = fmt::format("{:<24} {:>5} {:>6} {:>8}  {:>16} {:>12} {:>9}\n", "noise", "sets",
+                                 "named", "share", "95 %", "unexplained", "held out");
+  for (std::size_t kind = 0; kind < kNoiseNames.size(); ++kind) {
+    Outcomes some;
+    std::ranges::copy_if(all, std::back_inserter(some), [kind](const Outcome* o) {
+      return static_cast<std::size_t>(o->truth.noise) == kind;
+    });
+    if (!some.empty()) text += SilentLine(kNoiseNames[kind], some);
+  }
+  text += SilentLine("all", all);
+  for (const Outcome* outcome : all) {
+    if (outcome->winners.empty()) continue;
+    text += fmt::format("  named in seed {}:", outcome->spec.seed);
+    for (const auto& winner : outcome->winners) {
+      text += fmt::format(" {} (p = {:.2g})", winner.id, winner.p_value);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string UnknownTable(const Outcomes& all) {
+  std::map<std::pair<std::string, Level>, Outcomes> cells;
+  for (const Outcome* outcome : all) {
+    const HiddenEffect& hidden = outcome->spec.effects.front();
+    cells[{hidden.id, hidden.level}].push_back(outcome);
+  }
+  std::string text = fmt::format("{:<24} {:<5} {:>5}", "hidden", "level", "sets");
+  for (const char* name : kRecognitionNames) text += fmt::format(" {:>11}", name);
+  text += fmt::format(" {:>11}\n", "recognised");
+  const auto line = [&](const std::string& name, const char* level, const Outcomes& outcomes) {
+    text += fmt::format("{:<24} {:<5} {:>5}", name, level, outcomes.size());
+    for (std::size_t kind = 0; kind < kRecognitionNames.size(); ++kind) {
+      const auto is = [kind](const Outcome& o) {
+        return static_cast<std::size_t>(Recognise(o)) == kind;
+      };
+      text += fmt::format(" {:>9.1f} %", Percent(outcomes, is));
+    }
+    const auto recognised = [](const Outcome& o) {
+      return Recognise(o) != Recognition::kNone && Recognise(o) != Recognition::kFalseName;
+    };
+    text += fmt::format(" {:>9.1f} %\n", Percent(outcomes, recognised));
+  };
+  for (const auto& [key, outcomes] : cells) line(key.first, kLevelNames[key.second], outcomes);
+  line("all", "", all);
+  return text;
+}
+
+std::string PoorTable(const Outcomes& all) {
+  constexpr std::array<const char*, 5> kNames = {"full", "one way", "both ways", "three speeds",
+                                                 "at rest"};
+  std::map<SequenceKind, Outcomes> by_kind;
+  std::set<std::string> ids;
+  for (const Outcome* outcome : all) {
+    by_kind[outcome->spec.sequence].push_back(outcome);
+    ids.insert(outcome->unidentifiable.begin(), outcome->unidentifiable.end());
+  }
+  std::string text = fmt::format("{:<24}", "listed as unidentifiable");
+  for (const auto& [kind, outcomes] : by_kind) {
+    text += fmt::format(" {:>12}", kNames[static_cast<std::size_t>(kind)]);
+  }
+  text += "\n";
+  const auto line = [&](const std::string& name, const auto& test) {
+    text += fmt::format("{:<24}", name);
+    for (const auto& [kind, outcomes] : by_kind) {
+      text += fmt::format(" {:>10.1f} %", Percent(outcomes, test));
+    }
+    text += "\n";
+  };
+  for (const std::string& id : ids) {
+    line(id, [&id](const Outcome& o) {
+      return std::ranges::find(o.unidentifiable, id) != o.unidentifiable.end();
+    });
+  }
+  line("(named something)", [](const Outcome& o) { return !o.winners.empty(); });
+  return text;
+}
+
+}  // namespace
+
+std::string Table(const std::string& kind, const std::vector<Outcome>& outcomes,
+                  const CampaignOptions& options) {
+  Outcomes traced;
+  std::string failures;
+  double seconds = 0.0;
+  for (const Outcome& outcome : outcomes) {
+    seconds += outcome.seconds;
+    if (outcome.failure.empty()) {
+      traced.push_back(&outcome);
+    } else {
+      failures += fmt::format("  seed {} failed: {}\n", outcome.spec.seed, outcome.failure);
+    }
+  }
+  std::string text;
+  if (!traced.empty()) {
+    if (kind == "silent") text = SilentTable(traced);
+    if (kind == "single") text = SingleTable(traced, options);
+    if (kind == "pairs") text = PairsTable(traced, options);
+    if (kind == "unknown") text = UnknownTable(traced);
+    if (kind == "poor") text = PoorTable(traced);
+  }
+  return text + failures +
+         fmt::format("{} sets, {:.2f} s of processor time each to trace\n", outcomes.size(),
+                     seconds / static_cast<double>(std::max<std::size_t>(outcomes.size(), 1)));
+}
+
+}  // namespace gyrobench::blind_trials
