@@ -70,6 +70,7 @@ class PendingQueue {
     head_ = (head_ + 1) % kCapacity;
     --size_;
   }
+  Pending& back() { return jobs_[(head_ + size_ - 1) % kCapacity]; }
   bool push(const Pending& job) {
     if (size_ == kCapacity) return false;
     jobs_[(head_ + size_) % kCapacity] = job;
@@ -159,6 +160,9 @@ class Collector::Impl {
     // The axis that turns fastest says when: its angle is the one that must not be carried forward.
     if ((track_.time_s() >= next_node_s_ || !any_node_) && track_.leading()) {
       AddNode(track_.time_s());
+    } else if (!nodes_.empty() && nodes_.back().node.at.t_s == track_.time_s()) {
+      // Another axis at the same time, as in a row of a table: it may just have begun to move.
+      SetReference(&nodes_.back().node);
     }
     Work();
   }
@@ -180,16 +184,18 @@ class Collector::Impl {
     any_node_ = true;
     Pending job;
     job.node.at.t_s = t_s;
-    if (info_.reference != ReferenceKind::kNone) {
-      job.node.rotation_deg = track_.rotation_now_deg();
-      job.node.earth_deg = track_.earth_deg();
-      job.node.table_deg = track_.table_now_deg();
-      const Matrix3 world = track_.world_now();
-      job.node.world_x = world[0];
-      job.node.world_z = world[2];
-    }
+    if (info_.reference != ReferenceKind::kNone) SetReference(&job.node);
     job.ready_s = t_s + kNear_s.back();
     Queue(&nodes_, job);
+  }
+
+  void SetReference(Node* node) const {
+    node->rotation_deg = track_.rotation_now_deg();
+    node->earth_deg = track_.earth_deg();
+    node->table_deg = track_.table_now_deg();
+    const Matrix3 world = track_.world_now();
+    node->world_x = world[0];
+    node->world_z = world[2];
   }
 
   void Queue(PendingQueue* queue, const Pending& job) {
