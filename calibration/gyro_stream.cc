@@ -157,7 +157,7 @@ void GyroStream::CheckSaturation(double t_s, std::size_t c, double value) {
   const double size = std::fabs(value);
   std::array<bool, 3> channels = {};
   channels[c] = true;
-  const double interval_s = t_s - last_time_s_;
+  const double interval_s = count_ > 0 ? t_s - last_time_s_ : 0.0;
   if (info_.gyro_unit == GyroUnit::kLsb) {
     if (size < 32767.0) return;
     defects_.Add("saturation", kChannelNames[c], t_s);

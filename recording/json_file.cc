@@ -77,13 +77,20 @@ void WriteJsonAtomically(const fs::path& file, const nlohmann::json& value) {
 }
 
 nlohmann::json ReadJson(const fs::path& file) {
+  using Event = nlohmann::json::parse_event_t;
+  constexpr int kDeepest = 100;  // what walks over a value calls itself once a level
   std::ifstream in(file, std::ios::binary);
   if (!in) Fail(file, "cannot be opened");
   try {
-    return nlohmann::json::parse(in);
+    return nlohmann::json::parse(in, [&](int depth, Event, nlohmann::json&) {
+      if (depth <= kDeepest) return true;
+      throw DataError(fmt::format("{}: JSON nested deeper than {}", file.string(), kDeepest));
+    });
   } catch (const nlohmann::json::parse_error& error) {
     throw DataError(
         fmt::format("{}: no valid JSON at byte {}: {}", file.string(), error.byte, error.what()));
+  } catch (const nlohmann::json::exception& error) {  // a number beyond all doubles
+    throw DataError(fmt::format("{}: no usable JSON: {}", file.string(), error.what()));
   }
 }
 

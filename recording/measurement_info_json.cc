@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "recording/plausible.h"
 
 namespace gyrobench::recording {
 
@@ -20,6 +21,13 @@ constexpr std::array<const char*, 4> kReferences = {"none", "stand_angles", "sen
 constexpr std::array<const char*, 3> kSensorAxes = {"x", "y", "z"};
 constexpr std::array<const char*, 3> kStandAxes = {"outer", "middle", "inner"};
 
+// On one line, cut when long.
+std::string Shown(const json& value) {
+  constexpr std::size_t kShown = 80;
+  const std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
+  return text.size() > kShown ? text.substr(0, kShown) + "..." : text;
+}
+
 template <std::size_t N>
 std::size_t IndexOf(const std::array<const char*, N>& names, const std::string& key,
                     const json& value) {
@@ -29,7 +37,7 @@ std::size_t IndexOf(const std::array<const char*, N>& names, const std::string& 
   std::string expected;
   for (const char* name : names) expected += (expected.empty() ? "" : ", ") + std::string(name);
   throw DataError(
-      fmt::format("measurement.{} = {}: expected one of {}", key, value.dump(), expected));
+      fmt::format("measurement.{} = {}: expected one of {}", key, Shown(value), expected));
 }
 
 json PresentToJson(const std::array<bool, 3>& present, const std::array<const char*, 3>& names) {
@@ -45,7 +53,7 @@ class Fields {
  public:
   explicit Fields(const json& object) : object_(object) {
     if (!object.is_object())
-      throw DataError("measurement: expected an object, found " + object.dump());
+      throw DataError("measurement: expected an object, found " + Shown(object));
   }
   template <typename Value>
   void Read(const char* key, Value& value) const {
@@ -54,13 +62,20 @@ class Fields {
     try {
       found->get_to(value);
     } catch (const json::exception& error) {
-      throw DataError(fmt::format("measurement.{} = {}: {}", key, found->dump(), error.what()));
+      throw DataError(fmt::format("measurement.{} = {}: {}", key, Shown(*found), error.what()));
     }
   }
-  void Read(const char* key, std::optional<double>& value) const {
-    double number = kMissing;
+  void ReadNumber(const char* key, double min, double max, double& value) const {
+    double number = value;
     Read(key, number);
-    if (!std::isnan(number)) value = number;
+    if (!(number >= min && number <= max)) {
+      throw DataError(
+          fmt::format("measurement.{} = {}: expected a number {} .. {}", key, number, min, max));
+    }
+    value = number;
+  }
+  void ReadNumber(const char* key, double min, double max, std::optional<double>& value) const {
+    if (object_.contains(key)) ReadNumber(key, min, max, value.emplace(kMissing));
   }
   template <typename Enum, std::size_t N>
   void ReadEnum(const char* key, const std::array<const char*, N>& names, Enum& value) const {
@@ -115,15 +130,16 @@ MeasurementInfo MeasurementInfoFromJson(const json& object) {
   fields.ReadEnum("reference", kReferences, info.reference);
   fields.ReadPresent("stand_axes", kStandAxes, info.stand_axis_present);
   fields.ReadEnum("reference_axis", kSensorAxes, info.reference_axis);
-  fields.Read("site_heading_deg", info.site_heading_deg);
+  fields.ReadNumber("site_heading_deg", -360.0, 360.0, info.site_heading_deg);
   fields.Read("sensor", info.sensor);
   fields.Read("power_on", info.power_on);
   fields.Read("notes", info.notes);
   fields.Read("covariates", info.covariates);
-  fields.Read("gyro_units_per_deg_s", info.gyro_units_per_deg_s);
-  fields.Read("site_latitude_deg", info.site_latitude_deg);
-  fields.Read("gear_ratio", info.gear_ratio);
-  fields.Read("stop_accuracy_deg", info.stop_accuracy_deg);
+  fields.ReadNumber("gyro_units_per_deg_s", kSmallestFactor, kLargestFactor,
+                    info.gyro_units_per_deg_s);
+  fields.ReadNumber("site_latitude_deg", -90.0, 90.0, info.site_latitude_deg);
+  fields.ReadNumber("gear_ratio", kSmallestFactor, kLargestFactor, info.gear_ratio);
+  fields.ReadNumber("stop_accuracy_deg", kSmallestFactor, kLargestFactor, info.stop_accuracy_deg);
   return info;
 }
 

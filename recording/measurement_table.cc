@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "recording/decimal.h"
+#include "recording/plausible.h"
 
 namespace gyrobench::recording {
 
@@ -200,7 +201,7 @@ double TableReader::ParseField(std::string_view field, std::size_t column, doubl
     counter_.Count(unparsable_ + column, t_s, where);
     return kMissing;
   }
-  if (!std::isfinite(value)) {
+  if (!IsPlausible(value)) {
     counter_.Count(not_a_number_ + column, t_s, where);
     return kMissing;
   }
@@ -209,20 +210,18 @@ double TableReader::ParseField(std::string_view field, std::size_t column, doubl
 
 void TableReader::Accept(double* row) {
   const double t_s = row[head_.time_column()];
-  if (std::isnan(group_t_s_) && !std::isnan(t_s)) {
+  if (!(std::abs(t_s) <= kLatestTime_s)) {
+    counter_.Count(no_time_, group_t_s_, [this] { return Line(); });
+  } else if (std::isnan(group_t_s_)) {
     group_t_s_ = t_s;
     group_ = rows_++;
-    return;
-  }
-  if (t_s > group_t_s_) {
+  } else if (t_s > group_t_s_) {
     if (rows_ - group_ > 1) SpreadGroup(t_s);
     interval_s_ = t_s - group_t_s_;
     group_t_s_ = t_s;
     group_ = rows_++;
   } else if (t_s == group_t_s_) {
     AcceptRepeated(row);
-  } else if (std::isnan(t_s)) {
-    counter_.Count(no_time_, group_t_s_, [this] { return Line(); });
   } else {
     throw DataError(fmt::format(
         "{}:{}: time goes backwards: t_s = {:.9g} after {:.9g}; expected times that grow; sort the "

@@ -29,9 +29,9 @@ struct TableRows {
 //                   time up to the next stamp, evenly, at most one earlier interval apart; 64 are
 //                   kept
 //   ragged_line     too few or too many fields: left out, for its columns may have moved
-//   no_time         no time in a line: left out
+//   no_time         no time in a line, or one beyond 1e11 s: left out
 //   unparsable      a field that is no number: missing, the other fields are read
-//   not_a_number    nan or inf: missing
+//   not_a_number    nan, inf or beyond 1e30: missing
 //   line_too_long   over LineBuffer::kMaxLine bytes: left out
 //   truncated_gzip, damaged_gzip   what comes before is read, up to the last whole line
 // Time that goes backwards is an error, for no one can say which side is right.

@@ -8,6 +8,7 @@
 #include "gyrobench/angle_t.hpp"
 #include "gyrobench/gyro_t.hpp"
 #include "gyrobench/run_t.hpp"
+#include "recording/plausible.h"
 
 namespace gyrobench::recording {
 
@@ -18,13 +19,19 @@ bool RowsFit(const std::vector<std::vector<std::int16_t>>& rows, std::size_t n) 
          std::all_of(rows.begin(), rows.end(), [n](const auto& row) { return row.size() == n; });
 }
 
+// A count that the unit can have reached.
+bool IsSampleNumber(std::int64_t number) { return number >= 0 && number < std::int64_t{1} << 60; }
+
 // An empty block may leave its arrays untouched.
 bool ArraysFit(const gyro_t& message) {
   if (message.n == 0) return true;
-  if (message.n < 0) return false;
+  if (message.n < 0 || !IsSampleNumber(message.first_counter)) return false;
   const auto n = static_cast<std::size_t>(message.n);
-  return message.sample_utime.size() == n && message.temperature_degC.size() == n &&
-         RowsFit(message.gyro_lsb, n) && RowsFit(message.accel_lsb, n);
+  return message.sample_utime.size() == n &&
+         std::all_of(message.sample_utime.begin(), message.sample_utime.end(),
+                     [](Utime utime) { return IsPlausible(utime); }) &&
+         message.temperature_degC.size() == n && RowsFit(message.gyro_lsb, n) &&
+         RowsFit(message.accel_lsb, n);
 }
 
 }  // namespace
@@ -84,11 +91,12 @@ void MessageDecoder::Sample(const gyro_t& message, std::size_t i) {
   sample.t_s = Seconds(message.sample_utime[i]);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (gyro_present_[axis]) sample.xi[axis] = message.gyro_lsb[axis][i];
-    if (accel_present_[axis] && message.accel_lsb_per_g > 0.0) {
+    if (accel_present_[axis] && IsFactor(message.accel_lsb_per_g)) {
       sample.accel_g[axis] = message.accel_lsb[axis][i] / message.accel_lsb_per_g;
     }
   }
-  sample.temperature_degC = static_cast<double>(message.temperature_degC[i]);
+  const auto temperature_degC = static_cast<double>(message.temperature_degC[i]);
+  if (IsPlausible(temperature_degC)) sample.temperature_degC = temperature_degC;
   sink_.OnGyro(sample);
 }
 
@@ -99,7 +107,7 @@ void MessageDecoder::Gyro(const gyro_t& message) {
     return;
   }
   CheckContinuity(message);
-  if (message.tick_rate_hz > 0.0) {
+  if (IsFactor(message.tick_rate_hz)) {
     sink_.OnTickPair(
         {static_cast<double>(message.unit_tick) / message.tick_rate_hz, Seconds(message.utime)});
   }
@@ -118,11 +126,13 @@ void MessageDecoder::Angle(const angle_t& message) {
   }
   Utime& last = last_angle_.at(static_cast<std::size_t>(axis));
   if (!IsInOrder(message.utime, last, "_ANGLE", message.seq)) return;
-  sink_.OnAngle({Seconds(message.utime), axis, message.angle_deg});
+  const double angle_deg = IsPlausible(message.angle_deg) ? message.angle_deg : kMissing;
+  sink_.OnAngle({Seconds(message.utime), axis, angle_deg});
 }
 
 void MessageDecoder::Run(const run_t& message) {
   if (!IsOurs(message.run_id, message.utime) || message.event != run_t::SEGMENT_END) return;
+  if (!IsPlausible(message.segment_begin_utime)) return;
   sink_.OnSegment({Seconds(message.segment_begin_utime), Seconds(message.utime),
                    message.segment_kind, message.segment_name});
 }

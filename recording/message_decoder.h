@@ -24,8 +24,9 @@ namespace gyrobench::recording {
 // Left out in silence: what lies before the run's start, and messages of another run or of none.
 // Left out and reported as a defect: a sample whose time is not after that of the one before
 // (repeated_time, time_backwards), an axis that `info` does not announce (unannounced_axis), a
-// message whose arrays do not fit its count (damaged_message). Reported: samples_lost (by the
-// unit's own count, or a jump of the sample numbers), unit_restarted. Allocates nothing per sample.
+// message whose arrays do not fit its count or whose times no clock can give (damaged_message).
+// Reported: samples_lost (by the unit's own count, or a jump of the sample numbers),
+// unit_restarted. Allocates nothing per sample.
 class MessageDecoder {
  public:
   // Gives `info` to the sink at once. `run_id`: the run to listen to; empty: the run of the first

@@ -61,7 +61,7 @@ class RunDirectory {
 // never a part: temporary file, fsync, rename, fsync of the folder. Throws DataError.
 void WriteJsonAtomically(const std::filesystem::path& file, const nlohmann::json& value);
 
-// Throws DataError that names file and place of what cannot be read.
+// Throws DataError that names file and place of what cannot be read, or is nested over 100 deep.
 nlohmann::json ReadJson(const std::filesystem::path& file);
 
 // The records in a folder, oldest first by the last write of their event log. Folders that hold no

@@ -12,6 +12,7 @@
 #include "recording/measurement_info_json.h"
 #include "recording/message_bytes.h"
 #include "recording/message_decoder.h"
+#include "recording/plausible.h"
 #include "recording/replay.h"
 #include "recording/run_directory.h"
 
@@ -56,8 +57,8 @@ class LogMessages {
   template <typename Message, typename Function>
   void Dispatch(const LogEvent& event, bool (*is_sound)(MessageBytes), Message& message,
                 const Function& function) {
-    if (Decode(event.data, is_sound, message) &&
-        std::abs(message.utime - event.utime) <= kMaxStampDifference) {
+    if (Decode(event.data, is_sound, message) && IsPlausible(message.utime) &&
+        IsPlausible(event.utime) && std::abs(message.utime - event.utime) <= kMaxStampDifference) {
       function(message);
       return;
     }
@@ -83,12 +84,19 @@ struct RunFacts {
   std::vector<Defect> defects;
 };
 
+Utime StartFrom(const nlohmann::json& value) {
+  const auto start = value.get<Utime>();
+  if (IsPlausible(start)) return start;
+  throw DataError(fmt::format("{} = {}: expected microseconds since the epoch, at most {}",
+                              kStartUtimeKey, start, kLatestUtime));
+}
+
 void ReadRunJson(const fs::path& file, RunFacts& facts) {
   const nlohmann::json json = ReadJson(file);
   const auto id = json.find(kRunIdKey);
   if (id != json.end() && id->is_string()) facts.run_id = id->get<std::string>();
   const auto start = json.find(kStartUtimeKey);
-  if (start != json.end() && start->is_number_integer()) facts.start = start->get<Utime>();
+  if (start != json.end() && start->is_number_integer()) facts.start = StartFrom(*start);
   const auto measurement = json.find(kMeasurementKey);
   if (measurement == json.end()) return;
   facts.info = MeasurementInfoFromJson(*measurement);
@@ -136,12 +144,13 @@ void CompleteFromSamples(const fs::path& log, RunFacts& facts) {
   };
   LogMessages(log).ForEach(
       [&](const gyro_t& message) {
-        const Utime first = message.n > 0 ? message.sample_utime.front() : message.utime;
+        const bool has_time = message.n > 0 && IsPlausible(message.sample_utime.front());
+        const Utime first = has_time ? message.sample_utime.front() : message.utime;
         if (!is_ours(message.run_id, first)) return;
         info.gyro_present = {true, true, true};
-        info.accel_present.fill(message.accel_lsb_per_g > 0.0);
+        info.accel_present.fill(IsFactor(message.accel_lsb_per_g));
         info.temperature_present = true;
-        if (message.gyro_lsb_per_deg_s > 0.0)
+        if (IsFactor(message.gyro_lsb_per_deg_s))
           info.gyro_units_per_deg_s = message.gyro_lsb_per_deg_s;
       },
       [&](const angle_t& message) {

@@ -10,12 +10,11 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "recording/plausible.h"
 
 namespace gyrobench::recording {
 
 namespace {
-
-constexpr double kAny = std::numeric_limits<double>::max();
 
 std::string_view Trim(std::string_view text) {
   constexpr const char* kBlank = " \t\r\n";
@@ -105,8 +104,8 @@ double TableHead::Number(const std::string& key, const std::string& value, doubl
   const char* end = value.data() + value.size();
   const auto [stop, error] = std::from_chars(value.data(), end, number);
   if (error != std::errc() || stop != end || !(number >= min && number <= max)) {
-    const std::string range = max < kAny ? fmt::format("{} .. {}", min, max) : "above 0";
-    Fail(line_number, fmt::format("{} = {}: expected a number {}", key, Shown(value), range));
+    Fail(line_number,
+         fmt::format("{} = {}: expected a number {} .. {}", key, Shown(value), min, max));
   }
   return number;
 }
@@ -121,7 +120,6 @@ void TableHead::Comment(std::string_view line, std::int64_t line_number) {
 }
 
 void TableHead::Key(const std::string& key, const std::string& value, std::int64_t line_number) {
-  constexpr double kTiny = std::numeric_limits<double>::min();
   if (key == "segment") return Segment(value, line_number);
   if (key == "defect") return RecordedDefect(value, line_number);
   if (std::find(keys_seen_.begin(), keys_seen_.end(), key) != keys_seen_.end()) {
@@ -136,13 +134,13 @@ void TableHead::Key(const std::string& key, const std::string& value, std::int64
   } else if (key == "site_heading_deg") {
     info_.site_heading_deg = number(-360.0, 360.0);
   } else if (key == "gyro_lsb_per_deg_s") {
-    gyro_lsb_per_deg_s_ = number(kTiny, kAny);
+    gyro_lsb_per_deg_s_ = number(kSmallestFactor, kLargestFactor);
   } else if (key == "accel_lsb_per_g") {
-    accel_lsb_per_g_ = number(kTiny, kAny);
+    accel_lsb_per_g_ = number(kSmallestFactor, kLargestFactor);
   } else if (key == "gear_ratio") {
-    info_.gear_ratio = number(kTiny, kAny);
+    info_.gear_ratio = number(kSmallestFactor, kLargestFactor);
   } else if (key == "stop_accuracy_deg") {
-    info_.stop_accuracy_deg = number(kTiny, kAny);
+    info_.stop_accuracy_deg = number(kSmallestFactor, kLargestFactor);
   } else if (key == "sensor") {
     info_.sensor = value;
   } else if (key == "power_on") {
@@ -156,7 +154,8 @@ void TableHead::Key(const std::string& key, const std::string& value, std::int64
 void TableHead::Segment(const std::string& value, std::int64_t line_number) {
   std::istringstream in(value);
   SegmentMark mark;
-  if (!(in >> mark.begin_s >> mark.end_s >> mark.kind) || !(mark.end_s >= mark.begin_s)) {
+  if (!(in >> mark.begin_s >> mark.end_s >> mark.kind) || !(mark.begin_s >= -kLatestTime_s) ||
+      !(mark.end_s >= mark.begin_s) || !(mark.end_s <= kLatestTime_s)) {
     Fail(line_number, fmt::format("segment = {}: expected begin_s end_s kind name", Shown(value)));
   }
   std::getline(in >> std::ws, mark.name);
@@ -173,7 +172,8 @@ void TableHead::RecordedDefect(const std::string& value, std::int64_t line_numbe
          fmt::format("defect = {}: expected kind count first_t_s where", Shown(value)));
   }
   if (first_t_s != "nan") {
-    defect.first_t_s = Number("defect's first_t_s", first_t_s, -kAny, kAny, line_number);
+    defect.first_t_s =
+        Number("defect's first_t_s", first_t_s, -kLatestTime_s, kLatestTime_s, line_number);
   }
   std::getline(in >> std::ws, defect.where);
   defects_.push_back(std::move(defect));

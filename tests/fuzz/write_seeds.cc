@@ -1,0 +1,38 @@
+// fuzz_write_seeds FOLDER: valid inputs for the fuzzing targets, one folder each.
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "tests/fuzz/samples.h"
+#include "tests/recording/sinks.h"
+
+namespace fs = std::filesystem;
+using gyrobench::recording::ReadFile;
+using gyrobench::recording::TemporaryFolder;
+using gyrobench::recording::WriteFile;
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    fmt::print(stderr, "expected: fuzz_write_seeds FOLDER\n");
+    return 2;
+  }
+  const fs::path out = argv[1];
+  for (const char* target : {"table", "record", "run_json", "config"}) {
+    fs::create_directories(out / target);
+  }
+  for (const auto& [name, bytes] : gyrobench::testing::SampleTables()) {
+    WriteFile(out / "table" / name, bytes);
+    WriteFile(out / "table" / (name + ".gz"), gyrobench::testing::Gzip(bytes));
+  }
+  const TemporaryFolder scratch;
+  const auto record = gyrobench::testing::MakeSampleRecord(scratch / "run");
+  WriteFile(out / "record/with_run_json", std::string(1, '\0') + record.log);
+  WriteFile(out / "record/alone", std::string(1, '\1') + record.log);
+  WriteFile(out / "run_json/valid", record.run_json);
+  const fs::path config = fs::path(GYROBENCH_SOURCE_DIR) / "config";
+  for (const char* name : {"stand.toml", "one-axis.toml", "virtual.toml", "scenarios/typical.toml",
+                           "scenarios/full-sequence.toml"}) {
+    WriteFile(out / "config" / fs::path(name).filename(), ReadFile(config / name));
+  }
+  return 0;
+}
