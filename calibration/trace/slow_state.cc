@@ -1,0 +1,156 @@
+#include "calibration/trace/slow_state.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/trace/smooth.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// The length of a specific force that can be gravity's.
+constexpr double kLeast_g = 0.5, kMost_g = 1.5;
+constexpr double kLeastVibrationSamples = 4.0;
+
+double Blend(double a, double b, double part) {
+  // Equal ends first: NaN on one side must not spoil what is known exactly.
+  return part <= 0.0 ? a : a + part * (b - a);
+}
+
+}  // namespace
+
+void SlowState::Mean::Add(double value) {
+  if (!std::isfinite(value)) return;
+  sum += value;
+  n += 1.0;
+}
+
+double SlowState::Mean::Take() {
+  const double mean = n > 0.0 ? sum / n : kMissing;
+  *this = {};
+  return mean;
+}
+
+SlowState::SlowState(std::size_t covariates)
+    : covariates_(covariates), held_covariates_(covariates, kMissing), now_(covariates, kMissing) {}
+
+void SlowState::Add(const GyroSample& sample, std::span<const double> covariates) {
+  if (open_ && sample.t_s - begin_s_ >= kNode_s) CloseNode();
+  if (!open_) {
+    open_ = true;
+    begin_s_ = sample.t_s;
+    origin_ = sample.accel_g;
+  }
+  last_s_ = sample.t_s;
+  temperature_.Add(sample.temperature_degC);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double offset = sample.accel_g[c] - origin_[c];
+    accel_[c].Add(sample.accel_g[c]);
+    square_[c].Add(offset * offset);
+  }
+  for (std::size_t i = 0; i < std::min(covariates.size(), covariates_.size()); ++i)
+    covariates_[i].Add(covariates[i]);
+}
+
+// The mean direction; without one, the last.
+Vector3 SlowState::TakeGravity() {
+  Vector3 mean;
+  for (std::size_t c = 0; c < 3; ++c) mean[c] = accel_[c].Take();
+  const double size = std::hypot(mean[0], mean[1], mean[2]);
+  if (size >= kLeast_g && size <= kMost_g) {
+    for (std::size_t c = 0; c < 3; ++c) held_gravity_[c] = mean[c] / size;
+  }
+  return held_gravity_;
+}
+
+void SlowState::CloseNode() {
+  Node node;
+  node.t_s = 0.5 * (begin_s_ + last_s_);
+  node.end_s = last_s_;
+  node.temperature_degC = temperature_.Take();
+  const bool vibrates = accel_[0].n >= kLeastVibrationSamples && accel_[1].n == accel_[0].n &&
+                        accel_[2].n == accel_[0].n;
+  double scatter = 0.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double offset = accel_[c].sum / accel_[c].n - origin_[c];
+    scatter += square_[c].Take() - offset * offset;
+  }
+  node.vibration_g2 = vibrates ? scatter : kMissing;
+  node.gravity_g = TakeGravity();
+  for (std::size_t i = 0; i < covariates_.size(); ++i) {
+    const double mean = covariates_[i].Take();
+    if (std::isfinite(mean)) held_covariates_[i] = mean;
+  }
+  node.covariates = held_covariates_;
+  nodes_.push_back(std::move(node));
+  open_ = false;
+  Smooth();
+}
+
+void SlowState::End() {
+  if (open_) CloseNode();
+  ended_ = true;
+  Smooth();
+}
+
+// Lines through all nodes that are held; those whose window is whole are done with.
+void SlowState::Smooth() {
+  const auto is_whole = [this](const Node& node) {
+    return ended_ || nodes_.back().t_s - node.t_s > kHalfWindow_s;
+  };
+  if (smooth_ == nodes_.size() || !is_whole(nodes_[smooth_])) return;
+  std::vector<double> t_s, value;
+  for (const Node& node : nodes_) {
+    t_s.push_back(node.t_s);
+    value.push_back(node.temperature_degC);
+  }
+  const Smoothed lines = SmoothByLines(t_s, value, kHalfWindow_s);
+  for (; smooth_ < nodes_.size() && is_whole(nodes_[smooth_]); ++smooth_) {
+    if (std::isfinite(lines.value[smooth_])) {
+      held_degC_ = lines.value[smooth_];
+      held_rate_ = lines.rate[smooth_];
+    }
+    nodes_[smooth_].smooth_degC = held_degC_;
+    nodes_[smooth_].rate_degC_s = held_rate_;
+  }
+}
+
+bool SlowState::Knows(double t_s) const {
+  return ended_ || (smooth_ > 0 && nodes_[smooth_ - 1].t_s >= t_s);
+}
+
+void SlowState::At(double t_s, TrackPoint* point) {
+  // What lies further back than any window to come is let go.
+  while (
+      smooth_ > 2 && nodes_[1].t_s <= t_s &&
+      (smooth_ == nodes_.size() || nodes_[smooth_].t_s - nodes_[1].t_s > kHalfWindow_s + kNode_s)) {
+    nodes_.pop_front();
+    --smooth_;
+  }
+  if (smooth_ == 0) return;
+  const auto end = nodes_.begin() + static_cast<std::ptrdiff_t>(smooth_);
+  auto after = std::upper_bound(nodes_.begin(), end, t_s,
+                                [](double t, const Node& node) { return t < node.t_s; });
+  const Node& a = after == nodes_.begin() ? *after : *(after - 1);
+  const Node& b = after == end ? a : *after;
+  const double part = b.t_s > a.t_s ? (t_s - a.t_s) / (b.t_s - a.t_s) : 0.0;
+  point->temperature_degC = Blend(a.smooth_degC, b.smooth_degC, part);
+  // Half a node before the first and after the last.
+  if (&a == &b || part < 0.0) {
+    const double beyond_s = std::clamp(t_s - a.t_s, -kNode_s, kNode_s);
+    if (std::isfinite(a.rate_degC_s))
+      point->temperature_degC = a.smooth_degC + a.rate_degC_s * beyond_s;
+  }
+  point->temperature_rate_degC_s = Blend(a.rate_degC_s, b.rate_degC_s, part);
+  // A mean square belongs to all of its interval.
+  point->vibration_g2 = t_s <= a.end_s ? a.vibration_g2 : b.vibration_g2;
+  for (std::size_t c = 0; c < 3; ++c)
+    point->gravity_g[c] = Blend(a.gravity_g[c], b.gravity_g[c], part);
+  const double size = std::hypot(point->gravity_g[0], point->gravity_g[1], point->gravity_g[2]);
+  for (double& part_of : point->gravity_g) part_of /= size;
+  for (std::size_t i = 0; i < now_.size(); ++i)
+    now_[i] = Blend(a.covariates[i], b.covariates[i], part);
+  point->covariates = now_.data();
+}
+
+}  // namespace gyrobench::calibration
