@@ -24,7 +24,7 @@ Markup ScaleTable(const AnalysisResult& analysis) {
          Markup::Text(FormatMeasured(scale.alpha, scale.alpha_std_error, unit)),
          Markup::Text(FormatMeasured(scale.paper_alpha, scale.paper_alpha_std_error, unit)),
          Markup::Text(std::isfinite(scale.scale_error)
-                          ? FormatNumber(100.0 * scale.scale_error, 3) + " %"
+                          ? FormatNumber(100.0 * scale.scale_error, 3) + "\u00A0%"
                           : "–"),
          Markup::Text(FormatNumber(scale.residual_rms_deg, 3))});
   }
@@ -49,7 +49,7 @@ Markup BiasTable(const AnalysisResult& analysis) {
           i < bias.paper_coefficients.size() ? bias.paper_coefficients[i] : kMissing;
       table.AddRow({Markup::Text(AxisName(bias.axis)), Markup::Text(fmt::format("c{}", i)),
                     Markup::Text(FormatMeasured(bias.coefficients[i], error, unit)),
-                    Markup::Text(FormatNumber(paper, 4)),
+                    Markup::Text(FormatNumber(paper, 3)),
                     Markup::Text(i == 0 ? TemperatureRange(bias) : "")});
     }
   }

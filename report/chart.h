@@ -12,8 +12,8 @@ enum class CurveLook {
   kAfter,        // solid dark line, filled circles
   kBeforeDense,  // light line: long series against time or frequency
   kAfterDense,   // thin dark line
-  kErrorBars,    // filled circles with error bars
-  kModel,        // dashed line without markers
+  kErrorBars,    // open circles with error bars
+  kModel,        // line without markers
 };
 
 struct Curve {
@@ -29,6 +29,7 @@ struct Chart {
   bool wide = false;  // over the whole width of the page
   bool log_axes = false;
   bool zero_line = true;
+  double x_tick = 0.0;      // distance of the ticks; 0: as fits
   std::string line_at_one;  // log axes: the name of the line y = 1; none where empty
   std::vector<Curve> curves;
 };

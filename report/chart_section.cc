@@ -27,12 +27,25 @@ TimeUnit UnitOfTime(const std::vector<double>& times_s) {
   return {};
 }
 
+double Span(const std::vector<double>& values) {
+  double low = kMissing, high = kMissing;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    low = std::fmin(low, value);
+    high = std::fmax(high, value);
+  }
+  return high - low;
+}
+
 bool IsEmpty(const std::vector<double>& values) {
   return std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
 // Before and after; one curve where nothing was added or nothing is known of after.
 void AddCurves(Chart& chart, const Series& series, bool dense, bool has_effects) {
+  // Lines without markers would lose single points between gaps.
+  constexpr std::size_t kDense = 60;
+  dense = dense && series.x.size() >= kDense;
   const CurveLook before = dense ? CurveLook::kBeforeDense : CurveLook::kBefore;
   const CurveLook after = dense ? CurveLook::kAfterDense : CurveLook::kAfter;
   if (!has_effects || IsEmpty(series.after)) {
@@ -49,7 +62,7 @@ class ChannelCharts {
   ChannelCharts(const ChannelTrace& channel, Charter& charter)
       : channel_(channel), charter_(charter), has_effects_(!channel.effects.empty()) {}
 
-  Markup AgainstTime() {
+  void AgainstTime() {
     Series series = channel_.curves.angle_error_by_time_s;
     const TimeUnit unit = UnitOfTime(series.x);
     for (double& x : series.x) x /= unit.seconds;
@@ -57,47 +70,51 @@ class ChannelCharts {
                        fmt::format("time [{}]", unit.name), kAngleError);
     chart.wide = true;
     AddCurves(chart, series, true, has_effects_);
-    return charter_.Figure(chart, "there is no reference to compare the angle with.");
+    Draw(chart, "there is no reference to compare the angle with.");
   }
 
-  Markup AgainstTemperature() {
-    return Binned("Rate error against temperature, means of bins", "temperature [degC]", kRateError,
-                  channel_.curves.rate_error_by_temperature_degC,
-                  "there is no temperature in the data, or it stayed the same.");
+  void AgainstTemperature() {
+    Binned(Make("Rate error against temperature, means of bins", "temperature [degC]", kRateError),
+           channel_.curves.rate_error_by_temperature_degC,
+           "there is no temperature in the data, or it stayed the same.");
   }
 
-  Markup AgainstRate() {
-    return Binned("Rate error against the true rate, means of bins", "rate [deg/s]", kRateError,
-                  channel_.curves.rate_error_by_rate_deg_s,
-                  "no reference gives the rate, or the sensor never turned about this axis.");
+  void AgainstRate() {
+    Binned(Make("Rate error against the true rate, means of bins", "rate [deg/s]", kRateError),
+           channel_.curves.rate_error_by_rate_deg_s,
+           "no reference gives the rate, or the sensor never turned about this axis.");
   }
 
-  Markup AgainstTableAngle() {
-    return Binned("Angle error against the table's angle, means of bins", "table angle [deg]",
-                  kAngleError, channel_.curves.angle_error_by_table_angle_deg,
-                  "the data have no angle of a table.");
+  void AgainstTableAngle() {
+    const Series& series = channel_.curves.angle_error_by_table_angle_deg;
+    Chart chart = Make("Angle error against the table's angle, means of bins", "table angle [deg]",
+                       kAngleError);
+    const double span = Span(series.x);
+    if (span > 180.0 && span <= 720.0) chart.x_tick = 90.0;
+    Binned(std::move(chart), series, "the data have no angle of a table.");
   }
 
-  Markup AgainstCovariate() {
+  void AgainstCovariate() {
     const std::string& name = channel_.curves.traced_covariate;
-    return Binned(name.empty() ? "Rate error against the traced covariate"
-                               : "Rate error against " + name + ", means of bins",
-                  name, kRateError, channel_.curves.rate_error_by_traced_covariate,
-                  "no effect of a covariate was traced.");
+    Binned(Make(name.empty() ? "Rate error against the traced covariate"
+                             : "Rate error against " + name + ", means of bins",
+                name, kRateError),
+           channel_.curves.rate_error_by_traced_covariate, "no effect of a covariate was traced.");
   }
 
-  Markup Spectrum() {
-    Chart chart = Make("Spectrum of the whitened residual", "frequency [Hz]", "power [white = 1]");
+  void Spectrum() {
+    Chart chart = Make("Spectrum of the whitened residual; white noise is at 1", "frequency [Hz]",
+                       "power [white = 1]");
     chart.log_axes = true;
-    chart.line_at_one = "white noise";
+    chart.line_at_one = "white";
     AddCurves(chart, channel_.curves.whitened_spectrum_by_hz, true, has_effects_);
-    for (Curve& curve : chart.curves) curve.name = curve.name.substr(0, curve.name.find(':'));
-    return charter_.Figure(chart, "the residual is too short for a spectrum.");
+    ShortenNames(chart);
+    Draw(chart, "the residual is too short for a spectrum.");
   }
 
-  Markup Allan() {
-    Curve measured{"measured, ± standard error", CurveLook::kErrorBars, {}, {}, {}};
-    Curve model{"noise model", CurveLook::kModel, {}, {}, {}};
+  void Allan() {
+    Curve measured{"measured", CurveLook::kErrorBars, {}, {}, {}};
+    Curve model{"model", CurveLook::kModel, {}, {}, {}};
     for (const auto& point : channel_.curves.allan) {
       measured.x.push_back(point.tau_s);
       measured.y.push_back(point.measured_deg_s);
@@ -105,12 +122,15 @@ class ChannelCharts {
       model.x.push_back(point.tau_s);
       model.y.push_back(point.model_deg_s);
     }
-    Chart chart = Make("Allan deviation at rest against the model's noise", "averaging time [s]",
-                       "Allan deviation [deg/s]");
+    Chart chart =
+        Make("Allan deviation at rest, bars of one standard error, and what the noise model says",
+             "averaging time [s]", "Allan deviation [deg/s]");
     chart.log_axes = true;
     chart.curves = {std::move(model), std::move(measured)};
-    return charter_.Figure(chart, "the data have no rest that is long enough.");
+    Draw(chart, "the data have no rest that is long enough.");
   }
+
+  Markup ToMarkup() const { return Element("div", figures_, "charts") + notes_; }
 
  private:
   Chart Make(const std::string& title, const std::string& x_label,
@@ -122,16 +142,28 @@ class ChannelCharts {
     return chart;
   }
 
-  Markup Binned(const std::string& title, const std::string& x_label, const std::string& y_label,
-                const Series& series, const std::string& why_empty) {
-    Chart chart = Make(title, x_label, y_label);
+  void Binned(Chart chart, const Series& series, const std::string& why_empty) {
     AddCurves(chart, series, false, has_effects_);
+    ShortenNames(chart);
+    Draw(chart, why_empty);
+  }
+
+  // Narrow charts have room for "before" and "after" alone; the first chart says more.
+  static void ShortenNames(Chart& chart) {
     for (Curve& curve : chart.curves) curve.name = curve.name.substr(0, curve.name.find(':'));
-    return charter_.Figure(chart, why_empty);
+  }
+
+  void Draw(const Chart& chart, const std::string& why_empty) {
+    const auto [figure, why_not] = charter_.Draw(chart, why_empty);
+    figures_ += figure;
+    if (why_not.empty()) return;
+    notes_ += Element("p", Element("b", chart.title + ".") + Markup::Text(" Not drawn: " + why_not),
+                      "no-chart");
   }
 
   const ChannelTrace& channel_;
   Charter& charter_;
+  Markup figures_, notes_;
   bool has_effects_;
 };
 
@@ -139,17 +171,17 @@ class ChannelCharts {
 
 Markup ChartSection(const ChannelTrace& channel, Charter& charter) {
   ChannelCharts charts(channel, charter);
-  Markup figures = charts.AgainstTime();
-  figures += charts.AgainstTemperature();
-  figures += charts.AgainstRate();
-  figures += charts.AgainstTableAngle();
-  figures += charts.AgainstCovariate();
-  figures += charts.Spectrum();
-  figures += charts.Allan();
+  charts.AgainstTime();
+  charts.AgainstTemperature();
+  charts.AgainstRate();
+  charts.AgainstTableAngle();
+  charts.AgainstCovariate();
+  charts.Spectrum();
+  charts.Allan();
   const char* title =
       channel.effects.empty() ? "what the baseline leaves" : "what is left, before and after";
-  return Section(fmt::format("Axis {}: {}", AxisName(channel.axis), title),
-                 Element("div", figures, "charts"), "channel-charts");
+  return Section(fmt::format("Axis {}: {}", AxisName(channel.axis), title), charts.ToMarkup(),
+                 "channel-charts");
 }
 
 }  // namespace gyrobench::report

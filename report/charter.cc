@@ -9,10 +9,6 @@
 namespace gyrobench::report {
 namespace {
 
-Markup InPlaceOfChart(const Chart& chart, const std::string& why) {
-  return Element("p", Element("b", chart.title + ".") + Markup::Text(" " + why), "no-chart");
-}
-
 std::string FirstLine(const std::string& text) {
   const std::size_t begin = text.find_first_not_of(" \n\t^");
   return begin == std::string::npos ? "" : text.substr(begin, text.find('\n', begin) - begin);
@@ -23,33 +19,33 @@ std::string FirstLine(const std::string& text) {
 Charter::Charter(std::string gnuplot, std::chrono::milliseconds limit)
     : gnuplot_(std::move(gnuplot)), limit_(limit) {}
 
-Markup Charter::Figure(const Chart& chart, const std::string& why_empty) {
-  if (CountPoints(chart) == 0) return InPlaceOfChart(chart, "Not drawn: " + why_empty);
-  if (!trouble_.empty()) return InPlaceOfChart(chart, trouble_);
+Charter::Drawn Charter::Draw(const Chart& chart, const std::string& why_empty) {
+  if (CountPoints(chart) == 0) return {{}, why_empty};
+  if (!trouble_.empty()) return {{}, trouble_};
   // -d: no start-up files of the user.
   const ProgramRun run = RunProgram({gnuplot_, "-d"}, GnuplotScript(chart), limit_);
   if (!run.started) {
     trouble_ = fmt::format(
-        "Not drawn: the program {} is not installed. Install it (Debian: apt-get install "
-        "gnuplot-nox) and make the report again.",
+        "the program {} is not installed. Install it (Debian: apt-get install gnuplot-nox) and "
+        "make the report again.",
         gnuplot_);
-    return InPlaceOfChart(chart, trouble_);
+    return {{}, trouble_};
   }
   if (run.timed_out) {
-    trouble_ = fmt::format("Not drawn: {} did not answer within {} ms and was ended.", gnuplot_,
-                           limit_.count());
-    return InPlaceOfChart(chart, trouble_);
+    trouble_ =
+        fmt::format("{} did not end within {} ms and was stopped.", gnuplot_, limit_.count());
+    return {{}, trouble_};
   }
   const std::string prefix = fmt::format("figure{}-", figures_ + 1);
   const Markup svg = run.exit_status == 0 ? InlineSvg(run.out, prefix, chart.title) : Markup();
   if (svg.empty()) {
-    return InPlaceOfChart(chart, fmt::format("Not drawn: {} ended with status {}: {}", gnuplot_,
-                                             run.exit_status, FirstLine(run.err)));
+    return {
+        {},
+        fmt::format("{} ended with status {}: {}", gnuplot_, run.exit_status, FirstLine(run.err))};
   }
-  const Markup caption =
-      Element("figcaption", Element("b", fmt::format("Figure {}. ", ++figures_)) +
-                                Markup::Text(chart.title + "."));
-  return Element("figure", svg + caption, chart.wide ? "wide" : "");
+  const Markup number = Element("b", fmt::format("Figure {}. ", ++figures_));
+  const Markup caption = Element("figcaption", number + Markup::Text(chart.title + "."));
+  return {Element("figure", svg + caption, chart.wide ? "wide" : ""), {}};
 }
 
 }  // namespace gyrobench::report

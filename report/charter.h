@@ -15,9 +15,13 @@ class Charter {
   explicit Charter(std::string gnuplot = "gnuplot",
                    std::chrono::milliseconds limit = std::chrono::seconds(20));
 
-  // The chart as a numbered figure. In place of a chart that cannot be drawn: a sentence that says
-  // why and what to do. `why_empty` is said of one without points.
-  Markup Figure(const Chart& chart, const std::string& why_empty);
+  // The chart as a numbered figure, or the reason why there is none and what to do about it.
+  // `why_empty` is the reason where the chart has no points.
+  struct Drawn {
+    Markup figure;
+    std::string why_not;
+  };
+  Drawn Draw(const Chart& chart, const std::string& why_empty);
 
  private:
   std::string gnuplot_;

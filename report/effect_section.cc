@@ -38,10 +38,10 @@ std::string ParameterText(const TracedEffect& effect) {
   return text;
 }
 
-std::string Gain(const std::string& what, const HeldOut& figure, const std::string& unit,
-                 bool ratio) {
+std::string Gain(const HeldOut& figure, const std::string& unit, bool ratio) {
   if (!std::isfinite(figure.before) || !std::isfinite(figure.after)) return {};
-  return fmt::format("{} {}, {}", what, BeforeAfter(figure, unit, ratio), Reduction(figure));
+  return fmt::format("without and with it, held out: {}; {}", BeforeAfter(figure, unit, ratio),
+                     Reduction(figure));
 }
 
 void AddLine(Markup& lines, const std::string& name, const Markup& text) {
@@ -56,11 +56,8 @@ Markup Card(const ChannelTrace& channel, const TracedEffect& effect) {
   AddLine(lines, "Chance",
           Markup::Text(FormatPValue(effect.p_value) +
                        ", after correction for everything that was tried"));
-  AddLine(lines, "Without and with it",
-          Markup::Text(Gain("angle error, held out:", effect.heldout_angle_rms_deg, "deg", false)));
-  AddLine(
-      lines, "Without and with it",
-      Markup::Text(Gain("residual in units of the noise:", effect.heldout_whitened_rms, "", true)));
+  AddLine(lines, "Angle error", Markup::Text(Gain(effect.heldout_angle_rms_deg, "deg", false)));
+  AddLine(lines, "Residual / noise", Markup::Text(Gain(effect.heldout_whitened_rms, "", true)));
   AddLine(lines, "Origin", Markup::Text(OriginWords(effect.origin)));
   const Markup head = Element("span", "Axis " + AxisName(channel.axis), "axis") + Code(effect.id);
   return Element("article", Element("h4", head) + Element("dl", lines));
@@ -105,7 +102,7 @@ Markup EffectSection(const TraceResult& trace) {
     inside +=
         Element("h3", "The bench's: removed from the comparison, not in the calibration") + bench;
   }
-  return Section("Effects, and whose they are", inside);
+  return Section("Effects, and whose they are", inside, "");
 }
 
 Markup RivalSection(const TraceResult& trace) {

@@ -98,7 +98,10 @@ Markup Paragraph(std::string_view text, std::string_view css_class) {
   return Element("p", text, css_class);
 }
 
-Markup Code(std::string_view text) { return Element("code", text); }
+Markup Code(std::string_view text) {
+  constexpr std::size_t kMostInOneLine = 40;
+  return Element("code", text, text.size() > kMostInOneLine ? "long" : "");
+}
 
 Markup BulletList(const std::vector<std::string>& lines) {
   if (lines.empty()) return {};

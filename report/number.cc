@@ -17,6 +17,8 @@ constexpr std::string_view kFigureSpace = "\u2007";
 constexpr std::string_view kPointSpace = "\u2008";
 constexpr int kDigits = 5;
 constexpr int kMaxDecimals = 12;
+// Beyond these a number below one is written with a power of ten.
+constexpr int kMostDecimals = 6;
 
 // Order of magnitude of `value` once it is rounded to `digits` significant digits.
 int Magnitude(double value, int digits) {
@@ -74,25 +76,43 @@ Measured RoundTogether(double value, double std_error, double bound) {
   const bool has_error = std::isfinite(std_error) && std_error > 0.0;
   const double size =
       std::max(std::isfinite(value) ? std::abs(value) : 0.0, has_error ? std_error : 0.0);
+  const int last_place = has_error ? 1 - Magnitude(std_error, 2) : 0;
   Measured measured;
   measured.power = PowerFor(size);
+  if (measured.power == 0 && size < 1.0 && last_place > kMostDecimals) {
+    measured.power = 3 * static_cast<int>(std::floor(Magnitude(size, 2) / 3.0));
+  }
   const double scale = std::pow(10.0, -measured.power);
-  const int decimals = has_error ? 1 - Magnitude(std_error * scale, 2)
-                                 : kDigits - 1 - Magnitude(value * scale, kDigits);
+  const int decimals =
+      has_error ? last_place + measured.power : kDigits - 1 - Magnitude(value * scale, kDigits);
   measured.value = Fixed(value * scale, decimals);
   measured.error = Fixed(std_error * scale, decimals);
   measured.bound = Fixed(bound * scale, decimals);
   return measured;
 }
 
+std::string PrintedUnit(std::string_view unit) {
+  std::string printed;
+  for (std::size_t i = 0; i < unit.size(); ++i) {
+    const bool power =
+        unit[i] == '^' && i + 1 < unit.size() && unit[i + 1] >= '0' && unit[i + 1] <= '9';
+    if (power) {
+      printed += Superscript(unit[++i] - '0');
+    } else {
+      printed += unit[i];
+    }
+  }
+  return printed;
+}
+
 std::string UnitWithPower(int power, std::string_view unit) {
-  if (power == 0) return std::string(unit);
-  return fmt::format("10{}{}{}", Superscript(power), unit.empty() ? "" : " ", unit);
+  if (power == 0) return PrintedUnit(unit);
+  return fmt::format("10{}{}{}", Superscript(power), unit.empty() ? "" : " ", PrintedUnit(unit));
 }
 
 std::string FormatMeasured(double value, double std_error, std::string_view unit) {
   const Measured measured = RoundTogether(value, std_error, std_error);
-  const std::string end = unit.empty() ? "" : " " + std::string(unit);
+  const std::string end = unit.empty() ? "" : " " + PrintedUnit(unit);
   if (!std::isfinite(std_error)) return TimesPower(measured.value, measured.power) + end;
   const std::string both = measured.value + " ± " + measured.error;
   return (measured.power == 0 ? both : TimesPower("(" + both + ")", measured.power)) + end;
@@ -100,7 +120,7 @@ std::string FormatMeasured(double value, double std_error, std::string_view unit
 
 std::string FormatNumber(double value, int digits) {
   if (!std::isfinite(value)) return Fixed(value, 0);
-  const int power = PowerFor(std::abs(value));
+  const int power = PowerFor(std::abs(value)) == 0 ? 0 : Magnitude(value, digits);
   const double scaled = value * std::pow(10.0, -power);
   return TimesPower(Fixed(scaled, digits - 1 - Magnitude(scaled, digits)), power);
 }
@@ -111,7 +131,7 @@ std::string FormatRatio(double value) {
 
 std::string FormatPercent(double share) {
   const double percent = 100.0 * share;
-  return Fixed(percent, std::abs(percent) < 99.95 ? 1 : 0) + " %";
+  return Fixed(percent, std::abs(percent) < 99.95 ? 1 : 0) + "\u00A0%";
 }
 
 std::string FormatPValue(double p) {

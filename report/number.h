@@ -19,6 +19,8 @@ struct Measured {
 };
 Measured RoundTogether(double value, double std_error, double bound);
 
+// "deg/s/degC²" of "deg/s/degC^2".
+std::string PrintedUnit(std::string_view unit);
 // "10⁻³ deg/s", "deg/s", "10⁶".
 std::string UnitWithPower(int power, std::string_view unit);
 // "7.620 ± 0.031 ms", "(1.23 ± 0.04) × 10⁻⁶ deg".
@@ -28,7 +30,7 @@ std::string FormatMeasured(double value, double std_error, std::string_view unit
 std::string FormatNumber(double value, int digits = 3);
 // At least three significant digits and, below 10, three decimals: figures close to one.
 std::string FormatRatio(double value);
-// A share, 0..1, as "75.8 %".
+// A share, 0..1, as "75.8 %", its space unbreakable.
 std::string FormatPercent(double share);
 // "p = 0.003", "p = 4 × 10⁻⁹", "p < 10⁻¹⁶".
 std::string FormatPValue(double p);

@@ -92,10 +92,10 @@ Markup ParameterSection(const calibration::TraceResult& trace) {
     }
     if (rows.empty()) continue;
     inside +=
-        Element("h3", "Axis " + AxisName(channel.axis)) + rows.ToMarkup() + BaselineNote(channel);
+        Element("h3", "Axis " + AxisName(channel.axis)) + BaselineNote(channel) + rows.ToMarkup();
   }
   if (inside.empty()) inside = Paragraph("No parameter could be estimated.");
-  return Section("Parameters", inside);
+  return Section("Parameters", inside, "");
 }
 
 Markup NoiseSection(const calibration::TraceResult& trace) {

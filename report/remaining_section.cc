@@ -32,7 +32,7 @@ void AddDefects(Table& table, const std::string& file, const std::vector<Defect>
   for (const Defect& defect : defects) {
     std::string first = defect.where;
     if (std::isfinite(defect.first_t_s)) {
-      first = fmt::format("at {} s{}{}", FormatNumber(defect.first_t_s, 6),
+      first = fmt::format("at {} s{}{}", fmt::format("{:.9g}", defect.first_t_s),
                           first.empty() ? "" : ", ", first);
     }
     table.AddRow({Code(defect.kind), Markup::Text(FormatCount(defect.count)), Markup::Text(first),
@@ -114,7 +114,7 @@ Markup ProvenanceSection(const ReportContent& content) {
   AddFact(facts, "gyrobench", provenance.version);
   for (const auto& [name, text] : provenance.notes) AddFact(facts, name, text);
   const Markup list = facts.empty() ? Markup() : Element("dl", facts, "facts");
-  return Section("Inputs and provenance", list + Inputs(content) + Files(provenance.files));
+  return Section("Inputs and provenance", list + Inputs(content) + Files(provenance.files), "");
 }
 
 }  // namespace gyrobench::report

@@ -88,9 +88,10 @@ std::string ReportHtml(const ReportContent& content, const ReportOptions& option
   Charter charter(options.gnuplot, options.chart_limit);
   Markup page = Masthead(content.provenance);
   page += content.trace ? TraceSections(*content.trace, charter) : WithoutTrace();
-  if (content.analysis) page += AnalysisSection(*content.analysis);
+  if (!content.trace && content.analysis) page += AnalysisSection(*content.analysis);
   page += DefectSection(content);
   if (content.trace) page += NoiseSection(*content.trace);
+  if (content.trace && content.analysis) page += AnalysisSection(*content.analysis);
   page += ProvenanceSection(content);
   const Markup body = Element("body", Element("main", page));
   return "<!DOCTYPE html>\n<html lang=\"en\">\n" + Head(content.provenance).html() + body.html() +

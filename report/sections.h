@@ -27,10 +27,11 @@ Markup ProvenanceSection(const ReportContent& content);
 
 // Shared by the parts.
 std::string AxisName(SensorAxis axis);  // "x"
-Markup Section(const std::string& title, const Markup& inside, const std::string& css_class = {});
+Markup Section(const std::string& title, const Markup& inside,
+               const std::string& css_class = "short");
 // "0.620 → 0.150 deg", "0.620 deg" where there is no after.
 std::string BeforeAfter(const calibration::HeldOut& figure, const std::string& unit, bool ratio);
-// "75.8 % less (95 % interval 71.2 % to 79.3 %)".
+// "75.8 % less, 95 % interval 71.2 % to 79.3 %".
 std::string Reduction(const calibration::HeldOut& figure);
 
 }  // namespace gyrobench::report

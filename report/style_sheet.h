@@ -46,8 +46,7 @@ figure svg text, figure svg tspan { font-family: "Source Sans 3", "Noto Sans", "
   Arial, "DejaVu Sans", sans-serif; font-variant-numeric: tabular-nums; }
 figcaption { color: var(--soft); font-size: 13.5px; line-height: 1.35; margin-top: 2px; }
 figcaption b { color: var(--ink); }
-.no-chart { grid-column: 1 / -1; color: var(--soft); font-size: 14px; margin: 0;
-  border-left: 2px solid var(--line); padding-left: 10px; break-inside: avoid; }
+.no-chart { color: var(--soft); font-size: 13.5px; margin: 8px 0 0; break-inside: avoid; }
 
 table { border-collapse: collapse; width: 100%; font-size: 14px; margin: 6px 0 10px; }
 th { text-align: left; font-weight: 600; color: var(--soft); font-size: 13px; vertical-align: bottom;
@@ -55,10 +54,13 @@ th { text-align: left; font-weight: 600; color: var(--soft); font-size: 13px; ve
 td { vertical-align: top; border-bottom: 1px solid var(--line); overflow-wrap: anywhere; }
 th, td { padding: 5px 14px 5px 0; }
 th:last-child, td:last-child { padding-right: 0; }
+td code { white-space: nowrap; }
+code.long { white-space: normal; overflow-wrap: anywhere; }
 td.number { white-space: nowrap; overflow-wrap: normal; }
 .number { text-align: right; }
-.group td { font-weight: 600; padding-top: 12px; border-bottom-color: var(--soft); }
+.group td { font-weight: 600; padding-top: 12px; }
 tr { break-inside: avoid; }
+tr.group { break-after: avoid; }
 thead { display: table-header-group; }
 .files code { font-size: 11px; }
 
@@ -81,9 +83,8 @@ dd { margin: 0; overflow-wrap: anywhere; }
   .verdict { break-inside: avoid; }
   .verdict .summary { font-size: 16pt; }
   .figures { gap: 6px 20px; }
-  .channel-charts { break-before: page; margin-top: 0; }
-  .channel-charts + section { break-before: page; }
-  .charts { gap: 12px 18px; }
+  .short { break-inside: avoid; }
+  .charts { gap: 10px 18px; }
   table { font-size: 9.5pt; }
   .files code { font-size: 7.5pt; }
 }

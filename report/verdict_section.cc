@@ -37,31 +37,42 @@ VerdictWords WordsFor(Verdict verdict) {
   return {"?", "Unknown", "unexplained", ""};
 }
 
-Markup BigFigure(const std::string& title, const HeldOut& figure, const std::string& unit,
-                 bool ratio) {
+// One figure, before and after; what the baseline alone gives where nothing was added to it.
+Markup BigFigure(const std::string& title, HeldOut figure, const std::string& unit,
+                 bool has_effects) {
   if (!std::isfinite(figure.before) && !std::isfinite(figure.after)) return {};
+  if (!has_effects) figure.after = kMissing;
   Markup cell = Element("p", title, "what");
-  cell += Element("p", BeforeAfter(figure, unit, ratio), "figure");
-  cell += Element("p", Reduction(figure), "interval");
+  cell += Element("p", BeforeAfter(figure, unit, unit.empty()), "figure");
+  cell += Element("p", has_effects ? Reduction(figure) : "nothing was added", "interval");
   return Element("div", cell);
 }
 
 Markup Figures(const ChannelTrace& channel) {
+  const bool has_effects = !channel.effects.empty();
   Markup figures = BigFigure("Angle error in windows of 10 s, on data held out",
-                             channel.heldout_angle_rms_deg, "deg", false);
+                             channel.heldout_angle_rms_deg, "deg", has_effects);
   figures += BigFigure("The same as a forecast: trained on the first 60 % of the time",
-                       channel.forecast_angle_rms_deg, "deg", false);
-  figures += BigFigure("Residual in units of the noise, held out; 1 is the floor",
-                       channel.heldout_whitened_rms, "", true);
+                       channel.forecast_angle_rms_deg, "deg", has_effects);
+  figures += BigFigure("Residual over noise, on data held out; the floor is 1",
+                       channel.heldout_whitened_rms, "", has_effects);
   if (figures.empty()) {
-    return Paragraph("No figure on held-out data: the data are too few to hold any out.", "note");
+    return Paragraph("There is no figure on held-out data.", "note");
   }
   return Element("div", figures, "figures");
 }
 
-std::string NamesOfEffects(const ChannelTrace& channel) {
-  std::string names;
-  for (const auto& effect : channel.effects) names += (names.empty() ? "" : ", ") + effect.id;
+// "A (the reference's), B or C".
+Markup NamesOfEffects(const ChannelTrace& channel) {
+  Markup names;
+  for (const auto& effect : channel.effects) {
+    if (!names.empty()) names += Markup::Text(", ");
+    names += Code(effect.id);
+    for (const std::string& rival : effect.rivals) names += Markup::Text(" or ") + Code(rival);
+    if (effect.owner != calibration::EffectOwner::kGyro) {
+      names += Markup::Text(fmt::format(" (the {}'s)", Name(effect.owner)));
+    }
+  }
   return names;
 }
 
@@ -72,7 +83,7 @@ Markup Channel(const ChannelTrace& channel) {
   Markup inside = Element("h2", head);
   inside += Paragraph(channel.summary.empty() ? words.sentence : channel.summary, "summary");
   if (!channel.effects.empty()) {
-    inside += Element("p", Markup::Text("Found: ") + Code(NamesOfEffects(channel)), "found");
+    inside += Element("p", Markup::Text("Found: ") + NamesOfEffects(channel), "found");
   }
   inside += Figures(channel);
   inside += BulletList(channel.remarks);
@@ -100,9 +111,10 @@ std::string Reduction(const HeldOut& figure) {
                          : FormatPercent(std::abs(share)) + (less ? " less" : " more");
   const auto [low, high] = figure.reduction_ci95;
   if (!std::isfinite(low) || !std::isfinite(high)) return text + ", 95 % interval not estimated";
-  const double sign = less ? 1.0 : -1.0;
-  return fmt::format("{} (95 % interval {} to {})", text, FormatPercent(less ? low : sign * high),
-                     FormatPercent(less ? high : sign * low));
+  // Of a growth the ends change sign and place. Unbreakable: the interval stays in one line.
+  const double from = less ? low : -high, to = less ? high : -low;
+  return fmt::format("{}, 95\u00A0%\u00A0interval\u00A0{}\u00A0to\u00A0{}", text,
+                     FormatPercent(from), FormatPercent(to));
 }
 
 Markup VerdictSection(const calibration::TraceResult& trace) {

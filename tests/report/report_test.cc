@@ -1,0 +1,162 @@
+#include "report/report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "base/error.h"
+#include "report/markup.h"
+#include "tests/report/sample_content.h"
+
+namespace gyrobench::report {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "gyrobench-report-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
+    path_ = name;
+  }
+  ~Folder() {
+    std::error_code ignored;  // a leftover in the temporary folder does no harm
+    fs::remove_all(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  fs::path operator/(const char* name) const { return path_ / name; }
+  std::ptrdiff_t CountFiles() const {
+    return std::distance(fs::directory_iterator(path_), fs::directory_iterator());
+  }
+
+ private:
+  fs::path path_;
+};
+
+std::string ReadFile(const fs::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// The charts have tests of their own; most of these need none.
+ReportOptions WithoutCharts() {
+  ReportOptions options;
+  options.gnuplot = "/nowhere/gnuplot";
+  return options;
+}
+
+std::string Html(const ReportContent& content) { return ReportHtml(content, WithoutCharts()); }
+
+TEST(Report, ShowsAllThatTheTraceSays) {
+  const ReportContent content = ExplainedSample();
+  const std::string html = Html(content);
+  const auto& channel = content.trace->channels.front();
+  EXPECT_THAT(html, HasSubstr(Markup::Text(channel.summary).html()));
+  for (const auto& effect : channel.effects) {
+    EXPECT_THAT(html, HasSubstr(Markup::Text(effect.id).html()));
+    EXPECT_THAT(html, HasSubstr(Markup::Text(effect.cause).html()));
+    EXPECT_THAT(html, HasSubstr(Markup::Text(effect.equation).html()));
+    EXPECT_THAT(html, HasSubstr(Markup::Text(effect.settled_by).html()));
+    for (const auto& rival : effect.rivals) EXPECT_THAT(html, HasSubstr(rival));
+  }
+  for (const auto& parameter : channel.baseline.parameters) {
+    EXPECT_THAT(html, HasSubstr("<td>" + parameter.name + "</td>"));
+  }
+  for (const auto& effect : channel.unidentifiable) {
+    EXPECT_THAT(html, HasSubstr(effect.id));
+    EXPECT_THAT(html, HasSubstr(Markup::Text(effect.settled_by).html()));
+  }
+  for (const auto& defect : content.trace->inputs.front().defects) {
+    EXPECT_THAT(html, HasSubstr(defect.kind));
+    EXPECT_THAT(html, HasSubstr(defect.where));
+  }
+  for (const auto& file : content.provenance.files) EXPECT_THAT(html, HasSubstr(file.sha256));
+}
+
+TEST(Report, PutsTheVerdictBeforeEverythingElse) {
+  const std::string html = Html(ExplainedSample());
+  const std::size_t verdict = html.find("Three effects account");
+  EXPECT_LT(verdict, html.find("before and after</h2>"));
+  EXPECT_LT(verdict, html.find("<h2>Parameters"));
+  EXPECT_LT(html.find("<h2>Parameters"), html.find("<h2>Rivals"));
+  EXPECT_LT(html.find("<h2>Rivals"), html.find("<h2>Inputs and provenance"));
+}
+
+TEST(Report, TellsTheGyrosEffectsFromTheReferences) {
+  const std::string html = Html(ExplainedSample());
+  const std::size_t gyro = html.find("<h3>The gyro&#39;s own");
+  const std::size_t reference = html.find("<h3>The reference&#39;s");
+  ASSERT_NE(gyro, std::string::npos);
+  ASSERT_NE(reference, std::string::npos);
+  EXPECT_LT(gyro, html.find("<code>bias.of(supply_V)</code></h4>"));
+  EXPECT_LT(html.find("<code>bias.of(supply_V)</code></h4>"), reference);
+  EXPECT_LT(reference, html.find("<code>angle.eccentricity_1</code></h4>"));
+}
+
+TEST(Report, GivesTheIntervalOfTheErrorBeforeAndAfter) {
+  const std::string html = Html(ExplainedSample());
+  EXPECT_THAT(html, HasSubstr("0.571 → 0.150 deg"));
+  EXPECT_THAT(html, HasSubstr("71.2\u00A0%\u00A0to\u00A076.3\u00A0%"));
+}
+
+TEST(Report, SaysThatThereIsNoTrace) {
+  EXPECT_THAT(Html(AnalysisSample()), HasSubstr("was not traced to effects"));
+  EXPECT_THAT(Html({}), HasSubstr("was not traced to effects"));
+}
+
+TEST(Report, IsWrittenWithoutGnuplotAndSaysWhatToInstall) {
+  const std::string html = Html(ExplainedSample());
+  EXPECT_THAT(html, Not(HasSubstr("<svg")));
+  EXPECT_THAT(html, HasSubstr("apt-get install gnuplot-nox"));
+  EXPECT_THAT(html, HasSubstr("Allan deviation at rest"));
+}
+
+TEST(Report, DrawsNoFileAndRunsNoCommandThatATextNames) {
+  const Folder folder;
+  const fs::path before = fs::current_path();
+  fs::create_directory(folder / "work");
+  fs::current_path(folder / "work");
+  const std::string html = ReportHtml(HostileSample());
+  fs::current_path(before);
+  EXPECT_TRUE(fs::is_empty(folder / "work"));
+  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  EXPECT_THAT(html, HasSubstr("&lt;script&gt;"));
+}
+
+TEST(Report, SaysNothingOfNumbersThatAreNotThere) {
+  const std::string html = Html(HostileSample());
+  EXPECT_THAT(html, Not(HasSubstr(">nan")));
+  EXPECT_THAT(html, Not(HasSubstr(" nan")));
+}
+
+TEST(WriteReport, ReplacesTheFileAndLeavesNothingElse) {
+  const Folder folder;
+  WriteReport(AnalysisSample(), folder / "report.html", WithoutCharts());
+  WriteReport(SilentSample(), folder / "report.html", WithoutCharts());
+  EXPECT_EQ(ReadFile(folder / "report.html"), Html(SilentSample()));
+  EXPECT_EQ(folder.CountFiles(), 1);
+}
+
+TEST(WriteReport, NamesTheFileThatCannotBeWritten) {
+  const Folder folder;
+  try {
+    WriteReport({}, folder / "absent/report.html", WithoutCharts());
+    FAIL() << "wrote into a folder that is not there";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("absent/report.html"));
+  }
+  fs::create_directory(folder / "report.html");
+  EXPECT_THROW(WriteReport({}, folder / "report.html", WithoutCharts()), DataError);
+  EXPECT_EQ(folder.CountFiles(), 1);
+}
+
+}  // namespace
+}  // namespace gyrobench::report
