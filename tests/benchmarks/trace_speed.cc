@@ -66,6 +66,7 @@ Collected Collect(double minutes, std::uint64_t seed) {
   calibration::Collector collector;
   Cut cut(collector, 60.0 * minutes);
   TrialSpec spec = {.seed = seed, .effects = {{"scale.cubic", kMid}}, .all_channels = true};
+  spec.name = fmt::format("recording {}", seed);
   spec.repeats = minutes > 40.0 ? 2 : 1;
   RecordTrial(spec, cut);
   return {collector.Take(), Seconds(begin)};

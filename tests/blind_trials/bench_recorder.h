@@ -32,7 +32,7 @@ struct RecorderOptions {
   std::function<double(const SampleTruth&)> extra_z_deg_s;
   // The clock that stamps the gyro's samples is fast by this.
   double gyro_clock_rel = 0.0;
-  // Name for messages. It must say nothing of what is in the data.
+  // Name for messages, and of the power-on. It must say nothing of what is in the data.
   std::string source = "recording";
 };
 

@@ -225,7 +225,7 @@ void SupplyScale(Bench& bench, double level, Random& random) {
 void SupplyGravity(Bench& bench, double level, Random& random) {
   bench.options.supply = true;
   const double c = level * Sign(random);
-  AddExtra(bench, [c](const SampleTruth& truth) { return c * SupplyOff(truth) * truth.g[2]; });
+  AddExtra(bench, [c](const SampleTruth& truth) { return c * SupplyOff(truth) * truth.g[1]; });
 }
 void SupplyTemperature(Bench& bench, double level, Random& random) {
   bench.options.supply = true;

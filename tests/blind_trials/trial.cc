@@ -79,6 +79,7 @@ TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
   bench.specimen = stand::DrawSpecimen(scenario, part_seed);
   bench.duration_s = sequence.duration_s;
   bench.options.channels = {spec.all_channels, spec.all_channels, true};
+  bench.options.source = spec.name;
   bench.options.reference_rate_hz = spec.reference_rate_hz;
   // A column that has nothing to do with anything, now and then.
   bench.options.supply = !spec.ideal && random() % 5 == 0;

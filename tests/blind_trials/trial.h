@@ -40,6 +40,8 @@ struct TrialSpec {
   // No error, and of noise only as much as the counts need in order not to add up at constant rate;
   // effects all the same.
   bool ideal = false;
+  // Of the recording and of its power-on. It must say nothing of what is hidden.
+  std::string name = "recording";
 };
 
 struct TrialTruth {
