@@ -48,7 +48,8 @@ class Recorder {
         options_(options),
         sink_(sink),
         physics_(stand, specimen, seed, kStart),
-        supply_(stand::Mix(seed ^ 0x5057'5259ULL)) {
+        supply_(stand::Mix(seed ^ 0x5057'5259ULL)),
+        rounding_(seed, stand::Source::kGarbage) {
     physics_.WithGyro(kStart, [](auto& gyro, double t_s) { gyro.Set(t_s, kSettings); });
     for (const config::AxisConfig& axis : stand.axes) {
       axes_[stand::AxisIndex(axis.name)] = &axis;
@@ -147,7 +148,8 @@ class Recorder {
     if (!options_.extra_z_deg_s) return;
     SetMotion(true_s, truth);
     const double lsb = options_.extra_z_deg_s(truth) * stand_.gyro.map.gyro_lsb_per_deg_s[0];
-    sample.xi[2] = std::round(sample.xi[2] + lsb);
+    // The counts are whole already: rounded at random, or less than half of one would be lost.
+    sample.xi[2] = std::floor(sample.xi[2] + lsb + rounding_.Uniform());
   }
 
   // Geometry of the stand: R_WS = Rz(outer) Rx(middle) Rz(inner).
@@ -180,6 +182,7 @@ class Recorder {
   MeasurementSink& sink_;
   stand::Physics physics_;
   Supply supply_;
+  stand::RandomStream rounding_;
   std::array<const config::AxisConfig*, 3> axes_ = {};
   std::array<std::int64_t, 3> counts_ = {};
   std::array<stand::RawSample, stand::GyroSampler::kCapacity> pending_;
