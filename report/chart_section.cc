@@ -49,7 +49,7 @@ void AddCurves(Chart& chart, const Series& series, bool dense, bool has_effects)
   const CurveLook before = dense ? CurveLook::kBeforeDense : CurveLook::kBefore;
   const CurveLook after = dense ? CurveLook::kAfterDense : CurveLook::kAfter;
   if (!has_effects || IsEmpty(series.after)) {
-    chart.curves.push_back({"baseline alone", after, series.x, series.before, {}});
+    chart.curves.push_back({"baseline: nothing was added", after, series.x, series.before, {}});
     return;
   }
   chart.curves.push_back({"before: baseline alone", before, series.x, series.before, {}});

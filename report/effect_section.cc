@@ -107,17 +107,19 @@ Markup EffectSection(const TraceResult& trace) {
 
 Markup RivalSection(const TraceResult& trace) {
   Table table({{"Axis"}, {"Named"}, {"Cannot be told from"}, {"What would settle it"}});
+  bool named = false;
   for (const ChannelTrace& channel : trace.channels) {
     for (const TracedEffect& effect : channel.effects) {
+      named = true;
       if (effect.rivals.empty() && effect.settled_by.empty()) continue;
       table.AddRow({Markup::Text(AxisName(channel.axis)), Code(effect.id), Names(effect.rivals),
                     Markup::Text(effect.settled_by)});
     }
   }
-  return Section("Rivals", table.empty()
-                               ? Paragraph("None: these data tell each effect that was named from "
-                                           "all others of the catalogue.")
-                               : table.ToMarkup());
+  if (!named) return {};
+  constexpr const char* kNone =
+      "None: these data tell each effect that was named from all others of the catalogue.";
+  return Section("Rivals", table.empty() ? Paragraph(kNone) : table.ToMarkup());
 }
 
 Markup UnidentifiableSection(const TraceResult& trace) {
@@ -128,6 +130,7 @@ Markup UnidentifiableSection(const TraceResult& trace) {
                     Markup::Text(effect.because), Markup::Text(effect.settled_by)});
     }
   }
+  if (trace.channels.empty()) return {};
   return Section("What these data cannot show",
                  table.empty() ? Paragraph("Every effect of the catalogue would have shown.")
                                : table.ToMarkup());

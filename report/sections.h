@@ -16,6 +16,7 @@ Markup ChartSection(const calibration::ChannelTrace& channel, Charter& charter);
 Markup ParameterSection(const calibration::TraceResult& trace);
 // Each effect with its cause, and whose it is.
 Markup EffectSection(const calibration::TraceResult& trace);
+// Empty where no effect was named.
 Markup RivalSection(const calibration::TraceResult& trace);
 Markup UnidentifiableSection(const calibration::TraceResult& trace);
 Markup RemainingSection(const calibration::TraceResult& trace);
