@@ -91,8 +91,8 @@ Markup ParameterSection(const calibration::TraceResult& trace) {
       rows.Add(Code(effect.id) + Markup::Text(whose), effect.parameters);
     }
     if (rows.empty()) continue;
-    inside +=
-        Element("h3", "Axis " + AxisName(channel.axis)) + BaselineNote(channel) + rows.ToMarkup();
+    const Markup head = Element("h3", "Axis " + AxisName(channel.axis));
+    inside += Element("div", head + BaselineNote(channel) + rows.ToMarkup(), "short");
   }
   if (inside.empty()) inside = Paragraph("No parameter could be estimated.");
   return Section("Parameters", inside, "");

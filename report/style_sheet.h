@@ -83,7 +83,7 @@ dd { margin: 0; overflow-wrap: anywhere; }
   .verdict { break-inside: avoid; }
   .verdict .summary { font-size: 16pt; }
   .figures { gap: 6px 20px; }
-  .short, .parameters { break-inside: avoid; }
+  .short { break-inside: avoid; }
   .charts { gap: 10px 18px; }
   table { font-size: 9.5pt; }
   .files code { font-size: 7.5pt; }
