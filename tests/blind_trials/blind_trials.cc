@@ -9,10 +9,12 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "base/error.h"
+#include "tests/blind_trials/bound.h"
 #include "tests/blind_trials/campaign.h"
 
 namespace {
@@ -25,7 +27,7 @@ struct Options {
   std::vector<std::string> kinds = {"silent", "single", "pairs", "unknown", "poor"};
   std::vector<std::string> levels = {"low", "mid", "high"};
   std::string json, dump;
-  bool list = false;
+  bool list = false, only_bounds = false;
 };
 
 void Describe(CLI::App& app, Options& options) {
@@ -50,6 +52,11 @@ void Describe(CLI::App& app, Options& options) {
                  "for the power that the bound permits: as many are tried at once")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--bounds", campaign.bounds, "sets of each effect for the bound; 0: without")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_flag("--only-bounds", options.only_bounds,
+               "how many standard deviations each effect is, without tracing");
   app.add_option("--json", options.json, "file for all results");
   app.add_option("--dump", options.dump, "folder for truth and verdict, a line a set, by kind");
   app.add_flag("--list", options.list, "list what can be hidden, and its levels");
@@ -60,6 +67,30 @@ void List() {
     for (const Injection& injection : *list) {
       fmt::print("{:<24} {:>8} {:>8} {:>8}  {}\n", injection.id, injection.levels[0],
                  injection.levels[1], injection.levels[2], injection.unit);
+    }
+  }
+}
+
+void PrintBounds(const CampaignOptions& options) {
+  for (const char* kind : {"single", "unknown"}) {
+    CampaignOptions high = options;
+    high.sets = options.bounds;
+    high.levels = {kHigh};
+    std::map<std::string, double> sum;
+    std::vector<std::string> order;
+    for (const TrialSpec& spec : PlanTrials(kind, high)) {
+      const std::string& id = spec.effects.front().id;
+      if (!sum.contains(id)) order.push_back(id);
+      sum[id] += VisibilityAtBound(spec).sigmas / high.sets;
+    }
+    for (const std::string& id : order) {
+      const Injection& injection = FindInjection(id);
+      fmt::print("{:<24} sigma {:>9.2g} {:<14} levels in sigmas", id,
+                 injection.levels[kHigh] / sum[id], injection.unit);
+      for (const double level : injection.levels) {
+        fmt::print(" {:>8.1f}", sum[id] * level / injection.levels[kHigh]);
+      }
+      fmt::print("\n");
     }
   }
 }
@@ -95,6 +126,10 @@ int main(int argc, char** argv) {
   try {
     if (options.list) {
       List();
+      return 0;
+    }
+    if (options.only_bounds) {
+      PrintBounds(options.campaign);
       return 0;
     }
     options.campaign.levels.clear();

@@ -20,6 +20,7 @@ struct CampaignOptions {
   // For the power that the bound permits: chance of a false name, and among how many hypotheses.
   double false_discovery = 0.005;
   int hypotheses = 300;
+  int bounds = 4;  // sets of each effect from which it is computed
 };
 
 // Trials of one kind: silent, single, pairs, unknown, poor. Their seeds are scrambled numbers that

@@ -82,7 +82,7 @@ void Hysteresis(Bench& bench, double level, Random& random) {
   AddScalar(bench, Gyro(bench).hysteresis_deg_s_per_degC, level * Sign(random), "c");
 }
 void WarmUp(Bench& bench, double level, Random& random) {
-  Gyro(bench).warm_up_time_constant_s = LogUniform(random, 30.0, 150.0);
+  Gyro(bench).warm_up_time_constant_s = LogUniform(random, 12.0, 90.0);
   AddScalar(bench, Gyro(bench).warm_up_deg_s, level * Sign(random), "A");
 }
 // The steps shake the stand at one of its speeds.
@@ -90,7 +90,7 @@ void Vibration(Bench& bench, double level, Random& random) {
   constexpr std::array<double, 5> kSpeeds_deg_s = {5, 8, 12, 18, 25};
   constexpr double kVibration_g = 0.1;
   auto& axis = Mechanics(bench);
-  axis.resonance_width_deg_s = Uniform(random, 1.0, 2.5);
+  axis.resonance_width_deg_s = Uniform(random, 1.5, 3.0);
   axis.resonance_deg_s = kSpeeds_deg_s[random() % kSpeeds_deg_s.size()] +
                          Uniform(random, -0.5, 0.5) * axis.resonance_width_deg_s;
   axis.resonance_vibration_g = kVibration_g;
@@ -270,7 +270,7 @@ const std::vector<Injection>& CatalogueInjections() {
       Known("bias.vibration", "deg/s", {0.002, 0.01, 0.05}, Vibration),
       Known("scale.g", "%/g", {0.005, 0.02, 0.1}, ScaleG),
       Known("bias.step", "deg/s", {0.004, 0.015, 0.06}, BiasStep),
-      Known("bias.tone", "deg/s", {0.002, 0.008, 0.03}, Tone),
+      Known("bias.tone", "deg/s", {0.0007, 0.003, 0.015}, Tone),
       Known("angle.ripple", "deg", {0.0005, 0.002, 0.01}, Ripple),
       Known("angle.step", "deg", {0.02, 0.08, 0.3}, AngleStep),
   };
@@ -279,13 +279,13 @@ const std::vector<Injection>& CatalogueInjections() {
 
 const std::vector<Injection>& UnknownInjections() {
   static const std::vector<Injection> all = {
-      Unknown("g_temperature", "deg/s/g/degC", {0.00025, 0.001, 0.003}, {}, GTemperature),
-      Unknown("bias_jump", "deg/s", {0.01, 0.03, 0.1}, {}, BiasJump),
+      Unknown("g_temperature", "deg/s/g/degC", {0.0003, 0.001, 0.003}, {}, GTemperature),
+      Unknown("bias_jump", "deg/s", {0.012, 0.036, 0.12}, {}, BiasJump),
       Unknown("flat_stretch", "deg/s/degC", {0.01, 0.03, 0.1}, {}, FlatStretch),
       Unknown("slow_tone", "deg/s", {0.003, 0.01, 0.03}, {"bias.tone"}, SlowTone),
       Unknown("supply_bias", "deg/s/V", {0.02, 0.06, 0.2}, {"bias.of(supply_v)"}, SupplyBias),
       Unknown("supply_scale", "1/V", {0.001, 0.003, 0.01}, {"scale.of(supply_v)"}, SupplyScale),
-      Unknown("supply_gravity", "deg/s/V/g", {0.02, 0.06, 0.2}, {}, SupplyGravity),
+      Unknown("supply_gravity", "deg/s/V/g", {0.03, 0.1, 0.3}, {}, SupplyGravity),
       Unknown("supply_temperature", "deg/s/V/degC", {0.004, 0.012, 0.04}, {}, SupplyTemperature),
       Unknown("gravity_product", "deg/s/g^2", {0.01, 0.03, 0.1}, {}, GravityProduct),
   };

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "tests/blind_trials/bound.h"
 #include "tests/blind_trials/campaign.h"
 
 namespace gyrobench::blind_trials {
@@ -58,36 +59,31 @@ double Power(double snr, int terms, const CampaignOptions& options) {
       boost::math::complement(boost::math::non_central_chi_squared(terms, ncp), limit));
 }
 
-// Length of the true parameters in bounds, for a unit level; from the trials that named the effect.
-struct UnitLength {
-  double length = 0.0;
-  int terms = 1;
-};
-std::vector<UnitLength> UnitLengths(const std::string& id, const Outcomes& outcomes) {
-  std::vector<UnitLength> lengths;
-  const Injection& injection = FindInjection(id);
-  for (const Outcome* outcome : outcomes) {
-    double square = 0.0;
-    int terms = 0;
-    for (const auto& error : outcome->errors) {
-      if (error.id != id || !(error.bound > 0.0)) continue;
-      square += std::pow(error.truth / error.bound, 2);
-      terms += error.name == "a" ? 2 : 1;
-    }
-    const double level = injection.levels[outcome->spec.effects.front().level];
-    if (terms > 0) lengths.push_back({std::sqrt(square) / level, terms});
+// Visibility of an effect for a unit level, from some of its trials.
+std::vector<Visibility> UnitVisibilities(const Outcomes& outcomes, const CampaignOptions& options) {
+  std::vector<Visibility> found;
+  const auto count =
+      std::min<std::size_t>(outcomes.size(), static_cast<std::size_t>(options.bounds));
+  for (std::size_t i = 0; i < count; ++i) {
+    TrialSpec spec = outcomes[i]->spec;
+    HiddenEffect& hidden = spec.effects.front();
+    // At a high level what quantisation leaves in the difference does not count.
+    hidden.level = kHigh;
+    Visibility visibility = VisibilityAtBound(spec);
+    visibility.sigmas /= FindInjection(hidden.id).levels[kHigh];
+    found.push_back(visibility);
   }
-  return lengths;
+  return found;
 }
-std::string PowerText(const std::vector<UnitLength>& lengths, double level,
+std::string PowerText(const std::vector<Visibility>& units, double level,
                       const CampaignOptions& options) {
-  if (lengths.empty()) return fmt::format("{:>7} {:>7}", "-", "-");
+  if (units.empty()) return fmt::format("{:>7} {:>7}", "-", "-");
   double power = 0.0, snr = 0.0;
-  for (const UnitLength& unit : lengths) {
-    power += Power(level * unit.length, unit.terms, options);
-    snr += level * unit.length;
+  for (const Visibility& unit : units) {
+    power += Power(level * unit.sigmas, unit.terms, options);
+    snr += level * unit.sigmas;
   }
-  const double n = static_cast<double>(lengths.size());
+  const double n = static_cast<double>(units.size());
   return fmt::format("{:>7.1f} {:>5.1f} %", snr / n, 100.0 * power / n);
 }
 
@@ -143,7 +139,7 @@ std::string SingleTable(const Outcomes& all, const CampaignOptions& options) {
   std::string text = SingleHead();
   const std::string no_power = PowerText({}, 0.0, options);
   for (const std::string& id : order) {
-    const std::vector<UnitLength> lengths = UnitLengths(id, by_id[id]);
+    const std::vector<Visibility> units = UnitVisibilities(by_id[id], options);
     for (const auto& [level, unused] : by_level) {
       Outcomes some;
       std::ranges::copy_if(by_id[id], std::back_inserter(some), [level = level](const Outcome* o) {
@@ -151,7 +147,7 @@ std::string SingleTable(const Outcomes& all, const CampaignOptions& options) {
       });
       if (some.empty()) continue;
       text += SingleLine(id, kLevelNames[level], some,
-                         PowerText(lengths, FindInjection(id).levels[level], options));
+                         PowerText(units, FindInjection(id).levels[level], options));
     }
   }
   for (const auto& [level, some] : by_level) {
@@ -218,17 +214,19 @@ std::string SilentTable(const Outcomes& all) {
   return text;
 }
 
-std::string UnknownTable(const Outcomes& all) {
+std::string UnknownTable(const Outcomes& all, const CampaignOptions& options) {
   std::map<std::pair<std::string, Level>, Outcomes> cells;
   for (const Outcome* outcome : all) {
     const HiddenEffect& hidden = outcome->spec.effects.front();
     cells[{hidden.id, hidden.level}].push_back(outcome);
   }
   std::string text = fmt::format("{:<24} {:<5} {:>5}", "hidden", "level", "sets");
+  text += fmt::format(" {:>7}", "sigmas");
   for (const char* name : kRecognitionNames) text += fmt::format(" {:>11}", name);
   text += fmt::format(" {:>11}\n", "recognised");
-  const auto line = [&](const std::string& name, const char* level, const Outcomes& outcomes) {
-    text += fmt::format("{:<24} {:<5} {:>5}", name, level, outcomes.size());
+  const auto line = [&](const std::string& name, const char* level, const Outcomes& outcomes,
+                        const std::string& sigmas) {
+    text += fmt::format("{:<24} {:<5} {:>5} {:>7}", name, level, outcomes.size(), sigmas);
     for (std::size_t kind = 0; kind < kRecognitionNames.size(); ++kind) {
       const auto is = [kind](const Outcome& o) {
         return static_cast<std::size_t>(Recognise(o)) == kind;
@@ -240,8 +238,15 @@ std::string UnknownTable(const Outcomes& all) {
     };
     text += fmt::format(" {:>9.1f} %\n", Percent(outcomes, recognised));
   };
-  for (const auto& [key, outcomes] : cells) line(key.first, kLevelNames[key.second], outcomes);
-  line("all", "", all);
+  for (const auto& [key, outcomes] : cells) {
+    double sigmas = 0.0;
+    const std::vector<Visibility> units = UnitVisibilities(outcomes, options);
+    for (const Visibility& unit : units) sigmas += unit.sigmas / static_cast<double>(units.size());
+    sigmas *= FindInjection(key.first).levels[key.second];
+    line(key.first, kLevelNames[key.second], outcomes,
+         units.empty() ? "-" : fmt::format("{:.1f}", sigmas));
+  }
+  line("all", "", all, "");
   return text;
 }
 
@@ -295,7 +300,7 @@ std::string Table(const std::string& kind, const std::vector<Outcome>& outcomes,
     if (kind == "silent") text = SilentTable(traced);
     if (kind == "single") text = SingleTable(traced, options);
     if (kind == "pairs") text = PairsTable(traced, options);
-    if (kind == "unknown") text = UnknownTable(traced);
+    if (kind == "unknown") text = UnknownTable(traced, options);
     if (kind == "poor") text = PoorTable(traced);
   }
   return text + failures +

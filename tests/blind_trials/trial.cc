@@ -52,6 +52,16 @@ NoiseKind DrawNoise(config::Scenario& scenario, Random& random) {
   return NoiseKind::kWhite;
 }
 
+// Heavy tails count with their variance; 1/f noise has no place in these numbers.
+void SetNoiseOf(const config::Scenario& scenario, TrialTruth& truth) {
+  const config::GyroScenario& gyro = scenario.gyro;
+  const double factor = gyro.heavy_tail_factor;
+  const double tails = 1.0 + gyro.heavy_tail_fraction * (factor * factor - 1.0);
+  truth.angle_random_walk_deg_sqrt_s = gyro.angle_random_walk_deg_sqrt_s[2] * std::sqrt(tails);
+  truth.bias_random_walk_deg_s_sqrt_s = gyro.bias_random_walk_deg_s_sqrt_s[2];
+  truth.reference_deg = scenario.encoder[2].noise_deg;
+}
+
 config::Scenario Noiseless() {
   config::Scenario scenario = config::IdealScenario();
   scenario.room = FullSequenceScenario().room;
@@ -73,16 +83,20 @@ TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
 
   TrialTruth truth;
   truth.duration_s = sequence.duration_s;
-  config::Scenario scenario = spec.ideal ? Noiseless() : FullSequenceScenario();
-  if (!spec.ideal) truth.noise = DrawNoise(scenario, random);
+  config::Scenario scenario = FullSequenceScenario();
+  truth.noise = DrawNoise(scenario, random);
+  SetNoiseOf(scenario, truth);
+  // A column that has nothing to do with anything, now and then. Drawn in an ideal trial as well,
+  // so that what is hidden is the same.
+  const bool idle_column = random() % 5 == 0;
+  if (spec.ideal) scenario = Noiseless();
   Bench bench;
   bench.specimen = stand::DrawSpecimen(scenario, part_seed);
   bench.duration_s = sequence.duration_s;
-  bench.options.channels = {spec.all_channels, spec.all_channels, true};
   bench.options.source = spec.name;
+  bench.options.channels = {spec.all_channels, spec.all_channels, true};
   bench.options.reference_rate_hz = spec.reference_rate_hz;
-  // A column that has nothing to do with anything, now and then.
-  bench.options.supply = !spec.ideal && random() % 5 == 0;
+  bench.options.supply = idle_column && !spec.ideal;
   for (const HiddenEffect& effect : spec.effects) {
     const Injection& injection = FindInjection(effect.id);
     bench.truth.clear();

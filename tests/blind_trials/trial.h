@@ -51,6 +51,9 @@ struct TrialTruth {
   };
   std::vector<Effect> effects;
   NoiseKind noise = NoiseKind::kWhite;
+  double angle_random_walk_deg_sqrt_s = 0.0;
+  double bias_random_walk_deg_s_sqrt_s = 0.0;
+  double reference_deg = 0.0;
   bool supply_recorded = false;
   double scale_z = 1.0;  // diagonal of M
   double duration_s = 0.0;
