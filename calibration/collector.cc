@@ -203,7 +203,7 @@ class Collector::Impl {
   }
 
   void Work() {
-    const double now_s = gyro_.last_time_s();
+    const double now_s = gyro_.settled_time_s();
     while (!nodes_.empty() && gyro_.started() && nodes_.front().ready_s <= now_s) {
       FinishNode(nodes_.front().node);
       nodes_.pop();

@@ -20,6 +20,15 @@ constexpr double kFrozen_s = 0.3;
 constexpr double kFrozenOneChannel_s = 2.0;
 constexpr int kFrozenSamples = 25;
 
+// Wild samples (see the class).
+constexpr double kWildBends = 8.0;
+constexpr double kWildAcceleration_deg_s2 = 5000.0;
+constexpr double kNeighboursAgree = 0.25;
+constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity is not known
+// Beyond these a number is no measurement; squares of it would overflow.
+constexpr double kLargestOutput = 1e30;
+constexpr double kLatestTime_s = 1e11;
+
 // Rotation at rest: beyond so many standard deviations of the sample at rest.
 constexpr double kMotionSigmas = 8.0;
 constexpr double kSearch_s = 0.3;
@@ -45,11 +54,14 @@ GyroStream::GyroStream() : ring_(kRing) { bad_.reserve(64); }
 void GyroStream::Start(const MeasurementInfo& info) {
   info_ = info;
   to_output_ = info.gyro_unit == GyroUnit::kRadPerSecond ? 180.0 / std::numbers::pi : 1.0;
+  const bool counts = info.gyro_unit == GyroUnit::kLsb;
+  per_deg_s_ = counts ? info.gyro_units_per_deg_s.value_or(kDefaultUnitsPerDeg_s) : 1.0;
+  digit_ = counts ? 2.0 : 0.02;
 }
 
 void GyroStream::Add(const GyroSample& sample) {
   ++samples_;
-  if (!std::isfinite(sample.t_s)) {
+  if (!(std::fabs(sample.t_s) <= kLatestTime_s)) {
     defects_.Add("not_a_number", "time", last_time_s_);
     return;
   }
@@ -94,6 +106,7 @@ void GyroStream::Accept(double t_s, const GyroSample& sample) {
       MarkBad(last.t_s, t_s, {true, true, true});
     }
     point.xi = Take(t_s, sample);
+    if (count_ >= 3) MendNewest(t_s, point.xi);
     const double half_s = gap ? 0.0 : 0.5 * interval_s;
     for (std::size_t c = 0; c < 3; ++c)
       point.z[c] = last.z[c] + half_s * (last.xi[c] + point.xi[c]);
@@ -104,13 +117,53 @@ void GyroStream::Accept(double t_s, const GyroSample& sample) {
   CheckFrozen(t_s, sample);
 }
 
+// The newest sample, now that the next one is there.
+void GyroStream::MendNewest(double next_t_s, const Vector3& next) {
+  const Point &first = at(count_ - 3), &before = at(count_ - 2), &newest = at(count_ - 1);
+  const double first_s = before.t_s - first.t_s, before_s = newest.t_s - before.t_s,
+               after_s = next_t_s - newest.t_s;
+  if (std::max({first_s, before_s, after_s}) > gap_limit_s_) return;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!info_.gyro_present[c]) continue;
+    const double line = before.xi[c] + (next[c] - before.xi[c]) * before_s / (before_s + after_s);
+    const double off = std::fabs(newest.xi[c] - line);
+    if (bends_ >= static_cast<std::int64_t>(kBends) &&
+        off > kWildAcceleration_deg_s2 * per_deg_s_ * std::max(before_s, after_s) &&
+        IsWild(c, off, next[c])) {
+      Bridge(c, line);
+    }
+    const double chord =
+        first.xi[c] + (newest.xi[c] - first.xi[c]) * first_s / (first_s + before_s);
+    bend_[c][static_cast<std::size_t>(bends_) % kBends] = std::fabs(before.xi[c] - chord);
+  }
+  ++bends_;
+}
+
+bool GyroStream::IsWild(std::size_t c, double off, double next) const {
+  const double before = at(count_ - 2).xi[c];
+  const double apart = std::max(std::fabs(next - before), std::fabs(before - at(count_ - 3).xi[c]));
+  if (apart > kNeighboursAgree * off) return false;
+  const double largest = *std::max_element(bend_[c].begin(), bend_[c].end());
+  return off > kWildBends * std::max(digit_, largest);
+}
+
+// Puts the newest sample on the line.
+void GyroStream::Bridge(std::size_t c, double line) {
+  Point& newest = ring_[static_cast<std::size_t>(count_ - 1) & (kRing - 1)];
+  const Point& before = at(count_ - 2);
+  defects_.Add("gyro_outlier", kChannelNames[c], newest.t_s);
+  if (std::fabs(newest.xi[c]) == extreme_[c] * to_output_) extreme_[c] = extreme_before_[c];
+  newest.xi[c] = line;
+  newest.z[c] = before.z[c] + 0.5 * (newest.t_s - before.t_s) * (before.xi[c] + line);
+}
+
 // The values of the channels in the output's unit; a missing one is held from before.
 Vector3 GyroStream::Take(double t_s, const GyroSample& sample) {
   Vector3 out = {};
   for (std::size_t c = 0; c < 3; ++c) {
     if (!info_.gyro_present[c]) continue;
     const double value = sample.xi[c] * to_output_;
-    if (!std::isfinite(value)) {
+    if (!(std::fabs(value) <= kLargestOutput)) {
       defects_.Add("not_a_number", kChannelNames[c], t_s);
       out[c] = count_ > 0 ? at(count_ - 1).xi[c] : 0.0;
       std::array<bool, 3> channels = {};
@@ -169,6 +222,7 @@ void GyroStream::CheckSaturation(double t_s, std::size_t c, double value) {
     return;
   }
   if (size > extreme_[c]) {
+    extreme_before_[c] = extreme_[c];
     extreme_[c] = size;
     at_extreme_[c] = 1;
     extreme_since_s_[c] = t_s;

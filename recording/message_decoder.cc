@@ -20,7 +20,7 @@ bool RowsFit(const std::vector<std::vector<std::int16_t>>& rows, std::size_t n) 
 }
 
 // A count that the unit can have reached.
-bool IsSampleNumber(std::int64_t number) { return number >= 0 && number < std::int64_t{1} << 60; }
+bool IsSampleNumber(std::int64_t number) { return number >= 0 && number < kMostSamples; }
 
 // An empty block may leave its arrays untouched.
 bool ArraysFit(const gyro_t& message) {

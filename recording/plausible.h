@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 
 #include "base/clock.h"
 
@@ -17,6 +18,9 @@ inline constexpr Utime kLatestUtime = 100'000'000'000 * kMicrosecondsPerSecond;
 // Sensitivities, ratios, tolerances: what divides and multiplies measured numbers.
 inline constexpr double kSmallestFactor = 1e-9;
 inline constexpr double kLargestFactor = 1e9;
+
+// A sensor at 1 kHz counts so far in 8000 years.
+inline constexpr std::int64_t kMostSamples = std::int64_t{1} << 48;
 
 // False for NaN.
 inline bool IsPlausible(double value) { return std::abs(value) <= kLargestNumber; }

@@ -167,7 +167,8 @@ void TableHead::RecordedDefect(const std::string& value, std::int64_t line_numbe
   std::istringstream in(value);
   Defect defect;
   std::string first_t_s;
-  if (!(in >> defect.kind >> defect.count >> first_t_s)) {
+  if (!(in >> defect.kind >> defect.count >> first_t_s) || defect.count < 0 ||
+      defect.count > kMostSamples) {
     Fail(line_number,
          fmt::format("defect = {}: expected kind count first_t_s where", Shown(value)));
   }

@@ -266,6 +266,17 @@ TEST_F(Table, WhatCannotBeReadIsCountedByKindWithThePlaceOfTheFirst) {
     EXPECT_FALSE(std::isnan(defect.first_t_s)) << defect.kind;
 }
 
+// One damaged stamp must not cost the lines after it, nor a damaged number every sum it enters.
+TEST_F(Table, TimesAndNumbersBeyondAllMeasurementsAreLeftOut) {
+  const KeepingSink sink =
+      Read("t_s,gyro_z_lsb,ref_inner_deg\n0,1,0\n1e20,2,0\n-1e12,3,0\n1,1e200,4\n2,5,-1e31\n");
+  EXPECT_THAT(Times(sink), ElementsAre(0, 2));
+  EXPECT_EQ(sink.Count("no_time"), 2);
+  EXPECT_EQ(sink.Where("no_time"), "line 3");
+  EXPECT_EQ(sink.Count("not_a_number"), 2);
+  EXPECT_EQ(sink.angles.size(), 2u);
+}
+
 TEST_F(Table, ALineTooLongForTheBufferIsLeftOutAndCounted) {
   const std::string text = "t_s,gyro_z_lsb\n0,1\n1," + std::string(1'000'000, '7') + "\n2,3\n";
   const KeepingSink sink = Read(text);

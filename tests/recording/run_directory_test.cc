@@ -80,6 +80,10 @@ TEST(RunDirectory, JsonThatCannotBeReadIsNamedByFileAndByte) {
   EXPECT_THAT(MessageOf<DataError>([&] { run.ReadRun(); }),
               HasSubstr("run.json: no valid JSON at byte 9"));
   EXPECT_THAT(MessageOf<DataError>([&] { run.ReadResult(); }), HasSubstr("No such file"));
+  WriteFile(folder / "run.json", "{\"a\": 1e999}");
+  EXPECT_THAT(MessageOf<DataError>([&] { run.ReadRun(); }), HasSubstr("run.json: no usable JSON"));
+  WriteFile(folder / "run.json", std::string(200'000, '['));
+  EXPECT_THAT(MessageOf<DataError>([&] { run.ReadRun(); }), HasSubstr("nested deeper than"));
   EXPECT_THAT(MessageOf<DataError>([&] { WriteJsonAtomically(folder / "none/x.json", {}); }),
               HasSubstr("cannot be written"));
 }

@@ -1,0 +1,171 @@
+// Single wild samples of the gyro: bit errors, glitches of a bus. They are bridged and counted;
+// what really moves never is.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <random>
+
+#include "calibration/collector.h"
+#include "calibration/gyro_stream.h"
+#include "recording/replay.h"
+
+namespace gyrobench::testing {
+namespace {
+
+using calibration::GyroStream;
+using calibration::IntegralMark;
+
+constexpr double kInterval_s = 0.005;
+
+MeasurementInfo Counts() {
+  MeasurementInfo info;
+  info.gyro_present = {true, false, false};
+  info.gyro_units_per_deg_s = 131.0;
+  return info;
+}
+
+std::int64_t Outliers(const std::vector<Defect>& defects) {
+  std::int64_t count = 0;
+  for (const Defect& defect : defects) count += defect.kind == "gyro_outlier" ? defect.count : 0;
+  return count;
+}
+
+// Rest, a turn with 200 deg/s2 up to 120 deg/s, back at once, rest.
+double Rate(double t_s) {
+  if (t_s < 2.0 || t_s > 6.0) return 0.0;
+  const double sign = t_s < 4.0 ? 1.0 : -1.0;
+  const double in_turn_s = t_s < 4.0 ? t_s - 2.0 : t_s - 4.0;
+  return sign * std::min({120.0, 200.0 * in_turn_s, 200.0 * (2.0 - in_turn_s)});
+}
+
+class WildSamples : public ::testing::Test {
+ protected:
+  // The run, with `wild` added to sample `where`; its integral at the end.
+  double Run(std::size_t where, double wild, double sign_only = 1.0) {
+    std::mt19937 random(3);
+    std::normal_distribution<double> noise(0.0, 4.0);
+    stream_ = GyroStream();
+    stream_.Start(Counts());
+    for (std::size_t i = 0; i < 1600; ++i) {
+      GyroSample sample;
+      sample.t_s = 200.0 + kInterval_s * static_cast<double>(i);
+      sample.xi[0] = std::round(131.0 * sign_only * Rate(sample.t_s - 200.0) + noise(random));
+      if (i == where) sample.xi[0] += wild;
+      stream_.Add(sample);
+    }
+    IntegralMark mark;
+    EXPECT_TRUE(stream_.IntegralAt(207.9, &mark));
+    return mark.z[0];
+  }
+  GyroStream stream_;
+};
+
+TEST_F(WildSamples, AreBridgedAtRestAndInEveryKindOfMotion) {
+  const double clean = Run(0, 0.0);
+  EXPECT_EQ(Outliers(stream_.defects().defects()), 0);
+  // At rest, at the begin of motion, at constant rate, in the reversal, near the end.
+  for (const std::size_t where : {100u, 300u, 400u, 420u, 600u, 799u, 801u, 1000u, 1500u}) {
+    for (const double wild : {16384.0, -16384.0, 8192.0, 1e6}) {
+      const double mended = Run(where, wild);
+      EXPECT_EQ(Outliers(stream_.defects().defects()), 1) << where << " " << wild;
+      // What is left is the noise of one sample and the bend of the rate there.
+      EXPECT_NEAR(mended, clean, kInterval_s * 131.0 * 1.2) << where << " " << wild;
+    }
+  }
+}
+
+TEST_F(WildSamples, AreKnownWithTheSampleAfterThem) {
+  stream_.Start(Counts());
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0.0, 4.0);
+  for (int i = 0; i <= 100; ++i) {
+    GyroSample sample;
+    sample.t_s = kInterval_s * i;
+    sample.xi[0] = i == 100 ? 20000.0 : noise(random);
+    stream_.Add(sample);
+  }
+  EXPECT_DOUBLE_EQ(stream_.settled_time_s(), kInterval_s * 99);
+  IntegralMark before, after;
+  ASSERT_TRUE(stream_.IntegralAt(stream_.settled_time_s(), &before));
+  GyroSample next;
+  next.t_s = kInterval_s * 101;
+  next.xi[0] = 0.0;
+  stream_.Add(next);
+  EXPECT_EQ(Outliers(stream_.defects().defects()), 1);
+  ASSERT_TRUE(stream_.IntegralAt(kInterval_s * 99, &after));
+  EXPECT_EQ(before.z[0], after.z[0]) << "what is settled does not change";
+}
+
+// A wild sample is no peak that the sensor may later saturate at.
+TEST_F(WildSamples, DoNotHideASaturation) {
+  MeasurementInfo info = Counts();
+  info.gyro_unit = GyroUnit::kDegPerSecond;
+  stream_.Start(info);
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0.0, 0.03);
+  for (int i = 0; i < 1200; ++i) {
+    GyroSample sample;
+    sample.t_s = kInterval_s * i;
+    const double rate = 400.0 * std::sin(kInterval_s * i);
+    sample.xi[0] = i == 60 ? 4000.0 : std::clamp(rate + noise(random), -250.0, 250.0);
+    stream_.Add(sample);
+  }
+  EXPECT_EQ(Outliers(stream_.defects().defects()), 1);
+  bool saturation = false;
+  for (const Defect& defect : stream_.defects().defects()) {
+    saturation = saturation || defect.kind == "saturation";
+  }
+  EXPECT_TRUE(saturation);
+}
+
+// Noise is not to be mended: it would look smaller than it is.
+TEST_F(WildSamples, AreNotMadeOfHeavyTails) {
+  constexpr int kSamples = 400'000;
+  for (const double sigma : {4.0, 400.0, 4000.0}) {
+    stream_ = GyroStream();
+    stream_.Start(Counts());
+    std::mt19937 random(6);
+    std::normal_distribution<double> noise(0.0, sigma);
+    for (int i = 0; i < kSamples; ++i) {
+      GyroSample sample;
+      sample.t_s = kInterval_s * i;
+      sample.xi[0] = noise(random);
+      if (random() % 100 == 0) sample.xi[0] = (random() % 2 == 0 ? 10.0 : -10.0) * sigma;
+      stream_.Add(sample);
+    }
+    EXPECT_LT(Outliers(stream_.defects().defects()), kSamples / 10'000) << sigma;
+  }
+}
+
+TEST_F(WildSamples, AreNotMadeOfStepsOrPulsesOfMotion) {
+  stream_.Start(Counts());
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0.0, 4.0);
+  for (int i = 0; i < 4000; ++i) {
+    GyroSample sample;
+    sample.t_s = kInterval_s * i;
+    // A step in one sample, a knock that takes three, a ringing stepper.
+    double rate = i > 1000 && i < 1500 ? 150.0 : 0.0;
+    if (i >= 2000 && i < 2003) rate = 80.0;
+    if (i > 2500) rate = 120.0 * std::exp(-0.02 * (i % 100)) * std::sin(2.1 * (i % 100));
+    sample.xi[0] = 131.0 * rate + noise(random);
+    stream_.Add(sample);
+  }
+  EXPECT_EQ(Outliers(stream_.defects().defects()), 0);
+}
+
+TEST(MeasuredData, HasNoWildSample) {
+  const auto folder = std::filesystem::path(GYROBENCH_SOURCE_DIR) / "../shared/datasets";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no ../shared/datasets";
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    if (file.path().extension() != ".gz") continue;
+    calibration::Collector collector;
+    recording::Replay(file.path(), collector);
+    EXPECT_EQ(Outliers(collector.Take().defects), 0) << file.path();
+  }
+}
+
+}  // namespace
+}  // namespace gyrobench::testing
