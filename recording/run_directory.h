@@ -2,7 +2,8 @@
 //   events.lcmlog   every message of the run, in order: the source of truth
 //   run.json        who, what, when, configuration and script as run, outcome
 //   result.json     the last results
-//   report.html     written on request
+//   trace.json      the trace at its end
+//   report.html     the report of that trace
 #pragma once
 
 #include <cstdint>
@@ -19,6 +20,8 @@ namespace gyrobench::recording {
 inline constexpr const char* kEventLogName = "events.lcmlog";
 inline constexpr const char* kRunJsonName = "run.json";
 inline constexpr const char* kResultJsonName = "result.json";
+inline constexpr const char* kTraceJsonName = "trace.json";
+inline constexpr const char* kReportName = "report.html";
 
 // Keys of run.json that the replay reads. Others are the daemon's.
 inline constexpr const char* kRunIdKey = "run_id";
