@@ -84,15 +84,18 @@ json ToJson(const ChannelCalibration& channel) {
 
 }  // namespace
 
+std::string CatalogueId(const ModelTerm& term) { return term.id.substr(0, term.id.find('(')); }
+
 std::string WhyNotApplied(const ModelTerm& term) {
   if (term.owner == EffectOwner::kReference) return "an error of the reference, not of the gyro";
   if (term.owner == EffectOwner::kBench) return "an effect of the bench, not of the gyro";
-  if (term.id == "bias.earth_rate") return "Earth's rotation is true motion, not an error";
-  if (term.id == "bias.step" || term.id == "bias.tone") {
+  const std::string id = CatalogueId(term);
+  if (id == "bias.earth_rate") return "Earth's rotation is true motion, not an error";
+  if (id == "bias.step" || id == "bias.tone") {
     return "its time and phase are of the run that it was found in";
   }
   if (term.origin != EffectOrigin::kCatalogue) return "";
-  const Effect* effect = FindEffect(term.id, term.nonlinear.size());
+  const Effect* effect = FindEffect(id, term.nonlinear.size());
   if (effect == nullptr) return "it is not in the catalogue of this version";
   if (effect->domain == EffectDomain::kAngle) return "a lag cannot be undone sample by sample";
   return "";

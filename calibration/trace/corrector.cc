@@ -153,6 +153,11 @@ class Corrector::Impl {
           fmt::format("gyro {}: there is no temperature: the bias is that at {:.1f} degC",
                       Letter(c), model.reference_degC));
     }
+    if (model.m_row[c] == 0.0) {
+      remarks_.push_back(fmt::format(
+          "gyro {}: the calibration never turned it: its scale factor is the nominal one",
+          Letter(c)));
+    }
     for (const ModelTerm& term : model.terms) TakeTerm(term, c);
     return true;
   }
@@ -208,14 +213,15 @@ class Corrector::Impl {
     Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
     for (std::size_t c = 0; c < 3; ++c) {
       if ((mask >> c & 1U) == 0 || channels_[c].model == nullptr) continue;
-      for (std::size_t j = 0; j < 3; ++j)
-        m(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(j)) =
-            channels_[c].model->m_row[j];
+      for (std::size_t j = 0; j < 3; ++j) {
+        const double entry = channels_[c].model->m_row[j];
+        const bool nominal = c == j && entry == 0.0;
+        m(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(j)) = nominal ? 1.0 : entry;
+      }
     }
     const Eigen::FullPivLU<Eigen::Matrix3d> lu(m);
     if (!(std::fabs(lu.matrixLU().diagonal().cwiseAbs().minCoeff()) > kLeastPivot)) {
-      throw DataError(
-          "the calibration's matrix M has no inverse: an axis that it holds was never turned");
+      throw DataError("the calibration's matrix M has no inverse: two axes of it say the same");
     }
     inverse_[mask] = lu.inverse();
   }

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "base/error.h"
 
@@ -38,7 +39,7 @@ ChannelModel FullModel() {
   model.terms.push_back(Term("bias.hysteresis", EffectOwner::kGyro, {0.02}, {2.25}));
   model.terms.push_back(Term("angle.eccentricity_1", EffectOwner::kReference, {0.01, 0.02}));
   model.terms.back().table_axis = 1;
-  model.terms.push_back(Term("bias.of", EffectOwner::kGyro, {0.7}));
+  model.terms.push_back(Term("bias.of(supply_v)", EffectOwner::kGyro, {0.7}));
   model.terms.back().covariate = "supply_v";
   model.terms.back().covariate_mean = 3.31;
   model.terms.push_back(Term("composed(g_x*T)", EffectOwner::kGyro, {1e-3}));
@@ -249,6 +250,23 @@ TEST(CalibrationFile, IsNoListAndHoldsNoAxisTwice) {
   json value = Written();
   value["channels"].push_back(value["channels"][0]);
   EXPECT_THAT(ErrorOf(value), HasSubstr("twice"));
+}
+
+// What is read from a disk may be anything; it is refused, or it is what it says.
+TEST(CalibrationFile, WithAnyBytesChangedIsReadOrRefusedAndNothingElse) {
+  const std::string whole = ToJson(Full()).dump();
+  std::mt19937_64 random(3);
+  int read = 0, refused = 0;
+  for (int i = 0; i < 3000; ++i) {
+    std::string text = whole;
+    for (int changes = 0; changes < 1 + i % 3; ++changes)
+      text[random() % text.size()] = "0123456789.,:-[]{}\"enul"[random() % 24];
+    const json value = json::parse(text, nullptr, false);
+    if (value.is_discarded()) continue;
+    ++(ErrorOf(value).empty() ? read : refused);
+  }
+  EXPECT_GT(read, 100);
+  EXPECT_GT(refused, 100);
 }
 
 }  // namespace

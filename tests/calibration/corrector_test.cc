@@ -207,7 +207,7 @@ INSTANTIATE_TEST_SUITE_P(
                 {Term("bias.warm_up", {0.2}, {40.0})},
                 [](std::size_t, double at, const Vector3&) { return 0.2 * std::exp(-at / 40.0); }},
         Effects{"supply",
-                {OfSupply("bias.of", 0.5), OfSupply("scale.of", 0.02)},
+                {OfSupply("bias.of(supply_v)", 0.5), OfSupply("scale.of", 0.02)},
                 [](std::size_t c, double at, const Vector3& w) {
                   return (0.5 + 0.02 * w[c]) * (Supply(at) - 3.3);
                 }},
@@ -369,9 +369,19 @@ TEST(Corrector, RefusesDataOfAnotherUnitRangeSensorOrAxis) {
   EXPECT_THAT(RefusalOf(calibration, info), HasSubstr("none of its axes"));
 }
 
+TEST(Corrector, TakesTheNominalScaleOfAnAxisThatWasNeverTurnedAndSaysSo) {
+  Calibration calibration = ThreeAxes();
+  calibration.channels[0].model.m_row = {0.0, 0.0, 0.0};
+  Calibration as_if = ThreeAxes();
+  as_if.channels[0].model.m_row = {1.0, 0.0, 0.0};
+  const Corrected out = Correct(calibration, Info(), [&](double t) { return Sample(t, as_if); });
+  EXPECT_LT(LargestError(out.rates), 1e-6);
+  EXPECT_THAT(out.report.remarks, Contains(HasSubstr("never turned")));
+}
+
 TEST(Corrector, RefusesAMatrixWithoutAnInverse) {
   Calibration calibration = ThreeAxes();
-  calibration.channels[1].model.m_row = {0.0, 0.0, 0.0};
+  calibration.channels[1].model.m_row = calibration.channels[0].model.m_row;
   EXPECT_THAT(RefusalOf(calibration, Info()), HasSubstr("no inverse"));
 }
 
