@@ -75,16 +75,29 @@ std::vector<Visibility> UnitVisibilities(const Outcomes& outcomes, const Campaig
   }
   return found;
 }
-std::string PowerText(const std::vector<Visibility>& units, double level,
-                      const CampaignOptions& options) {
-  if (units.empty()) return fmt::format("{:>7} {:>7}", "-", "-");
-  double power = 0.0, snr = 0.0;
-  for (const Visibility& unit : units) {
-    power += Power(level * unit.sigmas, unit.terms, options);
-    snr += level * unit.sigmas;
+// Mean over trials, or over effects.
+struct PowerFigures {
+  double sigmas = 0.0, power = 0.0, n = 0.0;
+  void Add(double more_sigmas, double more_power) {
+    sigmas += more_sigmas;
+    power += more_power;
+    n += 1.0;
   }
-  const double n = static_cast<double>(units.size());
-  return fmt::format("{:>7.1f} {:>5.1f} %", snr / n, 100.0 * power / n);
+  void Add(const PowerFigures& mean) {
+    if (mean.n > 0.0) Add(mean.sigmas / mean.n, mean.power / mean.n);
+  }
+  std::string Text() const {
+    if (n == 0.0) return fmt::format("{:>7} {:>7}", "-", "-");
+    return fmt::format("{:>7.1f} {:>5.1f} %", sigmas / n, 100.0 * power / n);
+  }
+};
+PowerFigures PowerAt(const std::vector<Visibility>& units, double level,
+                     const CampaignOptions& options) {
+  PowerFigures figures;
+  for (const Visibility& unit : units) {
+    figures.Add(level * unit.sigmas, Power(level * unit.sigmas, unit.terms, options));
+  }
+  return figures;
 }
 
 constexpr const char* kSingleHead =
@@ -137,7 +150,7 @@ std::string SingleTable(const Outcomes& all, const CampaignOptions& options) {
     by_level[hidden.level].push_back(outcome);
   }
   std::string text = SingleHead();
-  const std::string no_power = PowerText({}, 0.0, options);
+  std::map<Level, PowerFigures> power_of_level;
   for (const std::string& id : order) {
     const std::vector<Visibility> units = UnitVisibilities(by_id[id], options);
     for (const auto& [level, unused] : by_level) {
@@ -146,24 +159,25 @@ std::string SingleTable(const Outcomes& all, const CampaignOptions& options) {
         return o->spec.effects.front().level == level;
       });
       if (some.empty()) continue;
-      text += SingleLine(id, kLevelNames[level], some,
-                         PowerText(units, FindInjection(id).levels[level], options));
+      const PowerFigures power = PowerAt(units, FindInjection(id).levels[level], options);
+      power_of_level[level].Add(power);
+      text += SingleLine(id, kLevelNames[level], some, power.Text());
     }
   }
   for (const auto& [level, some] : by_level) {
-    text += SingleLine("all", kLevelNames[level], some, no_power);
+    text += SingleLine("all", kLevelNames[level], some, power_of_level[level].Text());
   }
   return text;
 }
 
-std::string PairsTable(const Outcomes& all, const CampaignOptions& options) {
+std::string PairsTable(const Outcomes& all) {
   std::map<Level, Outcomes> by_level;
   for (const Outcome* outcome : all) {
     by_level[outcome->spec.effects.front().level].push_back(outcome);
   }
   std::string text = SingleHead();
   for (const auto& [level, some] : by_level) {
-    text += SingleLine("pairs", kLevelNames[level], some, PowerText({}, 0.0, options));
+    text += SingleLine("pairs", kLevelNames[level], some, PowerFigures().Text());
   }
   for (const Outcome* outcome : all) {
     if (outcome->Exact()) continue;
@@ -299,7 +313,7 @@ std::string Table(const std::string& kind, const std::vector<Outcome>& outcomes,
   if (!traced.empty()) {
     if (kind == "silent") text = SilentTable(traced);
     if (kind == "single") text = SingleTable(traced, options);
-    if (kind == "pairs") text = PairsTable(traced, options);
+    if (kind == "pairs") text = PairsTable(traced);
     if (kind == "unknown") text = UnknownTable(traced, options);
     if (kind == "poor") text = PoorTable(traced);
   }
