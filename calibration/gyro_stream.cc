@@ -79,10 +79,13 @@ void GyroStream::Add(const GyroSample& sample) {
   Accept(sample.t_s, sample);
 }
 
-// Samples that carried the stamp of the one before go evenly between it and the next.
+// Samples that carried the stamp of the one before go evenly between it and the next, and not into
+// a pause that follows.
 void GyroStream::PlaceHeld(double t_s) {
   const double begin_s = last_time_s_;
-  const double step_s = (t_s - begin_s) / static_cast<double>(held_count_ + 1);
+  double step_s = (t_s - begin_s) / static_cast<double>(held_count_ + 1);
+  const double usual_s = median_interval_s();
+  if (t_s - begin_s > gap_limit_s_ && usual_s < step_s) step_s = usual_s;
   for (std::size_t i = 0; i < held_count_; ++i) {
     Accept(begin_s + step_s * static_cast<double>(i + 1), held_[i]);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gyrobench::calibration {
 namespace {
@@ -9,9 +10,14 @@ namespace {
 constexpr double kLost_s = 2.0;         // silence of one angle, and at least
 constexpr double kLostIntervals = 5.0;  // so many of its usual intervals
 constexpr double kOrientationLost_s = 0.2;
+// Beyond what a table, a hand or the blur of a reading between two encoders' digits can do.
+constexpr double kWildRate_deg_s = 5000.0;
+constexpr double kWildStep_deg = 1.0;
 constexpr double kWaitForAngles_s = 5.0;
 constexpr double kNormTolerance = 0.05;
 constexpr std::array<const char*, 3> kStandNames = {"outer", "middle", "inner"};
+
+double Length(const Vector3& v) { return std::hypot(v[0], v[1], v[2]); }
 
 void Append(OpenRest* rest, const Vector3& rotation_deg) {
   ++rest->readings;
@@ -52,14 +58,33 @@ bool ReferenceTrack::BeginUpdate(double t_s, double interval_mean_s, double last
   }
   const bool orientation = info_.reference == ReferenceKind::kOrientation;
   const double limit_s =
-      orientation ? kOrientationLost_s : std::max(kLost_s, kLostIntervals * interval_mean_s);
+      std::max(orientation ? kOrientationLost_s : kLost_s, kLostIntervals * interval_mean_s);
   if (t_s - last_s > limit_s) {
-    lost_since_s_ = last_s;
     defects_.Add("lost_reference", "", last_s);
-    CloseRest();
-    for (RestFinder& finder : finder_) finder.Reset();
+    Lose(last_s);
   }
   return true;
+}
+
+void ReferenceTrack::Lose(double since_s) {
+  lost_since_s_ = since_s;
+  CloseRest();
+  for (RestFinder& finder : finder_) finder.Reset();
+}
+
+// Whether a step from the last believed reading, at `last_s`, can be true. `since_s`: from the last
+// reading of any kind. `from_suspect_deg`: the step from that one where it was left out.
+bool ReferenceTrack::Believes(double step_deg, double since_s,
+                              std::optional<double> from_suspect_deg, double last_s) {
+  const double limit_deg = kWildRate_deg_s * since_s + kWildStep_deg;
+  if (std::fabs(step_deg) <= limit_deg) return true;
+  if (from_suspect_deg && std::fabs(*from_suspect_deg) <= limit_deg) {
+    defects_.Add("reference_jump", "", last_s);
+    Lose(last_s);
+    return true;
+  }
+  defects_.Add("reference_outlier", "", last_s);
+  return false;
 }
 
 void ReferenceTrack::Add(const AngleSample& sample) {
@@ -76,7 +101,8 @@ void ReferenceTrack::Add(const AngleSample& sample) {
   }
   StandAngle& angle = angle_[axis];
   if (!BeginUpdate(sample.t_s, angle.interval_s, angle.t_s, angle.known)) return;
-  if (!started_) first_s_ = sample.t_s;
+  if (!Accepts(&angle, sample)) return;
+  if (!started_) first_s_ = time_s_ = sample.t_s;
   started_ = true;
   time_s_ = std::max(time_s_, sample.t_s);
   if (stand) {
@@ -93,6 +119,21 @@ void ReferenceTrack::Add(const AngleSample& sample) {
   if (!all_known && sample.t_s - first_s_ < kWaitForAngles_s) return;
   updated_ = true;
   UpdateRest(axis, sample.t_s, sample.angle_deg);
+}
+
+bool ReferenceTrack::Accepts(StandAngle* angle, const AngleSample& sample) {
+  const std::optional<double> suspect_deg = std::exchange(angle->suspect_deg, std::nullopt);
+  if (!angle->known || lost_since_s_) return true;
+  std::optional<double> from_suspect_deg;
+  if (suspect_deg) from_suspect_deg = sample.angle_deg - *suspect_deg;
+  const double since_s = sample.t_s - (suspect_deg ? angle->suspect_s : angle->t_s);
+  if (!Believes(sample.angle_deg - angle->angle_deg, since_s, from_suspect_deg, angle->t_s)) {
+    angle->suspect_deg = sample.angle_deg;
+    angle->suspect_s = sample.t_s;
+    return false;
+  }
+  if (lost_since_s_) angle->angle_deg = sample.angle_deg;
+  return true;
 }
 
 // One axis of the stand has been read: what it turned by, at the angles of the others in the middle
@@ -136,16 +177,32 @@ void ReferenceTrack::Add(const OrientationSample& sample) {
     return;
   }
   for (double& part : q) part /= norm;
-  if (!BeginUpdate(sample.t_s, 0.0, q_time_s_, q_known_)) return;
+  if (!BeginUpdate(sample.t_s, q_interval_s_, q_time_s_, q_known_)) return;
+  if (!Accepts(q, sample.t_s)) return;
   started_ = true;
   time_s_ = sample.t_s;
   if (info_.site_latitude_deg) AddEarth(sample.t_s, QuaternionOrientation(q));
   if (q_known_ && !lost_since_s_) Turn(RotationBetween(q_, q));
+  if (q_known_) {
+    q_interval_s_ += (sample.t_s - q_time_s_ - q_interval_s_) * (q_interval_s_ > 0 ? 0.1 : 1.0);
+  }
   q_ = q;
   q_known_ = true;
   q_time_s_ = sample.t_s;
   updated_ = true;
   for (std::size_t c = 0; c < 3; ++c) UpdateRest(c, sample.t_s, rotation_deg_[c]);
+}
+
+bool ReferenceTrack::Accepts(const std::array<double, 4>& q, double t_s) {
+  const std::optional<std::array<double, 4>> suspect = std::exchange(suspect_q_, std::nullopt);
+  if (!q_known_ || lost_since_s_) return true;
+  std::optional<double> from_suspect_deg;
+  if (suspect) from_suspect_deg = Length(RotationBetween(*suspect, q));
+  const double since_s = t_s - (suspect ? suspect_s_ : q_time_s_);
+  if (Believes(Length(RotationBetween(q_, q)), since_s, from_suspect_deg, q_time_s_)) return true;
+  suspect_q_ = q;
+  suspect_s_ = t_s;
+  return false;
 }
 
 // What the axis has turned since it was read, at its last rate [deg].

@@ -25,6 +25,11 @@ struct OpenRest {
 // Adds up rotation about the sensor's axes from any kind of reference. The three angles of a stand
 // are read at their own times: where others turn at once, their angles are carried forward at their
 // last rate. Memory is bounded.
+//
+// Recognised: a reading that no table can have turned to since the last one (over 5000 deg/s) is
+// left out, as `reference_outlier`; when the next one confirms it, the reference itself has jumped
+// (its count was lost, its angle wrapped): `reference_jump`, a stretch without reference, across
+// which nothing is taken to have turned.
 class ReferenceTrack {
  public:
   void Start(const MeasurementInfo& info);
@@ -65,7 +70,9 @@ class ReferenceTrack {
     double t_s = 0.0;
     double angle_deg = 0.0;
     double rate_deg_s = 0.0;
-    double interval_s = 0.0;  // mean of late
+    double interval_s = 0.0;            // mean of late
+    std::optional<double> suspect_deg;  // the reading before was left out
+    double suspect_s = 0.0;
     void Take(double now_s, double now_deg);
   };
   static constexpr std::size_t kRecent = 256;
@@ -75,6 +82,11 @@ class ReferenceTrack {
   };
 
   double Ahead(std::size_t axis) const;
+  bool Believes(double step_deg, double since_s, std::optional<double> from_suspect_deg,
+                double last_s);
+  bool Accepts(StandAngle* angle, const AngleSample& sample);
+  bool Accepts(const std::array<double, 4>& q, double t_s);
+  void Lose(double since_s);
   bool BeginUpdate(double t_s, double interval_mean_s, double last_s, bool known);
   void Turn(const Vector3& increment_deg);
   void TurnStand(double t_s, std::size_t axis, double angle_deg);
@@ -97,6 +109,9 @@ class ReferenceTrack {
   std::array<StandAngle, 3> angle_ = {};
   std::array<double, 4> q_ = {};
   bool q_known_ = false;
+  std::optional<std::array<double, 4>> suspect_q_;
+  double suspect_s_ = 0.0;
+  double q_interval_s_ = 0.0;  // mean of late
   double q_time_s_ = 0.0;
   std::array<RestFinder, 3> finder_ = {};
   std::array<bool, 3> watched_ = {};

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "recording/event_log.h"
+#include "recording/plausible.h"
 
 namespace gyrobench::recording {
 
@@ -77,7 +78,8 @@ bool EventLogReader::Ensure(std::size_t bytes) {
   return true;
 }
 
-// The header `offset` bytes after head_, if its sync word, lengths and channel name are sound. No
+// The header `offset` bytes after head_, if its sync word, number, lengths and channel name are
+// sound. No
 // more is looked at than is in memory.
 std::optional<EventLogReader::Header> EventLogReader::HeaderAt(std::size_t offset) const {
   if (available() < offset + kHeaderSize) return std::nullopt;
@@ -89,7 +91,7 @@ std::optional<EventLogReader::Header> EventLogReader::HeaderAt(std::size_t offse
   header.channel_size = BigEndian(bytes + 20, 4);
   header.data_size = BigEndian(bytes + 24, 4);
   if (header.channel_size < 1 || header.channel_size > kMaxChannelLength ||
-      header.data_size > kMaxEventData) {
+      header.data_size > kMaxEventData || header.number < 0 || header.number > kMostSamples) {
     return std::nullopt;
   }
   const std::size_t seen = std::min(header.channel_size, available() - offset - kHeaderSize);

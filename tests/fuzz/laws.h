@@ -25,7 +25,8 @@ std::optional<calibration::Recording> Digest(const std::filesystem::path& path);
 // reads. Throws BrokenLaw.
 void DigestExported(const std::filesystem::path& path, const std::filesystem::path& folder);
 
-// Reads a stand file; true when it is accepted. Throws BrokenLaw where the error does not name it.
+// Reads a stand file (a scenario); true when it is accepted. Throws BrokenLaw where the error names
+// no file.
 bool DigestStandFile(const std::filesystem::path& file);
 bool DigestScenario(const std::filesystem::path& file);
 

@@ -1,0 +1,102 @@
+// Readings of the reference that cannot be true.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "calibration/reference_track.h"
+
+namespace gyrobench::testing {
+namespace {
+
+using calibration::ReferenceTrack;
+
+constexpr double kInterval_s = 0.02;
+
+std::int64_t Count(const ReferenceTrack& track, const std::string& kind) {
+  std::int64_t count = 0;
+  for (const Defect& defect : track.defects().defects()) {
+    count += defect.kind == kind ? defect.count : 0;
+  }
+  return count;
+}
+
+MeasurementInfo Info(ReferenceKind kind) {
+  MeasurementInfo info;
+  info.reference = kind;
+  info.reference_axis = SensorAxis::kZ;
+  info.stand_axis_present = {false, false, true};
+  return info;
+}
+
+std::array<double, 4> AboutZ(double angle_deg) {
+  const double half_rad = 0.5 * angle_deg * std::numbers::pi / 180.0;
+  return {std::cos(half_rad), 0.0, 0.0, std::sin(half_rad)};
+}
+
+// Turns at 40 deg/s; `angle` may spoil a reading.
+template <typename Angle>
+void Feed(ReferenceTrack& track, ReferenceKind kind, const Angle& angle) {
+  track.Start(Info(kind));
+  for (int i = 0; i < 200; ++i) {
+    const double t_s = 100.0 + kInterval_s * i;
+    const double angle_deg = angle(i, 40.0 * kInterval_s * i);
+    if (kind == ReferenceKind::kOrientation) {
+      track.Add(OrientationSample{t_s, AboutZ(angle_deg)});
+    } else {
+      track.Add(AngleSample{t_s, 2, angle_deg});
+    }
+  }
+}
+
+class WildReadings : public ::testing::TestWithParam<ReferenceKind> {};
+
+TEST_P(WildReadings, LeaveTheRotationAsItWas) {
+  ReferenceTrack clean, spoilt;
+  Feed(clean, GetParam(), [](int, double angle) { return angle; });
+  Feed(spoilt, GetParam(),
+       [](int i, double angle) { return i == 50 || i == 120 || i == 122 ? angle + 170.0 : angle; });
+  EXPECT_EQ(Count(clean, "reference_outlier"), 0);
+  EXPECT_EQ(Count(spoilt, "reference_outlier"), 3);
+  EXPECT_EQ(Count(spoilt, "reference_jump"), 0);
+  EXPECT_NEAR(spoilt.rotation_deg()[2], clean.rotation_deg()[2], 1e-9);
+}
+
+TEST_P(WildReadings, ThatPersistAreAJumpAcrossWhichNothingTurned) {
+  ReferenceTrack track;
+  Feed(track, GetParam(), [](int i, double angle) { return i >= 100 ? angle - 150.0 : angle; });
+  EXPECT_EQ(Count(track, "reference_jump"), 1);
+  // From reading 99 to 101, the first that is believed, it is not known what happened.
+  EXPECT_NEAR(track.rotation_deg()[2], 40.0 * kInterval_s * 197, 1e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Reference, WildReadings,
+                         ::testing::Values(ReferenceKind::kStandAngles, ReferenceKind::kSensorAngle,
+                                           ReferenceKind::kOrientation));
+
+TEST(WildReadings, OfAnySizeCostNoDigitOfTheOthers) {
+  ReferenceTrack track;
+  Feed(track, ReferenceKind::kSensorAngle,
+       [](int i, double angle) { return i % 10 == 5 ? 1e29 : angle; });
+  EXPECT_NEAR(track.rotation_deg()[2], 40.0 * kInterval_s * 199, 1e-9);
+}
+
+TEST(ReferenceTimes, MayBeNegative) {
+  ReferenceTrack track;
+  track.Start(Info(ReferenceKind::kSensorAngle));
+  track.Add(AngleSample{-5.0, 2, 1.0});
+  track.Add(AngleSample{-4.9, 2, 2.0});
+  EXPECT_EQ(track.time_s(), -4.9);
+}
+
+// An orientation twice a second is slow, not lost.
+TEST(SlowOrientation, IsNotLost) {
+  ReferenceTrack track;
+  track.Start(Info(ReferenceKind::kOrientation));
+  for (int i = 0; i < 100; ++i) track.Add(OrientationSample{0.5 * i, AboutZ(3.0 * i)});
+  EXPECT_LE(Count(track, "lost_reference"), 1);
+  EXPECT_NEAR(track.rotation_deg()[2], 3.0 * 99, 3.1);
+}
+
+}  // namespace
+}  // namespace gyrobench::testing
