@@ -15,7 +15,6 @@ constexpr double kWildRate_deg_s = 5000.0;
 constexpr double kWildStep_deg = 1.0;
 constexpr double kWaitForAngles_s = 5.0;
 constexpr double kNormTolerance = 0.05;
-constexpr std::array<const char*, 3> kStandNames = {"outer", "middle", "inner"};
 
 double Length(const Vector3& v) { return std::hypot(v[0], v[1], v[2]); }
 
