@@ -31,7 +31,7 @@ class Place {
   }
   [[noreturn]] void Expected(const std::string& what) const {
     std::string found = value_.dump(-1, ' ', true, json::error_handler_t::replace);
-    if (found.size() > 60) found = found.substr(0, 60) + "...";
+    if (found.size() > 60) found.replace(60, std::string::npos, "...");
     Fail(fmt::format("expected {}, found {}", what, found));
   }
 
@@ -122,7 +122,7 @@ HeldOut ReadHeldOut(const Place& place) {
 void CheckCatalogueTerm(const ModelTerm& term, const Place& place) {
   const Effect* effect = FindEffect(CatalogueId(term), term.nonlinear.size());
   if (effect == nullptr) {
-    place["id"].Fail(fmt::format(
+    return place["id"].Fail(fmt::format(
         "no effect \"{}\" with {} non-linear parameters in the catalogue of this version", term.id,
         term.nonlinear.size()));
   }
