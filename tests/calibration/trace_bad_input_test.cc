@@ -366,15 +366,21 @@ TEST(TraceOfUselessColumns, NamesNoneOfThem) {
   EXPECT_TRUE(TraceOrMessage(story));
 }
 
-TEST(TraceOfManyRuns, TakesAnEmptyOneAlongWithSoundOnes) {
+TEST(TraceOfManyRuns, NamesTheOneThatIsEmpty) {
   Story story;
   const Recording sound = story.Collect();
   story.seed = 2;
   const Recording other = story.Collect();
   story.duration_s = 0.0;
+  story.info.source = "empty.csv";
   const Recording empty = story.Collect();
-  const auto traced = TraceOrMessage({&sound, &empty, &other});
-  if (traced) EXPECT_EQ(traced->result.inputs.size(), 3u);
+  const Recording* const list[] = {&sound, &empty, &other};
+  try {
+    Trace(list);
+    ADD_FAILURE() << "expected an error: a file without a sample was given by mistake";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("empty.csv"));
+  }
   TraceOrMessage({&sound, &sound});
 }
 
