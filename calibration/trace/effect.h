@@ -72,6 +72,8 @@ struct Effect {
   unsigned needs = kNeedsNothing;
   std::vector<EffectTerm> terms;
   std::vector<NonlinearParameter> nonlinear;
+  // The first non-linear parameter is the coefficient itself.
+  bool tied = false;
   // Largest size that a part of the MPU-6050's class shows, in units of the terms.
   double typical_size = 0.0;
   std::unique_ptr<Basis> (*basis)(const BasisContext& context) = nullptr;
@@ -80,7 +82,8 @@ struct Effect {
 // All effects that are looked for as terms, in the order of effects' documentation. Steps and tones
 // are found by scans (trace/scans.h) and have their entries here as well.
 const std::vector<Effect>& EffectCatalogue();
-// nullptr where there is none of that id.
-const Effect* FindEffect(const std::string& id);
+// An id may have several forms, told apart by their number of non-linear parameters. nullptr where
+// there is none.
+const Effect* FindEffect(const std::string& id, std::size_t nonlinear_parameters);
 
 }  // namespace gyrobench::calibration

@@ -25,8 +25,10 @@ struct TrackPoint {
   // The table's axes: angle and rate. For a single-axis reference only that axis of the sensor.
   Vector3 table_deg = {kMissing, kMissing, kMissing};
   Vector3 table_rate_deg_s = {};
-  // Rate about each sensor axis, mean over the last 20 ms and the 20 ms before [deg/s].
-  Vector3 rate_last_deg_s = {}, rate_before_deg_s = {};
+  // World x, horizontal, in frame S; NaN where the orientation is not known.
+  Vector3 world_x = {kMissing, kMissing, kMissing};
+  // Rate about each sensor axis, mean over the last 20 ms, the 20 ms before, and earlier [deg/s].
+  Vector3 rate_last_deg_s = {}, rate_before_deg_s = {}, rate_earlier_deg_s = {};
   const double* covariates = nullptr;  // of MeasurementInfo::covariates, in order
 };
 

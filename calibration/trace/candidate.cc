@@ -1,0 +1,189 @@
+#include "calibration/trace/candidate.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+#include "calibration/trace/empirical_curve.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr std::array<const char*, 3> kAxisNames = {"outer", "middle", "inner"};
+
+// All points of the grid of an effect's non-linear parameters.
+std::vector<std::vector<double>> GridOf(const Effect& effect) {
+  std::vector<std::vector<double>> points = {{}};
+  for (const NonlinearParameter& parameter : effect.nonlinear) {
+    std::vector<std::vector<double>> next;
+    for (const std::vector<double>& point : points) {
+      for (const double value : parameter.grid) {
+        next.push_back(point);
+        next.back().push_back(value);
+      }
+    }
+    points = std::move(next);
+  }
+  return points;
+}
+
+BasisContext ContextOf(const ChannelProblem& problem) {
+  BasisContext context;
+  context.channel = problem.channel();
+  context.gear_ratio = problem.gear_ratio();
+  context.reference_degC = 0.5 * (problem.min_temperature_degC() + problem.max_temperature_degC());
+  return context;
+}
+
+bool OnStand(const ChannelProblem& problem) {
+  return problem.trails().front().recording->info.reference == ReferenceKind::kStandAngles;
+}
+
+double CovariateMean(const ChannelProblem& problem, std::size_t index) {
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) sum += problem.half(i, 0).covariates[index];
+  return sum / static_cast<double>(problem.rows());
+}
+
+// What makes no sense for the data at hand.
+bool BeyondData(const ChannelProblem& problem, const Effect& effect,
+                const std::vector<double>& point) {
+  if (effect.id == "bias.vibration" && point.size() == 2)
+    return point[0] > 1.2 * problem.max_rate_deg_s();
+  if (effect.id == "bias.hysteresis") {
+    return 2.0 * point[0] > problem.max_temperature_degC() - problem.min_temperature_degC();
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
+                                           const std::vector<std::string>& covariates,
+                                           bool earth_rate_known) {
+  std::vector<Candidate> out;
+  const unsigned knows = problem.knows() | (covariates.empty() ? 0u : kNeedsCovariate);
+  for (const Effect& effect : EffectCatalogue()) {
+    if ((effect.needs & knows) != effect.needs) continue;
+    if (effect.id == "bias.earth_rate" && earth_rate_known) continue;
+    if (effect.id == "angle.worm_period" && !(problem.gear_ratio() > 0)) continue;
+    const bool per_axis = (effect.needs & kNeedsTableAxis) != 0;
+    const bool per_covariate = (effect.needs & kNeedsCovariate) != 0;
+    const std::size_t copies =
+        per_axis ? problem.table_axes().size() : (per_covariate ? covariates.size() : 1);
+    for (std::size_t copy = 0; copy < copies; ++copy) {
+      for (const std::vector<double>& point : GridOf(effect)) {
+        if (BeyondData(problem, effect, point)) continue;
+        Candidate candidate;
+        candidate.effect = &effect;
+        candidate.context = ContextOf(problem);
+        candidate.context.nonlinear = point;
+        candidate.id = candidate.family = effect.id;
+        if (per_axis) {
+          candidate.context.table_axis = problem.table_axes()[copy];
+          if (OnStand(problem))
+            candidate.suffix = fmt::format("_{}", kAxisNames[candidate.context.table_axis]);
+        }
+        if (per_covariate) {
+          candidate.context.covariate = copy;
+          candidate.context.covariate_mean = CovariateMean(problem, copy);
+          candidate.id = fmt::format("{}({})", effect.id, covariates[copy]);
+        }
+        candidate.family = candidate.id + candidate.suffix;
+        if (effect.id == "angle.worm_period") candidate.family += fmt::format("_{}", point[0]);
+        out.push_back(std::move(candidate));
+      }
+    }
+  }
+  return out;
+}
+
+std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
+                                          const std::vector<std::string>& covariates) {
+  std::vector<std::string> factors;
+  const unsigned knows = problem.knows();
+  if ((knows & kNeedsRate) != 0) factors.insert(factors.end(), {"w", "abs_w"});
+  if ((knows & kNeedsGravity) != 0) factors.insert(factors.end(), {"g_x", "g_y", "g_z"});
+  if ((knows & kNeedsTemperature) != 0) factors.insert(factors.end(), {"T", "dT_dt"});
+  const std::size_t known = factors.size();
+  factors.insert(factors.end(), covariates.begin(), covariates.end());
+  // Products that the catalogue has, or the baseline.
+  auto listed = [&](std::size_t i, std::size_t j) {
+    const std::string &a = factors[i], &b = factors[j];
+    if (i == j) return i < known;  // squares of columns alone are new
+    if (a == "w") return b == "abs_w" || b == "T" || (b[0] == 'g' && j < known) || j >= known;
+    return false;
+  };
+  std::vector<Candidate> out;
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    for (std::size_t j = i; j < factors.size(); ++j) {
+      if (listed(i, j)) continue;
+      Candidate candidate;
+      candidate.context = ContextOf(problem);
+      candidate.factors = {factors[i], factors[j]};
+      for (const std::size_t index : {i, j}) {
+        double offset = 0.0;
+        if (factors[index] == "T") offset = candidate.context.reference_degC;
+        if (index >= known) offset = CovariateMean(problem, index - known);
+        candidate.offsets.push_back(offset);
+      }
+      candidate.id = fmt::format("composed({}*{})", factors[i], factors[j]);
+      candidate.family = candidate.id;
+      out.push_back(std::move(candidate));
+    }
+  }
+  return out;
+}
+
+Candidate ScannedCandidate(const ChannelProblem& problem, const std::string& id,
+                           std::size_t table_axis, double nonlinear, std::size_t trail) {
+  Candidate candidate;
+  candidate.effect = FindEffect(id, 1);
+  candidate.context = ContextOf(problem);
+  candidate.context.table_axis = table_axis;
+  candidate.context.nonlinear = {nonlinear};
+  candidate.id = id;
+  if (id != "angle.ripple" && problem.trails().size() > 1) candidate.trail = trail;
+  if ((candidate.effect->needs & kNeedsTableAxis) != 0 && OnStand(problem))
+    candidate.suffix = fmt::format("_{}", kAxisNames[table_axis]);
+  // Several steps or tones are several effects.
+  candidate.family = fmt::format("{}{}@{:.6g}", id, candidate.suffix, nonlinear);
+  return candidate;
+}
+
+Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candidate,
+                          const std::vector<std::string>& covariates) {
+  if (candidate.effect != nullptr) {
+    Eigen::MatrixXd out = problem.Columns(*candidate.effect, candidate.context);
+    for (Eigen::Index i = 0; candidate.trail && i < problem.rows(); ++i) {
+      if (problem.row_refs()[static_cast<std::size_t>(i)].trail != *candidate.trail)
+        out.row(i).setZero();
+    }
+    return out;
+  }
+  std::vector<Factor> factors;
+  for (const std::string& name : candidate.factors)
+    factors.push_back(*Factor::Make(name, problem.channel(), covariates));
+  if (candidate.knots.empty()) {
+    return problem.RateColumn([&](const TrackPoint& point) {
+      double product = 1.0;
+      for (std::size_t k = 0; k < factors.size(); ++k)
+        product *= factors[k].At(point) - candidate.offsets[k];
+      return product;
+    });
+  }
+  const EmpiricalCurve curve(candidate.knots);
+  Eigen::MatrixXd out(problem.rows(), static_cast<Eigen::Index>(candidate.knots.size()));
+  std::vector<double> a(candidate.knots.size()), b(candidate.knots.size());
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    curve.Weights(factors[0].At(problem.half(i, 0)), a.data());
+    curve.Weights(factors[0].At(problem.half(i, 1)), b.data());
+    const double half_s = 0.5 * problem.intervals()[static_cast<std::size_t>(i)].duration_s;
+    for (std::size_t k = 0; k < a.size(); ++k)
+      out(i, static_cast<Eigen::Index>(k)) = half_s * (a[k] + b[k]);
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration

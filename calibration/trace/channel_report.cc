@@ -1,0 +1,387 @@
+#include "calibration/trace/channel_report.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "calibration/schedule.h"
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/curves.h"
+#include "calibration/trace/noise_search.h"
+#include "calibration/trace/problem.h"
+#include "calibration/trace/remaining.h"
+#include "calibration/trace/selection.h"
+#include "calibration/trace/unidentifiable.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr Eigen::Index kLeastRows = 60;
+constexpr double kLeastTime_s = 5.0;
+
+const char* ManoeuvreOf(const std::string& id) {
+  for (const Effect& effect : EffectCatalogue()) {
+    if (effect.id == id || id.starts_with(effect.id + "(")) return effect.manoeuvre.c_str();
+  }
+  return "";
+}
+
+double StdError(const ChannelFit& fit, Eigen::Index j) { return std::sqrt(fit.covariance(j, j)); }
+
+ModelParameter Parameter(const ChannelFit& fit, Eigen::Index j, std::string name, std::string unit,
+                         double grow) {
+  const double bound = StdError(fit, j);
+  return {std::move(name), fit.values(j), std::move(unit), bound * grow, bound};
+}
+
+// sin and cos as amplitude and phase: a sin(x + p) = a cos p sin x + a sin p cos x.
+std::vector<ModelParameter> AmplitudeAndPhase(const ChannelFit& fit, Eigen::Index j,
+                                              const std::string& suffix, const std::string& unit,
+                                              double grow) {
+  const double s = fit.values(j), c = fit.values(j + 1), a = std::hypot(s, c);
+  const Eigen::Vector2d radial(s / a, c / a), around(-c / a, s / a);
+  const Eigen::Matrix2d covariance = fit.covariance.block<2, 2>(j, j);
+  const double bound = std::sqrt(radial.dot(covariance * radial));
+  const double turn = std::sqrt(around.dot(covariance * around)) / a * 180.0 / std::numbers::pi;
+  return {
+      {"amplitude" + suffix, a, unit, bound * grow, bound},
+      {"phase" + suffix, std::atan2(c, s) * 180.0 / std::numbers::pi, "deg", turn * grow, turn}};
+}
+
+bool IsWave(const Effect& effect) {
+  return effect.terms.size() == 2 && effect.terms[0].name == "a" && effect.terms[1].name == "b";
+}
+
+std::vector<ModelParameter> EffectParameters(const Candidate& member, const ChannelFit& fit,
+                                             std::size_t index, double grow) {
+  std::vector<ModelParameter> out;
+  const Eigen::Index first = fit.member_begin[index];
+  const Eigen::Index end =
+      index + 1 < fit.member_begin.size() ? fit.member_begin[index + 1] : fit.values.size();
+  Eigen::Index j = first;
+  if (member.effect == nullptr) {
+    const bool curve = !member.knots.empty();
+    for (std::size_t k = 0; k < member.columns.size(); ++k, ++j) {
+      out.push_back(Parameter(
+          fit, j, curve ? fmt::format("at {} = {:.4g}", member.factors[0], member.knots[k]) : "c",
+          curve ? "deg/s" : "deg/s per unit", grow));
+    }
+    return out;
+  }
+  const Effect& effect = *member.effect;
+  if (IsWave(effect)) {
+    out = AmplitudeAndPhase(fit, j, member.suffix, effect.terms[0].unit, grow);
+    j += 2;
+  } else {
+    for (const EffectTerm& term : effect.terms)
+      out.push_back(Parameter(fit, j++, term.name + member.suffix, term.unit, grow));
+  }
+  for (std::size_t k = 0; k < effect.nonlinear.size(); ++k) {
+    const NonlinearParameter& parameter = effect.nonlinear[k];
+    if (effect.tied) continue;
+    if (j < end) {
+      out.push_back(Parameter(fit, j++, parameter.name, parameter.unit, grow));
+    } else {
+      out.push_back(
+          {parameter.name, member.context.nonlinear[k], parameter.unit, kMissing, kMissing});
+    }
+  }
+  return out;
+}
+
+ModelTerm TermOf(const Candidate& member, const ChannelFit& fit, std::size_t index,
+                 const std::vector<std::string>& covariates) {
+  ModelTerm term;
+  const Eigen::Index first = fit.column_begin[index];
+  for (std::size_t k = 0; k < member.columns.size(); ++k)
+    term.coefficients.push_back(fit.linear(first + static_cast<Eigen::Index>(k)));
+  term.reference_degC = member.context.reference_degC;
+  if (member.effect == nullptr) {
+    term.id = member.id;
+    term.origin = member.knots.empty() ? EffectOrigin::kComposed : EffectOrigin::kEmpirical;
+    term.factors = member.factors;
+    term.offsets = member.offsets;
+    term.knots = member.knots;
+    return term;
+  }
+  term.id = member.effect->id;
+  term.owner = member.effect->owner;
+  term.nonlinear = member.context.nonlinear;
+  term.table_axis = member.context.table_axis;
+  if ((member.effect->needs & kNeedsCovariate) != 0) {
+    term.covariate = covariates[member.context.covariate];
+    term.covariate_mean = member.context.covariate_mean;
+  }
+  return term;
+}
+
+class ChannelTracer {
+ public:
+  explicit ChannelTracer(const ChannelRequest& request)
+      : request_(request), problem_(request.trails, request.channel, request.units_per_deg_s) {
+    trace_.axis = static_cast<SensorAxis>(request.channel);
+  }
+
+  TracedChannel Run() {
+    model_.axis = trace_.axis;
+    model_.unit = OutputUnit(request_.trails.front().recording->info);
+    model_.units_per_deg_s = request_.units_per_deg_s;
+    if (!EnoughData()) return {std::move(trace_), std::move(model_)};
+    baseline_ = problem_.MakeBaseline();
+    RemarkOnBaseline();
+    const std::vector<Candidate> pool =
+        CatalogueCandidates(problem_, request_.covariates, request_.earth_rate_known);
+    Eigen::MatrixXd saturated =
+        Selection::SaturatedColumns(problem_, baseline_, pool, request_.covariates);
+    if (!saturated.allFinite() || !problem_.output_deg().allFinite()) {
+      trace_.remarks.push_back("values that are not finite numbers are left: not traced");
+      return {std::move(trace_), std::move(model_)};
+    }
+    std::optional<IntervalNoise> noise =
+        SearchNoise(problem_.intervals(), saturated, problem_.output_deg());
+    if (!noise) {
+      trace_.remarks.push_back("too little data for the noise to be estimated: not traced");
+      return {std::move(trace_), std::move(model_)};
+    }
+    std::optional<Selection> selection;
+    for (int pass = 0; pass < 3; ++pass) {
+      selection.emplace(problem_, baseline_, *noise, request_.covariates, request_.earth_rate_known,
+                        SelectionOptions{request_.false_discovery});
+      selection->Run();
+      // What the noise was not judged with makes it look larger than it is.
+      bool outside = false;
+      for (const Candidate& member : selection->members()) {
+        const bool listed =
+            member.effect != nullptr && !member.effect->nonlinear.empty() && !member.refinable();
+        const bool refined = member.effect == nullptr || member.refinable() || listed;
+        if (!refined || known_.contains(member.family)) continue;
+        known_.insert(member.family);
+        outside = true;
+        const Eigen::MatrixXd columns = ColumnsOf(problem_, member, request_.covariates);
+        saturated.conservativeResize(Eigen::NoChange, saturated.cols() + columns.cols());
+        saturated.rightCols(columns.cols()) = columns;
+      }
+      if (!outside) break;
+      const std::optional<IntervalNoise> better =
+          SearchNoise(problem_.intervals(), saturated, problem_.output_deg(), noise);
+      if (!better) break;
+      noise = better;
+    }
+    trace_.noise = {noise->angle_random_walk_deg_sqrt_s, noise->bias_random_walk_deg_s_sqrt_s,
+                    noise->reference_deg};
+    Fill(*selection, *noise);
+    return {std::move(trace_), std::move(model_)};
+  }
+
+ private:
+  bool EnoughData() {
+    double time_s = 0.0;
+    for (const Interval& interval : problem_.intervals()) time_s += interval.duration_s;
+    if (problem_.rows() >= kLeastRows && time_s >= kLeastTime_s) return true;
+    const bool none = request_.trails.front().recording->info.reference == ReferenceKind::kNone;
+    trace_.remarks.push_back(fmt::format(
+        "{:.3g} s of usable data{}, at least {:.0f} s and {} intervals of 0.1 s are needed: not "
+        "traced",
+        time_s, none ? " at rest" : "", kLeastTime_s, kLeastRows));
+    trace_.summary = "Too little data to trace anything.";
+    return false;
+  }
+
+  void RemarkOnBaseline() {
+    const unsigned knows = problem_.knows();
+    auto without = [&](unsigned need, const std::string& says) {
+      if ((knows & need) == 0) trace_.remarks.push_back(says);
+    };
+    without(kNeedsRate,
+            "no motion about this axis: scale factor, nonlinearity and every effect "
+            "that needs motion cannot be estimated");
+    without(kNeedsTemperature,
+            "temperature is missing or constant within 1 degC: nothing that depends on it can be "
+            "estimated");
+    without(kNeedsGravity,
+            "gravity in the sensor's frame is not known: no effect of it can be "
+            "estimated");
+    if (!request_.earth_rate_known) {
+      trace_.remarks.push_back(
+          "the site's latitude is not given: Earth's rotation (0.0042 deg/s at most) passes for "
+          "bias or g-sensitivity");
+    }
+  }
+
+  void Fill(const Selection& selection, const IntervalNoise& noise) {
+    const ChannelFit fit = FitChannel(problem_, selection);
+    // Under a noise that is right the white residual has a size of 1; where it is larger, errors
+    // grow with it.
+    const double grow = std::max(1.0, fit.whitened_rms());
+    FillBaseline(selection, fit, grow);
+    std::vector<Eigen::Index> all;
+    for (Eigen::Index j = fit.baseline_columns; j < fit.raw.cols(); ++j) all.push_back(j);
+    const HeldOutFigures together = HoldOut(problem_, fit, all, request_.seed);
+    trace_.heldout_whitened_rms = together.whitened_rms;
+    trace_.heldout_angle_rms_deg = together.angle_rms_deg;
+    trace_.forecast_angle_rms_deg = Forecast(problem_, fit, request_.seed);
+    for (std::size_t i = 0; i < selection.members().size(); ++i)
+      FillEffect(selection, fit, i, grow);
+    std::set<std::string> named;
+    for (const TracedEffect& effect : trace_.effects) named.insert(effect.id);
+    trace_.unidentifiable = Unidentifiables(problem_, selection, named, request_.earth_rate_known);
+    trace_.remaining = WhatRemains(problem_, fit, request_.covariates);
+    Decide();
+    FillModel(selection, fit);
+    if (request_.curves) trace_.curves = MakeCurves(problem_, fit, selection, noise);
+  }
+
+  void FillBaseline(const Selection& selection, const ChannelFit& fit, double grow) {
+    std::vector<ModelParameter>& parameters = trace_.baseline.parameters;
+    Eigen::Index j = 0;
+    for (const std::size_t axis : baseline_.turned) {
+      const bool own = axis == request_.channel;
+      parameters.push_back(
+          Parameter(fit, j++,
+                    own ? "scale_factor"
+                        : fmt::format("cross_axis_{}{}", "xyz"[request_.channel], "xyz"[axis]),
+                    own ? "1" : "1", grow));
+    }
+    for (std::size_t run = 0; run < baseline_.constants; ++run) {
+      parameters.push_back(Parameter(fit, j++,
+                                     baseline_.constants > 1
+                                         ? fmt::format("zero_rate_offset_run_{}", run + 1)
+                                         : "zero_rate_offset",
+                                     "deg/s", grow));
+    }
+    for (int k = 1; k <= baseline_.temperature_order; ++k) {
+      parameters.push_back(Parameter(fit, j++, fmt::format("offset_temperature_{}", k),
+                                     k == 1 ? "deg/s/degC" : fmt::format("deg/s/degC^{}", k),
+                                     grow));
+    }
+    const WhiteStore::Fit alone = selection.store().FitTo(selection.baseline_columns());
+    trace_.baseline.whitened_rms =
+        std::sqrt(alone.residual_square / static_cast<double>(problem_.rows()));
+    const WhiteStore::Solution solution = selection.store().Solve(selection.baseline_columns());
+    const Eigen::VectorXd residual =
+        problem_.output_deg() - baseline_.columns * solution.coefficients;
+    trace_.baseline.angle_rms_deg = AngleWindows(problem_, residual, 0, problem_.rows()).rms();
+  }
+
+  void FillEffect(const Selection& selection, const ChannelFit& fit, std::size_t i, double grow) {
+    const Candidate& member = selection.members()[i];
+    TracedEffect effect;
+    effect.id = member.id;
+    if (member.effect != nullptr) {
+      effect.owner = member.effect->owner;
+      effect.equation = member.effect->equation;
+      effect.cause = member.effect->cause;
+    } else if (member.knots.empty()) {
+      effect.origin = EffectOrigin::kComposed;
+      effect.equation = fmt::format("c ({} - {:.4g}) ({} - {:.4g})", member.factors[0],
+                                    member.offsets[0], member.factors[1], member.offsets[1]);
+      effect.cause = "not in the catalogue: a product of two quantities describes it";
+    } else {
+      effect.origin = EffectOrigin::kEmpirical;
+      effect.equation = fmt::format("curve in {}", member.factors[0]);
+      effect.cause = "unknown: a smooth curve in one quantity describes it";
+    }
+    effect.parameters = EffectParameters(member, fit, i, grow);
+    effect.p_value = selection.PValue(i);
+    effect.rivals = selection.Rivals(i);
+    std::set<std::string> ways;
+    for (const std::string& rival : effect.rivals) ways.insert(ManoeuvreOf(rival));
+    if (!effect.rivals.empty()) ways.insert(ManoeuvreOf(effect.id));
+    ways.erase("");
+    effect.settled_by = fmt::format("{}", fmt::join(ways, "; "));
+    std::vector<Eigen::Index> columns;
+    for (std::size_t k = 0; k < member.columns.size(); ++k)
+      columns.push_back(fit.column_begin[i] + static_cast<Eigen::Index>(k));
+    const HeldOutFigures figures = HoldOut(problem_, fit, columns, request_.seed);
+    effect.heldout_whitened_rms = figures.whitened_rms;
+    effect.heldout_angle_rms_deg = figures.angle_rms_deg;
+    trace_.effects.push_back(std::move(effect));
+  }
+
+  void Decide() {
+    const bool speaks = !trace_.remaining.findings.empty();
+    std::vector<std::string> names;
+    for (const TracedEffect& effect : trace_.effects) {
+      names.push_back(effect.rivals.empty()
+                          ? effect.id
+                          : fmt::format("{} (or {})", effect.id, fmt::join(effect.rivals, " or ")));
+    }
+    const std::string error =
+        fmt::format("the angle error of held-out data goes from {:.3g} to {:.3g} deg",
+                    trace_.heldout_angle_rms_deg.before, trace_.heldout_angle_rms_deg.after);
+    if (names.empty() && !speaks) {
+      trace_.verdict = Verdict::kNone;
+      trace_.summary = "Nothing beyond the baseline is to be seen.";
+    } else if (names.empty()) {
+      trace_.verdict = Verdict::kUnexplained;
+      trace_.summary = fmt::format("Structure remains and no cause could be named: {}.",
+                                   trace_.remaining.findings.front().says);
+    } else {
+      trace_.verdict = speaks ? Verdict::kPartlyExplained : Verdict::kExplained;
+      trace_.summary =
+          fmt::format("{} by {}: {}{}.", speaks ? "Partly explained" : "Explained",
+                      fmt::join(names, ", "), error, speaks ? "; some structure remains" : "");
+    }
+  }
+
+  void FillModel(const Selection& selection, const ChannelFit& fit) {
+    Eigen::Index j = 0;
+    for (const std::size_t axis : baseline_.turned) {
+      model_.m_row_std_error[axis] = StdError(fit, j);
+      model_.m_row[axis] = fit.values(j++);
+    }
+    // Without motion the scale factor is taken as nominal.
+    if (baseline_.turned.empty()) model_.m_row[request_.channel] = 1.0;
+    model_.reference_degC = baseline_.reference_degC;
+    // Of several measurements the mean of their constants.
+    double sum = 0.0;
+    for (std::size_t run = 0; run < baseline_.constants; ++run) sum += fit.values(j++);
+    model_.bias_deg_s.push_back(sum / static_cast<double>(baseline_.constants));
+    for (int k = 0; k < baseline_.temperature_order; ++k)
+      model_.bias_deg_s.push_back(fit.values(j++));
+    for (std::size_t i = 0; i < selection.members().size(); ++i)
+      model_.terms.push_back(TermOf(selection.members()[i], fit, i, request_.covariates));
+    for (const ModelParameter& parameter : trace_.baseline.parameters)
+      model_.parameter_names.push_back(parameter.name);
+    for (const Candidate& member : selection.members()) AppendNames(member);
+    model_.parameter_names.resize(static_cast<std::size_t>(fit.values.size()));
+    model_.covariance.assign(fit.covariance.data(), fit.covariance.data() + fit.covariance.size());
+    model_.min_temperature_degC = problem_.min_temperature_degC();
+    model_.max_temperature_degC = problem_.max_temperature_degC();
+    model_.max_rate_deg_s = problem_.max_rate_deg_s();
+  }
+
+  void AppendNames(const Candidate& member) {
+    if (member.effect == nullptr) {
+      for (std::size_t k = 0; k < member.columns.size(); ++k)
+        model_.parameter_names.push_back(fmt::format("{}.{}", member.id, k));
+      return;
+    }
+    for (const EffectTerm& term : member.effect->terms)
+      model_.parameter_names.push_back(member.id + "." + term.name + member.suffix);
+    const bool searched =
+        member.refinable() || member.id == "bias.tone" || member.id == "angle.ripple";
+    for (const NonlinearParameter& parameter : member.effect->nonlinear) {
+      if (searched)
+        model_.parameter_names.push_back(member.id + "." + parameter.name + member.suffix);
+    }
+  }
+
+  const ChannelRequest& request_;
+  ChannelProblem problem_;
+  Baseline baseline_;
+  ChannelTrace trace_;
+  ChannelModel model_;
+  std::set<std::string> known_;
+};
+
+}  // namespace
+
+TracedChannel TraceChannel(const ChannelRequest& request) { return ChannelTracer(request).Run(); }
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,187 @@
+#include "calibration/trace/problem.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr double kLeastPath_deg = 5.0;  // of an axis that counts as turned
+constexpr double kLeastTablePath_deg = 20.0;
+constexpr double kTemperatureScale_degC = 10.0;
+
+// A polynomial of the temperature needs a range to be seen.
+int TemperatureOrder(double range_degC) {
+  if (!(range_degC >= 1.0)) return 0;
+  if (range_degC < 3.0) return 1;
+  return range_degC < 6.0 ? 2 : 3;
+}
+
+}  // namespace
+
+ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channel,
+                               double units_per_deg_s)
+    : trails_(trails), channel_(channel) {
+  std::vector<double> output;
+  for (std::size_t t = 0; t < trails.size(); ++t) {
+    const Trail& trail = trails[t];
+    const std::vector<Node>& nodes = trail.recording->columns.nodes;
+    bool skipped_motion = true, first = true;
+    double last_end_s = 0.0;
+    for (std::size_t i = 0; i < trail.still.size(); ++i) {
+      if (!trail.usable[i][channel]) {
+        skipped_motion = skipped_motion || !trail.still[i];
+        continue;
+      }
+      if (first) run_begins_.push_back(static_cast<Eigen::Index>(rows_.size()));
+      Interval interval;
+      interval.duration_s = nodes[i + 1].at.t_s - nodes[i].at.t_s;
+      interval.still = trail.still[i];
+      interval.gap_before_s = first ? 0.0 : std::max(0.0, nodes[i].at.t_s - last_end_s);
+      interval.new_reference = skipped_motion;
+      interval.end_reference_share = trail.reference_share[i + 1];
+      interval.begin_reference_share = trail.reference_share[i];
+      intervals_.push_back(interval);
+      rows_.push_back({static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(i)});
+      output.push_back((nodes[i + 1].at.z[channel] - nodes[i].at.z[channel]) / units_per_deg_s);
+      last_end_s = nodes[i + 1].at.t_s;
+      first = skipped_motion = false;
+    }
+  }
+  output_ = Eigen::Map<const Eigen::VectorXd>(output.data(), rows());
+  Survey();
+}
+
+double ChannelProblem::begin_s(Eigen::Index row) const {
+  return trail(row).nodes[ref(row).interval].t_s;
+}
+double ChannelProblem::end_s(Eigen::Index row) const { return end_node(row).t_s; }
+const TrackPoint& ChannelProblem::half(Eigen::Index row, std::size_t h) const {
+  return trail(row).halves[2 * ref(row).interval + h];
+}
+const TrackPoint& ChannelProblem::end_node(Eigen::Index row) const {
+  return trail(row).nodes[ref(row).interval + 1];
+}
+
+double ChannelProblem::gear_ratio() const {
+  for (const Trail& trail : trails_) {
+    if (trail.recording->info.gear_ratio) return *trail.recording->info.gear_ratio;
+  }
+  return kMissing;
+}
+
+void ChannelProblem::Survey() {
+  Vector3 table_path = {};
+  double sum = 0.0, time_s = 0.0;
+  bool gravity = !trails_.empty(), temperature = gravity, vibration = gravity;
+  for (const Trail& trail : trails_) {
+    gravity = gravity && trail.gravity_known;
+    temperature = temperature && trail.temperature_known;
+    vibration = vibration && trail.vibration_known;
+  }
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    const double dt = intervals_[static_cast<std::size_t>(i)].duration_s;
+    for (std::size_t h = 0; h < 2; ++h) {
+      const TrackPoint& point = half(i, h);
+      for (std::size_t c = 0; c < 3; ++c)
+        path_[c] += 0.5 * dt * std::fabs(trail(i).still[ref(i).interval] ? 0 : point.rate_deg_s[c]);
+      max_rate_ = std::max(max_rate_, std::fabs(point.rate_deg_s[channel_]));
+      min_temperature_ = std::fmin(min_temperature_, point.temperature_degC);
+      max_temperature_ = std::fmax(max_temperature_, point.temperature_degC);
+      sum += 0.5 * dt * point.temperature_degC;
+      time_s += 0.5 * dt;
+      gravity = gravity && std::isfinite(point.gravity_g[0]);
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double lever = std::fabs(Lever(i, a));
+      if (lever > 0.2) table_path[a] += std::fabs(half(i, 0).table_rate_deg_s[a]) * dt * lever;
+    }
+  }
+  mean_temperature_ = sum / time_s;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (table_path[a] > kLeastTablePath_deg) table_axes_.push_back(a);
+  }
+  auto bit = [](bool known, unsigned need) { return known ? need : 0u; };
+  knows_ = bit(path_[channel_] > kLeastPath_deg, kNeedsRate) | bit(gravity, kNeedsGravity) |
+           bit(temperature && max_temperature_ - min_temperature_ >= 1.0, kNeedsTemperature) |
+           bit(!table_axes_.empty(), kNeedsTableAxis) | bit(vibration, kNeedsVibration);
+}
+
+Baseline ChannelProblem::MakeBaseline() const {
+  Baseline out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (path_[c] > kLeastPath_deg) out.turned.push_back(c);
+  }
+  out.constants = run_begins_.size();
+  const double range = max_temperature_ - min_temperature_;
+  out.temperature_order = (knows_ & kNeedsTemperature) != 0 ? TemperatureOrder(range) : 0;
+  out.reference_degC = mean_temperature_;
+  const auto turned = static_cast<Eigen::Index>(out.turned.size());
+  const auto constants = static_cast<Eigen::Index>(out.constants);
+  out.columns = Eigen::MatrixXd::Zero(rows(), turned + constants + out.temperature_order);
+  Eigen::Index run = -1;
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    if (run + 1 < constants && run_begins_[static_cast<std::size_t>(run + 1)] == i) ++run;
+    const double dt = intervals_[static_cast<std::size_t>(i)].duration_s;
+    for (Eigen::Index j = 0; j < turned; ++j) {
+      out.columns(i, j) =
+          trail(i).rotation_deg[ref(i).interval][out.turned[static_cast<std::size_t>(j)]];
+    }
+    out.columns(i, turned + run) = dt;
+    double power[2] = {0.5 * dt, 0.5 * dt};
+    for (int k = 0; k < out.temperature_order; ++k) {
+      double total = 0.0;
+      for (std::size_t h = 0; h < 2; ++h) {
+        power[h] *= (half(i, h).temperature_degC - mean_temperature_) / kTemperatureScale_degC;
+        total += power[h];
+      }
+      // Back to per degC^k: the columns are scaled by whoever solves.
+      out.columns(i, turned + constants + k) = total * std::pow(kTemperatureScale_degC, k + 1);
+    }
+  }
+  return out;
+}
+
+// How much of a turn of the table's axis the channel feels.
+double ChannelProblem::Lever(Eigen::Index row, std::size_t table_axis) const {
+  const MeasurementInfo& info = trail(row).recording->info;
+  if (info.reference == ReferenceKind::kSensorAngle) {
+    const auto axis = static_cast<std::size_t>(info.reference_axis);
+    return table_axis == axis && channel_ == axis ? 1.0 : 0.0;
+  }
+  if (info.reference != ReferenceKind::kStandAngles) return 0.0;
+  return StandRates(half(row, 0).table_deg)[channel_][table_axis];
+}
+
+Eigen::MatrixXd ChannelProblem::Columns(const Effect& effect, const BasisContext& context) const {
+  const std::size_t terms = effect.terms.size();
+  Eigen::MatrixXd out(rows(), static_cast<Eigen::Index>(terms));
+  const std::unique_ptr<Basis> basis = effect.basis(context);
+  std::vector<double> a(terms), b(terms);
+  const bool table = (effect.needs & kNeedsTableAxis) != 0;
+  for (std::size_t t = 0, row = 0; t < trails_.size(); ++t) {
+    const Trail& trail = trails_[t];
+    if (effect.domain == EffectDomain::kAngle && !trail.nodes.empty())
+      basis->At(trail.nodes.front(), b.data());
+    for (std::size_t i = 0; i < trail.still.size(); ++i) {
+      if (effect.domain == EffectDomain::kRate) {
+        basis->At(trail.halves[2 * i], a.data());
+        basis->At(trail.halves[2 * i + 1], b.data());
+      } else {
+        std::swap(a, b);
+        basis->At(trail.nodes[i + 1], b.data());
+      }
+      if (row == rows_.size() || rows_[row].trail != t || rows_[row].interval != i) continue;
+      const auto index = static_cast<Eigen::Index>(row++);
+      const double half_s = 0.5 * intervals_[static_cast<std::size_t>(index)].duration_s;
+      const double lever = table ? (trail.still[i] ? 0.0 : Lever(index, context.table_axis)) : 1.0;
+      for (std::size_t j = 0; j < terms; ++j) {
+        out(index, static_cast<Eigen::Index>(j)) =
+            effect.domain == EffectDomain::kRate ? half_s * (a[j] + b[j]) : lever * (b[j] - a[j]);
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,94 @@
+// The least-squares problem of one channel over all measurements: rows, output, and the columns of
+// anything that may act on it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibration/interval_gls.h"
+#include "calibration/trace/effect.h"
+#include "calibration/trace/factor.h"
+#include "calibration/trace/trail.h"
+
+namespace gyrobench::calibration {
+
+// One interval of one measurement.
+struct ProblemRow {
+  std::uint32_t trail = 0;
+  std::uint32_t interval = 0;
+};
+
+// Columns of the baseline: M w + b(T).
+struct Baseline {
+  std::vector<std::size_t> turned;   // sensor axes with a column of M; may be empty
+  std::size_t constants = 0;         // one a measurement
+  int temperature_order = 0;         // of b(T) beyond the constant
+  double reference_degC = kMissing;  // T0
+  Eigen::MatrixXd columns;           // rows x (turned + constants + temperature_order)
+};
+
+class ChannelProblem {
+ public:
+  // `trails` must outlive the problem. `units_per_deg_s`: s0.
+  ChannelProblem(std::span<const Trail> trails, std::size_t channel, double units_per_deg_s);
+
+  std::size_t channel() const { return channel_; }
+  Eigen::Index rows() const { return static_cast<Eigen::Index>(rows_.size()); }
+  const std::vector<ProblemRow>& row_refs() const { return rows_; }
+  const std::vector<Interval>& intervals() const { return intervals_; }
+  const Eigen::VectorXd& output_deg() const { return output_; }  // int xi / s0 dt of each row
+  std::span<const Trail> trails() const { return trails_; }
+  const Trail& trail(Eigen::Index row) const { return trails_[ref(row).trail]; }
+  double begin_s(Eigen::Index row) const;
+  double end_s(Eigen::Index row) const;
+  const TrackPoint& half(Eigen::Index row, std::size_t h) const;
+  const TrackPoint& end_node(Eigen::Index row) const;
+  // Rows at which another measurement begins.
+  const std::vector<Eigen::Index>& run_begins() const { return run_begins_; }
+
+  Baseline MakeBaseline() const;
+  // rows() x terms: what each term of the effect adds to each row's output, per unit.
+  Eigen::MatrixXd Columns(const Effect& effect, const BasisContext& context) const;
+  // The same for a rate [deg/s per unit] that is a function of the state.
+  template <typename RateOf>
+  Eigen::VectorXd RateColumn(RateOf rate_of) const {
+    Eigen::VectorXd out(rows());
+    for (Eigen::Index i = 0; i < rows(); ++i) {
+      const double half_s = 0.5 * intervals_[static_cast<std::size_t>(i)].duration_s;
+      out(i) = half_s * (rate_of(half(i, 0)) + rate_of(half(i, 1)));
+    }
+    return out;
+  }
+
+  // What the measurements allow: Needs, as bits.
+  unsigned knows() const { return knows_; }
+  // Axes of the table whose turning the channel feels; their paths [deg].
+  const std::vector<std::size_t>& table_axes() const { return table_axes_; }
+  double gear_ratio() const;
+  double min_temperature_degC() const { return min_temperature_; }
+  double max_temperature_degC() const { return max_temperature_; }
+  double max_rate_deg_s() const { return max_rate_; }
+  double own_path_deg() const { return path_[channel_]; }
+
+ private:
+  const ProblemRow& ref(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)]; }
+  double Lever(Eigen::Index row, std::size_t table_axis) const;
+  void Survey();
+
+  std::span<const Trail> trails_;
+  std::size_t channel_;
+  std::vector<ProblemRow> rows_;
+  std::vector<Interval> intervals_;
+  std::vector<Eigen::Index> run_begins_;
+  Eigen::VectorXd output_;
+  unsigned knows_ = 0;
+  std::vector<std::size_t> table_axes_;
+  Vector3 path_ = {};
+  double min_temperature_ = kMissing, max_temperature_ = kMissing, mean_temperature_ = kMissing;
+  double max_rate_ = 0.0;
+};
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,70 @@
+#include "calibration/trace/refine.h"
+
+#include <ceres/dynamic_numeric_diff_cost_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include <Eigen/QR>
+#include <cmath>
+#include <memory>
+
+namespace gyrobench::calibration {
+namespace {
+
+using ColumnsOf = std::function<Eigen::MatrixXd(const std::vector<double>&)>;
+
+// r - X (X'X)^-1 X' r
+Eigen::VectorXd Projected(const ColumnsOf& columns, const Eigen::VectorXd& residual,
+                          const std::vector<double>& theta) {
+  const Eigen::MatrixXd x = columns(theta);
+  const Eigen::VectorXd c = (x.transpose() * x).ldlt().solve(x.transpose() * residual);
+  return residual - x * c;
+}
+
+struct Residual {
+  const ColumnsOf& columns;
+  const Eigen::VectorXd& residual;
+  std::size_t size;
+
+  bool operator()(double const* const* theta, double* out) const {
+    const Eigen::VectorXd left =
+        Projected(columns, residual, std::vector<double>(theta[0], theta[0] + size));
+    if (!left.allFinite()) return false;
+    Eigen::Map<Eigen::VectorXd>(out, left.size()) = left;
+    return true;
+  }
+};
+
+}  // namespace
+
+std::vector<double> RefineNonlinear(const ColumnsOf& columns, const Eigen::VectorXd& residual,
+                                    std::vector<double> start, const std::vector<double>& low,
+                                    const std::vector<double>& high) {
+  std::vector<double> theta = start;
+  ceres::NumericDiffOptions differences;
+  differences.relative_step_size = 1e-4;
+  auto* cost = new ceres::DynamicNumericDiffCostFunction<Residual, ceres::CENTRAL>(
+      new Residual{columns, residual, theta.size()}, ceres::TAKE_OWNERSHIP, differences);
+  cost->AddParameterBlock(static_cast<int>(theta.size()));
+  cost->SetNumResiduals(static_cast<int>(residual.size()));
+  ceres::Problem problem;
+  problem.AddResidualBlock(cost, nullptr, theta.data());
+  for (std::size_t i = 0; i < theta.size(); ++i) {
+    problem.SetParameterLowerBound(theta.data(), static_cast<int>(i), low[i]);
+    problem.SetParameterUpperBound(theta.data(), static_cast<int>(i), high[i]);
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.max_num_iterations = 12;
+  options.function_tolerance = 1e-9;
+  options.logging_type = ceres::SILENT;
+  options.num_threads = 1;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  const bool better =
+      summary.IsSolutionUsable() && Projected(columns, residual, theta).squaredNorm() <=
+                                        Projected(columns, residual, start).squaredNorm();
+  return better ? theta : start;
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,171 @@
+#include "calibration/trace/remaining.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "calibration/trace/likelihood.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr double kLevel = 0.01;
+constexpr int kBins = 12;
+constexpr Eigen::Index kLags = 10;
+constexpr Eigen::Index kLeastRows = 200;
+
+struct Test {
+  Finding finding;
+  double log_p = 0.0;
+};
+
+// Portmanteau statistic of the serial correlations of sums over `pool` rows, Ljung and Box.
+Test Whiteness(const Eigen::VectorXd& residual, Eigen::Index pool) {
+  const Eigen::Index n = residual.size() / pool;
+  Eigen::VectorXd v(n);
+  for (Eigen::Index i = 0; i < n; ++i) v(i) = residual.segment(i * pool, pool).sum();
+  v.array() -= v.mean();
+  const double square = v.squaredNorm();
+  double q = 0.0;
+  Eigen::Index strongest = 1;
+  double largest = 0.0;
+  for (Eigen::Index lag = 1; lag <= kLags; ++lag) {
+    const double r = v.head(n - lag).dot(v.tail(n - lag)) / square;
+    q += r * r / static_cast<double>(n - lag);
+    if (std::fabs(r) > std::fabs(largest)) {
+      largest = r;
+      strongest = lag;
+    }
+  }
+  const auto count = static_cast<double>(n);
+  Test test;
+  test.log_p = LogChiSquareTail(count * (count + 2.0) * q, static_cast<double>(kLags));
+  test.finding.test = "whiteness";
+  test.finding.says =
+      fmt::format("residuals summed over {} intervals correlate, {:+.3f} at a lag of {}", pool,
+                  largest, strongest);
+  return test;
+}
+
+// Means of the residual in bins of a quantity: together, against the model's fit.
+Test Dependence(const ChannelProblem& problem, const ChannelFit& fit,
+                const Eigen::VectorXd& residual, const std::string& name,
+                const std::function<double(Eigen::Index)>& value) {
+  Test test;
+  test.finding.test = "covariate";
+  test.finding.covariate = name;
+  std::vector<std::pair<double, Eigen::Index>> order;
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    const double x = value(i);
+    if (std::isfinite(x)) order.emplace_back(x, i);
+  }
+  if (order.size() < 20 * kBins) return test;
+  std::sort(order.begin(), order.end());
+  Eigen::MatrixXd bins = Eigen::MatrixXd::Zero(problem.rows(), kBins);
+  for (std::size_t k = 0; k < order.size(); ++k)
+    bins(order[k].second, static_cast<Eigen::Index>(k * kBins / order.size())) = 1.0;
+  // The columns that were fitted can hide a part of it.
+  const Eigen::MatrixXd shared = fit.white.transpose() * bins;
+  const Eigen::MatrixXd gram = fit.white.transpose() * fit.white;
+  const Eigen::VectorXd scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled_shared = scale.asDiagonal() * shared;
+  const Eigen::LDLT<Eigen::MatrixXd> factor(
+      Eigen::MatrixXd(scale.asDiagonal() * gram * scale.asDiagonal()) +
+      1e-10 * Eigen::MatrixXd::Identity(gram.rows(), gram.cols()));
+  Eigen::MatrixXd information = Eigen::MatrixXd(bins.transpose() * bins) -
+                                scaled_shared.transpose() * factor.solve(scaled_shared);
+  information.diagonal().array() += 1e-6 * information.diagonal().array().abs() + 1e-6;
+  const Eigen::VectorXd score = bins.transpose() * residual;
+  const double q = score.dot(information.ldlt().solve(score));
+  test.log_p = LogChiSquareTail(q, kBins);
+  Eigen::Index bin = 0;
+  const Eigen::VectorXd z = score.cwiseQuotient(information.diagonal().cwiseMax(1e-3).cwiseSqrt());
+  z.cwiseAbs().maxCoeff(&bin);
+  const auto middle = static_cast<std::size_t>(
+      (2 * bin + 1) * static_cast<Eigen::Index>(order.size()) / (2 * kBins));
+  test.finding.says =
+      fmt::format("the residual depends on {}, most around {:.4g}", name, order[middle].first);
+  return test;
+}
+
+// Whether the size of the residual follows the angular acceleration.
+Test Variance(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
+  Test test;
+  test.finding.test = "variance";
+  test.finding.covariate = "angular acceleration";
+  double x = 0, y = 0, xx = 0, xy = 0, yy = 0, n = 0;
+  for (Eigen::Index i = 1; i < problem.rows(); ++i) {
+    const double change = problem.half(i, 1).rate_deg_s[problem.channel()] -
+                          problem.half(i, 0).rate_deg_s[problem.channel()];
+    const double a = std::log1p(std::fabs(change));
+    const double square = std::min(residual(i) * residual(i), 16.0);
+    x += a;
+    y += square;
+    xx += a * a;
+    xy += a * square;
+    yy += square * square;
+    n += 1;
+  }
+  const double sxx = xx - x * x / n, sxy = xy - x * y / n, syy = yy - y * y / n;
+  if (!(sxx > 1e-6 * n) || !(syy > 0)) return test;
+  const double r = sxy / std::sqrt(sxx * syy);
+  test.log_p = LogChiSquareTail(n * r * r, 1.0);
+  test.finding.says =
+      fmt::format("the residual is {} where the table accelerates", r > 0 ? "larger" : "smaller");
+  return test;
+}
+
+}  // namespace
+
+ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const ChannelFit& fit,
+                                    const std::vector<std::string>& covariates) {
+  ChannelTrace::Remaining out;
+  if (problem.rows() < kLeastRows) return out;
+  const Eigen::VectorXd residual = fit.WhiteResidual();
+  std::vector<Test> tests;
+  for (const Eigen::Index pool : {1, 10, 100}) {
+    if (problem.rows() / pool > 10 * kLags) tests.push_back(Whiteness(residual, pool));
+  }
+  const std::size_t c = problem.channel();
+  auto depends = [&](const std::string& name, const std::function<double(Eigen::Index)>& value) {
+    tests.push_back(Dependence(problem, fit, residual, name, value));
+  };
+  depends("time [s]", [&](Eigen::Index i) { return static_cast<double>(i); });
+  depends("temperature [degC]",
+          [&](Eigen::Index i) { return problem.half(i, 0).temperature_degC; });
+  depends("rate [deg/s]", [&](Eigen::Index i) {
+    const TrackPoint& point = problem.half(i, 0);
+    return point.still ? kMissing : point.rate_deg_s[c];
+  });
+  for (std::size_t a = 0; a < 3; ++a) {
+    depends(fmt::format("gravity along {} [g]", "xyz"[a]),
+            [&, a](Eigen::Index i) { return problem.half(i, 0).gravity_g[a]; });
+  }
+  for (const std::size_t a : problem.table_axes()) {
+    depends("table angle [deg]", [&, a](Eigen::Index i) {
+      const TrackPoint& point = problem.half(i, 0);
+      const double turn = point.table_deg[a] / 360.0;
+      return point.still ? kMissing : 360.0 * (turn - std::floor(turn));
+    });
+  }
+  for (std::size_t j = 0; j < covariates.size(); ++j) {
+    depends(covariates[j], [&, j](Eigen::Index i) { return problem.half(i, 0).covariates[j]; });
+  }
+  tests.push_back(Variance(problem, residual));
+  std::sort(tests.begin(), tests.end(),
+            [](const Test& a, const Test& b) { return a.log_p < b.log_p; });
+  for (std::size_t k = 0; k < tests.size(); ++k) {
+    const auto left = static_cast<double>(tests.size() - k);
+    if (tests[k].log_p > std::log(kLevel / left)) break;
+    tests[k].finding.p_value = std::min(1.0, std::exp(tests[k].log_p) * left);
+    out.white = out.white && tests[k].finding.test != "whiteness";
+    out.findings.push_back(tests[k].finding);
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,18 @@
+// What still speaks in the residual after the effects.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/problem.h"
+#include "calibration/trace/trace_result.h"
+
+namespace gyrobench::calibration {
+
+// Whiteness, the highest peak of the periodogram, dependence on a covariate (binned means),
+// variance against acceleration; Holm's correction over all of them, at 1 %. Findings that pass it.
+ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const ChannelFit& fit,
+                                    const std::vector<std::string>& covariates);
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,220 @@
+#include "calibration/trace/scans.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <unsupported/Eigen/FFT>
+
+#include "calibration/trace/basis.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+using Complex = std::complex<double>;
+
+// Steps nearer to an end of a measurement than this are not told from its beginning.
+constexpr Eigen::Index kEdgeRows = 20;
+constexpr double kLeastInformation = 0.02;  // share left after the model
+constexpr int kMostPeriods = 1440;          // per turn of the table
+constexpr std::size_t kAngleBins = 8192;
+
+class Steps {
+ public:
+  Steps(const ChannelProblem& problem, const Whitener& whitener, const Eigen::MatrixXd& model,
+        const Eigen::VectorXd& residual)
+      : problem_(problem), p_(model.cols()) {
+    Eigen::MatrixXd all(model.rows(), p_ + 1);
+    all << model, residual;
+    shocks_ = whitener.Scores(all);
+    factor_.compute(model.transpose() * model);
+  }
+
+  ScanPeak Best(const Eigen::MatrixXd& score, const Eigen::VectorXd& information,
+                bool moving_only) const {
+    ScanPeak peak;
+    const std::vector<Eigen::Index>& begins = problem_.run_begins();
+    for (std::size_t run = 0; run < begins.size(); ++run) {
+      const Eigen::Index end = run + 1 < begins.size() ? begins[run + 1] : problem_.rows();
+      for (Eigen::Index i = begins[run] + kEdgeRows; i + kEdgeRows < end; ++i) {
+        if (moving_only && problem_.intervals()[static_cast<std::size_t>(i)].still) continue;
+        const double s = score(i, p_);
+        // The model can only take information away: most places need no closer look.
+        if (s * s < peak.gain * kLeastInformation * information(i)) continue;
+        const Eigen::VectorXd with = score.row(i).head(p_).transpose();
+        const double left = information(i) - with.dot(factor_.solve(with));
+        if (!(left > kLeastInformation * information(i)) || s * s / left <= peak.gain) continue;
+        peak.gain = s * s / left;
+        peak.nonlinear = problem_.begin_s(i) +
+                         (moving_only ? 0.5 * (problem_.end_s(i) - problem_.begin_s(i)) : 0.0);
+        peak.trail = problem_.row_refs()[static_cast<std::size_t>(i)].trail;
+        row_ = i;
+      }
+    }
+    return peak;
+  }
+
+  ScanPeak Bias() const {
+    ScanPeak peak = Best(shocks_.bias, shocks_.bias_information, false);
+    peak.id = "bias.step";
+    // A step is told from one a few seconds later by the angle random walk alone.
+    peak.tried = std::max(1.0, static_cast<double>(problem_.rows()) / 10.0);
+    return peak;
+  }
+  ScanPeak Angle() const {
+    ScanPeak peak = Best(shocks_.output, shocks_.output_information, true);
+    peak.id = "angle.step";
+    peak.tried = static_cast<double>(problem_.rows());
+    // Of the axis that turned fastest then.
+    double fastest = -1.0;
+    for (const std::size_t a : problem_.table_axes()) {
+      const double rate = peak.gain > 0 ? std::fabs(problem_.half(row_, 0).table_rate_deg_s[a]) : 0;
+      if (rate > fastest) {
+        fastest = rate;
+        peak.table_axis = a;
+      }
+    }
+    return peak;
+  }
+  // Score of each row's output, of the residual.
+  Eigen::VectorXd Output() const { return shocks_.output.col(p_); }
+
+ private:
+  const ChannelProblem& problem_;
+  Eigen::Index p_;
+  Whitener::Shocks shocks_;
+  Eigen::LDLT<Eigen::MatrixXd> factor_;
+  mutable Eigen::Index row_ = 0;
+};
+
+std::size_t PowerOfTwo(std::size_t least) {
+  std::size_t size = 2;
+  while (size < least) size *= 2;
+  return size;
+}
+
+// The residual on a grid of the rows' usual length, its spectrum; all measurements add up.
+ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
+  ScanPeak peak;
+  peak.id = "bias.tone";
+  if (problem.rows() < 64) return peak;
+  std::vector<double> lengths;
+  for (const Interval& interval : problem.intervals()) lengths.push_back(interval.duration_s);
+  std::nth_element(lengths.begin(),
+                   lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2),
+                   lengths.end());
+  const double step_s = lengths[lengths.size() / 2];
+  const std::vector<Eigen::Index>& begins = problem.run_begins();
+  // Where measurements differ in their beginning a tone's phase is another: the longest one speaks.
+  std::size_t longest = 0;
+  auto end_of = [&](std::size_t run) {
+    return run + 1 < begins.size() ? begins[run + 1] : problem.rows();
+  };
+  for (std::size_t run = 0; run < begins.size(); ++run) {
+    if (end_of(run) - begins[run] > end_of(longest) - begins[longest]) longest = run;
+  }
+  const Eigen::Index first = begins[longest], end = end_of(longest);
+  const double origin = problem.begin_s(first);
+  const auto slots = static_cast<std::size_t>((problem.end_s(end - 1) - origin) / step_s) + 2;
+  if (slots > (1u << 22)) return peak;
+  const std::size_t size = PowerOfTwo(2 * slots);
+  std::vector<double> grid(size, 0.0);
+  double square = 0.0;
+  for (Eigen::Index i = first; i < end; ++i) {
+    grid[static_cast<std::size_t>((problem.begin_s(i) - origin) / step_s + 0.5)] += residual(i);
+    square += residual(i) * residual(i);
+  }
+  Eigen::FFT<double> fft;
+  std::vector<Complex> spectrum;
+  fft.fwd(spectrum, grid);
+  const double mean = square / 2.0;
+  // Slower than five periods a measurement is drift.
+  const auto slowest = static_cast<std::size_t>(5 * size / slots);
+  for (std::size_t f = slowest; f < size / 2; ++f) {
+    const double gain = std::norm(spectrum[f]) / mean;
+    if (gain <= peak.gain) continue;
+    peak.gain = gain;
+    peak.nonlinear = static_cast<double>(f) / (static_cast<double>(size) * step_s);
+  }
+  // Relative to white noise of unit variance.
+  peak.gain *= square / static_cast<double>(end - first);
+  peak.tried = static_cast<double>(slots);
+  peak.trail = problem.row_refs()[static_cast<std::size_t>(first)].trail;
+  return peak;
+}
+
+// Sums sum_i f(phi_i) (u_i - u_i+1) for all harmonics at once: the weights go into bins of the
+// table's angle, and the bins through one Fourier transform.
+ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
+                std::size_t axis) {
+  ScanPeak peak;
+  peak.id = "angle.ripple";
+  peak.table_axis = axis;
+  std::vector<double> bins(kAngleBins, 0.0);
+  double square = 0.0;
+  auto add = [&](double angle_deg, double weight) {
+    const double turn = angle_deg / 360.0 - std::floor(angle_deg / 360.0);
+    bins[static_cast<std::size_t>(turn * static_cast<double>(kAngleBins)) % kAngleBins] += weight;
+  };
+  const std::vector<ProblemRow>& rows = problem.row_refs();
+  double pending = 0.0;
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    if (problem.intervals()[index].still) continue;
+    const Trail& trail = problem.trail(i);
+    const double u = output_score(i);
+    const double from = trail.nodes[rows[index].interval].table_deg[axis];
+    const double to = trail.nodes[rows[index].interval + 1].table_deg[axis];
+    if (!std::isfinite(from) || !std::isfinite(to)) continue;
+    const bool joined = index > 0 && rows[index - 1].trail == rows[index].trail &&
+                        rows[index - 1].interval + 1 == rows[index].interval &&
+                        !problem.intervals()[index - 1].still;
+    // Weight of a node: what the interval before gives and the one after takes.
+    if (joined) {
+      pending -= u;
+    } else {
+      pending = -u;
+    }
+    add(from, pending);
+    square += pending * pending;
+    pending = u;
+    const bool last = index + 1 == rows.size() || problem.intervals()[index + 1].still ||
+                      rows[index + 1].interval != rows[index].interval + 1;
+    if (!last) continue;
+    add(to, u);
+    square += u * u;
+    pending = 0.0;
+  }
+  if (!(square > 0)) return peak;
+  Eigen::FFT<double> fft;
+  std::vector<Complex> spectrum;
+  fft.fwd(spectrum, bins);
+  for (int k = 3; k < kMostPeriods; ++k) {
+    // The variance of the sum at this k is about that of its neighbours.
+    const double gain = std::norm(spectrum[static_cast<std::size_t>(k)]) / (0.5 * square);
+    if (gain <= peak.gain) continue;
+    peak.gain = gain;
+    peak.nonlinear = k;
+  }
+  peak.tried = kMostPeriods;
+  return peak;
+}
+
+}  // namespace
+
+std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whitener,
+                           const Eigen::MatrixXd& model, const Eigen::VectorXd& residual) {
+  std::vector<ScanPeak> peaks;
+  if (problem.rows() < 4 * kEdgeRows) return peaks;
+  const Steps steps(problem, whitener, model, residual);
+  peaks.push_back(steps.Bias());
+  if (!problem.table_axes().empty()) peaks.push_back(steps.Angle());
+  peaks.push_back(Tone(problem, residual));
+  const Eigen::VectorXd output = steps.Output();
+  for (const std::size_t axis : problem.table_axes())
+    peaks.push_back(Ripple(problem, output, axis));
+  std::erase_if(peaks, [](const ScanPeak& peak) { return !(peak.gain > 0); });
+  return peaks;
+}
+
+}  // namespace gyrobench::calibration

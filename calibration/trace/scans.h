@@ -1,0 +1,28 @@
+// Scans for what has no grid: steps in bias and angle at every time, tones at every frequency,
+// ripple at every number of periods a turn. Each in about O(n log n).
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "calibration/trace/problem.h"
+#include "calibration/trace/whitener.h"
+
+namespace gyrobench::calibration {
+
+struct ScanPeak {
+  std::string id;
+  std::size_t table_axis = 2;
+  double nonlinear = 0.0;  // t0 [s], f [Hz], k [periods per turn]
+  std::size_t trail = 0;   // in which measurement, for steps
+  double gain = 0.0;       // about what the peak takes off the residual's square
+  double tried = 1.0;      // independent places that were looked at
+};
+
+// The highest peak of each kind in the white residual. `model`: white columns that were fitted
+// (their share of a shock is taken off).
+std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whitener,
+                           const Eigen::MatrixXd& model, const Eigen::VectorXd& residual);
+
+}  // namespace gyrobench::calibration

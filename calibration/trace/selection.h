@@ -1,0 +1,74 @@
+// Which effects a channel's residual asks for.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/trace/candidate.h"
+#include "calibration/trace/problem.h"
+#include "calibration/trace/white_store.h"
+#include "calibration/trace/whitener.h"
+
+namespace gyrobench::calibration {
+
+struct SelectionOptions {
+  double false_discovery = 0.005;  // of the channel, over everything that is tried
+};
+
+// Forward, exchange and backward steps over the catalogue's grid, the scans, and products;
+// non-linear parameters refined as they come. Everything is compared under one noise.
+class Selection {
+ public:
+  Selection(const ChannelProblem& problem, const Baseline& baseline, const IntervalNoise& noise,
+            std::vector<std::string> covariates, bool earth_rate_known,
+            const SelectionOptions& options);
+
+  void Run();
+
+  const std::vector<Candidate>& members() const { return members_; }
+  const std::vector<Candidate>& pool() const { return pool_; }
+  const WhiteStore& store() const { return store_; }
+  const Whitener& whitener() const { return whitener_; }
+  const WhiteStore::Columns& baseline_columns() const { return base_; }
+  const std::vector<std::string>& covariates() const { return covariates_; }
+  WhiteStore::Columns ModelColumns() const;
+  WhiteStore::Columns ModelWithout(std::size_t member) const;
+  // Corrected p-value of a member, for all that was tried.
+  double PValue(std::size_t member) const;
+  // Ids that explain as well as the member does, within ten of the logarithm of the odds.
+  std::vector<std::string> Rivals(std::size_t member) const;
+  // White columns of a candidate.
+  Eigen::MatrixXd White(const Candidate& candidate) const;
+  Eigen::VectorXd Residual() const;
+  // Every grid point of the catalogue, raw: what the noise is judged with.
+  static Eigen::MatrixXd SaturatedColumns(const ChannelProblem& problem, const Baseline& baseline,
+                                          const std::vector<Candidate>& pool,
+                                          const std::vector<std::string>& covariates);
+
+ private:
+  struct Step;
+
+  bool AddBest();
+  bool AddScanned();
+  bool AddComposed();
+  bool Exchange();
+  bool DropWeak();
+  void Refine(Candidate* candidate, const WhiteStore::Columns& others);
+  void Insert(Candidate candidate);
+  bool InModel(const std::string& family) const;
+  double Cost(const WhiteStore::Columns& columns) const;
+  double LogP(const Candidate& candidate, const WhiteStore::Columns& others, double* gain) const;
+
+  const ChannelProblem& problem_;
+  SelectionOptions options_;
+  std::vector<std::string> covariates_;
+  Whitener whitener_;
+  WhiteStore store_;
+  WhiteStore::Columns base_;
+  std::vector<Candidate> pool_, products_;
+  std::vector<Candidate> members_;
+};
+
+}  // namespace gyrobench::calibration

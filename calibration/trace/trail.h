@@ -1,0 +1,43 @@
+// One measurement as the tracer sees it: the state of sensor and bench at the nodes and between.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "calibration/collector.h"
+#include "calibration/trace/track.h"
+
+namespace gyrobench::calibration {
+
+struct Trail {
+  const Recording* recording = nullptr;
+  std::string name;
+  bool new_power_on = true;
+  // One point a node; two a interval (i from node i to i + 1), in the middle of its halves:
+  // halves[2 i], halves[2 i + 1]. Rates there are means over the half.
+  std::vector<TrackPoint> nodes, halves;
+  // Of interval i: the reference stood still; may be used, channel by channel.
+  std::vector<bool> still;
+  std::vector<std::array<bool, 3>> usable;
+  // Rotation of the reference about the sensor's axes over interval i, Earth's included [deg]; 0
+  // at rest but for Earth's.
+  std::vector<Vector3> rotation_deg;
+  // Variance of a node's angle relative to one reading's: means over rests are better.
+  std::vector<double> reference_share;
+  std::vector<double> covariates;  // of the points: nodes, then halves
+  bool gravity_known = false, temperature_known = false, vibration_known = false;
+  std::vector<std::string> remarks;
+};
+
+// `units_per_deg_s`: of each channel, for the shape of the motion between readings of the
+// reference; NaN where it is not known. `covariates`: columns that the points shall have, in this
+// order; all are in the recording.
+Trail MakeTrail(const Recording& recording, const Vector3& units_per_deg_s, bool new_power_on,
+                const std::vector<std::string>& covariates);
+
+// Output units per deg/s of each channel: least squares of the output on the reference; the nominal
+// value where the channel did not turn; NaN where neither says.
+Vector3 RoughSensitivity(const Recording& recording);
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,127 @@
+#include "calibration/trace/white_store.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr double kDependent = 1e-9;
+
+// Gram-Schmidt on products, column by column: what is left of each after those before it.
+class Elimination {
+ public:
+  Elimination(const Eigen::MatrixXd& gram, Eigen::Index size) : gram_(gram), lower_(size, size) {}
+
+  // Square of what is left of `column`; its coordinates along the kept ones go to `row`.
+  double Left(Eigen::Index column, Eigen::VectorXd* row) const {
+    const auto kept = static_cast<Eigen::Index>(kept_.size());
+    row->resize(kept);
+    double left = gram_(column, column);
+    for (Eigen::Index k = 0; k < kept; ++k) {
+      const double product = gram_(column, kept_[static_cast<std::size_t>(k)]);
+      (*row)(k) = (product - row->head(k).dot(lower_.row(k).head(k))) / lower_(k, k);
+      left -= (*row)(k) * (*row)(k);
+    }
+    return left;
+  }
+  bool Keep(Eigen::Index column) {
+    Eigen::VectorXd row;
+    const double left = Left(column, &row);
+    if (!(left > kDependent * gram_(column, column)) || !(gram_(column, column) > 0)) return false;
+    const auto kept = static_cast<Eigen::Index>(kept_.size());
+    lower_.row(kept).head(kept) = row;
+    lower_(kept, kept) = std::sqrt(left);
+    kept_.push_back(column);
+    return true;
+  }
+  const std::vector<Eigen::Index>& kept() const { return kept_; }
+
+ private:
+  const Eigen::MatrixXd& gram_;
+  Eigen::MatrixXd lower_;
+  std::vector<Eigen::Index> kept_;
+};
+
+}  // namespace
+
+WhiteStore::WhiteStore(const Eigen::VectorXd& output, Eigen::Index capacity)
+    : white_(output.size(), capacity + 1), gram_(capacity + 1, capacity + 1) {
+  white_.col(0) = output;
+  gram_(0, 0) = output.squaredNorm();
+}
+
+WhiteStore::Columns WhiteStore::Add(const Eigen::Ref<const Eigen::MatrixXd>& columns) {
+  const Eigen::Index first = used_ + 1, count = columns.cols();
+  if (first + count > white_.cols()) {
+    const Eigen::Index size = 2 * (first + count);
+    white_.conservativeResize(Eigen::NoChange, size);
+    gram_.conservativeResize(size, size);
+  }
+  white_.middleCols(first, count) = columns;
+  gram_.block(0, first, first + count, count).noalias() =
+      white_.leftCols(first + count).transpose() * white_.middleCols(first, count);
+  gram_.block(first, 0, count, first) = gram_.block(0, first, first, count).transpose();
+  Columns out;
+  for (Eigen::Index j = 0; j < count; ++j) out.push_back(used_ + j);
+  used_ += count;
+  return out;
+}
+
+Eigen::MatrixXd WhiteStore::Take(std::span<const Eigen::Index> columns) const {
+  Eigen::MatrixXd out(rows(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    out.col(static_cast<Eigen::Index>(j)) = column(columns[j]);
+  return out;
+}
+
+WhiteStore::Fit WhiteStore::FitTo(std::span<const Eigen::Index> columns) const {
+  Elimination elimination(gram_, static_cast<Eigen::Index>(columns.size()));
+  for (const Eigen::Index column : columns) elimination.Keep(column + 1);
+  Eigen::VectorXd row;
+  const double left = elimination.Left(0, &row);
+  return {std::fmax(left, 0.0), static_cast<int>(elimination.kept().size())};
+}
+
+WhiteStore::Solution WhiteStore::Solve(std::span<const Eigen::Index> columns) const {
+  const auto p = static_cast<Eigen::Index>(columns.size());
+  Elimination elimination(gram_, p);
+  std::vector<Eigen::Index> place;
+  for (Eigen::Index j = 0; j < p; ++j) {
+    if (elimination.Keep(columns[static_cast<std::size_t>(j)] + 1)) place.push_back(j);
+  }
+  const std::vector<Eigen::Index>& kept = elimination.kept();
+  const Eigen::MatrixXd gram = gram_(kept, kept);
+  const Eigen::VectorXd scale = gram.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(
+      Eigen::MatrixXd(scale.asDiagonal() * gram * scale.asDiagonal()));
+  const Eigen::VectorXd right = gram_.col(0)(kept);
+  const Eigen::VectorXd theta = scale.asDiagonal() * factor.solve(scale.asDiagonal() * right);
+  const Eigen::MatrixXd inverse =
+      scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(gram.rows(), gram.rows())) *
+      scale.asDiagonal();
+  Solution out;
+  out.coefficients = Eigen::VectorXd::Zero(p);
+  out.covariance = Eigen::MatrixXd::Zero(p, p);
+  out.covariance.diagonal().setConstant(std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    out.coefficients(place[i]) = theta(static_cast<Eigen::Index>(i));
+    for (std::size_t j = 0; j < place.size(); ++j) {
+      out.covariance(place[i], place[j]) =
+          inverse(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    }
+  }
+  out.residual_square = std::fmax(gram_(0, 0) - theta.dot(right), 0.0);
+  return out;
+}
+
+double WhiteStore::Left(Eigen::Index column, std::span<const Eigen::Index> model) const {
+  Elimination elimination(gram_, static_cast<Eigen::Index>(model.size()));
+  for (const Eigen::Index member : model) elimination.Keep(member + 1);
+  Eigen::VectorXd row;
+  const double whole = gram_(column + 1, column + 1);
+  return whole > 0 ? std::fmax(elimination.Left(column + 1, &row), 0.0) / whole : 0.0;
+}
+
+}  // namespace gyrobench::calibration

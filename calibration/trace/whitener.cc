@@ -1,0 +1,83 @@
+#include "calibration/trace/whitener.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// Several columns at once: each waits for its own innovation before the next row, together they
+// fill the pipeline.
+template <std::size_t kColumns>
+void Pass(const std::vector<Step>& steps, double* const* column) {
+  double bias[kColumns] = {}, reference[kColumns] = {};
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const Step& step = steps[i];
+    for (std::size_t j = 0; j < kColumns; ++j) {
+      const double innovation =
+          column[j][i] - step.bias_factor * bias[j] - step.reference_factor * reference[j];
+      bias[j] += step.gain_bias * innovation;
+      reference[j] = step.reference_keep * reference[j] + step.gain_reference * innovation;
+      column[j][i] = step.inverse_sigma * innovation;
+    }
+  }
+}
+
+}  // namespace
+
+Whitener::Whitener(std::span<const Interval> intervals, const IntervalNoise& noise) {
+  CovarianceFilter filter(noise, 1.0);
+  steps_.reserve(intervals.size());
+  for (const Interval& interval : intervals) {
+    steps_.push_back(filter.Advance(interval));
+    log_det_ += filter.log_variance();
+  }
+}
+
+void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns) const {
+  constexpr std::size_t kTogether = 8;
+  constexpr auto kStep = static_cast<Eigen::Index>(kTogether);
+  Eigen::Index j = 0;
+  for (; j + kStep <= columns.cols(); j += kStep) {
+    double* pointers[kTogether];
+    for (std::size_t k = 0; k < kTogether; ++k)
+      pointers[k] = columns.col(j + static_cast<Eigen::Index>(k)).data();
+    Pass<kTogether>(steps_, pointers);
+  }
+  for (; j < columns.cols(); ++j) {
+    double* pointer = columns.col(j).data();
+    Pass<1>(steps_, &pointer);
+  }
+}
+
+// Backwards: r is what the states before a row are worth for all rows from it on.
+//   r_i-1 = Z_i' v_i / s_i^2 + L_i' r_i,   u_i = v_i / s_i^2 - K_i' r_i,   L = T - K Z
+Whitener::Shocks Whitener::Scores(const Eigen::MatrixXd& white) const {
+  const auto n = static_cast<Eigen::Index>(rows());
+  const Eigen::Index p = white.cols();
+  Shocks out;
+  out.bias.resize(n, p);
+  out.output.resize(n, p);
+  out.bias_information.resize(n);
+  out.output_information.resize(n);
+  Eigen::RowVectorXd bias = Eigen::RowVectorXd::Zero(p), reference = bias;
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  for (Eigen::Index i = n; i-- > 0;) {
+    const Step& step = steps_[static_cast<std::size_t>(i)];
+    const Eigen::Vector2d z(step.bias_factor, step.reference_factor);
+    const Eigen::Vector2d k(step.gain_bias, step.gain_reference);
+    Eigen::Matrix2d l = -k * z.transpose();
+    l(0, 0) += 1.0;
+    l(1, 1) += step.reference_keep;
+    const double weight = step.inverse_sigma * step.inverse_sigma;
+    out.output.row(i) = white.row(i) * step.inverse_sigma - k(0) * bias - k(1) * reference;
+    out.output_information(i) = weight + k.dot(information * k);
+    const Eigen::RowVectorXd innovation = out.output.row(i);
+    // L' r + Z' v / s^2 = T' r + Z' u
+    bias = bias + z(0) * innovation;
+    reference = step.reference_keep * reference + z(1) * innovation;
+    information = z * z.transpose() * weight + l.transpose() * information * l;
+    out.bias.row(i) = bias;
+    out.bias_information(i) = information(0, 0);
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration

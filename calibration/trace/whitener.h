@@ -1,0 +1,38 @@
+// Whitening of single columns under one noise, and the scores of shocks at every time.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "calibration/interval_filter.h"
+#include "calibration/interval_gls.h"
+
+namespace gyrobench::calibration {
+
+// The filter's steps are worked out once; every column then passes in O(n).
+class Whitener {
+ public:
+  Whitener(std::span<const Interval> intervals, const IntervalNoise& noise);
+
+  std::size_t rows() const { return steps_.size(); }
+  double log_det() const { return log_det_; }  // of the covariance of the output
+  // columns: rows() x p; each becomes the filter's innovations, white under the noise.
+  void Apply(Eigen::Ref<Eigen::MatrixXd> columns) const;
+
+  // Scores of shocks, for white columns (disturbance smoother; Harvey and Koopman 1992): row i of
+  //   bias    score of a bias that is higher by 1 deg/s from interval i on
+  //   output  score of interval i's output being higher by 1 deg
+  // Their variances under the noise, before anything is fitted.
+  struct Shocks {
+    Eigen::MatrixXd bias, output;  // rows() x p
+    Eigen::VectorXd bias_information, output_information;
+  };
+  Shocks Scores(const Eigen::MatrixXd& white) const;
+
+ private:
+  std::vector<Step> steps_;
+  double log_det_ = 0.0;
+};
+
+}  // namespace gyrobench::calibration
