@@ -89,6 +89,8 @@ Rest MakeRest(const IntegralMark& begin, const IntegralMark& end, const OpenRest
   rest.begin = begin;
   rest.end = end;
   rest.readings = readings.readings;
+  rest.reference_begin_s = readings.coarse_begin_s;
+  rest.reference_end_s = readings.last_at_rest_s;
   const double n = std::max<double>(1.0, static_cast<double>(readings.readings));
   for (std::size_t c = 0; c < 3; ++c) {
     const double mean = readings.sum_deg[c] / n;

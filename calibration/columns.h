@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "base/measurement.h"
@@ -44,6 +45,10 @@ struct Rest {
   Vector3 rotation_deg = {};  // mean over the readings at rest
   double scatter_deg = 0.0;   // largest standard deviation of one reading among the axes
   std::int64_t readings = 0;
+  // First and last reading of the reference at rest; the last may already belong to motion. What
+  // `begin` and `end` say is the gyro's word, which a turn about another axis can escape.
+  double reference_begin_s = -std::numeric_limits<double>::infinity();
+  double reference_end_s = std::numeric_limits<double>::infinity();
 };
 
 // A stretch that must not be used.

@@ -16,6 +16,8 @@ namespace {
 
 // How the chance of a false discovery is shared out.
 constexpr double kShareOfCatalogue = 0.6, kShareOfProducts = 0.1, kShareOfScan = 0.075;
+// A scan's place so near to its level may pass it when it is refined.
+constexpr double kNearLevel = 4.0;
 constexpr std::size_t kMostEffects = 12;
 // What a column must bring for an exchange of candidates of different size to be fair.
 constexpr double kCostOfColumn = 8.0;
@@ -46,8 +48,13 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   pool_ = CatalogueCandidates(problem, covariates_, earth_rate_known);
   products_ = ComposedCandidates(problem, covariates_);
   const double level = options.false_discovery * kShareOfCatalogue;
+  std::erase_if(pool_, [&](Candidate& candidate) {
+    const Eigen::MatrixXd white = White(candidate);
+    if (!white.allFinite()) return true;
+    candidate.columns = store_.Add(white);
+    return false;
+  });
   for (Candidate& candidate : pool_) {
-    candidate.columns = store_.Add(White(candidate));
     candidate.log_level = std::log(level / static_cast<double>(pool_.size()));
   }
 }
@@ -168,10 +175,16 @@ bool Selection::AddBest() {
         ScannedCandidate(problem_, peak.id, peak.table_axis, peak.nonlinear, peak.trail);
     candidate.log_level = level;
     if (InModel(candidate.family)) continue;
-    Refine(&candidate, model);
+    const Eigen::Index mark = store_.used();
     candidate.columns = store_.Add(White(candidate));
     double gain = 0.0;
-    const double excess = level - LogP(candidate, model, &gain);
+    double excess = level - LogP(candidate, model, &gain);
+    if (excess > -kNearLevel && excess + kNearLevel > best_excess) {
+      Refine(&candidate, model);
+      if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
+      excess = level - LogP(candidate, model, &gain);
+    }
+    if (excess <= best_excess) store_.DropFrom(mark);
     if (excess > best_excess) {
       best_excess = excess;
       chosen = candidate;
@@ -241,6 +254,7 @@ bool Selection::AddComposed() {
   for (const Candidate& product : products_) {
     if (InModel(product.family)) continue;
     const Eigen::VectorXd column = White(product);
+    if (!column.allFinite()) continue;
     const Eigen::VectorXd shared = model.transpose() * column;
     const double whole = column.squaredNorm();
     const double left = whole - shared.dot(factor.solve(shared));
@@ -312,6 +326,7 @@ Eigen::MatrixXd Selection::SaturatedColumns(const ChannelProblem& problem, const
     family = candidate.family;
     if (place % 3 != 0) continue;
     const Eigen::MatrixXd columns = ColumnsOf(problem, candidate, covariates);
+    if (!columns.allFinite()) continue;
     out.conservativeResize(Eigen::NoChange, out.cols() + columns.cols());
     out.rightCols(columns.cols()) = columns;
   }

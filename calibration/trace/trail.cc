@@ -70,6 +70,8 @@ class TrailMaker {
     trail_.reference_share.assign(nodes_.size(), 1.0);
     FindRests();
     MarkBad();
+    SettleAxes();
+    RestAngles();
     Rotations();
     Tables();
     Gravity();
@@ -80,6 +82,7 @@ class TrailMaker {
   }
 
  private:
+  static constexpr std::size_t kShortestSettled = 6;
   static constexpr std::size_t kNoRest = static_cast<std::size_t>(-1);
 
   bool AtRest(std::size_t k) const { return rest_of_[k] != kNoRest; }
@@ -93,9 +96,8 @@ class TrailMaker {
       trail_.nodes[k].t_s = trail_.nodes[k].since_power_on_s = t_s;
       while (rest < rests.size() && rests[rest].end.t_s < t_s) ++rest;
       if (rest == rests.size() || rests[rest].begin.t_s > t_s) continue;
+      if (t_s <= rests[rest].reference_begin_s || t_s >= rests[rest].reference_end_s) continue;
       rest_of_[k] = rest;
-      const auto readings = static_cast<double>(std::max<std::int64_t>(rests[rest].readings, 1));
-      trail_.reference_share[k] = std::max(kLeastShare, 1.0 / readings);
     }
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i)
       trail_.still[i] = AtRest(i) && rest_of_[i] == rest_of_[i + 1];
@@ -132,13 +134,74 @@ class TrailMaker {
     }
   }
 
+  // An axis that stands still while another turns would bring the noise of its readings into the
+  // rotation: along such stretches its angle is their mean.
+  void SettleAxes() {
+    for (const Node& node : nodes_) settled_.push_back(node.table_deg);
+    is_settled_.assign(nodes_.size(), {});
+    if (recording_.info.reference != ReferenceKind::kStandAngles) return;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (!recording_.info.stand_axis_present[a]) continue;
+      const double tolerance = RestTolerance(a);
+      std::size_t begin = 0;
+      for (std::size_t k = 1; k <= nodes_.size(); ++k) {
+        const bool stays = k < nodes_.size() &&
+                           std::fabs(nodes_[k].table_deg[a] - nodes_[begin].table_deg[a]) <
+                               2.0 * tolerance &&
+                           std::fabs(nodes_[k].table_deg[a] - nodes_[k - 1].table_deg[a]) <
+                               tolerance;
+        if (stays) continue;
+        Settle(a, begin, k);
+        begin = k;
+      }
+    }
+  }
+
+  // From the quietest changes from node to node; an axis that never rests has none so small.
+  double RestTolerance(std::size_t a) const {
+    std::vector<double> changes;
+    for (std::size_t k = 1; k < nodes_.size(); ++k) {
+      const double change = std::fabs(nodes_[k].table_deg[a] - nodes_[k - 1].table_deg[a]);
+      if (std::isfinite(change)) changes.push_back(change);
+    }
+    if (changes.empty()) return 0.0;
+    const auto fifth = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 5);
+    std::nth_element(changes.begin(), fifth, changes.end());
+    // A fifth of normal changes is below 0.253 standard deviations.
+    return std::clamp(6.0 * *fifth / 0.253, 0.005, 0.1);
+  }
+
+  // Nodes [begin, end) of one axis; the ends may creep already.
+  void Settle(std::size_t a, std::size_t begin, std::size_t end) {
+    constexpr std::size_t kEnds = 2;
+    if (end < begin + kShortestSettled + 2 * kEnds) return;
+    double sum = 0.0;
+    for (std::size_t k = begin + kEnds; k < end - kEnds; ++k) sum += nodes_[k].table_deg[a];
+    const double mean = sum / static_cast<double>(end - begin - 2 * kEnds);
+    const std::size_t first = begin == 0 ? 0 : begin + kEnds;
+    const std::size_t last = end == nodes_.size() ? end : end - kEnds;
+    for (std::size_t k = first; k < last; ++k) {
+      settled_[k][a] = mean;
+      is_settled_[k][a] = true;
+    }
+  }
+
   Vector3 NodeRotation(std::size_t k) const {
-    return AtRest(k) ? recording_.columns.rests[rest_of_[k]].rotation_deg : nodes_[k].rotation_deg;
+    return AtRest(k) ? rest_rotation_[rest_of_[k]] : nodes_[k].rotation_deg;
   }
 
   void Rotations() {
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
-      const Vector3 turned = Minus(NodeRotation(i + 1), NodeRotation(i));
+      Vector3 turned = Minus(NodeRotation(i + 1), NodeRotation(i));
+      if (recording_.info.reference == ReferenceKind::kStandAngles) {
+        const Matrix3 rates = StandRates(settled_[i]);
+        for (std::size_t a = 0; a < 3; ++a) {
+          const double change = (settled_[i + 1][a] - settled_[i][a]) -
+                                (MeasuredAngle(i + 1, a) - MeasuredAngle(i, a));
+          if (!std::isfinite(change) || change == 0.0) continue;
+          for (std::size_t c = 0; c < 3; ++c) turned[c] += rates[c][a] * change;
+        }
+      }
       for (std::size_t c = 0; c < 3; ++c) {
         trail_.rotation_deg[i][c] = (trail_.still[i] ? 0.0 : turned[c]) +
                                     nodes_[i + 1].earth_deg[c] - nodes_[i].earth_deg[c];
@@ -146,21 +209,39 @@ class TrailMaker {
     }
   }
 
-  // Angles and rates of the table's axes; at rest the mean over the rest.
-  void Tables() {
-    std::vector<Vector3> sum(recording_.columns.rests.size(), Vector3{});
-    std::vector<double> count(sum.size(), 0.0);
+  // What the rotation at a node was made of: at rest of the mean over the rest.
+  double MeasuredAngle(std::size_t k, std::size_t a) const {
+    return AtRest(k) ? rest_angle_[rest_of_[k]][a] : nodes_[k].table_deg[a];
+  }
+
+  void RestAngles() {
+    rest_angle_.assign(recording_.columns.rests.size(), Vector3{});
+    rest_rotation_ = rest_angle_;
+    std::vector<double> count(rest_angle_.size(), 0.0);
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      trail_.nodes[k].table_deg = nodes_[k].table_deg;
       if (!AtRest(k)) continue;
-      for (std::size_t a = 0; a < 3; ++a) sum[rest_of_[k]][a] += nodes_[k].table_deg[a];
+      for (std::size_t a = 0; a < 3; ++a) {
+        rest_angle_[rest_of_[k]][a] += nodes_[k].table_deg[a];
+        rest_rotation_[rest_of_[k]][a] += nodes_[k].rotation_deg[a];
+      }
       count[rest_of_[k]] += 1.0;
     }
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      if (!AtRest(k)) continue;
-      for (std::size_t a = 0; a < 3; ++a)
-        trail_.nodes[k].table_deg[a] = sum[rest_of_[k]][a] / count[rest_of_[k]];
+    for (std::size_t rest = 0; rest < rest_angle_.size(); ++rest) {
+      for (double& angle : rest_angle_[rest]) angle /= count[rest];
+      for (double& angle : rest_rotation_[rest]) angle /= count[rest];
     }
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      if (AtRest(k))
+        trail_.reference_share[k] = std::max(kLeastShare, 1.0 / count[rest_of_[k]]);
+      for (std::size_t a = 0; a < 3; ++a) {
+        if (AtRest(k) && !is_settled_[k][a]) settled_[k][a] = rest_angle_[rest_of_[k]][a];
+      }
+    }
+  }
+
+  // Angles and rates of the table's axes.
+  void Tables() {
+    for (std::size_t k = 0; k < nodes_.size(); ++k) trail_.nodes[k].table_deg = settled_[k];
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
       const TrackPoint& from = trail_.nodes[i];
       TrackPoint& to = trail_.nodes[i + 1];
@@ -418,6 +499,10 @@ class TrailMaker {
   const Vector3& units_;
   Trail& trail_;
   std::vector<std::size_t> rest_of_;
+  std::vector<Vector3> settled_;     // of each node: angles of the axes
+  std::vector<std::array<bool, 3>> is_settled_;
+  std::vector<Vector3> rest_angle_;  // of each rest: means over its nodes
+  std::vector<Vector3> rest_rotation_;
 };
 
 }  // namespace
