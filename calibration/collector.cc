@@ -204,9 +204,15 @@ class Collector::Impl {
     if (!queue->push(job)) reported_.Add("reference_without_gyro", "", job.ready_s);
   }
 
+  // Samples may come ahead of the reference: a node waits for all readings of its time.
+  bool ReferenceComplete(double t_s) const {
+    return info_.reference != ReferenceKind::kStandAngles || track_.time_s() > t_s;
+  }
+
   void Work() {
     const double now_s = gyro_.settled_time_s();
-    while (!nodes_.empty() && gyro_.started() && nodes_.front().ready_s <= now_s) {
+    while (!nodes_.empty() && gyro_.started() && nodes_.front().ready_s <= now_s &&
+           ReferenceComplete(nodes_.front().node.at.t_s)) {
       FinishNode(nodes_.front().node);
       nodes_.pop();
     }

@@ -18,10 +18,20 @@ constexpr int kBins = 12;
 constexpr Eigen::Index kLags = 10;
 constexpr Eigen::Index kLeastRows = 200;
 
+// What explains less of the residual's square than this is no matter for a user, however
+// significant: with many samples the last imperfection of sampling shows.
+constexpr double kLeastShare = 0.005;
+constexpr double kLeastVarianceRatio = 1.5;
+
 struct Test {
   Finding finding;
   double log_p = 0.0;
 };
+
+// 0 (no evidence) for what is too small to matter.
+double LogPOf(double q, double degrees, double n) {
+  return q - degrees > kLeastShare * n ? LogChiSquareTail(q, degrees) : 0.0;
+}
 
 // Portmanteau statistic of the serial correlations of sums over `pool` rows, Ljung and Box.
 Test Whiteness(const Eigen::VectorXd& residual, Eigen::Index pool) {
@@ -43,7 +53,7 @@ Test Whiteness(const Eigen::VectorXd& residual, Eigen::Index pool) {
   }
   const auto count = static_cast<double>(n);
   Test test;
-  test.log_p = LogChiSquareTail(count * (count + 2.0) * q, static_cast<double>(kLags));
+  test.log_p = LogPOf(count * (count + 2.0) * q, static_cast<double>(kLags), count);
   test.finding.test = "whiteness";
   test.finding.says =
       fmt::format("residuals summed over {} intervals correlate, {:+.3f} at a lag of {}", pool,
@@ -81,7 +91,7 @@ Test Dependence(const ChannelProblem& problem, const ChannelFit& fit,
   information.diagonal().array() += 1e-6 * information.diagonal().array().abs() + 1e-6;
   const Eigen::VectorXd score = bins.transpose() * residual;
   const double q = score.dot(information.ldlt().solve(score));
-  test.log_p = LogChiSquareTail(q, kBins);
+  test.log_p = LogPOf(q, kBins, static_cast<double>(order.size()));
   Eigen::Index bin = 0;
   const Eigen::VectorXd z = score.cwiseQuotient(information.diagonal().cwiseMax(1e-3).cwiseSqrt());
   z.cwiseAbs().maxCoeff(&bin);
@@ -98,10 +108,13 @@ Test Variance(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   test.finding.test = "variance";
   test.finding.covariate = "angular acceleration";
   double x = 0, y = 0, xx = 0, xy = 0, yy = 0, n = 0;
-  for (Eigen::Index i = 1; i < problem.rows(); ++i) {
-    const double change = problem.half(i, 1).rate_deg_s[problem.channel()] -
-                          problem.half(i, 0).rate_deg_s[problem.channel()];
-    const double a = std::log1p(std::fabs(change));
+  const double much = 0.05 * problem.max_rate_deg_s();
+  for (Eigen::Index i = 2; i + 2 < problem.rows(); ++i) {
+    if (problem.half(i, 0).still) continue;
+    // Of the neighbours: its own rate shares the noise of the residual.
+    const double change = problem.half(i + 2, 0).rate_deg_s[problem.channel()] -
+                          problem.half(i - 2, 0).rate_deg_s[problem.channel()];
+    const double a = std::fabs(change) > much ? 1.0 : 0.0;
     const double square = std::min(residual(i) * residual(i), 16.0);
     x += a;
     y += square;
@@ -113,6 +126,8 @@ Test Variance(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   const double sxx = xx - x * x / n, sxy = xy - x * y / n, syy = yy - y * y / n;
   if (!(sxx > 1e-6 * n) || !(syy > 0)) return test;
   const double r = sxy / std::sqrt(sxx * syy);
+  const double there = xy / x, elsewhere = (y - xy) / (n - x);
+  if (there < kLeastVarianceRatio * elsewhere) return test;
   test.log_p = LogChiSquareTail(n * r * r, 1.0);
   test.finding.says =
       fmt::format("the residual is {} where the table accelerates", r > 0 ? "larger" : "smaller");
@@ -137,9 +152,12 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
   depends("time [s]", [&](Eigen::Index i) { return static_cast<double>(i); });
   depends("temperature [degC]",
           [&](Eigen::Index i) { return problem.half(i, 0).temperature_degC; });
+  // In steps: the rate is known through the same noise as the residual, and within one speed the
+  // order of rates is the order of that noise.
+  const double step = std::max(problem.max_rate_deg_s() / 40.0, 1e-6);
   depends("rate [deg/s]", [&](Eigen::Index i) {
     const TrackPoint& point = problem.half(i, 0);
-    return point.still ? kMissing : point.rate_deg_s[c];
+    return point.still ? kMissing : step * std::round(point.rate_deg_s[c] / step);
   });
   for (std::size_t a = 0; a < 3; ++a) {
     depends(fmt::format("gravity along {} [g]", "xyz"[a]),

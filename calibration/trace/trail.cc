@@ -145,11 +145,10 @@ class TrailMaker {
       const double tolerance = RestTolerance(a);
       std::size_t begin = 0;
       for (std::size_t k = 1; k <= nodes_.size(); ++k) {
-        const bool stays = k < nodes_.size() &&
-                           std::fabs(nodes_[k].table_deg[a] - nodes_[begin].table_deg[a]) <
-                               2.0 * tolerance &&
-                           std::fabs(nodes_[k].table_deg[a] - nodes_[k - 1].table_deg[a]) <
-                               tolerance;
+        const bool stays =
+            k < nodes_.size() &&
+            std::fabs(nodes_[k].table_deg[a] - nodes_[begin].table_deg[a]) < 2.0 * tolerance &&
+            std::fabs(nodes_[k].table_deg[a] - nodes_[k - 1].table_deg[a]) < tolerance;
         if (stays) continue;
         Settle(a, begin, k);
         begin = k;
@@ -231,8 +230,7 @@ class TrailMaker {
       for (double& angle : rest_rotation_[rest]) angle /= count[rest];
     }
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      if (AtRest(k))
-        trail_.reference_share[k] = std::max(kLeastShare, 1.0 / count[rest_of_[k]]);
+      if (AtRest(k)) trail_.reference_share[k] = std::max(kLeastShare, 1.0 / count[rest_of_[k]]);
       for (std::size_t a = 0; a < 3; ++a) {
         if (AtRest(k) && !is_settled_[k][a]) settled_[k][a] = rest_angle_[rest_of_[k]][a];
       }
@@ -499,7 +497,7 @@ class TrailMaker {
   const Vector3& units_;
   Trail& trail_;
   std::vector<std::size_t> rest_of_;
-  std::vector<Vector3> settled_;     // of each node: angles of the axes
+  std::vector<Vector3> settled_;  // of each node: angles of the axes
   std::vector<std::array<bool, 3>> is_settled_;
   std::vector<Vector3> rest_angle_;  // of each rest: means over its nodes
   std::vector<Vector3> rest_rotation_;
