@@ -159,12 +159,13 @@ class Collector::Impl {
       job.ready_s = job.coarse_s + 0.45;
       Queue(&rests_, job);
     }
-    // The axis that turns fastest says when: its angle is the one that must not be carried forward.
-    if ((track_.time_s() >= next_node_s_ || !any_node_) && track_.leading()) {
-      AddNode(track_.time_s());
-    } else if (!nodes_.empty() && nodes_.back().node.at.t_s == track_.time_s()) {
+    if (!nodes_.empty() && nodes_.back().node.at.t_s == track_.time_s()) {
       // Another axis at the same time, as in a row of a table: it may just have begun to move.
       SetReference(&nodes_.back().node);
+    } else if ((track_.time_s() >= next_node_s_ || !any_node_) && track_.leading()) {
+      // The axis that turns fastest says when: its angle is the one that must not be carried
+      // forward.
+      AddNode(track_.time_s());
     }
     Work();
   }
