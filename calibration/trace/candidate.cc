@@ -46,6 +46,17 @@ double CovariateMean(const ChannelProblem& problem, std::size_t index) {
   return sum / static_cast<double>(problem.rows());
 }
 
+// A quantity that hardly changes is no factor.
+constexpr double kLeastGravityRange_g = 0.3;
+double GravityRange(const ChannelProblem& problem, std::size_t axis) {
+  double low = 1.0, high = -1.0;
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    low = std::min(low, problem.half(i, 0).gravity_g[axis]);
+    high = std::max(high, problem.half(i, 0).gravity_g[axis]);
+  }
+  return high - low;
+}
+
 // What makes no sense for the data at hand.
 bool BeyondData(const ChannelProblem& problem, const Effect& effect,
                 const std::vector<double>& point) {
@@ -104,7 +115,12 @@ std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
   std::vector<std::string> factors;
   const unsigned knows = problem.knows();
   if ((knows & kNeedsRate) != 0) factors.insert(factors.end(), {"w", "abs_w"});
-  if ((knows & kNeedsGravity) != 0) factors.insert(factors.end(), {"g_x", "g_y", "g_z"});
+  if ((knows & kNeedsGravity) != 0) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (GravityRange(problem, a) > kLeastGravityRange_g)
+        factors.push_back(fmt::format("g_{}", "xyz"[a]));
+    }
+  }
   if ((knows & kNeedsTemperature) != 0) factors.insert(factors.end(), {"T", "dT_dt"});
   const std::size_t known = factors.size();
   factors.insert(factors.end(), covariates.begin(), covariates.end());

@@ -174,11 +174,40 @@ class ChannelTracer {
     }
     trace_.noise = {noise->angle_random_walk_deg_sqrt_s, noise->bias_random_walk_deg_s_sqrt_s,
                     noise->reference_deg};
+    DropUseless(&*selection);
     Fill(*selection, *noise);
     return {std::move(trace_), std::move(model_)};
   }
 
  private:
+  // What does not help on data that the fit did not see is not kept, whatever its p-value.
+  void DropUseless(Selection* selection) const {
+    for (bool again = true; again;) {
+      again = false;
+      const ChannelFit fit = FitChannel(problem_, *selection);
+      std::size_t worst = selection->members().size();
+      double harm = 0.0;
+      for (std::size_t i = 0; i < selection->members().size(); ++i) {
+        const HeldOut figures =
+            HoldOut(problem_, fit, ColumnsOfMember(fit, *selection, i), request_.seed).whitened_rms;
+        if (figures.after - figures.before <= harm) continue;
+        harm = figures.after - figures.before;
+        worst = i;
+      }
+      if (worst == selection->members().size()) continue;
+      selection->Remove(worst);
+      again = true;
+    }
+  }
+
+  static std::vector<Eigen::Index> ColumnsOfMember(const ChannelFit& fit,
+                                                   const Selection& selection, std::size_t i) {
+    std::vector<Eigen::Index> columns;
+    for (std::size_t k = 0; k < selection.members()[i].columns.size(); ++k)
+      columns.push_back(fit.column_begin[i] + static_cast<Eigen::Index>(k));
+    return columns;
+  }
+
   bool EnoughData() {
     double time_s = 0.0;
     for (const Interval& interval : problem_.intervals()) time_s += interval.duration_s;
@@ -294,10 +323,8 @@ class ChannelTracer {
     if (!effect.rivals.empty()) ways.insert(ManoeuvreOf(effect.id));
     ways.erase("");
     effect.settled_by = fmt::format("{}", fmt::join(ways, "; "));
-    std::vector<Eigen::Index> columns;
-    for (std::size_t k = 0; k < member.columns.size(); ++k)
-      columns.push_back(fit.column_begin[i] + static_cast<Eigen::Index>(k));
-    const HeldOutFigures figures = HoldOut(problem_, fit, columns, request_.seed);
+    const HeldOutFigures figures =
+        HoldOut(problem_, fit, ColumnsOfMember(fit, selection, i), request_.seed);
     effect.heldout_whitened_rms = figures.whitened_rms;
     effect.heldout_angle_rms_deg = figures.angle_rms_deg;
     trace_.effects.push_back(std::move(effect));

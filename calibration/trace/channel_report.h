@@ -18,7 +18,7 @@ struct ChannelRequest {
   double units_per_deg_s = 1.0;
   std::vector<std::string> covariates;
   bool earth_rate_known = false;
-  double false_discovery = 0.005;
+  double false_discovery = 0.001;
   std::uint64_t seed = 1;
   bool curves = true;
 };

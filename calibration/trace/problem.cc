@@ -83,8 +83,6 @@ void ChannelProblem::Survey() {
     const double dt = intervals_[static_cast<std::size_t>(i)].duration_s;
     for (std::size_t h = 0; h < 2; ++h) {
       const TrackPoint& point = half(i, h);
-      for (std::size_t c = 0; c < 3; ++c)
-        path_[c] += 0.5 * dt * std::fabs(trail(i).still[ref(i).interval] ? 0 : point.rate_deg_s[c]);
       max_rate_ = std::max(max_rate_, std::fabs(point.rate_deg_s[channel_]));
       min_temperature_ = std::fmin(min_temperature_, point.temperature_degC);
       max_temperature_ = std::fmax(max_temperature_, point.temperature_degC);
@@ -92,6 +90,8 @@ void ChannelProblem::Survey() {
       time_s += 0.5 * dt;
       gravity = gravity && std::isfinite(point.gravity_g[0]);
     }
+    for (std::size_t c = 0; c < 3 && !half(i, 0).still; ++c)
+      path_[c] += std::fabs(trail(i).rotation_deg[ref(i).interval][c]);
     for (std::size_t a = 0; a < 3; ++a) {
       const double lever = std::fabs(Lever(i, a));
       if (lever > 0.2) table_path[a] += std::fabs(half(i, 0).table_rate_deg_s[a]) * dt * lever;

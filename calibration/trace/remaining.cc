@@ -91,7 +91,7 @@ Test Dependence(const ChannelProblem& problem, const ChannelFit& fit,
   information.diagonal().array() += 1e-6 * information.diagonal().array().abs() + 1e-6;
   const Eigen::VectorXd score = bins.transpose() * residual;
   const double q = score.dot(information.ldlt().solve(score));
-  test.log_p = LogPOf(q, kBins, static_cast<double>(order.size()));
+  test.log_p = LogPOf(q, kBins, static_cast<double>(problem.rows()));
   Eigen::Index bin = 0;
   const Eigen::VectorXd z = score.cwiseQuotient(information.diagonal().cwiseMax(1e-3).cwiseSqrt());
   z.cwiseAbs().maxCoeff(&bin);

@@ -57,8 +57,7 @@ class Steps {
   ScanPeak Bias() const {
     ScanPeak peak = Best(shocks_.bias, shocks_.bias_information, false);
     peak.id = "bias.step";
-    // A step is told from one a few seconds later by the angle random walk alone.
-    peak.tried = std::max(1.0, static_cast<double>(problem_.rows()) / 10.0);
+    peak.tried = static_cast<double>(problem_.rows());
     return peak;
   }
   ScanPeak Angle() const {
@@ -114,6 +113,11 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
     if (end_of(run) - begins[run] > end_of(longest) - begins[longest]) longest = run;
   }
   const Eigen::Index first = begins[longest], end = end_of(longest);
+  // In motion a tone cannot be told from the ripple of the motion itself: rests speak.
+  Eigen::Index resting = 0;
+  for (Eigen::Index i = first; i < end; ++i)
+    resting += problem.intervals()[static_cast<std::size_t>(i)].still ? 1 : 0;
+  if (5 * resting < end - first) return peak;
   const double origin = problem.begin_s(first);
   const auto slots = static_cast<std::size_t>((problem.end_s(end - 1) - origin) / step_s) + 2;
   if (slots > (1u << 22)) return peak;
@@ -121,6 +125,7 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   std::vector<double> grid(size, 0.0);
   double square = 0.0;
   for (Eigen::Index i = first; i < end; ++i) {
+    if (!problem.intervals()[static_cast<std::size_t>(i)].still) continue;
     grid[static_cast<std::size_t>((problem.begin_s(i) - origin) / step_s + 0.5)] += residual(i);
     square += residual(i) * residual(i);
   }
@@ -137,7 +142,7 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
     peak.nonlinear = static_cast<double>(f) / (static_cast<double>(size) * step_s);
   }
   // Relative to white noise of unit variance.
-  peak.gain *= square / static_cast<double>(end - first);
+  peak.gain *= square / static_cast<double>(resting);
   peak.tried = static_cast<double>(slots);
   peak.trail = problem.row_refs()[static_cast<std::size_t>(first)].trail;
   return peak;
@@ -196,7 +201,8 @@ ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_sco
     peak.gain = gain;
     peak.nonlinear = k;
   }
-  peak.tried = kMostPeriods;
+  // Between the whole numbers of periods lie others, which the refinement reaches.
+  peak.tried = 8.0 * kMostPeriods;
   return peak;
 }
 

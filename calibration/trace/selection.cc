@@ -19,6 +19,8 @@ constexpr double kShareOfCatalogue = 0.6, kShareOfProducts = 0.1, kShareOfScan =
 // A scan's place so near to its level may pass it when it is refined.
 constexpr double kNearLevel = 4.0;
 constexpr std::size_t kMostEffects = 12;
+// Many steps and tones are no cause but a residual that is not understood.
+constexpr std::ptrdiff_t kMostScanned = 4;
 // What a column must bring for an exchange of candidates of different size to be fair.
 constexpr double kCostOfColumn = 8.0;
 // Ten of -2 log L, with the same for what a column costs: rivals.
@@ -51,12 +53,30 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   std::erase_if(pool_, [&](Candidate& candidate) {
     const Eigen::MatrixXd white = White(candidate);
     if (!white.allFinite()) return true;
+    const Eigen::Index mark = store_.used();
     candidate.columns = store_.Add(white);
-    return false;
+    if (Visible(candidate)) return false;
+    store_.DropFrom(mark);
+    unseen_.push_back(candidate);
+    return true;
   });
   for (Candidate& candidate : pool_) {
     candidate.log_level = std::log(level / static_cast<double>(pool_.size()));
   }
+}
+
+// Within its bound every part of this class would be: a value that is found would be an invention.
+bool Selection::Visible(const Candidate& candidate) const {
+  if (!(candidate.effect->typical_size > 0)) return true;
+  for (const Eigen::Index column : candidate.columns) {
+    const double square = store_.Left(column, base_) * store_.column(column).squaredNorm();
+    if (square > std::pow(candidate.effect->typical_size, -2)) return true;
+  }
+  return false;
+}
+
+void Selection::Remove(std::size_t member) {
+  members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(member));
 }
 
 Eigen::MatrixXd Selection::White(const Candidate& candidate) const {
@@ -167,7 +187,13 @@ bool Selection::AddBest() {
   std::optional<Candidate> chosen;
   if (best != nullptr) chosen = *best;
   const Eigen::VectorXd residual = Residual();
-  for (const ScanPeak& peak : Scan(problem_, whitener_, store_.Take(model), residual)) {
+  const auto scanned = std::count_if(members_.begin(), members_.end(), [](const Candidate& member) {
+    return member.effect != nullptr && member.family.find('@') != std::string::npos;
+  });
+  const std::vector<ScanPeak> peaks = scanned < kMostScanned
+                                          ? Scan(problem_, whitener_, store_.Take(model), residual)
+                                          : std::vector<ScanPeak>{};
+  for (const ScanPeak& peak : peaks) {
     const double level = std::log(options_.false_discovery * kShareOfScan / peak.tried);
     // The scan's own figure is rough: what comes near is worked out.
     if (peak.gain < 0.5 * ChiSquareQuantile(level, 2.0)) continue;

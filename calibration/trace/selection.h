@@ -14,7 +14,7 @@
 namespace gyrobench::calibration {
 
 struct SelectionOptions {
-  double false_discovery = 0.005;  // of the channel, over everything that is tried
+  double false_discovery = 0.001;  // of the channel, over everything that is tried
 };
 
 // Forward, exchange and backward steps over the catalogue's grid, the scans, and products;
@@ -26,9 +26,12 @@ class Selection {
             const SelectionOptions& options);
 
   void Run();
+  void Remove(std::size_t member);
 
   const std::vector<Candidate>& members() const { return members_; }
   const std::vector<Candidate>& pool() const { return pool_; }
+  // Points of the grid that the measurements cannot see (their columns are not in the store).
+  const std::vector<Candidate>& unseen() const { return unseen_; }
   const WhiteStore& store() const { return store_; }
   const Whitener& whitener() const { return whitener_; }
   const WhiteStore::Columns& baseline_columns() const { return base_; }
@@ -48,8 +51,7 @@ class Selection {
                                           const std::vector<std::string>& covariates);
 
  private:
-  struct Step;
-
+  bool Visible(const Candidate& candidate) const;
   bool AddBest();
   bool AddScanned();
   bool AddComposed();
@@ -67,7 +69,7 @@ class Selection {
   Whitener whitener_;
   WhiteStore store_;
   WhiteStore::Columns base_;
-  std::vector<Candidate> pool_, products_;
+  std::vector<Candidate> pool_, unseen_, products_;
   std::vector<Candidate> members_;
 };
 

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace gyrobench::calibration {
@@ -32,15 +34,21 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
                                             bool earth_rate_known) {
   std::map<std::string, Sight> seen;
   const WhiteStore& store = selection.store();
-  for (const Candidate& candidate : selection.pool()) {
+  const Eigen::MatrixXd base = store.Take(selection.baseline_columns());
+  const Eigen::LDLT<Eigen::MatrixXd> factor(base.transpose() * base);
+  auto look = [&](const Candidate& candidate) {
     Sight& sight = seen[candidate.effect->id];
-    for (const Eigen::Index column : candidate.columns) {
-      const double left = store.Left(column, selection.baseline_columns());
-      const double square = left * store.column(column).squaredNorm();
-      sight.left = std::max(sight.left, left);
+    const Eigen::MatrixXd white = selection.White(candidate);
+    for (Eigen::Index j = 0; j < white.cols(); ++j) {
+      const Eigen::VectorXd shared = base.transpose() * white.col(j);
+      const double whole = white.col(j).squaredNorm();
+      const double square = std::max(whole - shared.dot(factor.solve(shared)), 0.0);
+      if (whole > 0) sight.left = std::max(sight.left, square / whole);
       if (square > 0) sight.bound = std::min(sight.bound, 1.0 / std::sqrt(square));
     }
-  }
+  };
+  for (const Candidate& candidate : selection.pool()) look(candidate);
+  for (const Candidate& candidate : selection.unseen()) look(candidate);
   std::vector<Unidentifiable> out;
   std::set<std::string> listed;
   for (const Effect& effect : EffectCatalogue()) {
