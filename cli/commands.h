@@ -25,5 +25,10 @@ int Show(const Options& options);
 int Export(const Options& options);
 // analyze_command.cc
 int Analyze(const Options& options);
+// trace_command.cc
+int Trace(const Options& options);
+int Report(const Options& options);
+// apply_command.cc
+int Apply(const Options& options);
 
 }  // namespace gyrobench::cli

@@ -100,11 +100,18 @@ Json Fields(const model_result_t& m) {
 
 Json Fields(const trace_result_t& m) {
   return {{"sensor_axis", SensorAxisName(m.sensor_axis)},
+          {"final", m.final != 0},
           {"verdict", m.verdict},
+          {"summary", m.summary},
           {"effect_index", m.effect_index},
           {"effect_count", m.effect_count},
           {"effect_id", m.effect_id},
           {"origin", m.origin},
+          {"owner", m.owner},
+          {"parameter_name", m.parameter_name},
+          {"parameter_value", m.parameter_value},
+          {"parameter_std_error", m.parameter_std_error},
+          {"parameter_unit", m.parameter_unit},
           {"p_value", m.p_value},
           {"whitened_rms_before", m.whitened_rms_before},
           {"whitened_rms_after", m.whitened_rms_after},

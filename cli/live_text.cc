@@ -2,12 +2,14 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <ctime>
 
 #include "base/measurement.h"
 #include "cli/number_text.h"
+#include "cli/trace_text.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -93,10 +95,21 @@ std::string Describe(const model_result_t& m) {
 }
 
 std::string Describe(const trace_result_t& m) {
-  if (m.effect_index < 0) return SensorAxisName(m.sensor_axis) + ": " + m.verdict;
-  return fmt::format("{}: {} ({} of {}), held-out residual {:.3g} -> {:.3g}",
-                     SensorAxisName(m.sensor_axis), m.effect_id, m.effect_index + 1, m.effect_count,
-                     m.whitened_rms_before, m.whitened_rms_after);
+  const std::string axis = SensorAxisName(m.sensor_axis);
+  if (m.effect_index < 0) {
+    const std::string verdict = axis + ": " + VerdictWords(m.verdict);
+    return m.summary.empty() ? verdict : verdict + ": " + m.summary;
+  }
+  std::vector<std::string> names = {m.effect_id};
+  names.insert(names.end(), m.rivals.begin(), m.rivals.end());
+  std::string text = fmt::format("{}: {} ({} of {})", axis, fmt::join(names, " or "),
+                                 m.effect_index + 1, m.effect_count);
+  for (std::size_t i = 0; i < m.parameter_name.size(); ++i) {
+    const std::string value = FormatMeasured(m.parameter_value[i], m.parameter_std_error[i]);
+    text += ", " + m.parameter_name[i] + " " + WithUnit(value, m.parameter_unit[i]);
+  }
+  return text + fmt::format(", held out {} → {} deg", FormatNumber(m.angle_rms_deg_before, 3),
+                            FormatNumber(m.angle_rms_deg_after, 3));
 }
 
 std::string Describe(const fault_t& m) {

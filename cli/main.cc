@@ -21,7 +21,7 @@ struct Command {
   int (*run)(const Options&);
 };
 
-constexpr std::array<Command, 15> kCommands = {{{"procedures", Procedures},
+constexpr std::array<Command, 18> kCommands = {{{"procedures", Procedures},
                                                 {"check", Check},
                                                 {"run", Run},
                                                 {"status", Status},
@@ -35,7 +35,10 @@ constexpr std::array<Command, 15> kCommands = {{{"procedures", Procedures},
                                                 {"runs", Runs},
                                                 {"show", Show},
                                                 {"analyze", Analyze},
-                                                {"export", Export}}};
+                                                {"export", Export},
+                                                {"trace", Trace},
+                                                {"apply", Apply},
+                                                {"report", Report}}};
 
 int Dispatch(const Options& options) {
   for (const Command& command : kCommands) {

@@ -45,6 +45,7 @@ class CommandLine {
     AddBenchCommands();
     AddRunCommands();
     AddRecordCommands();
+    AddTraceCommands();
   }
 
   std::variant<Options, int> Parse(int argc, const char* const* argv) {
@@ -129,6 +130,53 @@ class CommandLine {
         ->type_name("FILE")
         ->required();
     write.add_flag("--overwrite", options_.overwrite, "Replace the file if it exists");
+  }
+
+  void AddTraceCommands() {
+    CLI::App& trace =
+        Add("trace", "Trace what the baseline leaves to the effects behind it; runs of one sensor",
+            "gyrobench trace warm-up.csv.gz turns.csv.gz --calibration mpu-17.json --report "
+            "mpu-17.html");
+    trace.add_option("input", options_.inputs, "Runs, folders of records, or measurement tables")
+        ->type_name("RUN-or-TABLE")
+        ->required();
+    trace.add_option("--calibration", options_.calibration, "Calibration to write")
+        ->type_name("OUT.json");
+    trace.add_option("--report", options_.report, "Report to write")->type_name("OUT.html");
+    AddTracing(trace);
+    trace.add_flag("-q,--quiet", options_.quiet,
+                   "Print nothing but errors and what --json asks for");
+    CLI::App& apply =
+        Add("apply", "Correct a table's rates by a calibration, without any reference",
+            "gyrobench apply mpu-17.json flight.csv.gz -o flight-corrected.csv.gz");
+    apply.add_option("calibration", options_.calibration, "Calibration, as `trace` writes it")
+        ->type_name("CALIBRATION")
+        ->required();
+    apply.add_option("table", options_.name, "Measurement table, run, or folder of a record")
+        ->type_name("TABLE")
+        ->required();
+    apply.add_option("-o,--output", options_.output, "Table to write, .csv or .csv.gz")
+        ->type_name("OUT.csv")
+        ->required();
+    apply.add_flag("--overwrite", options_.overwrite, "Replace the file if it exists");
+    apply.add_flag("--any-sensor", options_.any_sensor,
+                   "Also where the serial number is that of another sensor");
+    apply.add_flag("-q,--quiet", options_.quiet, "Print nothing but errors");
+    CLI::App& report = Add("report", "Trace a run again and write its report",
+                           "gyrobench report 20260312-091500-scale");
+    report.add_option("run", options_.name, "Run, folder of its record, or measurement table")
+        ->required();
+    report
+        .add_option("-o,--output", options_.output,
+                    "File to write; default report.html in the record")
+        ->type_name("FILE.html");
+    AddTracing(report);
+  }
+
+  void AddTracing(CLI::App& command) {
+    command
+        .add_option("--seed", options_.seed, "Of what is drawn at random; the same gives the same")
+        ->type_name("N");
   }
 
   int Report(const CLI::ParseError& error) {

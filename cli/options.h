@@ -26,6 +26,11 @@ struct Options {
   std::vector<std::string> inputs;
   std::filesystem::path output;
   bool overwrite = false;
+  bool quiet = false;
+  std::filesystem::path calibration;  // trace: to write; apply: to read
+  std::filesystem::path report;       // trace: to write
+  std::uint64_t seed = 1;             // trace
+  bool any_sensor = false;            // apply
 };
 
 // The options, or the exit status when there is nothing more to do (help was printed, or an error

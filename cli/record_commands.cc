@@ -11,6 +11,7 @@
 #include "cli/json_field.h"
 #include "cli/number_text.h"
 #include "cli/result_text.h"
+#include "cli/trace_text.h"
 #include "recording/run_directory.h"
 #include "recording/table_writer.h"
 
@@ -34,7 +35,8 @@ Json Describe(const recording::RunDirectory& run) {
   return {{"run_id", run.run_id()},
           {"record", run.folder().string()},
           {"run", ReadOr(run.RunJson())},
-          {"result", ReadOr(run.ResultJson())}};
+          {"result", ReadOr(run.ResultJson())},
+          {"trace", ReadOr(run.folder() / recording::kTraceJsonName)}};
 }
 
 std::string OutcomeOf(const Json& run) {
@@ -135,6 +137,8 @@ int Show(const Options& options) {
   } else {
     fmt::print("\n{}", ResultText(result, terminal));
   }
+  const std::string trace = TraceSummary(record["trace"], terminal);
+  if (!trace.empty()) fmt::print("\n{}", trace);
   return kDone;
 }
 

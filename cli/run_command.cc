@@ -15,6 +15,7 @@
 #include "cli/request_parameters.h"
 #include "cli/result_text.h"
 #include "cli/run_display.h"
+#include "cli/trace_text.h"
 #include "recording/run_directory.h"
 
 namespace gyrobench::cli {
@@ -35,10 +36,10 @@ std::string OutcomeText(const RunEnd& end) {
   return end.message.empty() ? text : text + ": " + end.message;
 }
 
-// The record's result, null when there is none; the daemon's user may keep it from others.
-Json ReadResult(const std::string& record, std::string& why_not) {
+// A file of the record, null when there is none; the daemon's user may keep it from others.
+Json ReadOf(const std::string& record, const char* name, std::string& why_not) {
   std::error_code error;
-  const auto file = std::filesystem::path(record) / recording::kResultJsonName;
+  const auto file = std::filesystem::path(record) / name;
   if (!std::filesystem::exists(file, error)) {
     why_not = error ? error.message() : "";
     return nullptr;
@@ -51,12 +52,14 @@ Json ReadResult(const std::string& record, std::string& why_not) {
   }
 }
 
-void PrintEnd(const Json& started, const RunEnd& end, const Json& result,
+void PrintEnd(const Json& started, const RunEnd& end, const Json& result, const Json& trace,
               const std::string& why_not) {
   const Terminal terminal = DescribeTerminal(fileno(stdout));
   const std::string text = fmt::format("run {}: {}", Text(started, "run_id"), OutcomeText(end));
   fmt::print("{}\n", end.outcome == "done" ? terminal.Bold(text) : terminal.Red(text));
   if (!result.is_null()) fmt::print("\n{}", ResultText(result, terminal));
+  const std::string verdict = TraceSummary(trace, terminal);
+  if (!verdict.empty()) fmt::print("\n{}", verdict);
   if (!why_not.empty()) fmt::print("results cannot be shown: {}\n", why_not);
   fmt::print("\nrecord: {}\n", Text(started, "record"));
 }
@@ -114,13 +117,15 @@ int Run(const Options& options) {
 
   const RunEnd end = follower.Follow(Text(started, "run_id"), feed.get());
   std::string why_not;
-  const Json result = ReadResult(Text(started, "record"), why_not);
+  const Json result = ReadOf(Text(started, "record"), recording::kResultJsonName, why_not);
+  const Json trace = ReadOf(Text(started, "record"), recording::kTraceJsonName, why_not);
   if (options.json) {
     Json whole = started;
-    whole.update({{"outcome", end.outcome}, {"message", end.message}, {"result", result}});
+    whole.update(
+        {{"outcome", end.outcome}, {"message", end.message}, {"result", result}, {"trace", trace}});
     fmt::print("{}\n", whole.dump(2));
   } else {
-    PrintEnd(started, end, result, why_not);
+    PrintEnd(started, end, result, trace, why_not);
   }
   return ExitStatusOf(end.outcome);
 }

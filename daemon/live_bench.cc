@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/axis_facts.h"
+#include "daemon/run_trace.h"
 #include "procedures/engine/motion_time.h"
 
 namespace gyrobench::daemon {
@@ -218,6 +219,16 @@ procedures::Estimate LiveBench::ReadEstimate(const std::string& what) {
     return {true, bias.coefficients.front(), bias.std_errors.front(), "LSB"};
   }
   return {};
+}
+
+std::vector<procedures::AxisVerdict> LiveBench::Trace() {
+  const std::optional<calibration::TraceResult> trace = TraceRun(context_.telemetry.Recorded());
+  std::vector<procedures::AxisVerdict> verdicts;
+  if (!trace) return verdicts;
+  context_.telemetry.SendTrace(*trace, context_.clock.Now(), false);
+  for (const calibration::ChannelTrace& channel : trace->channels)
+    verdicts.push_back(VerdictOf(channel));
+  return verdicts;
 }
 
 void LiveBench::RecordLimit(const procedures::LimitCheck& check) {

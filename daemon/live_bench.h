@@ -55,6 +55,7 @@ class LiveBench final : public procedures::Bench {
   procedures::SoakOutcome Soak(const procedures::SoakCommand& command) override;
   std::string Ask(const procedures::Question& question) override;
   procedures::Estimate ReadEstimate(const std::string& what) override;
+  std::vector<procedures::AxisVerdict> Trace() override;
   void RecordLimit(const procedures::LimitCheck& check) override;
   void Say(const std::string& text) override;
   void Progress(double fraction) override;

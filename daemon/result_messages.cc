@@ -56,4 +56,57 @@ scale_result_t ToMessage(const calibration::ScaleResult& result) {
   return message;
 }
 
+namespace {
+
+void Set(trace_result_t& message, const calibration::HeldOut& whitened,
+         const calibration::HeldOut& angle) {
+  message.whitened_rms_before = whitened.before;
+  message.whitened_rms_after = whitened.after;
+  message.angle_rms_deg_before = angle.before;
+  message.angle_rms_deg_after = angle.after;
+}
+
+trace_result_t VerdictOf(const calibration::ChannelTrace& channel) {
+  trace_result_t message{};
+  message.sensor_axis = static_cast<std::int8_t>(channel.axis);
+  message.verdict = Name(channel.verdict);
+  message.effect_index = -1;
+  message.effect_count = static_cast<std::int32_t>(channel.effects.size());
+  message.p_value = kMissing;
+  return message;
+}
+
+trace_result_t EffectMessage(const calibration::ChannelTrace& channel, std::size_t index) {
+  const calibration::TracedEffect& effect = channel.effects[index];
+  trace_result_t message = VerdictOf(channel);
+  message.effect_index = static_cast<std::int32_t>(index);
+  message.effect_id = effect.id;
+  message.origin = Name(effect.origin);
+  message.owner = Name(effect.owner);
+  message.n_parameters = static_cast<std::int32_t>(effect.parameters.size());
+  for (const calibration::ModelParameter& parameter : effect.parameters) {
+    message.parameter_name.push_back(parameter.name);
+    message.parameter_value.push_back(parameter.value);
+    message.parameter_std_error.push_back(parameter.std_error);
+    message.parameter_unit.push_back(parameter.unit);
+  }
+  message.p_value = effect.p_value;
+  Set(message, effect.heldout_whitened_rms, effect.heldout_angle_rms_deg);
+  message.n_rivals = static_cast<std::int32_t>(effect.rivals.size());
+  message.rivals = effect.rivals;
+  message.next_manoeuvre = effect.settled_by;
+  return message;
+}
+
+}  // namespace
+
+std::vector<trace_result_t> ToMessages(const calibration::ChannelTrace& channel) {
+  std::vector<trace_result_t> messages = {VerdictOf(channel)};
+  messages[0].summary = channel.summary;
+  Set(messages[0], channel.heldout_whitened_rms, channel.heldout_angle_rms_deg);
+  for (std::size_t i = 0; i < channel.effects.size(); ++i)
+    messages.push_back(EffectMessage(channel, i));
+  return messages;
+}
+
 }  // namespace gyrobench::daemon

@@ -11,6 +11,7 @@
 #include "calibration/result_json.h"
 #include "daemon/axis_facts.h"
 #include "daemon/run_record.h"
+#include "daemon/run_trace.h"
 #include "procedures/engine/engine.h"
 #include "recording/run_directory.h"
 
@@ -315,6 +316,10 @@ void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
   const calibration::AnalysisResult results = context_.telemetry.Analyse();
   const Utime end = context_.clock.Now();
   context_.telemetry.SendResults(results, end, true);
+  // What ended before its time is not judged by what it did not do.
+  const bool complete = outcome == Outcome::kDone || outcome == Outcome::kFailedLimits;
+  const auto trace = complete ? TraceRun(context_.telemetry.Recorded()) : std::nullopt;
+  if (trace) context_.telemetry.SendTrace(*trace, end, true);
   run_t stop{};
   stop.utime = end;
   stop.event = run_t::STOP;
@@ -333,6 +338,7 @@ void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
               job.bench ? job.bench->limits() : std::vector<procedures::LimitCheck>{}, end);
   job.directory->WriteResult(calibration::ToJson(results));
   job.directory->WriteRun(job.description);
+  if (trace) WriteTrace(*job.directory, job.description, *trace, results);
   if (!failure.empty()) throw DataError(failure);
 }
 

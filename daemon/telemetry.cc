@@ -1,5 +1,6 @@
 #include "daemon/telemetry.h"
 
+#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -150,6 +151,27 @@ void Telemetry::SendResults(const calibration::AnalysisResult& results, Utime ut
     message.final = final;
     Emit("_SCALE_RESULT", seq_.scale, message);
   }
+}
+
+void Telemetry::SendTrace(const calibration::TraceResult& trace, Utime utime, bool final) {
+  const std::lock_guard lock(mutex_);
+  for (const calibration::ChannelTrace& channel : trace.channels) {
+    for (trace_result_t& message : ToMessages(channel)) {
+      message.utime = utime;
+      message.final = final;
+      Emit("_TRACE_RESULT", seq_.trace, message);
+    }
+  }
+}
+
+calibration::Recording Telemetry::Recorded() const {
+  std::optional<calibration::Collector> snapshot;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!run_) return calibration::Recording();
+    snapshot.emplace(run_->analyzer);
+  }
+  return snapshot->Take();
 }
 
 calibration::AnalysisResult Telemetry::Analyse() const {

@@ -12,7 +12,9 @@
 
 #include "base/clock.h"
 #include "base/measurement.h"
+#include "calibration/collector.h"
 #include "calibration/results.h"
+#include "calibration/trace/trace_result.h"
 #include "daemon/lcm_publisher.h"
 #include "gyrobench/angle_t.hpp"
 #include "gyrobench/axes_t.hpp"
@@ -61,6 +63,11 @@ class Telemetry {
   // One message per result: _BIAS_RESULT and _SCALE_RESULT.
   void SendResults(const calibration::AnalysisResult& results, Utime utime, bool final);
 
+  // A message for the verdict of each axis and one for each effect: _TRACE_RESULT.
+  void SendTrace(const calibration::TraceResult& trace, Utime utime, bool final);
+
+  // What the run has measured so far, for a trace.
+  calibration::Recording Recorded() const;
   // The analysis of the run so far. Computed outside the lock, so that acquisition goes on
   // meanwhile.
   calibration::AnalysisResult Analyse() const;
@@ -80,7 +87,8 @@ class Telemetry {
   std::unique_ptr<Run> run_;
   std::string run_id_;
   struct {
-    std::int64_t gyro = 0, angle = 0, axes = 0, status = 0, run = 0, fault = 0, bias = 0, scale = 0;
+    std::int64_t gyro = 0, angle = 0, axes = 0, status = 0, run = 0, fault = 0, bias = 0, scale = 0,
+                 trace = 0;
   } seq_;
 };
 

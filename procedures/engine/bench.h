@@ -62,6 +62,30 @@ struct Estimate {
   std::string unit;
 };
 
+// A number of an effect that was traced. `std_error` is NaN where it is not known.
+struct TracedParameter {
+  std::string name;
+  double value = 0.0;
+  double std_error = 0.0;
+  std::string unit;
+};
+
+struct TracedEffect {
+  std::string id;     // angle.latency ...
+  std::string owner;  // gyro, reference, bench
+  std::vector<TracedParameter> parameters;
+  std::vector<std::string> rivals;  // ids that the data so far cannot tell from it
+  std::string settled_by;           // the manoeuvre that would; empty when certain
+};
+
+// What the residual of one gyro axis is traced to.
+struct AxisVerdict {
+  std::string axis;     // x, y, z of the sensor
+  std::string verdict;  // none, explained, partly_explained, unexplained
+  std::string summary;
+  std::vector<TracedEffect> effects;
+};
+
 // A measurement against its declared limits. A part that misses them is data, not an error.
 struct LimitCheck {
   std::string name;
@@ -90,6 +114,8 @@ class Bench {
   virtual std::string Ask(const Question& question) = 0;
   // `what`: "scale_factor" or "bias".
   virtual Estimate ReadEstimate(const std::string& what) = 0;
+  // Traces what has been measured so far. Empty while there is nothing that could be traced.
+  virtual std::vector<AxisVerdict> Trace() = 0;
   // The engine has judged the check; here it is shown and recorded.
   virtual void RecordLimit(const LimitCheck& check) = 0;
   virtual void Say(const std::string& text) = 0;

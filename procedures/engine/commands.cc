@@ -151,6 +151,61 @@ int ReadEstimate(const Call& call) {
   return 1;
 }
 
+void PushParameter(lua_State* state, const TracedParameter& parameter) {
+  lua_createtable(state, 0, 4);
+  SetField(state, "name", parameter.name);
+  SetField(state, "value", parameter.value);
+  SetField(state, "std_error", parameter.std_error);
+  SetField(state, "unit", parameter.unit);
+}
+
+void PushText(lua_State* state, const std::string& text) {
+  lua_pushlstring(state, text.data(), text.size());
+}
+
+// A list of what `push` pushes for each of `items`, as field `field` of the table on top.
+template <typename Item>
+void SetList(lua_State* state, const char* field, const std::vector<Item>& items,
+             void (*push)(lua_State* state, const Item& item)) {
+  lua_createtable(state, static_cast<int>(items.size()), 0);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    push(state, items[i]);
+    lua_rawseti(state, -2, static_cast<lua_Integer>(i + 1));
+  }
+  lua_setfield(state, -2, field);
+}
+
+void PushEffect(lua_State* state, const TracedEffect& effect) {
+  lua_createtable(state, 0, 5);
+  SetField(state, "id", effect.id);
+  SetField(state, "owner", effect.owner);
+  SetField(state, "settled_by", effect.settled_by);
+  SetList(state, "parameters", effect.parameters, PushParameter);
+  SetList(state, "rivals", effect.rivals, PushText);
+}
+
+int Trace(const Call& call) {
+  if (!lua_isnil(call.state, call.argument)) {
+    throw Error(
+        fmt::format("{}: takes nothing, got {}", call.name, ShowValue(call.state, call.argument)));
+  }
+  const std::vector<AxisVerdict> verdicts = call.bench.Trace();
+  if (verdicts.empty()) {
+    lua_pushnil(call.state);
+    return 1;
+  }
+  lua_newtable(call.state);
+  for (const AxisVerdict& verdict : verdicts) {
+    lua_createtable(call.state, 0, 4);
+    SetField(call.state, "axis", verdict.axis);
+    SetField(call.state, "verdict", verdict.verdict);
+    SetField(call.state, "summary", verdict.summary);
+    SetList(call.state, "effects", verdict.effects, PushEffect);
+    lua_setfield(call.state, -2, verdict.axis.c_str());
+  }
+  return 1;
+}
+
 int Temperature(const Call& call) {
   const double temperature = call.bench.TemperatureDegC();
   if (std::isnan(temperature)) {
@@ -232,7 +287,7 @@ constexpr Command kCommands[] = {
     {"soak", Soak},       {"ask", Ask},       {"estimate", ReadEstimate},
     {"elapsed", Elapsed}, {"axes", ListAxes}, {"temperature", Temperature},
     {"say", Say},         {"limit", Limit},   {"progress", Progress},
-    {"fail", FailRun},
+    {"fail", FailRun},    {"trace", Trace},
 };
 
 // The C side of every function of `bench`: yields its argument and the command's index to the host.

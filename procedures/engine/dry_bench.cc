@@ -95,6 +95,10 @@ Estimate DryBench::ReadEstimate(const std::string& what) {
   return {true, options_.nominal_scale_deg_s_per_lsb, 0.0, "deg/s/LSB"};
 }
 
+std::vector<AxisVerdict> DryBench::Trace() {
+  return {{"x", "none", "", {}}, {"y", "none", "", {}}, {"z", "none", "", {}}};
+}
+
 Plan DryRun(const Procedure& procedure, const Parameters& parameters, std::vector<AxisFacts> axes,
             const DryOptions& options, const RunHooks& hooks) {
   DryBench bench(std::move(axes), options);

@@ -72,6 +72,8 @@ class DryBench final : public Bench {
   SoakOutcome Soak(const SoakCommand& command) override;
   std::string Ask(const Question& question) override;
   Estimate ReadEstimate(const std::string& what) override;
+  // Nothing beyond the baseline, on all axes: takes no time.
+  std::vector<AxisVerdict> Trace() override;
   void RecordLimit(const LimitCheck& /*check*/) override {}
   void Say(const std::string& /*text*/) override {}
   void Progress(double /*fraction*/) override {}

@@ -77,5 +77,67 @@ TEST(ResultMessages, ABiasResultWithMissingErrorsIsPaddedNotOverread) {
             static_cast<int>(bytes.size()));
 }
 
+calibration::ChannelTrace TracedChannel() {
+  calibration::ChannelTrace channel;
+  channel.axis = SensorAxis::kY;
+  channel.verdict = calibration::Verdict::kPartlyExplained;
+  channel.summary = "in words";
+  channel.heldout_whitened_rms = {1, 2, {}};
+  channel.heldout_angle_rms_deg = {3, 4, {}};
+  calibration::TracedEffect effect;
+  effect.id = "angle.latency";
+  effect.origin = calibration::EffectOrigin::kComposed;
+  effect.owner = calibration::EffectOwner::kBench;
+  effect.parameters = {{"tau", 5, "s", 6, 7}, {"k", 8, "deg", kMissing, kMissing}};
+  effect.p_value = 9;
+  effect.rivals = {"angle.clock_drift"};
+  effect.settled_by = "reverse";
+  effect.heldout_whitened_rms = {10, 11, {}};
+  effect.heldout_angle_rms_deg = {12, 13, {}};
+  channel.effects = {effect, effect};
+  channel.effects[1].id = "bias.step";
+  return channel;
+}
+
+TEST(ResultMessages, ATraceIsAVerdictThenItsEffectsOneAMessage) {
+  const std::vector<trace_result_t> messages = ToMessages(TracedChannel());
+  ASSERT_EQ(messages.size(), 3u);
+  for (const trace_result_t& message : messages) {
+    EXPECT_EQ(message.sensor_axis, 1);
+    EXPECT_EQ(message.verdict, "partly_explained");
+    EXPECT_EQ(message.effect_count, 2);
+  }
+  EXPECT_EQ(messages[0].effect_index, -1);
+  EXPECT_EQ(messages[0].summary, "in words");
+  EXPECT_EQ(messages[0].whitened_rms_before, 1);
+  EXPECT_EQ(messages[0].whitened_rms_after, 2);
+  EXPECT_EQ(messages[0].angle_rms_deg_before, 3);
+  EXPECT_EQ(messages[0].angle_rms_deg_after, 4);
+  EXPECT_EQ(messages[1].effect_index, 0);
+  EXPECT_EQ(messages[2].effect_index, 1);
+  EXPECT_EQ(messages[2].effect_id, "bias.step");
+}
+
+TEST(ResultMessages, EveryFieldOfATracedEffectArrivesWhereItBelongs) {
+  const trace_result_t message = ToMessages(TracedChannel())[1];
+  EXPECT_EQ(message.effect_id, "angle.latency");
+  EXPECT_EQ(message.origin, "composed");
+  EXPECT_EQ(message.owner, "bench");
+  EXPECT_EQ(message.n_parameters, 2);
+  EXPECT_EQ(message.parameter_name, (std::vector<std::string>{"tau", "k"}));
+  EXPECT_EQ(message.parameter_value, (std::vector<double>{5, 8}));
+  EXPECT_EQ(message.parameter_std_error[0], 6);
+  EXPECT_TRUE(std::isnan(message.parameter_std_error[1]));
+  EXPECT_EQ(message.parameter_unit, (std::vector<std::string>{"s", "deg"}));
+  EXPECT_EQ(message.p_value, 9);
+  EXPECT_EQ(message.whitened_rms_before, 10);
+  EXPECT_EQ(message.whitened_rms_after, 11);
+  EXPECT_EQ(message.angle_rms_deg_before, 12);
+  EXPECT_EQ(message.angle_rms_deg_after, 13);
+  EXPECT_EQ(message.rivals, std::vector<std::string>{"angle.clock_drift"});
+  EXPECT_EQ(message.n_rivals, 1);
+  EXPECT_EQ(message.next_manoeuvre, "reverse");
+}
+
 }  // namespace
 }  // namespace gyrobench::daemon

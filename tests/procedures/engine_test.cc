@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "procedures/engine/commands.h"
+#include "procedures/engine/dry_bench.h"
 #include "tests/procedures/fake_bench.h"
 
 namespace gyrobench::procedures {
@@ -321,6 +322,49 @@ TEST(Engine, WrongParametersAreRefusedBeforeTheScriptStarts) {
   FakeBench bench;
   EXPECT_THROW(RunProcedure(Script("bench.say('started')"), {{"x", 1.0}}, bench), ParameterError);
   EXPECT_TRUE(bench.calls.empty());
+}
+
+// Every field has a value of its own, so that a swap shows.
+TEST(TraceCommand, GivesTheScriptVerdictsEffectsParametersAndRivals) {
+  FakeBench bench;
+  bench.verdicts = {{"z",
+                     "partly_explained",
+                     "two words",
+                     {{"angle.latency",
+                       "bench",
+                       {{"tau", 0.003, 0.001, "s"}, {"second", 7.0, 2.0, "deg"}},
+                       {"angle.clock_drift", "angle.backlash"},
+                       "reverse"}}}};
+  RunProcedure(Script(R"(
+    local z = bench.trace().z
+    local e = z.effects[1]
+    bench.say(table.concat({z.axis, z.verdict, z.summary, #z.effects, e.id, e.owner, e.settled_by,
+      #e.parameters, e.parameters[1].name, e.parameters[1].value, e.parameters[1].std_error,
+      e.parameters[1].unit, e.parameters[2].name, #e.rivals, e.rivals[1], e.rivals[2]}, " ")))"),
+               {}, bench);
+  EXPECT_EQ(bench.LastSaid(),
+            "z partly_explained two words 1 angle.latency bench reverse 2 tau 0.003 0.001 s second "
+            "2 angle.clock_drift angle.backlash");
+}
+
+TEST(TraceCommand, IsNilWhileThereIsNothingToTraceAndTakesNoArgument) {
+  FakeBench bench;
+  RunProcedure(Script("bench.say(tostring(bench.trace()))"), {}, bench);
+  EXPECT_EQ(bench.LastSaid(), "nil");
+  const std::string error =
+      MessageOf<Error>([&] { RunProcedure(Script("bench.trace{ axis = 'z' }"), {}, bench); });
+  EXPECT_NE(error.find("bench.trace: takes nothing"), std::string::npos) << error;
+}
+
+TEST(TraceCommand, OfADryRunFindsNothingAndTakesNoTime) {
+  const Plan plan = DryRun(Script(R"(
+    for _, axis in ipairs{ "x", "y", "z" } do
+      local traced = bench.trace()[axis]
+      assert(traced.verdict == "none" and #traced.effects == 0)
+    end)"),
+                           {}, ThreeAxes());
+  EXPECT_EQ(plan.duration_s, 0.0);
+  EXPECT_TRUE(plan.segments.empty());
 }
 
 }  // namespace

@@ -33,6 +33,7 @@ class FakeBench : public Bench {
   std::vector<AxisFacts> axes = ThreeAxes();
   std::map<std::string, std::string> answers;
   std::map<std::string, Estimate> estimates;
+  std::vector<AxisVerdict> verdicts;
   double temperature_degC = 21.5;
   bool settles = true;
   // Called at every safe point and before every turn: throw to fail.
@@ -75,6 +76,10 @@ class FakeBench : public Bench {
   }
 
   Estimate ReadEstimate(const std::string& what) override { return estimates[what]; }
+  std::vector<AxisVerdict> Trace() override {
+    calls.push_back("trace");
+    return verdicts;
+  }
   void RecordLimit(const LimitCheck& check) override { checks.push_back(check); }
   void Say(const std::string& text) override { calls.push_back("say " + text); }
   void Progress(double fraction) override { fractions.push_back(fraction); }

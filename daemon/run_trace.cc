@@ -1,0 +1,90 @@
+#include "daemon/run_trace.h"
+
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "base/error.h"
+#include "base/version.h"
+#include "calibration/trace/trace.h"
+#include "calibration/trace/trace_json.h"
+#include "recording/file_hash.h"
+#include "report/report.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+using nlohmann::json;
+
+report::Provenance ProvenanceOf(const recording::RunDirectory& directory, const json& run) {
+  report::Provenance provenance;
+  provenance.run_id = directory.run_id();
+  provenance.version = kVersion;
+  provenance.procedure = run.value("procedure", "");
+  provenance.started_utime = run.value(recording::kStartUtimeKey, std::int64_t{0});
+  provenance.ended_utime = provenance.written_utime = run.value("end_utime", std::int64_t{0});
+  if (run.contains("stand")) provenance.configuration = run["stand"].value("name", "");
+  if (run.contains(recording::kMeasurementKey))
+    provenance.sensor = run[recording::kMeasurementKey].value("sensor", "");
+  const json parameters = run.value("parameters", json::object());
+  for (const auto& item : parameters.items()) {
+    const json& value = item.value();
+    provenance.notes.emplace_back("parameter " + item.key(),
+                                  value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  for (const auto& file : {directory.EventLog(), directory.RunJson()}) {
+    provenance.files.push_back({file.filename().string(), recording::Sha256OfFile(file),
+                                static_cast<std::int64_t>(std::filesystem::file_size(file))});
+  }
+  return provenance;
+}
+
+}  // namespace
+
+std::optional<calibration::TraceResult> TraceRun(const calibration::Recording& recording) {
+  try {
+    const calibration::Recording* one = &recording;
+    return calibration::Trace(std::span(&one, 1)).result;
+  } catch (const DataError& error) {
+    spdlog::info("nothing to trace: {}", error.what());
+  } catch (const std::exception& error) {  // the record must be closed whatever the trace does
+    spdlog::error("trace: {}", error.what());
+  }
+  return std::nullopt;
+}
+
+procedures::AxisVerdict VerdictOf(const calibration::ChannelTrace& channel) {
+  procedures::AxisVerdict verdict;
+  verdict.axis = "xyz"[static_cast<std::size_t>(channel.axis)];
+  verdict.verdict = Name(channel.verdict);
+  verdict.summary = channel.summary;
+  for (const calibration::TracedEffect& effect : channel.effects) {
+    procedures::TracedEffect traced{
+        effect.id, Name(effect.owner), {}, effect.rivals, effect.settled_by};
+    for (const calibration::ModelParameter& parameter : effect.parameters) {
+      traced.parameters.push_back(
+          {parameter.name, parameter.value, parameter.std_error, parameter.unit});
+    }
+    verdict.effects.push_back(std::move(traced));
+  }
+  return verdict;
+}
+
+void WriteTrace(const recording::RunDirectory& directory, const json& run,
+                const calibration::TraceResult& trace,
+                const calibration::AnalysisResult& analysis) {
+  recording::WriteJsonAtomically(directory.folder() / recording::kTraceJsonName,
+                                 calibration::ToJson(trace));
+  try {
+    report::ReportContent content;
+    content.trace = trace;
+    content.analysis = analysis;
+    content.provenance = ProvenanceOf(directory, run);
+    report::WriteReport(content, directory.folder() / recording::kReportName);
+  } catch (const Error& error) {
+    spdlog::warn("no report of {}: {}", directory.run_id(), error.what());
+  }
+}
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,220 @@
+// `gyrobench apply`: a table comes out with corrected rates and all else as it was.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "calibration/trace/calibration_file.h"
+#include "tests/cli/child_process.h"
+#include "tests/cli/temporary_folder.h"
+
+namespace gyrobench::cli {
+namespace {
+
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+Finished Gyrobench(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), GYROBENCH_PROGRAM);
+  return RunToEnd(arguments, {"GYROBENCH_CONFIG="});
+}
+
+// w = (xi / 131 - 0.5 - 0.01 (T - 30)) / 1.02
+calibration::Calibration GyroZ() {
+  calibration::Calibration calibration;
+  calibration.sensor = "MPU-17";
+  calibration::ChannelCalibration channel;
+  channel.model.axis = SensorAxis::kZ;
+  channel.model.unit = "LSB";
+  channel.model.units_per_deg_s = 131.0;
+  channel.model.m_row = {0.0, 0.0, 1.02};
+  channel.model.reference_degC = 30.0;
+  channel.model.bias_deg_s = {0.5, 0.01};
+  channel.model.max_rate_deg_s = 40.0;
+  channel.model.min_temperature_degC = 20.0;
+  channel.model.max_temperature_degC = 40.0;
+  calibration.channels.push_back(channel);
+  return calibration;
+}
+
+std::vector<std::string> LinesOf(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+std::vector<std::string> Fields(const std::string& line) {
+  std::vector<std::string> fields;
+  std::stringstream in(line + ",");
+  for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
+  return fields;
+}
+
+class Apply : public testing::Test {
+ protected:
+  Apply() : calibration_(folder_.Write("cal.json", ToJson(GyroZ()).dump())) {}
+
+  // 20 s at 25 degC, with a reference that must not matter and columns that must survive.
+  std::string Table(const std::string& comments = "# gyro_lsb_per_deg_s = 131\n") const {
+    std::ostringstream table;
+    table << comments << "t_s,note_v,gyro_z_lsb,\"temp_degC\",ref_angle_z_deg,supply_v\n";
+    for (int i = 0; i < 2000; ++i) {
+      table << i * 0.01 << ",1.50," << 1000 + i % 7 << ",25.0," << i * 7 << ","
+            << (i % 3 == 0 ? "3.300" : "") << "\n";
+    }
+    return table.str();
+  }
+  Finished Run(const std::filesystem::path& table, const std::string& output = "out.csv",
+               std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments = {"apply", calibration_, table, "-o", folder_ / output};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Gyrobench(arguments);
+  }
+  // The message of a refusal: exit status 1, and nothing left behind.
+  std::string Refusal(const std::filesystem::path& table,
+                      std::vector<std::string> more = {}) const {
+    const Finished finished = Run(table, "refused.csv", std::move(more));
+    EXPECT_EQ(finished.status, 1) << finished.out;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "refused.csv"));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "refused.csv.part"));
+    return finished.err;
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path calibration_;
+};
+
+TEST_F(Apply, ReplacesTheGyroInItsPlaceAndLeavesEveryOtherFieldAsItIs) {
+  const auto table = folder_.Write("in.csv", Table());
+  const Finished finished = Run(table);
+  ASSERT_EQ(finished.status, 0) << finished.err;
+  const auto before = LinesOf(table), after = LinesOf(folder_ / "out.csv");
+  ASSERT_EQ(after.size(), before.size());
+  EXPECT_THAT(after[0], HasSubstr("# corrected_by = gyrobench"));
+  EXPECT_THAT(after[0], HasSubstr("cal.json"));
+  EXPECT_EQ(after[1], "t_s,note_v,gyro_z_deg_s,temp_degC,ref_angle_z_deg,supply_v");
+  for (std::size_t i = 2; i < after.size(); ++i) {
+    std::vector<std::string> in = Fields(before[i]), out = Fields(after[i]);
+    const double expected = (std::stod(in[2]) / 131.0 - 0.5 - 0.01 * (25.0 - 30.0)) / 1.02;
+    ASSERT_NEAR(std::stod(out[2]), expected, 2e-7);
+    in[2] = out[2];
+    ASSERT_EQ(in, out);
+  }
+}
+
+TEST_F(Apply, UsesNoReference) {
+  std::string changed = Table();
+  for (std::size_t at = 0; (at = changed.find(",25.0,", at)) != std::string::npos; at += 6)
+    changed.insert(at + 6, "9");
+  ASSERT_EQ(Run(folder_.Write("a.csv", Table()), "a-out.csv").status, 0);
+  ASSERT_EQ(Run(folder_.Write("b.csv", changed), "b-out.csv").status, 0);
+  const auto a = LinesOf(folder_ / "a-out.csv"), b = LinesOf(folder_ / "b-out.csv");
+  for (std::size_t i = 2; i < a.size(); ++i) ASSERT_EQ(Fields(a[i])[2], Fields(b[i])[2]);
+}
+
+TEST_F(Apply, KeepsCommentsButTheSensitivityThatNoLongerHolds) {
+  const auto table = folder_.Write(
+      "in.csv", Table("# a word\n# gyro_lsb_per_deg_s = 131\n# sensor = MPU-17\n# place = roof\n"));
+  ASSERT_EQ(Run(table).status, 0);
+  const auto lines = LinesOf(folder_ / "out.csv");
+  EXPECT_THAT(std::vector(lines.begin(), lines.begin() + 3),
+              ElementsAre("# a word", "# sensor = MPU-17", "# place = roof"));
+}
+
+TEST_F(Apply, KeepsTheNumberOfRowsAndLetsNoRawValuePassForACorrectedOne) {
+  std::string text = Table();
+  text.replace(text.find("\n5,"), 3, "\n5,extra,");         // a field too many
+  text.replace(text.find("\n6,1.50,1"), 9, "\n6,1.50,x1");  // no number
+  text.replace(text.find("\n7,"), 3, "\n,");                // no time
+  const auto table = folder_.Write("in.csv", text);
+  const Finished finished = Run(table, "out.csv", {"--json"});
+  ASSERT_EQ(finished.status, 0) << finished.err;
+  const json summary = json::parse(finished.out);
+  EXPECT_EQ(summary.at("rows"), 2000);
+  EXPECT_EQ(summary.at("rows_without_time"), 2);
+  EXPECT_EQ(summary.at("channels").at(0).at("missing"), 1);
+  EXPECT_EQ(summary.at("channels").at(0).at("corrected"), 1997);
+  const auto lines = LinesOf(folder_ / "out.csv");
+  EXPECT_EQ(lines.size(), 2002u);
+  EXPECT_EQ(lines[2 + 500], ",,,,,");
+  EXPECT_EQ(Fields(lines[2 + 600])[2], "");
+}
+
+TEST_F(Apply, SaysHowMuchLiesBeyondTheCalibration) {
+  std::string text = Table();
+  for (std::size_t at = 0; (at = text.find(",25.0,", at)) != std::string::npos;)
+    text.replace(at, 6, ",55.0,");
+  const Finished finished = Run(folder_.Write("in.csv", text));
+  EXPECT_EQ(finished.status, 0);
+  EXPECT_THAT(finished.out, HasSubstr("2 000 beyond its temperatures"));
+}
+
+TEST_F(Apply, WritesGzipThatTheProgramReadsAgain) {
+  ASSERT_EQ(Run(folder_.Write("in.csv", Table()), "out.csv.gz").status, 0);
+  const Finished finished = Gyrobench({"analyze", folder_ / "out.csv.gz", "--json"});
+  ASSERT_EQ(finished.status, 0) << finished.err;
+  EXPECT_EQ(json::parse(finished.out).at("info").at("gyro_unit"), "deg_s");
+}
+
+TEST_F(Apply, RefusesToCorrectATableTwice) {
+  ASSERT_EQ(Run(folder_.Write("in.csv", Table())).status, 0);
+  EXPECT_THAT(Refusal(folder_ / "out.csv"), HasSubstr("corrected already"));
+}
+
+TEST_F(Apply, RefusesWhatTheCalibrationIsNotOf) {
+  EXPECT_THAT(Refusal(folder_.Write("other.csv", Table("# sensor = MPU-18\n"))),
+              HasSubstr("--any-sensor"));
+  EXPECT_EQ(Run(folder_ / "other.csv", "any.csv", {"--any-sensor"}).status, 0);
+  EXPECT_THAT(Refusal(folder_.Write("range.csv", Table("# gyro_lsb_per_deg_s = 65.5\n"))),
+              HasSubstr("another range"));
+  EXPECT_THAT(Refusal(folder_.Write("unit.csv", "t_s,gyro_z_rad_s\n0,1\n1,2\n")),
+              HasSubstr("expects LSB"));
+  EXPECT_THAT(Refusal(folder_.Write("axis.csv", "t_s,gyro_x_lsb\n0,1\n1,2\n")),
+              HasSubstr("none of its axes"));
+}
+
+TEST_F(Apply, RefusesTablesThatAreNoneByFileAndLine) {
+  EXPECT_THAT(Refusal(folder_.Write("no-gyro.csv", "t_s,temp_degC\n0,1\n")),
+              HasSubstr("no column of the gyro"));
+  EXPECT_THAT(Refusal(folder_.Write("text.csv", "hello\n")), HasSubstr("text.csv:1"));
+  EXPECT_THAT(Refusal(folder_.Write("empty.csv", "")), HasSubstr("empty.csv"));
+  EXPECT_THAT(Refusal(folder_.Write("back.csv", "t_s,gyro_z_lsb\n1,1\n0.5,2\n")),
+              HasSubstr("back.csv:3: time goes backwards"));
+  EXPECT_THAT(Refusal(folder_ / "absent.csv"), HasSubstr("absent.csv"));
+}
+
+TEST_F(Apply, RefusesCalibrationsThatAreNone) {
+  const auto table = folder_.Write("in.csv", Table());
+  calibration_ = folder_ / "absent.json";
+  EXPECT_THAT(Refusal(table), HasSubstr("absent.json"));
+  calibration_ = table;
+  EXPECT_THAT(Refusal(table), HasSubstr("no valid JSON"));
+  calibration_ = folder_.Write("trace.json", R"({"format": "gyrobench.trace/1"})");
+  EXPECT_THAT(Refusal(table), HasSubstr("no calibration"));
+  calibration_ = folder_.Write("next.json", R"({"format": "gyrobench.calibration/9"})");
+  EXPECT_THAT(Refusal(table), HasSubstr("another version"));
+}
+
+TEST_F(Apply, ReplacesNoFileUnaskedAndWritesTablesOnly) {
+  const auto table = folder_.Write("in.csv", Table());
+  folder_.Write("out.csv", "mine");
+  EXPECT_THAT(Run(table).err, HasSubstr("--overwrite"));
+  EXPECT_EQ(LinesOf(folder_ / "out.csv"), std::vector<std::string>{"mine"});
+  EXPECT_EQ(Run(table, "out.csv", {"--overwrite"}).status, 0);
+  EXPECT_THAT(Run(table, "out.json").err, HasSubstr(".csv.gz"));
+  EXPECT_EQ(Gyrobench({"apply", calibration_}).status, 2);
+}
+
+TEST_F(Apply, IsQuietWhereAskedTo) {
+  EXPECT_EQ(Run(folder_.Write("in.csv", Table()), "out.csv", {"-q"}).out, "");
+}
+
+}  // namespace
+}  // namespace gyrobench::cli

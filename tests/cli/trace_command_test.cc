@@ -1,0 +1,175 @@
+// `gyrobench trace` and `report` on tables: the built program is run.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <random>
+#include <sstream>
+
+#include "cli/trace_text.h"
+#include "tests/cli/child_process.h"
+#include "tests/cli/temporary_folder.h"
+
+namespace gyrobench::cli {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+Finished Gyrobench(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), GYROBENCH_PROGRAM);
+  return RunToEnd(arguments, {"GYROBENCH_CONFIG="});
+}
+
+// Turns there and back at three speeds; the supply swings and takes the offset with it.
+std::string Turns(double per_volt_deg_s, const std::string& sensor, unsigned seed) {
+  std::ostringstream table;
+  table.precision(9);
+  table << "# gyro_lsb_per_deg_s = 131\n# sensor = " << sensor
+        << "\nt_s,gyro_z_lsb,ref_angle_z_deg,supply_v\n";
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0.0, 3.0);
+  const double dt_s = 0.01;
+  double angle_deg = 0.0, before_deg_s = 0.0;
+  for (int i = 0; i < 30000; ++i) {
+    const double t = i * dt_s;
+    const int turn = static_cast<int>(t / 5.0);
+    const double speed = std::fmod(t, 5.0) < 2.0 ? 0.0 : 6.0 * (1 + turn % 3);
+    const double rate = turn % 2 == 0 ? speed : -speed;
+    angle_deg += 0.5 * (rate + before_deg_s) * dt_s;
+    before_deg_s = rate;
+    const double supply = 3.3 + 0.2 * std::sin(2.0 * std::numbers::pi * t / 37.0);
+    const double xi = 131.0 * (1.01 * rate + 0.3 + per_volt_deg_s * (supply - 3.3));
+    table << t << ',' << std::round(xi + noise(random)) << ',' << angle_deg << ',' << supply
+          << '\n';
+  }
+  return table.str();
+}
+
+json TraceOf(const std::filesystem::path& table) {
+  const Finished finished = Gyrobench({"trace", table, "--json"});
+  EXPECT_EQ(finished.status, 0) << finished.err;
+  return json::parse(finished.out);
+}
+
+class Trace : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+};
+
+TEST_F(Trace, NamesTheColumnThatTheResidualFollowsInJsonAndInWords) {
+  const auto table = folder_.Write("turns.csv", Turns(0.5, "A", 1));
+  const json trace = TraceOf(table);
+  EXPECT_EQ(trace.at("format"), "gyrobench.trace/1");
+  EXPECT_EQ(trace.at("inputs").at(0).at("samples"), 30000);
+  const json& channel = trace.at("channels").at(0);
+  EXPECT_EQ(channel.at("gyro"), "z");
+  EXPECT_EQ(channel.at("verdict"), "explained");
+  EXPECT_EQ(channel.at("effects").at(0).at("id"), "bias.of(supply_v)");
+  const Finished text = Gyrobench({"trace", table});
+  EXPECT_THAT(text.out, testing::StartsWith("Gyro z: explained"));
+  EXPECT_THAT(text.out, HasSubstr("bias.of(supply_v)"));
+  EXPECT_THAT(text.out, Not(HasSubstr("nan")));
+}
+
+TEST_F(Trace, GivesTheSameToTheLastDigitWhenAskedAgain) {
+  const auto table = folder_.Write("turns.csv", Turns(0.1, "A", 3));
+  EXPECT_EQ(TraceOf(table), TraceOf(table));
+}
+
+TEST_F(Trace, WritesACalibrationWithTheHashesOfItsFilesThatApplyTakes) {
+  const auto table = folder_.Write("turns.csv", Turns(0.5, "A", 1));
+  const Finished traced = Gyrobench({"trace", table, "-q", "--calibration", folder_ / "cal.json"});
+  ASSERT_EQ(traced.status, 0) << traced.err;
+  EXPECT_EQ(traced.out, "");
+  std::ifstream in(folder_ / "cal.json");
+  const json calibration = json::parse(in);
+  EXPECT_EQ(calibration.at("sensor"), "A");
+  EXPECT_EQ(calibration.at("inputs").at(0).at("file"), "turns.csv");
+  const Finished sum = RunToEnd({"sha256sum", table});
+  EXPECT_EQ(calibration.at("inputs").at(0).at("sha256"), sum.out.substr(0, 64));
+  const auto other = folder_.Write("other.csv", Turns(0.5, "A", 2));
+  const Finished applied =
+      Gyrobench({"apply", folder_ / "cal.json", other, "-o", folder_ / "corrected.csv"});
+  EXPECT_EQ(applied.status, 0) << applied.err;
+  // What was explained is gone: what is left of it is below what can be seen.
+  const json again = TraceOf(folder_ / "corrected.csv");
+  EXPECT_EQ(again.at("channels").at(0).at("verdict"), "none") << again.dump(2);
+}
+
+TEST_F(Trace, TakesManyRunsOfOneSensorAsOneProblemAndRefusesTwoSensors) {
+  const auto a = folder_.Write("a.csv", Turns(0.5, "A", 1));
+  const auto b = folder_.Write("b.csv", Turns(0.5, "A", 2));
+  const auto other = folder_.Write("other.csv", Turns(0.5, "B", 3));
+  const Finished both = Gyrobench({"trace", a, b, "--json"});
+  ASSERT_EQ(both.status, 0) << both.err;
+  EXPECT_EQ(json::parse(both.out).at("inputs").size(), 2u);
+  EXPECT_EQ(json::parse(both.out).at("channels").size(), 1u);
+  const Finished mixed = Gyrobench({"trace", a, other});
+  EXPECT_EQ(mixed.status, 1);
+  EXPECT_THAT(mixed.err, HasSubstr("one sensor"));
+}
+
+TEST_F(Trace, WritesAReportWhereAskedTo) {
+  const auto table = folder_.Write("turns.csv", Turns(0.5, "A", 1));
+  ASSERT_EQ(Gyrobench({"trace", table, "--report", folder_ / "a.html"}).status, 0);
+  ASSERT_EQ(Gyrobench({"report", table, "-o", folder_ / "b.html"}).status, 0);
+  for (const char* name : {"a.html", "b.html"}) {
+    std::ifstream in(folder_ / name);
+    const std::string page(std::istreambuf_iterator<char>(in), {});
+    EXPECT_THAT(page, HasSubstr("bias.of(supply_v)")) << name;
+    EXPECT_THAT(page, HasSubstr("turns.csv"));
+  }
+  EXPECT_EQ(Gyrobench({"report", table}).status, 2);  // a table has no place for a report
+}
+
+TEST_F(Trace, ReportsBadFilesByNameAndEndsAsAFailure) {
+  for (const char* command : {"trace", "report"}) {
+    const auto fails = [&](const std::filesystem::path& file, const char* says) {
+      const Finished finished = Gyrobench({command, file});
+      EXPECT_EQ(finished.status, 1) << command;
+      EXPECT_THAT(finished.err, HasSubstr(says)) << command;
+      EXPECT_EQ(finished.out, "");
+    };
+    fails(folder_ / "absent.csv", "absent.csv");
+    fails(folder_.Write("no-gyro.csv", "t_s,temp_degC\n0,1\n"), "no column of the gyro");
+    fails(folder_.Write("nan.csv", "t_s,gyro_z_lsb\n0,nan\n1,nan\n"), "nan.csv");
+    fails(folder_.Write("empty.csv", "t_s,gyro_z_lsb\n"), "empty.csv");
+  }
+  EXPECT_EQ(Gyrobench({"trace"}).status, 2);
+}
+
+TEST_F(Trace, SaysOfTooLittleDataWhatCannotBeEstimated) {
+  std::string table = "t_s,gyro_z_deg_s,ref_angle_z_deg\n";
+  for (int i = 0; i < 300; ++i) table += std::to_string(i * 0.01) + ",0.1,5\n";
+  const Finished finished = Gyrobench({"trace", folder_.Write("still.csv", table), "--json"});
+  if (finished.status != 0) {
+    EXPECT_THAT(finished.err, HasSubstr("still.csv"));
+    return;
+  }
+  const json trace = json::parse(finished.out);
+  EXPECT_TRUE(trace.at("channels").at(0).at("effects").empty());
+}
+
+// Fields that another version leaves out, or null for what is not known, are no reason to fail.
+TEST(TraceText, ShowsWhatThereIsOfATraceThatIsNotWhole) {
+  const Terminal terminal;
+  EXPECT_EQ(TraceSummary(json(), terminal), "");
+  const json trace = {
+      {"channels",
+       {{{"gyro", "x"},
+         {"verdict", "partly_explained"},
+         {"effects", {{{"id", "angle.latency"}, {"rivals", {"angle.clock_drift"}}}}}}}}};
+  EXPECT_THAT(TraceText(trace, terminal), HasSubstr("Gyro x: partly explained"));
+  EXPECT_THAT(TraceText(trace, terminal), HasSubstr("or angle.clock_drift"));
+  EXPECT_THAT(TraceSummary(trace, terminal),
+              HasSubstr("gyro x: partly explained by angle.latency or angle.clock_drift"));
+  EXPECT_THAT(TraceText(trace, terminal), Not(HasSubstr("nan")));
+}
+
+}  // namespace
+}  // namespace gyrobench::cli
