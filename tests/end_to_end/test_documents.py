@@ -10,7 +10,8 @@ import unittest
 
 from bench import BIN, DEADLINE_S, ROOT, Bench
 
-PAGES = ["README.md", "docs/subscribe.md", "docs/control-api.md"]
+PAGES = ["README.md", "docs/subscribe.md", "docs/control-api.md", "docs/trace.md", "docs/calibration.md"]
+NEED_A_RUN = {"docs/trace.md", "docs/calibration.md"}  # they show what one does after it
 BUILDS = re.compile(r"^(scripts/|cmake |ctest |git )", re.M)
 
 
@@ -41,6 +42,8 @@ class Documents(unittest.TestCase):
                 for name in ("config", "docs", "build"):
                     if (ROOT / name).exists():
                         pathlib.Path(bench.folder / name).symlink_to(ROOT / name)
+                if page in NEED_A_RUN:
+                    bench.json("run", "scale", "-p", "turns=4", "-p", "initial_rest_s=10")
                 for block in blocks(page):
                     with self.subTest(page=page, block=block):
                         self.run_block(bench, page, block)

@@ -34,6 +34,59 @@ class MainJob(unittest.TestCase):
             from_table = from_table[0] if isinstance(from_table, list) else from_table
             self.assertAlmostEqual(from_table["scale"][0]["alpha"] / scale["alpha"], 1, delta=1e-7)
 
+    def test_a_run_ends_with_its_trace_and_report_which_the_record_reproduces(self):
+        with Bench() as bench:
+            done = bench.run(*SHORT_SCALE)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.assertIn("Trace\n", done.stdout)
+            record = bench.newest_record()
+            trace = json.loads((record / "trace.json").read_text())
+            self.assertEqual(trace["format"], "gyrobench.trace/1")
+            self.assertEqual(json.dumps(bench.json("trace", record)["channels"]), json.dumps(trace["channels"]))
+            for channel in trace["channels"]:
+                self.assertIn(f"gyro {channel['gyro']}: ", bench.run("show", "latest").stdout)
+            first = (record / "report.html").read_text()
+            self.assertIn(record.name, first)
+            (record / "report.html").unlink()
+            self.assertEqual(bench.run("report", "latest").returncode, 0)
+            self.assertIn(record.name, (record / "report.html").read_text())
+
+    def test_a_record_is_calibrated_and_applied_like_a_table(self):
+        with Bench() as bench:
+            bench.run(*SHORT_SCALE)
+            record, calibration = bench.newest_record(), bench.folder / "cal.json"
+            self.assertEqual(bench.run("trace", record, "-q", "--calibration", calibration).returncode, 0)
+            files = {i["file"] for i in json.loads(calibration.read_text())["inputs"]}
+            self.assertEqual(files, {f"{record.name}/events.lcmlog", f"{record.name}/run.json"})
+            out = bench.folder / "out.csv"
+            summary = bench.json("apply", calibration, record, "-o", out)
+            lines = [line for line in out.read_text().splitlines() if not line.startswith("#")]
+            self.assertEqual(len(lines) - 1, summary["rows"])
+            self.assertIn("gyro_z_deg_s", lines[0])
+            self.assertEqual([f.name for f in bench.folder.glob("out.csv*")], ["out.csv"])
+
+    def test_a_procedure_may_ask_for_a_trace_on_its_way(self):
+        with Bench() as bench:
+            scripts = bench.folder / "procedures"
+            scripts.mkdir()
+            (scripts / "asking.lua").write_text(
+                "procedure = { summary = 'asks', measures = { 'scale' } }\n"
+                "function run(p)\n"
+                "  bench.rest{ duration_s = 5 }\n"
+                "  for _, turns in ipairs{ 2, -2, 1, -1 } do\n"
+                "    bench.turn{ axis = 'inner', shaft_turns = turns, rate_deg_s = 15 }\n"
+                "    bench.rest{ duration_s = 2 }\n"
+                "  end\n"
+                "  bench.say('verdict ' .. bench.trace().z.verdict)\n"
+                "end\n")
+            bench.stop()
+            bench.config.write_text(f'procedures = ["{scripts}"]\n' + bench.config.read_text())
+            bench.start()
+            done = bench.run("run", "asking")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            log = (bench.newest_record() / "events.lcmlog").read_bytes()
+            self.assertRegex(log, rb"verdict (none|explained|partly_explained|unexplained)")
+
     def test_bias_asks_the_operator_and_fits_a_curve(self):
         with Bench() as bench:
             done = bench.run("run", "bias", "-p", "max_duration_s=900")
@@ -74,6 +127,13 @@ class MainJob(unittest.TestCase):
             segments = [m for m in messages if m.get("event") == "segment_end"]
             self.assertGreater(len(segments), 8)
             self.assertGreater(len(scales), len(segments) / 2)
+            traces = [m for m in messages if m["channel"] == "TRACE_RESULT"]
+            verdicts = [m for m in traces if m["effect_index"] == -1]
+            self.assertTrue(verdicts)
+            self.assertEqual(len(traces), sum(1 + m["effect_count"] for m in verdicts))
+            kept = json.loads((bench.newest_record() / "trace.json").read_text())["channels"]
+            self.assertEqual([(m["sensor_axis"], m["verdict"]) for m in verdicts],
+                             [(c["gyro"], c["verdict"]) for c in kept])
             for channel in {m["channel"] for m in messages}:
                 numbers = [m["seq"] for m in messages if m["channel"] == channel]
                 self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))), channel)
