@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/fuzz/allocation_meter.h"
+#include "tests/fuzz/calibration_laws.h"
 #include "tests/fuzz/laws.h"
 #include "tests/fuzz/mutation.h"
 #include "tests/fuzz/samples.h"
@@ -115,6 +116,22 @@ TEST_F(ReaderMutation, AnyRunJsonLeavesTheLogReadable) {
     WriteFile(folder_ / "run/run.json", json);
     Reads(folder_ / "run", json);
   }
+}
+
+TEST_F(ReaderMutation, CalibrationsAreReadOrRefusedByName) {
+  const std::string valid = SampleCalibration();
+  const fs::path file = folder_ / "calibration.json";
+  WriteFile(file, valid);
+  ASSERT_TRUE(DigestCalibration(file));
+  int read = 0;
+  for (int round = 0; round < 1500; ++round) {
+    std::string text = valid;
+    random_() % 4 == 0 ? MutateBytes(text, random_) : MutateTextNumber(text, random_);
+    WriteFile(file, text);
+    EXPECT_NO_THROW(read += DigestCalibration(file) ? 1 : 0) << text;
+    if (HasFailure()) return;
+  }
+  EXPECT_GT(read, 100);
 }
 
 TEST_F(ReaderMutation, StandFilesAndScenariosAreReadOrRefusedByName) {

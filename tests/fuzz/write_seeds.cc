@@ -3,6 +3,7 @@
 
 #include <cstdio>
 
+#include "tests/fuzz/calibration_laws.h"
 #include "tests/fuzz/samples.h"
 #include "tests/recording/sinks.h"
 
@@ -17,7 +18,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   const fs::path out = argv[1];
-  for (const char* target : {"table", "record", "run_json", "config"}) {
+  for (const char* target : {"calibration", "config", "record", "run_json", "table"}) {
     fs::create_directories(out / target);
   }
   for (const auto& [name, bytes] : gyrobench::testing::SampleTables()) {
@@ -29,6 +30,7 @@ int main(int argc, char** argv) {
   WriteFile(out / "record/with_run_json", std::string(1, '\0') + record.log);
   WriteFile(out / "record/alone", std::string(1, '\1') + record.log);
   WriteFile(out / "run_json/valid", record.run_json);
+  WriteFile(out / "calibration/valid", gyrobench::testing::SampleCalibration());
   const fs::path config = fs::path(GYROBENCH_SOURCE_DIR) / "config";
   for (const char* name : {"stand.toml", "one-axis.toml", "virtual.toml", "scenarios/typical.toml",
                            "scenarios/full-sequence.toml"}) {
