@@ -57,6 +57,12 @@ double GravityRange(const ChannelProblem& problem, std::size_t axis) {
   return high - low;
 }
 
+// A table of rests alone, cut from somewhere, does not say when the sensor was switched on.
+bool PowerOnKnown(const ChannelProblem& problem) {
+  const MeasurementInfo& info = problem.trails().front().recording->info;
+  return info.reference != ReferenceKind::kNone || !info.power_on.empty();
+}
+
 // What makes no sense for the data at hand.
 bool BeyondData(const ChannelProblem& problem, const Effect& effect,
                 const std::vector<double>& point) {
@@ -78,6 +84,7 @@ std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
   for (const Effect& effect : EffectCatalogue()) {
     if ((effect.needs & knows) != effect.needs) continue;
     if (effect.id == "bias.earth_rate" && earth_rate_known) continue;
+    if (effect.id == "bias.warm_up" && !PowerOnKnown(problem)) continue;
     if (effect.id == "angle.worm_period" && !(problem.gear_ratio() > 0)) continue;
     const bool per_axis = (effect.needs & kNeedsTableAxis) != 0;
     const bool per_covariate = (effect.needs & kNeedsCovariate) != 0;
