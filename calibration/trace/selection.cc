@@ -297,20 +297,29 @@ bool Selection::AddComposed() {
   return true;
 }
 
+// Until nothing is added that stays: what was dropped again would be added again.
+void Selection::Grow(bool (Selection::*add)()) {
+  for (std::size_t i = 0; i < 2 * kMostEffects && members_.size() < kMostEffects; ++i) {
+    const std::multiset<std::string> before = Families();
+    if (!(this->*add)()) return;
+    Exchange();
+    DropWeak();
+    if (Families() == before) return;
+  }
+}
+
+std::multiset<std::string> Selection::Families() const {
+  std::multiset<std::string> out;
+  for (const Candidate& member : members_) out.insert(member.family);
+  return out;
+}
+
 void Selection::Run() {
   for (int round = 0; round < 3; ++round) {
-    bool changed = false;
-    while (members_.size() < kMostEffects && AddBest()) {
-      changed = true;
-      Exchange();
-      DropWeak();
-    }
-    if (members_.size() < kMostEffects && AddComposed()) {
-      changed = true;
-      Exchange();
-      DropWeak();
-    }
-    if (!changed) break;
+    const std::multiset<std::string> before = Families();
+    Grow(&Selection::AddBest);
+    Grow(&Selection::AddComposed);
+    if (Families() == before) break;
   }
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -51,6 +51,8 @@ class Selection {
                                           const std::vector<std::string>& covariates);
 
  private:
+  void Grow(bool (Selection::*add)());
+  std::multiset<std::string> Families() const;
   bool Visible(const Candidate& candidate) const;
   bool AddBest();
   bool AddScanned();
