@@ -23,6 +23,9 @@ namespace {
 
 constexpr Eigen::Index kLeastRows = 60;
 constexpr double kLeastTime_s = 5.0;
+constexpr std::ptrdiff_t kCrowd = 3;
+// Below this no stand's angle means anything: rounding and sampling are what is left.
+constexpr double kLeastAngle_deg = 1e-3;
 
 const char* ManoeuvreOf(const std::string& id) {
   for (const Effect& effect : EffectCatalogue()) {
@@ -148,10 +151,13 @@ class ChannelTracer {
       trace_.remarks.push_back("too little data for the noise to be estimated: not traced");
       return {std::move(trace_), std::move(model_)};
     }
+    trace_.noise = {noise->angle_random_walk_deg_sqrt_s, noise->bias_random_walk_deg_s_sqrt_s,
+                    noise->reference_deg};
     std::optional<Selection> selection;
     for (int pass = 0; pass < 3; ++pass) {
       selection.emplace(problem_, baseline_, *noise, request_.covariates, request_.earth_rate_known,
                         SelectionOptions{request_.false_discovery});
+      if (BaselineIsPerfect(*selection)) break;
       selection->Run();
       // What the noise was not judged with makes it look larger than it is.
       bool outside = false;
@@ -174,12 +180,27 @@ class ChannelTracer {
     }
     trace_.noise = {noise->angle_random_walk_deg_sqrt_s, noise->bias_random_walk_deg_s_sqrt_s,
                     noise->reference_deg};
+    DropCrowd(&*selection);
     DropUseless(&*selection);
     Fill(*selection, *noise);
     return {std::move(trace_), std::move(model_)};
   }
 
  private:
+  // Steps and tones that come in crowds describe a residual without explaining it.
+  void DropCrowd(Selection* selection) {
+    auto crowds = [](const Candidate& member) {
+      return member.id == "bias.step" || member.id == "bias.tone" || member.id == "angle.step";
+    };
+    const std::vector<Candidate>& members = selection->members();
+    if (std::count_if(members.begin(), members.end(), crowds) < kCrowd) return;
+    for (std::size_t i = members.size(); i-- > 0;) {
+      if (crowds(members[i])) selection->Remove(i);
+    }
+    trace_.remarks.push_back(
+        "many steps or tones would each describe a part of what is left: none of them is named");
+  }
+
   // What does not help on data that the fit did not see is not kept, whatever its p-value.
   void DropUseless(Selection* selection) const {
     for (bool again = true; again;) {
@@ -206,6 +227,19 @@ class ChannelTracer {
     for (std::size_t k = 0; k < selection.members()[i].columns.size(); ++k)
       columns.push_back(fit.column_begin[i] + static_cast<Eigen::Index>(k));
     return columns;
+  }
+
+  bool BaselineIsPerfect(const Selection& selection) {
+    const WhiteStore::Solution solution = selection.store().Solve(selection.baseline_columns());
+    const Eigen::VectorXd residual =
+        problem_.output_deg() - baseline_.columns * solution.coefficients;
+    const double rms = AngleWindows(problem_, residual, 0, problem_.rows()).rms();
+    if (!(rms < kLeastAngle_deg)) return false;
+    trace_.remarks.push_back(fmt::format(
+        "the baseline leaves an angle error of {:.2g} deg, less than sampling and rounding do: "
+        "nothing is looked for in it",
+        rms));
+    return true;
   }
 
   bool EnoughData() {

@@ -17,6 +17,7 @@ constexpr double kTemperatureHalfWindow_s = 5.0;
 // The error of a mean over a rest does not fall for ever: what is not noise stays.
 constexpr double kLeastShare = 0.04;
 constexpr double kLeastTurn_deg = 5.0;
+constexpr double kTurning_deg_s = 3.0;
 constexpr double kAccelDisagrees_deg = 10.0;
 
 Vector3 Minus(const Vector3& a, const Vector3& b) {
@@ -70,6 +71,7 @@ class TrailMaker {
     trail_.reference_share.assign(nodes_.size(), 1.0);
     FindRests();
     MarkBad();
+    MarkDeadReference();
     SettleAxes();
     RestAngles();
     Rotations();
@@ -132,6 +134,38 @@ class TrailMaker {
         }
       }
     }
+  }
+
+  // Where the reference says rest and the gyro says turning, one of them is wrong: such stretches
+  // are not used, and what they hold is no effect.
+  void MarkDeadReference() {
+    std::size_t wrong = 0, rests = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (!std::isfinite(units_[c])) continue;
+      std::vector<double> rates;
+      auto rate = [&](std::size_t i) {
+        return (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / units_[c] / Length(i);
+      };
+      for (std::size_t i = 0; i < trail_.still.size(); ++i) {
+        if (trail_.still[i] && trail_.usable[i][c]) rates.push_back(rate(i));
+      }
+      if (rates.empty()) continue;
+      const auto middle = rates.begin() + static_cast<std::ptrdiff_t>(rates.size() / 2);
+      std::nth_element(rates.begin(), middle, rates.end());
+      const double median = *middle;
+      for (std::size_t i = 0; i < trail_.still.size(); ++i) {
+        if (!trail_.still[i] || !trail_.usable[i][c]) continue;
+        ++rests;
+        if (!(std::fabs(rate(i) - median) > kTurning_deg_s)) continue;
+        ++wrong;
+        trail_.usable[i] = {false, false, false};
+      }
+    }
+    if (wrong == 0) return;
+    trail_.remarks.push_back(fmt::format(
+        "{}: the gyro turns in {:.0f} % of the time in which the reference stands still (or no "
+        "reference is given): not used; is the reference connected to what turns?",
+        trail_.name, 100.0 * static_cast<double>(wrong) / static_cast<double>(rests)));
   }
 
   // An axis that stands still while another turns would bring the noise of its readings into the
