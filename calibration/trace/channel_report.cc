@@ -202,7 +202,10 @@ class ChannelTracer {
   }
 
   // What does not help on data that the fit did not see is not kept, whatever its p-value.
+  // Blocks of one measurement do not cover each other's temperatures and poses: only whole runs
+  // say.
   void DropUseless(Selection* selection) const {
+    if (problem_.run_begins().size() < 3) return;
     for (bool again = true; again;) {
       again = false;
       const ChannelFit fit = FitChannel(problem_, *selection);
