@@ -205,7 +205,8 @@ class ChannelTracer {
   // Blocks of one measurement do not cover each other's temperatures and poses: only whole runs
   // say.
   void DropUseless(Selection* selection) const {
-    if (problem_.run_begins().size() < 3) return;
+    const bool moves = (problem_.knows() & kNeedsRate) != 0;
+    if (problem_.run_begins().size() < 3 && moves) return;
     for (bool again = true; again;) {
       again = false;
       const ChannelFit fit = FitChannel(problem_, *selection);
