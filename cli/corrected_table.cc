@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "base/error.h"
-#include "cli/table_file.h"
 #include "recording/line_buffer.h"
 #include "recording/table_columns.h"
+#include "recording/table_file.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -262,7 +262,7 @@ class TableCorrection {
   std::string file_;
   Lines lines_;
   recording::TableHead head_;
-  TableFile out_;
+  recording::TableFile out_;
   std::optional<calibration::Corrector> corrector_;
   std::vector<int> axis_of_;  // column by column: SensorAxis of a gyro's, -1 of others
   std::vector<double> covariates_;

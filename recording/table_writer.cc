@@ -1,20 +1,16 @@
 #include "recording/table_writer.h"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <iterator>
 #include <limits>
 #include <tuple>
 #include <utility>
 
-#include "base/error.h"
 #include "recording/replay.h"
 
 namespace gyrobench::recording {
@@ -26,8 +22,6 @@ namespace {
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::min();
 constexpr std::size_t kMaxHeld = 1u << 17;  // bounds the memory where times stand still
 constexpr int kDecimals = 9;
-
-bool IsGzipName(const fs::path& file) { return file.string().ends_with(".csv.gz"); }
 
 // Keys and values go on one line.
 std::string OneLine(std::string text) {
@@ -47,76 +41,8 @@ char* AppendDecimal(char* out, char* end, double value) {
 
 }  // namespace
 
-// The file under its temporary name. gz* of zlib writes both forms.
-class TableWriter::Output {
- public:
-  explicit Output(const fs::path& file) : file_(file), part_(file) {
-    if (!IsGzipName(file) && file.extension() != ".csv") {
-      throw DataError(
-          fmt::format("{}: expected a name that ends in .csv or .csv.gz", file.string()));
-    }
-    part_ += ".part";
-    errno = 0;
-    stream_ = gzopen(part_.c_str(), IsGzipName(file) ? "wb6" : "wbT");
-    if (stream_ == nullptr) {
-      throw DataError(
-          fmt::format("{}: cannot be written: {}", part_.string(), std::strerror(errno)));
-    }
-    text_.reserve(2 * kFlush);
-  }
-  ~Output() {
-    if (stream_ != nullptr) gzclose(stream_);
-    std::error_code ignored;
-    if (!closed_) fs::remove(part_, ignored);
-  }
-  Output(const Output&) = delete;
-  Output& operator=(const Output&) = delete;
-
-  void Append(std::string_view text) { text_.append(text); }
-  void EndLine() {
-    text_ += '\n';
-    if (text_.size() >= kFlush) Flush();
-  }
-  void Close() {
-    Flush();
-    errno = 0;
-    const int result = gzclose(std::exchange(stream_, nullptr));
-    if (result != Z_OK) Fail();
-    std::error_code error;
-    fs::rename(part_, file_, error);
-    if (error)
-      throw DataError(fmt::format("{}: cannot be made: {}", file_.string(), error.message()));
-    closed_ = true;
-  }
-
- private:
-  static constexpr std::size_t kFlush = std::size_t{64} * 1024;
-
-  [[noreturn]] void Fail() const {
-    throw DataError(fmt::format("{}: cannot be written: {}; the table was not made", part_.string(),
-                                errno != 0 ? std::strerror(errno) : "the disk may be full"));
-  }
-  void Flush() {
-    errno = 0;
-    if (!text_.empty() && gzwrite(stream_, text_.data(), static_cast<unsigned>(text_.size())) <= 0)
-      Fail();
-    text_.clear();
-  }
-
-  fs::path file_;
-  fs::path part_;
-  gzFile stream_ = nullptr;
-  std::string text_;
-  bool closed_ = false;
-};
-
 TableWriter::TableWriter(const fs::path& file, TableExtras extras)
-    : output_(std::make_unique<Output>(file)),
-      extras_(std::move(extras)),
-      latest_us_(kNever),
-      written_us_(kNever) {}
-
-TableWriter::~TableWriter() = default;
+    : output_(file), extras_(std::move(extras)), latest_us_(kNever), written_us_(kNever) {}
 
 void TableWriter::AddColumns(const MeasurementInfo& info) {
   constexpr std::array<const char*, 3> kUnits = {"lsb", "deg_s", "rad_s"};
@@ -163,8 +89,8 @@ void TableWriter::AddColumns(const MeasurementInfo& info) {
 
 void TableWriter::WriteHead(const MeasurementInfo& info) {
   const auto key = [this](const std::string& name, const std::string& value) {
-    output_->Append(OneLine(fmt::format("# {} = {}", name, value)));
-    output_->EndLine();
+    output_.Append(OneLine(fmt::format("# {} = {}", name, value)));
+    output_.EndLine();
   };
   const auto number = [&key](const char* name, const std::optional<double>& value) {
     if (value) key(name, fmt::format("{}", *value));
@@ -187,9 +113,9 @@ void TableWriter::WriteHead(const MeasurementInfo& info) {
     key("defect",
         fmt::format("{} {} {} {}", defect.kind, defect.count, defect.first_t_s, defect.where));
   }
-  output_->Append("t_s");
-  for (const Column& column : columns_) output_->Append("," + column.name);
-  output_->EndLine();
+  output_.Append("t_s");
+  for (const Column& column : columns_) output_.Append("," + column.name);
+  output_.EndLine();
 }
 
 void TableWriter::OnInfo(const MeasurementInfo& info) {
@@ -283,7 +209,7 @@ void TableWriter::WriteValue(const Column& column, double value) {
   } else if (!std::isnan(value)) {
     out = AppendDecimal(out, end, value);
   }
-  output_->Append({text.data(), static_cast<std::size_t>(out - text.data())});
+  output_.Append({text.data(), static_cast<std::size_t>(out - text.data())});
 }
 
 void TableWriter::WriteRow() {
@@ -291,9 +217,9 @@ void TableWriter::WriteRow() {
   const std::int64_t magnitude_us = std::abs(row_us_);
   const auto stop = fmt::format_to_n(text.data(), text.size(), "{}{}.{:06}", row_us_ < 0 ? "-" : "",
                                      magnitude_us / 1'000'000, magnitude_us % 1'000'000);
-  output_->Append({text.data(), stop.size});
+  output_.Append({text.data(), stop.size});
   for (const Column& column : columns_) WriteValue(column, row_.at(column.slot));
-  output_->EndLine();
+  output_.EndLine();
   std::fill(row_.begin(), row_.end(), kMissing);
   row_begun_ = false;
   ++summary_.rows;
@@ -301,7 +227,7 @@ void TableWriter::WriteRow() {
 
 TableSummary TableWriter::Close() {
   WriteUpTo(std::numeric_limits<std::int64_t>::max());
-  output_->Close();
+  output_.Close();
   return summary_;
 }
 

@@ -5,13 +5,13 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/measurement.h"
+#include "recording/table_file.h"
 
 namespace gyrobench::recording {
 
@@ -30,11 +30,10 @@ struct TableSummary {
 };
 
 // One row for each distinct time, empty fields for what has no value then. Times are written in
-// whole microseconds, counts as integers, covariates in their shortest
-// exact form, all else to 1e-9: reading the table gives the record's
-// events again. The clock of the sensor unit is kept in the column unit_tick_s. Segments and
-// defects that arrive as events are not written, for they come after the head: `extras` brings
-// them.
+// whole microseconds, counts as integers, covariates in their shortest exact form, all else to
+// 1e-9: reading the table gives the record's events again. The clock of the sensor unit is kept in
+// the column unit_tick_s. Segments and defects that arrive as events are not written, for they come
+// after the head: `extras` brings them.
 class TableWriter : public MeasurementSink {
  public:
   // Events are put in order within this time: devices are polled in turn, and a bus may be
@@ -42,12 +41,8 @@ class TableWriter : public MeasurementSink {
   static constexpr double kReorder_s = 5.0;
 
   // The name says the form: .csv or .csv.gz. The file appears under its name when Close is done;
-  // until then it is <file>.part. Throws DataError.
+  // until then it is <file>.part, and without Close nothing is left behind. Throws DataError.
   explicit TableWriter(const std::filesystem::path& file, TableExtras extras = {});
-  // Without Close nothing is left behind.
-  ~TableWriter() override;
-  TableWriter(const TableWriter&) = delete;
-  TableWriter& operator=(const TableWriter&) = delete;
 
   void OnInfo(const MeasurementInfo& info) override;
   void OnGyro(const GyroSample& sample) override;
@@ -62,7 +57,6 @@ class TableWriter : public MeasurementSink {
   TableSummary Close();
 
  private:
-  class Output;
   // Places of a row's values.
   enum Slot : std::size_t {
     kGyro = 0,
@@ -94,7 +88,7 @@ class TableWriter : public MeasurementSink {
   void WriteRow();
   void WriteValue(const Column& column, double value);
 
-  std::unique_ptr<Output> output_;
+  TableFile output_;
   TableExtras extras_;
   std::vector<Column> columns_;
   std::size_t covariates_ = 0;

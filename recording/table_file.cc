@@ -1,4 +1,4 @@
-#include "cli/table_file.h"
+#include "recording/table_file.h"
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -10,7 +10,7 @@
 
 #include "base/error.h"
 
-namespace gyrobench::cli {
+namespace gyrobench::recording {
 
 namespace fs = std::filesystem;
 
@@ -26,7 +26,10 @@ class TableFile::Impl {
     part_ += ".part";
     errno = 0;
     stream_ = gzopen(part_.c_str(), gzip ? "wb6" : "wbT");
-    if (stream_ == nullptr) Fail();
+    if (stream_ == nullptr) {
+      throw DataError(
+          fmt::format("{}: cannot be written: {}", part_.string(), std::strerror(errno)));
+    }
     text_.reserve(2 * kFlush);
   }
   ~Impl() {
@@ -57,7 +60,7 @@ class TableFile::Impl {
   static constexpr std::size_t kFlush = std::size_t{64} * 1024;
 
   [[noreturn]] void Fail() const {
-    throw DataError(fmt::format("{}: cannot be written: {}", part_.string(),
+    throw DataError(fmt::format("{}: cannot be written: {}; the table was not made", part_.string(),
                                 errno != 0 ? std::strerror(errno) : "the disk may be full"));
   }
   void Flush() {
@@ -79,4 +82,4 @@ void TableFile::Append(std::string_view text) { impl_->Append(text); }
 void TableFile::EndLine() { impl_->EndLine(); }
 void TableFile::Close() { impl_->Close(); }
 
-}  // namespace gyrobench::cli
+}  // namespace gyrobench::recording

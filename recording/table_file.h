@@ -1,14 +1,14 @@
-// A table that is written line by line, .csv or .csv.gz.
+// A table that is written line by line.
 #pragma once
 
 #include <filesystem>
 #include <memory>
 #include <string_view>
 
-namespace gyrobench::cli {
+namespace gyrobench::recording {
 
-// The file appears under its name when Close is done; until then it is <file>.part, and without
-// Close nothing is left behind. Throws DataError.
+// The name says the form: .csv or .csv.gz. The file appears under its name when Close is done;
+// until then it is <file>.part, and without Close nothing is left behind. Throws DataError.
 class TableFile {
  public:
   explicit TableFile(const std::filesystem::path& file);
@@ -25,4 +25,4 @@ class TableFile {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace gyrobench::cli
+}  // namespace gyrobench::recording
