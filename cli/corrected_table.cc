@@ -2,15 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <deque>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "base/error.h"
+#include "recording/field_text.h"
 #include "recording/line_buffer.h"
 #include "recording/table_columns.h"
 #include "recording/table_file.h"
@@ -20,25 +24,13 @@ namespace {
 
 using recording::ColumnKind;
 using recording::TableColumn;
+using recording::Trim;
 
 constexpr const char* kMadeBy = "corrected_by";
 
-std::string_view Trim(std::string_view text) {
-  constexpr const char* kBlank = " \t\r\n";
-  const std::size_t begin = text.find_first_not_of(kBlank);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
-}
-
-std::string_view Unquote(std::string_view text) {
-  text = Trim(text);
-  if (text.size() < 2 || text.front() != '"' || text.back() != '"') return text;
-  return Trim(text.substr(1, text.size() - 2));
-}
-
 // NaN where the field is empty or no number.
 double Value(std::string_view field) {
-  field = Unquote(field);
+  field = recording::Unquote(field);
   if (field.starts_with('+')) field.remove_prefix(1);
   double value = kMissing;
   const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), value);

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "recording/decimal.h"
+#include "recording/field_text.h"
 #include "recording/plausible.h"
 
 namespace gyrobench::recording {
@@ -20,19 +21,6 @@ namespace {
 constexpr std::size_t kBatchValues = std::size_t{16} * 1024;  // 128 kB: stays in the cache
 constexpr std::size_t kMinRows = 128;
 constexpr std::size_t kMaxGroup = 64;  // rows with one time stamp that are kept
-
-std::string_view Trim(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
-std::string_view Unquote(std::string_view text) {
-  text = Trim(text);
-  if (text.size() < 2 || text.front() != '"' || text.back() != '"') return text;
-  return Trim(text.substr(1, text.size() - 2));
-}
 
 std::string Shown(std::string_view text) {
   constexpr std::size_t kShown = 24;

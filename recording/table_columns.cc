@@ -10,25 +10,12 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "recording/field_text.h"
 #include "recording/plausible.h"
 
 namespace gyrobench::recording {
 
 namespace {
-
-std::string_view Trim(std::string_view text) {
-  constexpr const char* kBlank = " \t\r\n";
-  const std::size_t begin = text.find_first_not_of(kBlank);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
-}
-
-std::string_view Unquote(std::string_view text) {
-  text = Trim(text);
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
-    text = text.substr(1, text.size() - 2);
-  return Trim(text);
-}
 
 // What a person can read of bytes that should have been text.
 std::string Shown(std::string_view text) {
