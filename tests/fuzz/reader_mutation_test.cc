@@ -7,12 +7,14 @@
 #include "tests/fuzz/laws.h"
 #include "tests/fuzz/mutation.h"
 #include "tests/fuzz/samples.h"
+#include "tests/recording/gzip.h"
 #include "tests/recording/sinks.h"
 
 namespace gyrobench::testing {
 namespace {
 
 namespace fs = std::filesystem;
+using recording::Gzip;
 using recording::ReadFile;
 using recording::TemporaryFolder;
 using recording::WriteFile;

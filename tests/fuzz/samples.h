@@ -14,7 +14,6 @@ struct NamedBytes {
 
 // Tables with every kind of reference and column: rests, a turn between them.
 std::vector<NamedBytes> SampleTables();
-std::string Gzip(const std::string& text);
 
 // A record's files.
 struct SampleRecord {

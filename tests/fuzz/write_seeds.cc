@@ -5,9 +5,11 @@
 
 #include "tests/fuzz/calibration_laws.h"
 #include "tests/fuzz/samples.h"
+#include "tests/recording/gzip.h"
 #include "tests/recording/sinks.h"
 
 namespace fs = std::filesystem;
+using gyrobench::recording::Gzip;
 using gyrobench::recording::ReadFile;
 using gyrobench::recording::TemporaryFolder;
 using gyrobench::recording::WriteFile;
@@ -23,7 +25,7 @@ int main(int argc, char** argv) {
   }
   for (const auto& [name, bytes] : gyrobench::testing::SampleTables()) {
     WriteFile(out / "table" / name, bytes);
-    WriteFile(out / "table" / (name + ".gz"), gyrobench::testing::Gzip(bytes));
+    WriteFile(out / "table" / (name + ".gz"), Gzip(bytes));
   }
   const TemporaryFolder scratch;
   const auto record = gyrobench::testing::MakeSampleRecord(scratch / "run");
