@@ -92,43 +92,45 @@ void FillCurves(ChannelTrace& channel, unsigned seed, bool colored) {
 }
 
 TracedEffect Eccentricity() {
-  TracedEffect effect;
-  effect.id = "angle.eccentricity_1";
-  effect.owner = EffectOwner::kReference;
-  effect.equation = "angle: a sin(phi) + b cos(phi)";
-  effect.cause = "The disc of the reference encoder sits off its axis.";
-  effect.parameters = {{"a", 0.42037, "deg", 0.00061, 0.00060},
-                       {"b", 0.3537, "deg", 0.00058, 0.00057}};
-  effect.p_value = 0.0;
-  effect.heldout_whitened_rms = {3.21, 1.19, {0.60, 0.655}};
-  effect.heldout_angle_rms_deg = {0.571, 0.182, {0.649, 0.711}};
-  return effect;
+  return {"angle.eccentricity_1",
+          EffectOrigin::kCatalogue,
+          EffectOwner::kReference,
+          "angle: a sin(phi) + b cos(phi)",
+          "The disc of the reference encoder sits off its axis.",
+          {{"a", 0.42037, "deg", 0.00061, 0.00060}, {"b", 0.3537, "deg", 0.00058, 0.00057}},
+          0.0,
+          {},
+          "",
+          {3.21, 1.19, {0.60, 0.655}},
+          {0.571, 0.182, {0.649, 0.711}}};
 }
 
 TracedEffect ScaleOfSupply() {
-  TracedEffect effect;
-  effect.id = "bias.of(supply_V)";
-  effect.equation = "rate: c (supply_V - mean)";
-  effect.cause = "The zero-rate output follows the supply voltage.";
-  effect.parameters = {{"c", 0.3981, "deg/s/V", 0.0072, 0.0071}};
-  effect.p_value = 3.4e-9;
-  effect.heldout_whitened_rms = {1.19, 1.08, {0.07, 0.11}};
-  effect.heldout_angle_rms_deg = {0.182, 0.161, {0.089, 0.140}};
-  return effect;
+  return {"bias.of(supply_V)",
+          EffectOrigin::kCatalogue,
+          EffectOwner::kGyro,
+          "rate: c (supply_V - mean)",
+          "The zero-rate output follows the supply voltage.",
+          {{"c", 0.3981, "deg/s/V", 0.0072, 0.0071}},
+          3.4e-9,
+          {},
+          "",
+          {1.19, 1.08, {0.07, 0.11}},
+          {0.182, 0.161, {0.089, 0.140}}};
 }
 
 TracedEffect QuadraticOrCubic() {
-  TracedEffect effect;
-  effect.id = "scale.cubic";
-  effect.equation = "rate: c w^3";
-  effect.cause = "Electrodes or converter are not linear at high rate.";
-  effect.parameters = {{"c", 1.231e-6, "deg/s/(deg/s)^3", 2.13e-8, 2.11e-8}};
-  effect.p_value = 0.0021;
-  effect.rivals = {"scale.quadratic_odd"};
-  effect.settled_by = "Turns at six or more speeds, up to half of the sensor's range.";
-  effect.heldout_whitened_rms = {1.08, 1.008, {0.05, 0.083}};
-  effect.heldout_angle_rms_deg = {0.161, 0.150, {0.031, 0.102}};
-  return effect;
+  return {"scale.cubic",
+          EffectOrigin::kCatalogue,
+          EffectOwner::kGyro,
+          "rate: c w^3",
+          "Electrodes or converter are not linear at high rate.",
+          {{"c", 1.231e-6, "deg/s/(deg/s)^3", 2.13e-8, 2.11e-8}},
+          0.0021,
+          {"scale.quadratic_odd"},
+          "Turns at six or more speeds, up to half of the sensor's range.",
+          {1.08, 1.008, {0.05, 0.083}},
+          {0.161, 0.150, {0.031, 0.102}}};
 }
 
 ChannelTrace ExplainedChannel() {
