@@ -59,19 +59,15 @@ ChannelModel FullModel() {
 }
 
 Calibration Full() {
-  Calibration calibration;
-  calibration.sensor = "MPU-17";
-  calibration.created = "2026-11-21T15:30:12Z";
-  calibration.version = "0.1.0";
-  calibration.inputs = {{"run.csv.gz", std::string(64, 'a'), 120000, 1200.125}};
-  calibration.configuration = {{"seed", "7"}, {"false_discovery", "0.005"}};
-  ChannelCalibration channel;
-  channel.model = FullModel();
-  channel.verdict = Verdict::kPartlyExplained;
-  channel.heldout_whitened_rms = {3.5, 1.01, {0.6, 0.8}};
-  channel.heldout_angle_rms_deg = {0.6, 0.1, {kMissing, 0.9}};
-  calibration.channels.push_back(channel);
-  return calibration;
+  return {"MPU-17",
+          "2026-11-21T15:30:12Z",
+          "0.1.0",
+          {{"run.csv.gz", std::string(64, 'a'), 120000, 1200.125}},
+          {{"seed", "7"}, {"false_discovery", "0.005"}},
+          {{FullModel(),
+            Verdict::kPartlyExplained,
+            {3.5, 1.01, {0.6, 0.8}},
+            {0.6, 0.1, {kMissing, 0.9}}}}};
 }
 
 json Written() { return json::parse(ToJson(Full()).dump()); }
