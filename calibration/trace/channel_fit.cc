@@ -11,7 +11,8 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kWindow_s = 10.0;
-constexpr int kBlocks = 10;
+constexpr std::size_t kFolds = 10, kRunsToHoldOut = 3;
+constexpr double kLeastBlock_s = 20.0, kMostBlocks = 100.0;
 constexpr int kBootstrap = 400;
 constexpr double kTrainingShare = 0.6;
 
@@ -63,6 +64,12 @@ Eigen::VectorXd SolveProducts(const Eigen::MatrixXd& gram, const Eigen::VectorXd
   return out;
 }
 
+struct Range {
+  Eigen::Index begin = 0, end = 0;
+  Eigen::Index size() const { return end - begin; }
+};
+using Ranges = std::vector<Range>;
+
 // A linear model on part of the rows, applied to another part.
 class Splitter {
  public:
@@ -74,11 +81,15 @@ class Splitter {
         gram_(white_.transpose() * white_),
         right_(white_.transpose() * output_) {}
 
-  // Coefficients from all rows but [begin, end); what these rows alone know is fitted on them.
-  Eigen::VectorXd TrainWithout(Eigen::Index begin, Eigen::Index end) const {
-    const auto test = white_.middleRows(begin, end - begin);
-    const Eigen::MatrixXd gram = test.transpose() * test;
-    const Eigen::VectorXd right = test.transpose() * output_.segment(begin, end - begin);
+  // Coefficients from all rows but those of the ranges; what these alone know is fitted on them.
+  Eigen::VectorXd TrainWithout(const Ranges& ranges) const {
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(gram_.rows(), gram_.cols());
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(gram_.rows());
+    for (const Range& range : ranges) {
+      const auto test = white_.middleRows(range.begin, range.size());
+      gram.noalias() += test.transpose() * test;
+      right.noalias() += test.transpose() * output_.segment(range.begin, range.size());
+    }
     std::vector<Eigen::Index> unseen;
     Eigen::VectorXd theta = SolveProducts(gram_ - gram, right_ - right, gram_.diagonal(), &unseen);
     if (unseen.empty()) return theta;
@@ -90,8 +101,9 @@ class Splitter {
       theta(unseen[i]) = own(static_cast<Eigen::Index>(i));
     return theta;
   }
-  double TestSquare(const Eigen::VectorXd& theta, Eigen::Index begin, Eigen::Index end) const {
-    return (output_.segment(begin, end - begin) - white_.middleRows(begin, end - begin) * theta)
+  double TestSquare(const Eigen::VectorXd& theta, const Range& range) const {
+    return (output_.segment(range.begin, range.size()) -
+            white_.middleRows(range.begin, range.size()) * theta)
         .squaredNorm();
   }
   Eigen::VectorXd RawResidual(const Eigen::VectorXd& output, const Eigen::VectorXd& theta) const {
@@ -106,15 +118,33 @@ class Splitter {
   Eigen::VectorXd right_;
 };
 
-std::vector<Eigen::Index> Blocks(const ChannelProblem& problem) {
-  std::vector<Eigen::Index> edges;
-  if (problem.run_begins().size() >= 3) {
-    edges = problem.run_begins();
-  } else {
-    for (int b = 0; b < kBlocks; ++b) edges.push_back(problem.rows() * b / kBlocks);
+// Rows that are held out together: a whole measurement, or every tenth of short blocks in time.
+std::vector<Ranges> Folds(const ChannelProblem& problem) {
+  std::vector<Ranges> folds;
+  const std::vector<Eigen::Index>& runs = problem.run_begins();
+  if (runs.size() >= kRunsToHoldOut) {
+    for (std::size_t r = 0; r < runs.size(); ++r)
+      folds.push_back({{runs[r], r + 1 < runs.size() ? runs[r + 1] : problem.rows()}});
+    return folds;
   }
-  edges.push_back(problem.rows());
-  return edges;
+  folds.resize(kFolds);
+  double time_s = 0.0;
+  for (const Interval& interval : problem.intervals()) time_s += interval.duration_s;
+  const double block_s = std::max(kLeastBlock_s, time_s / kMostBlocks);
+  double filled_s = 0.0;
+  std::size_t block = 0;
+  Eigen::Index begin = 0;
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    filled_s += problem.intervals()[static_cast<std::size_t>(i)].duration_s;
+    if (filled_s < block_s && i + 1 < problem.rows()) continue;
+    // Another order in each round: what repeats with the rounds must not meet one fold alone.
+    folds[(3 * block + block / kFolds) % kFolds].push_back({begin, i + 1});
+    begin = i + 1;
+    filled_s = 0.0;
+    ++block;
+  }
+  std::erase_if(folds, [](const Ranges& fold) { return fold.empty(); });
+  return folds;
 }
 
 std::vector<Eigen::Index> AllBut(Eigen::Index count, const std::vector<Eigen::Index>& without) {
@@ -157,7 +187,15 @@ double ChannelFit::whitened_rms() const {
   return std::sqrt(WhiteResidual().squaredNorm() / static_cast<double>(white_output.size()));
 }
 
-ChannelFit FitChannel(const ChannelProblem& problem, const Selection& selection) {
+std::vector<Eigen::Index> ChannelFit::ColumnsOf(std::size_t member) const {
+  const Eigen::Index end = member + 1 < column_begin.size() ? column_begin[member + 1] : raw.cols();
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index j = column_begin[member]; j < end; ++j) columns.push_back(j);
+  return columns;
+}
+
+ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
+                      const Selection& selection) {
   ChannelFit fit;
   const WhiteStore::Columns columns = selection.ModelColumns();
   const WhiteStore::Solution solution = selection.store().Solve(columns);
@@ -166,7 +204,7 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Selection& selection)
   fit.white_output = selection.store().output();
   fit.baseline_columns = static_cast<Eigen::Index>(selection.baseline_columns().size());
   fit.raw.resize(problem.rows(), fit.white.cols());
-  fit.raw.leftCols(fit.baseline_columns) = problem.MakeBaseline().columns;
+  fit.raw.leftCols(fit.baseline_columns) = baseline.columns;
   Eigen::MatrixXd tangent = fit.white.leftCols(fit.baseline_columns);
   std::vector<double> values(fit.linear.data(), fit.linear.data() + fit.baseline_columns);
   Eigen::Index column = fit.baseline_columns;
@@ -217,6 +255,11 @@ double Windows::rms() const {
   return n > 0 ? std::sqrt(sum / n) : kMissing;
 }
 
+void Windows::Append(const Windows& others) {
+  square.insert(square.end(), others.square.begin(), others.square.end());
+  count.insert(count.end(), others.count.begin(), others.count.end());
+}
+
 Windows AngleWindows(const ChannelProblem& problem, const Eigen::VectorXd& residual_deg,
                      Eigen::Index begin, Eigen::Index end) {
   Windows out;
@@ -249,24 +292,20 @@ HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
                        const std::vector<Eigen::Index>& without, std::uint64_t seed) {
   const Splitter before(fit, AllBut(fit.raw.cols(), without)),
       after(fit, AllBut(fit.raw.cols(), {}));
-  const std::vector<Eigen::Index> edges = Blocks(problem);
   std::vector<double> white_before, white_after;
   Windows windows_before, windows_after;
-  auto append = [](Windows* to, const Windows& from) {
-    to->square.insert(to->square.end(), from.square.begin(), from.square.end());
-    to->count.insert(to->count.end(), from.count.begin(), from.count.end());
+  auto test = [&](const Splitter& splitter, const Ranges& fold, std::vector<double>* squares,
+                  Windows* windows) {
+    const Eigen::VectorXd theta = splitter.TrainWithout(fold);
+    const Eigen::VectorXd residual = splitter.RawResidual(problem.output_deg(), theta);
+    for (const Range& range : fold) {
+      squares->push_back(splitter.TestSquare(theta, range));
+      windows->Append(AngleWindows(problem, residual, range.begin, range.end));
+    }
   };
-  for (std::size_t b = 0; b + 1 < edges.size(); ++b) {
-    const Eigen::VectorXd theta_before = before.TrainWithout(edges[b], edges[b + 1]);
-    const Eigen::VectorXd theta_after = after.TrainWithout(edges[b], edges[b + 1]);
-    white_before.push_back(before.TestSquare(theta_before, edges[b], edges[b + 1]));
-    white_after.push_back(after.TestSquare(theta_after, edges[b], edges[b + 1]));
-    append(&windows_before,
-           AngleWindows(problem, before.RawResidual(problem.output_deg(), theta_before), edges[b],
-                        edges[b + 1]));
-    append(&windows_after,
-           AngleWindows(problem, after.RawResidual(problem.output_deg(), theta_after), edges[b],
-                        edges[b + 1]));
+  for (const Ranges& fold : Folds(problem)) {
+    test(before, fold, &white_before, &windows_before);
+    test(after, fold, &white_after, &windows_after);
   }
   auto total = [&](const std::vector<double>& squares) {
     double sum = 0.0;
@@ -292,7 +331,7 @@ HeldOut Forecast(const ChannelProblem& problem, const ChannelFit& fit, std::uint
   const Splitter before(fit, AllBut(fit.raw.cols(), effects)),
       after(fit, AllBut(fit.raw.cols(), {}));
   auto windows = [&](const Splitter& splitter) {
-    const Eigen::VectorXd theta = splitter.TrainWithout(split, problem.rows());
+    const Eigen::VectorXd theta = splitter.TrainWithout({{split, problem.rows()}});
     return AngleWindows(problem, splitter.RawResidual(problem.output_deg(), theta), split,
                         problem.rows());
   };

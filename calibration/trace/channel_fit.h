@@ -26,12 +26,16 @@ struct ChannelFit {
 
   Eigen::VectorXd WhiteResidual() const { return white_output - white * linear; }
   double whitened_rms() const;
+  // Columns of raw and white that belong to a member.
+  std::vector<Eigen::Index> ColumnsOf(std::size_t member) const;
 };
 
-ChannelFit FitChannel(const ChannelProblem& problem, const Selection& selection);
+ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
+                      const Selection& selection);
 
 // Whitened RMS and angle error on data that the fit did not see: by whole measurements where there
-// are three and more, else by ten blocks in time. `without`: columns of `fit.raw` that the model
+// are three and more; else ten times a tenth of short blocks in time, which cover what the rest of
+// the blocks do. `without`: columns of `fit.raw` that the model
 // before leaves out; the model after has all.
 struct HeldOutFigures {
   HeldOut whitened_rms, angle_rms_deg;
@@ -46,6 +50,7 @@ HeldOut Forecast(const ChannelProblem& problem, const ChannelFit& fit, std::uint
 struct Windows {
   std::vector<double> square, count;
   double rms() const;
+  void Append(const Windows& others);
 };
 Windows AngleWindows(const ChannelProblem& problem, const Eigen::VectorXd& residual_deg,
                      Eigen::Index begin, Eigen::Index end);

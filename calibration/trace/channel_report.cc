@@ -11,8 +11,8 @@
 
 #include "calibration/schedule.h"
 #include "calibration/trace/channel_fit.h"
+#include "calibration/trace/channel_search.h"
 #include "calibration/trace/curves.h"
-#include "calibration/trace/noise_search.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/selection.h"
@@ -23,10 +23,6 @@ namespace {
 
 constexpr Eigen::Index kLeastRows = 60;
 constexpr double kLeastTime_s = 5.0;
-constexpr std::ptrdiff_t kCrowd = 3;
-// Below this no stand's angle means anything: rounding and sampling are what is left.
-constexpr double kLeastAngle_deg = 1e-3;
-
 const char* ManoeuvreOf(const std::string& id) {
   for (const Effect& effect : EffectCatalogue()) {
     if (effect.id == id || id.starts_with(effect.id + "(")) return effect.manoeuvre.c_str();
@@ -137,115 +133,13 @@ class ChannelTracer {
     if (!EnoughData()) return {std::move(trace_), std::move(model_)};
     baseline_ = problem_.MakeBaseline();
     RemarkOnBaseline();
-    const std::vector<Candidate> pool =
-        CatalogueCandidates(problem_, request_.covariates, request_.earth_rate_known);
-    Eigen::MatrixXd saturated =
-        Selection::SaturatedColumns(problem_, baseline_, pool, request_.covariates);
-    if (!saturated.allFinite() || !problem_.output_deg().allFinite()) {
-      trace_.remarks.push_back("values that are not finite numbers are left: not traced");
-      return {std::move(trace_), std::move(model_)};
-    }
-    std::optional<IntervalNoise> noise =
-        SearchNoise(problem_.intervals(), saturated, problem_.output_deg());
-    if (!noise) {
-      trace_.remarks.push_back("too little data for the noise to be estimated: not traced");
-      return {std::move(trace_), std::move(model_)};
-    }
-    trace_.noise = {noise->angle_random_walk_deg_sqrt_s, noise->bias_random_walk_deg_s_sqrt_s,
-                    noise->reference_deg};
-    std::optional<Selection> selection;
-    for (int pass = 0; pass < 3; ++pass) {
-      selection.emplace(problem_, baseline_, *noise, request_.covariates, request_.earth_rate_known,
-                        SelectionOptions{request_.false_discovery});
-      if (BaselineIsPerfect(*selection)) break;
-      selection->Run();
-      // What the noise was not judged with makes it look larger than it is.
-      bool outside = false;
-      for (const Candidate& member : selection->members()) {
-        const bool listed =
-            member.effect != nullptr && !member.effect->nonlinear.empty() && !member.refinable();
-        const bool refined = member.effect == nullptr || member.refinable() || listed;
-        if (!refined || known_.contains(member.family)) continue;
-        known_.insert(member.family);
-        outside = true;
-        const Eigen::MatrixXd columns = ColumnsOf(problem_, member, request_.covariates);
-        saturated.conservativeResize(Eigen::NoChange, saturated.cols() + columns.cols());
-        saturated.rightCols(columns.cols()) = columns;
-      }
-      if (!outside) break;
-      const std::optional<IntervalNoise> better =
-          SearchNoise(problem_.intervals(), saturated, problem_.output_deg(), noise);
-      if (!better) break;
-      noise = better;
-    }
-    trace_.noise = {noise->angle_random_walk_deg_sqrt_s, noise->bias_random_walk_deg_s_sqrt_s,
-                    noise->reference_deg};
-    DropCrowd(&*selection);
-    DropUseless(&*selection);
-    Fill(*selection, *noise);
+    std::optional<SearchedChannel> found =
+        SearchChannel(problem_, baseline_, request_, &trace_.remarks);
+    if (found) Fill(found->selection, found->noise);
     return {std::move(trace_), std::move(model_)};
   }
 
  private:
-  // Steps and tones that come in crowds describe a residual without explaining it.
-  void DropCrowd(Selection* selection) {
-    auto crowds = [](const Candidate& member) {
-      return member.id == "bias.step" || member.id == "bias.tone" || member.id == "angle.step";
-    };
-    const std::vector<Candidate>& members = selection->members();
-    if (std::count_if(members.begin(), members.end(), crowds) < kCrowd) return;
-    for (std::size_t i = members.size(); i-- > 0;) {
-      if (crowds(members[i])) selection->Remove(i);
-    }
-    trace_.remarks.push_back(
-        "many steps or tones would each describe a part of what is left: none of them is named");
-  }
-
-  // What does not help on data that the fit did not see is not kept, whatever its p-value.
-  // Blocks of one measurement do not cover each other's temperatures and poses: only whole runs
-  // say.
-  void DropUseless(Selection* selection) const {
-    const bool moves = (problem_.knows() & kNeedsRate) != 0;
-    if (problem_.run_begins().size() < 3 && moves) return;
-    for (bool again = true; again;) {
-      again = false;
-      const ChannelFit fit = FitChannel(problem_, *selection);
-      std::size_t worst = selection->members().size();
-      double harm = 0.0;
-      for (std::size_t i = 0; i < selection->members().size(); ++i) {
-        const HeldOut figures =
-            HoldOut(problem_, fit, ColumnsOfMember(fit, *selection, i), request_.seed).whitened_rms;
-        if (figures.after - figures.before <= harm) continue;
-        harm = figures.after - figures.before;
-        worst = i;
-      }
-      if (worst == selection->members().size()) continue;
-      selection->Remove(worst);
-      again = true;
-    }
-  }
-
-  static std::vector<Eigen::Index> ColumnsOfMember(const ChannelFit& fit,
-                                                   const Selection& selection, std::size_t i) {
-    std::vector<Eigen::Index> columns;
-    for (std::size_t k = 0; k < selection.members()[i].columns.size(); ++k)
-      columns.push_back(fit.column_begin[i] + static_cast<Eigen::Index>(k));
-    return columns;
-  }
-
-  bool BaselineIsPerfect(const Selection& selection) {
-    const WhiteStore::Solution solution = selection.store().Solve(selection.baseline_columns());
-    const Eigen::VectorXd residual =
-        problem_.output_deg() - baseline_.columns * solution.coefficients;
-    const double rms = AngleWindows(problem_, residual, 0, problem_.rows()).rms();
-    if (!(rms < kLeastAngle_deg)) return false;
-    trace_.remarks.push_back(fmt::format(
-        "the baseline leaves an angle error of {:.2g} deg, less than sampling and rounding do: "
-        "nothing is looked for in it",
-        rms));
-    return true;
-  }
-
   bool EnoughData() {
     double time_s = 0.0;
     for (const Interval& interval : problem_.intervals()) time_s += interval.duration_s;
@@ -281,7 +175,9 @@ class ChannelTracer {
   }
 
   void Fill(const Selection& selection, const IntervalNoise& noise) {
-    const ChannelFit fit = FitChannel(problem_, selection);
+    trace_.noise = {noise.angle_random_walk_deg_sqrt_s, noise.bias_random_walk_deg_s_sqrt_s,
+                    noise.reference_deg};
+    const ChannelFit fit = FitChannel(problem_, baseline_, selection);
     // Under a noise that is right the white residual has a size of 1; where it is larger, errors
     // grow with it.
     const double grow = std::max(1.0, fit.whitened_rms());
@@ -361,8 +257,7 @@ class ChannelTracer {
     if (!effect.rivals.empty()) ways.insert(ManoeuvreOf(effect.id));
     ways.erase("");
     effect.settled_by = fmt::format("{}", fmt::join(ways, "; "));
-    const HeldOutFigures figures =
-        HoldOut(problem_, fit, ColumnsOfMember(fit, selection, i), request_.seed);
+    const HeldOutFigures figures = HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed);
     effect.heldout_whitened_rms = figures.whitened_rms;
     effect.heldout_angle_rms_deg = figures.angle_rms_deg;
     trace_.effects.push_back(std::move(effect));
@@ -442,7 +337,6 @@ class ChannelTracer {
   Baseline baseline_;
   ChannelTrace trace_;
   ChannelModel model_;
-  std::set<std::string> known_;
 };
 
 }  // namespace

@@ -2,33 +2,59 @@
 //
 // The angle is the integral of the gyro's output against the reference. A term about one axis of
 // the table is an error of that axis's angle; the trace turns it into the channel's.
+#include <algorithm>
 #include <cmath>
 
+#include "calibration/columns.h"
 #include "calibration/trace/basis.h"
 #include "calibration/trace/effect_tables.h"
 
 namespace gyrobench::calibration {
 namespace {
 
-// -tau w
+// Angle by which the gyro turned on from the point's time to `tau_s` after it [deg]: the polynomial
+// through what is known within 40 ms; beyond that at constant rate.
+double TurnedOn(const TrackPoint& point, std::size_t channel, double tau_s) {
+  constexpr double kReach_s = kNear_s.back();
+  const double within_s = std::clamp(tau_s, -kReach_s, kReach_s);
+  double turned = 0.0;
+  for (std::size_t i = 0; i < kNear_s.size(); ++i) {
+    double weight = within_s / kNear_s[i];  // the polynomial is 0 at the time itself
+    for (std::size_t j = 0; j < kNear_s.size(); ++j) {
+      if (j != i) weight *= (within_s - kNear_s[j]) / (kNear_s[i] - kNear_s[j]);
+    }
+    turned += weight * point.turned_near_deg[i][channel];
+  }
+  const std::size_t edge = tau_s > 0 ? 3 : 0, inner = tau_s > 0 ? 2 : 1;
+  const double edge_rate_deg_s =
+      (point.turned_near_deg[edge][channel] - point.turned_near_deg[inner][channel]) /
+      (kNear_s[edge] - kNear_s[inner]);
+  return turned + (tau_s - within_s) * edge_rate_deg_s;
+}
+
+// The gyro's angle is late by tau: z(t) = Phi(t - tau), so that the reference has turned on by what
+// the gyro will see within tau. Linear in tau only as long as the rate is constant.
 class LatencyBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override { terms[0] = -rate(point); }
+  void At(const TrackPoint& point, double* terms) override {
+    constexpr double kShort_s = 1e-5;
+    const double tau_s = context().nonlinear[0];
+    const double by_s = std::fabs(tau_s) > kShort_s ? tau_s : kShort_s;
+    terms[0] = -TurnedOn(point, context().channel, by_s) / by_s;
+  }
 };
 
-// The angle behind a lag 1/(1 + s tau) stays behind by tau times the lagged rate:
-//   w_lag(t) = int_0^inf w(t - s) exp(-s / tau) ds / tau,
-// of a rate that is constant over the last 20 ms, over the 20 ms before and ever before.
+// Behind a lag 1/(1 + s tau) the gyro shows w' with w = w' + tau dw'/dt: its angle stays behind by
+// tau w', at the rate that it shows.
 class LagBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
-    const std::size_t c = context().channel;
-    const double decay = std::exp(-0.02 / context().nonlinear[0]);
-    terms[0] = -((1.0 - decay) * point.rate_last_deg_s[c] +
-                 decay * (1.0 - decay) * point.rate_before_deg_s[c] +
-                 decay * decay * point.rate_earlier_deg_s[c]);
+    constexpr double kStep_s = 1e-5;
+    terms[0] = -(TurnedOn(point, context().channel, kStep_s) -
+                 TurnedOn(point, context().channel, -kStep_s)) /
+               (2.0 * kStep_s);
   }
 };
 
@@ -113,7 +139,9 @@ Effect Angle(std::string id, EffectOwner owner, std::string equation, std::strin
   effect.nonlinear = std::move(nonlinear);
   effect.typical_size = typical_size;
   effect.basis = basis;
-  effect.tied = effect.id == "bandwidth.first_order";
+  effect.tied = effect.id == "angle.latency";
+  // A pure delay is the simpler cause of the same.
+  if (effect.id == "bandwidth.first_order") effect.handicap = 10.0;
   return effect;
 }
 
@@ -125,10 +153,10 @@ std::vector<Effect> AngleEffects() {
   return {
       Angle("angle.latency", kBench, "-tau w", "delay of the bus, the filter or the encoder",
             "accelerate, reverse, or swing in a sine", kNeedsRate, {{"tau", "s"}}, 0.02,
-            Make<LatencyBasis>),
+            Make<LatencyBasis>, {{"tau", "s", -0.2, 0.2, {0.0}}}),
       Angle("bandwidth.first_order", kGyro, "1 / (1 + s tau)", "the gyro's filter or its mechanics",
             "swing in a sine up to 0.3 of the bandwidth", kNeedsRate, {{"tau", "s"}}, 0.02,
-            Make<LagBasis>, {{"tau", "s", 1e-3, 0.05, {0.005, 0.015}}}),
+            Make<LagBasis>),
       Angle("angle.clock_drift", kBench, "-eps t w", "two clocks that part",
             "repeat a motion after 30 min", kNeedsRate, {{"eps", "ppm"}}, 100.0,
             Make<ClockDriftBasis>),

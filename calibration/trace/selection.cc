@@ -25,6 +25,9 @@ constexpr std::ptrdiff_t kMostScanned = 4;
 constexpr double kCostOfColumn = 8.0;
 // Ten of -2 log L, with the same for what a column costs: rivals.
 constexpr double kRivalGain = 10.0;
+double Handicap(const Candidate& candidate) {
+  return candidate.effect == nullptr ? 0.0 : candidate.effect->handicap;
+}
 // Less of a column's square left by the model: it is absorbed.
 constexpr double kAbsorbed = 1e-6;
 
@@ -33,7 +36,7 @@ constexpr double kAbsorbed = 1e-6;
 Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
                      const IntervalNoise& noise, std::vector<std::string> covariates,
                      bool earth_rate_known, const SelectionOptions& options)
-    : problem_(problem),
+    : problem_(&problem),
       options_(options),
       covariates_(std::move(covariates)),
       whitener_(problem.intervals(), noise),
@@ -80,7 +83,7 @@ void Selection::Remove(std::size_t member) {
 }
 
 Eigen::MatrixXd Selection::White(const Candidate& candidate) const {
-  Eigen::MatrixXd columns = ColumnsOf(problem_, candidate, covariates_);
+  Eigen::MatrixXd columns = ColumnsOf(*problem_, candidate, covariates_);
   whitener_.Apply(columns);
   return columns;
 }
@@ -153,7 +156,7 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
       const NonlinearParameter& parameter = effect.nonlinear[i];
       const double at = candidate->context.nonlinear[i];
       if (effect.id == "bias.tone") {
-        const double width = 1.0 / (problem_.end_s(problem_.rows() - 1) - problem_.begin_s(0));
+        const double width = 1.0 / (problem_->end_s(problem_->rows() - 1) - problem_->begin_s(0));
         low.push_back(std::max(at - width, 1e-6));
         high.push_back(at + width);
       } else if (effect.id == "angle.ripple") {
@@ -179,8 +182,10 @@ bool Selection::AddBest() {
   for (const Candidate& candidate : pool_) {
     if (InModel(candidate.family)) continue;
     double gain = 0.0;
-    const double excess = candidate.log_level - LogP(candidate, model, &gain);
-    if (excess <= best_excess) continue;
+    double excess = candidate.log_level - LogP(candidate, model, &gain);
+    if (excess <= 0.0) continue;
+    excess -= 0.5 * Handicap(candidate);
+    if (best != nullptr && excess <= best_excess) continue;
     best_excess = excess;
     best = &candidate;
   }
@@ -191,14 +196,14 @@ bool Selection::AddBest() {
     return member.effect != nullptr && member.family.find('@') != std::string::npos;
   });
   const std::vector<ScanPeak> peaks = scanned < kMostScanned
-                                          ? Scan(problem_, whitener_, store_.Take(model), residual)
+                                          ? Scan(*problem_, whitener_, store_.Take(model), residual)
                                           : std::vector<ScanPeak>{};
   for (const ScanPeak& peak : peaks) {
     const double level = std::log(options_.false_discovery * kShareOfScan / peak.tried);
     // The scan's own figure is rough: what comes near is worked out.
     if (peak.gain < 0.5 * ChiSquareQuantile(level, 2.0)) continue;
     Candidate candidate =
-        ScannedCandidate(problem_, peak.id, peak.table_axis, peak.nonlinear, peak.trail);
+        ScannedCandidate(*problem_, peak.id, peak.table_axis, peak.nonlinear, peak.trail);
     candidate.log_level = level;
     if (InModel(candidate.family)) continue;
     const Eigen::Index mark = store_.used();
@@ -234,7 +239,7 @@ bool Selection::Exchange() {
       if (candidate.family == members_[i].family || InModel(candidate.family)) continue;
       WhiteStore::Columns with = others;
       with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
-      const double cost = Cost(with);
+      const double cost = Cost(with) + Handicap(candidate) - Handicap(members_[i]);
       if (cost >= least) continue;
       least = cost;
       better = &candidate;
@@ -347,25 +352,6 @@ Eigen::VectorXd Selection::Residual() const {
   const Eigen::MatrixXd model = store_.Take(ModelColumns());
   const WhiteStore::Solution solution = store_.Solve(ModelColumns());
   return store_.output() - model * solution.coefficients;
-}
-
-Eigen::MatrixXd Selection::SaturatedColumns(const ChannelProblem& problem, const Baseline& baseline,
-                                            const std::vector<Candidate>& pool,
-                                            const std::vector<std::string>& covariates) {
-  // One column in three of a long grid spans what the others do, nearly.
-  Eigen::MatrixXd out = baseline.columns;
-  std::string family;
-  int place = 0;
-  for (const Candidate& candidate : pool) {
-    place = candidate.family == family ? place + 1 : 0;
-    family = candidate.family;
-    if (place % 3 != 0) continue;
-    const Eigen::MatrixXd columns = ColumnsOf(problem, candidate, covariates);
-    if (!columns.allFinite()) continue;
-    out.conservativeResize(Eigen::NoChange, out.cols() + columns.cols());
-    out.rightCols(columns.cols()) = columns;
-  }
-  return out;
 }
 
 }  // namespace gyrobench::calibration

@@ -45,10 +45,6 @@ class Selection {
   // White columns of a candidate.
   Eigen::MatrixXd White(const Candidate& candidate) const;
   Eigen::VectorXd Residual() const;
-  // Every grid point of the catalogue, raw: what the noise is judged with.
-  static Eigen::MatrixXd SaturatedColumns(const ChannelProblem& problem, const Baseline& baseline,
-                                          const std::vector<Candidate>& pool,
-                                          const std::vector<std::string>& covariates);
 
  private:
   void Grow(bool (Selection::*add)());
@@ -65,7 +61,7 @@ class Selection {
   double Cost(const WhiteStore::Columns& columns) const;
   double LogP(const Candidate& candidate, const WhiteStore::Columns& others, double* gain) const;
 
-  const ChannelProblem& problem_;
+  const ChannelProblem* problem_;
   SelectionOptions options_;
   std::vector<std::string> covariates_;
   Whitener whitener_;

@@ -27,8 +27,9 @@ struct TrackPoint {
   Vector3 table_rate_deg_s = {};
   // World x, horizontal, in frame S; NaN where the orientation is not known.
   Vector3 world_x = {kMissing, kMissing, kMissing};
-  // Rate about each sensor axis, mean over the last 20 ms, the 20 ms before, and earlier [deg/s].
-  Vector3 rate_last_deg_s = {}, rate_before_deg_s = {}, rate_earlier_deg_s = {};
+  // At nodes: angle about each sensor axis by which the gyro turned on from this time to the times
+  // kNear_s (columns.h) before and after it [deg].
+  std::array<Vector3, 4> turned_near_deg = {};
   const double* covariates = nullptr;  // of MeasurementInfo::covariates, in order
 };
 

@@ -4,50 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <span>
 
 #include "calibration/schedule.h"
-#include "calibration/trace/smooth.h"
+#include "calibration/trace/trail_parts.h"
 
 namespace gyrobench::calibration {
 namespace {
 
-constexpr double kTemperatureHalfWindow_s = 5.0;
 // The error of a mean over a rest does not fall for ever: what is not noise stays.
 constexpr double kLeastShare = 0.04;
 constexpr double kLeastTurn_deg = 5.0;
 constexpr double kTurning_deg_s = 3.0;
-constexpr double kAccelDisagrees_deg = 10.0;
 
 Vector3 Minus(const Vector3& a, const Vector3& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-Vector3 Normalised(const Vector3& v) {
-  const double norm = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-  return {v[0] / norm, v[1] / norm, v[2] / norm};
-}
-
-// Between two directions that are not far apart.
-Vector3 Between(const Vector3& a, const Vector3& b, double part) {
-  Vector3 out;
-  for (std::size_t c = 0; c < 3; ++c) out[c] = (1.0 - part) * a[c] + part * b[c];
-  return Normalised(out);
-}
-
-// v, given in the frame at angle 0 about axis `axis`, in the frame turned by the angle.
-Vector3 TurnedBack(const Vector3& v, std::size_t axis, double angle_deg) {
-  const double angle = angle_deg * std::numbers::pi / 180.0;
-  const std::size_t i = (axis + 1) % 3, j = (axis + 2) % 3;
-  Vector3 out = v;
-  out[i] = std::cos(angle) * v[i] + std::sin(angle) * v[j];
-  out[j] = -std::sin(angle) * v[i] + std::cos(angle) * v[j];
-  return out;
-}
-
-bool Finite(const Vector3& v) {
-  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
 }
 
 class TrailMaker {
@@ -76,16 +47,15 @@ class TrailMaker {
     RestAngles();
     Rotations();
     Tables();
-    Gravity();
-    Rates();
-    Temperature();
-    Covariates();
     for (std::size_t k = 0; k < trail_.nodes.size(); ++k) trail_.nodes[k].still = AtRest(k);
+    FillGravity(recording_, rest_of_, &trail_);
+    FillRates(recording_, units_, &trail_);
+    FillTemperature(recording_, &trail_);
+    FillCovariates(recording_, covariates_, &trail_);
   }
 
  private:
   static constexpr std::size_t kShortestSettled = 6;
-  static constexpr std::size_t kNoRest = static_cast<std::size_t>(-1);
 
   bool AtRest(std::size_t k) const { return rest_of_[k] != kNoRest; }
   double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
@@ -287,241 +257,6 @@ class TrailMaker {
           half.table_deg[a] = from.table_deg[a] + (0.25 + 0.5 * static_cast<double>(h)) * step;
         }
       }
-    }
-  }
-
-  void Gravity() {
-    const ReferenceKind kind = recording_.info.reference;
-    if (kind == ReferenceKind::kStandAngles || kind == ReferenceKind::kOrientation) {
-      for (std::size_t k = 0; k < nodes_.size(); ++k) {
-        trail_.nodes[k].gravity_g = nodes_[k].world_z;
-        trail_.nodes[k].world_x = nodes_[k].world_x;
-      }
-      trail_.gravity_known = !nodes_.empty() && Finite(nodes_.back().world_z);
-      if (trail_.gravity_known) CompareWithAccelerometer();
-    } else if (kind == ReferenceKind::kSensorAngle) {
-      GravityFromAccelerometer(static_cast<std::size_t>(recording_.info.reference_axis));
-    } else {
-      GravityByPose();
-    }
-    for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
-      const TrackPoint& a = trail_.nodes[i];
-      const TrackPoint& b = trail_.nodes[i + 1];
-      for (std::size_t h = 0; h < 2; ++h) {
-        const double part = 0.25 + 0.5 * static_cast<double>(h);
-        trail_.halves[2 * i + h].gravity_g = Between(a.gravity_g, b.gravity_g, part);
-        trail_.halves[2 * i + h].world_x = Between(a.world_x, b.world_x, part);
-      }
-    }
-  }
-
-  // One axis turns, the accelerometer turns with it: taken back to angle 0 it must say the same
-  // all the time.
-  void GravityFromAccelerometer(std::size_t axis) {
-    Vector3 sum = {};
-    double count = 0.0;
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      const Vector3& a = nodes_[k].accel_g;
-      if (!Finite(a) || !std::isfinite(nodes_[k].table_deg[axis])) continue;
-      const Vector3 back = TurnedBack(a, axis, -nodes_[k].table_deg[axis]);
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += back[c];
-      count += 1.0;
-    }
-    if (count < 10.0) return;
-    for (double& part : sum) part /= count;
-    const double size = std::hypot(sum[0], sum[1], sum[2]);
-    if (size < 0.5 || size > 1.5) {
-      trail_.remarks.push_back(
-          fmt::format("the accelerometer shows {:.2f} g where 1 g is expected: gravity in the "
-                      "sensor's frame is not known, its effects are not looked for",
-                      size));
-      return;
-    }
-    sum = Normalised(sum);
-    for (TrackPoint& point : trail_.nodes)
-      point.gravity_g = TurnedBack(sum, axis, point.table_deg[axis]);
-    trail_.gravity_known = true;
-  }
-
-  void GravityByPose() {
-    const std::vector<Rest>& rests = recording_.columns.rests;
-    std::vector<Vector3> sum(rests.size(), Vector3{});
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      if (!AtRest(k) || !Finite(nodes_[k].accel_g)) continue;
-      for (std::size_t c = 0; c < 3; ++c) sum[rest_of_[k]][c] += nodes_[k].accel_g[c];
-    }
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      if (!AtRest(k)) continue;
-      const Vector3 direction = Normalised(sum[rest_of_[k]]);
-      if (!Finite(direction)) continue;
-      trail_.nodes[k].gravity_g = direction;
-      trail_.gravity_known = true;
-    }
-  }
-
-  // Gravity comes from the reference; the accelerometer is its witness.
-  void CompareWithAccelerometer() {
-    double product = 0.0, count = 0.0;
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      const Vector3& a = nodes_[k].accel_g;
-      if (!Finite(a) || std::hypot(a[0], a[1], a[2]) < 0.5) continue;
-      const Vector3 direction = Normalised(a);
-      const Vector3& g = trail_.nodes[k].gravity_g;
-      product += direction[0] * g[0] + direction[1] * g[1] + direction[2] * g[2];
-      count += 1.0;
-    }
-    if (count < 10.0) return;
-    const double off_deg =
-        std::acos(std::clamp(product / count, -1.0, 1.0)) * 180.0 / std::numbers::pi;
-    if (off_deg < kAccelDisagrees_deg) return;
-    trail_.remarks.push_back(fmt::format(
-        "the accelerometer points {:.0f} deg away from the gravity that the reference says: check "
-        "how the sensor is mounted; effects of gravity are taken by the reference",
-        off_deg));
-  }
-
-  void Rates() {
-    for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
-      const double dt = Length(i);
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double turned = trail_.rotation_deg[i][c];
-        double uneven = 0.0;  // half the difference of the halves, as the gyro saw it
-        if (Shapes(i, c)) {
-          const double first = nodes_[i + 1].z_half[c] - nodes_[i].at.z[c];
-          const double second = nodes_[i + 1].at.z[c] - nodes_[i + 1].z_half[c];
-          uneven = 0.5 * (first - second) / units_[c];
-        }
-        trail_.halves[2 * i].rate_deg_s[c] = (turned + 2.0 * uneven) / dt;
-        trail_.halves[2 * i + 1].rate_deg_s[c] = (turned - 2.0 * uneven) / dt;
-      }
-    }
-    for (std::size_t k = 0; k < nodes_.size(); ++k) NodeRates(k);
-  }
-
-  bool Shapes(std::size_t i, std::size_t c) const {
-    return !trail_.still[i] && trail_.usable[i][c] && std::isfinite(units_[c]);
-  }
-
-  // At the node: the gyro's shape within 40 ms, with the mean over both neighbours as the reference
-  // has it.
-  void NodeRates(std::size_t k) {
-    TrackPoint& point = trail_.nodes[k];
-    const std::size_t intervals = trail_.still.size();
-    const std::size_t first = k > 0 ? k - 1 : k;
-    const std::size_t end = std::min(k + 1, intervals);
-    for (std::size_t c = 0; c < 3; ++c) {
-      double turned = 0.0, seen = 0.0, time_s = 0.0;
-      bool shapes = end > first && std::isfinite(units_[c]);
-      bool still = true;
-      for (std::size_t i = first; i < end; ++i) {
-        turned += trail_.rotation_deg[i][c];
-        seen += nodes_[i + 1].at.z[c] - nodes_[i].at.z[c];
-        time_s += Length(i);
-        shapes = shapes && trail_.usable[i][c];
-        still = still && trail_.still[i];
-      }
-      if (time_s <= 0.0) continue;
-      const double mean = turned / time_s;
-      point.rate_deg_s[c] = point.rate_last_deg_s[c] = mean;
-      point.rate_before_deg_s[c] = point.rate_earlier_deg_s[c] = mean;
-      if (still || !shapes) continue;
-      const std::array<Vector3, 4>& near = nodes_[k].z_near;
-      const double offset = mean - seen / units_[c] / time_s;
-      auto rate = [&](double change, double dt) { return change / units_[c] / dt + offset; };
-      point.rate_deg_s[c] = rate(near[2][c] - near[1][c], kNear_s[2] - kNear_s[1]);
-      point.rate_last_deg_s[c] = rate(-near[1][c], -kNear_s[1]);
-      point.rate_before_deg_s[c] = rate(near[1][c] - near[0][c], kNear_s[1] - kNear_s[0]);
-      const double half_s = 0.5 * Length(first);
-      if (k > 0 && half_s > 0.045) {
-        point.rate_earlier_deg_s[c] =
-            rate(near[0][c] - (nodes_[k].z_half[c] - nodes_[k].at.z[c]), half_s + kNear_s[0]);
-      } else {
-        point.rate_earlier_deg_s[c] = point.rate_before_deg_s[c];
-      }
-    }
-  }
-
-  void Temperature() {
-    std::vector<double> t_s, value;
-    std::size_t known = 0;
-    for (const Node& node : nodes_) {
-      t_s.push_back(node.at.t_s);
-      value.push_back(node.temperature_degC);
-      known += std::isfinite(node.temperature_degC) ? 1U : 0U;
-    }
-    if (known < 2 || 10 * known < nodes_.size()) return;
-    const Smoothed smooth = SmoothByLines(t_s, value, kTemperatureHalfWindow_s);
-    // Without a value near, the last known one.
-    double last = kMissing, last_rate = 0.0;
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      if (std::isfinite(smooth.value[k])) {
-        last = smooth.value[k];
-        last_rate = smooth.rate[k];
-      }
-      trail_.nodes[k].temperature_degC = last;
-      trail_.nodes[k].temperature_rate_degC_s = last_rate;
-    }
-    for (std::size_t k = nodes_.size(); k-- > 0;) {
-      if (std::isfinite(trail_.nodes[k].temperature_degC)) continue;
-      trail_.nodes[k].temperature_degC = trail_.nodes[k + 1].temperature_degC;
-    }
-    for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
-      for (std::size_t h = 0; h < 2; ++h) {
-        const double part = 0.25 + 0.5 * static_cast<double>(h);
-        TrackPoint& half = trail_.halves[2 * i + h];
-        const TrackPoint& a = trail_.nodes[i];
-        const TrackPoint& b = trail_.nodes[i + 1];
-        half.temperature_degC =
-            a.temperature_degC + part * (b.temperature_degC - a.temperature_degC);
-        half.temperature_rate_degC_s =
-            a.temperature_rate_degC_s +
-            part * (b.temperature_rate_degC_s - a.temperature_rate_degC_s);
-      }
-    }
-    trail_.temperature_known = true;
-  }
-
-  void Covariates() {
-    trail_.vibration_known = true;
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      trail_.nodes[k].vibration_g2 = nodes_[k].vibration_g2;
-      if (k == 0) continue;
-      if (!std::isfinite(nodes_[k].vibration_g2)) trail_.vibration_known = false;
-      for (std::size_t h = 0; h < 2; ++h)
-        trail_.halves[2 * (k - 1) + h].vibration_g2 = nodes_[k].vibration_g2;
-    }
-    const std::size_t count = covariates_.size();
-    if (count == 0) return;
-    // The mean up to a node is that of its interval: both halves have it.
-    trail_.covariates.resize(nodes_.size() * count);
-    const std::vector<std::string>& names = recording_.info.covariates;
-    for (std::size_t j = 0; j < count; ++j) {
-      const auto from = static_cast<std::size_t>(
-          std::find(names.begin(), names.end(), covariates_[j]) - names.begin());
-      for (std::size_t k = 0; k < nodes_.size(); ++k) {
-        trail_.covariates[k * count + j] = recording_.columns.covariates[k * names.size() + from];
-      }
-    }
-    std::vector<double> last(count, kMissing);
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      for (std::size_t j = 0; j < count; ++j) {
-        double& value = trail_.covariates[k * count + j];
-        if (std::isfinite(value)) last[j] = value;
-        value = last[j];
-      }
-    }
-    for (std::size_t k = nodes_.size(); k-- > 0;) {
-      for (std::size_t j = 0; j < count; ++j) {
-        double& value = trail_.covariates[k * count + j];
-        if (!std::isfinite(value) && k + 1 < nodes_.size())
-          value = trail_.covariates[(k + 1) * count + j];
-      }
-    }
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      const double* values = trail_.covariates.data() + k * count;
-      trail_.nodes[k].covariates = values;
-      if (k == 0) continue;
-      trail_.halves[2 * k - 2].covariates = trail_.halves[2 * k - 1].covariates = values;
     }
   }
 

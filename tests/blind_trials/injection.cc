@@ -46,7 +46,7 @@ void AddScalar(Bench& bench, config::Triple& key, double value, const char* name
 config::GyroScenario& Gyro(Bench& bench) { return bench.specimen.gyro; }
 config::EncoderScenario& Encoder(Bench& bench) { return bench.specimen.encoder[kInner]; }
 config::MechanicsScenario& Mechanics(Bench& bench) { return bench.specimen.mechanics[kInner]; }
-void AddAmplitude(Bench& bench, double value) { bench.truth.push_back({{"a", "b"}, value, true}); }
+void AddAmplitude(Bench& bench, double value) { bench.truth.push_back({{"amplitude"}, value, true}); }
 
 void GLinear(Bench& bench, double level, Random& random) {
   AddVector(bench, Gyro(bench).g_linear_deg_s_per_g, level, "k", random);
@@ -116,7 +116,7 @@ void ClockDrift(Bench& bench, double level, Random& random) {
   } else {
     bench.options.gyro_clock_rel += eps;
   }
-  bench.truth.push_back({{"eps"}, level * 1e-3, true});
+  bench.truth.push_back({{"eps"}, level, true});
 }
 // The worm turns the table unevenly and the sensor sits on the shaft; or the sensor's own error.
 void WormPeriod(Bench& bench, double level, Random& random) {

@@ -34,8 +34,10 @@ bool Includes(const std::set<std::string>& all, const std::set<std::string>& som
 bool Combined(const TracedEffect& traced, const TrueParameter& truth, Outcome::Error& error) {
   double value = 0.0, variance = 0.0, bound = 0.0;
   for (const std::string& name : truth.names) {
-    const auto found =
-        std::ranges::find(traced.parameters, name, &calibration::ModelParameter::name);
+    // Those of an axis of the stand carry its name: b_inner.
+    const auto found = std::ranges::find_if(traced.parameters, [&](const auto& parameter) {
+      return parameter.name == name || parameter.name.starts_with(name + "_");
+    });
     if (found == traced.parameters.end()) return false;
     value = std::hypot(value, found->value);
     variance += std::pow(found->value * found->std_error, 2);

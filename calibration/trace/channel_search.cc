@@ -1,0 +1,217 @@
+#include "calibration/trace/channel_search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/likelihood.h"
+#include "calibration/trace/noise_search.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr int kPasses = 3;
+constexpr std::ptrdiff_t kCrowd = 3;
+// Below this no stand's angle means anything: rounding and sampling are what is left.
+constexpr double kLeastAngle_deg = 1e-3;
+// Of the deviance: the noise by the chosen model is not the one by everything that may act (chi
+// square of three degrees, about 0.7 %); two noises differ so little that it is no matter.
+constexpr double kOtherNoise = 12.0, kSameNoise = 0.5;
+
+void Append(Eigen::MatrixXd* to, const Eigen::MatrixXd& columns) {
+  to->conservativeResize(Eigen::NoChange, to->cols() + columns.cols());
+  to->rightCols(columns.cols()) = columns;
+}
+
+class ChannelSearcher {
+ public:
+  ChannelSearcher(const ChannelProblem& problem, const Baseline& baseline,
+                  const ChannelRequest& request, std::vector<std::string>* remarks)
+      : problem_(problem), baseline_(baseline), request_(request), remarks_(*remarks) {}
+
+  std::optional<SearchedChannel> Run() {
+    Saturate();
+    if (!saturated_.allFinite() || !problem_.output_deg().allFinite()) {
+      remarks_.push_back("values that are not finite numbers are left: not traced");
+      return std::nullopt;
+    }
+    const std::optional<NoiseEstimate> first =
+        NoiseSearch(problem_.intervals(), saturated_, problem_.output_deg()).Best();
+    if (!first) {
+      remarks_.push_back("too little data for the noise to be estimated: not traced");
+      return std::nullopt;
+    }
+    SearchedChannel found{Select(first->noise), first->noise};
+    if (BaselineIsPerfect(found.selection)) return found;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      found.selection.Run();
+      DropDoubtful(&found);
+      const std::optional<IntervalNoise> better = Reestimate(found);
+      if (!better || pass + 1 == kPasses) break;
+      found = {Select(*better), *better};
+    }
+    DropCrowd(&found.selection);
+    DropUseless(&found.selection);
+    return found;
+  }
+
+ private:
+  Selection Select(const IntervalNoise& noise) const {
+    return Selection(problem_, baseline_, noise, request_.covariates, request_.earth_rate_known,
+                     SelectionOptions{request_.false_discovery});
+  }
+
+  // Every grid point of the catalogue. One column in three of a long grid spans what the others
+  // do, nearly.
+  void Saturate() {
+    saturated_ = baseline_.columns;
+    std::string family;
+    int place = 0;
+    for (const Candidate& candidate :
+         CatalogueCandidates(problem_, request_.covariates, request_.earth_rate_known)) {
+      place = candidate.family == family ? place + 1 : 0;
+      family = candidate.family;
+      if (place % 3 != 0) continue;
+      const Eigen::MatrixXd columns = Raw(candidate);
+      if (columns.allFinite()) Append(&saturated_, columns);
+    }
+  }
+
+  Eigen::MatrixXd Raw(const Candidate& candidate) const {
+    return ColumnsOf(problem_, candidate, request_.covariates);
+  }
+
+  // Raw columns of the baseline and of all members but one.
+  Eigen::MatrixXd ModelWithout(const Selection& selection, std::size_t without) const {
+    Eigen::MatrixXd model = baseline_.columns;
+    for (std::size_t i = 0; i < selection.members().size(); ++i) {
+      if (i != without) Append(&model, Raw(selection.members()[i]));
+    }
+    return model;
+  }
+
+  // The noise of the chosen model, which has fewer columns and knows slow noise better, where the
+  // model of everything that may act does not contradict it; else that model's own. nullopt where
+  // it is the one that was used.
+  std::optional<IntervalNoise> Reestimate(const SearchedChannel& found) {
+    for (const Candidate& member : found.selection.members()) {
+      // What the noise was not judged with makes it look larger than it is.
+      const bool on_grid =
+          member.effect != nullptr && (member.effect->nonlinear.empty() || member.effect->tied);
+      if (!on_grid && judged_.insert(member.family).second) Append(&saturated_, Raw(member));
+    }
+    const NoiseSearch everything(problem_.intervals(), saturated_, problem_.output_deg());
+    const NoiseSearch chosen(problem_.intervals(),
+                             ModelWithout(found.selection, found.selection.members().size()),
+                             problem_.output_deg());
+    const std::optional<NoiseEstimate> own = everything.Best(found.noise);
+    const std::optional<NoiseEstimate> better = chosen.Best(found.noise);
+    if (!own || !better) return std::nullopt;
+    const bool agrees = everything.Deviance(better->noise) - own->deviance < kOtherNoise;
+    const NoiseSearch& by = agrees ? chosen : everything;
+    const NoiseEstimate& best = agrees ? *better : *own;
+    if (by.Deviance(found.noise) - best.deviance < kSameNoise) return std::nullopt;
+    return best.noise;
+  }
+
+  // An effect stands only when noise of another size does not explain the data as well: a slow
+  // effect and a random walk of the bias answer for the same.
+  void DropDoubtful(SearchedChannel* found) const {
+    while (true) {
+      const std::vector<Candidate>& members = found->selection.members();
+      std::size_t weakest = members.size();
+      double lack = 0.0;
+      for (std::size_t i = 0; i < members.size(); ++i) {
+        const double over = LogPWithNoise(*found, i) - members[i].log_level;
+        if (over <= lack) continue;
+        lack = over;
+        weakest = i;
+      }
+      if (weakest == members.size()) return;
+      found->selection.Remove(weakest);
+    }
+  }
+
+  // Logarithm of the p-value of a member when each of both models has the noise that suits it.
+  double LogPWithNoise(const SearchedChannel& found, std::size_t i) const {
+    const Candidate& member = found.selection.members()[i];
+    const Eigen::MatrixXd others = ModelWithout(found.selection, i);
+    const Eigen::MatrixXd tested = Raw(member);
+    const double piece_s = member.id == "bias.tone" ? 0.0 : NoiseSearch::kPiece_s;
+    const auto with =
+        NoiseSearch(problem_.intervals(), others, tested, problem_.output_deg(), piece_s)
+            .Best(found.noise);
+    const auto without =
+        NoiseSearch(problem_.intervals(), others, problem_.output_deg(), piece_s).Best(found.noise);
+    if (!with || !without) return 0.0;
+    return LogChiSquareTail(std::max(without->deviance - with->deviance, 0.0),
+                            static_cast<double>(tested.cols()));
+  }
+
+  // Steps and tones that come in crowds describe a residual without explaining it.
+  void DropCrowd(Selection* selection) {
+    auto crowds = [](const Candidate& member) {
+      return member.id == "bias.step" || member.id == "bias.tone" || member.id == "angle.step";
+    };
+    const std::vector<Candidate>& members = selection->members();
+    if (std::count_if(members.begin(), members.end(), crowds) < kCrowd) return;
+    for (std::size_t i = members.size(); i-- > 0;) {
+      if (crowds(members[i])) selection->Remove(i);
+    }
+    remarks_.push_back(
+        "many steps or tones would each describe a part of what is left: none of them is named");
+  }
+
+  // What does not help on data that the fit did not see is not kept, whatever its p-value.
+  void DropUseless(Selection* selection) const {
+    while (!selection->members().empty()) {
+      const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
+      std::size_t worst = selection->members().size();
+      double harm = 0.0;
+      for (std::size_t i = 0; i < selection->members().size(); ++i) {
+        const HeldOut figures =
+            HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed).whitened_rms;
+        if (figures.after - figures.before <= harm) continue;
+        harm = figures.after - figures.before;
+        worst = i;
+      }
+      if (worst == selection->members().size()) return;
+      selection->Remove(worst);
+    }
+  }
+
+  bool BaselineIsPerfect(const Selection& selection) {
+    const WhiteStore::Solution solution = selection.store().Solve(selection.baseline_columns());
+    const Eigen::VectorXd residual =
+        problem_.output_deg() - baseline_.columns * solution.coefficients;
+    const double rms = AngleWindows(problem_, residual, 0, problem_.rows()).rms();
+    if (!(rms < kLeastAngle_deg)) return false;
+    remarks_.push_back(fmt::format(
+        "the baseline leaves an angle error of {:.2g} deg, less than sampling and rounding do: "
+        "nothing is looked for in it",
+        rms));
+    return true;
+  }
+
+  const ChannelProblem& problem_;
+  const Baseline& baseline_;
+  const ChannelRequest& request_;
+  std::vector<std::string>& remarks_;
+  Eigen::MatrixXd saturated_;
+  std::set<std::string> judged_;  // families beyond the grid that `saturated_` has
+};
+
+}  // namespace
+
+std::optional<SearchedChannel> SearchChannel(const ChannelProblem& problem,
+                                             const Baseline& baseline,
+                                             const ChannelRequest& request,
+                                             std::vector<std::string>* remarks) {
+  return ChannelSearcher(problem, baseline, request, remarks).Run();
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,107 @@
+#include <array>
+#include <cmath>
+
+#include "calibration/trace/trail_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// Mean rate of each channel [deg/s] over the rest a node is in, or the last one before; of the
+// first one for what comes before all. NaN where the channel never rests.
+std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& units_per_deg_s,
+                                 const Trail& trail) {
+  std::vector<Vector3> out(nodes.size(), {kMissing, kMissing, kMissing});
+  for (std::size_t c = 0; c < 3; ++c) {
+    double last = kMissing, sum = 0.0, time_s = 0.0;
+    for (std::size_t i = 0; i < trail.still.size(); ++i) {
+      if (trail.still[i] && trail.usable[i][c]) {
+        sum += (nodes[i + 1].at.z[c] - nodes[i].at.z[c]) / units_per_deg_s[c];
+        time_s += nodes[i + 1].at.t_s - nodes[i].at.t_s;
+        last = sum / time_s;
+      } else {
+        sum = time_s = 0.0;
+      }
+      out[i + 1][c] = last;
+    }
+    for (std::size_t k = nodes.size(); k-- > 1;) {
+      if (!std::isfinite(out[k - 1][c])) out[k - 1][c] = out[k][c];
+    }
+  }
+  return out;
+}
+
+class RateMaker {
+ public:
+  RateMaker(const std::vector<Node>& nodes, const Vector3& units, Trail* trail)
+      : nodes_(nodes), units_(units), trail_(*trail), at_rest_(RatesAtRest(nodes, units, *trail)) {}
+
+  void Halves() {
+    for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
+      const double dt = Length(i);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double turned = trail_.rotation_deg[i][c];
+        double uneven = 0.0;  // half the difference of the halves, as the gyro saw it
+        if (Shapes(i, c) && !trail_.still[i]) {
+          const double first = nodes_[i + 1].z_half[c] - nodes_[i].at.z[c];
+          const double second = nodes_[i + 1].at.z[c] - nodes_[i + 1].z_half[c];
+          uneven = 0.5 * (first - second) / units_[c];
+        }
+        trail_.halves[2 * i].rate_deg_s[c] = (turned + 2.0 * uneven) / dt;
+        trail_.halves[2 * i + 1].rate_deg_s[c] = (turned - 2.0 * uneven) / dt;
+      }
+    }
+  }
+
+  void Nodes() {
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      for (std::size_t c = 0; c < 3; ++c) Node(k, c);
+    }
+  }
+
+ private:
+  double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
+  bool Shapes(std::size_t i, std::size_t c) const {
+    return trail_.usable[i][c] && std::isfinite(units_[c]);
+  }
+
+  // The gyro's shape within 40 ms, less its rate at rest; where it never rests, with the mean over
+  // both neighbours as the reference has it.
+  void Node(std::size_t k, std::size_t c) {
+    TrackPoint& point = trail_.nodes[k];
+    double turned = 0.0, seen = 0.0, time_s = 0.0;
+    bool shapes = std::isfinite(units_[c]), still = true;
+    for (std::size_t i = k > 0 ? k - 1 : k; i < k + 1 && i < trail_.still.size(); ++i) {
+      turned += trail_.rotation_deg[i][c];
+      seen += nodes_[i + 1].at.z[c] - nodes_[i].at.z[c];
+      time_s += Length(i);
+      shapes = shapes && Shapes(i, c);
+      still = still && trail_.still[i];
+    }
+    if (time_s <= 0.0) return;
+    const double mean = turned / time_s;
+    const std::array<Vector3, 4>& near = nodes_[k].z_near;
+    double offset = -at_rest_[k][c];
+    if (!std::isfinite(offset)) offset = mean - seen / units_[c] / time_s;
+    for (std::size_t n = 0; n < kNear_s.size(); ++n) {
+      const double by_gyro = near[n][c] / units_[c] + offset * kNear_s[n];
+      point.turned_near_deg[n][c] = still || !shapes ? mean * kNear_s[n] : by_gyro;
+    }
+    point.rate_deg_s[c] =
+        (point.turned_near_deg[2][c] - point.turned_near_deg[1][c]) / (kNear_s[2] - kNear_s[1]);
+  }
+
+  const std::vector<calibration::Node>& nodes_;
+  const Vector3& units_;
+  Trail& trail_;
+  const std::vector<Vector3> at_rest_;
+};
+
+}  // namespace
+
+void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail) {
+  RateMaker maker(recording.columns.nodes, units_per_deg_s, trail);
+  maker.Halves();
+  maker.Nodes();
+}
+
+}  // namespace gyrobench::calibration
