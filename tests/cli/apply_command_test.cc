@@ -10,6 +10,7 @@
 
 #include "calibration/trace/calibration_file.h"
 #include "tests/cli/child_process.h"
+#include "tests/cli/program.h"
 #include "tests/cli/temporary_folder.h"
 
 namespace gyrobench::cli {
@@ -19,11 +20,6 @@ using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
-
-Finished Gyrobench(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), GYROBENCH_PROGRAM);
-  return RunToEnd(arguments, {"GYROBENCH_CONFIG="});
-}
 
 // w = (xi / 131 - 0.5 - 0.01 (T - 30)) / 1.02
 calibration::Calibration GyroZ() {

@@ -8,6 +8,7 @@
 
 #include "tests/cli/child_process.h"
 #include "tests/cli/fake_daemon.h"
+#include "tests/cli/program.h"
 #include "tests/cli/temporary_folder.h"
 
 namespace gyrobench::cli {
@@ -16,11 +17,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
-
-Finished Gyrobench(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), GYROBENCH_PROGRAM);
-  return RunToEnd(arguments, {"GYROBENCH_CONFIG="});
-}
 
 class EveryCommand : public testing::TestWithParam<const char*> {};
 

@@ -13,6 +13,7 @@
 #include "gyrobench/run_t.hpp"
 #include "recording/event_log.h"
 #include "tests/cli/child_process.h"
+#include "tests/cli/program.h"
 #include "tests/cli/temporary_folder.h"
 
 namespace gyrobench::cli {
@@ -21,11 +22,6 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
-
-Finished Gyrobench(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), GYROBENCH_PROGRAM);
-  return RunToEnd(arguments, {"GYROBENCH_CONFIG="});
-}
 
 constexpr double kAlpha = 0.0076;  // deg/s per LSB of the made-up sensor
 

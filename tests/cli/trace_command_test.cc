@@ -11,6 +11,7 @@
 
 #include "cli/trace_text.h"
 #include "tests/cli/child_process.h"
+#include "tests/cli/program.h"
 #include "tests/cli/temporary_folder.h"
 
 namespace gyrobench::cli {
@@ -19,11 +20,6 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
-
-Finished Gyrobench(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), GYROBENCH_PROGRAM);
-  return RunToEnd(arguments, {"GYROBENCH_CONFIG="});
-}
 
 // Turns there and back at three speeds; the supply swings and takes the offset with it.
 std::string Turns(double per_volt_deg_s, const std::string& sensor, unsigned seed) {
