@@ -39,13 +39,15 @@ std::filesystem::path RecordFolder(const std::filesystem::path& path) {
 int Trace(const Options& options) {
   const TracedInputs inputs = TraceInputs(options.inputs, options);
   Print(inputs, options);
+  if (options.calibration.empty() && options.report.empty()) return kDone;
+  const std::vector<HashedFile> files = HashFiles(inputs);
   if (!options.calibration.empty()) {
     recording::WriteJsonAtomically(options.calibration,
-                                   calibration::ToJson(MakeCalibration(inputs, options)));
+                                   calibration::ToJson(MakeCalibration(inputs, files, options)));
     Say(options, fmt::format("calibration: {}", options.calibration.string()));
   }
   if (!options.report.empty()) {
-    report::WriteReport(MakeReportContent(inputs), options.report);
+    report::WriteReport(MakeReportContent(inputs, files), options.report);
     Say(options, fmt::format("report: {}", options.report.string()));
   }
   return kDone;
@@ -62,7 +64,7 @@ int Report(const Options& options) {
         fmt::format("{} is a table: say where the report goes with -o FILE.html", options.name));
   }
   if (file.empty()) file = RecordFolder(inputs.paths[0]) / recording::kReportName;
-  report::WriteReport(MakeReportContent(inputs), file);
+  report::WriteReport(MakeReportContent(inputs, HashFiles(inputs)), file);
   if (options.json) {
     fmt::print("{}\n", nlohmann::json{{"report", file.string()}}.dump(2));
   } else {

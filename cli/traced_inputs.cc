@@ -20,7 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a record, its log and its description; a table is one file.
 std::vector<fs::path> FilesOf(const fs::path& input) {
   std::error_code none;
   if (fs::is_regular_file(input, none)) return {input};
@@ -31,26 +30,20 @@ std::vector<fs::path> FilesOf(const fs::path& input) {
   return files;
 }
 
-// Measurements of two parts are two problems.
-void CheckOneSensor(const std::vector<calibration::Recording>& recordings) {
+// The one sensor of all recordings: measurements of two parts are two problems.
+std::string SensorOf(const std::vector<calibration::Recording>& recordings) {
   const MeasurementInfo* first = nullptr;
   for (const calibration::Recording& recording : recordings) {
     const MeasurementInfo& info = recording.info;
     if (info.sensor.empty()) continue;
-    if (first != nullptr && first->sensor != info.sensor) {
+    if (first == nullptr) first = &info;
+    if (first->sensor != info.sensor) {
       throw DataError(fmt::format(
           "{} is of sensor {}, {} of sensor {}: only runs of one sensor can be traced together",
           first->source, first->sensor, info.source, info.sensor));
     }
-    if (first == nullptr) first = &info;
   }
-}
-
-std::string SensorOf(const std::vector<calibration::Recording>& recordings) {
-  for (const calibration::Recording& recording : recordings) {
-    if (!recording.info.sensor.empty()) return recording.info.sensor;
-  }
-  return "";
+  return first == nullptr ? "" : first->sensor;
 }
 
 calibration::Recording Read(const fs::path& path, WorkBar& bar) {
@@ -95,7 +88,7 @@ TracedInputs TraceInputs(const std::vector<std::string>& inputs, const Options& 
     out.paths.push_back(LocateInput(input, options.bench));
     out.recordings.push_back(Read(out.paths.back(), bar));
   }
-  CheckOneSensor(out.recordings);
+  out.sensor = SensorOf(out.recordings);
   std::vector<const calibration::Recording*> all;
   for (const calibration::Recording& recording : out.recordings) all.push_back(&recording);
   calibration::TraceOptions trace;
@@ -105,24 +98,33 @@ TracedInputs TraceInputs(const std::vector<std::string>& inputs, const Options& 
   return out;
 }
 
-calibration::Calibration MakeCalibration(const TracedInputs& inputs, const Options& options) {
+std::vector<HashedFile> HashFiles(const TracedInputs& inputs) {
+  std::vector<HashedFile> files;
+  for (std::size_t i = 0; i < inputs.paths.size(); ++i) {
+    for (const fs::path& file : FilesOf(inputs.paths[i]))
+      files.push_back({i, file, recording::Sha256OfFile(file)});
+  }
+  return files;
+}
+
+calibration::Calibration MakeCalibration(const TracedInputs& inputs,
+                                         const std::vector<HashedFile>& files,
+                                         const Options& options) {
   calibration::Calibration calibration;
-  calibration.sensor = SensorOf(inputs.recordings);
+  calibration.sensor = inputs.sensor;
   calibration.created = fmt::format("{:%Y-%m-%dT%H:%M:%S}Z", fmt::gmtime(std::time(nullptr)));
   calibration.version = kVersion;
   calibration.configuration["seed"] = std::to_string(options.seed);
   calibration.configuration["false_discovery"] =
       fmt::format("{}", calibration::TraceOptions{}.false_discovery);
-  for (std::size_t i = 0; i < inputs.paths.size(); ++i) {
-    const calibration::Recording& recording = inputs.recordings[i];
-    const fs::path folder = fs::weakly_canonical(inputs.paths[i]).filename();
-    for (const fs::path& file : FilesOf(inputs.paths[i])) {
-      const bool one_file = fs::equivalent(file, inputs.paths[i]);
-      calibration.inputs.push_back(
-          {(one_file ? file.filename() : folder / file.filename()).string(),
-           recording::Sha256OfFile(file), recording.samples,
-           recording.last_time_s - recording.first_time_s});
-    }
+  for (const HashedFile& file : files) {
+    const calibration::Recording& recording = inputs.recordings[file.input];
+    const fs::path& input = inputs.paths[file.input];
+    const fs::path folder =
+        fs::equivalent(file.path, input) ? fs::path() : fs::weakly_canonical(input).filename();
+    calibration.inputs.push_back({(folder / file.path.filename()).string(), file.sha256,
+                                  recording.samples,
+                                  recording.last_time_s - recording.first_time_s});
   }
   const auto& channels = inputs.traced.result.channels;
   for (std::size_t i = 0; i < channels.size(); ++i) {
@@ -133,19 +135,18 @@ calibration::Calibration MakeCalibration(const TracedInputs& inputs, const Optio
   return calibration;
 }
 
-report::ReportContent MakeReportContent(const TracedInputs& inputs) {
+report::ReportContent MakeReportContent(const TracedInputs& inputs,
+                                        const std::vector<HashedFile>& files) {
   report::ReportContent content;
   content.trace = inputs.traced.result;
   if (inputs.recordings.size() == 1) content.analysis = calibration::Analyze(inputs.recordings[0]);
   report::Provenance& provenance = content.provenance;
-  provenance.sensor = SensorOf(inputs.recordings);
+  provenance.sensor = inputs.sensor;
   provenance.written_utime = NowUtime();
-  for (const fs::path& path : inputs.paths) {
-    if (inputs.paths.size() == 1) AddRun(path, &provenance);
-    for (const fs::path& file : FilesOf(path)) {
-      provenance.files.push_back({file.filename().string(), recording::Sha256OfFile(file),
-                                  static_cast<std::int64_t>(fs::file_size(file))});
-    }
+  if (inputs.paths.size() == 1) AddRun(inputs.paths[0], &provenance);
+  for (const HashedFile& file : files) {
+    provenance.files.push_back({file.path.filename().string(), file.sha256,
+                                static_cast<std::int64_t>(fs::file_size(file.path))});
   }
   if (provenance.version.empty()) provenance.version = kVersion;
   return content;

@@ -17,17 +17,31 @@ namespace gyrobench::cli {
 struct TracedInputs {
   std::vector<std::filesystem::path> paths;  // of tables, or records' folders
   std::vector<calibration::Recording> recordings;
+  std::string sensor;  // serial number, empty where no recording says it
   calibration::Traced traced;
+};
+
+// A file that was read.
+struct HashedFile {
+  std::size_t input = 0;  // index of TracedInputs::paths
+  std::filesystem::path path;
+  std::string sha256;
 };
 
 // Reads `inputs` (runs, folders, tables) and traces them together, with a bar on stderr. Throws
 // DataError: a file that cannot be read, or data of different sensors.
 TracedInputs TraceInputs(const std::vector<std::string>& inputs, const Options& options);
 
+// Of a record, its log and its description; a table is one file. Throws DataError.
+std::vector<HashedFile> HashFiles(const TracedInputs& inputs);
+
 // The artefact of a trace, with the hashes of its files.
-calibration::Calibration MakeCalibration(const TracedInputs& inputs, const Options& options);
+calibration::Calibration MakeCalibration(const TracedInputs& inputs,
+                                         const std::vector<HashedFile>& files,
+                                         const Options& options);
 
 // Trace, baseline (of a single input) and where they come from.
-report::ReportContent MakeReportContent(const TracedInputs& inputs);
+report::ReportContent MakeReportContent(const TracedInputs& inputs,
+                                        const std::vector<HashedFile>& files);
 
 }  // namespace gyrobench::cli
