@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "base/error.h"
 #include "base/version.h"
 #include "calibration/trace/calibration_file.h"
 #include "cli/commands.h"
@@ -116,11 +115,7 @@ int Apply(const Options& options) {
   const calibration::Calibration calibration = calibration::CalibrationFromJson(
       recording::ReadJson(options.calibration), options.calibration.string());
   const fs::path input = LocateInput(options.name, options.bench);
-  std::error_code none;
-  if (fs::exists(options.output, none) && !options.overwrite) {
-    throw Error(fmt::format("{} exists already: choose another name, or add --overwrite",
-                            options.output.string()));
-  }
+  RefuseToReplace(options.output, options.overwrite);
   const CorrectedTable table = Correct(options, calibration, input);
   if (options.json) {
     fmt::print("{}\n", ToJson(table, options).dump(2));

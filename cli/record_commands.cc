@@ -8,6 +8,7 @@
 
 #include "cli/commands.h"
 #include "cli/exit_status.h"
+#include "cli/inputs.h"
 #include "cli/json_field.h"
 #include "cli/number_text.h"
 #include "cli/result_text.h"
@@ -144,10 +145,7 @@ int Show(const Options& options) {
 
 int Export(const Options& options) {
   const recording::RunDirectory run = FindRecord(options);
-  if (std::filesystem::exists(options.output) && !options.overwrite) {
-    throw Error(fmt::format("{} exists already: choose another name, or add --overwrite",
-                            options.output.string()));
-  }
+  RefuseToReplace(options.output, options.overwrite);
   const recording::TableSummary summary = recording::ExportTable(run.folder(), options.output);
   if (options.json) {
     fmt::print("{}\n", Json{{"run_id", run.run_id()},
