@@ -36,12 +36,13 @@ std::string OutcomeText(const RunEnd& end) {
   return end.message.empty() ? text : text + ": " + end.message;
 }
 
-// A file of the record, null when there is none; the daemon's user may keep it from others.
+// A file of the record, null when there is none. The daemon's user may keep it from others:
+// `why_not` then says so, and is left alone otherwise.
 Json ReadOf(const std::string& record, const char* name, std::string& why_not) {
   std::error_code error;
   const auto file = std::filesystem::path(record) / name;
   if (!std::filesystem::exists(file, error)) {
-    why_not = error ? error.message() : "";
+    if (error) why_not = error.message();
     return nullptr;
   }
   try {
