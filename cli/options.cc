@@ -45,7 +45,9 @@ class CommandLine {
     AddBenchCommands();
     AddRunCommands();
     AddRecordCommands();
-    AddTraceCommands();
+    AddTraceCommand();
+    AddApplyCommand();
+    AddReportCommand();
   }
 
   std::variant<Options, int> Parse(int argc, const char* const* argv) {
@@ -132,7 +134,7 @@ class CommandLine {
     write.add_flag("--overwrite", options_.overwrite, "Replace the file if it exists");
   }
 
-  void AddTraceCommands() {
+  void AddTraceCommand() {
     CLI::App& trace =
         Add("trace", "Trace what the baseline leaves to the effects behind it; runs of one sensor",
             "gyrobench trace warm-up.csv.gz turns.csv.gz --calibration mpu-17.json --report "
@@ -146,6 +148,9 @@ class CommandLine {
     AddTracing(trace);
     trace.add_flag("-q,--quiet", options_.quiet,
                    "Print nothing but errors and what --json asks for");
+  }
+
+  void AddApplyCommand() {
     CLI::App& apply =
         Add("apply", "Correct a table's rates by a calibration, without any reference",
             "gyrobench apply mpu-17.json flight.csv.gz -o flight-corrected.csv.gz");
@@ -162,6 +167,9 @@ class CommandLine {
     apply.add_flag("--any-sensor", options_.any_sensor,
                    "Also where the serial number is that of another sensor");
     apply.add_flag("-q,--quiet", options_.quiet, "Print nothing but errors");
+  }
+
+  void AddReportCommand() {
     CLI::App& report = Add("report", "Trace a run again and write its report",
                            "gyrobench report 20260312-091500-scale");
     report.add_option("run", options_.name, "Run, folder of its record, or measurement table")
