@@ -13,7 +13,7 @@ namespace gyrobench::report {
 namespace {
 
 // Drawing units; the page scales them. A wide chart is two narrow ones and the gap between them.
-constexpr int kWideWidth = 820, kWideHeight = 230, kNarrowWidth = 400, kNarrowHeight = 230;
+constexpr int kWideWidth = 820, kNarrowWidth = 400, kHeight = 230;
 constexpr double kLeft = 76, kRight = 14, kBottom = 44, kTop = 30;
 // Not "with yerrorbars": its markers erase the curves behind them.
 constexpr const char* kBars = "with vectors nohead lc rgb '#123f5f' lw 1.1";
@@ -100,12 +100,11 @@ std::string Look(CurveLook look, std::size_t points) {
 // Fixed margins, so that the frames of charts below one another stand in one line.
 std::string Frame(const Chart& chart) {
   const int width = chart.wide ? kWideWidth : kNarrowWidth;
-  const int height = chart.wide ? kWideHeight : kNarrowHeight;
   return fmt::format(
       "set terminal svg size {},{} dynamic noenhanced font 'Helvetica,13'\n"
       "set lmargin at screen {:.4f}\nset rmargin at screen {:.4f}\n"
       "set bmargin at screen {:.4f}\nset tmargin at screen {:.4f}\n",
-      width, height, kLeft / width, 1.0 - kRight / width, kBottom / height, 1.0 - kTop / height);
+      width, kHeight, kLeft / width, 1.0 - kRight / width, kBottom / kHeight, 1.0 - kTop / kHeight);
 }
 
 // gnuplot takes a character of the legend for wider than it is; in characters.
@@ -128,16 +127,15 @@ std::string Axes(const Chart& chart) {
       "set ytics offset 0.4,0\n"
       "set grid lt 1 lc rgb '#e2e2e2' lw 0.7\n";
   // The label of y is put at a fixed place: a ylabel moves with the width of the numbers.
-  const double height = chart.wide ? kWideHeight : kNarrowHeight;
   const double width = chart.wide ? kWideWidth : kNarrowWidth;
   script += fmt::format(
       "set key at screen {:.4f}, screen {:.4f} left top horizontal maxrows 1 Left reverse "
       "samplen 2.4 width {:.1f} textcolor rgb '#222222'\n"
       "set xlabel {} offset 0,0.9\n"
       "set label 1 {} at screen {:.4f}, screen {:.4f} center rotate\n",
-      kLeft / width, 1.0 - kLegendTop / height, LegendCorrection(chart),
+      kLeft / width, 1.0 - kLegendTop / kHeight, LegendCorrection(chart),
       Quoted(Shortened(chart.x_label)), Quoted(Shortened(chart.y_label)), kLabelX / width,
-      0.5 + 0.5 * (kBottom - kTop) / height);
+      0.5 + 0.5 * (kBottom - kTop) / kHeight);
   if (chart.log_axes) {
     script += "set logscale xy\nset format xy '%g'\nset mxtics 10\nset mytics 10\n";
   } else if (chart.zero_line) {

@@ -44,21 +44,17 @@ std::string Gain(const HeldOut& figure, const std::string& unit, bool ratio) {
                      Reduction(figure));
 }
 
-void AddLine(Markup& lines, const std::string& name, const Markup& text) {
-  if (!text.empty()) lines += Element("dt", name) + Element("dd", text);
-}
-
 Markup Card(const ChannelTrace& channel, const TracedEffect& effect) {
   Markup lines;
-  AddLine(lines, "Cause", Markup::Text(effect.cause));
-  AddLine(lines, "Equation", effect.equation.empty() ? Markup() : Code(effect.equation));
-  AddLine(lines, "Found", Markup::Text(ParameterText(effect)));
-  AddLine(lines, "Chance",
+  AddFact(lines, "Cause", Markup::Text(effect.cause));
+  AddFact(lines, "Equation", effect.equation.empty() ? Markup() : Code(effect.equation));
+  AddFact(lines, "Found", Markup::Text(ParameterText(effect)));
+  AddFact(lines, "Chance",
           Markup::Text(FormatPValue(effect.p_value) +
                        ", after correction for everything that was tried"));
-  AddLine(lines, "Angle error", Markup::Text(Gain(effect.heldout_angle_rms_deg, "deg", false)));
-  AddLine(lines, "Residual / noise", Markup::Text(Gain(effect.heldout_whitened_rms, "", true)));
-  AddLine(lines, "Origin", Markup::Text(OriginWords(effect.origin)));
+  AddFact(lines, "Angle error", Markup::Text(Gain(effect.heldout_angle_rms_deg, "deg", false)));
+  AddFact(lines, "Residual / noise", Markup::Text(Gain(effect.heldout_whitened_rms, "", true)));
+  AddFact(lines, "Origin", Markup::Text(OriginWords(effect.origin)));
   const Markup head = Element("span", "Axis " + AxisName(channel.axis), "axis") + Code(effect.id);
   return Element("article", Element("h4", head) + Element("dl", lines));
 }

@@ -28,9 +28,14 @@ int Magnitude(double value, int digits) {
   return rounded >= std::pow(10.0, digits) ? rough + 1 : rough;
 }
 
+// The power of ten, a multiple of three, that leaves 1 to 999 of `size`.
+int PowerOfThousand(double size) {
+  return 3 * static_cast<int>(std::floor(Magnitude(size, 2) / 3.0));
+}
+
 int PowerFor(double size) {
   if (size == 0.0 || !std::isfinite(size) || (size >= 1e-3 && size < 1e5)) return 0;
-  return 3 * static_cast<int>(std::floor(Magnitude(size, 2) / 3.0));
+  return PowerOfThousand(size);
 }
 
 std::string GroupThousands(const std::string& digits) {
@@ -64,7 +69,7 @@ std::string TimesPower(const std::string& text, int power) {
   return power == 0 ? text : text + " × 10" + Superscript(power);
 }
 
-// Places of a text before and after its decimal point, the point's own included.
+// Of UTF-8 text.
 std::size_t CountCharacters(std::string_view text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
@@ -80,7 +85,7 @@ Measured RoundTogether(double value, double std_error, double bound) {
   Measured measured;
   measured.power = PowerFor(size);
   if (measured.power == 0 && size < 1.0 && last_place > kMostDecimals) {
-    measured.power = 3 * static_cast<int>(std::floor(Magnitude(size, 2) / 3.0));
+    measured.power = PowerOfThousand(size);
   }
   const double scale = std::pow(10.0, -measured.power);
   const int decimals =
@@ -144,8 +149,7 @@ std::string FormatPValue(double p) {
 
 std::string FormatDuration(double seconds) {
   if (!std::isfinite(seconds) || seconds < 0.0) return std::string(kNothing);
-  if (seconds < 60.0) return FormatNumber(seconds, 3) + " s";
-  if (seconds > 1e12) return FormatNumber(seconds, 3) + " s";
+  if (seconds < 60.0 || seconds > 1e12) return FormatNumber(seconds, 3) + " s";
   const auto whole = static_cast<std::int64_t>(std::llround(seconds));
   if (whole < 3600) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
   return fmt::format("{} h {:02} min", FormatCount(whole / 3600), whole / 60 % 60);

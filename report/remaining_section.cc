@@ -40,10 +40,6 @@ void AddDefects(Table& table, const std::string& file, const std::vector<Defect>
   }
 }
 
-void AddFact(Markup& facts, const std::string& name, const std::string& text) {
-  if (!text.empty()) facts += Element("dt", name) + Element("dd", text);
-}
-
 std::string TimesOfRun(const Provenance& provenance) {
   if (provenance.started_utime == 0) return {};
   std::string text = FormatUtc(provenance.started_utime);
@@ -103,16 +99,16 @@ Markup DefectSection(const ReportContent& content) {
 Markup ProvenanceSection(const ReportContent& content) {
   const Provenance& provenance = content.provenance;
   Markup facts;
-  AddFact(facts, "Run", provenance.run_id);
-  AddFact(facts, "Sensor", provenance.sensor);
-  AddFact(facts, "Procedure", provenance.procedure);
-  AddFact(facts, "Configuration", provenance.configuration);
-  AddFact(facts, "Measured", TimesOfRun(provenance));
+  AddFact(facts, "Run", Markup::Text(provenance.run_id));
+  AddFact(facts, "Sensor", Markup::Text(provenance.sensor));
+  AddFact(facts, "Procedure", Markup::Text(provenance.procedure));
+  AddFact(facts, "Configuration", Markup::Text(provenance.configuration));
+  AddFact(facts, "Measured", Markup::Text(TimesOfRun(provenance)));
   if (provenance.written_utime != 0) {
-    AddFact(facts, "Report written", FormatUtc(provenance.written_utime));
+    AddFact(facts, "Report written", Markup::Text(FormatUtc(provenance.written_utime)));
   }
-  AddFact(facts, "gyrobench", provenance.version);
-  for (const auto& [name, text] : provenance.notes) AddFact(facts, name, text);
+  AddFact(facts, "gyrobench", Markup::Text(provenance.version));
+  for (const auto& [name, text] : provenance.notes) AddFact(facts, name, Markup::Text(text));
   const Markup list = facts.empty() ? Markup() : Element("dl", facts, "facts");
   return Section("Inputs and provenance", list + Inputs(content) + Files(provenance.files), "");
 }

@@ -80,6 +80,10 @@ std::string AxisName(SensorAxis axis) {
   return kNames[static_cast<std::size_t>(axis)];
 }
 
+void AddFact(Markup& facts, const std::string& name, const Markup& text) {
+  if (!text.empty()) facts += Element("dt", name) + Element("dd", text);
+}
+
 Markup Section(const std::string& title, const Markup& inside, const std::string& css_class) {
   return Element("section", Element("h2", title) + inside, css_class);
 }
@@ -102,18 +106,15 @@ void WriteReport(const ReportContent& content, const std::filesystem::path& file
                  const ReportOptions& options) {
   const std::string html = ReportHtml(content, options);
   const std::filesystem::path part = file.string() + fmt::format(".{}.part", getpid());
-  std::error_code error;
   try {
     WriteOrThrow(part, html);
+    std::error_code error;
     std::filesystem::rename(part, file, error);
+    if (error) throw DataError(fmt::format("report {}: {}", file.string(), error.message()));
   } catch (const DataError&) {
-    std::filesystem::remove(part, error);
-    throw;
-  }
-  if (error) {
     std::error_code ignored;  // what is left of a failure does no more harm than the failure
     std::filesystem::remove(part, ignored);
-    throw DataError(fmt::format("report {}: {}", file.string(), error.message()));
+    throw;
   }
 }
 

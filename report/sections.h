@@ -30,6 +30,8 @@ Markup ProvenanceSection(const ReportContent& content);
 std::string AxisName(SensorAxis axis);  // "x"
 Markup Section(const std::string& title, const Markup& inside,
                const std::string& css_class = "short");
+// A line of a list <dl>; none where there is no text.
+void AddFact(Markup& facts, const std::string& name, const Markup& text);
 // "0.620 → 0.150 deg", "0.620 deg" where there is no after.
 std::string BeforeAfter(const calibration::HeldOut& figure, const std::string& unit, bool ratio);
 // "75.8 % less, 95 % interval 71.2 % to 79.3 %".
