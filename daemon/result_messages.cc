@@ -66,7 +66,7 @@ void Set(trace_result_t& message, const calibration::HeldOut& whitened,
   message.angle_rms_deg_after = angle.after;
 }
 
-trace_result_t VerdictOf(const calibration::ChannelTrace& channel) {
+trace_result_t VerdictMessage(const calibration::ChannelTrace& channel) {
   trace_result_t message{};
   message.sensor_axis = static_cast<std::int8_t>(channel.axis);
   message.verdict = Name(channel.verdict);
@@ -78,7 +78,7 @@ trace_result_t VerdictOf(const calibration::ChannelTrace& channel) {
 
 trace_result_t EffectMessage(const calibration::ChannelTrace& channel, std::size_t index) {
   const calibration::TracedEffect& effect = channel.effects[index];
-  trace_result_t message = VerdictOf(channel);
+  trace_result_t message = VerdictMessage(channel);
   message.effect_index = static_cast<std::int32_t>(index);
   message.effect_id = effect.id;
   message.origin = Name(effect.origin);
@@ -101,7 +101,7 @@ trace_result_t EffectMessage(const calibration::ChannelTrace& channel, std::size
 }  // namespace
 
 std::vector<trace_result_t> ToMessages(const calibration::ChannelTrace& channel) {
-  std::vector<trace_result_t> messages = {VerdictOf(channel)};
+  std::vector<trace_result_t> messages = {VerdictMessage(channel)};
   messages[0].summary = channel.summary;
   Set(messages[0], channel.heldout_whitened_rms, channel.heldout_angle_rms_deg);
   for (std::size_t i = 0; i < channel.effects.size(); ++i)

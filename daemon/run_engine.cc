@@ -254,32 +254,31 @@ std::string RunEngine::StopMotion(Job& job) {
   return failures;
 }
 
-void RunEngine::Execute(Job& job) {
-  Outcome outcome = Outcome::kDone;
-  std::string message;
-  const auto fault = [&](const Fault& what) {
+RunEngine::Ending RunEngine::RunToItsEnd(Job& job) {
+  const auto fault = [&](const Fault& what) -> Ending {
     context_.on_fault(what.source, what.message);
-    outcome = Outcome::kFault;
-    message = what.source + ": " + what.message;
+    return {Outcome::kFault, what.source + ": " + what.message};
   };
   try {
     RunProcedureOn(job);
+    Ending ending;
     for (const procedures::LimitCheck& check : job.bench->limits()) {
-      if (check.passed) continue;
-      outcome = Outcome::kFailedLimits;
-      message = procedures::Describe(check);
+      if (!check.passed) ending = {Outcome::kFailedLimits, procedures::Describe(check)};
     }
+    return ending;
   } catch (const procedures::Aborted& aborted) {
-    outcome = Outcome::kAborted;
-    message = aborted.what();
+    return {Outcome::kAborted, aborted.what()};
   } catch (const FaultError& error) {
-    fault(error.fault());
+    return fault(error.fault());
   } catch (const DeviceError& error) {
-    fault({"device", error.what()});
+    return fault({"device", error.what()});
   } catch (const std::exception& error) {
-    outcome = Outcome::kError;
-    message = error.what();
+    return {Outcome::kError, error.what()};
   }
+}
+
+void RunEngine::Execute(Job& job) {
+  auto [outcome, message] = RunToItsEnd(job);
   context_.control.BeginStopping();
   SetPace(true);
   if (outcome != Outcome::kDone && outcome != Outcome::kFailedLimits) {

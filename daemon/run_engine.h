@@ -72,7 +72,12 @@ class RunEngine {
 
  private:
   struct Job;
+  struct Ending {
+    Outcome outcome = Outcome::kDone;
+    std::string message;  // why, where it is not kDone
+  };
   void Execute(Job& job);
+  Ending RunToItsEnd(Job& job);
   void RunProcedureOn(Job& job);
   void WaitForTickFit();
   void WaitForStandstill(Job& job, const std::string& axis);
