@@ -18,8 +18,7 @@ std::string Group(const std::string& url) {
 std::string NoRoute(const std::string& url, std::string_view what) {
   return fmt::format(
       "LCM: {} at {}: most likely this machine has no multicast route. Live messages are lost "
-      "until "
-      "there is one; runs are recorded all the same. Mend it with: ip route add {}/32 dev lo",
+      "until there is one; runs are recorded all the same. Mend it with: ip route add {}/32 dev lo",
       what, url, Group(url));
 }
 

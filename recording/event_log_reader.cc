@@ -79,8 +79,7 @@ bool EventLogReader::Ensure(std::size_t bytes) {
 }
 
 // The header `offset` bytes after head_, if its sync word, number, lengths and channel name are
-// sound. No
-// more is looked at than is in memory.
+// sound. No more is looked at than is in memory.
 std::optional<EventLogReader::Header> EventLogReader::HeaderAt(std::size_t offset) const {
   if (available() < offset + kHeaderSize) return std::nullopt;
   const std::uint8_t* bytes = buffer_.data() + head_ + offset;
