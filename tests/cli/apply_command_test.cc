@@ -11,7 +11,7 @@
 #include "calibration/trace/calibration_file.h"
 #include "tests/cli/child_process.h"
 #include "tests/cli/program.h"
-#include "tests/cli/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace gyrobench::cli {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "tests/cli/child_process.h"
 #include "tests/cli/fake_daemon.h"
-#include "tests/cli/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace gyrobench::cli {
 namespace {

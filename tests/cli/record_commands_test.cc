@@ -14,7 +14,7 @@
 #include "recording/event_log.h"
 #include "tests/cli/child_process.h"
 #include "tests/cli/program.h"
-#include "tests/cli/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace gyrobench::cli {
 namespace {

@@ -12,7 +12,7 @@
 #include "cli/trace_text.h"
 #include "tests/cli/child_process.h"
 #include "tests/cli/program.h"
-#include "tests/cli/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace gyrobench::cli {
 namespace {

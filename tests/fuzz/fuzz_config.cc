@@ -17,7 +17,7 @@ class ConfigFolder {
   std::filesystem::path file(const char* name) const { return folder_ / name; }
 
  private:
-  gyrobench::recording::TemporaryFolder folder_;
+  gyrobench::TemporaryFolder folder_;
 };
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include "tests/fuzz/samples.h"
 #include "tests/recording/sinks.h"
 
-using gyrobench::recording::TemporaryFolder;
+using gyrobench::TemporaryFolder;
 using gyrobench::recording::WriteFile;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

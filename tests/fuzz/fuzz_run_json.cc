@@ -6,7 +6,7 @@
 #include "tests/fuzz/samples.h"
 #include "tests/recording/sinks.h"
 
-using gyrobench::recording::TemporaryFolder;
+using gyrobench::TemporaryFolder;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const TemporaryFolder folder;

@@ -16,7 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 using recording::Gzip;
 using recording::ReadFile;
-using recording::TemporaryFolder;
 using recording::WriteFile;
 
 constexpr std::size_t kMostBytes = 64u << 20;

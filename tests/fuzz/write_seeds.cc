@@ -9,9 +9,9 @@
 #include "tests/recording/sinks.h"
 
 namespace fs = std::filesystem;
+using gyrobench::TemporaryFolder;
 using gyrobench::recording::Gzip;
 using gyrobench::recording::ReadFile;
-using gyrobench::recording::TemporaryFolder;
 using gyrobench::recording::WriteFile;
 
 int main(int argc, char** argv) {

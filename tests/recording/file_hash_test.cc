@@ -1,23 +1,18 @@
 #include "recording/file_hash.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
-#include <filesystem>
-#include <fstream>
+#include <string>
 
 #include "base/error.h"
+#include "tests/temporary_folder.h"
 
 namespace gyrobench::recording {
 namespace {
 
 std::string HashOf(const std::string& bytes) {
-  std::string folder = (std::filesystem::temp_directory_path() / "gyrobench-hash-XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr) throw Error("mkdtemp");
-  std::ofstream(folder + "/file", std::ios::binary) << bytes;
-  const std::string hash = Sha256OfFile(folder + "/file");
-  std::filesystem::remove_all(folder);
-  return hash;
+  const TemporaryFolder folder;
+  return Sha256OfFile(folder.Write("file", bytes));
 }
 
 // Test vectors of FIPS 180-2, appendix B.

@@ -1,19 +1,16 @@
-// Helpers of the tests of recording: a sink that keeps everything, a folder of one's own.
+// Helpers of the tests of recording: a sink that keeps everything, files.
 #pragma once
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <span>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "base/measurement.h"
+#include "tests/temporary_folder.h"
 
 namespace gyrobench::recording {
 
@@ -54,26 +51,6 @@ struct KeepingSink : MeasurementSink {
   std::vector<TickPair> ticks;
   std::vector<SegmentMark> segments;
   std::vector<Defect> defects;
-};
-
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "gyrobench-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
 };
 
 inline void WriteFile(const std::filesystem::path& file, const std::string& bytes) {

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -11,6 +10,7 @@
 #include "base/error.h"
 #include "report/markup.h"
 #include "tests/report/sample_content.h"
+#include "tests/temporary_folder.h"
 
 namespace gyrobench::report {
 namespace {
@@ -19,27 +19,9 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
 
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "gyrobench-report-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
-    path_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;  // a leftover in the temporary folder does no harm
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  fs::path operator/(const char* name) const { return path_ / name; }
-  std::ptrdiff_t CountFiles() const {
-    return std::distance(fs::directory_iterator(path_), fs::directory_iterator());
-  }
-
- private:
-  fs::path path_;
-};
+std::ptrdiff_t CountFiles(const fs::path& folder) {
+  return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+}
 
 std::string ReadFile(const fs::path& file) {
   std::ifstream in(file);
@@ -120,7 +102,7 @@ TEST(Report, IsWrittenWithoutGnuplotAndSaysWhatToInstall) {
 }
 
 TEST(Report, DrawsNoFileAndRunsNoCommandThatATextNames) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const fs::path before = fs::current_path();
   fs::create_directory(folder / "work");
   fs::current_path(folder / "work");
@@ -138,15 +120,15 @@ TEST(Report, SaysNothingOfNumbersThatAreNotThere) {
 }
 
 TEST(WriteReport, ReplacesTheFileAndLeavesNothingElse) {
-  const Folder folder;
+  const TemporaryFolder folder;
   WriteReport(AnalysisSample(), folder / "report.html", WithoutCharts());
   WriteReport(SilentSample(), folder / "report.html", WithoutCharts());
   EXPECT_EQ(ReadFile(folder / "report.html"), Html(SilentSample()));
-  EXPECT_EQ(folder.CountFiles(), 1);
+  EXPECT_EQ(CountFiles(folder.path()), 1);
 }
 
 TEST(WriteReport, NamesTheFileThatCannotBeWritten) {
-  const Folder folder;
+  const TemporaryFolder folder;
   try {
     WriteReport({}, folder / "absent/report.html", WithoutCharts());
     FAIL() << "wrote into a folder that is not there";
@@ -155,7 +137,7 @@ TEST(WriteReport, NamesTheFileThatCannotBeWritten) {
   }
   fs::create_directory(folder / "report.html");
   EXPECT_THROW(WriteReport({}, folder / "report.html", WithoutCharts()), DataError);
-  EXPECT_EQ(folder.CountFiles(), 1);
+  EXPECT_EQ(CountFiles(folder.path()), 1);
 }
 
 }  // namespace
