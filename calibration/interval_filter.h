@@ -56,7 +56,7 @@ class CovarianceFilter {
     const double cov_yb = cov_ib + g * be_;
     const double cov_yc = cov_ic + g * ec;
     const double cov_ye = interval.still ? cov_ie : -g * end_s2;
-    log_variance_ = std::log(variance);
+    variance_ = variance;
     step.inverse_sigma = 1.0 / std::sqrt(variance);
     step.gain_bias = cov_yb / variance;
     step.gain_reference = cov_ye / variance;
@@ -69,13 +69,13 @@ class CovarianceFilter {
     ee_ = (interval.still ? ee_ : end_s2) - step.gain_reference * cov_ye;
     return step;
   }
-  double log_variance() const { return log_variance_; }
+  double variance() const { return variance_; }  // of the last interval's output
   double integral_variance() const { return cc_; }
 
  private:
   double n2_, k2_, s2_, g_;
   double bb_ = 0, be_ = 0, bc_ = 0, ee_ = 0, ec_ = 0, cc_ = 0;
-  double log_variance_ = 0;
+  double variance_ = 1.0;
 };
 
 }  // namespace gyrobench::calibration

@@ -76,7 +76,7 @@ WhiteGram Whiten(const IntervalSeries& series, const IntervalNoise& noise,
   if (white != nullptr) white->resize(series.rows() * columns);
   for (std::size_t i = 0; i < series.rows(); ++i) {
     const Step step = filter.Advance(series.interval(i));
-    out.log_det += filter.log_variance();
+    out.log_det += std::log(filter.variance());
     out.duration_s += series.interval(i).duration_s;
     double* const row = block.data() + (i % kBlockRows) * columns;
     PassColumns(step, series.row(i), row, states.data(), states.data() + columns,

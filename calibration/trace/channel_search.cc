@@ -15,6 +15,10 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr int kPasses = 3;
+// Of the square of a column: more than what those before leave of it changes the noise.
+constexpr double kNearlyDependent = 1e-3;
+// Of the logarithms of the noise's ratios, which are known to some tenths.
+constexpr double kRough = 0.1;
 constexpr std::ptrdiff_t kCrowd = 3;
 // Below this no stand's angle means anything: rounding and sampling are what is left.
 constexpr double kLeastAngle_deg = 1e-3;
@@ -39,12 +43,12 @@ class ChannelSearcher {
       remarks_.push_back("values that are not finite numbers are left: not traced");
       return std::nullopt;
     }
-    const std::optional<NoiseEstimate> first =
-        NoiseSearch(problem_.intervals(), saturated_, problem_.output_deg()).Best();
+    const std::optional<NoiseEstimate> first = Everything().Best({}, kRough);
     if (!first) {
       remarks_.push_back("too little data for the noise to be estimated: not traced");
       return std::nullopt;
     }
+    own_ = *first;
     SearchedChannel found{Select(first->noise), first->noise};
     if (BaselineIsPerfect(found.selection)) return found;
     for (int pass = 0; pass < kPasses; ++pass) {
@@ -85,35 +89,38 @@ class ChannelSearcher {
     return ColumnsOf(problem_, candidate, request_.covariates);
   }
 
-  // Raw columns of the baseline and of all members but one.
-  Eigen::MatrixXd ModelWithout(const Selection& selection, std::size_t without) const {
+  // Raw columns of the baseline and of the members.
+  Eigen::MatrixXd ModelOf(const Selection& selection) const {
     Eigen::MatrixXd model = baseline_.columns;
-    for (std::size_t i = 0; i < selection.members().size(); ++i) {
-      if (i != without) Append(&model, Raw(selection.members()[i]));
-    }
+    for (const Candidate& member : selection.members()) Append(&model, Raw(member));
     return model;
+  }
+
+  NoiseSearch Everything() const {
+    return NoiseSearch(problem_.intervals(), saturated_, problem_.output_deg(), kNearlyDependent);
   }
 
   // The noise of the chosen model, which has fewer columns and knows slow noise better, where the
   // model of everything that may act does not contradict it; else that model's own. nullopt where
   // it is the one that was used.
   std::optional<IntervalNoise> Reestimate(const SearchedChannel& found) {
+    bool outside = false;
     for (const Candidate& member : found.selection.members()) {
       // What the noise was not judged with makes it look larger than it is.
       const bool on_grid =
           member.effect != nullptr && (member.effect->nonlinear.empty() || member.effect->tied);
-      if (!on_grid && judged_.insert(member.family).second) Append(&saturated_, Raw(member));
+      if (on_grid || !judged_.insert(member.family).second) continue;
+      Append(&saturated_, Raw(member));
+      outside = true;
     }
-    const NoiseSearch everything(problem_.intervals(), saturated_, problem_.output_deg());
-    const NoiseSearch chosen(problem_.intervals(),
-                             ModelWithout(found.selection, found.selection.members().size()),
-                             problem_.output_deg());
-    const std::optional<NoiseEstimate> own = everything.Best(found.noise);
+    const NoiseSearch everything = Everything();
+    const NoiseSearch chosen(problem_.intervals(), ModelOf(found.selection), problem_.output_deg());
     const std::optional<NoiseEstimate> better = chosen.Best(found.noise);
-    if (!own || !better) return std::nullopt;
-    const bool agrees = everything.Deviance(better->noise) - own->deviance < kOtherNoise;
+    if (outside) own_ = everything.Best(found.noise, kRough).value_or(own_);
+    if (!better) return std::nullopt;
+    const bool agrees = everything.Deviance(better->noise) - own_.deviance < kOtherNoise;
     const NoiseSearch& by = agrees ? chosen : everything;
-    const NoiseEstimate& best = agrees ? *better : *own;
+    const NoiseEstimate& best = agrees ? *better : own_;
     if (by.Deviance(found.noise) - best.deviance < kSameNoise) return std::nullopt;
     return best.noise;
   }
@@ -121,12 +128,14 @@ class ChannelSearcher {
   // An effect stands only when noise of another size does not explain the data as well: a slow
   // effect and a random walk of the bias answer for the same.
   void DropDoubtful(SearchedChannel* found) const {
-    while (true) {
+    while (!found->selection.members().empty()) {
       const std::vector<Candidate>& members = found->selection.members();
+      const std::vector<double> worth = Worth(*found);
       std::size_t weakest = members.size();
       double lack = 0.0;
       for (std::size_t i = 0; i < members.size(); ++i) {
-        const double over = LogPWithNoise(*found, i) - members[i].log_level;
+        const auto degrees = static_cast<double>(members[i].columns.size());
+        const double over = LogChiSquareTail(worth[i], degrees) - members[i].log_level;
         if (over <= lack) continue;
         lack = over;
         weakest = i;
@@ -136,20 +145,21 @@ class ChannelSearcher {
     }
   }
 
-  // Logarithm of the p-value of a member when each of both models has the noise that suits it.
-  double LogPWithNoise(const SearchedChannel& found, std::size_t i) const {
-    const Candidate& member = found.selection.members()[i];
-    const Eigen::MatrixXd others = ModelWithout(found.selection, i);
-    const Eigen::MatrixXd tested = Raw(member);
-    const double piece_s = member.id == "bias.tone" ? 0.0 : NoiseSearch::kPiece_s;
-    const auto with =
-        NoiseSearch(problem_.intervals(), others, tested, problem_.output_deg(), piece_s)
-            .Best(found.noise);
-    const auto without =
-        NoiseSearch(problem_.intervals(), others, problem_.output_deg(), piece_s).Best(found.noise);
-    if (!with || !without) return 0.0;
-    return LogChiSquareTail(std::max(without->deviance - with->deviance, 0.0),
-                            static_cast<double>(tested.cols()));
+  // What each member gains when each of both models has the noise that suits it.
+  std::vector<double> Worth(const SearchedChannel& found) const {
+    const std::vector<Candidate>& members = found.selection.members();
+    std::vector<std::vector<Eigen::Index>> groups;
+    Eigen::Index column = baseline_.columns.cols();
+    bool fast = false;
+    for (const Candidate& member : members) {
+      groups.emplace_back();
+      for (std::size_t k = 0; k < member.columns.size(); ++k) groups.back().push_back(column++);
+      fast = fast || member.id == "bias.tone";
+    }
+    // Tones would not outlive their sums over a second.
+    const NoiseSearch search(problem_.intervals(), ModelOf(found.selection), problem_.output_deg(),
+                             NoiseSearch::kDependent, fast ? 0.0 : NoiseSearch::kPiece_s);
+    return search.Worth(groups, found.noise);
   }
 
   // Steps and tones that come in crowds describe a residual without explaining it.
@@ -202,6 +212,7 @@ class ChannelSearcher {
   const ChannelRequest& request_;
   std::vector<std::string>& remarks_;
   Eigen::MatrixXd saturated_;
+  NoiseEstimate own_;             // by `saturated_`
   std::set<std::string> judged_;  // families beyond the grid that `saturated_` has
 };
 

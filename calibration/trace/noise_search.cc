@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -15,6 +16,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLeastN = 1e-12;
 // Natural logarithms of K/N [1/s] and s/N [sqrt(s)].
 constexpr double kLowWalk = -14.0, kHighWalk = 3.0, kLowReference = -7.0, kHighReference = 12.0;
+
+std::vector<double> Low(bool moving) {
+  return moving ? std::vector{kLowWalk, kLowReference} : std::vector{kLowWalk};
+}
+std::vector<double> High(bool moving) {
+  return moving ? std::vector{kHighWalk, kHighReference} : std::vector{kHighWalk};
+}
 
 // Index of the piece that each interval becomes a part of.
 std::vector<Eigen::Index> Merge(std::span<const Interval> intervals, double piece_s,
@@ -37,101 +45,137 @@ std::vector<Eigen::Index> Merge(std::span<const Interval> intervals, double piec
 
 }  // namespace
 
+// Of the columns, and the output last, each scaled to a square of 1.
 struct NoiseSearch::Products {
-  double residual_square = kInfinity;
-  double log_det = 0.0;  // of the covariance, and of the information of what restricts
+  Eigen::MatrixXd scaled;
+  Eigen::VectorXd log_scale;   // of the scales that did it
+  double output_square = 0.0;  // of the output before
+  double log_det = 0.0;        // of the covariance
+};
+
+struct NoiseSearch::Deviances {
+  double with = kInfinity, without = kInfinity;
 };
 
 NoiseSearch::NoiseSearch(std::span<const Interval> intervals, const Eigen::MatrixXd& columns,
-                         const Eigen::VectorXd& output, double piece_s)
-    : NoiseSearch(intervals, columns, Eigen::MatrixXd(columns.rows(), 0), output, piece_s) {}
-
-NoiseSearch::NoiseSearch(std::span<const Interval> intervals, const Eigen::MatrixXd& columns,
-                         const Eigen::MatrixXd& tested, const Eigen::VectorXd& output,
-                         double piece_s)
-    : restricting_(columns.cols()) {
+                         const Eigen::VectorXd& output, double tolerance, double piece_s) {
   for (const Interval& interval : intervals) moving_ = moving_ || !interval.still;
   const std::vector<Eigen::Index> piece = Merge(intervals, piece_s, &intervals_);
-  const Eigen::Index p = columns.cols(), q = tested.cols();
-  columns_ = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(intervals_.size()), p + q + 1);
-  for (Eigen::Index j = 0; j <= p + q; ++j) {
-    const double* in = j < p       ? columns.col(j).data()
-                       : j < p + q ? tested.col(j - p).data()
-                                   : output.data();
+  const Eigen::Index p = columns.cols();
+  columns_ = RowMajor::Zero(static_cast<Eigen::Index>(intervals_.size()), p + 1);
+  for (Eigen::Index j = 0; j <= p; ++j) {
+    const double* in = j < p ? columns.col(j).data() : output.data();
     for (std::size_t i = 0; i < intervals.size(); ++i) columns_(piece[i], j) += in[i];
   }
-  Prepare();
+  Prepare(tolerance);
 }
 
 // Keeps only independent columns; takes the bulk off the output so that products keep digits.
-void NoiseSearch::Prepare() {
-  Eigen::MatrixXd white = columns_;
-  Whitener(intervals_, {1.0, 0.01, moving_ ? 1.0 : 0.0}).Apply(white);
-  const Eigen::Index p = white.cols() - 1;
-  const Eigen::MatrixXd gram = white.leftCols(p).transpose() * white.leftCols(p);
-  const std::vector<Eigen::Index> keep = IndependentColumns(gram);
-  const auto kept = static_cast<Eigen::Index>(keep.size());
+void NoiseSearch::Prepare(double tolerance) {
+  const Eigen::Index p = columns_.cols() - 1;
+  const Eigen::MatrixXd gram =
+      Whitener(intervals_, {1.0, 0.01, moving_ ? 1.0 : 0.0}).Products(columns_);
+  kept_ = IndependentColumns(gram.topLeftCorner(p, p), tolerance);
+  const auto kept = static_cast<Eigen::Index>(kept_.size());
   solvable_ = columns_.rows() >= kept + 2;
   if (!solvable_) return;
-  const Eigen::MatrixXd chosen = white(Eigen::all, keep);
-  const Eigen::VectorXd bulk =
-      (chosen.transpose() * chosen).ldlt().solve(chosen.transpose() * white.col(p));
-  Eigen::MatrixXd left(columns_.rows(), kept + 1);
-  left << columns_(Eigen::all, keep), columns_.col(p);
-  left.rightCols(1) -= left.leftCols(kept) * bulk;
+  const Eigen::MatrixXd chosen = gram(kept_, kept_);
+  const Eigen::VectorXd scale = chosen.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * chosen * scale.asDiagonal();
+  const Eigen::VectorXd right = gram.col(p)(kept_);
+  bulk_ = scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * right);
+  RowMajor left(columns_.rows(), kept + 1);
+  left << columns_(Eigen::all, kept_), columns_.col(p);
+  left.rightCols(1) -= left.leftCols(kept) * bulk_;
   columns_ = std::move(left);
-  restricting_ = std::count_if(keep.begin(), keep.end(),
-                               [this](Eigen::Index column) { return column < restricting_; });
 }
 
-NoiseSearch::Products NoiseSearch::At(const IntervalNoise& noise) const {
-  Products out;
-  Eigen::MatrixXd white = columns_;
-  const Whitener whitener(intervals_, noise);
-  whitener.Apply(white);
-  const Eigen::Index p = white.cols() - 1;
-  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(p + 1, p + 1);
-  gram.selfadjointView<Eigen::Lower>().rankUpdate(white.transpose());
-  const Eigen::VectorXd scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd full = gram.selfadjointView<Eigen::Lower>();
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * full * scale.asDiagonal();
-  const Eigen::LLT<Eigen::MatrixXd> factor(scaled.topLeftCorner(p, p));
-  if (factor.info() != Eigen::Success) return out;
-  const Eigen::VectorXd projected = factor.matrixL().solve(scaled.col(p).head(p));
-  out.residual_square = std::max((1.0 - projected.squaredNorm()) * gram(p, p), 0.0);
-  out.log_det = whitener.log_det() +
-                2.0 * (factor.matrixLLT().diagonal().head(restricting_).array().log().sum() -
-                       scale.head(restricting_).array().log().sum());
-  return out;
+NoiseSearch::Products NoiseSearch::At(double walk, double reference) const {
+  const Whitener whitener(intervals_, {1.0, walk, reference});
+  const Eigen::MatrixXd full = whitener.Products(columns_);
+  const Eigen::VectorXd scale = full.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  return {scale.asDiagonal() * full * scale.asDiagonal(), scale.array().log(),
+          full(full.rows() - 1, full.rows() - 1), whitener.log_det()};
+}
+
+// Deviance at the ratios of the products, with the N that suits them best.
+double NoiseSearch::Profile(const Products& products, double* n) const {
+  const Eigen::Index p = products.scaled.cols() - 1;
+  const Eigen::LLT<Eigen::MatrixXd> factor(products.scaled.topLeftCorner(p, p));
+  if (factor.info() != Eigen::Success) return kInfinity;
+  const Eigen::VectorXd projected = factor.matrixL().solve(products.scaled.col(p).head(p));
+  const double square = std::max(1.0 - projected.squaredNorm(), 0.0) * products.output_square;
+  const auto freedom = static_cast<double>(columns_.rows() - p);
+  *n = std::max(std::sqrt(square / freedom), kLeastN);
+  const double information =
+      factor.matrixLLT().diagonal().array().log().sum() - products.log_scale.head(p).sum();
+  return products.log_det + 2.0 * information + freedom * (2.0 * std::log(*n) + 1.0);
+}
+
+// The group's columns moved behind the others: one factor serves both models.
+NoiseSearch::Deviances NoiseSearch::Contest(const Products& products,
+                                            const std::vector<Eigen::Index>& group) const {
+  const Eigen::Index p = products.scaled.cols() - 1;
+  std::vector<Eigen::Index> order;
+  for (Eigen::Index j = 0; j < p; ++j) {
+    if (std::find(group.begin(), group.end(), j) == group.end()) order.push_back(j);
+  }
+  const auto others = static_cast<Eigen::Index>(order.size());
+  order.insert(order.end(), group.begin(), group.end());
+  const Eigen::LLT<Eigen::MatrixXd> factor(products.scaled(order, order));
+  if (factor.info() != Eigen::Success) return {};
+  const Eigen::VectorXd scales = products.log_scale(order);
+  const double information =
+      factor.matrixLLT().diagonal().head(others).array().log().sum() - scales.head(others).sum();
+  const auto freedom = static_cast<double>(columns_.rows() - others);
+  auto deviance = [&](double share) {
+    const double n2 = std::max(share * products.output_square / freedom, kLeastN * kLeastN);
+    return products.log_det + 2.0 * information + freedom * (std::log(n2) + 1.0);
+  };
+  const Eigen::VectorXd right = products.scaled.col(p)(order);
+  const Eigen::VectorXd projected = factor.matrixL().solve(right);
+  const double left = std::max(1.0 - projected.squaredNorm(), 0.0);
+  // What was taken off the output in the group's name belongs to it again.
+  Eigen::VectorXd group_part = Eigen::VectorXd::Zero(p);
+  for (const Eigen::Index j : group)
+    group_part(j) = bulk_(j) * std::exp(products.log_scale(p) - products.log_scale(j));
+  const Eigen::VectorXd own =
+      projected + factor.matrixL().transpose() * Eigen::VectorXd(group_part(order));
+  return {deviance(left), deviance(left + own.tail(p - others).squaredNorm())};
 }
 
 double NoiseSearch::Deviance(const IntervalNoise& noise) const {
   if (!solvable_) return kInfinity;
-  const Products products = At(noise);
-  return products.log_det + products.residual_square;
+  const double n = noise.angle_random_walk_deg_sqrt_s;
+  const Products products = At(noise.bias_random_walk_deg_s_sqrt_s / n, noise.reference_deg / n);
+  double best_n = 0.0;
+  const double best = Profile(products, &best_n);
+  const auto freedom = static_cast<double>(columns_.rows() - products.scaled.cols() + 1);
+  const double ratio = best_n * best_n / (n * n);
+  return best + freedom * (ratio - 1.0 - std::log(ratio));
 }
 
-// The same at given ratios, with the N that suits them best.
-double NoiseSearch::Profile(double walk, double reference, double* n) const {
-  const Products products = At({1.0, walk, reference});
-  if (!std::isfinite(products.residual_square)) return kInfinity;
-  const auto freedom = static_cast<double>(columns_.rows() - restricting_);
-  *n = std::max(std::sqrt(products.residual_square / freedom), kLeastN);
-  return products.log_det + freedom * (2.0 * std::log(*n) + 1.0);
+// Logarithms of the ratios.
+std::vector<double> NoiseSearch::Start(const IntervalNoise& noise) const {
+  const double unit = noise.angle_random_walk_deg_sqrt_s;
+  std::vector<double> u = {
+      std::clamp(std::log(noise.bias_random_walk_deg_s_sqrt_s / unit), kLowWalk, kHighWalk)};
+  if (moving_)
+    u.push_back(std::clamp(std::log(noise.reference_deg / unit), kLowReference, kHighReference));
+  return u;
 }
 
-std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<IntervalNoise>& start) const {
+std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<IntervalNoise>& start,
+                                               double tolerance) const {
   if (!solvable_) return std::nullopt;
   double n = 0.0;
   auto at = [&](const std::vector<double>& u) {
-    return Profile(std::exp(u[0]), moving_ ? std::exp(u[1]) : 0.0, &n);
+    return Profile(At(std::exp(u[0]), moving_ ? std::exp(u[1]) : 0.0), &n);
   };
   std::vector<double> best;
   double step = 1.0;
-  if (start && start->bias_random_walk_deg_s_sqrt_s > 0) {
-    const double unit = start->angle_random_walk_deg_sqrt_s;
-    best = {std::log(start->bias_random_walk_deg_s_sqrt_s / unit)};
-    if (moving_) best.push_back(std::log(std::max(start->reference_deg / unit, 1e-3)));
+  if (start) {
+    best = Start(*start);
     step = 0.3;
   } else {
     double least = kInfinity;
@@ -149,16 +193,49 @@ std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<IntervalNoise
     }
     if (best.empty()) return std::nullopt;
   }
-  std::vector<double> low = {kLowWalk}, high = {kHighWalk};
-  if (moving_) {
-    low.push_back(kLowReference);
-    high.push_back(kHighReference);
-  }
-  const Minimum minimum = Minimize(at, best, step, low, high, 0.02, 60);
+  const Minimum minimum = Minimize(at, best, step, Low(moving_), High(moving_), tolerance, 60);
   const double deviance = at(minimum.at);
   if (!std::isfinite(deviance)) return std::nullopt;
   return NoiseEstimate{
       {n, n * std::exp(minimum.at[0]), moving_ ? n * std::exp(minimum.at[1]) : 0.0}, deviance};
+}
+
+std::vector<double> NoiseSearch::Worth(const std::vector<std::vector<Eigen::Index>>& groups,
+                                       const IntervalNoise& start) const {
+  // More of each noise, as a missing effect would ask for; closely where little is missing.
+  constexpr std::array<double, 9> kWalk = {-1.2, -0.6, 0.0, 0.6, 1.2, 2.0, 3.0, 4.5, 6.0};
+  constexpr std::array<double, 4> kReference = {-0.3, 0.0, 0.3, 0.8};
+  std::vector<std::vector<Eigen::Index>> mine(groups.size());
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    for (const Eigen::Index column : groups[g]) {
+      const auto at = std::find(kept_.begin(), kept_.end(), column);
+      if (at != kept_.end()) mine[g].push_back(at - kept_.begin());
+    }
+  }
+  std::vector<double> out(groups.size(), 0.0);
+  if (!solvable_) return out;
+  const std::vector<double> low = Low(moving_), high = High(moving_), first = Start(start);
+  std::vector<Deviances> least(groups.size());
+  auto compare = [&](double walk, double reference) {
+    const Products products = At(std::exp(walk), moving_ ? std::exp(reference) : 0.0);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      const Deviances here = Contest(products, mine[g]);
+      least[g].with = std::min(least[g].with, here.with);
+      least[g].without = std::min(least[g].without, here.without);
+    }
+  };
+  for (const double walk : kWalk) {
+    const double u = std::clamp(first[0] + walk, low[0], high[0]);
+    if (!moving_) {
+      compare(u, 0.0);
+      continue;
+    }
+    for (const double reference : kReference)
+      compare(u, std::clamp(first[1] + reference, low[1], high[1]));
+  }
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    out[g] = std::max(least[g].without - least[g].with, 0.0);
+  return out;
 }
 
 std::vector<Eigen::Index> IndependentColumns(const Eigen::MatrixXd& gram, double tolerance) {

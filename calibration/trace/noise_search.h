@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/interval_gls.h"
+#include "calibration/trace/whitener.h"
 
 namespace gyrobench::calibration {
 
@@ -18,34 +19,42 @@ struct NoiseEstimate {
 
 class NoiseSearch {
  public:
-  // `columns`: rows x p, everything that may act, dependent ones allowed; a missing effect would
-  // otherwise pass for noise. `piece_s`: stretches at rest are taken in pieces of this length,
-  // which changes nothing that the noise could be told from.
+  // `columns`: rows x p, everything that may act; a missing effect would otherwise pass for noise.
+  // Columns of which those before leave less than `tolerance` of the square are left out.
+  // `piece_s`: stretches at rest are taken in pieces of this length, which changes nothing that the
+  // noise could be told from.
   NoiseSearch(std::span<const Interval> intervals, const Eigen::MatrixXd& columns,
-              const Eigen::VectorXd& output, double piece_s = kPiece_s);
-  // With `tested` fitted too, under the likelihood that is restricted by `columns` alone: the
-  // deviance may be compared with that of the search without them (Welham and Thompson 1997).
-  NoiseSearch(std::span<const Interval> intervals, const Eigen::MatrixXd& columns,
-              const Eigen::MatrixXd& tested, const Eigen::VectorXd& output,
+              const Eigen::VectorXd& output, double tolerance = kDependent,
               double piece_s = kPiece_s);
 
-  // N in closed form, K/N and s/N by search. `start`: where to begin, when something is known.
-  // nullopt with fewer rows than columns.
-  std::optional<NoiseEstimate> Best(const std::optional<IntervalNoise>& start = {}) const;
+  // N in closed form, K/N and s/N by search, from `start` where something is known; both ratios to
+  // within `tolerance` of their logarithm. nullopt with fewer rows than columns.
+  std::optional<NoiseEstimate> Best(const std::optional<IntervalNoise>& start = {},
+                                    double tolerance = 0.02) const;
   // Deviance of a given noise.
   double Deviance(const IntervalNoise& noise) const;
+  // By how much the deviance grows, for each group of columns, when the model goes without them and
+  // each of both models has the noise that suits it: under the likelihood that is restricted by all
+  // other columns (Welham and Thompson 1997), on a grid of noises around `start`. Groups: indices
+  // of `columns`.
+  std::vector<double> Worth(const std::vector<std::vector<Eigen::Index>>& groups,
+                            const IntervalNoise& start) const;
 
-  static constexpr double kPiece_s = 1.0;
+  static constexpr double kDependent = 1e-9, kPiece_s = 1.0;
 
  private:
-  struct Products;  // of the white columns
-  Products At(const IntervalNoise& noise) const;
-  double Profile(double walk, double reference, double* n) const;
-  void Prepare();
+  struct Products;   // of the white columns
+  struct Deviances;  // with and without a group
+  Products At(double walk, double reference) const;
+  double Profile(const Products& products, double* n) const;
+  Deviances Contest(const Products& products, const std::vector<Eigen::Index>& group) const;
+  std::vector<double> Start(const IntervalNoise& noise) const;
+  void Prepare(double tolerance);
 
   std::vector<Interval> intervals_;  // merged
-  Eigen::MatrixXd columns_;          // restricting, tested, output
-  Eigen::Index restricting_ = 0;
+  RowMajor columns_;                 // the output last
+  Eigen::VectorXd bulk_;             // that was taken off the output, by columns
+  std::vector<Eigen::Index> kept_;   // their indices among those that were given
   bool moving_ = false, solvable_ = false;
 };
 

@@ -1,5 +1,8 @@
 #include "calibration/trace/whitener.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -25,10 +28,38 @@ void Pass(const std::vector<Step>& steps, double* const* column) {
 Whitener::Whitener(std::span<const Interval> intervals, const IntervalNoise& noise) {
   CovarianceFilter filter(noise, 1.0);
   steps_.reserve(intervals.size());
+  // A logarithm of a few variances at once.
+  constexpr std::size_t kTogether = 4;
+  double product = 1.0;
   for (const Interval& interval : intervals) {
     steps_.push_back(filter.Advance(interval));
-    log_det_ += filter.log_variance();
+    product *= filter.variance();
+    if (steps_.size() % kTogether != 0) continue;
+    log_det_ += std::log(product);
+    product = 1.0;
   }
+  log_det_ += std::log(product);
+}
+
+Eigen::MatrixXd Whitener::Products(const RowMajor& columns) const {
+  constexpr Eigen::Index kChunk = 256;  // rows, that stay in the cache
+  const Eigen::Index p = columns.cols();
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(p, p);
+  Eigen::ArrayXd bias = Eigen::ArrayXd::Zero(p), reference = bias, innovation = bias;
+  RowMajor white(kChunk, p);
+  for (Eigen::Index begin = 0; begin < columns.rows(); begin += kChunk) {
+    const Eigen::Index count = std::min(kChunk, columns.rows() - begin);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Step& step = steps_[static_cast<std::size_t>(begin + i)];
+      innovation = columns.row(begin + i).transpose().array() - step.bias_factor * bias -
+                   step.reference_factor * reference;
+      bias += step.gain_bias * innovation;
+      reference = step.reference_keep * reference + step.gain_reference * innovation;
+      white.row(i) = (step.inverse_sigma * innovation).matrix().transpose();
+    }
+    gram.selfadjointView<Eigen::Lower>().rankUpdate(white.topRows(count).transpose());
+  }
+  return gram.selfadjointView<Eigen::Lower>();
 }
 
 void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns) const {

@@ -10,6 +10,8 @@
 
 namespace gyrobench::calibration {
 
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 // The filter's steps are worked out once; every column then passes in O(n).
 class Whitener {
  public:
@@ -19,6 +21,8 @@ class Whitener {
   double log_det() const { return log_det_; }  // of the covariance of the output
   // columns: rows() x p; each becomes the filter's innovations, white under the noise.
   void Apply(Eigen::Ref<Eigen::MatrixXd> columns) const;
+  // Products of all columns with each other once they are white; the columns stay as they are.
+  Eigen::MatrixXd Products(const RowMajor& columns) const;
 
   // Scores of shocks, for white columns (disturbance smoother; Harvey and Koopman 1992): row i of
   //   bias    score of a bias that is higher by 1 deg/s from interval i on
