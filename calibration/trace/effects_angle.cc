@@ -99,19 +99,38 @@ class RippleBasis final : public PeriodicBasis {
   }
 };
 
-// (b/2) sgn(last w)
+// (b/2) sgn(last w), and on the way from one side to the other as far as the play has been crossed.
+// Play between table and reference (b > 0, the gyro leads) is crossed while the reference stands,
+// play before the table (b < 0) while the gyro does: whichever moves says how far.
 class BacklashBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
-    const double w = point.table_rate_deg_s[context().table_axis];
-    if (!point.still && std::fabs(w) > kLeastMotion_deg_s) side_ = w > 0 ? 0.5 : -0.5;
+    const std::size_t axis = context().table_axis;
+    const double play_deg = std::max(std::fabs(context().nonlinear[0]), kLeastPlay_deg);
+    const bool by_gyro =
+        context().nonlinear[0] > 0.0 && std::isfinite(point.table_by_gyro_deg[axis]);
+    const double angle_deg = by_gyro ? point.table_by_gyro_deg[axis] : point.table_deg[axis];
+    if (std::isfinite(angle_deg)) {
+      if (point.restart || !std::isfinite(follower_deg_)) follower_deg_ = angle_deg;
+      for (const Vector3& way : point.table_way_deg) {
+        if (std::isfinite(way[axis])) Follow(angle_deg + way[axis], play_deg);
+      }
+      Follow(angle_deg, play_deg);
+      side_ = (angle_deg - follower_deg_) / play_deg;
+    }
     terms[0] = side_;
   }
 
  private:
-  static constexpr double kLeastMotion_deg_s = 0.3;
+  // Below it the noise of single readings would pass for reversals.
+  static constexpr double kLeastPlay_deg = 0.01;
+  void Follow(double angle_deg, double play_deg) {
+    follower_deg_ =
+        std::clamp(follower_deg_, angle_deg - 0.5 * play_deg, angle_deg + 0.5 * play_deg);
+  }
   double side_ = 0.0;
+  double follower_deg_ = kMissing;
 };
 
 // 1(t >= t0)
@@ -139,7 +158,7 @@ Effect Angle(std::string id, EffectOwner owner, std::string equation, std::strin
   effect.nonlinear = std::move(nonlinear);
   effect.typical_size = typical_size;
   effect.basis = basis;
-  effect.tied = effect.id == "angle.latency";
+  effect.tied = effect.id == "angle.latency" || effect.id == "angle.backlash";
   // A pure delay is the simpler cause of the same.
   if (effect.id == "bandwidth.first_order") effect.handicap = 10.0;
   return effect;
@@ -172,7 +191,7 @@ std::vector<Effect> AngleEffects() {
             kNeedsRate | kNeedsTableAxis, sine, 0.05, Make<TablePeriodBasis<2>>),
       Angle("angle.backlash", kBench, "(b/2) sgn(last w)", "play in the gear",
             "reverse the direction", kNeedsRate | kNeedsTableAxis, {{"b", "deg"}}, 0.1,
-            Make<BacklashBasis>),
+            Make<BacklashBasis>, {{"b", "deg", -1.0, 1.0, {0.0}}}),
       Angle("angle.ripple", kBench, "a sin(k phi) + b cos(k phi)",
             "steps of the motor, teeth of a gear, or lines of the encoder",
             "turn at constant speed, slowly", kNeedsRate | kNeedsTableAxis, sine, 0.5,

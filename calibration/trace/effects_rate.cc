@@ -99,13 +99,25 @@ class VibrationBasis final : public ChannelBasis {
   void At(const TrackPoint& point, double* terms) override { terms[0] = point.vibration_g2; }
 };
 
-// A / (1 + ((|w| - f0) / width)^2) while the table turns
+// A / (1 + ((|w| - f0) / width)^2) while the table turns. A ramp crosses the resonance within one
+// interval: the mean over the rates it goes through,
+//   width / (w1 - w0) (atan((w1 - f0) / width) - atan((w0 - f0) / width)).
 class ResonanceBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
-    const double off = (std::fabs(rate(point)) - context().nonlinear[0]) / context().nonlinear[1];
-    terms[0] = point.still ? 0.0 : 1.0 / (1.0 + off * off);
+    const double width = context().nonlinear[1];
+    const double middle = std::fabs(rate(point)) - context().nonlinear[0];
+    const double half_span = 0.5 * std::fabs(point.rate_span_deg_s[context().channel]);
+    if (point.still) {
+      terms[0] = 0.0;
+    } else if (half_span < 0.1 * width) {
+      terms[0] = 1.0 / (1.0 + middle * middle / (width * width));
+    } else {
+      terms[0] =
+          0.5 * width / half_span *
+          (std::atan((middle + half_span) / width) - std::atan((middle - half_span) / width));
+    }
   }
 };
 

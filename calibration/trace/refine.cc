@@ -55,8 +55,8 @@ std::vector<double> RefineNonlinear(const ColumnsOf& columns, const Eigen::Vecto
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = 12;
-  options.function_tolerance = 1e-9;
+  options.max_num_iterations = 40;
+  options.function_tolerance = 1e-12;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
   ceres::Solver::Summary summary;

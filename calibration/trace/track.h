@@ -17,6 +17,8 @@ struct TrackPoint {
   bool still = false;             // the reference stood still
   // True rate of the sensor, frame S, Earth's rotation included where it is known [deg/s].
   Vector3 rate_deg_s = {};
+  // Of the half of an interval: change of that rate from its begin to its end [deg/s].
+  Vector3 rate_span_deg_s = {};
   // Specific force at rest, frame S, in g: +1 on the axis that points up.
   Vector3 gravity_g = {kMissing, kMissing, kMissing};
   double temperature_degC = kMissing;
@@ -30,6 +32,11 @@ struct TrackPoint {
   // At nodes: angle about each sensor axis by which the gyro turned on from this time to the times
   // kNear_s (columns.h) before and after it [deg].
   std::array<Vector3, 4> turned_near_deg = {};
+  // At nodes: how far the gyro has felt each of the table's axes turn [deg]; its scale and noise
+  // add up in it, so only changes over a short time mean anything. NaN where it cannot feel it.
+  Vector3 table_by_gyro_deg = {kMissing, kMissing, kMissing};
+  // The same at a few times since the node before, less that at this node: half way, 40 ms, 20 ms.
+  std::array<Vector3, 3> table_way_deg = {};
   const double* covariates = nullptr;  // of MeasurementInfo::covariates, in order
 };
 

@@ -6,6 +6,8 @@
 namespace gyrobench::calibration {
 namespace {
 
+constexpr double kLeastMotion_deg_s = 0.3;
+
 // Mean rate of each channel [deg/s] over the rest a node is in, or the last one before; of the
 // first one for what comes before all. NaN where the channel never rests.
 std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& units_per_deg_s,
@@ -52,13 +54,91 @@ class RateMaker {
     }
   }
 
+  // Of the halves, once the nodes are known.
+  void Spans() {
+    for (std::size_t i = 0; i < trail_.halves.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double middle = 0.5 * (trail_.halves[i / 2 * 2].rate_deg_s[c] +
+                                     trail_.halves[i / 2 * 2 + 1].rate_deg_s[c]);
+        const double node = trail_.nodes[(i + 1) / 2].rate_deg_s[c];
+        trail_.halves[i].rate_span_deg_s[c] = i % 2 == 0 ? middle - node : node - middle;
+      }
+    }
+  }
+
   void Nodes() {
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       for (std::size_t c = 0; c < 3; ++c) Node(k, c);
     }
   }
 
+  // Turns of the table's axes, summed up, and the way there.
+  void TableByGyro(const MeasurementInfo& info) {
+    Vector3 sum = {};
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      TrackPoint& point = trail_.nodes[k];
+      if (k > 0 && !trail_.still[k - 1]) {
+        auto about = [&](const Vector3& z, double since_s) {
+          Vector3 turned = AboutAxes(info, Turned(k, z, since_s), k);
+          // What is felt of the turns of other axes is misalignment.
+          for (std::size_t a = 0; a < 3; ++a) {
+            if (!Turns(k, a) && !Turns(k + 1, a)) turned[a] = 0.0;
+          }
+          return turned;
+        };
+        const double half_s = 0.5 * Length(k - 1);
+        const Vector3 turned = about(Minus(nodes_[k - 1].at.z, nodes_[k].at.z), -2.0 * half_s);
+        for (std::size_t a = 0; a < 3; ++a) sum[a] -= turned[a];
+        point.table_way_deg[0] = about(Minus(nodes_[k].z_half, nodes_[k].at.z), -half_s);
+        for (std::size_t n = 0; n < 2; ++n) {
+          if (-kNear_s[n] < half_s)
+            point.table_way_deg[n + 1] = about(nodes_[k].z_near[n], kNear_s[n]);
+        }
+      }
+      point.table_by_gyro_deg = sum;
+    }
+  }
+
  private:
+  static Vector3 Minus(const Vector3& a, const Vector3& b) {
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  }
+
+  // The reference says that the axis turned up to node k.
+  bool Turns(std::size_t k, std::size_t axis) const {
+    return k < nodes_.size() &&
+           std::fabs(trail_.nodes[k].table_rate_deg_s[axis]) > kLeastMotion_deg_s;
+  }
+
+  // Change of the output's integral over `by_s` as rotation about the sensor's axes.
+  Vector3 Turned(std::size_t k, const Vector3& z, double by_s) const {
+    Vector3 turned;
+    for (std::size_t c = 0; c < 3; ++c) {
+      turned[c] = z[c] / units_[c];
+      if (std::isfinite(at_rest_[k][c])) turned[c] -= at_rest_[k][c] * by_s;
+    }
+    return turned;
+  }
+
+  // Parts of a rotation about the sensor's axes that are about each of the table's.
+  Vector3 AboutAxes(const MeasurementInfo& info, const Vector3& turned, std::size_t k) const {
+    Vector3 about = {};
+    if (info.reference == ReferenceKind::kSensorAngle) {
+      const auto axis = static_cast<std::size_t>(info.reference_axis);
+      about[axis] = turned[axis];
+      return about;
+    }
+    if (info.reference != ReferenceKind::kStandAngles) return {kMissing, kMissing, kMissing};
+    const Matrix3 directions = StandRates(trail_.nodes[k].table_deg);
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        // A channel that is not there is not missed where the axis does not turn it.
+        if (std::fabs(directions[c][a]) > 1e-3) about[a] += directions[c][a] * turned[c];
+      }
+    }
+    return about;
+  }
+
   double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
   bool Shapes(std::size_t i, std::size_t c) const {
     return trail_.usable[i][c] && std::isfinite(units_[c]);
@@ -102,6 +182,8 @@ void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail
   RateMaker maker(recording.columns.nodes, units_per_deg_s, trail);
   maker.Halves();
   maker.Nodes();
+  maker.Spans();
+  maker.TableByGyro(recording.info);
 }
 
 }  // namespace gyrobench::calibration
