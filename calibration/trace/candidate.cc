@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "calibration/trace/empirical_curve.h"
+#include <memory>
+#include <utility>
 
 namespace gyrobench::calibration {
 namespace {
@@ -63,6 +64,20 @@ bool PowerOnKnown(const ChannelProblem& problem) {
   return info.reference != ReferenceKind::kNone || !info.power_on.empty();
 }
 
+// Data sheets give sensitivities at this temperature.
+constexpr double kNominal_degC = 25.0;
+// g-sensitivity that grows with temperature: nearly the plain one while the temperature stays.
+Candidate WarmGravity(const ChannelProblem& problem) {
+  Candidate candidate;
+  candidate.context = ContextOf(problem);
+  for (const char* axis : {"g_x", "g_y", "g_z"}) {
+    candidate.factors.insert(candidate.factors.end(), {axis, "T"});
+    candidate.offsets.insert(candidate.offsets.end(), {0.0, kNominal_degC});
+  }
+  candidate.id = candidate.family = "composed(g*T)";
+  return candidate;
+}
+
 // What makes no sense for the data at hand.
 bool BeyondData(const ChannelProblem& problem, const Effect& effect,
                 const std::vector<double>& point) {
@@ -117,6 +132,13 @@ std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
   return out;
 }
 
+double Candidate::handicap() const {
+  // A name of the catalogue comes before a description.
+  constexpr double kProduct = 10.0, kCurve = 14.0;
+  if (effect != nullptr) return effect->handicap;
+  return empirical() ? kCurve : kProduct;
+}
+
 std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
                                           const std::vector<std::string>& covariates) {
   std::vector<std::string> factors;
@@ -139,9 +161,12 @@ std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
     return false;
   };
   std::vector<Candidate> out;
+  auto in_vector = [&](std::size_t i, std::size_t j) {
+    return factors[i][0] == 'g' && i < known && factors[j] == "T";
+  };
   for (std::size_t i = 0; i < factors.size(); ++i) {
     for (std::size_t j = i; j < factors.size(); ++j) {
-      if (listed(i, j)) continue;
+      if (listed(i, j) || in_vector(i, j)) continue;
       Candidate candidate;
       candidate.context = ContextOf(problem);
       candidate.factors = {factors[i], factors[j]};
@@ -177,6 +202,7 @@ Candidate ScannedCandidate(const ChannelProblem& problem, const std::string& id,
 
 Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candidate,
                           const std::vector<std::string>& covariates) {
+  if (candidate.raw != nullptr) return *candidate.raw;
   if (candidate.effect != nullptr) {
     Eigen::MatrixXd out = problem.Columns(*candidate.effect, candidate.context);
     for (Eigen::Index i = 0; candidate.trail && i < problem.rows(); ++i) {
@@ -188,25 +214,91 @@ Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candid
   std::vector<Factor> factors;
   for (const std::string& name : candidate.factors)
     factors.push_back(*Factor::Make(name, problem.channel(), covariates));
-  if (candidate.knots.empty()) {
+  if (candidate.empirical()) {
+    const double from = candidate.knots[0], length = candidate.knots[1] - candidate.knots[0];
     return problem.RateColumn([&](const TrackPoint& point) {
-      double product = 1.0;
-      for (std::size_t k = 0; k < factors.size(); ++k)
-        product *= factors[k].At(point) - candidate.offsets[k];
-      return product;
+      const double x = (factors[0].At(point) - from) / length;
+      return std::isnan(x) ? x : std::clamp(x, 0.0, 1.0);
     });
   }
-  const EmpiricalCurve curve(candidate.knots);
-  Eigen::MatrixXd out(problem.rows(), static_cast<Eigen::Index>(candidate.knots.size()));
-  std::vector<double> a(candidate.knots.size()), b(candidate.knots.size());
-  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    curve.Weights(factors[0].At(problem.half(i, 0)), a.data());
-    curve.Weights(factors[0].At(problem.half(i, 1)), b.data());
-    const double half_s = 0.5 * problem.intervals()[static_cast<std::size_t>(i)].duration_s;
-    for (std::size_t k = 0; k < a.size(); ++k)
-      out(i, static_cast<Eigen::Index>(k)) = half_s * (a[k] + b[k]);
+  Eigen::MatrixXd out(problem.rows(), static_cast<Eigen::Index>(factors.size() / 2));
+  for (std::size_t k = 0; k < factors.size(); k += 2) {
+    out.col(static_cast<Eigen::Index>(k / 2)) = problem.RateColumn([&](const TrackPoint& point) {
+      return (factors[k].At(point) - candidate.offsets[k]) *
+             (factors[k + 1].At(point) - candidate.offsets[k + 1]);
+    });
   }
   return out;
+}
+
+std::vector<CurveCells> CellsOfCurves(const ChannelProblem& problem,
+                                      const std::vector<std::string>& covariates) {
+  constexpr std::size_t kCells = 24;
+  std::vector<std::string> names = covariates;
+  if ((problem.knows() & kNeedsTemperature) != 0) names.insert(names.begin(), "T");
+  std::vector<CurveCells> out;
+  for (const std::string& name : names) {
+    const Factor factor = *Factor::Make(name, problem.channel(), covariates);
+    double low = kMissing, high = kMissing;
+    for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+      low = std::fmin(low, factor.At(problem.half(i, 0)));
+      high = std::fmax(high, factor.At(problem.half(i, 0)));
+    }
+    if (!(high > low)) continue;
+    CurveCells cells;
+    cells.factor = name;
+    for (std::size_t e = 0; e <= kCells; ++e)
+      cells.edges.push_back(low + (high - low) * static_cast<double>(e) / kCells);
+    cells.raw.resize(problem.rows(), kCells);
+    for (std::size_t cell = 0; cell < kCells; ++cell) {
+      cells.raw.col(static_cast<Eigen::Index>(cell)) = ColumnsOf(
+          problem, EmpiricalCandidate(problem, name, cells.edges[cell], cells.edges[cell + 1]),
+          covariates);
+    }
+    if (cells.raw.allFinite()) out.push_back(std::move(cells));
+  }
+  return out;
+}
+
+double ValueAt(const ChannelProblem& problem, const std::string& factor,
+               const std::vector<std::string>& covariates, const Candidate& step) {
+  const Factor by = *Factor::Make(factor, problem.channel(), covariates);
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    const bool mine =
+        !step.trail || problem.row_refs()[static_cast<std::size_t>(i)].trail == *step.trail;
+    if (mine && problem.end_s(i) > step.context.nonlinear[0]) return by.At(problem.half(i, 0));
+  }
+  return kMissing;
+}
+
+CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::string> covariates,
+                           bool earth_rate_known) {
+  CandidateSet out;
+  out.covariates = std::move(covariates);
+  out.grid = CatalogueCandidates(problem, out.covariates, earth_rate_known);
+  constexpr unsigned kBoth = kNeedsGravity | kNeedsTemperature;
+  if ((problem.knows() & kBoth) == kBoth) out.grid.push_back(WarmGravity(problem));
+  out.products = ComposedCandidates(problem, out.covariates);
+  for (std::vector<Candidate>* list : {&out.grid, &out.products}) {
+    for (Candidate& candidate : *list) {
+      candidate.raw =
+          std::make_shared<const Eigen::MatrixXd>(ColumnsOf(problem, candidate, out.covariates));
+    }
+    std::erase_if(*list, [](const Candidate& candidate) { return !candidate.raw->allFinite(); });
+  }
+  out.cells = CellsOfCurves(problem, out.covariates);
+  return out;
+}
+
+Candidate EmpiricalCandidate(const ChannelProblem& problem, const std::string& factor, double from,
+                             double to) {
+  Candidate candidate;
+  candidate.context = ContextOf(problem);
+  candidate.factors = {factor};
+  candidate.knots = {from, to};
+  candidate.id = fmt::format("empirical({})", factor);
+  candidate.family = fmt::format("{}@{:.6g}..{:.6g}", candidate.id, from, to);
+  return candidate;
 }
 
 }  // namespace gyrobench::calibration

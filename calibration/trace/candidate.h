@@ -1,6 +1,7 @@
 // What may be added to the model of a channel.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,20 +15,29 @@ namespace gyrobench::calibration {
 struct Candidate {
   const Effect* effect = nullptr;  // nullptr: composed or empirical
   BasisContext context;
-  std::string id;                    // as it is reported: bias.of(supply_v)
-  std::string family;                // id and axis: of one family one member is enough
-  std::string suffix;                // of its parameters' names: _inner
-  std::vector<std::string> factors;  // composed: two; empirical: one
-  std::vector<double> offsets;
-  std::vector<double> knots;         // empirical
+  std::string id;      // as it is reported: bias.of(supply_v)
+  std::string family;  // id and axis: of one family one member is enough
+  std::string suffix;  // of its parameters' names: _inner
+  // Composed: two factors a term, one term after the other, and their offsets. Empirical: one, and
+  // two knots: the curve rises from 0 at the first to its coefficient at the second.
+  std::vector<std::string> factors;
+  std::vector<double> offsets, knots;
   std::optional<std::size_t> trail;  // steps and tones: acts in this measurement alone
   // Share of the chance of a false discovery that is this candidate's: threshold of its p-value.
   double log_level = 0.0;
-  std::vector<Eigen::Index> columns;  // in the WhiteStore
+  std::vector<Eigen::Index> columns;           // in the WhiteStore
+  std::shared_ptr<const Eigen::MatrixXd> raw;  // ColumnsOf, where they have been worked out
 
-  bool refinable() const {
-    return effect != nullptr && !effect->nonlinear.empty() && !effect->tied &&
-           effect->nonlinear[0].high > effect->nonlinear[0].low;
+  bool empirical() const { return !knots.empty(); }
+  // What -2 log L must gain for it to be named before an effect that does nearly the same.
+  double handicap() const;
+
+  // Its non-linear parameters are searched for: they are no places of a scan or a grid, and not
+  // the coefficient.
+  bool searched() const {
+    if (effect == nullptr || effect->nonlinear.empty() || effect->tied) return false;
+    return effect->nonlinear[0].high > effect->nonlinear[0].low || id == "bias.tone" ||
+           id == "angle.ripple";
   }
 };
 
@@ -41,6 +51,33 @@ std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
 // One effect of the catalogue outside the grid: what a scan has found.
 Candidate ScannedCandidate(const ChannelProblem& problem, const std::string& id,
                            std::size_t table_axis, double nonlinear, std::size_t trail);
+
+// A quantity that curves are sought in, cut into equal cells of its range.
+struct CurveCells {
+  std::string factor;
+  std::vector<double> edges;  // one more than the cells
+  // rows x cells: int over each row of a ramp from 0 to 1 across the cell [deg per deg/s].
+  Eigen::MatrixXd raw;
+};
+std::vector<CurveCells> CellsOfCurves(const ChannelProblem& problem,
+                                      const std::vector<std::string>& covariates);
+// The ramp from one edge to another.
+Candidate EmpiricalCandidate(const ChannelProblem& problem, const std::string& factor, double from,
+                             double to);
+
+// Value of a factor where a step is placed.
+double ValueAt(const ChannelProblem& problem, const std::string& factor,
+               const std::vector<std::string>& covariates, const Candidate& step);
+
+// Everything that is tried on a channel, its raw columns worked out once.
+struct CandidateSet {
+  std::vector<std::string> covariates;
+  std::vector<Candidate> grid;  // the catalogue's, and what may take an effect's place
+  std::vector<Candidate> products;
+  std::vector<CurveCells> cells;
+};
+CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::string> covariates,
+                           bool earth_rate_known);
 
 // Raw columns of a candidate: rows x terms, deg per unit.
 Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candidate,

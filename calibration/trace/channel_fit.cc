@@ -26,16 +26,11 @@ Eigen::MatrixXd Slopes(const Selection& selection, const Candidate& member,
     const double step = 1e-4 * std::max(std::fabs(member.context.nonlinear[k]), 1e-3);
     above.context.nonlinear[k] += step;
     below.context.nonlinear[k] -= step;
+    above.raw = below.raw = nullptr;
     out.col(static_cast<Eigen::Index>(k)) =
         (selection.White(above) - selection.White(below)) * coefficients / (2.0 * step);
   }
   return out;
-}
-
-// Parameters that are searched for, not places that a scan or a grid gave.
-bool Continuous(const Candidate& member) {
-  return member.effect != nullptr && !member.effect->nonlinear.empty() &&
-         (member.refinable() || member.id == "bias.tone" || member.id == "angle.ripple");
 }
 
 // Least squares from products; dependent columns get 0, those that training cannot see too.
@@ -215,7 +210,7 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
     fit.raw.middleCols(column, count) = ColumnsOf(problem, member, selection.covariates());
     const Eigen::VectorXd c = fit.linear.segment(column, count);
     Eigen::MatrixXd slopes(problem.rows(), 0);
-    if (Continuous(member)) slopes = Slopes(selection, member, c);
+    if (member.searched()) slopes = Slopes(selection, member, c);
     const Eigen::Index before = tangent.cols();
     tangent.conservativeResize(Eigen::NoChange, before + count + slopes.cols());
     tangent.middleCols(before, count) = fit.white.middleCols(column, count);

@@ -16,8 +16,8 @@ namespace gyrobench::calibration {
 // One effect with its numbers. Exactly one of the three forms:
 //   catalogue   sum_j coefficients[j] basis_j(state; nonlinear)         (FindEffect(id)->basis)
 //   composed    coefficients[0] * product over factors (factor - factor's offset)
-//   empirical   curve through (knots[i], coefficients[i]) in factors[0]: natural cubic spline,
-//               constant slope outside the knots
+//   empirical   curve through (knots[i], coefficients[i]) in factors[0]: straight between the
+//               knots, constant outside
 struct ModelTerm {
   std::string id;
   EffectOrigin origin = EffectOrigin::kCatalogue;

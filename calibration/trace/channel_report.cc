@@ -24,6 +24,9 @@ namespace {
 constexpr Eigen::Index kLeastRows = 60;
 constexpr double kLeastTime_s = 5.0;
 const char* ManoeuvreOf(const std::string& id) {
+  if (id.starts_with("composed(g*T")) return "hold the poses cold and hot";
+  if (id.starts_with("composed")) return "vary one of the two quantities while the other stays";
+  if (id.starts_with("empirical")) return "pass the same values again, at another time";
   for (const Effect& effect : EffectCatalogue()) {
     if (effect.id == id || id.starts_with(effect.id + "(")) return effect.manoeuvre.c_str();
   }
@@ -57,18 +60,23 @@ bool IsWave(const Effect& effect) {
 }
 
 std::vector<ModelParameter> EffectParameters(const Candidate& member, const ChannelFit& fit,
-                                             std::size_t index, double grow) {
+                                             std::size_t index, double grow,
+                                             const std::vector<std::string>& covariates) {
   std::vector<ModelParameter> out;
   const Eigen::Index first = fit.member_begin[index];
   const Eigen::Index end =
       index + 1 < fit.member_begin.size() ? fit.member_begin[index + 1] : fit.values.size();
   Eigen::Index j = first;
   if (member.effect == nullptr) {
-    const bool curve = !member.knots.empty();
+    if (member.empirical()) {
+      const Factor factor = *Factor::Make(member.factors[0], 0, covariates);
+      return {Parameter(fit, j, "change", "deg/s", grow),
+              {"from", member.knots[0], factor.unit(), kMissing, kMissing},
+              {"to", member.knots[1], factor.unit(), kMissing, kMissing}};
+    }
     for (std::size_t k = 0; k < member.columns.size(); ++k, ++j) {
-      out.push_back(Parameter(
-          fit, j, curve ? fmt::format("at {} = {:.4g}", member.factors[0], member.knots[k]) : "c",
-          curve ? "deg/s" : "deg/s per unit", grow));
+      const std::string name = member.columns.size() == 1 ? "c" : "c_" + member.factors[2 * k];
+      out.push_back(Parameter(fit, j, name, "deg/s per unit", grow));
     }
     return out;
   }
@@ -93,21 +101,32 @@ std::vector<ModelParameter> EffectParameters(const Candidate& member, const Chan
   return out;
 }
 
-ModelTerm TermOf(const Candidate& member, const ChannelFit& fit, std::size_t index,
-                 const std::vector<std::string>& covariates) {
+// A composed effect of several products is as many terms.
+std::vector<ModelTerm> TermsOf(const Candidate& member, const ChannelFit& fit, std::size_t index,
+                               const std::vector<std::string>& covariates) {
+  const std::vector<Eigen::Index> columns = fit.ColumnsOf(index);
   ModelTerm term;
-  const Eigen::Index first = fit.column_begin[index];
-  for (std::size_t k = 0; k < member.columns.size(); ++k)
-    term.coefficients.push_back(fit.linear(first + static_cast<Eigen::Index>(k)));
   term.reference_degC = member.context.reference_degC;
-  if (member.effect == nullptr) {
-    term.id = member.id;
-    term.origin = member.knots.empty() ? EffectOrigin::kComposed : EffectOrigin::kEmpirical;
+  term.id = member.id;
+  if (member.empirical()) {
+    term.origin = EffectOrigin::kEmpirical;
     term.factors = member.factors;
-    term.offsets = member.offsets;
     term.knots = member.knots;
-    return term;
+    term.coefficients = {0.0, fit.linear(columns[0])};
+    return {term};
   }
+  if (member.effect == nullptr) {
+    std::vector<ModelTerm> terms;
+    term.origin = EffectOrigin::kComposed;
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      term.factors = {member.factors[2 * k], member.factors[2 * k + 1]};
+      term.offsets = {member.offsets[2 * k], member.offsets[2 * k + 1]};
+      term.coefficients = {fit.linear(columns[k])};
+      terms.push_back(term);
+    }
+    return terms;
+  }
+  for (const Eigen::Index column : columns) term.coefficients.push_back(fit.linear(column));
   term.id = member.effect->id;
   term.owner = member.effect->owner;
   term.nonlinear = member.context.nonlinear;
@@ -116,7 +135,26 @@ ModelTerm TermOf(const Candidate& member, const ChannelFit& fit, std::size_t ind
     term.covariate = covariates[member.context.covariate];
     term.covariate_mean = member.context.covariate_mean;
   }
-  return term;
+  return {term};
+}
+
+std::string EquationOf(const Candidate& member) {
+  if (member.effect != nullptr) return member.effect->equation;
+  if (member.empirical()) {
+    return fmt::format("0 below {0} = {1:.4g}, c above {0} = {2:.4g}, straight between",
+                       member.factors[0], member.knots[0], member.knots[1]);
+  }
+  std::vector<std::string> products;
+  for (std::size_t k = 0; k < member.factors.size(); k += 2) {
+    std::string product = "c";
+    for (std::size_t f = k; f < k + 2; ++f) {
+      product += member.offsets[f] == 0.0
+                     ? " " + member.factors[f]
+                     : fmt::format(" ({} - {:.4g})", member.factors[f], member.offsets[f]);
+    }
+    products.push_back(product);
+  }
+  return fmt::format("{}", fmt::join(products, " + "));
 }
 
 class ChannelTracer {
@@ -235,21 +273,18 @@ class ChannelTracer {
     const Candidate& member = selection.members()[i];
     TracedEffect effect;
     effect.id = member.id;
+    effect.equation = EquationOf(member);
     if (member.effect != nullptr) {
       effect.owner = member.effect->owner;
-      effect.equation = member.effect->equation;
       effect.cause = member.effect->cause;
-    } else if (member.knots.empty()) {
-      effect.origin = EffectOrigin::kComposed;
-      effect.equation = fmt::format("c ({} - {:.4g}) ({} - {:.4g})", member.factors[0],
-                                    member.offsets[0], member.factors[1], member.offsets[1]);
-      effect.cause = "not in the catalogue: a product of two quantities describes it";
-    } else {
+    } else if (member.empirical()) {
       effect.origin = EffectOrigin::kEmpirical;
-      effect.equation = fmt::format("curve in {}", member.factors[0]);
-      effect.cause = "unknown: a smooth curve in one quantity describes it";
+      effect.cause = "unknown: a jump or a bend in one quantity describes it";
+    } else {
+      effect.origin = EffectOrigin::kComposed;
+      effect.cause = "not in the catalogue: a product of two quantities describes it";
     }
-    effect.parameters = EffectParameters(member, fit, i, grow);
+    effect.parameters = EffectParameters(member, fit, i, grow, request_.covariates);
     effect.p_value = selection.PValue(i);
     effect.rivals = selection.Rivals(i);
     std::set<std::string> ways;
@@ -305,7 +340,8 @@ class ChannelTracer {
     for (int k = 0; k < baseline_.temperature_order; ++k)
       model_.bias_deg_s.push_back(fit.values(j++));
     for (std::size_t i = 0; i < selection.members().size(); ++i)
-      model_.terms.push_back(TermOf(selection.members()[i], fit, i, request_.covariates));
+      for (ModelTerm& term : TermsOf(selection.members()[i], fit, i, request_.covariates))
+        model_.terms.push_back(std::move(term));
     for (const ModelParameter& parameter : trace_.baseline.parameters)
       model_.parameter_names.push_back(parameter.name);
     for (const Candidate& member : selection.members()) AppendNames(member);
@@ -324,10 +360,8 @@ class ChannelTracer {
     }
     for (const EffectTerm& term : member.effect->terms)
       model_.parameter_names.push_back(member.id + "." + term.name + member.suffix);
-    const bool searched =
-        member.refinable() || member.id == "bias.tone" || member.id == "angle.ripple";
     for (const NonlinearParameter& parameter : member.effect->nonlinear) {
-      if (searched)
+      if (member.searched())
         model_.parameter_names.push_back(member.id + "." + parameter.name + member.suffix);
     }
   }

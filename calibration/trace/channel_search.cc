@@ -35,7 +35,12 @@ class ChannelSearcher {
  public:
   ChannelSearcher(const ChannelProblem& problem, const Baseline& baseline,
                   const ChannelRequest& request, std::vector<std::string>* remarks)
-      : problem_(problem), baseline_(baseline), request_(request), remarks_(*remarks) {}
+      : problem_(problem),
+        baseline_(baseline),
+        request_(request),
+        remarks_(*remarks),
+        candidates_(std::make_shared<const CandidateSet>(
+            AllCandidates(problem, request.covariates, request.earth_rate_known))) {}
 
   std::optional<SearchedChannel> Run() {
     Saturate();
@@ -49,14 +54,14 @@ class ChannelSearcher {
       return std::nullopt;
     }
     own_ = *first;
-    SearchedChannel found{Select(first->noise), first->noise};
+    SearchedChannel found{candidates_, Select(first->noise), first->noise};
     if (BaselineIsPerfect(found.selection)) return found;
     for (int pass = 0; pass < kPasses; ++pass) {
       found.selection.Run();
       DropDoubtful(&found);
       const std::optional<IntervalNoise> better = Reestimate(found);
       if (!better || pass + 1 == kPasses) break;
-      found = {Select(*better), *better};
+      found = {candidates_, Select(*better), *better};
     }
     DropCrowd(&found.selection);
     DropUseless(&found.selection);
@@ -65,7 +70,7 @@ class ChannelSearcher {
 
  private:
   Selection Select(const IntervalNoise& noise) const {
-    return Selection(problem_, baseline_, noise, request_.covariates, request_.earth_rate_known,
+    return Selection(problem_, baseline_, noise, *candidates_,
                      SelectionOptions{request_.false_discovery});
   }
 
@@ -75,13 +80,10 @@ class ChannelSearcher {
     saturated_ = baseline_.columns;
     std::string family;
     int place = 0;
-    for (const Candidate& candidate :
-         CatalogueCandidates(problem_, request_.covariates, request_.earth_rate_known)) {
+    for (const Candidate& candidate : candidates_->grid) {
       place = candidate.family == family ? place + 1 : 0;
       family = candidate.family;
-      if (place % 3 != 0) continue;
-      const Eigen::MatrixXd columns = Raw(candidate);
-      if (columns.allFinite()) Append(&saturated_, columns);
+      if (place % 3 == 0) Append(&saturated_, *candidate.raw);
     }
   }
 
@@ -211,6 +213,7 @@ class ChannelSearcher {
   const Baseline& baseline_;
   const ChannelRequest& request_;
   std::vector<std::string>& remarks_;
+  std::shared_ptr<const CandidateSet> candidates_;
   Eigen::MatrixXd saturated_;
   NoiseEstimate own_;             // by `saturated_`
   std::set<std::string> judged_;  // families beyond the grid that `saturated_` has

@@ -1,6 +1,7 @@
 // From a channel's problem to the effects that stand, and the noise under which they do.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 namespace gyrobench::calibration {
 
 struct SearchedChannel {
+  std::shared_ptr<const CandidateSet> candidates;  // that the selection looks at
   Selection selection;
   IntervalNoise noise;
 };

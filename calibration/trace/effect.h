@@ -74,6 +74,8 @@ struct Effect {
   std::vector<NonlinearParameter> nonlinear;
   // The first non-linear parameter is the coefficient itself.
   bool tied = false;
+  // Only positive coefficients make sense.
+  bool positive = false;
   // What it must gain in -2 log L over an effect that does nearly the same, to be named before it.
   double handicap = 0.0;
   // Largest size that a part of the MPU-6050's class shows, in units of the terms.

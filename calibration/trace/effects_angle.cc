@@ -160,7 +160,10 @@ Effect Angle(std::string id, EffectOwner owner, std::string equation, std::strin
   effect.basis = basis;
   effect.tied = effect.id == "angle.latency" || effect.id == "angle.backlash";
   // A pure delay is the simpler cause of the same.
-  if (effect.id == "bandwidth.first_order") effect.handicap = 10.0;
+  if (effect.id == "bandwidth.first_order") {
+    effect.handicap = 10.0;
+    effect.positive = true;
+  }
   return effect;
 }
 

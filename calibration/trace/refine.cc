@@ -4,17 +4,18 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
 namespace gyrobench::calibration {
 namespace {
 
-using ColumnsOf = std::function<Eigen::MatrixXd(const std::vector<double>&)>;
+using ColumnsAt = std::function<Eigen::MatrixXd(const std::vector<double>&)>;
 
 // r - X (X'X)^-1 X' r
-Eigen::VectorXd Projected(const ColumnsOf& columns, const Eigen::VectorXd& residual,
+Eigen::VectorXd Projected(const ColumnsAt& columns, const Eigen::VectorXd& residual,
                           const std::vector<double>& theta) {
   const Eigen::MatrixXd x = columns(theta);
   const Eigen::VectorXd c = (x.transpose() * x).ldlt().solve(x.transpose() * residual);
@@ -22,7 +23,7 @@ Eigen::VectorXd Projected(const ColumnsOf& columns, const Eigen::VectorXd& resid
 }
 
 struct Residual {
-  const ColumnsOf& columns;
+  const ColumnsAt& columns;
   const Eigen::VectorXd& residual;
   std::size_t size;
 
@@ -37,7 +38,47 @@ struct Residual {
 
 }  // namespace
 
-std::vector<double> RefineNonlinear(const ColumnsOf& columns, const Eigen::VectorXd& residual,
+std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidate& candidate) {
+  if (candidate.empirical()) {
+    const double from = candidate.knots[0], to = candidate.knots[1], width = to - from;
+    return RefineRange{{0.5 * (from + to), width},
+                       {from - 0.5 * width, 1e-3 * width},
+                       {to + 0.5 * width, 2.0 * width}};
+  }
+  if (candidate.effect == nullptr || candidate.effect->nonlinear.empty()) return std::nullopt;
+  const Effect& effect = *candidate.effect;
+  RefineRange range;
+  range.start = candidate.context.nonlinear;
+  range.tied = effect.tied;
+  for (std::size_t i = 0; i < effect.nonlinear.size(); ++i) {
+    const NonlinearParameter& parameter = effect.nonlinear[i];
+    double low = parameter.low, high = parameter.high;
+    // What a scan has found lies within its resolution.
+    if (effect.id == "bias.tone") {
+      const double width = 1.0 / (problem.end_s(problem.rows() - 1) - problem.begin_s(0));
+      low = std::max(range.start[i] - width, 1e-6);
+      high = range.start[i] + width;
+    } else if (effect.id == "angle.ripple") {
+      low = range.start[i] - 0.5;
+      high = range.start[i] + 0.5;
+    }
+    if (!(high > low)) return std::nullopt;
+    range.low.push_back(low);
+    range.high.push_back(high);
+  }
+  return range;
+}
+
+void SetNonlinear(const std::vector<double>& theta, Candidate* candidate) {
+  candidate->raw.reset();
+  if (candidate->empirical()) {
+    candidate->knots = {theta[0] - 0.5 * theta[1], theta[0] + 0.5 * theta[1]};
+  } else {
+    candidate->context.nonlinear = theta;
+  }
+}
+
+std::vector<double> RefineNonlinear(const ColumnsAt& columns, const Eigen::VectorXd& residual,
                                     std::vector<double> start, const std::vector<double>& low,
                                     const std::vector<double>& high) {
   std::vector<double> theta = start;

@@ -3,9 +3,22 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <vector>
 
+#include "calibration/trace/candidate.h"
+#include "calibration/trace/problem.h"
+
 namespace gyrobench::calibration {
+
+// Where the non-linear parameters of a candidate may go. Of a curve: its middle and its width.
+struct RefineRange {
+  std::vector<double> start, low, high;
+  bool tied = false;  // the parameter is the coefficient itself
+};
+// nullopt where there is nothing to refine.
+std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidate& candidate);
+void SetNonlinear(const std::vector<double>& theta, Candidate* candidate);
 
 // Minimises |r - X(theta) c|^2 over theta and c, r and X(theta) with the rest of the model taken
 // off already. The linear coefficients are eliminated (variable projection), theta by Ceres

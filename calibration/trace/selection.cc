@@ -3,19 +3,19 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <set>
 
 #include "calibration/trace/likelihood.h"
-#include "calibration/trace/noise_search.h"
+#include "calibration/trace/ramp_search.h"
 #include "calibration/trace/refine.h"
 #include "calibration/trace/scans.h"
+#include "calibration/trace/stability.h"
 
 namespace gyrobench::calibration {
 namespace {
 
-// How the chance of a false discovery is shared out.
-constexpr double kShareOfCatalogue = 0.6, kShareOfProducts = 0.1, kShareOfScan = 0.075;
+// How the chance of a false discovery is shared out; there may be a scan of ripple for each axis.
+constexpr double kShareOfCatalogue = 0.6, kShareOfProducts = 0.1, kShareOfCurves = 0.1,
+                 kShareOfScan = 0.05;
 // A scan's place so near to its level may pass it when it is refined.
 constexpr double kNearLevel = 4.0;
 constexpr std::size_t kMostEffects = 12;
@@ -25,20 +25,24 @@ constexpr std::ptrdiff_t kMostScanned = 4;
 constexpr double kCostOfColumn = 8.0;
 // Ten of -2 log L, with the same for what a column costs: rivals.
 constexpr double kRivalGain = 10.0;
-double Handicap(const Candidate& candidate) {
-  return candidate.effect == nullptr ? 0.0 : candidate.effect->handicap;
-}
 // Less of a column's square left by the model: it is absorbed.
 constexpr double kAbsorbed = 1e-6;
+// Of the largest size that a part of this class shows: more is something else.
+constexpr double kImplausible = 10.0;
+
+bool IsSlowBias(const Candidate& candidate) {
+  return candidate.effect != nullptr && candidate.id.starts_with("bias.") &&
+         candidate.id != "bias.tone" && candidate.id != "bias.vibration";
+}
 
 }  // namespace
 
 Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
-                     const IntervalNoise& noise, std::vector<std::string> covariates,
-                     bool earth_rate_known, const SelectionOptions& options)
+                     const IntervalNoise& noise, const CandidateSet& candidates,
+                     const SelectionOptions& options)
     : problem_(&problem),
+      candidates_(&candidates),
       options_(options),
-      covariates_(std::move(covariates)),
       whitener_(problem.intervals(), noise),
       store_(
           [&] {
@@ -46,31 +50,30 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
             whitener_.Apply(output);
             return Eigen::VectorXd(output);
           }(),
-          180) {
-  Eigen::MatrixXd columns = baseline.columns;
-  whitener_.Apply(columns);
-  base_ = store_.Add(columns);
-  pool_ = CatalogueCandidates(problem, covariates_, earth_rate_known);
-  products_ = ComposedCandidates(problem, covariates_);
-  const double level = options.false_discovery * kShareOfCatalogue;
+          220),
+      pool_(candidates.grid) {
+  auto white = [this](Eigen::MatrixXd columns) {
+    whitener_.Apply(columns);
+    return store_.Add(columns);
+  };
+  base_ = white(baseline.columns);
+  for (const CurveCells& cells : candidates.cells) cells_.push_back(white(cells.raw));
   std::erase_if(pool_, [&](Candidate& candidate) {
-    const Eigen::MatrixXd white = White(candidate);
-    if (!white.allFinite()) return true;
     const Eigen::Index mark = store_.used();
-    candidate.columns = store_.Add(white);
+    candidate.columns = white(*candidate.raw);
     if (Visible(candidate)) return false;
     store_.DropFrom(mark);
     unseen_.push_back(candidate);
     return true;
   });
-  for (Candidate& candidate : pool_) {
+  const double level = options.false_discovery * kShareOfCatalogue;
+  for (Candidate& candidate : pool_)
     candidate.log_level = std::log(level / static_cast<double>(pool_.size()));
-  }
 }
 
 // Within its bound every part of this class would be: a value that is found would be an invention.
 bool Selection::Visible(const Candidate& candidate) const {
-  if (!(candidate.effect->typical_size > 0)) return true;
+  if (candidate.effect == nullptr || !(candidate.effect->typical_size > 0)) return true;
   for (const Eigen::Index column : candidate.columns) {
     const double square = store_.Left(column, base_) * store_.column(column).squaredNorm();
     if (square > std::pow(candidate.effect->typical_size, -2)) return true;
@@ -78,12 +81,29 @@ bool Selection::Visible(const Candidate& candidate) const {
   return false;
 }
 
+// Whether its coefficients may be what the effect says, among the others of a model.
+bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const {
+  if (candidate.effect == nullptr) return true;
+  const Effect& effect = *candidate.effect;
+  if (!(effect.typical_size > 0) && !effect.positive) return true;
+  WhiteStore::Columns model = others;
+  model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
+  const Eigen::VectorXd values = store_.Solve(model).coefficients;
+  for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
+    const double value = values(static_cast<Eigen::Index>(others.size() + j));
+    if (effect.positive && value < 0.0) return false;
+    if (effect.typical_size > 0 && std::fabs(value) > kImplausible * effect.typical_size)
+      return false;
+  }
+  return true;
+}
+
 void Selection::Remove(std::size_t member) {
   members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(member));
 }
 
 Eigen::MatrixXd Selection::White(const Candidate& candidate) const {
-  Eigen::MatrixXd columns = ColumnsOf(*problem_, candidate, covariates_);
+  Eigen::MatrixXd columns = ColumnsOf(*problem_, candidate, covariates());
   whitener_.Apply(columns);
   return columns;
 }
@@ -102,6 +122,10 @@ WhiteStore::Columns Selection::ModelWithout(std::size_t without) const {
 bool Selection::InModel(const std::string& family) const {
   return std::any_of(members_.begin(), members_.end(),
                      [&](const Candidate& member) { return member.family == family; });
+}
+
+bool Selection::Barred(const std::string& family) const {
+  return InModel(family) || implausible_.contains(family);
 }
 
 double Selection::Cost(const WhiteStore::Columns& columns) const {
@@ -130,7 +154,8 @@ void Selection::Insert(Candidate candidate) {
 
 // Variable projection against everything else in the model.
 void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) {
-  if (candidate->effect == nullptr || candidate->effect->nonlinear.empty()) return;
+  const std::optional<RefineRange> range = RangeOf(*problem_, *candidate);
+  if (!range) return;
   const Eigen::MatrixXd model = store_.Take(others);
   const Eigen::LDLT<Eigen::MatrixXd> factor(model.transpose() * model);
   auto off = [&](const Eigen::MatrixXd& columns) {
@@ -139,118 +164,211 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
   const Eigen::VectorXd residual = off(store_.output());
   Candidate trial = *candidate;
   auto columns = [&](const std::vector<double>& theta) {
-    trial.context.nonlinear = theta;
+    SetNonlinear(theta, &trial);
     return off(White(trial));
   };
-  const Effect& effect = *candidate->effect;
-  if (effect.tied) {
+  std::vector<double> theta = range->start;
+  if (range->tied) {
     for (int i = 0; i < 6; ++i) {
-      const Eigen::MatrixXd x = columns(candidate->context.nonlinear);
-      const double coefficient = x.col(0).dot(residual) / x.col(0).squaredNorm();
-      candidate->context.nonlinear[0] =
-          std::clamp(coefficient, effect.nonlinear[0].low, effect.nonlinear[0].high);
+      const Eigen::MatrixXd x = columns(theta);
+      theta[0] = std::clamp(x.col(0).dot(residual) / x.col(0).squaredNorm(), range->low[0],
+                            range->high[0]);
     }
   } else {
-    std::vector<double> low, high;
-    for (std::size_t i = 0; i < effect.nonlinear.size(); ++i) {
-      const NonlinearParameter& parameter = effect.nonlinear[i];
-      const double at = candidate->context.nonlinear[i];
-      if (effect.id == "bias.tone") {
-        const double width = 1.0 / (problem_->end_s(problem_->rows() - 1) - problem_->begin_s(0));
-        low.push_back(std::max(at - width, 1e-6));
-        high.push_back(at + width);
-      } else if (effect.id == "angle.ripple") {
-        low.push_back(at - 0.5);
-        high.push_back(at + 0.5);
-      } else if (parameter.high > parameter.low) {
-        low.push_back(parameter.low);
-        high.push_back(parameter.high);
-      }
-    }
-    if (low.size() != effect.nonlinear.size()) return;
-    candidate->context.nonlinear =
-        RefineNonlinear(columns, residual, candidate->context.nonlinear, low, high);
+    theta = RefineNonlinear(columns, residual, theta, range->low, range->high);
   }
+  if (theta == range->start) return;
+  SetNonlinear(theta, candidate);
   candidate->columns.clear();
 }
 
-// The best of the catalogue's grid and of the scans, whatever is more surprising.
-bool Selection::AddBest() {
-  const WhiteStore::Columns model = ModelColumns();
-  const Candidate* best = nullptr;
-  double best_excess = 0.0;
+void Selection::TryPool(const WhiteStore::Columns& model, Best* best) const {
   for (const Candidate& candidate : pool_) {
-    if (InModel(candidate.family)) continue;
+    if (Barred(candidate.family)) continue;
     double gain = 0.0;
     double excess = candidate.log_level - LogP(candidate, model, &gain);
     if (excess <= 0.0) continue;
-    excess -= 0.5 * Handicap(candidate);
-    if (best != nullptr && excess <= best_excess) continue;
-    best_excess = excess;
-    best = &candidate;
+    excess = std::max(excess - 0.5 * candidate.handicap(), 1e-9);
+    if (excess <= best->excess || !Plausible(candidate, model)) continue;
+    *best = {candidate, excess};
   }
-  std::optional<Candidate> chosen;
-  if (best != nullptr) chosen = *best;
-  const Eigen::VectorXd residual = Residual();
+}
+
+void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
   const auto scanned = std::count_if(members_.begin(), members_.end(), [](const Candidate& member) {
     return member.effect != nullptr && member.family.find('@') != std::string::npos;
   });
-  const std::vector<ScanPeak> peaks = scanned < kMostScanned
-                                          ? Scan(*problem_, whitener_, store_.Take(model), residual)
-                                          : std::vector<ScanPeak>{};
-  for (const ScanPeak& peak : peaks) {
+  if (scanned >= kMostScanned) return;
+  for (const ScanPeak& peak : Scan(*problem_, whitener_, store_.Take(model), Residual())) {
     const double level = std::log(options_.false_discovery * kShareOfScan / peak.tried);
     // The scan's own figure is rough: what comes near is worked out.
     if (peak.gain < 0.5 * ChiSquareQuantile(level, 2.0)) continue;
     Candidate candidate =
         ScannedCandidate(*problem_, peak.id, peak.table_axis, peak.nonlinear, peak.trail);
     candidate.log_level = level;
-    if (InModel(candidate.family)) continue;
+    if (Barred(candidate.family)) continue;
     const Eigen::Index mark = store_.used();
     candidate.columns = store_.Add(White(candidate));
     double gain = 0.0;
     double excess = level - LogP(candidate, model, &gain);
-    if (excess > -kNearLevel && excess + kNearLevel > best_excess) {
+    if (excess > -kNearLevel && excess + kNearLevel > best->excess) {
       Refine(&candidate, model);
       if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
       excess = level - LogP(candidate, model, &gain);
     }
-    if (excess <= best_excess) store_.DropFrom(mark);
-    if (excess > best_excess) {
-      best_excess = excess;
-      chosen = candidate;
+    if (excess > best->excess && Plausible(candidate, model)) {
+      *best = {candidate, excess};
+    } else {
+      store_.DropFrom(mark);
     }
   }
-  if (!chosen) return false;
-  if (chosen->refinable() || (chosen->effect != nullptr && chosen->effect->tied))
-    Refine(&*chosen, model);
-  Insert(std::move(*chosen));
+}
+
+// The best ramp of each quantity that curves are sought in.
+std::vector<Selection::Ramp> Selection::BestRamps(const WhiteStore::Columns& model) const {
+  std::vector<Ramp> out;
+  for (std::size_t f = 0; f < cells_.size(); ++f) {
+    const CurveCells& cells = candidates_->cells[f];
+    const RampPeak peak = SearchRamps(store_.RemainderOf(cells_[f], model));
+    if (!(peak.gain > 0.0)) continue;
+    out.push_back(
+        {EmpiricalCandidate(*problem_, cells.factor, cells.edges[peak.from], cells.edges[peak.to]),
+         peak.gain, peak.tried * static_cast<double>(cells_.size())});
+    out.back().candidate.log_level =
+        std::log(options_.false_discovery * kShareOfCurves / out.back().tried);
+  }
+  return out;
+}
+
+void Selection::TryRamps(const WhiteStore::Columns& model, Best* best) const {
+  for (Ramp& ramp : BestRamps(model)) {
+    double excess = ramp.candidate.log_level - LogChiSquareTail(ramp.gain, 1.0);
+    if (excess <= 0.0 || Barred(ramp.candidate.family)) continue;
+    excess = std::max(excess - 0.5 * ramp.candidate.handicap(), 1e-9);
+    if (excess > best->excess) *best = {std::move(ramp.candidate), excess};
+  }
+}
+
+// A product must be clearly ahead: the others may still be refined.
+void Selection::TryProducts(Best* best) const {
+  constexpr double kClearly = 1.1;
+  std::vector<const Candidate*> open;
+  for (const Candidate& product : candidates_->products) {
+    if (!Barred(product.family)) open.push_back(&product);
+  }
+  if (open.empty()) return;
+  Eigen::MatrixXd columns(problem_->rows(), static_cast<Eigen::Index>(open.size()));
+  for (std::size_t k = 0; k < open.size(); ++k)
+    columns.col(static_cast<Eigen::Index>(k)) = *open[k]->raw;
+  whitener_.Apply(columns);
+  const Eigen::MatrixXd model = store_.Take(ModelColumns());
+  const Eigen::VectorXd whole = columns.colwise().squaredNorm();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(model.transpose() * model);
+  columns -= model * factor.solve(model.transpose() * columns);
+  const Eigen::VectorXd residual = Residual();
+  const double level = std::log(options_.false_discovery * kShareOfProducts /
+                                static_cast<double>(candidates_->products.size()));
+  Eigen::Index chosen = -1;
+  double most = kClearly * best->excess;
+  for (Eigen::Index k = 0; k < columns.cols(); ++k) {
+    const double left = columns.col(k).squaredNorm();
+    if (!(left > kAbsorbed * whole(k))) {
+      columns.col(k).setZero();
+      continue;
+    }
+    const double gain = std::pow(columns.col(k).dot(residual), 2) / left;
+    const double excess = level - LogChiSquareTail(gain, 1.0);
+    if (excess <= most) continue;
+    most = excess;
+    chosen = k;
+  }
+  if (chosen < 0 || !StaysBest(columns, residual, chosen)) return;
+  *best = {*open[static_cast<std::size_t>(chosen)], most};
+  best->candidate->log_level = level;
+}
+
+// The best of the catalogue's grid, of the scans and of products, whatever is most surprising.
+bool Selection::AddBest() {
+  const WhiteStore::Columns model = ModelColumns();
+  Best best;
+  TryPool(model, &best);
+  TryScans(model, &best);
+  TryProducts(&best);
+  return Add(std::move(best), model);
+}
+
+// What nothing else explains.
+bool Selection::AddCurve() {
+  const WhiteStore::Columns model = ModelColumns();
+  Best best;
+  TryRamps(model, &best);
+  return Add(std::move(best), model);
+}
+
+bool Selection::Add(Best best, const WhiteStore::Columns& model) {
+  if (!best.candidate) return false;
+  Candidate& candidate = *best.candidate;
+  const bool placed =
+      candidate.effect != nullptr && candidate.family.find('@') != std::string::npos;
+  if (!placed) Refine(&candidate, model);
+  Insert(std::move(candidate));
   return true;
 }
 
-// One member for another of the catalogue that explains more.
+std::vector<Selection::Ramp> Selection::RampsFor(const Candidate& member,
+                                                 const WhiteStore::Columns& others) const {
+  if (!IsSlowBias(member)) return {};
+  std::vector<Ramp> ramps = BestRamps(others);
+  if (member.id != "bias.step") return ramps;
+  // A step in time may be a jump at the value that the quantity had then.
+  constexpr double kWidth = 1e-4;  // of the quantity's range
+  for (const CurveCells& cells : candidates_->cells) {
+    const double value = ValueAt(*problem_, cells.factor, covariates(), member);
+    const double half = 0.5 * kWidth * (cells.edges.back() - cells.edges.front());
+    Ramp ramp;
+    ramp.candidate = EmpiricalCandidate(*problem_, cells.factor, value - half, value + half);
+    const Eigen::VectorXd column = White(ramp.candidate);
+    const Eigen::MatrixXd model = store_.Take(others);
+    const Eigen::LDLT<Eigen::MatrixXd> factor(model.transpose() * model);
+    const Eigen::VectorXd left = column - model * factor.solve(model.transpose() * column);
+    if (!(left.squaredNorm() > kAbsorbed * column.squaredNorm())) continue;
+    ramp.gain = std::pow(left.dot(store_.output()), 2) / left.squaredNorm();
+    ramp.candidate.log_level = member.log_level;
+    ramps.push_back(std::move(ramp));
+  }
+  return ramps;
+}
+
+// One member for another that explains more.
+bool Selection::ExchangeMember(std::size_t i) {
+  const WhiteStore::Columns others = ModelWithout(i);
+  double least = Cost(ModelColumns()) - 1.0 + members_[i].handicap();
+  std::optional<Candidate> better;
+  for (const Candidate& candidate : pool_) {
+    if (candidate.family == members_[i].family || Barred(candidate.family)) continue;
+    WhiteStore::Columns with = others;
+    with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
+    const double cost = Cost(with) + candidate.handicap();
+    if (cost >= least || !Plausible(candidate, others)) continue;
+    least = cost;
+    better = candidate;
+  }
+  for (const Ramp& ramp : RampsFor(members_[i], others)) {
+    const double cost = Cost(others) - ramp.gain + kCostOfColumn + ramp.candidate.handicap();
+    if (cost >= least || Barred(ramp.candidate.family)) continue;
+    least = cost;
+    better = ramp.candidate;
+  }
+  if (!better) return false;
+  Refine(&*better, others);
+  Remove(i);
+  Insert(std::move(*better));
+  return true;
+}
+
 bool Selection::Exchange() {
   bool changed = false;
-  for (std::size_t i = 0; i < members_.size(); ++i) {
-    const WhiteStore::Columns others = ModelWithout(i);
-    double least = Cost(ModelColumns()) - 1.0;
-    const Candidate* better = nullptr;
-    for (const Candidate& candidate : pool_) {
-      if (candidate.family == members_[i].family || InModel(candidate.family)) continue;
-      WhiteStore::Columns with = others;
-      with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
-      const double cost = Cost(with) + Handicap(candidate) - Handicap(members_[i]);
-      if (cost >= least) continue;
-      least = cost;
-      better = &candidate;
-    }
-    if (better == nullptr) continue;
-    Candidate candidate = *better;
-    if (candidate.refinable()) Refine(&candidate, others);
-    members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(i));
-    Insert(std::move(candidate));
-    changed = true;
-  }
+  for (std::size_t i = 0; i < members_.size(); ++i) changed = ExchangeMember(i) || changed;
   return changed;
 }
 
@@ -261,55 +379,33 @@ bool Selection::DropWeak() {
     std::size_t weakest = members_.size();
     double lack = 0.0;
     for (std::size_t i = 0; i < members_.size(); ++i) {
+      const WhiteStore::Columns others = ModelWithout(i);
       double gain = 0.0;
-      const double over = LogP(members_[i], ModelWithout(i), &gain) - members_[i].log_level;
+      double over = LogP(members_[i], others, &gain) - members_[i].log_level;
+      if (over <= 0.0 && !Plausible(members_[i], others)) {
+        implausible_.insert(members_[i].family);
+        over = 1e6;
+      }
       if (over <= lack) continue;
       lack = over;
       weakest = i;
     }
     if (weakest == members_.size()) break;
-    members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(weakest));
+    Remove(weakest);
     changed = again = true;
   }
   return changed;
-}
-
-bool Selection::AddComposed() {
-  const double level = std::log(options_.false_discovery * kShareOfProducts /
-                                static_cast<double>(std::max<std::size_t>(products_.size(), 1)));
-  const Eigen::MatrixXd model = store_.Take(ModelColumns());
-  const Eigen::LDLT<Eigen::MatrixXd> factor(model.transpose() * model);
-  const Eigen::VectorXd residual = Residual();
-  const Candidate* best = nullptr;
-  double best_excess = 0.0;
-  for (const Candidate& product : products_) {
-    if (InModel(product.family)) continue;
-    const Eigen::VectorXd column = White(product);
-    if (!column.allFinite()) continue;
-    const Eigen::VectorXd shared = model.transpose() * column;
-    const double whole = column.squaredNorm();
-    const double left = whole - shared.dot(factor.solve(shared));
-    if (!(left > kAbsorbed * whole)) continue;
-    const double excess = level - LogChiSquareTail(std::pow(column.dot(residual), 2) / left, 1.0);
-    if (excess <= best_excess) continue;
-    best_excess = excess;
-    best = &product;
-  }
-  if (best == nullptr) return false;
-  Candidate candidate = *best;
-  candidate.log_level = level;
-  Insert(std::move(candidate));
-  return true;
 }
 
 // Until nothing is added that stays: what was dropped again would be added again.
 void Selection::Grow(bool (Selection::*add)()) {
   for (std::size_t i = 0; i < 2 * kMostEffects && members_.size() < kMostEffects; ++i) {
     const std::multiset<std::string> before = Families();
+    const std::size_t barred = implausible_.size();
     if (!(this->*add)()) return;
     Exchange();
     DropWeak();
-    if (Families() == before) return;
+    if (Families() == before && implausible_.size() == barred) return;
   }
 }
 
@@ -323,7 +419,7 @@ void Selection::Run() {
   for (int round = 0; round < 3; ++round) {
     const std::multiset<std::string> before = Families();
     Grow(&Selection::AddBest);
-    Grow(&Selection::AddComposed);
+    Grow(&Selection::AddCurve);
     if (Families() == before) break;
   }
 }
@@ -343,7 +439,11 @@ std::vector<std::string> Selection::Rivals(std::size_t member) const {
     if (candidate.id == members_[member].id || InModel(candidate.family)) continue;
     WhiteStore::Columns with = others;
     with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
-    if (Cost(with) - mine < kRivalGain) names.insert(candidate.id);
+    if (Cost(with) - mine < kRivalGain && Plausible(candidate, others)) names.insert(candidate.id);
+  }
+  for (const Ramp& ramp : RampsFor(members_[member], others)) {
+    if (Cost(others) - ramp.gain + kCostOfColumn - mine < kRivalGain)
+      names.insert(ramp.candidate.id);
   }
   return {names.begin(), names.end()};
 }

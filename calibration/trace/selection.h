@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -17,13 +18,13 @@ struct SelectionOptions {
   double false_discovery = 0.001;  // of the channel, over everything that is tried
 };
 
-// Forward, exchange and backward steps over the catalogue's grid, the scans, and products;
+// Forward, exchange and backward steps over the catalogue's grid, the scans, products and curves;
 // non-linear parameters refined as they come. Everything is compared under one noise.
 class Selection {
  public:
+  // `problem` and `candidates` must outlive the selection.
   Selection(const ChannelProblem& problem, const Baseline& baseline, const IntervalNoise& noise,
-            std::vector<std::string> covariates, bool earth_rate_known,
-            const SelectionOptions& options);
+            const CandidateSet& candidates, const SelectionOptions& options);
 
   void Run();
   void Remove(std::size_t member);
@@ -35,7 +36,7 @@ class Selection {
   const WhiteStore& store() const { return store_; }
   const Whitener& whitener() const { return whitener_; }
   const WhiteStore::Columns& baseline_columns() const { return base_; }
-  const std::vector<std::string>& covariates() const { return covariates_; }
+  const std::vector<std::string>& covariates() const { return candidates_->covariates; }
   WhiteStore::Columns ModelColumns() const;
   WhiteStore::Columns ModelWithout(std::size_t member) const;
   // Corrected p-value of a member, for all that was tried.
@@ -47,13 +48,33 @@ class Selection {
   Eigen::VectorXd Residual() const;
 
  private:
+  // The best so far of what may be added.
+  struct Best {
+    std::optional<Candidate> candidate;
+    double excess = 0.0;  // of the logarithm of its level over that of its p-value
+  };
+  struct Ramp {
+    Candidate candidate;
+    double gain = 0.0, tried = 0.0;
+  };
+
   void Grow(bool (Selection::*add)());
   std::multiset<std::string> Families() const;
   bool Visible(const Candidate& candidate) const;
+  bool Barred(const std::string& family) const;
+  bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool AddBest();
-  bool AddScanned();
-  bool AddComposed();
+  void TryPool(const WhiteStore::Columns& model, Best* best) const;
+  void TryScans(const WhiteStore::Columns& model, Best* best);
+  void TryProducts(Best* best) const;
+  void TryRamps(const WhiteStore::Columns& model, Best* best) const;
+  std::vector<Ramp> BestRamps(const WhiteStore::Columns& model) const;
+  // What may stand in a slow effect's place.
+  std::vector<Ramp> RampsFor(const Candidate& member, const WhiteStore::Columns& others) const;
+  bool AddCurve();
+  bool Add(Best best, const WhiteStore::Columns& model);
   bool Exchange();
+  bool ExchangeMember(std::size_t member);
   bool DropWeak();
   void Refine(Candidate* candidate, const WhiteStore::Columns& others);
   void Insert(Candidate candidate);
@@ -62,13 +83,15 @@ class Selection {
   double LogP(const Candidate& candidate, const WhiteStore::Columns& others, double* gain) const;
 
   const ChannelProblem* problem_;
+  const CandidateSet* candidates_;
   SelectionOptions options_;
-  std::vector<std::string> covariates_;
   Whitener whitener_;
   WhiteStore store_;
   WhiteStore::Columns base_;
-  std::vector<Candidate> pool_, unseen_, products_;
+  std::vector<WhiteStore::Columns> cells_;  // of candidates_->cells
+  std::vector<Candidate> pool_, unseen_;
   std::vector<Candidate> members_;
+  std::set<std::string> implausible_;  // families
 };
 
 }  // namespace gyrobench::calibration

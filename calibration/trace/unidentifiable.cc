@@ -37,6 +37,7 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
   const Eigen::MatrixXd base = store.Take(selection.baseline_columns());
   const Eigen::LDLT<Eigen::MatrixXd> factor(base.transpose() * base);
   auto look = [&](const Candidate& candidate) {
+    if (candidate.effect == nullptr) return;
     Sight& sight = seen[candidate.effect->id];
     const Eigen::MatrixXd white = selection.White(candidate);
     for (Eigen::Index j = 0; j < white.cols(); ++j) {

@@ -116,6 +116,26 @@ WhiteStore::Solution WhiteStore::Solve(std::span<const Eigen::Index> columns) co
   return out;
 }
 
+WhiteStore::Remainder WhiteStore::RemainderOf(const Columns& columns,
+                                              std::span<const Eigen::Index> model) const {
+  Elimination elimination(gram_, static_cast<Eigen::Index>(model.size()));
+  for (const Eigen::Index column : model) elimination.Keep(column + 1);
+  const std::vector<Eigen::Index>& kept = elimination.kept();
+  std::vector<Eigen::Index> wanted;
+  for (const Eigen::Index column : columns) wanted.push_back(column + 1);
+  const Eigen::MatrixXd gram = gram_(kept, kept);
+  const Eigen::VectorXd scale = gram.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(
+      Eigen::MatrixXd(scale.asDiagonal() * gram * scale.asDiagonal()));
+  const Eigen::MatrixXd shared = scale.asDiagonal() * Eigen::MatrixXd(gram_(kept, wanted));
+  const Eigen::VectorXd output = scale.asDiagonal() * Eigen::VectorXd(gram_.col(0)(kept));
+  Remainder out;
+  out.products = Eigen::MatrixXd(gram_(wanted, wanted)) - shared.transpose() * factor.solve(shared);
+  out.with_output =
+      Eigen::VectorXd(gram_.col(0)(wanted)) - shared.transpose() * factor.solve(output);
+  return out;
+}
+
 double WhiteStore::Left(Eigen::Index column, std::span<const Eigen::Index> model) const {
   Elimination elimination(gram_, static_cast<Eigen::Index>(model.size()));
   for (const Eigen::Index member : model) elimination.Keep(member + 1);

@@ -38,6 +38,12 @@ class WhiteStore {
     double residual_square = 0.0;
   };
   Solution Solve(std::span<const Eigen::Index> columns) const;
+  // Of columns, after the model is taken off them and off the output.
+  struct Remainder {
+    Eigen::MatrixXd products;  // of the columns with each other
+    Eigen::VectorXd with_output;
+  };
+  Remainder RemainderOf(const Columns& columns, std::span<const Eigen::Index> model) const;
   // Share of a column's square that is left when the model is taken off it, 0..1.
   double Left(Eigen::Index column, std::span<const Eigen::Index> model) const;
 

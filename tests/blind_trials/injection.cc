@@ -46,7 +46,9 @@ void AddScalar(Bench& bench, config::Triple& key, double value, const char* name
 config::GyroScenario& Gyro(Bench& bench) { return bench.specimen.gyro; }
 config::EncoderScenario& Encoder(Bench& bench) { return bench.specimen.encoder[kInner]; }
 config::MechanicsScenario& Mechanics(Bench& bench) { return bench.specimen.mechanics[kInner]; }
-void AddAmplitude(Bench& bench, double value) { bench.truth.push_back({{"amplitude"}, value, true}); }
+void AddAmplitude(Bench& bench, double value) {
+  bench.truth.push_back({{"amplitude"}, value, true});
+}
 
 void GLinear(Bench& bench, double level, Random& random) {
   AddVector(bench, Gyro(bench).g_linear_deg_s_per_g, level, "k", random);
