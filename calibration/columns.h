@@ -19,6 +19,12 @@ struct IntegralMark {
   Vector3 z = {};
 };
 
+// Times about a node [s], evenly, and a vector at each of them.
+inline constexpr double kNearStep_s = 0.01;
+inline constexpr std::array<double, 8> kNear_s = {-0.04, -0.03, -0.02, -0.01,
+                                                  0.01,  0.02,  0.03,  0.04};
+using Near = std::array<Vector3, kNear_s.size()>;
+
 // One node. Rotations are sums since the start.
 struct Node {
   IntegralMark at;
@@ -28,7 +34,7 @@ struct Node {
   Vector3 accel_g = {kMissing, kMissing, kMissing};  // mean since the node before
   double vibration_g2 = kMissing;  // mean square of the specific force about that mean
   // Integral of the output at kNear_s from the node's time, less that at the node.
-  std::array<Vector3, 4> z_near = {};
+  Near z_near = {};
   // Integral of the output since the first sample, half way from the node before.
   Vector3 z_half = {};
   // The reference: angles of the stand's axes (of the one axis of a single-axis table); world x and
@@ -37,7 +43,6 @@ struct Node {
   Vector3 world_x = {kMissing, kMissing, kMissing};
   Vector3 world_z = {kMissing, kMissing, kMissing};
 };
-inline constexpr std::array<double, 4> kNear_s = {-0.04, -0.02, 0.02, 0.04};
 
 // A stretch in which the reference stood still and the gyro felt nothing.
 struct Rest {

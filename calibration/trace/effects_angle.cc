@@ -12,24 +12,26 @@
 namespace gyrobench::calibration {
 namespace {
 
-// Angle by which the gyro turned on from the point's time to `tau_s` after it [deg]: the polynomial
-// through what is known within 40 ms; beyond that at constant rate.
+// Angle by which the gyro turned on from the point's time to `tau_s` after it [deg]: the cubic
+// through the four known times about it; beyond those that are known at constant rate.
 double TurnedOn(const TrackPoint& point, std::size_t channel, double tau_s) {
-  constexpr double kReach_s = kNear_s.back();
-  const double within_s = std::clamp(tau_s, -kReach_s, kReach_s);
-  double turned = 0.0;
-  for (std::size_t i = 0; i < kNear_s.size(); ++i) {
-    double weight = within_s / kNear_s[i];  // the polynomial is 0 at the time itself
-    for (std::size_t j = 0; j < kNear_s.size(); ++j) {
-      if (j != i) weight *= (within_s - kNear_s[j]) / (kNear_s[i] - kNear_s[j]);
-    }
-    turned += weight * point.turned_near_deg[i][channel];
+  if (point.turned_near_deg == nullptr) return kMissing;
+  constexpr int kReach = static_cast<int>(kNear_s.size()) / 2;  // steps either way
+  const Near& near = *point.turned_near_deg;
+  auto at = [&](int step) {
+    if (step == 0) return 0.0;
+    return near[static_cast<std::size_t>(step < 0 ? step + kReach : step + kReach - 1)][channel];
+  };
+  const double u = tau_s / kNearStep_s;
+  if (std::fabs(u) > kReach) {
+    const int edge = u > 0 ? kReach : -kReach, inner = u > 0 ? kReach - 1 : 1 - kReach;
+    return at(edge) + (u - edge) * (at(edge) - at(inner)) * (edge > 0 ? 1.0 : -1.0);
   }
-  const std::size_t edge = tau_s > 0 ? 3 : 0, inner = tau_s > 0 ? 2 : 1;
-  const double edge_rate_deg_s =
-      (point.turned_near_deg[edge][channel] - point.turned_near_deg[inner][channel]) /
-      (kNear_s[edge] - kNear_s[inner]);
-  return turned + (tau_s - within_s) * edge_rate_deg_s;
+  const int first = std::clamp(static_cast<int>(std::floor(u)) - 1, -kReach, kReach - 3);
+  const double x = u - first;  // 0..3
+  return -(x - 1) * (x - 2) * (x - 3) / 6.0 * at(first) +
+         x * (x - 2) * (x - 3) / 2.0 * at(first + 1) - x * (x - 1) * (x - 3) / 2.0 * at(first + 2) +
+         x * (x - 1) * (x - 2) / 6.0 * at(first + 3);
 }
 
 // The gyro's angle is late by tau: z(t) = Phi(t - tau), so that the reference has turned on by what
@@ -51,7 +53,7 @@ class LagBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
-    constexpr double kStep_s = 1e-5;
+    constexpr double kStep_s = 0.5 * kNearStep_s;
     terms[0] = -(TurnedOn(point, context().channel, kStep_s) -
                  TurnedOn(point, context().channel, -kStep_s)) /
                (2.0 * kStep_s);
@@ -107,10 +109,11 @@ class BacklashBasis final : public ChannelBasis {
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
     const std::size_t axis = context().table_axis;
-    const double play_deg = std::max(std::fabs(context().nonlinear[0]), kLeastPlay_deg);
-    const bool by_gyro =
-        context().nonlinear[0] > 0.0 && std::isfinite(point.table_by_gyro_deg[axis]);
-    const double angle_deg = by_gyro ? point.table_by_gyro_deg[axis] : point.table_deg[axis];
+    const double b_deg = context().nonlinear[0];
+    const bool by_reference =
+        b_deg < -kClearPlay_deg || !std::isfinite(point.table_by_gyro_deg[axis]);
+    const double angle_deg = by_reference ? point.table_deg[axis] : point.table_by_gyro_deg[axis];
+    const double play_deg = std::max(std::fabs(b_deg), kLeastPlay_deg);
     if (std::isfinite(angle_deg)) {
       if (point.restart || !std::isfinite(follower_deg_)) follower_deg_ = angle_deg;
       for (const Vector3& way : point.table_way_deg) {
@@ -123,8 +126,9 @@ class BacklashBasis final : public ChannelBasis {
   }
 
  private:
-  // Below it the noise of single readings would pass for reversals.
-  static constexpr double kLeastPlay_deg = 0.01;
+  // The noise of the reference's readings must not pass for reversals: it is in the output as well,
+  // and would be found there. A clear play stands out of it.
+  static constexpr double kLeastPlay_deg = 0.005, kClearPlay_deg = 0.01;
   void Follow(double angle_deg, double play_deg) {
     follower_deg_ =
         std::clamp(follower_deg_, angle_deg - 0.5 * play_deg, angle_deg + 0.5 * play_deg);

@@ -202,9 +202,11 @@ std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<IntervalNoise
 
 std::vector<double> NoiseSearch::Worth(const std::vector<std::vector<Eigen::Index>>& groups,
                                        const IntervalNoise& start) const {
-  // More of each noise, as a missing effect would ask for; closely where little is missing.
-  constexpr std::array<double, 9> kWalk = {-1.2, -0.6, 0.0, 0.6, 1.2, 2.0, 3.0, 4.5, 6.0};
-  constexpr std::array<double, 4> kReference = {-0.3, 0.0, 0.3, 0.8};
+  // Any bias random walk, as a missing effect may ask for, closely where it usually is; more noise
+  // of the reference. Logarithms of the ratios, the second relative to the start.
+  constexpr std::array<double, 10> kWalk = {-6.5, -5.5, -4.7, -4.1, -3.5,
+                                            -2.9, -2.3, -1.5, -0.5, 1.0};
+  constexpr std::array<double, 3> kReference = {0.0, 0.3, 0.8};
   std::vector<std::vector<Eigen::Index>> mine(groups.size());
   for (std::size_t g = 0; g < groups.size(); ++g) {
     for (const Eigen::Index column : groups[g]) {
@@ -224,8 +226,9 @@ std::vector<double> NoiseSearch::Worth(const std::vector<std::vector<Eigen::Inde
       least[g].without = std::min(least[g].without, here.without);
     }
   };
-  for (const double walk : kWalk) {
-    const double u = std::clamp(first[0] + walk, low[0], high[0]);
+  std::vector<double> walks(kWalk.begin(), kWalk.end());
+  walks.push_back(first[0]);
+  for (const double u : walks) {
     if (!moving_) {
       compare(u, 0.0);
       continue;

@@ -1,8 +1,10 @@
 #include "calibration/trace/selection.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "calibration/trace/likelihood.h"
 #include "calibration/trace/ramp_search.h"
@@ -14,7 +16,7 @@ namespace gyrobench::calibration {
 namespace {
 
 // How the chance of a false discovery is shared out; there may be a scan of ripple for each axis.
-constexpr double kShareOfCatalogue = 0.6, kShareOfProducts = 0.1, kShareOfCurves = 0.1,
+constexpr double kShareOfCatalogue = 0.65, kShareOfProducts = 0.1, kShareOfCurves = 0.05,
                  kShareOfScan = 0.05;
 // A scan's place so near to its level may pass it when it is refined.
 constexpr double kNearLevel = 4.0;
@@ -66,9 +68,35 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
     unseen_.push_back(candidate);
     return true;
   });
-  const double level = options.false_discovery * kShareOfCatalogue;
-  for (Candidate& candidate : pool_)
-    candidate.log_level = std::log(level / static_cast<double>(pool_.size()));
+  ShareLevels();
+}
+
+// Every family gets the same share, and its grid points as many parts of it as they are tests that
+// do not repeat each other: the eigenvalues of their correlation say how many (Li and Ji 2005).
+void Selection::ShareLevels() {
+  std::map<std::string, std::vector<Candidate*>> families;
+  for (Candidate& candidate : pool_) families[candidate.family].push_back(&candidate);
+  const double level =
+      options_.false_discovery * kShareOfCatalogue / static_cast<double>(families.size());
+  for (auto& [family, points] : families) {
+    double tests = 1.0;
+    if (points.size() > 1) {
+      WhiteStore::Columns first;
+      for (const Candidate* point : points) first.push_back(point->columns.front());
+      const Eigen::MatrixXd products = store_.RemainderOf(first, base_).products;
+      const Eigen::VectorXd scale = products.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+      const Eigen::VectorXd values =
+          Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(
+              Eigen::MatrixXd(scale.asDiagonal() * products * scale.asDiagonal()),
+              Eigen::EigenvaluesOnly)
+              .eigenvalues();
+      tests = 0.0;
+      for (const double value : values)
+        tests += value >= 1.0 ? 1.0 + value - std::floor(value) : std::max(value, 0.0);
+      tests = std::clamp(tests, 1.0, static_cast<double>(points.size()));
+    }
+    for (Candidate* point : points) point->log_level = std::log(level / tests);
+  }
 }
 
 // Within its bound every part of this class would be: a value that is found would be an invention.

@@ -60,6 +60,7 @@ class Selection {
 
   void Grow(bool (Selection::*add)());
   std::multiset<std::string> Families() const;
+  void ShareLevels();
   bool Visible(const Candidate& candidate) const;
   bool Barred(const std::string& family) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;

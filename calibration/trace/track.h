@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/measurement.h"
+#include "calibration/columns.h"
 #include "calibration/geometry.h"
 
 namespace gyrobench::calibration {
@@ -30,8 +31,8 @@ struct TrackPoint {
   // World x, horizontal, in frame S; NaN where the orientation is not known.
   Vector3 world_x = {kMissing, kMissing, kMissing};
   // At nodes: angle about each sensor axis by which the gyro turned on from this time to the times
-  // kNear_s (columns.h) before and after it [deg].
-  std::array<Vector3, 4> turned_near_deg = {};
+  // kNear_s before and after it [deg]. nullptr where it is not known.
+  const Near* turned_near_deg = nullptr;
   // At nodes: how far the gyro has felt each of the table's axes turn [deg]; its scale and noise
   // add up in it, so only changes over a short time mean anything. NaN where it cannot feel it.
   Vector3 table_by_gyro_deg = {kMissing, kMissing, kMissing};

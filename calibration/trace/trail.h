@@ -26,6 +26,7 @@ struct Trail {
   // Variance of a node's angle relative to one reading's: means over rests are better.
   std::vector<double> reference_share;
   std::vector<double> covariates;  // of the points: nodes, then halves
+  std::vector<Near> near;          // of the nodes: what their turned_near_deg points to
   bool gravity_known = false, temperature_known = false, vibration_known = false;
   std::vector<std::string> remarks;
 };

@@ -67,6 +67,7 @@ class RateMaker {
   }
 
   void Nodes() {
+    trail_.near.assign(nodes_.size(), Near{});
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       for (std::size_t c = 0; c < 3; ++c) Node(k, c);
     }
@@ -91,8 +92,9 @@ class RateMaker {
         for (std::size_t a = 0; a < 3; ++a) sum[a] -= turned[a];
         point.table_way_deg[0] = about(Minus(nodes_[k].z_half, nodes_[k].at.z), -half_s);
         for (std::size_t n = 0; n < 2; ++n) {
-          if (-kNear_s[n] < half_s)
-            point.table_way_deg[n + 1] = about(nodes_[k].z_near[n], kNear_s[n]);
+          const std::size_t near = 2 * n;  // 40 ms, 20 ms
+          if (-kNear_s[near] < half_s)
+            point.table_way_deg[n + 1] = about(nodes_[k].z_near[near], kNear_s[near]);
         }
       }
       point.table_by_gyro_deg = sum;
@@ -159,15 +161,17 @@ class RateMaker {
     }
     if (time_s <= 0.0) return;
     const double mean = turned / time_s;
-    const std::array<Vector3, 4>& near = nodes_[k].z_near;
     double offset = -at_rest_[k][c];
     if (!std::isfinite(offset)) offset = mean - seen / units_[c] / time_s;
+    Near& near = trail_.near[k];
     for (std::size_t n = 0; n < kNear_s.size(); ++n) {
-      const double by_gyro = near[n][c] / units_[c] + offset * kNear_s[n];
-      point.turned_near_deg[n][c] = still || !shapes ? mean * kNear_s[n] : by_gyro;
+      const double by_gyro = nodes_[k].z_near[n][c] / units_[c] + offset * kNear_s[n];
+      near[n][c] = still || !shapes ? mean * kNear_s[n] : by_gyro;
     }
+    point.turned_near_deg = &near;
+    constexpr std::size_t kBefore = 2, kAfter = 5;  // 20 ms
     point.rate_deg_s[c] =
-        (point.turned_near_deg[2][c] - point.turned_near_deg[1][c]) / (kNear_s[2] - kNear_s[1]);
+        (near[kAfter][c] - near[kBefore][c]) / (kNear_s[kAfter] - kNear_s[kBefore]);
   }
 
   const std::vector<calibration::Node>& nodes_;
