@@ -150,6 +150,23 @@ std::vector<Eigen::Index> AllBut(Eigen::Index count, const std::vector<Eigen::In
   return out;
 }
 
+// Where the bias has walked to at the end of the rows: of white noise and a random walk the steady
+// filter is a mean that forgets within N / K.
+double LastBias(const ChannelProblem& problem,
+                const Eigen::Ref<const Eigen::VectorXd>& residual_deg, const IntervalNoise& noise) {
+  constexpr double kLeastMemory_s = 60.0;  // what comes and goes faster is no drift
+  const double memory_s = std::max(
+      kLeastMemory_s, noise.angle_random_walk_deg_sqrt_s / noise.bias_random_walk_deg_s_sqrt_s);
+  const double end_s = problem.end_s(residual_deg.size() - 1);
+  double sum = 0.0, time_s = 0.0;
+  for (Eigen::Index i = 0; i < residual_deg.size(); ++i) {
+    const double weight = std::exp((problem.end_s(i) - end_s) / memory_s);
+    sum += weight * residual_deg(i);
+    time_s += weight * problem.intervals()[static_cast<std::size_t>(i)].duration_s;
+  }
+  return time_s > 0 ? sum / time_s : 0.0;
+}
+
 double Ratio(const std::vector<double>& before, const std::vector<double>& after,
              const std::vector<std::size_t>& chosen) {
   double a = 0.0, b = 0.0;
@@ -315,7 +332,8 @@ HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
   return out;
 }
 
-HeldOut Forecast(const ChannelProblem& problem, const ChannelFit& fit, std::uint64_t seed) {
+HeldOut Forecast(const ChannelProblem& problem, const ChannelFit& fit, const IntervalNoise& noise,
+                 std::uint64_t seed) {
   HeldOut out;
   if (problem.run_begins().size() != 1 || problem.rows() < 100) return out;
   const double first = problem.begin_s(0), last = problem.end_s(problem.rows() - 1);
@@ -327,8 +345,11 @@ HeldOut Forecast(const ChannelProblem& problem, const ChannelFit& fit, std::uint
       after(fit, AllBut(fit.raw.cols(), {}));
   auto windows = [&](const Splitter& splitter) {
     const Eigen::VectorXd theta = splitter.TrainWithout({{split, problem.rows()}});
-    return AngleWindows(problem, splitter.RawResidual(problem.output_deg(), theta), split,
-                        problem.rows());
+    Eigen::VectorXd residual = splitter.RawResidual(problem.output_deg(), theta);
+    const double bias_deg_s = LastBias(problem, residual.head(split), noise);
+    for (Eigen::Index i = split; i < residual.size(); ++i)
+      residual(i) -= bias_deg_s * problem.intervals()[static_cast<std::size_t>(i)].duration_s;
+    return AngleWindows(problem, residual, split, problem.rows());
   };
   const Windows a = windows(before), b = windows(after);
   out.before = a.rms();

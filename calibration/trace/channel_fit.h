@@ -42,8 +42,10 @@ struct HeldOutFigures {
 };
 HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
                        const std::vector<Eigen::Index>& without, std::uint64_t seed);
-// The angle error, trained on the first 60 % of the time and tested on the rest.
-HeldOut Forecast(const ChannelProblem& problem, const ChannelFit& fit, std::uint64_t seed);
+// The angle error, trained on the first 60 % of the time and tested on the rest. The bias goes on
+// where the noise says that it has walked to.
+HeldOut Forecast(const ChannelProblem& problem, const ChannelFit& fit, const IntervalNoise& noise,
+                 std::uint64_t seed);
 
 // Root mean square of the angle error in windows of 10 s, the mean of each taken off, of residual
 // increments [deg]; one square sum and count a window.

@@ -225,7 +225,7 @@ class ChannelTracer {
     const HeldOutFigures together = HoldOut(problem_, fit, all, request_.seed);
     trace_.heldout_whitened_rms = together.whitened_rms;
     trace_.heldout_angle_rms_deg = together.angle_rms_deg;
-    trace_.forecast_angle_rms_deg = Forecast(problem_, fit, request_.seed);
+    trace_.forecast_angle_rms_deg = Forecast(problem_, fit, noise, request_.seed);
     for (std::size_t i = 0; i < selection.members().size(); ++i)
       FillEffect(selection, fit, i, grow);
     std::set<std::string> named;

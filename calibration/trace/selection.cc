@@ -22,7 +22,7 @@ constexpr double kShareOfCatalogue = 0.65, kShareOfProducts = 0.1, kShareOfCurve
 constexpr double kNearLevel = 4.0;
 constexpr std::size_t kMostEffects = 12;
 // Many steps and tones are no cause but a residual that is not understood.
-constexpr std::ptrdiff_t kMostScanned = 4;
+constexpr std::ptrdiff_t kMostScanned = 6;
 // What a column must bring for an exchange of candidates of different size to be fair.
 constexpr double kCostOfColumn = 8.0;
 // Ten of -2 log L, with the same for what a column costs: rivals.
