@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -7,6 +8,7 @@
 #include "calibration/trace/calibration_file.h"
 #include "cli/commands.h"
 #include "cli/corrected_table.h"
+#include "cli/effect_text.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
 #include "cli/number_text.h"
@@ -103,9 +105,12 @@ void Print(const CorrectedTable& table, const Options& options) {
   if (table.without_time > 0)
     fmt::print("  {} rows without a time, or of other length: left empty\n",
                FormatCount(table.without_time));
-  for (const std::string& remark : table.correction.remarks) {
-    const std::string line = "  ! " + remark;
-    fmt::print("{}\n", terminal.is_terminal ? Wrap(line, terminal.columns, 4) : line);
+  const std::vector<std::string>& remarks = table.correction.remarks;
+  for (auto remark = remarks.begin(); remark != remarks.end(); ++remark) {
+    if (std::find(remarks.begin(), remark, *remark) != remark) continue;
+    const auto times = std::count(remark, remarks.end(), *remark);
+    const std::string note = times > 1 ? fmt::format(" ({} times)", times) : "";
+    fmt::print("{}", Paragraph("! " + *remark + note, terminal, 2));
   }
 }
 

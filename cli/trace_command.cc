@@ -10,6 +10,7 @@
 #include "cli/trace_text.h"
 #include "cli/traced_inputs.h"
 #include "recording/run_directory.h"
+#include "report/reason.h"
 #include "report/report.h"
 
 namespace gyrobench::cli {
@@ -20,7 +21,10 @@ void Print(const TracedInputs& inputs, const Options& options) {
   if (options.json) {
     fmt::print("{}\n", trace.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else if (!options.quiet) {
-    fmt::print("{}", TraceText(trace, DescribeTerminal(fileno(stdout))));
+    std::vector<double> rates_deg_s;
+    for (const auto& channel : inputs.traced.result.channels)
+      rates_deg_s.push_back(report::LargestRate_deg_s(channel));
+    fmt::print("{}", TraceText(trace, DescribeTerminal(fileno(stdout)), rates_deg_s));
   }
   std::fflush(stdout);
 }

@@ -4,11 +4,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <vector>
 
+#include "base/measurement.h"
+#include "cli/effect_text.h"
 #include "cli/json_field.h"
 #include "cli/number_text.h"
+#include "cli/unseen_text.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -16,73 +20,51 @@ namespace {
 using Json = nlohmann::json;
 using Rows = std::vector<std::vector<std::string>>;
 
-std::vector<std::string> Texts(const Json& list) {
-  std::vector<std::string> texts;
-  for (const Json& value : list) texts.push_back(Plain(value));
-  return texts;
+bool HasEffects(const Json& channel) { return !Field(channel, "effects").empty(); }
+
+// A sentence as a part of another one.
+std::string Clause(std::string sentence) {
+  if (sentence.ends_with('.')) sentence.pop_back();
+  if (!sentence.empty())
+    sentence.front() =
+        static_cast<char>(std::tolower(static_cast<unsigned char>(sentence.front())));
+  return sentence;
 }
 
-std::string Paragraph(const std::string& text, const Terminal& terminal, int indent) {
-  const std::string pad(static_cast<std::size_t>(indent), ' ');
-  if (!terminal.is_terminal) return pad + text + "\n";
-  return pad + Wrap(text, terminal.columns - indent, indent + 2) + "\n";
+// What is said of a channel without effects. Where nothing was fitted, nothing was looked at.
+std::string WithoutEffects(const Json& channel) {
+  const std::string verdict = Text(channel, "verdict"), summary = Text(channel, "summary");
+  if (verdict != "none")
+    return VerdictWords(verdict) + (summary.empty() ? "" : "; " + Clause(summary));
+  const Json& baseline = Field(channel, "baseline");
+  const bool fitted = std::isfinite(Number(baseline, "whitened_rms"));
+  return baseline.is_object() && !fitted ? "not traced; the remarks say why"
+                                         : VerdictWords(verdict);
 }
 
-std::string PValue(double p) {
-  if (!std::isfinite(p)) return "-";
-  return p < 1e-16 ? "< 1e-16" : fmt::format("{:.2g}", p);
+// "partly explained by angle.latency"
+std::string VerdictSentence(const Json& channel) {
+  if (!HasEffects(channel)) return WithoutEffects(channel);
+  return fmt::format("{} by {}", VerdictWords(Text(channel, "verdict")),
+                     NamesOfEffects(Field(channel, "effects")));
 }
 
-// "0.62 → 0.15"
-std::string BeforeAfter(const Json& held_out) {
-  const double before = Number(held_out, "before"), after = Number(held_out, "after");
-  if (!std::isfinite(before) && !std::isfinite(after)) return "-";
-  return FormatNumber(before, 3) + " → " + FormatNumber(after, 3);
+std::string Headline(const Json& channel, const Terminal& terminal) {
+  std::string text = terminal.Bold(fmt::format("Gyro {}:", Text(channel, "gyro"))) + " " +
+                     VerdictSentence(channel);
+  const std::string angle = BeforeAfter(Field(channel, "heldout_angle_rms_deg"));
+  if (HasEffects(channel) && angle != "-")
+    text += fmt::format("; angle error of held-out data {} deg", angle);
+  return Paragraph(text, terminal, 0);
 }
 
 std::string Reduction(const Json& held_out) {
   const std::vector<double> interval = Numbers(Field(held_out, "reduction_ci95"));
   if (interval.size() != 2 || !std::isfinite(interval[0]) || !std::isfinite(interval[1])) return "";
-  return fmt::format("{:.0f} .. {:.0f} % less", 100.0 * interval[0], 100.0 * interval[1]);
-}
-
-std::string ParameterValue(const Json& parameter) {
-  return FormatMeasured(Number(parameter, "value"), Number(parameter, "std_error"));
-}
-
-std::string Whose(const Json& effect) {
-  const std::string owner = Text(effect, "owner");
-  return owner.empty() || owner == "gyro" ? "gyro" : owner;
-}
-
-std::string EffectTable(const Json& effects, const Terminal& terminal) {
-  Rows rows = {{"effect", "of", "angle error, deg", "whitened rms", "p-value"}};
-  for (const Json& effect : effects) {
-    rows.push_back(
-        {Text(effect, "id"), Whose(effect), BeforeAfter(Field(effect, "heldout_angle_rms_deg")),
-         BeforeAfter(Field(effect, "heldout_whitened_rms")), PValue(Number(effect, "p_value"))});
-  }
-  return FitLines(AlignColumns(rows, std::vector<Align>(5, Align::kLeft), 2), terminal);
-}
-
-std::string EffectsText(const Json& effects, const Terminal& terminal) {
-  if (!effects.is_array() || effects.empty()) return "";
-  std::string text = EffectTable(effects, terminal);
-  for (const Json& effect : effects) {
-    std::string line = Text(effect, "id");
-    if (const std::string equation = Text(effect, "equation"); !equation.empty())
-      line += ": " + equation;
-    if (const std::string cause = Text(effect, "cause"); !cause.empty()) line += "; " + cause;
-    text += Paragraph(line, terminal, 2);
-    const std::vector<std::string> rivals = Texts(Field(effect, "rivals"));
-    if (!rivals.empty()) {
-      text += Paragraph(fmt::format("or {}: these data cannot tell", fmt::join(rivals, ", or ")),
-                        terminal, 4);
-    }
-    if (const std::string by = Text(effect, "settled_by"); !by.empty())
-      text += Paragraph("settled by: " + by, terminal, 4);
-  }
-  return text;
+  const double low = 100.0 * interval[0], high = 100.0 * interval[1];
+  if (low < 0.0 && high > 0.0) return fmt::format("{:.0f} % more .. {:.0f} % less", -low, high);
+  if (low < 0.0) return fmt::format("{:.0f} .. {:.0f} % more", -high, -low);
+  return fmt::format("{:.0f} .. {:.0f} % less", low, high);
 }
 
 void AddRow(Rows& rows, const std::string& name, const std::string& value, const std::string& unit,
@@ -90,87 +72,62 @@ void AddRow(Rows& rows, const std::string& name, const std::string& value, const
   if (value != "-" && !value.empty()) rows.push_back({name, value, unit, note});
 }
 
-void AddParameters(Rows& rows, const std::string& of, const Json& parameters) {
-  for (const Json& parameter : parameters) {
-    const std::string unit = Text(parameter, "unit");
-    AddRow(rows, of + ": " + Text(parameter, "name"), ParameterValue(parameter),
-           unit == "1" ? "" : unit);
+void AddErrors(Rows& rows, const Json& channel) {
+  if (!HasEffects(channel)) {
+    const Json& baseline = Field(channel, "baseline");
+    AddRow(rows, "angle error", FormatNumber(Number(baseline, "angle_rms_deg"), 3), "deg");
+    AddRow(rows, "whitened rms", FormatNumber(Number(baseline, "whitened_rms"), 4), "",
+           "1: as the noise explains");
+    return;
   }
+  const Json& angle = Field(channel, "heldout_angle_rms_deg");
+  AddRow(rows, "angle error, held out", BeforeAfter(angle), "deg", Reduction(angle));
+  AddRow(rows, "whitened rms, held out", BeforeAfter(Field(channel, "heldout_whitened_rms")), "",
+         "1: as the noise explains");
+  AddRow(rows, "angle error, forecast", BeforeAfter(Field(channel, "forecast_angle_rms_deg")),
+         "deg", "learnt on the first 60 %");
 }
 
 std::string FiguresText(const Json& channel, const Terminal& terminal) {
   Rows rows;
-  const Json& baseline = Field(channel, "baseline");
-  AddParameters(rows, "baseline", Field(baseline, "parameters"));
-  for (const Json& effect : Field(channel, "effects"))
-    AddParameters(rows, Text(effect, "id"), Field(effect, "parameters"));
-  if (!Field(channel, "effects").empty()) {
-    const Json& angle = Field(channel, "heldout_angle_rms_deg");
-    AddRow(rows, "angle error, held out", BeforeAfter(angle), "deg", Reduction(angle));
-    AddRow(rows, "whitened rms, held out", BeforeAfter(Field(channel, "heldout_whitened_rms")), "",
-           "1: as the noise explains");
-    AddRow(rows, "angle error, forecast", BeforeAfter(Field(channel, "forecast_angle_rms_deg")),
-           "deg", "first 60 % of the time learnt, rest foretold");
-  } else {
-    AddRow(rows, "angle error", FormatNumber(Number(baseline, "angle_rms_deg"), 3), "deg");
-    AddRow(rows, "whitened rms", FormatNumber(Number(baseline, "whitened_rms"), 4), "",
-           "1: as the noise explains");
-  }
+  AddErrors(rows, channel);
   const Json& noise = Field(channel, "noise");
   AddRow(rows, "angle random walk", FormatNumber(Number(noise, "angle_random_walk_deg_sqrt_s"), 3),
          "deg/sqrt(s)");
   AddRow(rows, "bias random walk", FormatNumber(Number(noise, "bias_random_walk_deg_s_sqrt_s"), 3),
          "deg/s/sqrt(s)");
   AddRow(rows, "reference noise", FormatNumber(Number(noise, "reference_deg"), 3), "deg");
-  return FitLines(AlignColumns(rows, std::vector<Align>(4, Align::kLeft), 2), terminal);
+  if (rows.empty()) return "";
+  return "  figures\n" +
+         FitLines(AlignColumns(rows, std::vector<Align>(4, Align::kLeft), 4), terminal);
+}
+
+std::string BaselineText(const Json& channel, const Terminal& terminal) {
+  const std::string parameters =
+      ParametersText(Field(Field(channel, "baseline"), "parameters"), terminal, kMissing);
+  return parameters.empty() ? "" : "  baseline\n" + parameters;
+}
+
+std::string FindingText(const Json& finding) {
+  const std::string says = Text(finding, "says"), covariate = Text(finding, "covariate");
+  const std::string test =
+      Text(finding, "test") + (covariate.empty() ? "" : " against " + covariate);
+  return fmt::format("{} ({})", says.empty() ? test : says, PValue(Number(finding, "p_value")));
 }
 
 std::string RemainingText(const Json& remaining, const Terminal& terminal) {
   std::string text;
-  for (const Json& finding : Field(remaining, "findings")) {
-    std::string line = Text(finding, "test");
-    if (const std::string covariate = Text(finding, "covariate"); !covariate.empty())
-      line += " against " + covariate;
-    line += fmt::format(" (p = {})", PValue(Number(finding, "p_value")));
-    if (const std::string says = Text(finding, "says"); !says.empty()) line += ": " + says;
-    text += Paragraph(line, terminal, 4);
-  }
+  for (const Json& finding : Field(remaining, "findings"))
+    text += Paragraph(FindingText(finding), terminal, 4);
   if (!text.empty()) return "  what remains\n" + text;
   const Json& white = Field(remaining, "white");
   return white.is_boolean() && white.get<bool>() ? "  what remains: white noise\n" : "";
 }
 
-std::string UnidentifiableText(const Json& list, const Terminal& terminal) {
-  if (!list.is_array() || list.empty()) return "";
-  std::string text = "  not to be seen in these data\n";
-  for (const Json& one : list) {
-    std::string line = Text(one, "id") + ": " + Text(one, "because");
-    if (const std::string by = Text(one, "settled_by"); !by.empty()) line += "; shown by: " + by;
-    text += Paragraph(line, terminal, 4);
-  }
-  return text;
-}
-
-std::string RemarkLines(const Json& remarks, const Terminal& terminal) {
-  std::string text;
-  for (const std::string& remark : Texts(remarks)) text += Paragraph("! " + remark, terminal, 2);
-  return text;
-}
-
-std::string Heading(const Json& channel) {
-  return fmt::format("Gyro {}: {}", Text(channel, "gyro"), VerdictWords(Text(channel, "verdict")));
-}
-
-std::string ChannelText(const Json& channel, const Terminal& terminal) {
-  std::string text = terminal.Bold(Heading(channel)) + "\n";
-  if (const std::string summary = Text(channel, "summary"); !summary.empty())
-    text += Paragraph(summary, terminal, 0);
-  const std::string effects = EffectsText(Field(channel, "effects"), terminal);
-  if (!effects.empty()) text += "\n" + effects + "\n";
-  return text + FiguresText(channel, terminal) +
-         RemainingText(Field(channel, "remaining"), terminal) +
-         UnidentifiableText(Field(channel, "unidentifiable"), terminal) +
-         RemarkLines(Field(channel, "remarks"), terminal);
+std::string ChannelText(const Json& channel, const Terminal& terminal, double largest_rate_deg_s) {
+  return EffectsText(Field(channel, "effects"), terminal, largest_rate_deg_s) +
+         BaselineText(channel, terminal) + FiguresText(channel, terminal) +
+         RemainingText(Field(channel, "remaining"), terminal);
 }
 
 std::string InputsText(const Json& inputs, const Terminal& terminal) {
@@ -202,27 +159,33 @@ std::string VerdictWords(const std::string& verdict) {
   return words;
 }
 
-std::string TraceText(const Json& trace, const Terminal& terminal) {
+std::string TraceText(const Json& trace, const Terminal& terminal,
+                      const std::vector<double>& largest_rates_deg_s) {
+  const Json& channels = Field(trace, "channels");
   std::string text;
-  for (const Json& channel : Field(trace, "channels"))
-    text += (text.empty() ? "" : "\n") + ChannelText(channel, terminal);
-  text += (text.empty() ? "" : "\n") + InputsText(Field(trace, "inputs"), terminal);
-  return text + RemarkLines(Field(trace, "remarks"), terminal);
+  for (const Json& channel : channels) text += Headline(channel, terminal);
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const double rate = i < largest_rates_deg_s.size() ? largest_rates_deg_s[i] : kMissing;
+    const std::string inside = ChannelText(channels[i], terminal, rate);
+    if (inside.empty()) continue;
+    text += "\n";
+    if (channels.size() > 1)
+      text += terminal.Bold(fmt::format("Gyro {}", Text(channels[i], "gyro"))) + "\n";
+    text += inside;
+  }
+  for (const std::string& part :
+       {UnseenText(channels, terminal),
+        InputsText(Field(trace, "inputs"), terminal) + TraceRemarks(trace, terminal)}) {
+    if (!part.empty()) text += (text.empty() ? "" : "\n") + part;
+  }
+  return text;
 }
 
 std::string TraceSummary(const Json& trace, const Terminal& terminal) {
   std::string text;
   for (const Json& channel : Field(trace, "channels")) {
-    std::vector<std::string> ids;
-    for (const Json& effect : Field(channel, "effects")) {
-      std::vector<std::string> names = {Text(effect, "id")};
-      for (const std::string& rival : Texts(Field(effect, "rivals"))) names.push_back(rival);
-      ids.push_back(fmt::format("{}", fmt::join(names, " or ")));
-    }
-    std::string line =
-        fmt::format("gyro {}: {}", Text(channel, "gyro"), VerdictWords(Text(channel, "verdict")));
-    if (!ids.empty()) line += fmt::format(" by {}", fmt::join(ids, ", "));
-    text += Paragraph(line, terminal, 2);
+    text += Paragraph(fmt::format("gyro {}: {}", Text(channel, "gyro"), VerdictSentence(channel)),
+                      terminal, 2);
   }
   return text.empty() ? "" : terminal.Bold("Trace") + "\n" + text;
 }

@@ -41,6 +41,31 @@ bool IsEmpty(const std::vector<double>& values) {
   return std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
+// Bins where the data never were would else be crossed by a line.
+Series WithGaps(const Series& series) {
+  constexpr double kGap = 3.0;  // usual distances between bins
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < series.x.size(); ++i) steps.push_back(series.x[i] - series.x[i - 1]);
+  if (steps.size() < 3) return series;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  Series parted;
+  const auto put = [](const std::vector<double>& from, std::size_t i, std::vector<double>& to) {
+    if (i < from.size()) to.push_back(from[i]);
+  };
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    if (i > 0 && series.x[i] - series.x[i - 1] > kGap * *middle) {
+      parted.x.push_back(kMissing);
+      parted.before.push_back(kMissing);
+      if (!series.after.empty()) parted.after.push_back(kMissing);
+    }
+    put(series.x, i, parted.x);
+    put(series.before, i, parted.before);
+    put(series.after, i, parted.after);
+  }
+  return parted;
+}
+
 // Before and after; one curve where nothing was added or nothing is known of after.
 void AddCurves(Chart& chart, const Series& series, bool dense, bool has_effects) {
   // Lines without markers would lose single points between gaps.
@@ -130,7 +155,11 @@ class ChannelCharts {
     Draw(chart, "the data have no rest that is long enough.");
   }
 
-  Markup ToMarkup() const { return Element("div", figures_, "charts") + notes_; }
+  Markup ToMarkup() const {
+    const Markup notes =
+        notes_.empty() ? Markup() : Element("p", "Not drawn:", "no-chart") + BulletList(notes_);
+    return Element("div", figures_, "charts") + notes;
+  }
 
  private:
   Chart Make(const std::string& title, const std::string& x_label,
@@ -143,7 +172,7 @@ class ChannelCharts {
   }
 
   void Binned(Chart chart, const Series& series, const std::string& why_empty) {
-    AddCurves(chart, series, false, has_effects_);
+    AddCurves(chart, WithGaps(series), false, has_effects_);
     ShortenNames(chart);
     Draw(chart, why_empty);
   }
@@ -156,14 +185,13 @@ class ChannelCharts {
   void Draw(const Chart& chart, const std::string& why_empty) {
     const auto [figure, why_not] = charter_.Draw(chart, why_empty);
     figures_ += figure;
-    if (why_not.empty()) return;
-    notes_ += Element("p", Element("b", chart.title + ".") + Markup::Text(" Not drawn: " + why_not),
-                      "no-chart");
+    if (!why_not.empty()) notes_.push_back(chart.title + ": " + why_not);
   }
 
   const ChannelTrace& channel_;
   Charter& charter_;
-  Markup figures_, notes_;
+  Markup figures_;
+  std::vector<std::string> notes_;
   bool has_effects_;
 };
 

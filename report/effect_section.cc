@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "report/number.h"
+#include "report/reason.h"
 #include "report/sections.h"
 
 namespace gyrobench::report {
@@ -29,11 +32,22 @@ const char* OriginWords(EffectOrigin origin) {
   return "";
 }
 
-std::string ParameterText(const TracedEffect& effect) {
+// A true minus, and spaces at which no line breaks.
+std::string Printed(std::string text) {
+  for (std::size_t at = 0; (at = text.find(' ', at)) != std::string::npos; at += 2)
+    text.replace(at, 1, "\u00A0");
+  return text.starts_with('-') ? "−" + text.substr(1) : text;
+}
+
+std::string ParameterText(const TracedEffect& effect, double largest_rate_deg_s) {
   std::string text;
   for (const auto& parameter : effect.parameters) {
-    text += fmt::format("{}{} = {}", text.empty() ? "" : ",  ", parameter.name,
-                        FormatMeasured(parameter.value, parameter.std_error, parameter.unit));
+    text += (text.empty() ? "" : ", ") +
+            Printed(fmt::format("{} = {}", parameter.name,
+                                FormatMeasured(parameter.value, parameter.std_error,
+                                               parameter.unit == "1" ? "" : parameter.unit)));
+    const std::string share = ScaleAtRate(parameter.value, parameter.unit, largest_rate_deg_s);
+    if (!share.empty()) text += fmt::format(" (of the rate: {})", Printed(share));
   }
   return text;
 }
@@ -44,29 +58,97 @@ std::string Gain(const HeldOut& figure, const std::string& unit, bool ratio) {
                      Reduction(figure));
 }
 
-Markup Card(const ChannelTrace& channel, const TracedEffect& effect) {
+Markup Facts(const TracedEffect& effect, double largest_rate_deg_s) {
   Markup lines;
-  AddFact(lines, "Cause", Markup::Text(effect.cause));
-  AddFact(lines, "Equation", effect.equation.empty() ? Markup() : Code(effect.equation));
-  AddFact(lines, "Found", Markup::Text(ParameterText(effect)));
+  AddFact(lines, "Found", Markup::Text(ParameterText(effect, largest_rate_deg_s)));
   AddFact(lines, "Chance",
           Markup::Text(FormatPValue(effect.p_value) +
                        ", after correction for everything that was tried"));
   AddFact(lines, "Angle error", Markup::Text(Gain(effect.heldout_angle_rms_deg, "deg", false)));
   AddFact(lines, "Residual / noise", Markup::Text(Gain(effect.heldout_whitened_rms, "", true)));
-  AddFact(lines, "Origin", Markup::Text(OriginWords(effect.origin)));
-  const Markup head = Element("span", "Axis " + AxisName(channel.axis), "axis") + Code(effect.id);
-  return Element("article", Element("h4", head) + Element("dl", lines));
+  return lines;
+}
+
+// Several effects of one id: a line each, figures held out without it and with it.
+Markup Instances(const EffectGroup& group, double largest_rate_deg_s) {
+  Table table({{""},
+               {"Found"},
+               {"Chance, corrected"},
+               {"Angle error [deg]", true},
+               {"Residual / noise", true}});
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    const TracedEffect& effect = *group[i];
+    table.AddRow({Markup::Text(fmt::format("{}", i + 1)),
+                  Markup::Text(ParameterText(effect, largest_rate_deg_s)),
+                  Markup::Text(FormatPValue(effect.p_value)),
+                  Markup::Text(BeforeAfter(effect.heldout_angle_rms_deg, "", false)),
+                  Markup::Text(BeforeAfter(effect.heldout_whitened_rms, "", true))});
+  }
+  return table.ToMarkup();
+}
+
+// The equations of a group, each once: those of curves differ by their numbers.
+Markup Equations(const EffectGroup& group) {
+  Markup codes;
+  std::set<std::string> said = {""};
+  for (const TracedEffect* effect : group) {
+    if (!said.insert(effect->equation).second) continue;
+    if (!codes.empty()) codes += Markup::Text("; ");
+    codes += Code(effect->equation);
+  }
+  return codes;
+}
+
+Markup Card(const ChannelTrace& channel, const EffectGroup& group) {
+  const TracedEffect& first = *group.front();
+  const double rate_deg_s = LargestRate_deg_s(channel);
+  Markup lines;
+  AddFact(lines, "Cause", Markup::Text(first.cause));
+  AddFact(lines, "Equation", Equations(group));
+  if (group.size() == 1) lines += Facts(first, rate_deg_s);
+  AddFact(lines, "Origin", Markup::Text(OriginWords(first.origin)));
+  Markup head = Element("span", "Axis " + AxisName(channel.axis), "axis") + Code(first.id);
+  if (group.size() > 1) head += Markup::Text(fmt::format(", {} times", group.size()));
+  Markup card = Element("h4", head) + Element("dl", lines);
+  if (group.size() > 1) card += Instances(group, rate_deg_s);
+  return Element("article", card);
 }
 
 Markup CardsOf(const TraceResult& trace, EffectOwner owner) {
   Markup cards;
   for (const ChannelTrace& channel : trace.channels) {
-    for (const TracedEffect& effect : channel.effects) {
-      if (effect.owner == owner) cards += Card(channel, effect);
+    for (const EffectGroup& group : GroupById(channel)) {
+      if (group.front()->owner == owner) cards += Card(channel, group);
     }
   }
   return cards;
+}
+
+// One effect that was not to be seen, with the axes of which that holds.
+struct Unseen {
+  std::string id, kind, figures, shown_by, axes;
+};
+
+std::vector<Unseen> AllUnseen(const TraceResult& trace) {
+  std::vector<Unseen> all;
+  for (const ChannelTrace& channel : trace.channels) {
+    const std::string axis = AxisName(channel.axis);
+    for (const auto& one : channel.unidentifiable) {
+      const Reason reason = SplitReason(one.because);
+      const auto same = std::find_if(all.begin(), all.end(), [&](const Unseen& other) {
+        return other.id == one.id && other.kind == reason.kind && other.figures == reason.figures &&
+               other.shown_by == one.settled_by;
+      });
+      if (same == all.end()) {
+        all.push_back({one.id, reason.kind, reason.figures, one.settled_by, axis});
+      } else {
+        same->axes += ",\u00A0" + axis;
+      }
+    }
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Unseen& a, const Unseen& b) { return a.id < b.id; });
+  return all;
 }
 
 Markup Names(const std::vector<std::string>& ids) {
@@ -87,16 +169,23 @@ Markup EffectSection(const TraceResult& trace) {
   if (gyro.empty() && reference.empty() && bench.empty()) {
     return Section("Effects", Paragraph("No effect was added to the baseline."));
   }
-  Markup inside = Element("h3", "The gyro's own: they go into the calibration");
-  inside += gyro.empty() ? Paragraph("None. The calibration is the baseline.") : gyro;
+  Markup inside = Element("h3", "The gyro's own: the calibration corrects them");
+  inside +=
+      gyro.empty()
+          ? Paragraph("None. The calibration corrects the baseline alone.")
+          : Paragraph(
+                "But for what no correction sample by sample can undo: a lag, a step or a tone "
+                "of this run, the Earth's rotation.",
+                "note") +
+                gyro;
   if (!reference.empty()) {
     inside +=
-        Element("h3", "The reference's: removed from the comparison, not in the calibration") +
+        Element("h3", "The reference's: errors of the comparison, not corrected in the sensor") +
         reference;
   }
   if (!bench.empty()) {
     inside +=
-        Element("h3", "The bench's: removed from the comparison, not in the calibration") + bench;
+        Element("h3", "The bench's: errors of the comparison, not corrected in the sensor") + bench;
   }
   return Section("Effects, and whose they are", inside, "");
 }
@@ -119,17 +208,24 @@ Markup RivalSection(const TraceResult& trace) {
 }
 
 Markup UnidentifiableSection(const TraceResult& trace) {
-  Table table({{"Axis"}, {"Effect"}, {"Because"}, {"What would show it"}});
-  for (const ChannelTrace& channel : trace.channels) {
-    for (const auto& effect : channel.unidentifiable) {
-      table.AddRow({Markup::Text(AxisName(channel.axis)), Code(effect.id),
-                    Markup::Text(effect.because), Markup::Text(effect.settled_by)});
+  if (trace.channels.empty()) return {};
+  const std::vector<Unseen> all = AllUnseen(trace);
+  if (all.empty()) {
+    return Section("What these data cannot show",
+                   Paragraph("Every effect of the catalogue would have shown."));
+  }
+  Table table({{"Effect"}, {"Axis"}, {"Figures, in that order"}, {"What would show it"}});
+  std::set<std::string> said;
+  for (const Unseen& first : all) {
+    if (!said.insert(first.kind).second) continue;
+    table.AddGroup(Markup::Text(first.kind));
+    for (const Unseen& one : all) {
+      if (one.kind != first.kind) continue;
+      table.AddRow({Code(one.id), Markup::Text(one.axes), Markup::Text(one.figures),
+                    Markup::Text(one.shown_by)});
     }
   }
-  if (trace.channels.empty()) return {};
-  return Section("What these data cannot show",
-                 table.empty() ? Paragraph("Every effect of the catalogue would have shown.")
-                               : table.ToMarkup());
+  return Section("What these data cannot show", table.ToMarkup(), "");
 }
 
 }  // namespace gyrobench::report

@@ -61,6 +61,11 @@ class ParameterRows {
   std::array<std::vector<std::string>, 4> numbers_;
 };
 
+std::string Whose(const calibration::TracedEffect& effect) {
+  if (effect.owner == calibration::EffectOwner::kGyro) return "";
+  return fmt::format(" (the {}'s, not the sensor's)", Name(effect.owner));
+}
+
 Markup BaselineNote(const ChannelTrace& channel) {
   const auto& baseline = channel.baseline;
   std::string text;
@@ -83,12 +88,12 @@ Markup ParameterSection(const calibration::TraceResult& trace) {
   for (const ChannelTrace& channel : trace.channels) {
     ParameterRows rows;
     rows.Add(Markup::Text("Baseline"), channel.baseline.parameters);
-    for (const auto& effect : channel.effects) {
-      const std::string whose =
-          effect.owner == calibration::EffectOwner::kGyro
-              ? ""
-              : fmt::format(" (the {}'s, not in the calibration)", Name(effect.owner));
-      rows.Add(Code(effect.id) + Markup::Text(whose), effect.parameters);
+    for (const EffectGroup& group : GroupById(channel)) {
+      for (std::size_t i = 0; i < group.size(); ++i) {
+        const std::string which =
+            group.size() == 1 ? "" : fmt::format(", {} of {}", i + 1, group.size());
+        rows.Add(Code(group[i]->id) + Markup::Text(which + Whose(*group[i])), group[i]->parameters);
+      }
     }
     if (rows.empty()) continue;
     const Markup head = Element("h3", "Axis " + AxisName(channel.axis));

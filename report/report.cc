@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -78,6 +79,21 @@ void WriteOrThrow(const std::filesystem::path& file, const std::string& text) {
 std::string AxisName(SensorAxis axis) {
   static constexpr const char* kNames[] = {"x", "y", "z"};
   return kNames[static_cast<std::size_t>(axis)];
+}
+
+std::vector<EffectGroup> GroupById(const calibration::ChannelTrace& channel) {
+  std::vector<EffectGroup> groups;
+  for (const auto& effect : channel.effects) {
+    const auto same = std::find_if(groups.begin(), groups.end(), [&](const EffectGroup& group) {
+      return group.front()->id == effect.id;
+    });
+    if (same == groups.end()) {
+      groups.push_back({&effect});
+    } else {
+      same->push_back(&effect);
+    }
+  }
+  return groups;
 }
 
 void AddFact(Markup& facts, const std::string& name, const Markup& text) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "report/charter.h"
 #include "report/markup.h"
@@ -18,6 +19,7 @@ Markup ParameterSection(const calibration::TraceResult& trace);
 Markup EffectSection(const calibration::TraceResult& trace);
 // Empty where no effect was named.
 Markup RivalSection(const calibration::TraceResult& trace);
+// By reason, each said once; axes of which the same holds share a line.
 Markup UnidentifiableSection(const calibration::TraceResult& trace);
 Markup RemainingSection(const calibration::TraceResult& trace);
 Markup NoiseSection(const calibration::TraceResult& trace);
@@ -28,6 +30,9 @@ Markup ProvenanceSection(const ReportContent& content);
 
 // Shared by the parts.
 std::string AxisName(SensorAxis axis);  // "x"
+// Effects of one id in the order in which they were found.
+using EffectGroup = std::vector<const calibration::TracedEffect*>;
+std::vector<EffectGroup> GroupById(const calibration::ChannelTrace& channel);
 Markup Section(const std::string& title, const Markup& inside,
                const std::string& css_class = "short");
 // A line of a list <dl>; none where there is no text.

@@ -46,7 +46,9 @@ figure svg text, figure svg tspan { font-family: "Source Sans 3", "Noto Sans", "
   Arial, "DejaVu Sans", sans-serif; font-variant-numeric: tabular-nums; }
 figcaption { color: var(--soft); font-size: 13.5px; line-height: 1.35; margin-top: 2px; }
 figcaption b { color: var(--ink); }
-.no-chart { color: var(--soft); font-size: 13.5px; margin: 8px 0 0; break-inside: avoid; }
+.no-chart, .no-chart + ul { color: var(--soft); font-size: 13.5px; margin: 8px 0 0; }
+.no-chart { break-after: avoid; }
+.no-chart + ul { margin-top: 0; break-inside: avoid; }
 
 table { border-collapse: collapse; width: 100%; font-size: 14px; margin: 6px 0 10px; }
 th { text-align: left; font-weight: 600; color: var(--soft); font-size: 13px; vertical-align: bottom;

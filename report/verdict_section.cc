@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "report/number.h"
 #include "report/sections.h"
@@ -62,31 +64,75 @@ Markup Figures(const ChannelTrace& channel) {
   return Element("div", figures, "figures");
 }
 
-// "A (the reference's), B or C".
+// "A (the reference's), B or C, D (4 times, the bench's)".
 Markup NamesOfEffects(const ChannelTrace& channel) {
   Markup names;
-  for (const auto& effect : channel.effects) {
+  for (const EffectGroup& group : GroupById(channel)) {
     if (!names.empty()) names += Markup::Text(", ");
-    names += Code(effect.id);
-    for (const std::string& rival : effect.rivals) names += Markup::Text(" or ") + Code(rival);
-    if (effect.owner != calibration::EffectOwner::kGyro) {
-      names += Markup::Text(fmt::format(" (the {}'s)", Name(effect.owner)));
-    }
+    names += Code(group.front()->id);
+    std::set<std::string> rivals;
+    for (const auto* effect : group) rivals.insert(effect->rivals.begin(), effect->rivals.end());
+    for (const std::string& rival : rivals) names += Markup::Text(" or ") + Code(rival);
+    std::string note = group.size() > 1 ? fmt::format("{} times", group.size()) : "";
+    if (group.front()->owner != calibration::EffectOwner::kGyro)
+      note += fmt::format("{}the {}'s", note.empty() ? "" : ", ", Name(group.front()->owner));
+    if (!note.empty()) names += Markup::Text(fmt::format(" ({})", note));
   }
   return names;
 }
 
-Markup Channel(const ChannelTrace& channel) {
-  const VerdictWords words = WordsFor(channel.verdict);
+// Where nothing was fitted, nothing was looked at, and there is no verdict.
+bool IsTraced(const ChannelTrace& channel) {
+  return channel.verdict != Verdict::kNone || std::isfinite(channel.baseline.whitened_rms);
+}
+
+VerdictWords WordsFor(const ChannelTrace& channel) {
+  if (IsTraced(channel)) return WordsFor(channel.verdict);
+  return {"–", "Not traced", "none",
+          "This axis could not be traced with these data; the remarks say why."};
+}
+
+// The tracer's summary names the effects and the figures, which stand below where there are any.
+std::string Sentence(const ChannelTrace& channel, const VerdictWords& words) {
+  const bool figures = std::isfinite(channel.heldout_angle_rms_deg.before);
+  const bool shown_below = !channel.effects.empty() && figures;
+  return channel.summary.empty() || shown_below ? words.sentence : channel.summary;
+}
+
+// Remarks of a channel that do not hold for all of them.
+std::vector<std::string> OwnRemarks(const ChannelTrace& channel,
+                                    const std::vector<std::string>& shared) {
+  std::vector<std::string> own;
+  for (const std::string& remark : channel.remarks)
+    if (std::find(shared.begin(), shared.end(), remark) == shared.end()) own.push_back(remark);
+  return own;
+}
+
+std::vector<std::string> SharedRemarks(const calibration::TraceResult& trace) {
+  std::vector<std::string> shared;
+  if (trace.channels.size() < 2) return shared;
+  for (const std::string& remark : trace.channels.front().remarks) {
+    const bool all =
+        std::all_of(trace.channels.begin(), trace.channels.end(), [&](const ChannelTrace& channel) {
+          const auto& own = channel.remarks;
+          return std::find(own.begin(), own.end(), remark) != own.end();
+        });
+    if (all) shared.push_back(remark);
+  }
+  return shared;
+}
+
+Markup Channel(const ChannelTrace& channel, const std::vector<std::string>& shared_remarks) {
+  const VerdictWords words = WordsFor(channel);
   Markup head = Element("span", "Axis " + AxisName(channel.axis), "axis") +
                 Element("span", fmt::format("{} {}", words.symbol, words.word), "word");
   Markup inside = Element("h2", head);
-  inside += Paragraph(channel.summary.empty() ? words.sentence : channel.summary, "summary");
+  inside += Paragraph(Sentence(channel, words), "summary");
   if (!channel.effects.empty()) {
     inside += Element("p", Markup::Text("Found: ") + NamesOfEffects(channel), "found");
   }
   inside += Figures(channel);
-  inside += BulletList(channel.remarks);
+  inside += BulletList(OwnRemarks(channel, shared_remarks));
   return Element("section", inside, std::string("verdict ") + words.css_class);
 }
 
@@ -119,11 +165,16 @@ std::string Reduction(const HeldOut& figure) {
 
 Markup VerdictSection(const calibration::TraceResult& trace) {
   Markup section;
-  for (const ChannelTrace& channel : trace.channels) section += Channel(channel);
+  const std::vector<std::string> shared = SharedRemarks(trace);
+  for (const ChannelTrace& channel : trace.channels) section += Channel(channel, shared);
   if (trace.channels.empty()) {
     section += Paragraph("The trace has no channel: nothing could be estimated.", "summary");
   }
-  return section + BulletList(trace.remarks);
+  std::vector<std::string> remarks = shared;
+  remarks.insert(remarks.end(), trace.remarks.begin(), trace.remarks.end());
+  if (remarks.empty()) return section;
+  return section +
+         Element("section", Element("h3", "Remarks on all axes") + BulletList(remarks), "remarks");
 }
 
 }  // namespace gyrobench::report

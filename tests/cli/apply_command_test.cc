@@ -105,6 +105,61 @@ TEST_F(Apply, ReplacesTheGyroInItsPlaceAndLeavesEveryOtherFieldAsItIs) {
   }
 }
 
+// A ramp in the temperature, constant outside of its two knots, and a product with a column.
+TEST_F(Apply, TakesOffCurvesAndProductsThatNoCatalogueHas) {
+  calibration::Calibration calibration = GyroZ();
+  calibration::ModelTerm ramp;
+  ramp.id = "empirical(T)";
+  ramp.origin = calibration::EffectOrigin::kEmpirical;
+  ramp.factors = {"T"};
+  ramp.knots = {24.0, 28.0};
+  ramp.coefficients = {0.0, 0.2};
+  calibration::ModelTerm product;
+  product.id = "composed(w*T)";
+  product.origin = calibration::EffectOrigin::kComposed;
+  product.factors = {"w", "T"};
+  product.offsets = {0.0, 30.0};
+  product.coefficients = {-1e-3};
+  calibration.channels.front().model.terms = {ramp, product};
+  calibration_ = folder_.Write("terms.json", ToJson(calibration).dump());
+  for (const double T_degC : {20.0, 25.0, 27.5, 35.0}) {
+    std::string text = Table();
+    const std::string field = "," + std::to_string(T_degC) + ",";
+    for (std::size_t at = 0; (at = text.find(",25.0,", at)) != std::string::npos; at += 2)
+      text.replace(at, 6, field);
+    const auto table = folder_.Write("in.csv", text);
+    const Finished finished = Run(table, "out.csv", {"--overwrite"});
+    ASSERT_EQ(finished.status, 0) << finished.err;
+    const auto before = LinesOf(table), after = LinesOf(folder_ / "out.csv");
+    const double share = std::clamp((T_degC - 24.0) / (28.0 - 24.0), 0.0, 1.0);
+    for (std::size_t i = 2; i < after.size(); i += 100) {
+      const double xi = std::stod(Fields(before[i])[2]) / 131.0;
+      const double bias = 0.5 + 0.01 * (T_degC - 30.0) + 0.2 * share;
+      const double expected = (xi - bias) / (1.02 - 1e-3 * (T_degC - 30.0));
+      ASSERT_NEAR(std::stod(Fields(after[i])[2]), expected, 2e-7) << T_degC;
+    }
+  }
+}
+
+TEST_F(Apply, SaysOnceThatEffectsOfOneIdAreNotApplied) {
+  calibration::Calibration calibration = GyroZ();
+  calibration::ModelTerm ripple;
+  ripple.id = "angle.ripple";
+  ripple.owner = calibration::EffectOwner::kBench;
+  ripple.coefficients = {0.1, 0.2};
+  for (const double k : {100.0, 200.0, 300.0}) {
+    ripple.nonlinear = {k};
+    calibration.channels.front().model.terms.push_back(ripple);
+  }
+  calibration_ = folder_.Write("ripples.json", ToJson(calibration).dump());
+  const Finished finished = Run(folder_.Write("in.csv", Table()));
+  ASSERT_EQ(finished.status, 0) << finished.err;
+  const std::size_t first = finished.out.find("angle.ripple");
+  EXPECT_NE(first, std::string::npos);
+  EXPECT_EQ(finished.out.find("angle.ripple", first + 1), std::string::npos);
+  EXPECT_THAT(finished.out, HasSubstr("(3 times)"));
+}
+
 TEST_F(Apply, UsesNoReference) {
   std::string changed = Table();
   for (std::size_t at = 0; (at = changed.find(",25.0,", at)) != std::string::npos; at += 6)

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <string>
 
 #include "base/error.h"
 #include "report/markup.h"
@@ -41,7 +42,6 @@ TEST(Report, ShowsAllThatTheTraceSays) {
   const ReportContent content = ExplainedSample();
   const std::string html = Html(content);
   const auto& channel = content.trace->channels.front();
-  EXPECT_THAT(html, HasSubstr(Markup::Text(channel.summary).html()));
   for (const auto& effect : channel.effects) {
     EXPECT_THAT(html, HasSubstr(Markup::Text(effect.id).html()));
     EXPECT_THAT(html, HasSubstr(Markup::Text(effect.cause).html()));
@@ -65,7 +65,7 @@ TEST(Report, ShowsAllThatTheTraceSays) {
 
 TEST(Report, PutsTheVerdictBeforeEverythingElse) {
   const std::string html = Html(ExplainedSample());
-  const std::size_t verdict = html.find("Three effects account");
+  const std::size_t verdict = html.find("Explained</span>");
   EXPECT_LT(verdict, html.find("before and after</h2>"));
   EXPECT_LT(verdict, html.find("<h2>Parameters"));
   EXPECT_LT(html.find("<h2>Parameters"), html.find("<h2>Rivals"));
@@ -81,6 +81,81 @@ TEST(Report, TellsTheGyrosEffectsFromTheReferences) {
   EXPECT_LT(gyro, html.find("<code>bias.of(supply_V)</code></h4>"));
   EXPECT_LT(html.find("<code>bias.of(supply_V)</code></h4>"), reference);
   EXPECT_LT(reference, html.find("<code>angle.eccentricity_1</code></h4>"));
+}
+
+int Count(const std::string& text, const std::string& part) {
+  int count = 0;
+  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size())
+    ++count;
+  return count;
+}
+
+TEST(Report, GivesTheSummaryWhereNoEffectWasNamed) {
+  const ReportContent content = SilentSample();
+  EXPECT_THAT(Html(content), HasSubstr(content.trace->channels.front().summary));
+}
+
+TEST(Report, SaysOnceWhatEffectsOfOneIdShareAndEachNumberOfThem) {
+  ReportContent content = ExplainedSample();
+  auto& effects = content.trace->channels.front().effects;
+  auto ripple = effects.front();
+  ripple.id = "angle.ripple";
+  ripple.cause = "lines of the encoder";
+  ripple.equation = "a sin(k phi)";
+  for (int i = 1; i <= 4; ++i) {
+    ripple.parameters = {{"k", 100.25 * i, "1/turn", 0.01, 0.01}};
+    effects.push_back(ripple);
+  }
+  const std::string html = Html(content);
+  EXPECT_EQ(Count(html, ripple.cause), 1);
+  EXPECT_EQ(Count(html, ripple.equation), 1);
+  for (const char* value : {"100.25", "200.50", "300.75", "401.00"})
+    EXPECT_EQ(Count(html, value), 2) << value;  // with the effect, and among all parameters
+}
+
+TEST(Report, SaysReasonsAndRemarksThatHoldForAllAxesOnce) {
+  ReportContent content = ThreeAxesSample();
+  for (auto& channel : content.trace->channels) {
+    const auto own = std::to_string(static_cast<int>(channel.axis) + 1);
+    channel.remarks = {"the temperature stayed"};
+    channel.unidentifiable = {
+        {"bias.hysteresis", "it only rose", "Cool."},
+        {"scale.temperature", "it only rose", "Turn."},
+        {"scale.g", "its bound here, 0.0" + own + " 1/g, is beyond that of parts, 0.001", "Tilt."}};
+  }
+  const std::string html = Html(content);
+  EXPECT_EQ(Count(html, "the temperature stayed"), 1);
+  EXPECT_EQ(Count(html, "it only rose"), 1);
+  EXPECT_EQ(Count(html, "its bound here is beyond that of parts"), 1);
+  for (const char* figure : {"0.01 1/g, 0.001", "0.02 1/g, 0.001", "0.03 1/g, 0.001"})
+    EXPECT_EQ(Count(html, figure), 1) << figure;
+  for (const char* id : {"bias.hysteresis", "scale.temperature"}) EXPECT_EQ(Count(html, id), 1);
+}
+
+TEST(Report, ShowsACurveWhoseEndsHaveNoError) {
+  ReportContent content = ExplainedSample();
+  auto& effect = content.trace->channels.front().effects[1];
+  effect.origin = calibration::EffectOrigin::kEmpirical;
+  effect.id = "empirical(T)";
+  effect.parameters = {{"change", 0.0512, "deg/s", 0.0031, 0.0030},
+                       {"from", 27.0, "degC", kMissing, kMissing},
+                       {"to", 29.5, "degC", kMissing, kMissing}};
+  const std::string html = Html(content);
+  EXPECT_THAT(html, HasSubstr("change\u00A0=\u00A00.0512\u00A0±\u00A00.0031\u00A0deg/s"));
+  EXPECT_THAT(html, HasSubstr("from\u00A0=\u00A027.0"));
+  EXPECT_THAT(html, HasSubstr("to\u00A0=\u00A029.5"));
+  EXPECT_THAT(html, Not(HasSubstr("\u00A0nan")));
+  EXPECT_THAT(html, Not(HasSubstr(">nan")));
+}
+
+TEST(Report, GivesNoVerdictOnAnAxisThatWasNotFitted) {
+  ReportContent content = SilentSample();
+  auto& channel = content.trace->channels.front();
+  channel.baseline = {};
+  channel.summary.clear();
+  const std::string html = Html(content);
+  EXPECT_THAT(html, HasSubstr("Not traced"));
+  EXPECT_THAT(html, Not(HasSubstr("accounts for all")));
 }
 
 TEST(Report, GivesTheIntervalOfTheErrorBeforeAndAfter) {

@@ -1,0 +1,183 @@
+// A trace in words: said once, and within the line.
+#include "cli/trace_text.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "base/measurement.h"
+
+namespace gyrobench::cli {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+// Words as they follow each other, wherever lines end.
+std::string Flat(const std::string& text) {
+  std::istringstream stream(text);
+  std::string flat;
+  for (std::string word; stream >> word;) flat += (flat.empty() ? "" : " ") + word;
+  return flat;
+}
+
+int Count(const std::string& text, const std::string& part) {
+  int count = 0;
+  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size())
+    ++count;
+  return count;
+}
+
+Terminal Narrow(int columns) {
+  Terminal terminal;
+  terminal.is_terminal = true;
+  terminal.columns = columns;
+  return terminal;
+}
+
+json Parameter(const std::string& name, double value, const std::string& unit) {
+  return {{"name", name}, {"value", value}, {"unit", unit}, {"std_error", nullptr}};
+}
+
+json Ripple(double k) {
+  return {{"id", "angle.ripple"},
+          {"owner", "bench"},
+          {"equation", "a sin(k phi) + b cos(k phi)"},
+          {"cause", "steps of the motor, teeth of a gear, or lines of the encoder"},
+          {"parameters", {Parameter("amplitude", k / 1000.0, "deg"), Parameter("k", k, "1/turn")}},
+          {"p_value", 1e-20},
+          {"rivals", json::array()},
+          {"settled_by", ""}};
+}
+
+json Unseen(const std::string& id, const std::string& because, const std::string& by) {
+  return {{"id", id}, {"because", because}, {"settled_by", by}};
+}
+
+json Channel(const std::string& gyro, const json& effects) {
+  json channel = {{"gyro", gyro},
+                  {"verdict", effects.empty() ? "none" : "partly_explained"},
+                  {"baseline", {{"whitened_rms", 1.0}}},
+                  {"effects", effects},
+                  {"heldout_angle_rms_deg", {{"before", 0.62}, {"after", 0.15}}}};
+  json& unseen = channel["unidentifiable"];
+  for (int i = 0; i < 12; ++i)
+    unseen.push_back(Unseen("scale.number_" + std::to_string(i), "there is no motion",
+                            i % 2 == 0 ? "turn at six speeds" : "turn cold and hot"));
+  const std::string own = gyro == "x" ? "0.3" : "0.4";
+  unseen.push_back(
+      Unseen("bias.g", "its bound, " + own + " deg/s/g, is beyond, 0.1", "hold poses"));
+  channel["remarks"] = {"the site's latitude is not given", "remark of gyro " + gyro};
+  return channel;
+}
+
+json ThreeAxes() {
+  json ripples = json::array();
+  for (const double k : {100.5, 200.25, 500.75, 900.125}) ripples.push_back(Ripple(k));
+  return {{"channels",
+           {Channel("x", json::array()), Channel("y", json::array()), Channel("z", ripples)}},
+          {"inputs", {{{"file", "turns.csv"}, {"samples", 10}, {"duration_s", 1.0}}}},
+          {"remarks", json::array()}};
+}
+
+TEST(TraceText, BeginsWithALineForEachAxisAndItsVerdict) {
+  const auto lines = Lines(TraceText(ThreeAxes(), Terminal()));
+  ASSERT_GT(lines.size(), 3u);
+  EXPECT_EQ(lines[0], "Gyro x: nothing beyond the baseline");
+  EXPECT_EQ(lines[1], "Gyro y: nothing beyond the baseline");
+  EXPECT_THAT(lines[2], StartsWith("Gyro z: partly explained by angle.ripple (4 times); "));
+}
+
+TEST(TraceText, SaysEachReasonRemarkAndManoeuvreThatAllAxesShareOnce) {
+  const std::string text = Flat(TraceText(ThreeAxes(), Terminal()));
+  for (const char* once : {"there is no motion", "the site's latitude is not given",
+                           "turn at six speeds", "turn cold and hot", "scale.number_7,"})
+    EXPECT_EQ(Count(text, once), 1) << once;
+  EXPECT_EQ(Count(text, "its bound is beyond"), 1);
+  for (const char* gyro : {"x", "y", "z"})
+    EXPECT_EQ(Count(text, std::string("! gyro ") + gyro + ": remark of gyro " + gyro), 1);
+}
+
+TEST(TraceText, SaysAReasonForTheAxesOfWhichItHolds) {
+  json trace = ThreeAxes();
+  trace["channels"][1]["unidentifiable"].clear();
+  trace["channels"][2]["unidentifiable"].erase(0);
+  const std::string text = Flat(TraceText(trace, Terminal()));
+  EXPECT_EQ(Count(text, "gyro x: there is no motion"), 1);
+  EXPECT_EQ(Count(text, "gyro z: there is no motion"), 1);
+  EXPECT_EQ(Count(text, "there is no motion"), 2);
+}
+
+TEST(TraceText, SaysOnceWhatEffectsOfOneIdShareAndEveryNumberOfThem) {
+  const std::string text = Flat(TraceText(ThreeAxes(), Terminal()));
+  EXPECT_EQ(Count(text, "a sin(k phi)"), 1);
+  EXPECT_EQ(Count(text, "teeth of a gear"), 1);
+  EXPECT_THAT(text, HasSubstr("amplitude, deg k, 1/turn (1) 0.1005 100.5 (2) 0.20025 200.25 (3) "
+                              "0.50075 500.75 (4) 0.900125 900.125"));
+}
+
+TEST(TraceText, LeavesNoWordOutThatItBreaksLinesAt) {
+  const std::string wide = Flat(TraceSummary(ThreeAxes(), Terminal()));
+  for (const int columns : {40, 72, 300})
+    EXPECT_EQ(Flat(TraceSummary(ThreeAxes(), Narrow(columns))), wide);
+}
+
+TEST(TraceText, StaysWithinTheTerminalAndWithinAHundredColumnsWithoutOne) {
+  for (const int columns : {60, 80, 99}) {
+    for (const std::string& line : Lines(TraceText(ThreeAxes(), Narrow(columns))))
+      EXPECT_LE(DisplayWidth(line), columns) << line;
+  }
+  for (const Terminal& terminal : {Terminal(), Narrow(400)}) {
+    for (const std::string& line : Lines(TraceText(ThreeAxes(), terminal)))
+      EXPECT_LE(DisplayWidth(line), 100) << line;
+  }
+}
+
+TEST(TraceText, SaysWhatANonlinearityDoesAtTheLargestRateOfItsOwnAxis) {
+  json trace = ThreeAxes();
+  trace["channels"][2]["effects"] = {
+      {{"id", "scale.cubic"}, {"parameters", {Parameter("c", 1e-6, "1/(deg/s)^2")}}}};
+  const std::string text = TraceText(trace, Terminal(), {500.0, 500.0, 40.0});
+  EXPECT_THAT(text, HasSubstr("0.16 % at 40 deg/s"));
+  EXPECT_THAT(TraceText(trace, Terminal()), Not(HasSubstr("% at")));
+  EXPECT_THAT(TraceText(trace, Terminal(), {500.0, 500.0, kMissing}), Not(HasSubstr("% at")));
+}
+
+TEST(TraceText, ShowsCurvesOfOneQuantityEachWithItsEndsAndWithoutErrors) {
+  json trace = ThreeAxes();
+  json& effects = trace["channels"][2]["effects"] = json::array();
+  for (const double from : {25.5, 31.5}) {
+    effects.push_back({{"id", "empirical(T)"},
+                       {"equation", "0 below T = " + std::to_string(from)},
+                       {"cause", "unknown"},
+                       {"parameters",
+                        {Parameter("change", 0.05, "deg/s"), Parameter("from", from, "degC"),
+                         Parameter("to", from + 1.0, "degC")}}});
+  }
+  const std::string text = Flat(TraceText(trace, Terminal()));
+  EXPECT_THAT(text,
+              HasSubstr("change, deg/s from, degC to, degC (1) 0.05 25.5 26.5 (2) 0.05 31.5"));
+  EXPECT_EQ(Count(text, "0 below T = "), 2);
+  EXPECT_EQ(Count(text, "empirical(T): unknown"), 1);
+  EXPECT_THAT(text, Not(HasSubstr("nan")));
+}
+
+TEST(TraceText, GivesNoVerdictOnAnAxisThatWasNotFitted) {
+  json trace = ThreeAxes();
+  trace["channels"][0]["baseline"]["whitened_rms"] = nullptr;
+  EXPECT_THAT(TraceText(trace, Terminal()), StartsWith("Gyro x: not traced"));
+}
+
+}  // namespace
+}  // namespace gyrobench::cli
