@@ -172,7 +172,8 @@ class ChannelCharts {
   }
 
   void Binned(Chart chart, const Series& series, const std::string& why_empty) {
-    AddCurves(chart, WithGaps(series), false, has_effects_);
+    // One bin is no dependence on anything.
+    if (Span(series.x) > 0.0) AddCurves(chart, WithGaps(series), false, has_effects_);
     ShortenNames(chart);
     Draw(chart, why_empty);
   }

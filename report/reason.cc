@@ -52,7 +52,7 @@ double LargestRate_deg_s(const calibration::ChannelTrace& channel) {
 std::string ScaleAtRate(double value, const std::string& unit, double rate_deg_s) {
   const int power = PowerOfRate(unit);
   const double share = value * std::pow(rate_deg_s, power);
-  if (power == 0 || !std::isfinite(share)) return "";
+  if (power == 0 || !std::isfinite(share) || !(rate_deg_s > 0.0)) return "";
   const bool percent = std::fabs(share) >= 1e-4;
   return fmt::format("{:.2g} {} at {:.3g} deg/s", share * (percent ? 1e2 : 1e6),
                      percent ? "%" : "ppm", rate_deg_s);

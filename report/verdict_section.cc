@@ -174,7 +174,10 @@ Markup VerdictSection(const calibration::TraceResult& trace) {
   remarks.insert(remarks.end(), trace.remarks.begin(), trace.remarks.end());
   if (remarks.empty()) return section;
   return section +
-         Element("section", Element("h3", "Remarks on all axes") + BulletList(remarks), "remarks");
+         Element("section",
+                 Element("h3", trace.channels.size() > 1 ? "Remarks on all axes" : "Remarks") +
+                     BulletList(remarks),
+                 "remarks");
 }
 
 }  // namespace gyrobench::report

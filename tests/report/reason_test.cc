@@ -51,6 +51,7 @@ TEST(ScaleAtRate, SaysNothingOfOtherUnitsNorWithoutARate) {
   for (const char* unit : {"", "1", "1/g", "deg/s", "1/(deg/s)x", "1/(deg/s)^"})
     EXPECT_EQ(ScaleAtRate(1e-3, unit, 40.0), "") << unit;
   EXPECT_EQ(ScaleAtRate(1e-3, "1/(deg/s)", kMissing), "");
+  EXPECT_EQ(ScaleAtRate(1e-3, "1/(deg/s)", 0.0), "");
   EXPECT_EQ(ScaleAtRate(kMissing, "1/(deg/s)", 40.0), "");
 }
 

@@ -148,6 +148,12 @@ TEST(Report, ShowsACurveWhoseEndsHaveNoError) {
   EXPECT_THAT(html, Not(HasSubstr(">nan")));
 }
 
+TEST(Report, DrawsNoDependenceOnAQuantityThatStayedTheSame) {
+  ReportContent content = ExplainedSample();
+  content.trace->channels.front().curves.rate_error_by_rate_deg_s = {{0.0}, {0.1}, {0.0}};
+  EXPECT_THAT(Html(content), HasSubstr("the sensor never turned about this axis"));
+}
+
 TEST(Report, GivesNoVerdictOnAnAxisThatWasNotFitted) {
   ReportContent content = SilentSample();
   auto& channel = content.trace->channels.front();
