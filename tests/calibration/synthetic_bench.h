@@ -1,0 +1,113 @@
+// A stand and a sensor of plain formulas, sent through the door that real measurements come
+// through. Written apart from the tracer and from the virtual stand: it shares no code with either,
+// so that an effect put into it is an independent witness of what the tracer says.
+//
+// Geometry: world W with z up, R_WS = Rz(outer) Rx(middle) Rz(inner). Only the sensor's z axis has
+// an output, in deg/s.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "calibration/collector.h"
+
+namespace gyrobench::testing {
+
+enum TableAxis : std::size_t { kOuterAxis = 0, kMiddleAxis = 1, kInnerAxis = 2 };
+
+// Where the table is.
+struct TablePose {
+  std::array<double, 3> angle_deg = {};  // outer, middle, inner
+  std::array<double, 3> rate_deg_s = {};
+};
+
+// One axis moves at a time, with a rate that is smooth enough to be sampled.
+class Motion {
+ public:
+  Motion& Rest(double duration_s);
+  // At a constant rate between ramps of kRamp_s, and a rest of kPause_s after it.
+  Motion& Turn(TableAxis axis, double angle_deg, double rate_deg_s);
+  Motion& ThereAndBack(TableAxis axis, double angle_deg, double rate_deg_s);
+  // Whole periods of a sine between here and `amplitude_deg` on.
+  Motion& Swing(TableAxis axis, double amplitude_deg, double frequency_hz, int periods);
+
+  TablePose At(double t_s) const;
+  double duration_s() const { return end_s_; }
+
+  static constexpr double kRamp_s = 0.5, kPause_s = 1.0;
+
+ private:
+  enum class Kind { kRest, kTurn, kSwing };
+  struct Piece {
+    double begin_s = 0.0, duration_s = 0.0;
+    Kind kind = Kind::kRest;
+    TableAxis axis = kInnerAxis;
+    double rate_deg_s = 0.0;                         // turn
+    double amplitude_deg = 0.0, frequency_hz = 0.0;  // swing
+    std::array<double, 3> from_deg = {};
+  };
+  void Add(Piece piece, double way_deg);
+
+  std::vector<Piece> pieces_;
+  std::array<double, 3> angle_deg_ = {};
+  double end_s_ = 0.0;
+};
+
+// Poses, speeds both ways, headings and a swing in some five minutes.
+Motion EveryMotion();
+// The inner axis alone, z up.
+Motion ManySpeeds();
+
+// What the sensor goes through at one time.
+struct BenchState {
+  double t_s = 0.0;
+  TablePose table;
+  std::array<double, 3> rate_deg_s = {};  // of the sensor
+  std::array<double, 3> g = {};           // specific force [g]
+  std::array<double, 3> z_axis_in_world = {};
+  double temperature_degC = 0.0, temperature_rate_degC_s = 0.0;
+  double vibration_g = 0.0;  // amplitude of a sine on the accelerometer's z axis
+  double supply_v = 0.0;
+};
+
+struct BenchSensor {
+  std::array<double, 3> m_row = {0.006, -0.004, 1.015};
+  double angle_random_walk_deg_sqrt_s = 0.001;
+  double reading_deg = 0.003;      // noise of a reading of the reference
+  double thermometer_degC = 0.02;  // noise of a sample's temperature
+  // Where positive the temperature swings by +-5 degC with this period; else it warms up, is cooled
+  // by a fan and warms up again.
+  double temperature_period_s = 0.0;
+};
+
+// What is added to such a bench. Each is called in the order of time.
+struct Injection {
+  std::function<double(const BenchState&)> rate_deg_s;  // added to the output
+  // By how much the gyro's angle leads the reference's: the reading of the inner axis shows less.
+  std::function<double(const BenchState&)> angle_deg;
+  // The time whose angles a reading shows.
+  std::function<double(double t_s)> shown_s;
+};
+
+class SyntheticBench {
+ public:
+  explicit SyntheticBench(Motion motion, const BenchSensor& sensor = {})
+      : motion_(std::move(motion)), sensor_(sensor) {}
+
+  BenchState At(double t_s) const;
+  // With a column "supply_v" where asked for.
+  calibration::Recording Measure(const Injection& injection, std::uint64_t seed,
+                                 bool with_supply = false) const;
+
+  const Motion& motion() const { return motion_; }
+  const BenchSensor& sensor() const { return sensor_; }
+
+ private:
+  Motion motion_;
+  BenchSensor sensor_;
+};
+
+}  // namespace gyrobench::testing
