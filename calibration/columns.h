@@ -12,8 +12,8 @@
 
 namespace gyrobench::calibration {
 
-// The integral of the output at one time: z = int xi dt since the first sample, by the trapezoid
-// rule [output unit * s], linear in between.
+// The integral of the output at one time: z = int xi dt since the first sample, of a cubic spline
+// through the samples [output unit * s].
 struct IntegralMark {
   double t_s = 0.0;
   Vector3 z = {};

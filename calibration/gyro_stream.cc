@@ -301,17 +301,36 @@ bool GyroStream::IntegralAt(double t_s, IntegralMark* mark) const {
   if (b.t_s > t_s && next == oldest()) return false;
   mark->t_s = t_s;
   mark->z = b.z;
-  if (b.t_s == t_s) return true;
+  if (next == oldest()) return true;
   const Point& a = at(next - 1);
   const double whole_s = b.t_s - a.t_s, part_s = t_s - a.t_s;
   if (whole_s > gap_limit_s_) {
     mark->z = a.z;  // inside a gap, which is marked as bad
     return true;
   }
-  for (std::size_t c = 0; c < 3; ++c) {
-    mark->z[c] = a.z[c] + a.xi[c] * part_s + 0.5 * (b.xi[c] - a.xi[c]) * part_s * part_s / whole_s;
-  }
+  for (std::size_t c = 0; c < 3; ++c) mark->z[c] = SplineIntegral(next, c, part_s / whole_s);
   return true;
+}
+
+// The trapezoid rule cuts the corners of a rate that bends: by interval^2 / 12 times the angular
+// acceleration, 0.002 deg at 50 Hz and 60 deg/s2. Summed up, the integral of a cubic spline through
+// the samples (slopes by central differences; Catmull and Rom 1974) differs from it by that term at
+// both ends alone.
+double GyroStream::SplineIntegral(std::int64_t next, std::size_t c, double x) const {
+  const Point &a = at(next - 1), &b = at(next);
+  const double h = b.t_s - a.t_s;
+  auto slope = [&](std::int64_t from, std::int64_t to) {
+    return (at(to).xi[c] - at(from).xi[c]) / (at(to).t_s - at(from).t_s);
+  };
+  auto near = [&](std::int64_t i) {
+    return i >= oldest() && i < count_ && std::fabs(at(i).t_s - a.t_s) < 3.0 * h;
+  };
+  const double ma = near(next - 2) ? slope(next - 2, next) : slope(next - 1, next);
+  const double mb = near(next + 1) ? slope(next - 1, next + 1) : slope(next - 1, next);
+  const double x2 = x * x, x3 = x2 * x, x4 = x2 * x2;
+  return a.z[c] - h * h / 12.0 * ma +
+         h * (a.xi[c] * (x - x3 + 0.5 * x4) + b.xi[c] * (x3 - 0.5 * x4)) +
+         h * h * (ma * (0.5 * x2 - 2.0 / 3.0 * x3 + 0.25 * x4) + mb * (0.25 * x4 - x3 / 3.0));
 }
 
 GyroStream::Quiet GyroStream::QuietBetween(double begin_s, double end_s) const {

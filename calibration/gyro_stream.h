@@ -78,6 +78,7 @@ class GyroStream {
   std::int64_t oldest() const;
   std::int64_t FirstNotBefore(double t_s) const;
   double Deviation(const Quiet& quiet, std::int64_t index) const;
+  double SplineIntegral(std::int64_t next, std::size_t c, double x) const;
   Quiet QuietBetween(double begin_s, double end_s) const;
   void PlaceHeld(double t_s);
   void Accept(double t_s, const GyroSample& sample);

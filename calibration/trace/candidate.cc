@@ -157,12 +157,12 @@ std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
   auto listed = [&](std::size_t i, std::size_t j) {
     const std::string &a = factors[i], &b = factors[j];
     if (i == j) return i < known;  // squares of columns alone are new
-    if (a == "w") return b == "abs_w" || b == "T" || (b[0] == 'g' && j < known) || j >= known;
+    if (a == "w") return b == "abs_w" || b == "T" || j >= known || b.starts_with("g_");
     return false;
   };
   std::vector<Candidate> out;
   auto in_vector = [&](std::size_t i, std::size_t j) {
-    return factors[i][0] == 'g' && i < known && factors[j] == "T";
+    return i < known && factors[i].starts_with("g_") && factors[j] == "T";
   };
   for (std::size_t i = 0; i < factors.size(); ++i) {
     for (std::size_t j = i; j < factors.size(); ++j) {

@@ -14,6 +14,9 @@ constexpr double kWindow_s = 10.0;
 constexpr std::size_t kFolds = 10, kRunsToHoldOut = 3;
 constexpr double kLeastBlock_s = 20.0, kMostBlocks = 100.0;
 constexpr int kBootstrap = 400;
+// Of a column's square: less in the training rows is the whitener's memory of what happened in the
+// others.
+constexpr double kSeen = 1e-2;
 constexpr double kTrainingShare = 0.6;
 
 // d(columns c) / d theta of each non-linear parameter, white.
@@ -38,7 +41,7 @@ Eigen::VectorXd SolveProducts(const Eigen::MatrixXd& gram, const Eigen::VectorXd
                               const Eigen::VectorXd& whole, std::vector<Eigen::Index>* unseen) {
   std::vector<Eigen::Index> seen;
   for (Eigen::Index j = 0; j < gram.rows(); ++j) {
-    if (gram(j, j) > 1e-9 * whole(j)) {
+    if (gram(j, j) > kSeen * whole(j)) {
       seen.push_back(j);
     } else if (unseen != nullptr) {
       unseen->push_back(j);
@@ -193,6 +196,23 @@ std::array<double, 2> ReductionInterval(const std::vector<double>& before,
           reductions[static_cast<std::size_t>(0.975 * kBootstrap) - 1]};
 }
 
+// An angle or a delay is seen through the gyro's scale factor; what is stated is the angle and the
+// delay.
+void StateInReferenceScale(const ChannelProblem& problem, const Baseline& baseline,
+                           const Selection& selection, ChannelFit* fit) {
+  const auto own = std::find(baseline.turned.begin(), baseline.turned.end(), problem.channel());
+  if (own == baseline.turned.end()) return;
+  const double m = fit->linear(own - baseline.turned.begin());
+  for (std::size_t i = 0; i < selection.members().size(); ++i) {
+    const Candidate& member = selection.members()[i];
+    if (member.effect == nullptr || member.effect->domain != EffectDomain::kAngle) continue;
+    const auto count = static_cast<Eigen::Index>(member.columns.size());
+    fit->values.segment(fit->member_begin[i], count) /= m;
+    fit->covariance.middleRows(fit->member_begin[i], count) /= m;
+    fit->covariance.middleCols(fit->member_begin[i], count) /= m;
+  }
+}
+
 }  // namespace
 
 double ChannelFit::whitened_rms() const {
@@ -255,6 +275,7 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
           scale(kept[j]);
     }
   }
+  StateInReferenceScale(problem, baseline, selection, &fit);
   return fit;
 }
 

@@ -126,7 +126,8 @@ std::vector<ModelTerm> TermsOf(const Candidate& member, const ChannelFit& fit, s
     }
     return terms;
   }
-  for (const Eigen::Index column : columns) term.coefficients.push_back(fit.linear(column));
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    term.coefficients.push_back(fit.values(fit.member_begin[index] + static_cast<Eigen::Index>(k)));
   term.id = member.effect->id;
   term.owner = member.effect->owner;
   term.nonlinear = member.context.nonlinear;

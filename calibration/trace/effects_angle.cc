@@ -60,12 +60,16 @@ class LagBasis final : public ChannelBasis {
   }
 };
 
-// -eps t w: the two clocks part
+// -eps t w: the two clocks part, by a delay that grows with time.
 class ClockDriftBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
-    terms[0] = -1e-6 * point.t_s * rate(point);
+    constexpr double kShort_s = 1e-7;
+    const double per_ppm_s = 1e-6 * point.t_s;
+    const double tau_s = context().nonlinear[0] * per_ppm_s;
+    const double by_s = std::fabs(tau_s) > kShort_s ? tau_s : kShort_s;
+    terms[0] = -TurnedOn(point, context().channel, by_s) / by_s * per_ppm_s;
   }
 };
 
@@ -162,7 +166,8 @@ Effect Angle(std::string id, EffectOwner owner, std::string equation, std::strin
   effect.nonlinear = std::move(nonlinear);
   effect.typical_size = typical_size;
   effect.basis = basis;
-  effect.tied = effect.id == "angle.latency" || effect.id == "angle.backlash";
+  effect.tied = effect.id == "angle.latency" || effect.id == "angle.backlash" ||
+                effect.id == "angle.clock_drift";
   // A pure delay is the simpler cause of the same.
   if (effect.id == "bandwidth.first_order") {
     effect.handicap = 10.0;
@@ -185,7 +190,7 @@ std::vector<Effect> AngleEffects() {
             Make<LagBasis>),
       Angle("angle.clock_drift", kBench, "-eps t w", "two clocks that part",
             "repeat a motion after 30 min", kNeedsRate, {{"eps", "ppm"}}, 100.0,
-            Make<ClockDriftBasis>),
+            Make<ClockDriftBasis>, {{"eps", "ppm", -1000.0, 1000.0, {0.0}}}),
       Angle("angle.worm_period", kBench, "a sin(psi) + b cos(psi), psi the shaft's angle",
             "eccentric worm", "turn slowly by parts of a shaft turn, finely sampled",
             kNeedsRate | kNeedsTableAxis, sine, 0.025, Make<ShaftPeriodBasis>,

@@ -56,8 +56,12 @@ Test Whiteness(const Eigen::VectorXd& residual, Eigen::Index pool) {
   test.log_p = LogPOf(count * (count + 2.0) * q, static_cast<double>(kLags), count);
   test.finding.test = "whiteness";
   test.finding.says =
-      fmt::format("residuals summed over {} intervals correlate, {:+.3f} at a lag of {}", pool,
-                  largest, strongest);
+      pool == 1 ? fmt::format(
+                      "residuals of neighbouring intervals correlate, {:+.3f} at a distance of {}",
+                      largest, strongest)
+                : fmt::format(
+                      "sums of residuals over {} intervals correlate, {:+.3f} at a distance of {}",
+                      pool, largest, strongest);
   return test;
 }
 
@@ -143,13 +147,15 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
   const Eigen::VectorXd residual = fit.WhiteResidual();
   std::vector<Test> tests;
   for (const Eigen::Index pool : {1, 10, 100}) {
+    // At rest alone the filter of the sensor shows from interval to interval: that is its noise.
+    if (pool == 1 && (problem.knows() & kNeedsRate) == 0) continue;
     if (problem.rows() / pool > 10 * kLags) tests.push_back(Whiteness(residual, pool));
   }
   const std::size_t c = problem.channel();
   auto depends = [&](const std::string& name, const std::function<double(Eigen::Index)>& value) {
     tests.push_back(Dependence(problem, fit, residual, name, value));
   };
-  depends("time [s]", [&](Eigen::Index i) { return static_cast<double>(i); });
+  depends("time [s]", [&](Eigen::Index i) { return problem.begin_s(i); });
   depends("temperature [degC]",
           [&](Eigen::Index i) { return problem.half(i, 0).temperature_degC; });
   // In steps: the rate is known through the same noise as the residual, and within one speed the

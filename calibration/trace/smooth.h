@@ -9,8 +9,9 @@ struct Smoothed {
   std::vector<double> value, rate;  // rate per second
 };
 
-// A straight line by least squares through what lies within `half_window_s` of each time; before
-// and after a bend, the side that fits clearly better. Values that are NaN do not count; where
+// A straight line by least squares through what lies within `half_window_s` of each time, or a
+// parabola where that fits better; before and after a bend a line through the side that fits
+// clearly better still. Values that are NaN do not count; where
 // nothing is near, the result is NaN.
 Smoothed SmoothByLines(const std::vector<double>& t_s, const std::vector<double>& value,
                        double half_window_s);

@@ -124,7 +124,12 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
     const bool present = std::any_of(recordings.begin(), recordings.end(), [c](const Recording* r) {
       return r->info.gyro_present[c] && r->valid_samples[c] > 1;
     });
-    if (present) channels.push_back(c);
+    if (present) {
+      channels.push_back(c);
+    } else if (recordings.front()->info.gyro_present[c]) {
+      remarks.push_back(fmt::format(
+          "gyro {}: no sample has a finite value: not traced; is its column filled?", "xyz"[c]));
+    }
   }
   for (std::size_t k = 0; k < channels.size(); ++k) {
     const std::size_t c = channels[k];

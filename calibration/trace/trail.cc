@@ -14,6 +14,8 @@ namespace {
 
 // The error of a mean over a rest does not fall for ever: what is not noise stays.
 constexpr double kLeastShare = 0.04;
+// A motion that begins softly is below the noise of single readings for so long.
+constexpr double kCreep_s = 0.2;
 constexpr double kLeastTurn_deg = 5.0;
 constexpr double kTurning_deg_s = 3.0;
 
@@ -68,7 +70,9 @@ class TrailMaker {
       trail_.nodes[k].t_s = trail_.nodes[k].since_power_on_s = t_s;
       while (rest < rests.size() && rests[rest].end.t_s < t_s) ++rest;
       if (rest == rests.size() || rests[rest].begin.t_s > t_s) continue;
-      if (t_s <= rests[rest].reference_begin_s || t_s >= rests[rest].reference_end_s) continue;
+      if (t_s <= rests[rest].reference_begin_s + kCreep_s ||
+          t_s >= rests[rest].reference_end_s - kCreep_s)
+        continue;
       rest_of_[k] = rest;
     }
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i)

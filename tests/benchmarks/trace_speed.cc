@@ -35,7 +35,7 @@ struct Collected {
 };
 
 // All three channels; `minutes` of the full sequence, over and over.
-Collected Collect(double minutes, std::uint64_t seed) {
+Collected Collect(double minutes, std::uint64_t run) {
   class Cut : public gyrobench::MeasurementSink {
    public:
     Cut(gyrobench::MeasurementSink& sink, double end_s) : sink_(sink), end_s_(end_s) {}
@@ -65,8 +65,9 @@ Collected Collect(double minutes, std::uint64_t seed) {
   const std::clock_t begin = std::clock();
   calibration::Collector collector;
   Cut cut(collector, 60.0 * minutes);
-  TrialSpec spec = {.seed = seed, .effects = {{"scale.cubic", kMid}}, .all_channels = true};
-  spec.name = fmt::format("recording {}", seed);
+  TrialSpec spec = {
+      .seed = 7, .run = run, .effects = {{"scale.cubic", kMid}}, .all_channels = true};
+  spec.name = fmt::format("recording {}", run);
   spec.repeats = minutes > 40.0 ? 2 : 1;
   RecordTrial(spec, cut);
   return {collector.Take(), Seconds(begin)};

@@ -58,13 +58,11 @@ bool Combined(const TracedEffect& traced, const TrueParameter& truth, Outcome::E
 void CompareParameters(const TracedEffect& traced, const TrialTruth& truth, Outcome& outcome) {
   const auto hidden = std::ranges::find(truth.effects, traced.id, &TrialTruth::Effect::id);
   if (hidden == truth.effects.end()) return;
-  // An error of the reference is seen through the gyro's scale.
-  const double factor = traced.id.starts_with("angle.") ? truth.scale_z : 1.0;
   for (const TrueParameter& parameter : hidden->parameters) {
     Outcome::Error error;
     error.id = traced.id;
     error.name = parameter.names.front();
-    error.truth = factor * (parameter.signless ? std::fabs(parameter.value) : parameter.value);
+    error.truth = parameter.signless ? std::fabs(parameter.value) : parameter.value;
     if (Combined(traced, parameter, error)) outcome.errors.push_back(error);
   }
 }

@@ -78,7 +78,7 @@ config::Scenario Noiseless() {
 
 TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
   Random random(stand::Mix(spec.seed));
-  const std::uint64_t part_seed = random(), noise_seed = random();
+  const std::uint64_t part_seed = random(), noise_seed = random() ^ stand::Mix(spec.run);
   const Sequence sequence = MakeSequence(spec.sequence, random, spec.repeats);
 
   TrialTruth truth;
@@ -103,7 +103,6 @@ TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
     injection.apply(bench, injection.levels[effect.level], random);
     truth.effects.push_back({effect.id, bench.truth});
   }
-  truth.scale_z = 1.0 + bench.specimen.gyro.scale_rel[2];
   truth.supply_recorded = bench.options.supply;
   Record(Stand(), bench.specimen, sequence, noise_seed, bench.options, sink);
   return truth;

@@ -32,6 +32,8 @@ inline constexpr std::array<const char*, 3> kNoiseNames = {"white", "heavy tails
 struct TrialSpec {
   // Of everything that is drawn. Any number: it says nothing of what is hidden.
   std::uint64_t seed = 1;
+  // Another run of the same part through the same sequence: other noise.
+  std::uint64_t run = 0;
   SequenceKind sequence = SequenceKind::kFull;
   std::vector<HiddenEffect> effects = {};
   bool all_channels = false;  // otherwise z alone; effects are on z
@@ -55,7 +57,6 @@ struct TrialTruth {
   double bias_random_walk_deg_s_sqrt_s = 0.0;
   double reference_deg = 0.0;
   bool supply_recorded = false;
-  double scale_z = 1.0;  // diagonal of M
   double duration_s = 0.0;
 };
 
