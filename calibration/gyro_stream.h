@@ -35,9 +35,10 @@ class GyroStream {
   bool started() const { return count_ > 0; }
   double first_time_s() const { return first_time_s_; }
   double last_time_s() const { return last_time_s_; }
-  // Up to here nothing changes any more: whether the newest sample is wild is known with the next.
+  // Up to here nothing changes any more: whether the newest sample is wild is known with the next,
+  // and the integral before a sample bends with the one after it.
   double settled_time_s() const {
-    return count_ > 1 ? at(count_ - 2).t_s : -std::numeric_limits<double>::infinity();
+    return count_ > 2 ? at(count_ - 3).t_s : -std::numeric_limits<double>::infinity();
   }
   // Median interval of the samples. NaN with fewer than two.
   double median_interval_s() const;
@@ -79,6 +80,7 @@ class GyroStream {
   std::int64_t FirstNotBefore(double t_s) const;
   double Deviation(const Quiet& quiet, std::int64_t index) const;
   double SplineIntegral(std::int64_t next, std::size_t c, double x) const;
+  double SlopeAt(std::int64_t i, std::size_t c) const;
   Quiet QuietBetween(double begin_s, double end_s) const;
   void PlaceHeld(double t_s);
   void Accept(double t_s, const GyroSample& sample);
@@ -96,6 +98,7 @@ class GyroStream {
   DefectLog defects_;
   std::vector<BadStretch> bad_;
   std::vector<Point> ring_;
+  Vector3 first_slope_ = {};  // of the output at the first sample: the integral is 0 there
   std::int64_t count_ = 0, samples_ = 0;
   double first_time_s_ = 0.0, last_time_s_ = 0.0;
   double last_raw_time_s_ = 0.0;

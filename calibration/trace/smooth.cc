@@ -1,6 +1,7 @@
 #include "calibration/trace/smooth.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -71,6 +72,8 @@ Curve FitParabola(const Sums& sums) {
 // A bend in the window must leave so much less than a smooth curve does to be believed, and a
 // smooth curve than a line.
 constexpr double kClearlyBetter = 0.6, kBetter = 0.9;
+// Variances that differ by less than half of this share are alike.
+constexpr double kAlike = 0.6;
 
 }  // namespace
 
@@ -99,8 +102,14 @@ Smoothed SmoothByLines(const std::vector<double>& t_s, const std::vector<double>
       const Curve parabola = FitParabola(before + here + after);
       if (parabola.variance < kBetter * best.variance) best = parabola;
       const Curve left = FitLine(before + here), right = FitLine(here + after);
-      const Curve& side = left.variance < right.variance ? left : right;
-      if (side.variance < kClearlyBetter * best.variance) best = side;
+      const double least = std::fmin(left.variance, right.variance);
+      if (least < kClearlyBetter * best.variance) {
+        // At the bend itself neither side is better, and the truth lies between.
+        const double to_right =
+            std::clamp(0.5 + (left.variance - right.variance) / least / kAlike, 0.0, 1.0);
+        best.value = (1.0 - to_right) * left.value + to_right * right.value;
+        best.rate = (1.0 - to_right) * left.rate + to_right * right.rate;
+      }
     }
     out.value[i] = best.value + origin;
     out.rate[i] = best.rate;
