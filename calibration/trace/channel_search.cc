@@ -77,13 +77,22 @@ class ChannelSearcher {
   // Every grid point of the catalogue. One column in three of a long grid spans what the others
   // do, nearly.
   void Saturate() {
-    saturated_ = baseline_.columns;
+    std::vector<const Eigen::MatrixXd*> chosen = {&baseline_.columns};
     std::string family;
     int place = 0;
+    Eigen::Index count = baseline_.columns.cols();
     for (const Candidate& candidate : candidates_->grid) {
       place = candidate.family == family ? place + 1 : 0;
       family = candidate.family;
-      if (place % 3 == 0) Append(&saturated_, *candidate.raw);
+      if (place % 3 != 0) continue;
+      chosen.push_back(candidate.raw.get());
+      count += candidate.raw->cols();
+    }
+    saturated_.resize(problem_.rows(), count);
+    Eigen::Index used = 0;
+    for (const Eigen::MatrixXd* columns : chosen) {
+      saturated_.middleCols(used, columns->cols()) = *columns;
+      used += columns->cols();
     }
   }
 

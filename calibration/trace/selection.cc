@@ -32,6 +32,14 @@ constexpr double kAbsorbed = 1e-6;
 // Of the largest size that a part of this class shows: more is something else.
 constexpr double kImplausible = 10.0;
 
+// Columns of the store, with some for what scans and refinement add.
+Eigen::Index RoomFor(const Baseline& baseline, const CandidateSet& candidates) {
+  Eigen::Index room = baseline.columns.cols() + 40;
+  for (const CurveCells& cells : candidates.cells) room += cells.raw.cols();
+  for (const Candidate& candidate : candidates.grid) room += candidate.raw->cols();
+  return room;
+}
+
 bool IsSlowBias(const Candidate& candidate) {
   return candidate.effect != nullptr && candidate.id.starts_with("bias.") &&
          candidate.id != "bias.tone" && candidate.id != "bias.vibration";
@@ -52,19 +60,27 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
             whitener_.Apply(output);
             return Eigen::VectorXd(output);
           }(),
-          220),
+          RoomFor(baseline, candidates)),
       pool_(candidates.grid) {
-  auto white = [this](Eigen::MatrixXd columns) {
-    whitener_.Apply(columns);
-    return store_.Add(columns);
+  // All at once: their products are one pass over the rows.
+  Eigen::Index count = baseline.columns.cols();
+  for (const CurveCells& cells : candidates.cells) count += cells.raw.cols();
+  for (const Candidate& candidate : pool_) count += candidate.raw->cols();
+  Eigen::MatrixXd all(problem.rows(), count);
+  Eigen::Index used = 0;
+  auto place = [&](const Eigen::MatrixXd& raw) {
+    all.middleCols(used, raw.cols()) = raw;
+    WhiteStore::Columns columns;
+    for (Eigen::Index j = 0; j < raw.cols(); ++j) columns.push_back(used++);
+    return columns;
   };
-  base_ = white(baseline.columns);
-  for (const CurveCells& cells : candidates.cells) cells_.push_back(white(cells.raw));
-  std::erase_if(pool_, [&](Candidate& candidate) {
-    const Eigen::Index mark = store_.used();
-    candidate.columns = white(*candidate.raw);
+  base_ = place(baseline.columns);
+  for (const CurveCells& cells : candidates.cells) cells_.push_back(place(cells.raw));
+  for (Candidate& candidate : pool_) candidate.columns = place(*candidate.raw);
+  whitener_.Apply(all);
+  store_.Add(all);
+  std::erase_if(pool_, [&](const Candidate& candidate) {
     if (Visible(candidate)) return false;
-    store_.DropFrom(mark);
     unseen_.push_back(candidate);
     return true;
   });

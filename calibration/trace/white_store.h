@@ -17,7 +17,7 @@ class WhiteStore {
 
   // Adds white columns; returns the indices they got. Grows when it must.
   Columns Add(const Eigen::Ref<const Eigen::MatrixXd>& columns);
-  // Takes columns away again, the last that were added.
+  // Takes columns away again, those from `first` on.
   void DropFrom(Eigen::Index first) { used_ = first; }
   Eigen::Index used() const { return used_; }
   Eigen::Index rows() const { return white_.rows(); }
