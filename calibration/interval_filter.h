@@ -10,6 +10,7 @@ namespace gyrobench::calibration {
 
 // What one interval does to every column.
 struct Step {
+  double bias_keep = 1.0;         // of the bias state before; 0 where another run begins
   double bias_factor = 0.0;       // predicted output from the bias state
   double reference_factor = 0.0;  // and from the reference state
   double reference_keep = 0.0;
@@ -29,7 +30,8 @@ class CovarianceFilter {
   }
 
   Step Advance(const Interval& interval) {
-    bb_ += k2_ * interval.gap_before_s;
+    bb_ = interval.new_run ? 0.0 : bb_ + k2_ * interval.gap_before_s;
+    if (interval.new_run) be_ = bc_ = 0.0;
     if (interval.new_reference) {
       ee_ = s2_ * interval.begin_reference_share;
       be_ = ec_ = 0.0;
@@ -48,6 +50,7 @@ class CovarianceFilter {
     const double ec = ec_ + cov_ie;
     const double variance = var_i + n2_ * dt + g * (2.0 * cov_ie + g * ee_ + g * end_s2);
     Step step;
+    step.bias_keep = interval.new_run ? 0.0 : 1.0;
     step.bias_factor = dt;
     // A new reference begins from an estimate of 0; otherwise the last angle's stays while the
     // table is still.

@@ -78,6 +78,7 @@ WhiteGram Whiten(const IntervalSeries& series, const IntervalNoise& noise,
     const Step step = filter.Advance(series.interval(i));
     out.log_det += std::log(filter.variance());
     out.duration_s += series.interval(i).duration_s;
+    if (series.interval(i).new_run) std::fill_n(states.begin(), 2 * columns, 0.0);
     double* const row = block.data() + (i % kBlockRows) * columns;
     PassColumns(step, series.row(i), row, states.data(), states.data() + columns,
                 states.data() + 2 * columns, columns);

@@ -31,6 +31,8 @@ struct Interval {
   bool still = false;
   // The reference's error at the begin is not the one at the end of the interval before.
   bool new_reference = false;
+  // Another measurement begins: its bias has a constant of its own and walks anew from it.
+  bool new_run = false;
   // Variance of the reference's error at the end (moving) and at the begin (new reference) of the
   // interval, relative to s^2: less than 1 where it is a mean of several readings.
   double end_reference_share = 1.0, begin_reference_share = 1.0;

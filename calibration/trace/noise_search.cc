@@ -31,7 +31,7 @@ std::vector<Eigen::Index> Merge(std::span<const Interval> intervals, double piec
   for (std::size_t i = 0; i < intervals.size(); ++i) {
     const Interval& interval = intervals[i];
     const bool joins = interval.still && interval.gap_before_s == 0.0 && !interval.new_reference &&
-                       !merged->empty() && merged->back().still &&
+                       !interval.new_run && !merged->empty() && merged->back().still &&
                        merged->back().duration_s + interval.duration_s <= piece_s + 1e-6;
     if (joins) {
       merged->back().duration_s += interval.duration_s;

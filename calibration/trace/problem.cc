@@ -39,6 +39,7 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
       interval.still = trail.still[i];
       interval.gap_before_s = first ? 0.0 : std::max(0.0, nodes[i].at.t_s - last_end_s);
       interval.new_reference = skipped_motion;
+      interval.new_run = first && !rows_.empty();
       interval.end_reference_share = trail.reference_share[i + 1];
       interval.begin_reference_share = trail.reference_share[i];
       intervals_.push_back(interval);

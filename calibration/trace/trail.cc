@@ -203,7 +203,7 @@ class TrailMaker {
       if (recording_.info.reference == ReferenceKind::kStandAngles) {
         const Matrix3 rates = StandRates(settled_[i]);
         for (std::size_t a = 0; a < 3; ++a) {
-          const double change = (settled_[i + 1][a] - settled_[i][a]) -
+          const double change = (TurnedTo(i + 1, a) - TurnedTo(i, a)) -
                                 (MeasuredAngle(i + 1, a) - MeasuredAngle(i, a));
           if (!std::isfinite(change) || change == 0.0) continue;
           for (std::size_t c = 0; c < 3; ++c) turned[c] += rates[c][a] * change;
@@ -243,6 +243,18 @@ class TrailMaker {
         if (AtRest(k) && !is_settled_[k][a]) settled_[k][a] = rest_angle_[rest_of_[k]][a];
       }
     }
+  }
+
+  // Angle that goes into the rotation. Where no axis turns, but it is too near to a motion to count
+  // as rest, each reading speaks for itself: a mean would look more exact than the noise allows
+  // for. What depends on the angle keeps the mean: with a reading's noise in it, it would be found
+  // there.
+  double TurnedTo(std::size_t k, std::size_t a) const {
+    bool all_settled = !AtRest(k);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (recording_.info.stand_axis_present[axis] && !is_settled_[k][axis]) all_settled = false;
+    }
+    return all_settled ? nodes_[k].table_deg[a] : settled_[k][a];
   }
 
   // Angles and rates of the table's axes.

@@ -7,6 +7,9 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kLeastMotion_deg_s = 0.3;
+// Rates that are steady over so many intervals either way.
+constexpr std::size_t kReach = 4;
+constexpr double kAlike_deg_s = 0.5, kAlikeShare = 0.03;
 
 // Mean rate of each channel [deg/s] over the rest a node is in, or the last one before; of the
 // first one for what comes before all. NaN where the channel never rests.
@@ -50,6 +53,29 @@ class RateMaker {
         }
         trail_.halves[2 * i].rate_deg_s[c] = (turned + 2.0 * uneven) / dt;
         trail_.halves[2 * i + 1].rate_deg_s[c] = (turned - 2.0 * uneven) / dt;
+      }
+    }
+  }
+
+  // At steady speed the rate is what the neighbours say: with the noise of its own two readings,
+  // which is in the output as well, a steep function of the rate would find it.
+  void Steady() {
+    std::vector<Vector3> rates(trail_.still.size());
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) rates[i][c] = trail_.rotation_deg[i][c] / Length(i);
+    }
+    for (std::size_t i = kReach; i + kReach < rates.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        double sum = 0.0, count = 0.0;
+        const double alike = std::max(kAlike_deg_s, kAlikeShare * std::fabs(rates[i][c]));
+        for (std::size_t j = i - kReach; j <= i + kReach; ++j) {
+          if (trail_.still[j] || std::fabs(rates[j][c] - rates[i][c]) > alike) break;
+          if (j + 1 >= i && j <= i + 1) continue;  // they share a reading with it
+          sum += rates[j][c];
+          count += 1.0;
+        }
+        if (count < 2 * kReach - 2) continue;
+        trail_.halves[2 * i].rate_deg_s[c] = trail_.halves[2 * i + 1].rate_deg_s[c] = sum / count;
       }
     }
   }
@@ -99,11 +125,48 @@ class RateMaker {
       }
       point.table_by_gyro_deg = sum;
     }
+    for (std::size_t a = 0; a < 3; ++a) SmoothAngles(a);
   }
 
  private:
   static Vector3 Minus(const Vector3& a, const Vector3& b) {
     return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  }
+
+  // Only where the gyro follows the table better than this: sampled vibration is no better than the
+  // noise of a reading.
+  void SmoothAngles(std::size_t axis) {
+    constexpr double kFollows_deg = 0.2;
+    std::vector<double> angles(nodes_.size());
+    double square = 0.0, count = 0.0;
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      angles[k] = WithoutOwnReading(k, axis);
+      const double change = angles[k] - trail_.nodes[k].table_deg[axis];
+      if (!(std::fabs(change) > 0.0)) continue;
+      square += change * change;
+      count += 1.0;
+    }
+    if (std::sqrt(square / count) > kFollows_deg) return;
+    for (std::size_t k = 0; k < nodes_.size(); ++k) trail_.nodes[k].table_deg[axis] = angles[k];
+  }
+
+  // Angle of a turning axis without the noise of its own reading: what the gyro saw since the
+  // readings on either side of it. In a term that depends on the angle that noise would be found
+  // again, as a ripple.
+  double WithoutOwnReading(std::size_t k, std::size_t axis) const {
+    constexpr std::size_t kPairs = 3;
+    auto off = [&](std::size_t j) {
+      const TrackPoint& point = trail_.nodes[j];
+      return point.table_deg[axis] - point.table_by_gyro_deg[axis];
+    };
+    double sum = 0.0, count = 0.0;
+    for (std::size_t d = 1; d <= kPairs && d <= k && k + d < nodes_.size(); ++d) {
+      if (!Turns(k + 1 - d, axis) || !Turns(k + d, axis)) break;
+      sum += off(k - d) + off(k + d);
+      count += 2.0;
+    }
+    const double angle_deg = trail_.nodes[k].table_by_gyro_deg[axis] + sum / count;
+    return std::isfinite(angle_deg) ? angle_deg : trail_.nodes[k].table_deg[axis];
   }
 
   // The reference says that the axis turned up to node k.
@@ -185,6 +248,7 @@ class RateMaker {
 void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail) {
   RateMaker maker(recording.columns.nodes, units_per_deg_s, trail);
   maker.Halves();
+  maker.Steady();
   maker.Nodes();
   maker.Spans();
   maker.TableByGyro(recording.info);

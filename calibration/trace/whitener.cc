@@ -14,12 +14,32 @@ void Pass(const std::vector<Step>& steps, double* const* column) {
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const Step& step = steps[i];
     for (std::size_t j = 0; j < kColumns; ++j) {
+      bias[j] *= step.bias_keep;
       const double innovation =
           column[j][i] - step.bias_factor * bias[j] - step.reference_factor * reference[j];
       bias[j] += step.gain_bias * innovation;
       reference[j] = step.reference_keep * reference[j] + step.gain_reference * innovation;
       column[j][i] = step.inverse_sigma * innovation;
     }
+  }
+}
+
+// Columns that are 0 here (constants of other measurements) cost nothing.
+void AddProducts(const Eigen::Ref<const RowMajor>& white, Eigen::MatrixXd* gram) {
+  std::vector<Eigen::Index> some;
+  for (Eigen::Index j = 0; j < white.cols(); ++j) {
+    if (white.col(j).cwiseAbs().maxCoeff() > 0.0) some.push_back(j);
+  }
+  if (static_cast<Eigen::Index>(some.size()) == white.cols()) {
+    gram->selfadjointView<Eigen::Lower>().rankUpdate(white.transpose());
+    return;
+  }
+  const Eigen::MatrixXd part = white(Eigen::all, some);
+  const Eigen::MatrixXd products = part.transpose() * part;
+  for (std::size_t i = 0; i < some.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j)
+      (*gram)(some[i], some[j]) +=
+          products(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
   }
 }
 
@@ -51,13 +71,14 @@ Eigen::MatrixXd Whitener::Products(const RowMajor& columns) const {
     const Eigen::Index count = std::min(kChunk, columns.rows() - begin);
     for (Eigen::Index i = 0; i < count; ++i) {
       const Step& step = steps_[static_cast<std::size_t>(begin + i)];
+      bias *= step.bias_keep;
       innovation = columns.row(begin + i).transpose().array() - step.bias_factor * bias -
                    step.reference_factor * reference;
       bias += step.gain_bias * innovation;
       reference = step.reference_keep * reference + step.gain_reference * innovation;
       white.row(i) = (step.inverse_sigma * innovation).matrix().transpose();
     }
-    gram.selfadjointView<Eigen::Lower>().rankUpdate(white.topRows(count).transpose());
+    AddProducts(white.topRows(count), &gram);
   }
   return gram.selfadjointView<Eigen::Lower>();
 }
@@ -107,6 +128,12 @@ Whitener::Shocks Whitener::Scores(const Eigen::MatrixXd& white) const {
     information = z * z.transpose() * weight + l.transpose() * information * l;
     out.bias.row(i) = bias;
     out.bias_information(i) = information(0, 0);
+    // What comes before is nothing to a measurement that begins here.
+    if (step.bias_keep == 0.0) {
+      bias.setZero();
+      reference.setZero();
+      information.setZero();
+    }
   }
   return out;
 }
