@@ -121,6 +121,13 @@ int Apply(const Options& options) {
       recording::ReadJson(options.calibration), options.calibration.string());
   const fs::path input = LocateInput(options.name, options.bench);
   RefuseToReplace(options.output, options.overwrite);
+  std::error_code absent;
+  if (fs::equivalent(options.output, input, absent)) {
+    throw DataError(
+        fmt::format("{}: the corrected table would replace the measurement it is made of: "
+                    "choose another name",
+                    input.string()));
+  }
   const CorrectedTable table = Correct(options, calibration, input);
   if (options.json) {
     fmt::print("{}\n", ToJson(table, options).dump(2));

@@ -14,6 +14,7 @@ constexpr double kWindow_s = 10.0;
 constexpr std::size_t kFolds = 10, kRunsToHoldOut = 3;
 constexpr double kLeastBlock_s = 20.0, kMostBlocks = 100.0;
 constexpr int kBootstrap = 400;
+constexpr double kLeastScale = 1e-3;
 // Of a column's square: less in the training rows is the whitener's memory of what happened in the
 // others.
 constexpr double kSeen = 1e-2;
@@ -203,6 +204,7 @@ void StateInReferenceScale(const ChannelProblem& problem, const Baseline& baseli
   const auto own = std::find(baseline.turned.begin(), baseline.turned.end(), problem.channel());
   if (own == baseline.turned.end()) return;
   const double m = fit->linear(own - baseline.turned.begin());
+  if (std::fabs(m) < kLeastScale) return;
   for (std::size_t i = 0; i < selection.members().size(); ++i) {
     const Candidate& member = selection.members()[i];
     if (member.effect == nullptr || member.effect->domain != EffectDomain::kAngle) continue;

@@ -174,7 +174,11 @@ class ChannelTracer {
     RemarkOnBaseline();
     std::optional<SearchedChannel> found =
         SearchChannel(problem_, baseline_, request_, &trace_.remarks);
-    if (found) Fill(found->selection, found->noise);
+    if (found) {
+      Fill(found->selection, found->noise);
+    } else {
+      trace_.summary = "Not traced: " + trace_.remarks.back() + ".";
+    }
     return {std::move(trace_), std::move(model_)};
   }
 
@@ -247,7 +251,7 @@ class ChannelTracer {
           Parameter(fit, j++,
                     own ? "scale_factor"
                         : fmt::format("cross_axis_{}{}", "xyz"[request_.channel], "xyz"[axis]),
-                    own ? "1" : "1", grow));
+                    "1", grow));
     }
     for (std::size_t run = 0; run < baseline_.constants; ++run) {
       parameters.push_back(Parameter(fit, j++,

@@ -132,7 +132,7 @@ class BacklashBasis final : public ChannelBasis {
  private:
   // The noise of the reference's readings must not pass for reversals: it is in the output as well,
   // and would be found there. A clear play stands out of it.
-  static constexpr double kLeastPlay_deg = 0.005, kClearPlay_deg = 0.01;
+  static constexpr double kLeastPlay_deg = 0.005, kClearPlay_deg = 0.015;
   void Follow(double angle_deg, double play_deg) {
     follower_deg_ =
         std::clamp(follower_deg_, angle_deg - 0.5 * play_deg, angle_deg + 0.5 * play_deg);

@@ -235,7 +235,7 @@ std::vector<Effect> RateEffects() {
       With(Rate("bias.warm_up", "A exp(-t/tau), t since power-on", "self-heating after power-on",
                 "start twice, from different temperatures", kNeedsNothing, {{"A", "deg/s"}}, 0.3,
                 Make<WarmUpBasis>),
-           {{"tau", "s", 5.0, 2000.0, {15, 30, 60, 100, 170, 300, 600}}}),
+           {{"tau", "s", 5.0, 600.0, {15, 30, 60, 100, 170, 300, 550}}}),
       Rate("bias.vibration", "c rms^2(a)", "vibration rectified by the element",
            "sweep the speed through the stand's resonance", kNeedsVibration, {{"c", "deg/s/g^2"}},
            10.0, Make<VibrationBasis>),

@@ -110,7 +110,8 @@ void ChannelProblem::Survey() {
 
 Baseline ChannelProblem::MakeBaseline() const {
   Baseline out;
-  for (std::size_t c = 0; c < 3; ++c) {
+  // Its own axis first: where the data cannot tell axes apart, the turning is its own.
+  for (const std::size_t c : {channel_, (channel_ + 1) % 3, (channel_ + 2) % 3}) {
     if (path_[c] > kLeastPath_deg) out.turned.push_back(c);
   }
   out.constants = run_begins_.size();

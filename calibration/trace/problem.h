@@ -23,7 +23,7 @@ struct ProblemRow {
 
 // Columns of the baseline: M w + b(T).
 struct Baseline {
-  std::vector<std::size_t> turned;   // sensor axes with a column of M; may be empty
+  std::vector<std::size_t> turned;   // sensor axes with a column of M, its own first; may be empty
   std::size_t constants = 0;         // one a measurement
   int temperature_order = 0;         // of b(T) beyond the constant
   double reference_degC = kMissing;  // T0

@@ -31,6 +31,7 @@ constexpr double kRivalGain = 10.0;
 constexpr double kAbsorbed = 1e-6;
 // Of the largest size that a part of this class shows: more is something else.
 constexpr double kImplausible = 10.0;
+constexpr double kLeastScale = 1e-3;
 
 // Columns of the store, with some for what scans and refinement add.
 Eigen::Index RoomFor(const Baseline& baseline, const CandidateSet& candidates) {
@@ -79,6 +80,10 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   for (Candidate& candidate : pool_) candidate.columns = place(*candidate.raw);
   whitener_.Apply(all);
   store_.Add(all);
+  if (!baseline.turned.empty() && baseline.turned.front() == problem.channel()) {
+    const double scale = store_.Solve(base_).coefficients(0);
+    if (std::fabs(scale) > kLeastScale) own_scale_ = scale;
+  }
   std::erase_if(pool_, [&](const Candidate& candidate) {
     if (Visible(candidate)) return false;
     unseen_.push_back(candidate);
@@ -134,7 +139,8 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
   const Eigen::VectorXd values = store_.Solve(model).coefficients;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
-    const double value = values(static_cast<Eigen::Index>(others.size() + j));
+    double value = values(static_cast<Eigen::Index>(others.size() + j));
+    if (effect.domain == EffectDomain::kAngle) value /= own_scale_;
     if (effect.positive && value < 0.0) return false;
     if (effect.typical_size > 0 && std::fabs(value) > kImplausible * effect.typical_size)
       return false;
@@ -215,8 +221,8 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
   if (range->tied) {
     for (int i = 0; i < 6; ++i) {
       const Eigen::MatrixXd x = columns(theta);
-      theta[0] = std::clamp(x.col(0).dot(residual) / x.col(0).squaredNorm(), range->low[0],
-                            range->high[0]);
+      const double seen = x.col(0).dot(residual) / x.col(0).squaredNorm();
+      theta[0] = std::clamp(seen / own_scale_, range->low[0], range->high[0]);
     }
   } else {
     theta = RefineNonlinear(columns, residual, theta, range->low, range->high);

@@ -93,6 +93,8 @@ class Selection {
   std::vector<Candidate> pool_, unseen_;
   std::vector<Candidate> members_;
   std::set<std::string> implausible_;  // families
+  // Scale factor of the baseline's fit, through which delays and angles are seen.
+  double own_scale_ = 1.0;
 };
 
 }  // namespace gyrobench::calibration

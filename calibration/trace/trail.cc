@@ -18,6 +18,7 @@ constexpr double kLeastShare = 0.04;
 constexpr double kCreep_s = 0.2;
 constexpr double kLeastTurn_deg = 5.0;
 constexpr double kTurning_deg_s = 3.0;
+constexpr double kDriftShare = 0.02;  // of what a drift is followed by in one interval
 
 Vector3 Minus(const Vector3& a, const Vector3& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
@@ -111,29 +112,41 @@ class TrailMaker {
   }
 
   // Where the reference says rest and the gyro says turning, one of them is wrong: such stretches
-  // are not used, and what they hold is no effect.
+  // are not used, and what they hold is no effect. A bias that drifts with temperature goes as far,
+  // but slowly.
   void MarkDeadReference() {
     std::size_t wrong = 0, rests = 0;
     for (std::size_t c = 0; c < 3; ++c) {
       if (!std::isfinite(units_[c])) continue;
+      std::vector<std::size_t> still;
       std::vector<double> rates;
-      auto rate = [&](std::size_t i) {
-        return (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / units_[c] / Length(i);
-      };
-      for (std::size_t i = 0; i < trail_.still.size(); ++i) {
-        if (trail_.still[i] && trail_.usable[i][c]) rates.push_back(rate(i));
-      }
-      if (rates.empty()) continue;
-      const auto middle = rates.begin() + static_cast<std::ptrdiff_t>(rates.size() / 2);
-      std::nth_element(rates.begin(), middle, rates.end());
-      const double median = *middle;
       for (std::size_t i = 0; i < trail_.still.size(); ++i) {
         if (!trail_.still[i] || !trail_.usable[i][c]) continue;
-        ++rests;
-        if (!(std::fabs(rate(i) - median) > kTurning_deg_s)) continue;
-        ++wrong;
-        trail_.usable[i] = {false, false, false};
+        still.push_back(i);
+        rates.push_back((nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / units_[c] / Length(i));
       }
+      if (rates.empty()) continue;
+      rests += rates.size();
+      std::vector<double> sorted = rates;
+      const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+      std::nth_element(sorted.begin(), middle, sorted.end());
+      // From where it is as usual, both ways.
+      std::size_t anchor = 0;
+      for (std::size_t k = 0; k < rates.size(); ++k) {
+        if (std::fabs(rates[k] - *middle) < std::fabs(rates[anchor] - *middle)) anchor = k;
+      }
+      double drift = rates[anchor];
+      auto look = [&](std::size_t k) {
+        if (std::fabs(rates[k] - drift) > kTurning_deg_s) {
+          ++wrong;
+          trail_.usable[still[k]] = {false, false, false};
+        } else {
+          drift += kDriftShare * (rates[k] - drift);
+        }
+      };
+      for (std::size_t k = anchor; k < rates.size(); ++k) look(k);
+      drift = rates[anchor];
+      for (std::size_t k = anchor; k-- > 0;) look(k);
     }
     if (wrong == 0) return;
     trail_.remarks.push_back(fmt::format(
