@@ -105,8 +105,8 @@ Smoothed SmoothByLines(const std::vector<double>& t_s, const std::vector<double>
       const double least = std::fmin(left.variance, right.variance);
       if (least < kClearlyBetter * best.variance) {
         // At the bend itself neither side is better, and the truth lies between.
-        const double to_right =
-            std::clamp(0.5 + (left.variance - right.variance) / least / kAlike, 0.0, 1.0);
+        const double to_right = std::clamp(
+            0.5 + (left.variance - right.variance) / (least * kAlike + 1e-300), 0.0, 1.0);
         best.value = (1.0 - to_right) * left.value + to_right * right.value;
         best.rate = (1.0 - to_right) * left.rate + to_right * right.rate;
       }
