@@ -8,6 +8,8 @@
 #include <memory>
 #include <utility>
 
+#include "calibration/trace/likelihood.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -130,6 +132,11 @@ std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
     }
   }
   return out;
+}
+
+double Candidate::LogChance(double gain, double degrees) const {
+  if (!(degrees > 0.0)) return 0.0;
+  return degrees > 1.0 ? LogChiSquareTail(gain, degrees) : LogHeavyTail(gain, tail_freedom);
 }
 
 double Candidate::handicap() const {

@@ -1,6 +1,7 @@
 // What may be added to the model of a channel.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,9 +26,16 @@ struct Candidate {
   std::optional<std::size_t> trail;  // steps and tones: acts in this measurement alone
   // Share of the chance of a false discovery that is this candidate's: threshold of its p-value.
   double log_level = 0.0;
+  // Of what one row decides (ScanPeak).
+  double tail_freedom = std::numeric_limits<double>::infinity();
+  // What it gained of -2 log L when each of both models had the noise that suits it; not less than
+  // what it gains under one noise, where that has not been worked out.
+  double gain_by_any_noise = std::numeric_limits<double>::infinity();
   std::vector<Eigen::Index> columns;           // in the WhiteStore
   std::shared_ptr<const Eigen::MatrixXd> raw;  // ColumnsOf, where they have been worked out
 
+  // Logarithm of the chance that it gains so much of -2 log L by its columns without being there.
+  double LogChance(double gain, double degrees) const;
   bool empirical() const { return !knots.empty(); }
   // What -2 log L must gain for it to be named before an effect that does nearly the same.
   double handicap() const;

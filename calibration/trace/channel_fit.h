@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <vector>
 
 #include "calibration/trace/problem.h"
@@ -21,6 +20,11 @@ struct ChannelFit {
   Eigen::MatrixXd white;                   // the same, whitened
   Eigen::VectorXd linear;                  // coefficients of these columns
   std::vector<Eigen::Index> column_begin;  // of each member, in raw and white
+  // What the linear columns change by when a non-linear parameter does [deg per its unit].
+  Eigen::MatrixXd raw_slopes, white_slopes;
+  std::vector<Eigen::Index> slope_begin;  // of each member, in these
+  // Of each linear column: only one measurement knows it, or one moment of it.
+  std::vector<bool> local;
   Eigen::VectorXd white_output;
   Eigen::Index baseline_columns = 0;
 
@@ -32,29 +36,5 @@ struct ChannelFit {
 
 ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
                       const Selection& selection);
-
-// Whitened RMS and angle error on data that the fit did not see: by whole measurements where there
-// are three and more; else ten times a tenth of short blocks in time, which cover what the rest of
-// the blocks do. `without`: columns of `fit.raw` that the model
-// before leaves out; the model after has all.
-struct HeldOutFigures {
-  HeldOut whitened_rms, angle_rms_deg;
-};
-HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
-                       const std::vector<Eigen::Index>& without, std::uint64_t seed);
-// The angle error, trained on the first 60 % of the time and tested on the rest. The bias goes on
-// where the noise says that it has walked to.
-HeldOut Forecast(const ChannelProblem& problem, const ChannelFit& fit, const IntervalNoise& noise,
-                 std::uint64_t seed);
-
-// Root mean square of the angle error in windows of 10 s, the mean of each taken off, of residual
-// increments [deg]; one square sum and count a window.
-struct Windows {
-  std::vector<double> square, count;
-  double rms() const;
-  void Append(const Windows& others);
-};
-Windows AngleWindows(const ChannelProblem& problem, const Eigen::VectorXd& residual_deg,
-                     Eigen::Index begin, Eigen::Index end);
 
 }  // namespace gyrobench::calibration

@@ -10,9 +10,11 @@
 #include <set>
 
 #include "calibration/schedule.h"
+#include "calibration/trace/angle_windows.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/channel_search.h"
 #include "calibration/trace/curves.h"
+#include "calibration/trace/hold_out.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/selection.h"
@@ -268,9 +270,8 @@ class ChannelTracer {
     const WhiteStore::Fit alone = selection.store().FitTo(selection.baseline_columns());
     trace_.baseline.whitened_rms =
         std::sqrt(alone.residual_square / static_cast<double>(problem_.rows()));
-    const WhiteStore::Solution solution = selection.store().Solve(selection.baseline_columns());
-    const Eigen::VectorXd residual =
-        problem_.output_deg() - baseline_.columns * solution.coefficients;
+    const Eigen::VectorXd coefficients = selection.store().Solve(selection.baseline_columns());
+    const Eigen::VectorXd residual = problem_.output_deg() - baseline_.columns * coefficients;
     trace_.baseline.angle_rms_deg = AngleWindows(problem_, residual, 0, problem_.rows()).rms();
   }
 

@@ -7,8 +7,9 @@
 #include <set>
 #include <utility>
 
+#include "calibration/trace/angle_windows.h"
 #include "calibration/trace/channel_fit.h"
-#include "calibration/trace/likelihood.h"
+#include "calibration/trace/hold_out.h"
 #include "calibration/trace/noise_search.h"
 
 namespace gyrobench::calibration {
@@ -146,7 +147,8 @@ class ChannelSearcher {
       double lack = 0.0;
       for (std::size_t i = 0; i < members.size(); ++i) {
         const auto degrees = static_cast<double>(members[i].columns.size());
-        const double over = LogChiSquareTail(worth[i], degrees) - members[i].log_level;
+        found->selection.SetGainByAnyNoise(i, worth[i]);
+        const double over = members[i].LogChance(worth[i], degrees) - members[i].log_level;
         if (over <= lack) continue;
         lack = over;
         weakest = i;
@@ -206,9 +208,9 @@ class ChannelSearcher {
   }
 
   bool BaselineIsPerfect(const Selection& selection) {
-    const WhiteStore::Solution solution = selection.store().Solve(selection.baseline_columns());
     const Eigen::VectorXd residual =
-        problem_.output_deg() - baseline_.columns * solution.coefficients;
+        problem_.output_deg() -
+        baseline_.columns * selection.store().Solve(selection.baseline_columns());
     const double rms = AngleWindows(problem_, residual, 0, problem_.rows()).rms();
     if (!(rms < kLeastAngle_deg)) return false;
     remarks_.push_back(fmt::format(

@@ -21,7 +21,7 @@ struct Residuals {
 Residuals MakeResiduals(const ChannelProblem& problem, const ChannelFit& fit,
                         const Selection& selection) {
   Residuals out;
-  const Eigen::VectorXd base = selection.store().Solve(selection.baseline_columns()).coefficients;
+  const Eigen::VectorXd base = selection.store().Solve(selection.baseline_columns());
   const Eigen::Index count = fit.baseline_columns;
   out.raw_before = problem.output_deg() - fit.raw.leftCols(count) * base;
   out.white_before = fit.white_output - fit.white.leftCols(count) * base;

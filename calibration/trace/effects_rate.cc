@@ -164,14 +164,16 @@ class BiasStepBasis final : public ChannelBasis {
   }
 };
 
-// a sin(2 pi f t + p) as its two parts
+// a sin(2 pi f t + p) as its two parts, the mean over what a point stands for
 class ToneBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
     const double phase = kTwoPi * context().nonlinear[0] * point.t_s;
-    terms[0] = std::sin(phase);
-    terms[1] = std::cos(phase);
+    const double half = 0.5 * kTwoPi * context().nonlinear[0] * point.length_s;
+    const double mean = half > 0.0 ? std::sin(half) / half : 1.0;
+    terms[0] = mean * std::sin(phase);
+    terms[1] = mean * std::cos(phase);
   }
 };
 

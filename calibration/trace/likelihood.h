@@ -7,6 +7,13 @@ namespace gyrobench::calibration {
 
 // Natural logarithm of P(chi^2_degrees > x); finite however large x is.
 double LogChiSquareTail(double x, double degrees);
+// The same for the square of one value of Student's distribution, scaled to unit variance, with
+// `freedom` degrees, more than 2; infinity: of a normal one.
+double LogHeavyTail(double square, double freedom);
+// Degrees of freedom of Student's distribution of unit variance that has so many of the values
+// beyond three standard deviations, at least 4.5; infinity where as many normal values may be
+// there.
+double FreedomOfTails(double beyond_three, double values);
 // x with P(chi^2_degrees > x) = exp(log_p).
 double ChiSquareQuantile(double log_p, double degrees);
 

@@ -40,8 +40,8 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
       interval.gap_before_s = first ? 0.0 : std::max(0.0, nodes[i].at.t_s - last_end_s);
       interval.new_reference = skipped_motion;
       interval.new_run = first && !rows_.empty();
-      interval.end_reference_share = trail.reference_share[i + 1];
-      interval.begin_reference_share = trail.reference_share[i];
+      interval.end_reference_share = trail.reference_share[i + 1][channel_];
+      interval.begin_reference_share = trail.reference_share[i][channel_];
       intervals_.push_back(interval);
       rows_.push_back({static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(i)});
       output.push_back((nodes[i + 1].at.z[channel] - nodes[i].at.z[channel]) / units_per_deg_s);
@@ -144,7 +144,6 @@ Baseline ChannelProblem::MakeBaseline() const {
   return out;
 }
 
-// How much of a turn of the table's axis the channel feels.
 double ChannelProblem::Lever(Eigen::Index row, std::size_t table_axis) const {
   const MeasurementInfo& info = trail(row).recording->info;
   if (info.reference == ReferenceKind::kSensorAngle) {

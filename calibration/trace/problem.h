@@ -72,10 +72,11 @@ class ChannelProblem {
   double max_temperature_degC() const { return max_temperature_; }
   double max_rate_deg_s() const { return max_rate_; }
   double own_path_deg() const { return path_[channel_]; }
+  // How much of a turn of the table's axis the channel feels in a row.
+  double Lever(Eigen::Index row, std::size_t table_axis) const;
 
  private:
   const ProblemRow& ref(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)]; }
-  double Lever(Eigen::Index row, std::size_t table_axis) const;
   void Survey();
 
   std::span<const Trail> trails_;

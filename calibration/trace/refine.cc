@@ -22,14 +22,22 @@ Eigen::VectorXd Projected(const ColumnsAt& columns, const Eigen::VectorXd& resid
   return residual - x * c;
 }
 
+// The parameters as places in their range, 1 to 2: a step of numeric differentiation, which is
+// relative, then fits whatever the parameter's size is.
+std::vector<double> FromPlaces(const double* places, const std::vector<double>& low,
+                               const std::vector<double>& high) {
+  std::vector<double> theta = low;
+  for (std::size_t i = 0; i < theta.size(); ++i) theta[i] += (places[i] - 1.0) * (high[i] - low[i]);
+  return theta;
+}
+
 struct Residual {
   const ColumnsAt& columns;
   const Eigen::VectorXd& residual;
-  std::size_t size;
+  const std::vector<double>&low, &high;
 
-  bool operator()(double const* const* theta, double* out) const {
-    const Eigen::VectorXd left =
-        Projected(columns, residual, std::vector<double>(theta[0], theta[0] + size));
+  bool operator()(double const* const* places, double* out) const {
+    const Eigen::VectorXd left = Projected(columns, residual, FromPlaces(places[0], low, high));
     if (!left.allFinite()) return false;
     Eigen::Map<Eigen::VectorXd>(out, left.size()) = left;
     return true;
@@ -81,18 +89,20 @@ void SetNonlinear(const std::vector<double>& theta, Candidate* candidate) {
 std::vector<double> RefineNonlinear(const ColumnsAt& columns, const Eigen::VectorXd& residual,
                                     std::vector<double> start, const std::vector<double>& low,
                                     const std::vector<double>& high) {
-  std::vector<double> theta = start;
+  std::vector<double> places;
+  for (std::size_t i = 0; i < start.size(); ++i)
+    places.push_back(1.0 + std::clamp((start[i] - low[i]) / (high[i] - low[i]), 0.0, 1.0));
   ceres::NumericDiffOptions differences;
   differences.relative_step_size = 1e-4;
   auto* cost = new ceres::DynamicNumericDiffCostFunction<Residual, ceres::CENTRAL>(
-      new Residual{columns, residual, theta.size()}, ceres::TAKE_OWNERSHIP, differences);
-  cost->AddParameterBlock(static_cast<int>(theta.size()));
+      new Residual{columns, residual, low, high}, ceres::TAKE_OWNERSHIP, differences);
+  cost->AddParameterBlock(static_cast<int>(places.size()));
   cost->SetNumResiduals(static_cast<int>(residual.size()));
   ceres::Problem problem;
-  problem.AddResidualBlock(cost, nullptr, theta.data());
-  for (std::size_t i = 0; i < theta.size(); ++i) {
-    problem.SetParameterLowerBound(theta.data(), static_cast<int>(i), low[i]);
-    problem.SetParameterUpperBound(theta.data(), static_cast<int>(i), high[i]);
+  problem.AddResidualBlock(cost, nullptr, places.data());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    problem.SetParameterLowerBound(places.data(), static_cast<int>(i), 1.0);
+    problem.SetParameterUpperBound(places.data(), static_cast<int>(i), 2.0);
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
@@ -102,6 +112,7 @@ std::vector<double> RefineNonlinear(const ColumnsAt& columns, const Eigen::Vecto
   options.num_threads = 1;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
+  const std::vector<double> theta = FromPlaces(places.data(), low, high);
   const bool better =
       summary.IsSolutionUsable() && Projected(columns, residual, theta).squaredNorm() <=
                                         Projected(columns, residual, start).squaredNorm();

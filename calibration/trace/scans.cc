@@ -1,12 +1,13 @@
 #include "calibration/trace/scans.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <unsupported/Eigen/FFT>
 
 #include "calibration/trace/basis.h"
+#include "calibration/trace/likelihood.h"
+#include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -27,7 +28,7 @@ class Steps {
     Eigen::MatrixXd all(model.rows(), p_ + 1);
     all << model, residual;
     shocks_ = whitener.Scores(all);
-    factor_.compute(model.transpose() * model);
+    factor_ = ScaledLdlt(model.transpose() * model);
   }
 
   ScanPeak Best(const Eigen::MatrixXd& score, const Eigen::VectorXd& information,
@@ -42,7 +43,7 @@ class Steps {
         // The model can only take information away: most places need no closer look.
         if (s * s < peak.gain * kLeastInformation * information(i)) continue;
         const Eigen::VectorXd with = score.row(i).head(p_).transpose();
-        const double left = information(i) - with.dot(factor_.solve(with));
+        const double left = information(i) - with.dot(factor_.Solve(with).col(0));
         if (!(left > kLeastInformation * information(i)) || s * s / left <= peak.gain) continue;
         peak.gain = s * s / left;
         peak.nonlinear = problem_.begin_s(i) +
@@ -64,6 +65,7 @@ class Steps {
     ScanPeak peak = Best(shocks_.output, shocks_.output_information, true);
     peak.id = "angle.step";
     peak.tried = static_cast<double>(problem_.rows());
+    peak.tail_freedom = TailFreedom();
     // Of the axis that turned fastest then.
     double fastest = -1.0;
     for (const std::size_t a : problem_.table_axes()) {
@@ -75,6 +77,19 @@ class Steps {
     }
     return peak;
   }
+  double TailFreedom() const {
+    std::vector<double> squares;
+    double sum = 0.0;
+    for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
+      if (problem_.intervals()[static_cast<std::size_t>(i)].still) continue;
+      squares.push_back(std::pow(shocks_.output(i, p_), 2) / shocks_.output_information(i));
+      // A step itself is not to count.
+      sum += std::min(squares.back(), 16.0);
+    }
+    const double limit = 9.0 * sum / static_cast<double>(squares.size());
+    const auto beyond = std::ranges::count_if(squares, [&](double x) { return x > limit; });
+    return FreedomOfTails(static_cast<double>(beyond), static_cast<double>(squares.size()));
+  }
   // Score of each row's output, of the residual.
   Eigen::VectorXd Output() const { return shocks_.output.col(p_); }
 
@@ -82,7 +97,7 @@ class Steps {
   const ChannelProblem& problem_;
   Eigen::Index p_;
   Whitener::Shocks shocks_;
-  Eigen::LDLT<Eigen::MatrixXd> factor_;
+  ScaledLdlt factor_;
   mutable Eigen::Index row_ = 0;
 };
 
@@ -113,10 +128,16 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
     if (end_of(run) - begins[run] > end_of(longest) - begins[longest]) longest = run;
   }
   const Eigen::Index first = begins[longest], end = end_of(longest);
-  // In motion a tone cannot be told from the ripple of the motion itself: rests speak.
+  // In motion a tone cannot be told from the ripple of the motion itself: what the channel feels of
+  // no turn speaks.
+  auto rests = [&](Eigen::Index i) {
+    constexpr double kUnfelt = 0.01;
+    const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
+    return interval.still ||
+           std::max(interval.begin_reference_share, interval.end_reference_share) < kUnfelt;
+  };
   Eigen::Index resting = 0;
-  for (Eigen::Index i = first; i < end; ++i)
-    resting += problem.intervals()[static_cast<std::size_t>(i)].still ? 1 : 0;
+  for (Eigen::Index i = first; i < end; ++i) resting += rests(i) ? 1 : 0;
   if (5 * resting < end - first) return peak;
   const double origin = problem.begin_s(first);
   const auto slots = static_cast<std::size_t>((problem.end_s(end - 1) - origin) / step_s) + 2;
@@ -125,7 +146,7 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   std::vector<double> grid(size, 0.0);
   double square = 0.0;
   for (Eigen::Index i = first; i < end; ++i) {
-    if (!problem.intervals()[static_cast<std::size_t>(i)].still) continue;
+    if (!rests(i)) continue;
     grid[static_cast<std::size_t>((problem.begin_s(i) - origin) / step_s + 0.5)] += residual(i);
     square += residual(i) * residual(i);
   }
@@ -162,29 +183,28 @@ ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_sco
     bins[static_cast<std::size_t>(turn * static_cast<double>(kAngleBins)) % kAngleBins] += weight;
   };
   const std::vector<ProblemRow>& rows = problem.row_refs();
+  auto turns = [&](std::size_t i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    return !problem.intervals()[i].still && problem.half(row, 0).table_rate_deg_s[axis] != 0.0;
+  };
   double pending = 0.0;
-  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    const auto index = static_cast<std::size_t>(i);
-    if (problem.intervals()[index].still) continue;
-    const Trail& trail = problem.trail(i);
-    const double u = output_score(i);
-    const double from = trail.nodes[rows[index].interval].table_deg[axis];
-    const double to = trail.nodes[rows[index].interval + 1].table_deg[axis];
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!turns(i)) continue;
+    const auto row = static_cast<Eigen::Index>(i);
+    const Trail& trail = problem.trail(row);
+    const double u = problem.Lever(row, axis) * output_score(row);
+    const double from = trail.nodes[rows[i].interval].table_deg[axis];
+    const double to = trail.nodes[rows[i].interval + 1].table_deg[axis];
     if (!std::isfinite(from) || !std::isfinite(to)) continue;
-    const bool joined = index > 0 && rows[index - 1].trail == rows[index].trail &&
-                        rows[index - 1].interval + 1 == rows[index].interval &&
-                        !problem.intervals()[index - 1].still;
+    const bool joined = i > 0 && rows[i - 1].trail == rows[i].trail &&
+                        rows[i - 1].interval + 1 == rows[i].interval && turns(i - 1);
     // Weight of a node: what the interval before gives and the one after takes.
-    if (joined) {
-      pending -= u;
-    } else {
-      pending = -u;
-    }
+    pending = (joined ? pending : 0.0) - u;
     add(from, pending);
     square += pending * pending;
     pending = u;
-    const bool last = index + 1 == rows.size() || problem.intervals()[index + 1].still ||
-                      rows[index + 1].interval != rows[index].interval + 1;
+    const bool last =
+        i + 1 == rows.size() || !turns(i + 1) || rows[i + 1].interval != rows[i].interval + 1;
     if (!last) continue;
     add(to, u);
     square += u * u;
@@ -217,8 +237,10 @@ std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whiten
   if (!problem.table_axes().empty()) peaks.push_back(steps.Angle());
   peaks.push_back(Tone(problem, residual));
   const Eigen::VectorXd output = steps.Output();
-  for (const std::size_t axis : problem.table_axes())
+  for (const std::size_t axis : problem.table_axes()) {
     peaks.push_back(Ripple(problem, output, axis));
+    peaks.back().tried *= static_cast<double>(problem.table_axes().size());
+  }
   std::erase_if(peaks, [](const ScanPeak& peak) { return !(peak.gain > 0); });
   return peaks;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct ScanPeak {
   std::size_t trail = 0;   // in which measurement, for steps
   double gain = 0.0;       // about what the peak takes off the residual's square
   double tried = 1.0;      // independent places that were looked at
+  // What a single row decides is as likely as the tails of all rows say: degrees of freedom of
+  // their Student's distribution.
+  double tail_freedom = std::numeric_limits<double>::infinity();
 };
 
 // The highest peak of each kind in the white residual. `model`: white columns that were fitted

@@ -1,6 +1,5 @@
 #include "calibration/trace/selection.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include "calibration/trace/likelihood.h"
 #include "calibration/trace/ramp_search.h"
 #include "calibration/trace/refine.h"
+#include "calibration/trace/scaled_ldlt.h"
 #include "calibration/trace/scans.h"
 #include "calibration/trace/stability.h"
 
@@ -81,7 +81,7 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   whitener_.Apply(all);
   store_.Add(all);
   if (!baseline.turned.empty() && baseline.turned.front() == problem.channel()) {
-    const double scale = store_.Solve(base_).coefficients(0);
+    const double scale = store_.Solve(base_)(0);
     if (std::fabs(scale) > kLeastScale) own_scale_ = scale;
   }
   std::erase_if(pool_, [&](const Candidate& candidate) {
@@ -137,7 +137,7 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   if (!(effect.typical_size > 0) && !effect.positive) return true;
   WhiteStore::Columns model = others;
   model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
-  const Eigen::VectorXd values = store_.Solve(model).coefficients;
+  const Eigen::VectorXd values = store_.Solve(model);
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
     double value = values(static_cast<Eigen::Index>(others.size() + j));
     if (effect.domain == EffectDomain::kAngle) value /= own_scale_;
@@ -150,6 +150,10 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
 
 void Selection::Remove(std::size_t member) {
   members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(member));
+}
+
+void Selection::SetGainByAnyNoise(std::size_t member, double gain) {
+  members_[member].gain_by_any_noise = gain;
 }
 
 Eigen::MatrixXd Selection::White(const Candidate& candidate) const {
@@ -184,17 +188,15 @@ double Selection::Cost(const WhiteStore::Columns& columns) const {
 }
 
 // Logarithm of the p-value of adding the candidate to the others.
-double Selection::LogP(const Candidate& candidate, const WhiteStore::Columns& others,
-                       double* gain) const {
+double Selection::LogP(const Candidate& candidate, const WhiteStore::Columns& others) const {
   const WhiteStore::Fit before = store_.FitTo(others);
   WhiteStore::Columns with = others;
   for (const Eigen::Index column : candidate.columns) {
     if (store_.Left(column, with) > kAbsorbed) with.push_back(column);
   }
   const WhiteStore::Fit after = store_.FitTo(with);
-  *gain = before.residual_square - after.residual_square;
-  const int degrees = after.rank - before.rank;
-  return degrees > 0 ? LogChiSquareTail(*gain, degrees) : 0.0;
+  return candidate.LogChance(before.residual_square - after.residual_square,
+                             after.rank - before.rank);
 }
 
 void Selection::Insert(Candidate candidate) {
@@ -206,16 +208,12 @@ void Selection::Insert(Candidate candidate) {
 void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) {
   const std::optional<RefineRange> range = RangeOf(*problem_, *candidate);
   if (!range) return;
-  const Eigen::MatrixXd model = store_.Take(others);
-  const Eigen::LDLT<Eigen::MatrixXd> factor(model.transpose() * model);
-  auto off = [&](const Eigen::MatrixXd& columns) {
-    return Eigen::MatrixXd(columns - model * factor.solve(model.transpose() * columns));
-  };
-  const Eigen::VectorXd residual = off(store_.output());
+  const Projection others_off(store_.Take(others));
+  const Eigen::VectorXd residual = others_off.Off(store_.output());
   Candidate trial = *candidate;
   auto columns = [&](const std::vector<double>& theta) {
     SetNonlinear(theta, &trial);
-    return off(White(trial));
+    return others_off.Off(White(trial));
   };
   std::vector<double> theta = range->start;
   if (range->tied) {
@@ -235,8 +233,7 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
 void Selection::TryPool(const WhiteStore::Columns& model, Best* best) const {
   for (const Candidate& candidate : pool_) {
     if (Barred(candidate.family)) continue;
-    double gain = 0.0;
-    double excess = candidate.log_level - LogP(candidate, model, &gain);
+    double excess = candidate.log_level - LogP(candidate, model);
     if (excess <= 0.0) continue;
     excess = std::max(excess - 0.5 * candidate.handicap(), 1e-9);
     if (excess <= best->excess || !Plausible(candidate, model)) continue;
@@ -256,15 +253,15 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     Candidate candidate =
         ScannedCandidate(*problem_, peak.id, peak.table_axis, peak.nonlinear, peak.trail);
     candidate.log_level = level;
+    candidate.tail_freedom = peak.tail_freedom;
     if (Barred(candidate.family)) continue;
     const Eigen::Index mark = store_.used();
     candidate.columns = store_.Add(White(candidate));
-    double gain = 0.0;
-    double excess = level - LogP(candidate, model, &gain);
+    double excess = level - LogP(candidate, model);
     if (excess > -kNearLevel && excess + kNearLevel > best->excess) {
       Refine(&candidate, model);
       if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
-      excess = level - LogP(candidate, model, &gain);
+      excess = level - LogP(candidate, model);
     }
     if (excess > best->excess && Plausible(candidate, model)) {
       *best = {candidate, excess};
@@ -311,10 +308,8 @@ void Selection::TryProducts(Best* best) const {
   for (std::size_t k = 0; k < open.size(); ++k)
     columns.col(static_cast<Eigen::Index>(k)) = *open[k]->raw;
   whitener_.Apply(columns);
-  const Eigen::MatrixXd model = store_.Take(ModelColumns());
   const Eigen::VectorXd whole = columns.colwise().squaredNorm();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(model.transpose() * model);
-  columns -= model * factor.solve(model.transpose() * columns);
+  columns = Projection(store_.Take(ModelColumns())).Off(columns);
   const Eigen::VectorXd residual = Residual();
   const double level = std::log(options_.false_discovery * kShareOfProducts /
                                 static_cast<double>(candidates_->products.size()));
@@ -372,15 +367,14 @@ std::vector<Selection::Ramp> Selection::RampsFor(const Candidate& member,
   if (member.id != "bias.step") return ramps;
   // A step in time may be a jump at the value that the quantity had then.
   constexpr double kWidth = 1e-4;  // of the quantity's range
+  const Projection model_off(store_.Take(others));
   for (const CurveCells& cells : candidates_->cells) {
     const double value = ValueAt(*problem_, cells.factor, covariates(), member);
     const double half = 0.5 * kWidth * (cells.edges.back() - cells.edges.front());
     Ramp ramp;
     ramp.candidate = EmpiricalCandidate(*problem_, cells.factor, value - half, value + half);
     const Eigen::VectorXd column = White(ramp.candidate);
-    const Eigen::MatrixXd model = store_.Take(others);
-    const Eigen::LDLT<Eigen::MatrixXd> factor(model.transpose() * model);
-    const Eigen::VectorXd left = column - model * factor.solve(model.transpose() * column);
+    const Eigen::VectorXd left = model_off.Off(column);
     if (!(left.squaredNorm() > kAbsorbed * column.squaredNorm())) continue;
     ramp.gain = std::pow(left.dot(store_.output()), 2) / left.squaredNorm();
     ramp.candidate.log_level = member.log_level;
@@ -430,8 +424,7 @@ bool Selection::DropWeak() {
     double lack = 0.0;
     for (std::size_t i = 0; i < members_.size(); ++i) {
       const WhiteStore::Columns others = ModelWithout(i);
-      double gain = 0.0;
-      double over = LogP(members_[i], others, &gain) - members_[i].log_level;
+      double over = LogP(members_[i], others) - members_[i].log_level;
       if (over <= 0.0 && !Plausible(members_[i], others)) {
         implausible_.insert(members_[i].family);
         over = 1e6;
@@ -468,6 +461,7 @@ std::multiset<std::string> Selection::Families() const {
 void Selection::Run() {
   for (int round = 0; round < 3; ++round) {
     const std::multiset<std::string> before = Families();
+    implausible_.clear();  // it was, among others
     Grow(&Selection::AddBest);
     Grow(&Selection::AddCurve);
     if (Families() == before) break;
@@ -475,9 +469,10 @@ void Selection::Run() {
 }
 
 double Selection::PValue(std::size_t member) const {
-  double gain = 0.0;
   const Candidate& candidate = members_[member];
-  const double log_p = LogP(candidate, ModelWithout(member), &gain);
+  const double log_p = std::max(LogP(candidate, ModelWithout(member)),
+                                candidate.LogChance(candidate.gain_by_any_noise,
+                                                    static_cast<double>(candidate.columns.size())));
   return std::min(1.0, std::exp(log_p - candidate.log_level) * options_.false_discovery);
 }
 
@@ -500,8 +495,7 @@ std::vector<std::string> Selection::Rivals(std::size_t member) const {
 
 Eigen::VectorXd Selection::Residual() const {
   const Eigen::MatrixXd model = store_.Take(ModelColumns());
-  const WhiteStore::Solution solution = store_.Solve(ModelColumns());
-  return store_.output() - model * solution.coefficients;
+  return store_.output() - model * store_.Solve(ModelColumns());
 }
 
 }  // namespace gyrobench::calibration

@@ -28,6 +28,8 @@ class Selection {
 
   void Run();
   void Remove(std::size_t member);
+  // Candidate::gain_by_any_noise
+  void SetGainByAnyNoise(std::size_t member, double gain);
 
   const std::vector<Candidate>& members() const { return members_; }
   const std::vector<Candidate>& pool() const { return pool_; }
@@ -39,7 +41,7 @@ class Selection {
   const std::vector<std::string>& covariates() const { return candidates_->covariates; }
   WhiteStore::Columns ModelColumns() const;
   WhiteStore::Columns ModelWithout(std::size_t member) const;
-  // Corrected p-value of a member, for all that was tried.
+  // Corrected p-value of a member, for all that was tried, by the less of its two gains.
   double PValue(std::size_t member) const;
   // Ids that explain as well as the member does, within ten of the logarithm of the odds.
   std::vector<std::string> Rivals(std::size_t member) const;
@@ -81,7 +83,7 @@ class Selection {
   void Insert(Candidate candidate);
   bool InModel(const std::string& family) const;
   double Cost(const WhiteStore::Columns& columns) const;
-  double LogP(const Candidate& candidate, const WhiteStore::Columns& others, double* gain) const;
+  double LogP(const Candidate& candidate, const WhiteStore::Columns& others) const;
 
   const ChannelProblem* problem_;
   const CandidateSet* candidates_;

@@ -13,6 +13,7 @@ namespace gyrobench::calibration {
 // What the sensor went through at one time. Values that are not known are NaN.
 struct TrackPoint {
   double t_s = 0.0;               // of the measurement
+  double length_s = 0.0;          // of the half of an interval that it stands for; 0: an instant
   double since_power_on_s = 0.0;  // t_s, counted on over measurements of one power-on
   bool restart = false;           // first point of a power-on: memories of effects begin anew
   bool still = false;             // the reference stood still

@@ -14,6 +14,8 @@ namespace {
 
 // The error of a mean over a rest does not fall for ever: what is not noise stays.
 constexpr double kLeastShare = 0.04;
+// What is left of a reading's error, as a variance, where the channel does not feel the axis.
+constexpr double kLeastFelt = 1e-4;
 // A motion that begins softly is below the noise of single readings for so long.
 constexpr double kCreep_s = 0.2;
 constexpr double kLeastTurn_deg = 5.0;
@@ -42,7 +44,7 @@ class TrailMaker {
     trail_.still.assign(intervals, false);
     trail_.usable.assign(intervals, {true, true, true});
     trail_.rotation_deg.assign(intervals, Vector3{});
-    trail_.reference_share.assign(nodes_.size(), 1.0);
+    trail_.reference_share.assign(nodes_.size(), {1.0, 1.0, 1.0});
     FindRests();
     MarkBad();
     MarkDeadReference();
@@ -50,6 +52,7 @@ class TrailMaker {
     RestAngles();
     Rotations();
     Tables();
+    Shares();
     for (std::size_t k = 0; k < trail_.nodes.size(); ++k) trail_.nodes[k].still = AtRest(k);
     FillGravity(recording_, rest_of_, &trail_);
     FillRates(recording_, units_, &trail_);
@@ -84,6 +87,7 @@ class TrailMaker {
         TrackPoint& point = trail_.halves[2 * i + h];
         point.t_s = nodes_[i].at.t_s + (0.25 + 0.5 * static_cast<double>(h)) * Length(i);
         point.since_power_on_s = point.t_s;
+        point.length_s = 0.5 * Length(i);
         point.still = trail_.still[i];
         point.restart = trail_.new_power_on && i == 0 && h == 0;
       }
@@ -251,7 +255,7 @@ class TrailMaker {
       for (double& angle : rest_rotation_[rest]) angle /= count[rest];
     }
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      if (AtRest(k)) trail_.reference_share[k] = std::max(kLeastShare, 1.0 / count[rest_of_[k]]);
+      if (AtRest(k)) trail_.reference_share[k].fill(std::max(kLeastShare, 1.0 / count[rest_of_[k]]));
       for (std::size_t a = 0; a < 3; ++a) {
         if (AtRest(k) && !is_settled_[k][a]) settled_[k][a] = rest_angle_[rest_of_[k]][a];
       }
@@ -263,11 +267,33 @@ class TrailMaker {
   // for. What depends on the angle keeps the mean: with a reading's noise in it, it would be found
   // there.
   double TurnedTo(std::size_t k, std::size_t a) const {
-    bool all_settled = !AtRest(k);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (recording_.info.stand_axis_present[axis] && !is_settled_[k][axis]) all_settled = false;
+    return AllSettled(k) && !AtRest(k) ? nodes_[k].table_deg[a] : settled_[k][a];
+  }
+
+  bool AllSettled(std::size_t k) const {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (recording_.info.stand_axis_present[a] && !is_settled_[k][a]) return false;
     }
-    return all_settled ? nodes_[k].table_deg[a] : settled_[k][a];
+    return true;
+  }
+
+  // What a reading's error does to each channel: by each axis as much as the channel feels of it.
+  void Shares() {
+    const bool stand = recording_.info.reference == ReferenceKind::kStandAngles;
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      Vector3& share = trail_.reference_share[k];
+      const Matrix3 rates = StandRates(settled_[k]);
+      const bool readings = AllSettled(k);
+      for (std::size_t c = 0; c < 3; ++c) {
+        if (stand) {
+          double felt = 0.0;
+          for (std::size_t a = 0; a < 3; ++a) {
+            if (readings || AtRest(k) || !is_settled_[k][a]) felt += rates[c][a] * rates[c][a];
+          }
+          if (std::isfinite(felt)) share[c] *= std::max(felt, kLeastFelt);
+        }
+      }
+    }
   }
 
   // Angles and rates of the table's axes.

@@ -23,8 +23,9 @@ struct Trail {
   // Rotation of the reference about the sensor's axes over interval i, Earth's included [deg]; 0
   // at rest but for Earth's.
   std::vector<Vector3> rotation_deg;
-  // Variance of a node's angle relative to one reading's: means over rests are better.
-  std::vector<double> reference_share;
+  // Of each node and channel: variance of the rotation up to it relative to one reading's. Means
+  // over rests are better, and of axes across the channel it feels nothing.
+  std::vector<Vector3> reference_share;
   std::vector<double> covariates;  // of the points: nodes, then halves
   std::vector<Near> near;          // of the nodes: what their turned_near_deg points to
   bool gravity_known = false, temperature_known = false, vibration_known = false;

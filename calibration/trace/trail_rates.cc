@@ -46,7 +46,7 @@ class RateMaker {
       for (std::size_t c = 0; c < 3; ++c) {
         const double turned = trail_.rotation_deg[i][c];
         double uneven = 0.0;  // half the difference of the halves, as the gyro saw it
-        if (Shapes(i, c) && !trail_.still[i]) {
+        if (Shapes(i, c) && !Quiet(i, c)) {
           const double first = nodes_[i + 1].z_half[c] - nodes_[i].at.z[c];
           const double second = nodes_[i + 1].at.z[c] - nodes_[i + 1].z_half[c];
           uneven = 0.5 * (first - second) / units_[c];
@@ -209,18 +209,23 @@ class RateMaker {
     return trail_.usable[i][c] && std::isfinite(units_[c]);
   }
 
+  // The channel hardly turns: what shape the gyro sees is its noise.
+  bool Quiet(std::size_t i, std::size_t c) const {
+    return trail_.still[i] || std::fabs(trail_.rotation_deg[i][c]) < kLeastMotion_deg_s * Length(i);
+  }
+
   // The gyro's shape within 40 ms, less its rate at rest; where it never rests, with the mean over
   // both neighbours as the reference has it.
   void Node(std::size_t k, std::size_t c) {
     TrackPoint& point = trail_.nodes[k];
     double turned = 0.0, seen = 0.0, time_s = 0.0;
-    bool shapes = std::isfinite(units_[c]), still = true;
+    bool shapes = std::isfinite(units_[c]), quiet = true;
     for (std::size_t i = k > 0 ? k - 1 : k; i < k + 1 && i < trail_.still.size(); ++i) {
       turned += trail_.rotation_deg[i][c];
       seen += nodes_[i + 1].at.z[c] - nodes_[i].at.z[c];
       time_s += Length(i);
       shapes = shapes && Shapes(i, c);
-      still = still && trail_.still[i];
+      quiet = quiet && Quiet(i, c);
     }
     if (time_s <= 0.0) return;
     const double mean = turned / time_s;
@@ -229,7 +234,7 @@ class RateMaker {
     Near& near = trail_.near[k];
     for (std::size_t n = 0; n < kNear_s.size(); ++n) {
       const double by_gyro = nodes_[k].z_near[n][c] / units_[c] + offset * kNear_s[n];
-      near[n][c] = still || !shapes ? mean * kNear_s[n] : by_gyro;
+      near[n][c] = quiet || !shapes ? mean * kNear_s[n] : by_gyro;
     }
     point.turned_near_deg = &near;
     constexpr std::size_t kBefore = 2, kAfter = 5;  // 20 ms

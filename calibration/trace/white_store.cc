@@ -1,8 +1,8 @@
 #include "calibration/trace/white_store.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
-#include <limits>
+
+#include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -84,7 +84,7 @@ WhiteStore::Fit WhiteStore::FitTo(std::span<const Eigen::Index> columns) const {
   return {std::fmax(left, 0.0), static_cast<int>(elimination.kept().size())};
 }
 
-WhiteStore::Solution WhiteStore::Solve(std::span<const Eigen::Index> columns) const {
+Eigen::VectorXd WhiteStore::Solve(std::span<const Eigen::Index> columns) const {
   const auto p = static_cast<Eigen::Index>(columns.size());
   Elimination elimination(gram_, p);
   std::vector<Eigen::Index> place;
@@ -92,28 +92,10 @@ WhiteStore::Solution WhiteStore::Solve(std::span<const Eigen::Index> columns) co
     if (elimination.Keep(columns[static_cast<std::size_t>(j)] + 1)) place.push_back(j);
   }
   const std::vector<Eigen::Index>& kept = elimination.kept();
-  const Eigen::MatrixXd gram = gram_(kept, kept);
-  const Eigen::VectorXd scale = gram.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(
-      Eigen::MatrixXd(scale.asDiagonal() * gram * scale.asDiagonal()));
   const Eigen::VectorXd right = gram_.col(0)(kept);
-  const Eigen::VectorXd theta = scale.asDiagonal() * factor.solve(scale.asDiagonal() * right);
-  const Eigen::MatrixXd inverse =
-      scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(gram.rows(), gram.rows())) *
-      scale.asDiagonal();
-  Solution out;
-  out.coefficients = Eigen::VectorXd::Zero(p);
-  out.covariance = Eigen::MatrixXd::Zero(p, p);
-  out.covariance.diagonal().setConstant(std::numeric_limits<double>::quiet_NaN());
-  for (std::size_t i = 0; i < place.size(); ++i) {
-    out.coefficients(place[i]) = theta(static_cast<Eigen::Index>(i));
-    for (std::size_t j = 0; j < place.size(); ++j) {
-      out.covariance(place[i], place[j]) =
-          inverse(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-    }
-  }
-  out.residual_square = std::fmax(gram_(0, 0) - theta.dot(right), 0.0);
-  return out;
+  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(p);
+  coefficients(place) = ScaledLdlt(gram_(kept, kept)).Solve(right);
+  return coefficients;
 }
 
 WhiteStore::Remainder WhiteStore::RemainderOf(const Columns& columns,
@@ -123,16 +105,13 @@ WhiteStore::Remainder WhiteStore::RemainderOf(const Columns& columns,
   const std::vector<Eigen::Index>& kept = elimination.kept();
   std::vector<Eigen::Index> wanted;
   for (const Eigen::Index column : columns) wanted.push_back(column + 1);
-  const Eigen::MatrixXd gram = gram_(kept, kept);
-  const Eigen::VectorXd scale = gram.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(
-      Eigen::MatrixXd(scale.asDiagonal() * gram * scale.asDiagonal()));
-  const Eigen::MatrixXd shared = scale.asDiagonal() * Eigen::MatrixXd(gram_(kept, wanted));
-  const Eigen::VectorXd output = scale.asDiagonal() * Eigen::VectorXd(gram_.col(0)(kept));
+  const ScaledLdlt factor(gram_(kept, kept));
+  const Eigen::MatrixXd shared = gram_(kept, wanted);
+  const Eigen::VectorXd output = gram_.col(0)(kept);
   Remainder out;
-  out.products = Eigen::MatrixXd(gram_(wanted, wanted)) - shared.transpose() * factor.solve(shared);
+  out.products = Eigen::MatrixXd(gram_(wanted, wanted)) - shared.transpose() * factor.Solve(shared);
   out.with_output =
-      Eigen::VectorXd(gram_.col(0)(wanted)) - shared.transpose() * factor.solve(output);
+      Eigen::VectorXd(gram_.col(0)(wanted)) - shared.transpose() * factor.Solve(output);
   return out;
 }
 

@@ -31,13 +31,8 @@ class WhiteStore {
     int rank = 0;
   };
   Fit FitTo(std::span<const Eigen::Index> columns) const;
-  // Coefficients and covariance; zero and NaN variance for a dependent column.
-  struct Solution {
-    Eigen::VectorXd coefficients;
-    Eigen::MatrixXd covariance;
-    double residual_square = 0.0;
-  };
-  Solution Solve(std::span<const Eigen::Index> columns) const;
+  // Coefficients of the least squares; zero for a dependent column.
+  Eigen::VectorXd Solve(std::span<const Eigen::Index> columns) const;
   // Of columns, after the model is taken off them and off the output.
   struct Remainder {
     Eigen::MatrixXd products;  // of the columns with each other

@@ -92,7 +92,7 @@ double ProcessorSeconds() {
 
 }  // namespace
 
-bool Outcome::Exact() const { return Named(*this) == Hidden(*this); }
+bool Outcome::Exact() const { return failure.empty() && Named(*this) == Hidden(*this); }
 bool Outcome::AnyRivals() const {
   return std::ranges::any_of(winners, [](const Winner& w) { return !w.rivals.empty(); });
 }
@@ -131,11 +131,27 @@ Outcome RunTrial(const TrialSpec& spec, std::uint64_t trace_seed) {
   return outcome;
 }
 
+bool NamesFalsely(const Outcome& outcome) {
+  std::set<std::string> right;
+  for (const auto& hidden : outcome.truth.effects) {
+    const auto& ids = FindInjection(hidden.id).right_ids;
+    right.insert(ids.begin(), ids.end());
+  }
+  const auto in_doubt = [&](const std::string& rival) {
+    return right.contains(rival) || rival.starts_with("composed") || rival.starts_with("empirical");
+  };
+  return std::ranges::any_of(outcome.winners, [&](const Outcome::Winner& winner) {
+    return winner.in_catalogue && !right.contains(winner.id) &&
+           std::ranges::none_of(winner.rivals, in_doubt);
+  });
+}
+
 Recognition Recognise(const Outcome& outcome) {
   const auto& winners = outcome.winners;
   const bool structure_remains = outcome.verdict == calibration::Verdict::kUnexplained ||
                                  outcome.verdict == calibration::Verdict::kPartlyExplained;
   if (winners.empty()) return structure_remains ? Recognition::kUnexplained : Recognition::kNone;
+  if (NamesFalsely(outcome)) return Recognition::kFalseName;
   for (const auto& hidden : outcome.truth.effects) {
     const auto& right = FindInjection(hidden.id).right_ids;
     const auto is_right = [&](const auto& w) {
@@ -147,8 +163,7 @@ Recognition Recognise(const Outcome& outcome) {
     return Recognition::kComposed;
   }
   if (std::ranges::any_of(winners, &Outcome::Winner::empirical)) return Recognition::kEmpirical;
-  if (outcome.AnyRivals()) return Recognition::kRival;
-  return structure_remains ? Recognition::kUnexplained : Recognition::kFalseName;
+  return Recognition::kRival;
 }
 
 }  // namespace gyrobench::blind_trials

@@ -47,15 +47,19 @@ struct Outcome {
 // Records the trial and traces it.
 Outcome RunTrial(const TrialSpec& spec, std::uint64_t trace_seed = 1);
 
+// A name of the catalogue that is not right, for certain: neither what is right nor a composed or
+// empirical term is its rival. Whatever else is named with it.
+bool NamesFalsely(const Outcome& outcome);
+
 // How an effect of no catalogue was taken.
 enum class Recognition {
   kRightName,    // an id that covers it
   kComposed,     // a product of covariates
   kEmpirical,    // a curve in a covariate
-  kRival,        // a name of the catalogue, and others that could be
-  kUnexplained,  // structure remains, no cause; or a name and structure that remains
+  kRival,        // a name of the catalogue, and a term of no catalogue that could be
+  kUnexplained,  // structure remains, no cause
   kNone,         // silence
-  kFalseName,    // a name of the catalogue, for certain
+  kFalseName,    // NamesFalsely
 };
 inline constexpr std::array<const char*, 7> kRecognitionNames = {
     "right name", "composed", "empirical", "rival", "unexplained", "none", "false name"};

@@ -49,6 +49,20 @@ struct Estimates {
   }
 };
 
+// Whitened RMS after correction on data that the fit did not see: mean and worst of the sets.
+struct HeldOutFigures {
+  double sum = 0.0, n = 0.0, worst = 0.0;
+  void Add(const Outcome& outcome) {
+    if (!std::isfinite(outcome.heldout_after)) return;
+    sum += outcome.heldout_after;
+    worst = std::max(worst, outcome.heldout_after);
+    n += 1.0;
+  }
+  std::string Text() const {
+    return n > 0.0 ? fmt::format("{:>8.4f} {:.4f}", sum / n, worst) : fmt::format("{:>16}", "-");
+  }
+};
+
 // Chance that a normal test sees an effect whose true parameters are `snr` bounds long.
 double Power(double snr, int terms, const CampaignOptions& options) {
   const double p = options.false_discovery / options.hypotheses;
@@ -101,25 +115,22 @@ PowerFigures PowerAt(const std::vector<Visibility>& units, double level,
 }
 
 constexpr const char* kSingleHead =
-    "{:<24} {:<5} {:>5} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>7} {:>8}\n";
+    "{:<24} {:<5} {:>5} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>7} {:>16}\n";
 
 std::string SingleHead() {
   std::string text = fmt::format(fmt::runtime(kSingleHead), "effect", "level", "sets", "exact",
                                  "no rival", "among", "wrong", "other", "extra", "nothing",
-                                 "sigmas", "power", "err/bnd", "covers", "held out");
+                                 "sigmas", "power", "err/bnd", "covers", "held out, worst");
   return text;
 }
 
 std::string SingleLine(const std::string& name, const char* level, const Outcomes& outcomes,
                        const std::string& power) {
   Estimates estimates;
-  double heldout = 0.0, heldout_n = 0.0;
+  HeldOutFigures held_out;
   for (const Outcome* outcome : outcomes) {
     if (outcome->Exact()) estimates.Add(*outcome);
-    if (std::isfinite(outcome->heldout_after)) {
-      heldout = std::max(heldout, outcome->heldout_after);
-      heldout_n += 1.0;
-    }
+    held_out.Add(*outcome);
   }
   const auto exact = [](const Outcome& o) { return o.Exact(); };
   const auto certain = [](const Outcome& o) { return o.Exact() && !o.AnyRivals(); };
@@ -132,11 +143,11 @@ std::string SingleLine(const std::string& name, const char* level, const Outcome
   };
   return fmt::format(
       "{:<24} {:<5} {:>5} {:>6.1f} % {:>6.1f} % {:>6.1f} % {:>6.1f} % {:>6.1f} % {:>6.1f} % "
-      "{:>6.1f} % {} {} {:>8}\n",
+      "{:>6.1f} % {} {} {}\n",
       name, level, outcomes.size(), Percent(outcomes, exact), Percent(outcomes, certain),
       Percent(outcomes, among), Percent(outcomes, wrong), Percent(outcomes, other),
       Percent(outcomes, extra), Percent(outcomes, nothing), power, estimates.Text(),
-      heldout_n > 0.0 ? fmt::format("{:.4f}", heldout) : "-");
+      held_out.Text());
 }
 
 std::string SingleTable(const Outcomes& all, const CampaignOptions& options) {
@@ -191,24 +202,26 @@ std::string PairsTable(const Outcomes& all) {
 }
 
 std::string SilentLine(const std::string& name, const Outcomes& outcomes) {
-  double named = 0.0, unexplained = 0.0, n = 0.0, worst = 0.0;
+  double named = 0.0, unexplained = 0.0, n = 0.0;
+  HeldOutFigures held_out;
   for (const Outcome* outcome : outcomes) {
     n += 1.0;
     if (!outcome->winners.empty()) named += 1.0;
     if (outcome->winners.empty() && outcome->verdict != calibration::Verdict::kNone) {
       unexplained += 1.0;
     }
-    if (std::isfinite(outcome->heldout_after)) worst = std::max(worst, outcome->heldout_after);
+    held_out.Add(*outcome);
   }
   const auto interval = Wilson(named, n);
-  return fmt::format(
-      "{:<24} {:>5.0f} {:>6.0f} {:>6.2f} %  {:>5.2f} .. {:>5.2f} % {:>12.0f} {:>9.4f}\n", name, n,
-      named, 100.0 * named / n, 100.0 * interval[0], 100.0 * interval[1], unexplained, worst);
+  return fmt::format("{:<24} {:>5.0f} {:>6.0f} {:>6.2f} %  {:>5.2f} .. {:>5.2f} % {:>12.0f} {}\n",
+                     name, n, named, 100.0 * named / n, 100.0 * interval[0], 100.0 * interval[1],
+                     unexplained, held_out.Text());
 }
 
 std::string SilentTable(const Outcomes& all) {
-  std::string text = fmt::format("{:<24} {:>5} {:>6} {:>8}  {:>16} {:>12} {:>9}\n", "noise", "sets",
-                                 "named", "share", "95 %", "unexplained", "held out");
+  std::string text =
+      fmt::format("{:<24} {:>5} {:>6} {:>8}  {:>16} {:>12} {:>16}\n", "noise", "sets", "named",
+                  "share", "95 %", "unexplained", "held out, worst");
   for (std::size_t kind = 0; kind < kNoiseNames.size(); ++kind) {
     Outcomes some;
     std::ranges::copy_if(all, std::back_inserter(some), [kind](const Outcome* o) {
@@ -303,11 +316,9 @@ std::string Table(const std::string& kind, const std::vector<Outcome>& outcomes,
   double seconds = 0.0;
   for (const Outcome& outcome : outcomes) {
     seconds += outcome.seconds;
-    if (outcome.failure.empty()) {
-      traced.push_back(&outcome);
-    } else {
-      failures += fmt::format("  seed {} failed: {}\n", outcome.spec.seed, outcome.failure);
-    }
+    traced.push_back(&outcome);
+    if (outcome.failure.empty()) continue;
+    failures += fmt::format("  seed {} failed: {}\n", outcome.spec.seed, outcome.failure);
   }
   std::string text;
   if (!traced.empty()) {
