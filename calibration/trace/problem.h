@@ -77,7 +77,9 @@ class ChannelProblem {
  private:
   const ProblemRow& ref(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)]; }
   double Lever(Eigen::Index row, std::size_t table_axis) const;
+  Eigen::VectorXd TemperaturePower(int power) const;
   void Survey();
+  void SurveyTemperature();
 
   std::span<const Trail> trails_;
   std::size_t channel_;

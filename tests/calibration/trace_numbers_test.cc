@@ -104,6 +104,10 @@ TEST(TraceOfAKnownLatitude, TakesEarthsRotationOffOnlyWhereTheOrientationIsKnown
   EXPECT_TRUE(SaysOneOf(unsure.result.remarks, "not how the sensor is oriented"));
   const Traced mixed = TraceOf({&known, &unknown});
   EXPECT_TRUE(SaysOneOf(mixed.result.remarks, "taken off in known.csv, and not in unknown.csv"));
+  const auto& unseen = mixed.result.channels[2].unidentifiable;
+  const auto earth = std::ranges::find(unseen, "bias.earth_rate", &calibration::Unidentifiable::id);
+  ASSERT_NE(earth, unseen.end());
+  EXPECT_THAT(earth->because, HasSubstr("not known all the time"));
 }
 
 TEST(TraceOfAConstantColumn, ListsItsEffectsAndHowToShowThem) {

@@ -1,0 +1,42 @@
+// Equations of products of columns whose units differ by many orders: solved in columns of
+// length 1.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+namespace gyrobench::calibration {
+
+class ScaledLdlt {
+ public:
+  ScaledLdlt() = default;
+  explicit ScaledLdlt(const Eigen::MatrixXd& gram)
+      : scale_(gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse()),
+        factor_(Eigen::MatrixXd(scale_.asDiagonal() * gram * scale_.asDiagonal())) {}
+
+  // gram^-1 right
+  Eigen::MatrixXd Solve(const Eigen::MatrixXd& right) const {
+    return scale_.asDiagonal() * factor_.solve(scale_.asDiagonal() * right);
+  }
+
+ private:
+  Eigen::VectorXd scale_;
+  Eigen::LDLT<Eigen::MatrixXd> factor_;
+};
+
+// Takes a model's columns off others, by least squares.
+class Projection {
+ public:
+  explicit Projection(Eigen::MatrixXd model)
+      : model_(std::move(model)), factor_(model_.transpose() * model_) {}
+
+  Eigen::MatrixXd Off(const Eigen::MatrixXd& columns) const {
+    return columns - model_ * factor_.Solve(model_.transpose() * columns);
+  }
+
+ private:
+  Eigen::MatrixXd model_;
+  ScaledLdlt factor_;
+};
+
+}  // namespace gyrobench::calibration
