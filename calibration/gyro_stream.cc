@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
 namespace gyrobench::calibration {
 namespace {
@@ -30,13 +29,6 @@ constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity 
 constexpr double kLargestOutput = 1e30;
 constexpr double kLatestTime_s = 1e11;
 
-// Rotation at rest: beyond so many standard deviations of the sample at rest.
-constexpr double kMotionSigmas = 8.0;
-constexpr double kSearch_s = 0.3;
-constexpr double kLongestOnset_s = 0.06;
-// Used where the gyro does not feel the motion: covers the latency of a bus and of a filter.
-constexpr double kGuard_s = 0.03;
-
 bool SameOrBothMissing(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 bool SameReading(const GyroSample& a, const GyroSample& b) {
@@ -50,7 +42,7 @@ bool SameReading(const GyroSample& a, const GyroSample& b) {
 
 }  // namespace
 
-GyroStream::GyroStream() : ring_(kRing) { bad_.reserve(64); }
+GyroStream::GyroStream() { bad_.reserve(64); }
 
 void GyroStream::Start(const MeasurementInfo& info) {
   info_ = info;
@@ -66,7 +58,7 @@ void GyroStream::Add(const GyroSample& sample) {
     defects_.Add("not_a_number", "time", last_time_s_);
     return;
   }
-  if (samples_ > 1 && sample.t_s <= last_raw_time_s_ && count_ > 0) {
+  if (samples_ > 1 && sample.t_s <= last_raw_time_s_ && started()) {
     if (sample.t_s < last_raw_time_s_) {
       defects_.Add("time_backwards", "", sample.t_s);
       return;
@@ -94,39 +86,29 @@ void GyroStream::PlaceHeld(double t_s) {
 }
 
 void GyroStream::Accept(double t_s, const GyroSample& sample) {
-  Point point;
-  point.t_s = t_s;
-  if (count_ == 0) {
+  bool gap = false;
+  if (!started()) {
     first_time_s_ = t_s;
     last_valid_t_s_.fill(t_s);
-    point.xi = Take(t_s, sample);
   } else {
-    const Point& last = at(count_ - 1);
-    const double interval_s = t_s - last.t_s;
+    const double interval_s = t_s - last_time_s_;
     CountInterval(interval_s);
-    const bool gap = interval_s > gap_limit_s_;
+    gap = interval_s > gap_limit_s_;
     if (gap) {
-      defects_.Add("gap", "gyro", last.t_s);
-      MarkBad(last.t_s, t_s, {true, true, true});
-    }
-    point.xi = Take(t_s, sample);
-    if (count_ >= 3) MendNewest(t_s, point.xi);
-    const double half_s = gap ? 0.0 : 0.5 * interval_s;
-    for (std::size_t c = 0; c < 3; ++c)
-      point.z[c] = last.z[c] + half_s * (last.xi[c] + point.xi[c]);
-    if (count_ == 1 && !gap) {
-      for (std::size_t c = 0; c < 3; ++c) first_slope_[c] = (point.xi[c] - last.xi[c]) / interval_s;
+      defects_.Add("gap", "gyro", last_time_s_);
+      MarkBad(last_time_s_, t_s, {true, true, true});
     }
   }
-  ring_[static_cast<std::size_t>(count_) & (kRing - 1)] = point;
-  ++count_;
+  const Vector3 xi = Take(t_s, sample);
+  if (ring_.count() >= 3) MendNewest(t_s, xi);
+  ring_.Push(t_s, xi, gap);
   last_time_s_ = t_s;
   CheckFrozen(t_s, sample);
 }
 
 // The newest sample, now that the next one is there.
 void GyroStream::MendNewest(double next_t_s, const Vector3& next) {
-  const Point &first = at(count_ - 3), &before = at(count_ - 2), &newest = at(count_ - 1);
+  const GyroRing::Point &first = back(3), &before = back(2), &newest = back(1);
   const double first_s = before.t_s - first.t_s, before_s = newest.t_s - before.t_s,
                after_s = next_t_s - newest.t_s;
   if (std::max({first_s, before_s, after_s}) > gap_limit_s_) return;
@@ -147,8 +129,8 @@ void GyroStream::MendNewest(double next_t_s, const Vector3& next) {
 }
 
 bool GyroStream::IsWild(std::size_t c, double off, double next) const {
-  const double before = at(count_ - 2).xi[c];
-  const double apart = std::max(std::fabs(next - before), std::fabs(before - at(count_ - 3).xi[c]));
+  const double before = back(2).xi[c];
+  const double apart = std::max(std::fabs(next - before), std::fabs(before - back(3).xi[c]));
   if (apart > kNeighboursAgree * off) return false;
   const double largest = *std::max_element(bend_[c].begin(), bend_[c].end());
   return off > kWildBends * std::max(digit_, largest);
@@ -156,12 +138,10 @@ bool GyroStream::IsWild(std::size_t c, double off, double next) const {
 
 // Puts the newest sample on the line.
 void GyroStream::Bridge(std::size_t c, double line) {
-  Point& newest = ring_[static_cast<std::size_t>(count_ - 1) & (kRing - 1)];
-  const Point& before = at(count_ - 2);
+  const GyroRing::Point& newest = back(1);
   defects_.Add("gyro_outlier", kChannelNames[c], newest.t_s);
   if (std::fabs(newest.xi[c]) == extreme_[c] * to_output_) extreme_[c] = extreme_before_[c];
-  newest.xi[c] = line;
-  newest.z[c] = before.z[c] + 0.5 * (newest.t_s - before.t_s) * (before.xi[c] + line);
+  ring_.Replace(c, line);
 }
 
 // The values of the channels in the output's unit; a missing one is held from before.
@@ -172,7 +152,7 @@ Vector3 GyroStream::Take(double t_s, const GyroSample& sample) {
     const double value = sample.xi[c] * to_output_;
     if (!(std::fabs(value) <= kLargestOutput)) {
       defects_.Add("not_a_number", kChannelNames[c], t_s);
-      out[c] = count_ > 0 ? at(count_ - 1).xi[c] : 0.0;
+      out[c] = started() ? back(1).xi[c] : 0.0;
       std::array<bool, 3> channels = {};
       channels[c] = true;
       if (++missing_[c] > 2 || valid_samples_[c] == 0) MarkBad(last_valid_t_s_[c], t_s, channels);
@@ -217,7 +197,7 @@ void GyroStream::CheckSaturation(double t_s, std::size_t c, double value) {
   const double size = std::fabs(value);
   std::array<bool, 3> channels = {};
   channels[c] = true;
-  const double interval_s = count_ > 0 ? t_s - last_time_s_ : 0.0;
+  const double interval_s = started() ? t_s - last_time_s_ : 0.0;
   if (info_.gyro_unit == GyroUnit::kLsb) {
     if (size < 32767.0) return;
     defects_.Add("saturation", kChannelNames[c], t_s);
@@ -263,7 +243,7 @@ void GyroStream::CountInterval(double interval_s) {
   }
   ++interval_count_[bin_];
   interval_sum_[bin_] += interval_s;
-  if (count_ == 8 || (count_ & 1023) == 0) {
+  if (ring_.count() == 8 || (ring_.count() & 1023) == 0) {
     gap_limit_s_ = std::max(kShortestGap_s, kBridgedIntervals * median_interval_s());
   }
 }
@@ -281,129 +261,15 @@ double GyroStream::median_interval_s() const {
   return kMissing;
 }
 
-std::int64_t GyroStream::oldest() const {
-  return std::max<std::int64_t>(0, count_ - static_cast<std::int64_t>(kRing));
-}
-
-std::int64_t GyroStream::FirstNotBefore(double t_s) const {
-  std::int64_t low = oldest(), high = count_;
-  while (low < high) {
-    const std::int64_t middle = (low + high) / 2;
-    if (at(middle).t_s < t_s) {
-      low = middle + 1;
-    } else {
-      high = middle;
-    }
-  }
-  return low;
-}
-
-bool GyroStream::IntegralAt(double t_s, IntegralMark* mark) const {
-  const std::int64_t next = FirstNotBefore(t_s);
-  if (next == count_) return false;
-  const Point& b = at(next);
-  if (b.t_s > t_s && next == oldest()) return false;
-  mark->t_s = t_s;
-  mark->z = b.z;
-  if (next == oldest()) return true;
-  const Point& a = at(next - 1);
-  const double whole_s = b.t_s - a.t_s, part_s = t_s - a.t_s;
-  if (whole_s > gap_limit_s_) {
-    mark->z = a.z;  // inside a gap, which is marked as bad
-    return true;
-  }
-  for (std::size_t c = 0; c < 3; ++c) mark->z[c] = SplineIntegral(next, c, part_s / whole_s);
-  return true;
-}
-
-// The trapezoid rule cuts the corners of a rate that bends: by interval^2 / 12 times the angular
-// acceleration, 0.002 deg at 50 Hz and 60 deg/s2. Summed up, the integral of a monotone cubic
-// spline through the samples (Fritsch and Butland 1984) differs from it by that term at both ends
-// alone.
-double GyroStream::SplineIntegral(std::int64_t next, std::size_t c, double x) const {
-  const Point &a = at(next - 1), &b = at(next);
-  const double h = b.t_s - a.t_s, ma = SlopeAt(next - 1, c), mb = SlopeAt(next, c);
-  const double x2 = x * x, x3 = x2 * x, x4 = x2 * x2;
-  return a.z[c] + h * h / 12.0 * (first_slope_[c] - ma) +
-         h * (a.xi[c] * (x - x3 + 0.5 * x4) + b.xi[c] * (x3 - 0.5 * x4)) +
-         h * h * (ma * (0.5 * x2 - 2.0 / 3.0 * x3 + 0.25 * x4) + mb * (0.25 * x4 - x3 / 3.0));
-}
-
-// Of the spline at a sample: the harmonic mean of the slopes on both sides, which does not
-// overshoot where the rate jumps; one side's where the other is not known or behind a gap.
-double GyroStream::SlopeAt(std::int64_t i, std::size_t c) const {
-  auto slope = [&](std::int64_t from) -> std::optional<double> {
-    if (from < oldest() || from + 1 >= count_) return std::nullopt;
-    const double h = at(from + 1).t_s - at(from).t_s;
-    if (h > gap_limit_s_) return std::nullopt;
-    return (at(from + 1).xi[c] - at(from).xi[c]) / h;
-  };
-  const std::optional<double> before = slope(i - 1), after = slope(i);
-  if (!before || !after) return before.value_or(after.value_or(0.0));
-  return *before * *after > 0.0 ? 2.0 * *before * *after / (*before + *after) : 0.0;
-}
-
-GyroStream::Quiet GyroStream::QuietBetween(double begin_s, double end_s) const {
-  Quiet quiet;
-  Vector3 sum = {}, square = {};
-  const std::int64_t begin = FirstNotBefore(begin_s), end = FirstNotBefore(end_s);
-  for (std::int64_t i = begin; i < end; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) sum[c] += at(i).xi[c];
-  }
-  quiet.samples = static_cast<int>(end - begin);
-  const double n = std::max(1.0, static_cast<double>(quiet.samples));
-  for (std::size_t c = 0; c < 3; ++c) quiet.mean[c] = sum[c] / n;
-  for (std::int64_t i = begin; i < end; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) square[c] += std::pow(at(i).xi[c] - quiet.mean[c], 2);
-  }
-  for (std::size_t c = 0; c < 3; ++c) {
-    // A sensor without noise of its own still shows its last digit.
-    const double digit = info_.gyro_unit == GyroUnit::kLsb ? 0.3 : 0.01;
-    quiet.threshold[c] =
-        kMotionSigmas * std::max(digit, std::sqrt(square[c] / std::max(1.0, n - 1)));
-  }
-  return quiet;
-}
-
-// The largest deviation of a sample among the channels, in units of the channel's threshold.
-double GyroStream::Deviation(const Quiet& quiet, std::int64_t index) const {
-  double largest = 0.0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (!info_.gyro_present[c]) continue;
-    largest = std::max(largest, std::fabs(at(index).xi[c] - quiet.mean[c]) / quiet.threshold[c]);
-  }
-  return largest;
-}
-
-double GyroStream::RestBegin(double coarse_s) const {
-  const Quiet quiet = QuietBetween(coarse_s + 0.2, coarse_s + 0.45);
-  if (quiet.samples < 8) return coarse_s + kGuard_s;
-  const std::int64_t first = FirstNotBefore(coarse_s - kSearch_s);
-  for (std::int64_t i = FirstNotBefore(coarse_s + 0.2); i > first; --i) {
-    const double here = Deviation(quiet, i);
-    if (here <= 1.0 || i + 1 >= count_) continue;
-    const double interval_s = at(i).t_s - at(i - 1).t_s;
-    const double before = Deviation(quiet, i - 1);
-    // The rate falls linearly to zero while the table brakes.
-    const double onset_s = before > here ? here * interval_s / (before - here) : 0.0;
-    return std::max(at(i + 1).t_s, at(i).t_s + std::min(onset_s, kLongestOnset_s)) + interval_s;
-  }
-  return coarse_s + kGuard_s;
-}
+double GyroStream::RestBegin(double coarse_s) const { return Edges().Begin(coarse_s); }
 
 double GyroStream::RestEnd(double coarse_s, double moving_s) const {
-  const Quiet quiet = QuietBetween(coarse_s - 0.5, coarse_s - 0.15);
-  if (quiet.samples < 8) return coarse_s - kGuard_s;
-  const std::int64_t end = FirstNotBefore(moving_s + 0.1);
-  for (std::int64_t i = std::max(oldest() + 1, FirstNotBefore(coarse_s - 0.15)); i < end; ++i) {
-    const double here = Deviation(quiet, i);
-    if (here <= 1.0 || i + 1 >= count_) continue;
-    const double interval_s = at(i + 1).t_s - at(i).t_s;
-    const double after = Deviation(quiet, i + 1);
-    const double onset_s = after > here ? here * interval_s / (after - here) : 0.0;
-    return std::min(at(i - 1).t_s, at(i).t_s - std::min(onset_s, kLongestOnset_s)) - interval_s;
-  }
-  return coarse_s - kGuard_s;
+  return Edges().End(coarse_s, moving_s);
+}
+
+// A sensor without noise of its own still shows its last digit.
+RestEdges GyroStream::Edges() const {
+  return {ring_, info_.gyro_present, info_.gyro_unit == GyroUnit::kLsb ? 0.3 : 0.01};
 }
 
 }  // namespace gyrobench::calibration

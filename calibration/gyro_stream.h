@@ -3,17 +3,18 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "base/measurement.h"
 #include "calibration/columns.h"
 #include "calibration/defect_log.h"
+#include "calibration/gyro_ring.h"
+#include "calibration/rest_edges.h"
 
 namespace gyrobench::calibration {
 
-// Integrates xi by the trapezoid rule and remembers the last few seconds at full rate, so that the
-// integral at the time of a reference reading, and the instant at which motion begins, can be
+// Integrates xi (gyro_ring.h) and remembers the last few seconds at full rate, so that the integral
+// at the time of a reference reading, and the instant at which motion begins (rest_edges.h), can be
 // found. Memory is bounded; nothing is allocated per sample.
 //
 // Mended: a repeated time stamp (the sample is put between its neighbours). Bridged: up to two
@@ -32,14 +33,11 @@ class GyroStream {
   void Add(const GyroSample& sample);
 
   std::int64_t samples() const { return samples_; }
-  bool started() const { return count_ > 0; }
+  bool started() const { return ring_.count() > 0; }
   double first_time_s() const { return first_time_s_; }
   double last_time_s() const { return last_time_s_; }
-  // Up to here nothing changes any more: whether the newest sample is wild is known with the next,
-  // and the integral before a sample bends with the one after it.
-  double settled_time_s() const {
-    return count_ > 2 ? at(count_ - 3).t_s : -std::numeric_limits<double>::infinity();
-  }
+  // Up to here nothing changes any more.
+  double settled_time_s() const { return ring_.settled_time_s(); }
   // Median interval of the samples. NaN with fewer than two.
   double median_interval_s() const;
   const std::array<std::int64_t, 3>& valid_samples() const { return valid_samples_; }
@@ -47,41 +45,19 @@ class GyroStream {
   const std::vector<BadStretch>& bad() const { return bad_; }
 
   // The integral at `t_s`. False when that time is not, or no longer, remembered.
-  bool IntegralAt(double t_s, IntegralMark* mark) const;
-  // When the sensor came to rest, searched around `coarse_s`, the first reading of the reference at
-  // rest: the earliest time after which no channel shows rotation. Needs samples up to coarse_s +
-  // 0.45 s.
+  bool IntegralAt(double t_s, IntegralMark* mark) const { return ring_.IntegralAt(t_s, mark); }
+  // See RestEdges.
   double RestBegin(double coarse_s) const;
-  // When motion began, searched between `coarse_s` - 0.15 s (the reference's last reading at rest)
-  // and `moving_s` + 0.1 s (it surely moves): the latest time before which no channel shows
-  // rotation.
   double RestEnd(double coarse_s, double moving_s) const;
 
  private:
-  struct Point {
-    double t_s = 0.0;
-    Vector3 z = {};
-    Vector3 xi = {};
-  };
-  struct Quiet {
-    Vector3 mean = {};
-    Vector3 threshold = {};
-    int samples = 0;
-  };
-  static constexpr std::size_t kRing = 4096;  // a power of two
   static constexpr std::size_t kHeld = 8;
   static constexpr std::size_t kBins = 512;
   static constexpr std::size_t kBends = 32;
 
-  const Point& at(std::int64_t index) const {
-    return ring_[static_cast<std::size_t>(index) & (kRing - 1)];
-  }
-  std::int64_t oldest() const;
-  std::int64_t FirstNotBefore(double t_s) const;
-  double Deviation(const Quiet& quiet, std::int64_t index) const;
-  double SplineIntegral(std::int64_t next, std::size_t c, double x) const;
-  double SlopeAt(std::int64_t i, std::size_t c) const;
-  Quiet QuietBetween(double begin_s, double end_s) const;
+  // The newest sample is back(1).
+  const GyroRing::Point& back(std::int64_t n) const { return ring_.at(ring_.count() - n); }
+  RestEdges Edges() const;
   void PlaceHeld(double t_s);
   void Accept(double t_s, const GyroSample& sample);
   void MendNewest(double next_t_s, const Vector3& next);
@@ -97,9 +73,8 @@ class GyroStream {
   double to_output_ = 1.0;  // rad/s to deg/s where needed
   DefectLog defects_;
   std::vector<BadStretch> bad_;
-  std::vector<Point> ring_;
-  Vector3 first_slope_ = {};  // of the output at the first sample: the integral is 0 there
-  std::int64_t count_ = 0, samples_ = 0;
+  GyroRing ring_;
+  std::int64_t samples_ = 0;
   double first_time_s_ = 0.0, last_time_s_ = 0.0;
   double last_raw_time_s_ = 0.0;
   double gap_limit_s_ = 0.25;

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <utility>
 
 #include "daemon/axis_facts.h"
 #include "daemon/run_trace.h"
 #include "procedures/engine/motion_time.h"
+#include "procedures/engine/settling.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -21,6 +21,17 @@ constexpr Utime kMovePoll = kMicrosecondsPerSecond / 20;
 // The table swings out after a move; the reference is read for "moved" after this.
 constexpr double kSettle_s = 0.1;
 
+std::string SoakText(double temperature_degC, const procedures::Settling& settling,
+                     const procedures::SoakCommand& command) {
+  if (std::isnan(settling.change_degC())) {
+    return fmt::format("{:.2f} degC, watched for less than {:g} s", temperature_degC,
+                       command.window_s);
+  }
+  return fmt::format("{:.2f} degC, {:.2f} degC within {:g} s (settled below {:g})",
+                     temperature_degC, settling.change_degC(), command.window_s,
+                     command.drift_degC);
+}
+
 const config::AxisConfig& ConfigOf(const config::StandConfig& stand, const std::string& name) {
   for (const config::AxisConfig& axis : stand.axes) {
     if (axis.name == name) return axis;
@@ -30,7 +41,8 @@ const config::AxisConfig& ConfigOf(const config::StandConfig& stand, const std::
 
 }  // namespace
 
-LiveBench::LiveBench(Context context, Utime start) : context_(std::move(context)), start_(start) {}
+LiveBench::LiveBench(Context context, Utime start)
+    : context_(std::move(context)), start_(start), planned_s_(context_.planned_duration_s) {}
 
 double LiveBench::ElapsedS() const { return ToSeconds(context_.clock.Now() - start_); }
 
@@ -66,15 +78,14 @@ void LiveBench::BeginSegment(const std::string& kind, const std::string& name) {
   context_.on_progress(progress_);
 }
 
-// By the dry run's time, unless the procedure knows better. A soak may outlast what was expected of
-// it: then nobody knows how long it will take, and 100 % is not said before the end.
+// By the dry run's time and what soaks have shown since, unless the procedure knows better. What
+// was said is not taken back, and 100 % is not said before the end.
 void LiveBench::UpdateTime() {
-  const double planned = context_.planned_duration_s;
   const double elapsed = ElapsedS();
-  if (!procedure_reports_progress_ && planned > 0) {
-    progress_.fraction = std::min(0.99, elapsed / planned);
+  if (!procedure_reports_progress_ && planned_s_ > 0) {
+    progress_.fraction = std::max(progress_.fraction, std::min(0.99, elapsed / planned_s_));
   }
-  progress_.remaining_s = elapsed < planned ? planned - elapsed : kMissing;
+  progress_.remaining_s = elapsed < planned_s_ ? planned_s_ - elapsed : kMissing;
 }
 
 void LiveBench::EndSegment() {
@@ -145,37 +156,31 @@ void LiveBench::Rest(double duration_s) {
 
 procedures::SoakOutcome LiveBench::Soak(const procedures::SoakCommand& command) {
   const double begin_s = ElapsedS();
-  std::deque<double> window;
-  const auto samples_in_window =
-      static_cast<std::size_t>(std::ceil(command.window_s / kTemperaturePeriod_s)) + 1;
-  procedures::SoakOutcome outcome;
+  // The plan's time since the start has no operator's time in it.
+  const double planned_begin_s = begin_s - asked_s_;
+  const double after_s =
+      std::max(0.0, planned_s_ - begin_s - procedures::ExpectedSoak_s(command, planned_begin_s));
+  procedures::Settling settling(command, planned_begin_s);
   int part = 1;
   BeginSegment("soak", fmt::format("minute {}", part));
   double part_end_s = begin_s + kSoakSegment_s;
-  while (!outcome.settled && ElapsedS() - begin_s < command.max_s) {
+  while (!settling.settled() && ElapsedS() - begin_s < command.max_s) {
     context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kTemperaturePeriod_s));
-    window.push_back(TemperatureDegC());
-    if (window.size() > samples_in_window) window.pop_front();
-    const auto [low, high] = std::minmax_element(window.begin(), window.end());
-    const bool known = std::all_of(window.begin(), window.end(),
-                                   [](double value) { return std::isfinite(value); });
-    outcome.settled = known && window.size() == samples_in_window &&
-                      *high - *low < command.drift_degC && ElapsedS() - begin_s >= command.min_s;
-    progress_.message =
-        fmt::format("{:.2f} degC, {:.2f} degC within {:g} s (settled below {:g})", window.back(),
-                    *high - *low, command.window_s, command.drift_degC);
-    if (ElapsedS() >= part_end_s && !outcome.settled) {
+    const double temperature_degC = TemperatureDegC();
+    settling.Add(ElapsedS() - begin_s, temperature_degC);
+    planned_s_ = ElapsedS() + settling.remaining_s() + after_s;
+    progress_.message = SoakText(temperature_degC, settling, command);
+    if (ElapsedS() >= part_end_s && !settling.settled()) {
       EndSegment();
       SafePoint();
       BeginSegment("soak", fmt::format("minute {}", ++part));
       part_end_s += kSoakSegment_s;
     }
   }
+  planned_s_ = ElapsedS() + after_s;
   EndSegment();
   progress_.message.clear();
-  outcome.duration_s = ElapsedS() - begin_s;
-  outcome.temperature_degC = TemperatureDegC();
-  return outcome;
+  return {settling.settled(), ElapsedS() - begin_s, TemperatureDegC()};
 }
 
 std::string LiveBench::Ask(const procedures::Question& question) {
@@ -194,10 +199,13 @@ std::string LiveBench::Ask(const procedures::Question& question) {
     }
   }
   if (!answer) {
+    const double begin_s = ElapsedS();
     context_.set_asking_pace(true);
     answer = context_.control.WaitForAnswer(context_.clock, question,
                                             context_.clock.Now() + FromSeconds(question.timeout_s));
     context_.set_asking_pace(false);
+    asked_s_ += ElapsedS() - begin_s;
+    planned_s_ += ElapsedS() - begin_s;
   }
   if (!answer) {
     throw Error(

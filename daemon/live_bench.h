@@ -77,6 +77,8 @@ class LiveBench final : public procedures::Bench {
   const Utime start_;
   RunProgress progress_;
   bool procedure_reports_progress_ = false;
+  double planned_s_;      // duration of the run as it looks now
+  double asked_s_ = 0.0;  // of it, spent on questions
   std::string segment_kind_;
   Utime segment_begin_ = 0;
   calibration::AnalysisResult results_;

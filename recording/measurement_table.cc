@@ -89,11 +89,13 @@ void TableReader::ReadHead() {
     head_.Comment(line, line_);
   }
   const std::optional<Defect>& damage = lines_.source().damage();
-  throw DataError(fmt::format("{}: no measurement table: expected a header line with t_s, found {}",
-                              file_,
-                              damage       ? damage->kind + " at " + damage->where
-                              : line_ == 0 ? "an empty file"
-                                           : "comments only"));
+  throw DataError(
+      fmt::format("{}: no measurement table: expected a header line with t_s, found {}; "
+                  "was it copied whole?",
+                  file_,
+                  damage       ? damage->kind + " at " + damage->where
+                  : line_ == 0 ? "an empty file"
+                               : "comments only"));
 }
 
 bool TableReader::NextBlock() {

@@ -12,7 +12,7 @@ namespace gyrobench::recording {
 // Called now and then with the share of the file that has been read, 0..1.
 using ReplayProgress = std::function<void(double fraction)>;
 
-// A record: its folder, or its run.json or event log. Channels are told by their endings _GYRO,
+// A record (recording/measurement_files.h). Channels are told by their endings _GYRO,
 // _ANGLE, _RUN, whatever the prefix. Damage of the log and messages that cannot be decoded
 // (damaged_message) are defects, given at the end. Where run.json is absent or damaged, what it
 // would say is taken from the messages themselves, as far as they say it; a damaged one is a defect
@@ -28,8 +28,7 @@ void ReplayRun(const std::filesystem::path& record, MeasurementSink& sink,
 void ReplayTable(const std::filesystem::path& table, MeasurementSink& sink,
                  const ReplayProgress& progress = {});
 
-// Either: told by the folder, by the name (.csv, .csv.gz, .json) or else by the first bytes. Throws
-// DataError.
+// Either, as recording/measurement_files.h tells them apart. Throws DataError.
 void Replay(const std::filesystem::path& path, MeasurementSink& sink,
             const ReplayProgress& progress = {});
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "recording/measurement_files.h"
 
 namespace gyrobench::recording {
 
@@ -39,11 +40,6 @@ void RequireSpace(const fs::path& records, std::uintmax_t min_free_bytes) {
       "{}: {} MB free, a run needs at least {} MB; delete old records or set `records` in the "
       "stand file to another disk",
       records.string(), space.available >> 20, min_free_bytes >> 20));
-}
-
-bool IsRecord(const fs::path& folder) {
-  std::error_code error;
-  return fs::exists(folder / kEventLogName, error) || fs::exists(folder / kRunJsonName, error);
 }
 
 // When the record was last written to; the folder's own time also changes when a report is added.
@@ -107,7 +103,7 @@ RunDirectory RunDirectory::Create(const fs::path& records, std::string_view proc
 }
 
 RunDirectory RunDirectory::Open(const fs::path& folder) {
-  if (!IsRecord(folder)) {
+  if (!IsRecordFolder(folder)) {
     throw DataError(fmt::format("{}: no record: expected {} or {} in it", folder.string(),
                                 kEventLogName, kRunJsonName));
   }
@@ -131,7 +127,7 @@ std::vector<RunDirectory> ListRuns(const fs::path& records) {
     throw DataError(fmt::format("{}: cannot be read: {}", records.string(), error.message()));
   std::vector<std::pair<fs::file_time_type, RunDirectory>> found;
   for (const fs::directory_entry& entry : entries) {
-    if (IsRecord(entry.path()))
+    if (IsRecordFolder(entry.path()))
       found.emplace_back(LastWrite(entry), RunDirectory::Open(entry.path()));
   }
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
@@ -157,8 +153,8 @@ RunDirectory FindRun(const fs::path& records, const std::string& name) {
         fmt::format("'{}' is the beginning of {} records in {}: {}; give more of the name", name,
                     matches.size(), records.string(), Names(matches)));
   }
-  if (IsRecord(name)) return RunDirectory::Open(name);
-  if (fs::is_regular_file(name) && IsRecord(fs::path(name).parent_path())) {
+  if (IsRecordFolder(name)) return RunDirectory::Open(name);
+  if (fs::is_regular_file(name) && IsRecordFolder(fs::path(name).parent_path())) {
     return RunDirectory::Open(fs::path(name).parent_path());
   }
   throw DataError(fmt::format("no record '{}' in {}: {}", name, records.string(),

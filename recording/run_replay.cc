@@ -9,6 +9,7 @@
 #include "gyrobench/run_t.hpp"
 #include "recording/defect_counter.h"
 #include "recording/event_log.h"
+#include "recording/measurement_files.h"
 #include "recording/measurement_info_json.h"
 #include "recording/message_bytes.h"
 #include "recording/message_decoder.h"
@@ -163,24 +164,19 @@ void CompleteFromSamples(const fs::path& log, RunFacts& facts) {
   if (!facts.has_measurement) facts.info = info;
 }
 
-fs::path RecordFolder(const fs::path& record) {
-  return fs::is_directory(record) ? record : record.parent_path();
-}
-
-fs::path LogOf(const fs::path& record) {
-  if (fs::is_regular_file(record) && record.filename() != kRunJsonName) return record;
-  return RecordFolder(record) / kEventLogName;
-}
-
 }  // namespace
 
 void ReplayRun(const fs::path& record, MeasurementSink& sink, const ReplayProgress& progress) {
-  const fs::path log = LogOf(record);
-  if (!fs::is_regular_file(log)) {
+  const MeasurementFiles on_disk = FilesOfMeasurement(record);
+  // A log whose very beginning is damaged is still one, when it is asked for as one.
+  const fs::path log = !on_disk.is_record      ? record
+                       : on_disk.files.empty() ? fs::path()
+                                               : on_disk.files.front();
+  if (log.empty() || log.filename() == kRunJsonName) {
     throw DataError(fmt::format("{}: no record: expected the event log {} in it", record.string(),
                                 kEventLogName));
   }
-  RunFacts facts = FactsFromJson(RecordFolder(record) / kRunJsonName);
+  RunFacts facts = FactsFromJson(on_disk.folder / kRunJsonName);
   if (!facts.start || !facts.has_measurement) {
     FindStart(log, facts);
     CompleteFromSamples(log, facts);

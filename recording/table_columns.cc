@@ -50,6 +50,10 @@ constexpr Known kWholeNames[] = {
     {"unit_tick_s", ColumnKind::kUnitTick, 0},
 };
 
+// Units of an angle that are not read.
+constexpr std::string_view kOtherAngles[] = {"rad", "mrad",   "turn",  "turns",
+                                             "rev", "arcmin", "arcsec"};
+
 // The unit at the end of gyro_x_<unit>, accel_x_<unit>.
 std::string UnitOf(const TableColumn& column) {
   const std::size_t stem = column.kind == ColumnKind::kGyro ? 7 : 8;
@@ -210,9 +214,34 @@ void TableHead::CheckColumns(std::int64_t line_number) {
                                                    Shown(*twice)));
   }
   if (Names(ColumnKind::kGyro).empty()) {
+    std::string near;
+    for (const std::string& name : names)
+      if (name.starts_with("gyro")) near += (near.empty() ? "" : ", ") + Shown(name);
     Fail(line_number,
-         "no column of the gyro: expected at least one of gyro_x_lsb, gyro_y_lsb, "
-         "gyro_z_lsb (or with _deg_s, _rad_s)");
+         fmt::format("no column of the gyro: expected at least one of gyro_x_lsb, gyro_y_lsb, "
+                     "gyro_z_lsb (or with _deg_s, _rad_s){}",
+                     near.empty() ? "" : ", found " + near + ": rename it, or convert its unit"));
+  }
+  CheckReferenceUnits(line_number);
+}
+
+// An angle of the reference in another unit would pass for a covariate, and the sensor for resting.
+void TableHead::CheckReferenceUnits(std::int64_t line_number) const {
+  for (const TableColumn& column : columns_) {
+    for (const Known& known : kWholeNames) {
+      const std::string_view name = known.name;
+      const bool is_angle =
+          known.kind == ColumnKind::kStandAngle || known.kind == ColumnKind::kSensorAngle;
+      const std::string_view stem = name.substr(0, name.size() - 3);  // "ref_inner_"
+      if (!is_angle || !column.name.starts_with(stem) || column.name == name) continue;
+      const std::string unit = column.name.substr(stem.size());
+      if (std::find(std::begin(kOtherAngles), std::end(kOtherAngles), unit) ==
+          std::end(kOtherAngles))
+        continue;
+      Fail(line_number, fmt::format("column {}: expected {}, found the unit {}; convert it to "
+                                    "degrees and rename it",
+                                    column.name, name, unit));
+    }
   }
 }
 

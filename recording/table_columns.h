@@ -57,6 +57,7 @@ class TableHead {
   void Segment(const std::string& value, std::int64_t line_number);
   void RecordedDefect(const std::string& value, std::int64_t line_number);
   void CheckColumns(std::int64_t line_number);
+  void CheckReferenceUnits(std::int64_t line_number) const;
   void CheckUnits(ColumnKind kind, std::int64_t line_number) const;
   void CheckReference(std::int64_t line_number);
   void FillInfo(std::int64_t line_number);

@@ -44,8 +44,10 @@ struct ChannelModel {
   double reference_degC = kMissing;  // T0; NaN: no temperature
   std::vector<double> bias_deg_s;    // b_0, b_1 ... about T0
   std::vector<ModelTerm> terms;      // all accepted effects, whoever owns them
-  // Of (m_row of the axes that turned, bias_deg_s, coefficients of the terms, their non-linear
-  // parameters), row-major; parameter_names says which is which.
+  // Of: m_row of the axes that turned, its own first; one constant of the bias a measurement (their
+  // mean is bias_deg_s[0]); the rest of bias_deg_s; then effect by effect its coefficients and
+  // those of its non-linear parameters that were fitted. Square, symmetric; parameter_names says
+  // which is which.
   std::vector<std::string> parameter_names;
   std::vector<double> covariance;
   // Where the data were.

@@ -214,8 +214,8 @@ class ChannelTracer {
             "estimated");
     if (!request_.earth_rate_known) {
       trace_.remarks.push_back(
-          "the site's latitude is not given: Earth's rotation (0.0042 deg/s at most) passes for "
-          "bias or g-sensitivity");
+          "Earth's rotation is not taken off (it takes the site's latitude and the orientation of "
+          "the sensor): 0.0042 deg/s at most pass for bias or g-sensitivity");
     }
   }
 
@@ -258,7 +258,8 @@ class ChannelTracer {
     for (std::size_t run = 0; run < baseline_.constants; ++run) {
       parameters.push_back(Parameter(fit, j++,
                                      baseline_.constants > 1
-                                         ? fmt::format("zero_rate_offset_run_{}", run + 1)
+                                         ? fmt::format("zero_rate_offset_run_{}",
+                                                       problem_.run_number(run))
                                          : "zero_rate_offset",
                                      "deg/s", grow));
     }

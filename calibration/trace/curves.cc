@@ -1,10 +1,15 @@
 #include "calibration/trace/curves.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <functional>
+#include <optional>
 #include <unsupported/Eigen/FFT>
+
+#include "calibration/trace/factor.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -203,14 +208,21 @@ std::vector<AllanPoint> Allan(const ChannelProblem& problem, const Eigen::Vector
   return out;
 }
 
-// What the first effect that depends on a quantity of its own depends on.
-std::string TracedCovariate(const Selection& selection, Eigen::Index* index) {
+// The quantity of its own that the first effect with one depends on: a column, or the first factor
+// of a product or a ramp; rather one that has no chart otherwise.
+std::optional<Factor> TracedFactor(const Selection& selection, std::size_t channel) {
+  std::vector<std::string> names;
   for (const Candidate& member : selection.members()) {
-    if (member.effect == nullptr || (member.effect->needs & kNeedsCovariate) == 0) continue;
-    *index = static_cast<Eigen::Index>(member.context.covariate);
-    return selection.covariates()[member.context.covariate];
+    if (member.effect == nullptr) {
+      names.insert(names.end(), member.factors.begin(), member.factors.end());
+    } else if ((member.effect->needs & kNeedsCovariate) != 0) {
+      names.push_back(selection.covariates()[member.context.covariate]);
+    }
   }
-  return "";
+  if (names.empty()) return std::nullopt;
+  const auto own = std::find_if(names.begin(), names.end(),
+                                [](const std::string& name) { return name != "w" && name != "T"; });
+  return Factor::Make(own != names.end() ? *own : names.front(), channel, selection.covariates());
 }
 
 }  // namespace
@@ -243,11 +255,12 @@ ResidualCurves MakeCurves(const ChannelProblem& problem, const ChannelFit& fit,
         },
         before, after, [](Eigen::Index) { return 1.0; });
   }
-  Eigen::Index covariate = 0;
-  out.traced_covariate = TracedCovariate(selection, &covariate);
-  if (!out.traced_covariate.empty()) {
+  if (const std::optional<Factor> factor = TracedFactor(selection, c)) {
+    out.traced_covariate = factor->unit().empty()
+                               ? factor->name()
+                               : fmt::format("{} [{}]", factor->name(), factor->unit());
     out.rate_error_by_traced_covariate =
-        rates([&](Eigen::Index i) { return problem.half(i, 0).covariates[covariate]; });
+        rates([&](Eigen::Index i) { return factor->At(problem.half(i, 0)); });
   }
   out.whitened_spectrum_by_hz = SpectrumSeries(problem, residuals);
   out.allan = Allan(problem, residuals.raw_after, noise);

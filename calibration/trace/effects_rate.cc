@@ -72,7 +72,8 @@ class HysteresisBasis final : public ChannelBasis {
   void At(const TrackPoint& point, double* terms) override {
     const double temperature = point.temperature_degC;
     if (point.restart || !started_) follower_ = temperature;
-    started_ = std::isfinite(temperature);
+    // Where it is not known, the follower waits.
+    started_ = std::isfinite(follower_);
     const double play = context().nonlinear[0];
     follower_ = std::fmin(std::fmax(follower_, temperature - play), temperature + play);
     terms[0] = follower_ - temperature;
@@ -139,7 +140,8 @@ class ScaleCovariateBasis final : public ChannelBasis {
   }
 };
 
-// Earth's rotation, w_north on world x and y (headings are not known here), w_up on z.
+// Earth's rotation, w_north on world x and y (headings are not known here), w_up on z; nothing where
+// it is in the rates.
 class EarthBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
@@ -149,9 +151,9 @@ class EarthBasis final : public ChannelBasis {
     const Vector3& z = point.gravity_g;
     const Vector3 y = {z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2],
                        z[0] * x[1] - z[1] * x[0]};
-    terms[0] = z[c];
-    terms[1] = x[c];
-    terms[2] = y[c];
+    terms[0] = point.earth_rate_known ? 0.0 : z[c];
+    terms[1] = point.earth_rate_known ? 0.0 : x[c];
+    terms[2] = point.earth_rate_known ? 0.0 : y[c];
   }
 };
 

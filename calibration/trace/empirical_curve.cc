@@ -29,13 +29,6 @@ EmpiricalCurve::Place EmpiricalCurve::Find(double x) const {
   return {i, (x - knots_[i]) / (knots_[i + 1] - knots_[i])};
 }
 
-void EmpiricalCurve::Weights(double x, double* weights) const {
-  const Place place = Find(x);
-  std::fill(weights, weights + size(), 0.0);
-  weights[place.i] = 1.0 - place.share;
-  if (place.share != 0.0 && place.i + 1 < size()) weights[place.i + 1] = place.share;
-}
-
 double EmpiricalCurve::Value(double x, std::span<const double> values) const {
   const Place place = Find(x);
   if (place.share == 0.0) return values[place.i];

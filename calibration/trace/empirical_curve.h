@@ -15,10 +15,7 @@ class EmpiricalCurve {
   explicit EmpiricalCurve(std::vector<double> knots);
 
   std::size_t size() const { return knots_.size(); }
-  // weights[i], size() of them, with  curve(x) = sum_i weights[i] value_i. NaN for an x that is
-  // NaN.
-  void Weights(double x, double* weights) const;
-  // The curve at x, for size() values at the knots.
+  // The curve at x, for size() values at the knots; NaN for an x that is NaN.
   double Value(double x, std::span<const double> values) const;
 
  private:

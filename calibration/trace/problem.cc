@@ -8,7 +8,6 @@ namespace {
 
 constexpr double kLeastPath_deg = 5.0;  // of an axis that counts as turned
 constexpr double kLeastTablePath_deg = 20.0;
-constexpr double kTemperatureScale_degC = 10.0;
 
 // A polynomial of the temperature needs a range to be seen.
 int TemperatureOrder(double range_degC) {
@@ -73,7 +72,6 @@ double ChannelProblem::gear_ratio() const {
 
 void ChannelProblem::Survey() {
   Vector3 table_path = {};
-  double sum = 0.0, time_s = 0.0;
   bool gravity = !trails_.empty(), temperature = gravity, vibration = gravity;
   for (const Trail& trail : trails_) {
     gravity = gravity && trail.gravity_known;
@@ -85,10 +83,6 @@ void ChannelProblem::Survey() {
     for (std::size_t h = 0; h < 2; ++h) {
       const TrackPoint& point = half(i, h);
       max_rate_ = std::max(max_rate_, std::fabs(point.rate_deg_s[channel_]));
-      min_temperature_ = std::fmin(min_temperature_, point.temperature_degC);
-      max_temperature_ = std::fmax(max_temperature_, point.temperature_degC);
-      sum += 0.5 * dt * point.temperature_degC;
-      time_s += 0.5 * dt;
       gravity = gravity && std::isfinite(point.gravity_g[0]);
     }
     for (std::size_t c = 0; c < 3 && !half(i, 0).still; ++c)
@@ -98,7 +92,7 @@ void ChannelProblem::Survey() {
       if (lever > 0.2) table_path[a] += std::fabs(half(i, 0).table_rate_deg_s[a]) * dt * lever;
     }
   }
-  mean_temperature_ = sum / time_s;
+  SurveyTemperature();
   for (std::size_t a = 0; a < 3; ++a) {
     if (table_path[a] > kLeastTablePath_deg) table_axes_.push_back(a);
   }
@@ -106,6 +100,22 @@ void ChannelProblem::Survey() {
   knows_ = bit(path_[channel_] > kLeastPath_deg, kNeedsRate) | bit(gravity, kNeedsGravity) |
            bit(temperature && max_temperature_ - min_temperature_ >= 1.0, kNeedsTemperature) |
            bit(!table_axes_.empty(), kNeedsTableAxis) | bit(vibration, kNeedsVibration);
+}
+
+// Range, and mean over the time.
+void ChannelProblem::SurveyTemperature() {
+  double sum = 0.0, time_s = 0.0;
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    const double half_s = 0.5 * intervals_[static_cast<std::size_t>(i)].duration_s;
+    for (std::size_t h = 0; h < 2; ++h) {
+      const double temperature = half(i, h).temperature_degC;
+      min_temperature_ = std::fmin(min_temperature_, temperature);
+      max_temperature_ = std::fmax(max_temperature_, temperature);
+      sum += half_s * temperature;
+      time_s += half_s;
+    }
+  }
+  mean_temperature_ = sum / time_s;
 }
 
 Baseline ChannelProblem::MakeBaseline() const {
@@ -130,18 +140,17 @@ Baseline ChannelProblem::MakeBaseline() const {
           trail(i).rotation_deg[ref(i).interval][out.turned[static_cast<std::size_t>(j)]];
     }
     out.columns(i, turned + run) = dt;
-    double power[2] = {0.5 * dt, 0.5 * dt};
-    for (int k = 0; k < out.temperature_order; ++k) {
-      double total = 0.0;
-      for (std::size_t h = 0; h < 2; ++h) {
-        power[h] *= (half(i, h).temperature_degC - mean_temperature_) / kTemperatureScale_degC;
-        total += power[h];
-      }
-      // Back to per degC^k: the columns are scaled by whoever solves.
-      out.columns(i, turned + constants + k) = total * std::pow(kTemperatureScale_degC, k + 1);
-    }
   }
+  for (int k = 0; k < out.temperature_order; ++k)
+    out.columns.col(turned + constants + k) = TemperaturePower(k + 1);
   return out;
+}
+
+// Of (T - T0)^power, in degC^power s.
+Eigen::VectorXd ChannelProblem::TemperaturePower(int power) const {
+  return RateColumn([&](const TrackPoint& point) {
+    return std::pow(point.temperature_degC - mean_temperature_, power);
+  });
 }
 
 double ChannelProblem::Lever(Eigen::Index row, std::size_t table_axis) const {

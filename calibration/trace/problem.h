@@ -48,6 +48,8 @@ class ChannelProblem {
   const TrackPoint& end_node(Eigen::Index row) const;
   // Rows at which another measurement begins.
   const std::vector<Eigen::Index>& run_begins() const { return run_begins_; }
+  // Of the measurement that begins there, as they were given, from 1.
+  std::size_t run_number(std::size_t run) const { return trail(run_begins_[run]).number; }
 
   Baseline MakeBaseline() const;
   // rows() x terms: what each term of the effect adds to each row's output, per unit.
@@ -71,13 +73,14 @@ class ChannelProblem {
   double min_temperature_degC() const { return min_temperature_; }
   double max_temperature_degC() const { return max_temperature_; }
   double max_rate_deg_s() const { return max_rate_; }
-  double own_path_deg() const { return path_[channel_]; }
   // How much of a turn of the table's axis the channel feels in a row.
   double Lever(Eigen::Index row, std::size_t table_axis) const;
 
  private:
   const ProblemRow& ref(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)]; }
+  Eigen::VectorXd TemperaturePower(int power) const;
   void Survey();
+  void SurveyTemperature();
 
   std::span<const Trail> trails_;
   std::size_t channel_;

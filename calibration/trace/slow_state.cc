@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/trace/gaps.h"
 #include "calibration/trace/smooth.h"
 
 namespace gyrobench::calibration {
@@ -32,7 +33,7 @@ double SlowState::Mean::Take() {
 }
 
 SlowState::SlowState(std::size_t covariates)
-    : covariates_(covariates), held_covariates_(covariates, kMissing), now_(covariates, kMissing) {}
+    : columns_(1 + covariates), now_(covariates, kMissing) {}
 
 void SlowState::Add(const GyroSample& sample, std::span<const double> covariates) {
   if (open_ && sample.t_s - begin_s_ >= kNode_s) CloseNode();
@@ -42,14 +43,14 @@ void SlowState::Add(const GyroSample& sample, std::span<const double> covariates
     origin_ = sample.accel_g;
   }
   last_s_ = sample.t_s;
-  temperature_.Add(sample.temperature_degC);
+  columns_[0].mean.Add(sample.temperature_degC);
   for (std::size_t c = 0; c < 3; ++c) {
     const double offset = sample.accel_g[c] - origin_[c];
     accel_[c].Add(sample.accel_g[c]);
     square_[c].Add(offset * offset);
   }
-  for (std::size_t i = 0; i < std::min(covariates.size(), covariates_.size()); ++i)
-    covariates_[i].Add(covariates[i]);
+  for (std::size_t i = 0; i < std::min(covariates.size(), now_.size()); ++i)
+    columns_[1 + i].mean.Add(covariates[i]);
 }
 
 // The mean direction; without one, the last.
@@ -63,11 +64,7 @@ Vector3 SlowState::TakeGravity() {
   return held_gravity_;
 }
 
-void SlowState::CloseNode() {
-  Node node;
-  node.t_s = 0.5 * (begin_s_ + last_s_);
-  node.end_s = last_s_;
-  node.temperature_degC = temperature_.Take();
+double SlowState::TakeVibration() {
   const bool vibrates = accel_[0].n >= kLeastVibrationSamples && accel_[1].n == accel_[0].n &&
                         accel_[2].n == accel_[0].n;
   double scatter = 0.0;
@@ -75,16 +72,58 @@ void SlowState::CloseNode() {
     const double offset = accel_[c].sum / accel_[c].n - origin_[c];
     scatter += square_[c].Take() - offset * offset;
   }
-  node.vibration_g2 = vibrates ? scatter : kMissing;
+  return vibrates ? scatter : kMissing;
+}
+
+void SlowState::CloseNode() {
+  Node node;
+  node.t_s = 0.5 * (begin_s_ + last_s_);
+  node.end_s = last_s_;
+  node.vibration_g2 = TakeVibration();
   node.gravity_g = TakeGravity();
-  for (std::size_t i = 0; i < covariates_.size(); ++i) {
-    const double mean = covariates_[i].Take();
-    if (std::isfinite(mean)) held_covariates_[i] = mean;
-  }
-  node.covariates = held_covariates_;
+  for (Column& column : columns_) node.value.push_back(column.mean.Take());
+  node.tellable.assign(columns_.size(), false);
   nodes_.push_back(std::move(node));
   open_ = false;
+  for (std::size_t j = 0; j < columns_.size(); ++j) Settle(j);
   Smooth();
+}
+
+// What the newest node says of a column there and in the gap before it. The smoothing bridges short
+// gaps of the temperature by itself.
+void SlowState::Settle(std::size_t j) {
+  Column& column = columns_[j];
+  Node& newest = nodes_.back();
+  const double value = newest.value[j], gap_s = newest.t_s - column.last_s;
+  if (!std::isfinite(value)) {
+    newest.tellable[j] = gap_s <= kNearKnown_s;
+    if (newest.tellable[j] && j > 0) newest.value[j] = column.last;
+    return;
+  }
+  const bool bridge = gap_s <= kLongestBridge_s;
+  for (std::size_t i = nodes_.size(); i-- > 0;) {
+    Node& node = nodes_[i];
+    if (node.t_s <= column.last_s || (!bridge && newest.t_s - node.t_s > kNearKnown_s)) break;
+    node.tellable[j] = true;
+    if (&node == &newest) continue;
+    if (bridge && (j > 0 || gap_s > kHalfWindow_s)) {
+      node.value[j] = Blend(column.last, value, (node.t_s - column.last_s) / gap_s);
+    } else if (j > 0) {
+      node.value[j] = value;
+    }
+  }
+  column.last_s = newest.t_s;
+  column.last = value;
+}
+
+// Up to here no column waits for the end of a gap.
+double SlowState::SettledUntil() const {
+  double until_s = nodes_.back().t_s;
+  for (const Column& column : columns_) {
+    if (nodes_.back().t_s - column.last_s <= kLongestBridge_s)
+      until_s = std::min(until_s, column.last_s);
+  }
+  return until_s;
 }
 
 void SlowState::End() {
@@ -95,23 +134,22 @@ void SlowState::End() {
 
 // Lines through all nodes that are held; those whose window is whole are done with.
 void SlowState::Smooth() {
-  const auto is_whole = [this](const Node& node) {
-    return ended_ || nodes_.back().t_s - node.t_s > kHalfWindow_s;
+  if (smooth_ == nodes_.size()) return;
+  const double until_s = SettledUntil();
+  const auto is_whole = [&](const Node& node) {
+    return ended_ || until_s - node.t_s > kHalfWindow_s;
   };
-  if (smooth_ == nodes_.size() || !is_whole(nodes_[smooth_])) return;
+  if (!is_whole(nodes_[smooth_])) return;
   std::vector<double> t_s, value;
   for (const Node& node : nodes_) {
     t_s.push_back(node.t_s);
-    value.push_back(node.temperature_degC);
+    value.push_back(node.value[0]);
   }
   const Smoothed lines = SmoothByLines(t_s, value, kHalfWindow_s);
   for (; smooth_ < nodes_.size() && is_whole(nodes_[smooth_]); ++smooth_) {
-    if (std::isfinite(lines.value[smooth_])) {
-      held_degC_ = lines.value[smooth_];
-      held_rate_ = lines.rate[smooth_];
-    }
-    nodes_[smooth_].smooth_degC = held_degC_;
-    nodes_[smooth_].rate_degC_s = held_rate_;
+    if (!nodes_[smooth_].tellable[0]) continue;
+    nodes_[smooth_].smooth_degC = lines.value[smooth_];
+    nodes_[smooth_].rate_degC_s = lines.rate[smooth_];
   }
 }
 
@@ -149,7 +187,7 @@ void SlowState::At(double t_s, TrackPoint* point) {
   const double size = std::hypot(point->gravity_g[0], point->gravity_g[1], point->gravity_g[2]);
   for (double& part_of : point->gravity_g) part_of /= size;
   for (std::size_t i = 0; i < now_.size(); ++i)
-    now_[i] = Blend(a.covariates[i], b.covariates[i], part);
+    now_[i] = Blend(a.value[1 + i], b.value[1 + i], part);
   point->covariates = now_.data();
 }
 

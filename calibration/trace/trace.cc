@@ -1,56 +1,20 @@
 #include "calibration/trace/trace.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "base/error.h"
 #include "calibration/schedule.h"
 #include "calibration/trace/channel_report.h"
-#include "calibration/trace/noise_search.h"
-#include "calibration/trace/selection.h"
+#include "calibration/trace/run_order.h"
+#include "calibration/trace/shared_columns.h"
 #include "calibration/trace/trail.h"
 
 namespace gyrobench::calibration {
 namespace {
-
-// Columns that every measurement has and that are not constant in all of them.
-std::vector<std::string> SharedCovariates(std::span<const Recording* const> recordings,
-                                          std::vector<std::string>* remarks) {
-  std::vector<std::string> out;
-  std::set<std::string> dropped;
-  for (const std::string& name : recordings.front()->info.covariates) {
-    double low = kMissing, high = kMissing;
-    bool everywhere = true;
-    for (const Recording* recording : recordings) {
-      const std::vector<std::string>& names = recording->info.covariates;
-      const auto found = std::find(names.begin(), names.end(), name);
-      everywhere = everywhere && found != names.end();
-      if (!everywhere) break;
-      bool any = false;
-      for (auto i = static_cast<std::size_t>(found - names.begin());
-           i < recording->columns.covariates.size(); i += names.size()) {
-        const double value = recording->columns.covariates[i];
-        low = std::fmin(low, value);
-        high = std::fmax(high, value);
-        any = any || std::isfinite(value);
-      }
-      everywhere = any;
-    }
-    if (everywhere && high > low) {
-      out.push_back(name);
-    } else {
-      dropped.insert(name);
-    }
-  }
-  for (const std::string& name : dropped) {
-    remarks->push_back(fmt::format(
-        "column {} is constant, empty or not in all files: nothing is traced to it", name));
-  }
-  return out;
-}
 
 TraceInput InputOf(const Recording& recording) {
   TraceInput input;
@@ -111,15 +75,88 @@ void CheckUsable(std::span<const Recording* const> recordings) {
   }
 }
 
-// s0: nominal where the measurement says; else what the data say, so that M is near 1.
+// s0: nominal where a measurement says; else what the data say, so that M is near 1.
 double Units(std::span<const Recording* const> recordings, const std::vector<Vector3>& rough,
              std::size_t channel) {
-  const double nominal = NominalUnitsPerDegPerS(recordings.front()->info);
-  if (std::isfinite(nominal)) return nominal;
+  for (const Recording* recording : recordings) {
+    const double nominal = NominalUnitsPerDegPerS(recording->info);
+    if (std::isfinite(nominal)) return nominal;
+  }
   for (const Vector3& sensitivity : rough) {
     if (std::isfinite(sensitivity[channel])) return std::fabs(sensitivity[channel]);
   }
   return 1.0;
+}
+
+void RemarkOnEarthRate(const std::vector<Trail>& trails, std::vector<std::string>* remarks) {
+  std::vector<std::string> known, unknown;
+  for (const Trail& trail : trails) {
+    (trail.earth_rate_known ? known : unknown).push_back(trail.name);
+    const MeasurementInfo& info = trail.recording->info;
+    if (trail.earth_rate_known || !info.site_latitude_deg) continue;
+    remarks->push_back(fmt::format(
+        "{}: the site's latitude is given, but not how the sensor is oriented: Earth's rotation "
+        "is not taken off",
+        trail.name));
+  }
+  if (known.empty() || unknown.empty()) return;
+  remarks->push_back(fmt::format("Earth's rotation is taken off in {}, and not in {}",
+                                 fmt::join(known, ", "), fmt::join(unknown, ", ")));
+}
+
+std::vector<std::size_t> ChannelsOf(std::span<const Recording* const> recordings,
+                                    std::vector<std::string>* remarks) {
+  std::vector<std::size_t> channels;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto announced = [c](const Recording* r) { return r->info.gyro_present[c]; };
+    const auto filled = [c](const Recording* r) {
+      return r->info.gyro_present[c] && r->valid_samples[c] > 1;
+    };
+    if (std::any_of(recordings.begin(), recordings.end(), filled)) {
+      channels.push_back(c);
+    } else if (std::any_of(recordings.begin(), recordings.end(), announced)) {
+      remarks->push_back(fmt::format(
+          "gyro {}: no sample has a finite value: not traced; is its column filled?", "xyz"[c]));
+    }
+  }
+  return channels;
+}
+
+// Effects of columns that hardly change, but for those that were found all the same.
+void AddUnidentifiable(const std::vector<Unidentifiable>& effects, ChannelTrace* trace) {
+  for (const Unidentifiable& effect : effects) {
+    const bool named =
+        std::any_of(trace->effects.begin(), trace->effects.end(),
+                    [&](const TracedEffect& found) { return found.id == effect.id; });
+    if (!named) trace->unidentifiable.push_back(effect);
+  }
+}
+
+// The measurements in an order of their own, so that the result does not depend on the order in
+// which they were given.
+struct Runs {
+  std::vector<const Recording*> recordings;
+  std::vector<Vector3> rough;
+  std::vector<Trail> trails;
+};
+
+Runs MakeRuns(std::span<const Recording* const> recordings,
+              const std::vector<std::string>& covariates, TraceResult* result) {
+  Runs runs;
+  runs.trails.reserve(recordings.size());
+  for (const OrderedRun& run : OrderRuns(recordings, &result->remarks)) {
+    const Recording& recording = *recordings[run.index];
+    runs.recordings.push_back(&recording);
+    runs.rough.push_back(RoughSensitivity(recording));
+    runs.trails.push_back(MakeTrail(recording, runs.rough.back(), run.restart, covariates));
+    Trail& trail = runs.trails.back();
+    trail.number = run.index + 1;
+    std::vector<Defect>& defects = result->inputs[run.index].defects;
+    defects.insert(defects.end(), trail.defects.begin(), trail.defects.end());
+    for (const std::string& remark : trail.remarks) result->remarks.push_back(remark);
+  }
+  RemarkOnEarthRate(runs.trails, &result->remarks);
+  return runs;
 }
 
 }  // namespace
@@ -127,46 +164,24 @@ double Units(std::span<const Recording* const> recordings, const std::vector<Vec
 Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& options) {
   CheckUsable(recordings);
   Traced out;
-  std::vector<std::string>& remarks = out.result.remarks;
-  const std::vector<std::string> covariates = SharedCovariates(recordings, &remarks);
-  std::vector<Trail> trails;
-  std::vector<Vector3> rough;
-  std::set<std::string> power_ons;
-  bool earth_rate_known = true;
-  trails.reserve(recordings.size());
-  for (const Recording* recording : recordings) {
-    out.result.inputs.push_back(InputOf(*recording));
-    rough.push_back(RoughSensitivity(*recording));
-    const std::string& power_on = recording->info.power_on;
-    const bool fresh = power_on.empty() || power_ons.insert(power_on).second;
-    trails.push_back(MakeTrail(*recording, rough.back(), fresh, covariates));
-    for (const std::string& remark : trails.back().remarks) remarks.push_back(remark);
-    earth_rate_known = earth_rate_known && recording->info.site_latitude_deg.has_value();
-  }
-  std::vector<std::size_t> channels;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const bool present = std::any_of(recordings.begin(), recordings.end(), [c](const Recording* r) {
-      return r->info.gyro_present[c] && r->valid_samples[c] > 1;
-    });
-    if (present) {
-      channels.push_back(c);
-    } else if (recordings.front()->info.gyro_present[c]) {
-      remarks.push_back(fmt::format(
-          "gyro {}: no sample has a finite value: not traced; is its column filled?", "xyz"[c]));
-    }
-  }
+  for (const Recording* recording : recordings) out.result.inputs.push_back(InputOf(*recording));
+  const SharedColumns columns = FindSharedColumns(recordings, &out.result.remarks);
+  const Runs runs = MakeRuns(recordings, columns.names, &out.result);
+  const std::vector<std::size_t> channels = ChannelsOf(recordings, &out.result.remarks);
   for (std::size_t k = 0; k < channels.size(); ++k) {
     const std::size_t c = channels[k];
     ChannelRequest request;
-    request.trails = trails;
+    request.trails = runs.trails;
     request.channel = c;
-    request.units_per_deg_s = Units(recordings, rough, c);
-    request.covariates = covariates;
-    request.earth_rate_known = earth_rate_known;
+    request.units_per_deg_s = Units(runs.recordings, runs.rough, c);
+    request.covariates = columns.names;
+    request.earth_rate_known = std::all_of(runs.trails.begin(), runs.trails.end(),
+                                           [](const Trail& t) { return t.earth_rate_known; });
     request.false_discovery = options.false_discovery / static_cast<double>(channels.size());
     request.seed = options.seed + c;
     request.curves = options.curves;
     TracedChannel traced = TraceChannel(request);
+    AddUnidentifiable(columns.unidentifiable, &traced.trace);
     out.result.channels.push_back(std::move(traced.trace));
     out.models.push_back(std::move(traced.model));
     if (options.progress)

@@ -14,11 +14,12 @@ namespace gyrobench::calibration {
 struct TrackPoint {
   double t_s = 0.0;               // of the measurement
   double length_s = 0.0;          // of the half of an interval that it stands for; 0: an instant
-  double since_power_on_s = 0.0;  // t_s, counted on over measurements of one power-on
+  double since_power_on_s = 0.0;  // t_s, which counts from it where power_on is given
   bool restart = false;           // first point of a power-on: memories of effects begin anew
   bool still = false;             // the reference stood still
   // True rate of the sensor, frame S, Earth's rotation included where it is known [deg/s].
   Vector3 rate_deg_s = {};
+  bool earth_rate_known = false;
   // Of the half of an interval: change of that rate from its begin to its end [deg/s].
   Vector3 rate_span_deg_s = {};
   // Specific force at rest, frame S, in g: +1 on the axis that points up.

@@ -13,7 +13,9 @@ namespace gyrobench::calibration {
 struct Trail {
   const Recording* recording = nullptr;
   std::string name;
+  std::size_t number = 1;  // of the measurement, as they were given
   bool new_power_on = true;
+  bool earth_rate_known = false;  // Earth's rotation is in the rotations
   // One point a node; two a interval (i from node i to i + 1), in the middle of its halves:
   // halves[2 i], halves[2 i + 1]. Rates there are means over the half.
   std::vector<TrackPoint> nodes, halves;
@@ -29,6 +31,7 @@ struct Trail {
   std::vector<double> covariates;  // of the points: nodes, then halves
   std::vector<Near> near;          // of the nodes: what their turned_near_deg points to
   bool gravity_known = false, temperature_known = false, vibration_known = false;
+  std::vector<Defect> defects;  // what is missing for long, and was left out
   std::vector<std::string> remarks;
 };
 

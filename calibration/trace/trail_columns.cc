@@ -1,6 +1,9 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/trace/gaps.h"
 #include "calibration/trace/smooth.h"
 #include "calibration/trace/trail_parts.h"
 
@@ -9,34 +12,104 @@ namespace {
 
 constexpr double kTemperatureHalfWindow_s = 5.0;
 
+// Takes out the intervals that end or begin where a column cannot be told, and says so.
+void LeaveOut(const std::vector<double>& t_s, const std::vector<bool>& tellable,
+              const std::string& what, const std::string& kind, Trail* trail) {
+  Defect defect{kind, 0, kMissing, what};
+  double missing_s = 0.0;
+  for (std::size_t i = 0; i + 1 < t_s.size(); ++i) {
+    if (tellable[i] && tellable[i + 1]) continue;
+    trail->usable[i] = {false, false, false};
+    if (defect.count++ == 0) defect.first_t_s = t_s[i];
+    missing_s += t_s[i + 1] - t_s[i];
+  }
+  if (defect.count == 0) return;
+  trail->remarks.push_back(
+      fmt::format("{}: {} is missing for {:.1f} s, first at {:.1f} s, in gaps too long to be "
+                  "bridged: these stretches are left out",
+                  trail->name, what, missing_s, defect.first_t_s));
+  trail->defects.push_back(std::move(defect));
+}
+
+// Value and rate where the temperature can be told, NaN elsewhere.
+Smoothed SmoothTemperature(const std::vector<double>& t_s, std::vector<double> value,
+                           const std::vector<bool>& tellable) {
+  // Within its window the smoother needs no bridge.
+  BridgeGaps(t_s, kTemperatureHalfWindow_s, &value);
+  Smoothed smooth = SmoothByLines(t_s, value, kTemperatureHalfWindow_s);
+  for (std::size_t k = 0; k < t_s.size(); ++k) {
+    if (!tellable[k]) smooth.value[k] = smooth.rate[k] = kMissing;
+  }
+  return smooth;
+}
+
+void FillVibration(const std::vector<Node>& nodes, Trail* trail) {
+  trail->vibration_known = true;
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    trail->nodes[k].vibration_g2 = nodes[k].vibration_g2;
+    if (k == 0) continue;
+    if (!std::isfinite(nodes[k].vibration_g2)) trail->vibration_known = false;
+    for (std::size_t h = 0; h < 2; ++h)
+      trail->halves[2 * (k - 1) + h].vibration_g2 = nodes[k].vibration_g2;
+  }
+}
+
+// A column without its short gaps; held within kNearKnown_s of a known value.
+std::vector<double> WithoutGaps(const std::vector<double>& t_s, std::vector<double> value,
+                                const std::vector<bool>& tellable) {
+  BridgeGaps(t_s, 0.0, &value);
+  for (std::size_t k = 1; k < value.size(); ++k) {
+    if (tellable[k] && !std::isfinite(value[k])) value[k] = value[k - 1];
+  }
+  for (std::size_t k = value.size(); k-- > 1;) {
+    if (tellable[k - 1] && !std::isfinite(value[k - 1])) value[k - 1] = value[k];
+  }
+  return value;
+}
+
 }  // namespace
 
+std::vector<double> NodeTimes(const Recording& recording) {
+  std::vector<double> t_s;
+  for (const Node& node : recording.columns.nodes) t_s.push_back(node.at.t_s);
+  return t_s;
+}
+
+std::vector<double> TemperatureOf(const Recording& recording) {
+  std::vector<double> value;
+  for (const Node& node : recording.columns.nodes) value.push_back(node.temperature_degC);
+  return value;
+}
+
+std::vector<double> CovariateOf(const Recording& recording, const std::string& name) {
+  const std::vector<std::string>& names = recording.info.covariates;
+  const auto column =
+      static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  std::vector<double> out;
+  for (std::size_t k = 0; k < recording.columns.nodes.size(); ++k)
+    out.push_back(recording.columns.covariates[k * names.size() + column]);
+  return out;
+}
+
 void FillTemperature(const Recording& recording, Trail* trail) {
-  const std::vector<Node>& nodes = recording.columns.nodes;
-  std::vector<double> t_s, value;
-  std::size_t known = 0;
-  for (const Node& node : nodes) {
-    t_s.push_back(node.at.t_s);
-    value.push_back(node.temperature_degC);
-    known += std::isfinite(node.temperature_degC) ? 1U : 0U;
+  if (!recording.info.temperature_present) return;
+  const std::vector<double> t_s = NodeTimes(recording);
+  std::vector<double> value = TemperatureOf(recording);
+  const std::vector<bool> tellable = TellableTimes(t_s, value);
+  const double share = TellableShare(t_s, tellable);
+  if (share < kLeastKnownShare) {
+    trail->remarks.push_back(fmt::format(
+        "{}: the temperature is known for {:.0f} % of the time, less than half: it is taken as "
+        "unknown",
+        trail->name, 100.0 * share));
+    return;
   }
-  if (known < 2 || 10 * known < nodes.size()) return;
-  const Smoothed smooth = SmoothByLines(t_s, value, kTemperatureHalfWindow_s);
-  // Without a value near, the last known one.
-  double last = kMissing, last_rate = 0.0;
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
-    if (std::isfinite(smooth.value[k])) {
-      last = smooth.value[k];
-      last_rate = smooth.rate[k];
-    }
-    trail->nodes[k].temperature_degC = last;
-    trail->nodes[k].temperature_rate_degC_s = last_rate;
+  const Smoothed smooth = SmoothTemperature(t_s, std::move(value), tellable);
+  for (std::size_t k = 0; k < t_s.size(); ++k) {
+    trail->nodes[k].temperature_degC = smooth.value[k];
+    trail->nodes[k].temperature_rate_degC_s = smooth.rate[k];
   }
-  for (std::size_t k = nodes.size(); k-- > 0;) {
-    if (std::isfinite(trail->nodes[k].temperature_degC)) continue;
-    trail->nodes[k].temperature_degC = trail->nodes[k + 1].temperature_degC;
-  }
-  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+  for (std::size_t i = 0; i + 1 < t_s.size(); ++i) {
     for (std::size_t h = 0; h < 2; ++h) {
       const double part = 0.25 + 0.5 * static_cast<double>(h);
       TrackPoint& half = trail->halves[2 * i + h];
@@ -48,47 +121,25 @@ void FillTemperature(const Recording& recording, Trail* trail) {
     }
   }
   trail->temperature_known = true;
+  LeaveOut(t_s, tellable, "temperature", "temperature_missing", trail);
 }
 
 void FillCovariates(const Recording& recording, const std::vector<std::string>& covariates,
                     Trail* trail) {
-  const std::vector<Node>& nodes = recording.columns.nodes;
-  trail->vibration_known = true;
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
-    trail->nodes[k].vibration_g2 = nodes[k].vibration_g2;
-    if (k == 0) continue;
-    if (!std::isfinite(nodes[k].vibration_g2)) trail->vibration_known = false;
-    for (std::size_t h = 0; h < 2; ++h)
-      trail->halves[2 * (k - 1) + h].vibration_g2 = nodes[k].vibration_g2;
-  }
+  FillVibration(recording.columns.nodes, trail);
   const std::size_t count = covariates.size();
   if (count == 0) return;
-  // The mean up to a node is that of its interval: both halves have it.
-  trail->covariates.resize(nodes.size() * count);
-  const std::vector<std::string>& names = recording.info.covariates;
+  const std::vector<double> t_s = NodeTimes(recording);
+  trail->covariates.resize(t_s.size() * count);
   for (std::size_t j = 0; j < count; ++j) {
-    const auto from = static_cast<std::size_t>(
-        std::find(names.begin(), names.end(), covariates[j]) - names.begin());
-    for (std::size_t k = 0; k < nodes.size(); ++k) {
-      trail->covariates[k * count + j] = recording.columns.covariates[k * names.size() + from];
-    }
+    std::vector<double> value = CovariateOf(recording, covariates[j]);
+    const std::vector<bool> tellable = TellableTimes(t_s, value);
+    value = WithoutGaps(t_s, std::move(value), tellable);
+    for (std::size_t k = 0; k < t_s.size(); ++k) trail->covariates[k * count + j] = value[k];
+    LeaveOut(t_s, tellable, "column " + covariates[j], "column_missing", trail);
   }
-  std::vector<double> last(count, kMissing);
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
-    for (std::size_t j = 0; j < count; ++j) {
-      double& value = trail->covariates[k * count + j];
-      if (std::isfinite(value)) last[j] = value;
-      value = last[j];
-    }
-  }
-  for (std::size_t k = nodes.size(); k-- > 0;) {
-    for (std::size_t j = 0; j < count; ++j) {
-      double& value = trail->covariates[k * count + j];
-      if (!std::isfinite(value) && k + 1 < nodes.size())
-        value = trail->covariates[(k + 1) * count + j];
-    }
-  }
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
+  // The mean up to a node is that of its interval: both halves have it.
+  for (std::size_t k = 0; k < t_s.size(); ++k) {
     const double* values = trail->covariates.data() + k * count;
     trail->nodes[k].covariates = values;
     if (k == 0) continue;

@@ -1,6 +1,7 @@
-// What the sensor goes through along a trail whose rests, usable intervals and rotations are known.
+// The parts that a trail is made of. Its rests come first.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -11,15 +12,36 @@ namespace gyrobench::calibration {
 
 inline constexpr std::size_t kNoRest = static_cast<std::size_t>(-1);
 
+// What may be used of it, channel by channel: no bad stretches, and rests alone where there is no
+// reference; none in which the reference says rest and the gyro says turning. Needs `still`.
+void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail);
+
+// Angles of the table's axes at the nodes. An axis that stands still while another turns would
+// bring the noise of its readings into the rotation: along such stretches its angle is their mean.
+struct SettledAngles {
+  std::vector<Vector3> angle_deg;
+  std::vector<std::array<bool, 3>> is_settled;
+};
+SettledAngles SettleAxes(const Recording& recording);
+
 // Gravity and heading in the sensor's frame: by the reference where it gives an orientation, by the
 // accelerometer where one axis turns or none. `rest_of`: index of each node's rest, or kNoRest.
 void FillGravity(const Recording& recording, const std::vector<std::size_t>& rest_of, Trail* trail);
 // Rates of halves and nodes: size by the reference, shape between its readings by the gyro.
 // `units_per_deg_s`: of each channel, NaN where it is not known.
 void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail);
+// Smoothed. What is missing is bridged where the gap is short (trace/gaps.h); longer stretches are
+// left out, counted as a defect. Unknown where it is known for less than half of the time.
 void FillTemperature(const Recording& recording, Trail* trail);
-// Vibration, and the columns `covariates` in this order.
+// Vibration, and the columns `covariates` in this order, missing values as of the temperature.
 void FillCovariates(const Recording& recording, const std::vector<std::string>& covariates,
                     Trail* trail);
+
+// At the nodes, as measured. The column must be there.
+std::vector<double> NodeTimes(const Recording& recording);
+std::vector<double> TemperatureOf(const Recording& recording);
+std::vector<double> CovariateOf(const Recording& recording, const std::string& name);
+// A quantity that is known for a smaller share of the time counts as unknown.
+inline constexpr double kLeastKnownShare = 0.5;
 
 }  // namespace gyrobench::calibration

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
+
+#include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -20,11 +22,53 @@ std::string WhatIsMissing(unsigned lacks) {
   return "there is no accelerometer to feel the vibration";
 }
 
-// The grid point of a family that the measurements see best: least absorbed, and its bound.
+// The grid point of an effect that the measurements see best: least absorbed, and its bound.
 struct Sight {
   double left = 0.0;  // of a term's square, the largest
   double bound = std::numeric_limits<double>::infinity();
 };
+
+// Of every effect that was looked for, by its name.
+std::map<std::string, Sight> SightsOf(const Selection& selection) {
+  std::map<std::string, Sight> out;
+  const Projection baseline(selection.store().Take(selection.baseline_columns()));
+  for (const std::vector<Candidate>* list : {&selection.pool(), &selection.unseen()}) {
+    for (const Candidate& candidate : *list) {
+      if (candidate.effect == nullptr) continue;
+      Sight& sight = out[candidate.id];
+      const Eigen::MatrixXd white = selection.White(candidate);
+      const Eigen::MatrixXd left = baseline.Off(white);
+      for (Eigen::Index j = 0; j < white.cols(); ++j) {
+        const double whole = white.col(j).squaredNorm(), square = left.col(j).squaredNorm();
+        if (whole > 0) sight.left = std::max(sight.left, square / whole);
+        if (square > 0) sight.bound = std::min(sight.bound, 1.0 / std::sqrt(square));
+      }
+    }
+  }
+  return out;
+}
+
+// Why these data cannot show an effect that was looked for; empty where they can.
+std::string WhyUnseen(const Effect& effect, const Sight& sight) {
+  if (sight.left < kAbsorbed) return "the baseline explains it just as well (absorbed)";
+  if (!(effect.typical_size > 0) || sight.bound <= effect.typical_size) return "";
+  return fmt::format("its bound here, {:.2g} {}, is beyond the largest size of such parts, {:.2g}",
+                     sight.bound, effect.terms[0].unit, effect.typical_size);
+}
+
+// Of a reference without a second one beside it.
+void ListAlwaysUnseen(const ChannelProblem& problem, std::vector<Unidentifiable>* out) {
+  if ((problem.knows() & kNeedsRate) == 0) return;
+  out->push_back({"angle.reference_scale",
+                  "a scale error of the reference and one of the gyro are the same in these data",
+                  "close a full turn against an index mark, or tilt the axis so that the "
+                  "accelerometer sees gravity turn by the true angle"});
+  if (problem.trails().front().recording->ticks.count() >= 10) return;
+  out->push_back({"time.rate",
+                  "an error of the time base and one of the gyro's scale are the same in these "
+                  "data",
+                  "record the host's clock next to the sensor's"});
+}
 
 }  // namespace
 
@@ -32,61 +76,29 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
                                             const Selection& selection,
                                             const std::set<std::string>& named,
                                             bool earth_rate_known) {
-  std::map<std::string, Sight> seen;
-  const WhiteStore& store = selection.store();
-  const Eigen::MatrixXd base = store.Take(selection.baseline_columns());
-  const Eigen::LDLT<Eigen::MatrixXd> factor(base.transpose() * base);
-  auto look = [&](const Candidate& candidate) {
-    if (candidate.effect == nullptr) return;
-    Sight& sight = seen[candidate.effect->id];
-    const Eigen::MatrixXd white = selection.White(candidate);
-    for (Eigen::Index j = 0; j < white.cols(); ++j) {
-      const Eigen::VectorXd shared = base.transpose() * white.col(j);
-      const double whole = white.col(j).squaredNorm();
-      const double square = std::max(whole - shared.dot(factor.solve(shared)), 0.0);
-      if (whole > 0) sight.left = std::max(sight.left, square / whole);
-      if (square > 0) sight.bound = std::min(sight.bound, 1.0 / std::sqrt(square));
-    }
-  };
-  for (const Candidate& candidate : selection.pool()) look(candidate);
-  for (const Candidate& candidate : selection.unseen()) look(candidate);
+  const std::map<std::string, Sight> seen = SightsOf(selection);
   std::vector<Unidentifiable> out;
   std::set<std::string> listed;
+  const auto list = [&](const std::string& id, const Effect& effect, const std::string& because) {
+    if (because.empty() || named.contains(id) || !listed.insert(id).second) return;
+    out.push_back({id, because, effect.manoeuvre});
+  };
+  // As if every row had what they depend on.
+  for (const Candidate& candidate :
+       CatalogueCandidates(problem, selection.covariates(), earth_rate_known)) {
+    const auto sight = seen.find(candidate.id);
+    list(candidate.id, *candidate.effect,
+         sight != seen.end() ? WhyUnseen(*candidate.effect, sight->second)
+                             : "what it depends on is not known all the time: not looked for");
+  }
   for (const Effect& effect : EffectCatalogue()) {
     const bool grid = effect.nonlinear.empty() || !effect.nonlinear[0].grid.empty();
-    if (!grid || (effect.needs & kNeedsCovariate) != 0 || named.contains(effect.id)) continue;
-    if (effect.id == "bias.earth_rate" && earth_rate_known) continue;
-    if (seen.contains(effect.id) && listed.contains(effect.id)) continue;
     const unsigned lacks = effect.needs & ~problem.knows();
-    std::string because;
-    const auto found = seen.find(effect.id);
-    if (found == seen.end()) {
-      if (lacks == 0) continue;
-      because = WhatIsMissing(lacks);
-    } else if (found->second.left < kAbsorbed) {
-      because = "the baseline explains it just as well (absorbed)";
-    } else if (effect.typical_size > 0 && found->second.bound > effect.typical_size) {
-      because =
-          fmt::format("its bound here, {:.2g} {}, is beyond the largest size of such parts, {:.2g}",
-                      found->second.bound, effect.terms[0].unit, effect.typical_size);
-    } else {
-      continue;
-    }
-    if (!listed.insert(effect.id).second) continue;
-    out.push_back({effect.id, because, effect.manoeuvre});
+    if (!grid || (effect.needs & kNeedsCovariate) != 0 || lacks == 0) continue;
+    if (effect.id == "bias.earth_rate" && earth_rate_known) continue;
+    list(effect.id, effect, WhatIsMissing(lacks));
   }
-  if ((problem.knows() & kNeedsRate) != 0) {
-    out.push_back({"angle.reference_scale",
-                   "a scale error of the reference and one of the gyro are the same in these data",
-                   "close a full turn against an index mark, or tilt the axis so that the "
-                   "accelerometer sees gravity turn by the true angle"});
-    if (problem.trails().front().recording->ticks.count() < 10) {
-      out.push_back({"time.rate",
-                     "an error of the time base and one of the gyro's scale are the same in these "
-                     "data",
-                     "record the host's clock next to the sensor's"});
-    }
-  }
+  ListAlwaysUnseen(problem, &out);
   return out;
 }
 

@@ -65,20 +65,12 @@ void DryBench::Rest(double duration_s) {
   AddSegment("rest", fmt::format("{:g} s", duration_s), duration_s, duration_s);
 }
 
-// room - cold exp(-t/tau) changes by less than drift within the window w that ends at t when
-//   cold exp(-t/tau) (exp(w/tau) - 1) < drift,   t = tau ln(cold (exp(w/tau) - 1) / drift)
-double DryBench::ExpectedSoak_s(const SoakCommand& command) const {
-  const double tau = options_.time_constant_s;
-  const double settled_s =
-      tau * std::log(options_.cold_degC * std::expm1(command.window_s / tau) / command.drift_degC) -
-      plan_.expected_duration_s;
-  return std::min(command.max_s, std::max({command.min_s, command.window_s, settled_s}));
-}
-
 SoakOutcome DryBench::Soak(const SoakCommand& command) {
   CheckSoak(command);
   AddSegment("soak", fmt::format("{:g} degC in {:g} s", command.drift_degC, command.window_s),
-             command.max_s, ExpectedSoak_s(command));
+             command.max_s,
+             ExpectedSoak_s(command, plan_.expected_duration_s, options_.cold_degC,
+                            options_.time_constant_s));
   return {true, command.max_s, TemperatureDegC()};
 }
 

@@ -8,6 +8,7 @@
 #include "procedures/engine/bench.h"
 #include "procedures/engine/engine.h"
 #include "procedures/engine/procedure.h"
+#include "procedures/engine/settling.h"
 
 namespace gyrobench::procedures {
 
@@ -51,8 +52,8 @@ struct DryOptions {
   // the expected time since the start. It settles when its change within the window is below the
   // drift asked for.
   double room_degC = 25.0;
-  double cold_degC = 25.0;
-  double time_constant_s = 250.0;
+  double cold_degC = kExpectedCold_degC;
+  double time_constant_s = kExpectedTimeConstant_s;
 };
 
 // Soaks settle, after max_s. Not thread-safe.
@@ -82,7 +83,6 @@ class DryBench final : public Bench {
  private:
   void AddSegment(const std::string& kind, const std::string& name, double duration_s,
                   double expected_s);
-  double ExpectedSoak_s(const SoakCommand& command) const;
 
   std::vector<AxisFacts> axes_;
   DryOptions options_;

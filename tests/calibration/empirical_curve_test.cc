@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "base/error.h"
 
@@ -26,17 +25,6 @@ TEST(EmpiricalCurve, IsStraightBetweenKnotsAndConstantOutside) {
   }
   EXPECT_EQ(At(-1e6), kValues.front());
   EXPECT_EQ(At(1e6), kValues.back());
-}
-
-TEST(EmpiricalCurve, WeightsGiveTheSameCurveAndSumToOne) {
-  const EmpiricalCurve curve(kKnots);
-  std::vector<double> weights(kKnots.size());
-  for (double x = -6.0; x < 8.0; x += 0.31) {
-    curve.Weights(x, weights.data());
-    EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0), 1.0, 1e-12);
-    EXPECT_NEAR(std::inner_product(weights.begin(), weights.end(), kValues.begin(), 0.0), At(x),
-                1e-12);
-  }
 }
 
 TEST(EmpiricalCurve, OfOneKnotIsAConstantAndOfTwoAStepBetweenConstants) {

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <random>
 
 namespace gyrobench::calibration {
@@ -55,6 +57,36 @@ TEST(GyroStream, IntegratesAStraightLineExactlyAtAnyTime) {
   }
   IntegralMark mark;
   EXPECT_FALSE(stream.IntegralAt(1.001, &mark)) << "not yet measured";
+}
+
+// A swing of 0.5 Hz, sampled at about 50 Hz in one way or another.
+double WorstErrorOfASwing(const std::function<double(int)>& interval_s) {
+  const double k = 2.0 * std::numbers::pi * 0.5, rate = 100.0;
+  GyroStream stream;
+  stream.Start(OneAxis());
+  double t_s = 0.0, worst = 0.0;
+  for (int i = 0; i <= 1000; ++i, t_s += interval_s(i)) {
+    stream.Add(At(t_s, rate * std::sin(k * t_s)));
+    IntegralMark mark;
+    for (const double part : {0.0, 0.3, 0.6}) {
+      if (i < 10) continue;
+      const double at_s = stream.settled_time_s() - part * 0.02;
+      EXPECT_TRUE(stream.IntegralAt(at_s, &mark));
+      worst = std::max(worst, std::fabs(mark.z[0] - rate / k * (1.0 - std::cos(k * at_s))));
+    }
+  }
+  return worst;
+}
+
+// The trapezoid rule alone would be off by h^2 / 12 times the change of the acceleration: 0.02.
+TEST(GyroStream, IntegratesASwingAsWellBySamplesOfUnequalDistanceAsByEqualOnes) {
+  const double equal = WorstErrorOfASwing([](int) { return 0.02; });
+  EXPECT_LT(equal, 2e-3);
+  EXPECT_LT(WorstErrorOfASwing([](int i) { return i % 2 == 0 ? 0.005 : 0.035; }), 4e-3);
+  EXPECT_LT(WorstErrorOfASwing([](int i) { return i < 500 ? 0.035 : 0.005; }), 4e-3);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> jitter(0.01, 0.03);
+  EXPECT_LT(WorstErrorOfASwing([&](int) { return jitter(random); }), 4e-3);
 }
 
 TEST(GyroStream, ForgetsOldSamplesInsteadOfGuessing) {

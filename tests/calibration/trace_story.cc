@@ -34,7 +34,7 @@ double TurnAngle(double t_s) {
 }
 
 GyroSample SampleAt(const Story& story, double t_s, std::mt19937_64& random) {
-  constexpr double kScale[3] = {0.004, -0.003, 1.012}, kBias_deg_s[3] = {0.3, -0.2, 0.15};
+  constexpr double kBias_deg_s[3] = {0.3, -0.2, 0.15};
   std::normal_distribution<double> normal;
   const double temperature = story.temperature_degC(t_s);
   const double units = story.info.gyro_unit == GyroUnit::kRadPerSecond ? kPi / 180.0
@@ -43,8 +43,9 @@ GyroSample SampleAt(const Story& story, double t_s, std::mt19937_64& random) {
   GyroSample sample;
   sample.t_s = t_s;
   for (std::size_t c = 0; c < 3; ++c) {
-    const double drift = std::isfinite(temperature) ? 0.01 * (temperature - 25.0) : 0.0;
-    const double output = kScale[c] * story.rate_deg_s(t_s) + kBias_deg_s[c] + drift +
+    const double drift =
+        std::isfinite(temperature) ? story.drift_deg_s_per_degC * (temperature - 25.0) : 0.0;
+    const double output = story.scale[c] * story.rate_deg_s(t_s) + kBias_deg_s[c] + drift +
                           story.white_deg_s * normal(random);
     if (story.info.gyro_present[c]) sample.xi[c] = output * units;
   }
@@ -58,6 +59,8 @@ void TellReference(const Story& story, double t_s, std::mt19937_64& random, Meas
   const double angle_deg = story.angle_deg(t_s) + noise(random);
   const double half_rad = 0.5 * angle_deg * kPi / 180.0;
   AngleSample sample{t_s, 2, angle_deg};
+  if (story.info.reference == ReferenceKind::kSensorAngle)
+    sample.axis = static_cast<int>(story.info.reference_axis);
   switch (story.info.reference) {
     case ReferenceKind::kNone:
       return;
@@ -84,9 +87,9 @@ Story::Story()
   info.gear_ratio = 40.0;
 }
 
-void Story::UseSensorAngle() {
+void Story::UseSensorAngle(SensorAxis axis) {
   info.reference = ReferenceKind::kSensorAngle;
-  info.reference_axis = SensorAxis::kZ;
+  info.reference_axis = axis;
 }
 
 void Story::UseOrientation() { info.reference = ReferenceKind::kOrientation; }

@@ -2,6 +2,7 @@
 // has no effect beyond the baseline; whatever is wrong with a story is put into it by its test.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <random>
@@ -23,8 +24,11 @@ struct Story {
   std::function<double(double)> angle_deg;   // its integral
   std::function<double(double)> temperature_degC;
   std::vector<std::function<double(double)>> covariates;
-  double white_deg_s = 0.025;  // of a sample
-  double reading_deg = 0.004;  // of the reference
+  // Output of each channel in deg/s: scale times the turning axis's rate, and a bias.
+  std::array<double, 3> scale = {0.004, -0.003, 1.012};
+  double drift_deg_s_per_degC = 0.01;  // about 25 degC
+  double white_deg_s = 0.025;          // of a sample
+  double reading_deg = 0.004;          // of the reference
   // What happens to a sample on its way; false: it is lost.
   std::function<bool(GyroSample*)> spoil_gyro;
   std::function<bool(AngleSample*)> spoil_angle;
@@ -32,7 +36,7 @@ struct Story {
   // Turns of 90 deg at up to 60 deg/s to and fro, rests of 3 s between, a slow warm-up.
   Story();
   // One axis of the sensor's own, or a quaternion, in place of the stand.
-  void UseSensorAngle();
+  void UseSensorAngle(SensorAxis axis = SensorAxis::kZ);
   void UseOrientation();
 
   void Tell(MeasurementSink& sink) const;

@@ -1,0 +1,67 @@
+// Axes of the stand that stand still while others turn.
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/trace/trail_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr std::size_t kShortestSettled = 6;
+constexpr std::size_t kEnds = 2;  // nodes that may creep already
+
+// From the quietest changes from node to node; an axis that never rests has none so small.
+double RestTolerance(const std::vector<Node>& nodes, std::size_t axis) {
+  std::vector<double> changes;
+  for (std::size_t k = 1; k < nodes.size(); ++k) {
+    const double change = std::fabs(nodes[k].table_deg[axis] - nodes[k - 1].table_deg[axis]);
+    if (std::isfinite(change)) changes.push_back(change);
+  }
+  if (changes.empty()) return 0.0;
+  const auto fifth = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 5);
+  std::nth_element(changes.begin(), fifth, changes.end());
+  // A fifth of normal changes is below 0.253 standard deviations.
+  return std::clamp(6.0 * *fifth / 0.253, 0.005, 0.1);
+}
+
+// Nodes [begin, end) of one axis.
+void Settle(const std::vector<Node>& nodes, std::size_t axis, std::size_t begin, std::size_t end,
+            SettledAngles* out) {
+  if (end < begin + kShortestSettled + 2 * kEnds) return;
+  double sum = 0.0;
+  for (std::size_t k = begin + kEnds; k < end - kEnds; ++k) sum += nodes[k].table_deg[axis];
+  const double mean = sum / static_cast<double>(end - begin - 2 * kEnds);
+  const std::size_t first = begin == 0 ? 0 : begin + kEnds;
+  const std::size_t last = end == nodes.size() ? end : end - kEnds;
+  for (std::size_t k = first; k < last; ++k) {
+    out->angle_deg[k][axis] = mean;
+    out->is_settled[k][axis] = true;
+  }
+}
+
+}  // namespace
+
+SettledAngles SettleAxes(const Recording& recording) {
+  const std::vector<Node>& nodes = recording.columns.nodes;
+  SettledAngles out;
+  for (const Node& node : nodes) out.angle_deg.push_back(node.table_deg);
+  out.is_settled.assign(nodes.size(), {});
+  if (recording.info.reference != ReferenceKind::kStandAngles) return out;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!recording.info.stand_axis_present[a]) continue;
+    const double tolerance = RestTolerance(nodes, a);
+    std::size_t begin = 0;
+    for (std::size_t k = 1; k <= nodes.size(); ++k) {
+      const bool stays =
+          k < nodes.size() &&
+          std::fabs(nodes[k].table_deg[a] - nodes[begin].table_deg[a]) < 2.0 * tolerance &&
+          std::fabs(nodes[k].table_deg[a] - nodes[k - 1].table_deg[a]) < tolerance;
+      if (stays) continue;
+      Settle(nodes, a, begin, k, &out);
+      begin = k;
+    }
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration

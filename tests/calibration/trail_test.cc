@@ -1,0 +1,177 @@
+// The state along a measurement where columns are missing for a time.
+#include "calibration/trace/trail.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/trace/shared_columns.h"
+#include "tests/calibration/trace_story.h"
+
+namespace gyrobench::testing {
+namespace {
+
+using calibration::MakeTrail;
+using calibration::Recording;
+using calibration::RoughSensitivity;
+using calibration::SharedColumns;
+using calibration::TrackPoint;
+using calibration::Trail;
+using ::testing::HasSubstr;
+
+constexpr double kSlope_degC_s = 0.05;
+
+struct Told {
+  Recording recording;
+  Trail trail;
+};
+
+Told Tell(const Story& story) {
+  Told out{story.Collect(), {}};
+  out.trail = MakeTrail(out.recording, RoughSensitivity(out.recording), true,
+                        out.recording.info.covariates);
+  out.trail.recording = nullptr;
+  return out;
+}
+
+// Warms up steadily to 120 s, stays from then on; not known in (begin, end).
+Story WithoutTemperature(double begin_s, double end_s) {
+  Story story;
+  story.duration_s = 240.0;
+  story.temperature_degC = [=](double t_s) {
+    const double value = 20.0 + kSlope_degC_s * std::min(t_s, 120.0);
+    return t_s > begin_s && t_s < end_s ? kMissing : value;
+  };
+  return story;
+}
+
+bool Within(const TrackPoint& point, double begin_s, double end_s) {
+  return point.t_s > begin_s && point.t_s < end_s;
+}
+
+TEST(TrailWithAShortGapOfTemperature, GoesStraightFromEndToEnd) {
+  const Told told = Tell(WithoutTemperature(60.0, 110.0));
+  for (const TrackPoint& half : told.trail.halves) {
+    ASSERT_TRUE(std::isfinite(half.temperature_degC)) << half.t_s;
+    if (!Within(half, 10.0, 110.0)) continue;
+    EXPECT_NEAR(half.temperature_degC, 20.0 + kSlope_degC_s * half.t_s, 0.01) << half.t_s;
+    EXPECT_NEAR(half.temperature_rate_degC_s, kSlope_degC_s, 1e-3) << half.t_s;
+  }
+  EXPECT_TRUE(told.trail.defects.empty());
+}
+
+TEST(TrailWithALongGapOfTemperature, LeavesItOutAndSaysHowLong) {
+  const Told told = Tell(WithoutTemperature(60.0, 150.0));
+  ASSERT_TRUE(told.trail.temperature_known);
+  for (std::size_t i = 0; i < told.trail.still.size(); ++i) {
+    const TrackPoint& half = told.trail.halves[2 * i];
+    const bool used = told.trail.usable[i][2];
+    if (Within(half, 62.0, 148.0)) {
+      EXPECT_FALSE(used) << half.t_s;
+      EXPECT_TRUE(std::isnan(half.temperature_degC) && std::isnan(half.temperature_rate_degC_s));
+    } else if (!Within(half, 59.0, 151.0)) {
+      EXPECT_TRUE(used) << half.t_s;
+    }
+    if (used) {
+      ASSERT_TRUE(std::isfinite(half.temperature_degC)) << half.t_s;
+    }
+  }
+  ASSERT_EQ(told.trail.defects.size(), 1u);
+  EXPECT_EQ(told.trail.defects[0].kind, "temperature_missing");
+  EXPECT_NEAR(told.trail.defects[0].first_t_s, 61.0, 0.5);
+  EXPECT_NEAR(static_cast<double>(told.trail.defects[0].count), 880.0, 20.0) << "0.1 s each";
+  EXPECT_THAT(told.trail.remarks, ::testing::Contains(HasSubstr("temperature is missing")));
+}
+
+// The slope at the end of what is known says nothing of what comes after.
+TEST(TrailWithATemperatureThatEnds, ClaimsNoSlopeBeyondTheEnd) {
+  const Told told = Tell(WithoutTemperature(130.0, 1e9));
+  for (std::size_t i = 0; i < told.trail.still.size(); ++i) {
+    const TrackPoint& half = told.trail.halves[2 * i + 1];
+    if (half.t_s < 132.0) continue;
+    EXPECT_FALSE(told.trail.usable[i][2]);
+    EXPECT_TRUE(std::isnan(half.temperature_rate_degC_s));
+  }
+}
+
+TEST(TrailWithATemperatureThatIsMissingForMostOfTheTime, TakesItAsUnknownAndUsesEverything) {
+  const Told told = Tell(WithoutTemperature(60.0, 200.0));
+  EXPECT_FALSE(told.trail.temperature_known);
+  EXPECT_TRUE(told.trail.defects.empty());
+  for (const auto& usable : told.trail.usable) EXPECT_TRUE(usable[2]);
+  EXPECT_THAT(told.trail.remarks, ::testing::Contains(HasSubstr("less than half")));
+}
+
+TEST(TrailOfASlowThermometer, KnowsTheTemperatureBetweenItsReadings) {
+  Story story = WithoutTemperature(1e9, 1e9);
+  story.temperature_degC = [known = story.temperature_degC](double t_s) {
+    return std::fmod(t_s, 8.0) < 0.019 ? known(t_s) : kMissing;
+  };
+  const Told told = Tell(story);
+  ASSERT_TRUE(told.trail.temperature_known);
+  for (const TrackPoint& half : told.trail.halves) {
+    if (!Within(half, 10.0, 110.0)) continue;
+    EXPECT_NEAR(half.temperature_degC, 20.0 + kSlope_degC_s * half.t_s, 0.01) << half.t_s;
+    EXPECT_NEAR(half.temperature_rate_degC_s, kSlope_degC_s, 2e-3) << half.t_s;
+  }
+}
+
+Story WithSupply(double begin_s, double end_s) {
+  Story story;
+  story.duration_s = 240.0;
+  story.info.covariates = {"supply_v"};
+  story.covariates = {
+      [=](double t_s) { return t_s > begin_s && t_s < end_s ? kMissing : 5.0 + 0.01 * t_s; }};
+  return story;
+}
+
+TEST(TrailWithAGapOfAColumn, BridgesAShortOneAndLeavesOutALongOne) {
+  const Told bridged = Tell(WithSupply(60.0, 110.0));
+  for (const TrackPoint& half : bridged.trail.halves)
+    EXPECT_NEAR(half.covariates[0], 5.0 + 0.01 * half.t_s, 2e-3) << half.t_s;
+  EXPECT_TRUE(bridged.trail.defects.empty());
+  const Told missing = Tell(WithSupply(60.0, 150.0));
+  ASSERT_EQ(missing.trail.defects.size(), 1u);
+  EXPECT_EQ(missing.trail.defects[0].kind, "column_missing");
+  EXPECT_THAT(missing.trail.defects[0].where, HasSubstr("supply_v"));
+  for (std::size_t i = 0; i < missing.trail.still.size(); ++i) {
+    if (!missing.trail.usable[i][2]) continue;
+    EXPECT_NEAR(missing.trail.halves[2 * i].covariates[0],
+                5.0 + 0.01 * missing.trail.halves[2 * i].t_s, 0.011);
+  }
+}
+
+SharedColumns ColumnsOf(const Story& story, std::vector<std::string>* remarks) {
+  const Recording recording = story.Collect();
+  const Recording* const list[] = {&recording};
+  return FindSharedColumns(list, remarks);
+}
+
+TEST(SharedColumns, RefuseWhatIsMissingForMostOfTheTime) {
+  std::vector<std::string> remarks;
+  EXPECT_THAT(ColumnsOf(WithSupply(60.0, 150.0), &remarks).names,
+              ::testing::ElementsAre("supply_v"));
+  EXPECT_TRUE(remarks.empty());
+  EXPECT_TRUE(ColumnsOf(WithSupply(60.0, 200.0), &remarks).names.empty());
+  EXPECT_THAT(remarks, ::testing::Contains(HasSubstr("supply_v")));
+}
+
+TEST(SharedColumns, ListEffectsOfAColumnThatHardlyChangesWithWhatToDo) {
+  for (const double swing : {0.0, 1e-3}) {
+    Story story;
+    story.info.covariates = {"supply_v"};
+    story.covariates = {[=](double t_s) { return 5.0 + swing * std::sin(t_s); }};
+    std::vector<std::string> remarks;
+    const SharedColumns columns = ColumnsOf(story, &remarks);
+    EXPECT_EQ(columns.names.size(), swing > 0.0 ? 1u : 0u);
+    ASSERT_EQ(columns.unidentifiable.size(), 2u);
+    EXPECT_EQ(columns.unidentifiable[0].id, "bias.of(supply_v)");
+    EXPECT_EQ(columns.unidentifiable[1].id, "scale.of(supply_v)");
+    EXPECT_THAT(columns.unidentifiable[1].settled_by, HasSubstr("vary supply_v"));
+  }
+}
+
+}  // namespace
+}  // namespace gyrobench::testing
