@@ -1,7 +1,10 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "base/version.h"
@@ -12,7 +15,9 @@
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
 #include "cli/number_text.h"
+#include "cli/targets.h"
 #include "recording/file_hash.h"
+#include "recording/measurement_files.h"
 #include "recording/run_directory.h"
 #include "recording/table_writer.h"
 
@@ -21,6 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
+using calibration::ChannelCorrection;
+using calibration::CorrectionReport;
 
 // A record as a table that goes away again.
 class ExportedTable {
@@ -41,9 +48,34 @@ class ExportedTable {
   fs::path file_;
 };
 
-bool IsRecord(const fs::path& path) {
-  return fs::is_directory(path) || path.filename() == recording::kRunJsonName ||
-         path.filename() == recording::kEventLogName;
+constexpr const char* kOrder = "gyrobench apply CALIBRATION.json TABLE.csv -o OUT.csv";
+
+// Whether a file could be a calibration: JSON, to judge by its first character.
+bool BeginsAsJson(const fs::path& file) {
+  std::error_code none;
+  char first = 0;
+  if (fs::is_regular_file(file, none)) std::ifstream(file) >> first;
+  return first == '{';
+}
+
+// What was given in place of a calibration, said before a parser stumbles over it.
+calibration::Calibration ReadCalibration(const Options& options) {
+  const fs::path& file = options.calibration;
+  std::error_code none;
+  if (fs::is_regular_file(file, none) && fs::file_size(file, none) == 0) {
+    throw DataError(fmt::format(
+        "{}: expected a calibration, found an empty file; a calibration is made with: gyrobench "
+        "trace FILE... --calibration {}",
+        file.string(), file.string()));
+  }
+  if (fs::exists(file, none) && !BeginsAsJson(file)) {
+    const bool swapped = BeginsAsJson(options.name);
+    throw UsageError(
+        fmt::format("{}: expected a calibration, found {}{}; the order is: {}", file.string(),
+                    fs::is_directory(file, none) ? "a folder" : "no JSON, such as a table",
+                    swapped ? ": calibration and table are swapped" : "", kOrder));
+  }
+  return calibration::CalibrationFromJson(recording::ReadJson(file), file.string());
 }
 
 CorrectedTable Correct(const Options& options, const calibration::Calibration& calibration,
@@ -56,7 +88,7 @@ CorrectedTable Correct(const Options& options, const calibration::Calibration& c
     bar.Show(fraction, "correcting " + input.filename().string());
   };
   const calibration::CorrectorOptions corrector{.any_sensor = options.any_sensor};
-  if (!IsRecord(input)) {
+  if (!recording::FilesOfMeasurement(input).is_record) {
     return WriteCorrectedTable(input, options.output, calibration, corrector, made_by, progress);
   }
   const ExportedTable table(input, options.output);
@@ -64,43 +96,95 @@ CorrectedTable Correct(const Options& options, const calibration::Calibration& c
                              progress);
 }
 
+Json Figure(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
 Json ToJson(const CorrectedTable& table, const Options& options) {
   Json channels = Json::array();
-  for (const calibration::ChannelCorrection& channel : table.correction.channels) {
+  for (const ChannelCorrection& channel : table.correction.channels) {
     channels.push_back({{"gyro", std::string(1, "xyz"[static_cast<std::size_t>(channel.axis)])},
                         {"calibrated", channel.calibrated},
                         {"corrected", channel.corrected},
                         {"missing", channel.missing},
                         {"unsolved", channel.unsolved},
                         {"beyond_rate", channel.beyond_rate},
-                        {"beyond_temperature", channel.beyond_temperature}});
+                        {"largest_rate_deg_s", Figure(channel.largest_rate_deg_s)},
+                        {"beyond_temperature", channel.beyond_temperature},
+                        {"lowest_degC", Figure(channel.lowest_degC)},
+                        {"highest_degC", Figure(channel.highest_degC)}});
   }
   return {{"table", options.output.string()},
           {"calibration", options.calibration.string()},
           {"rows", table.rows},
           {"rows_without_time", table.without_time},
+          {"rows_outside", table.correction.outside},
           {"channels", channels},
           {"remarks", table.correction.remarks}};
 }
 
-std::string ChannelText(const calibration::ChannelCorrection& channel) {
+std::string ChannelText(const ChannelCorrection& channel) {
   std::string text =
       fmt::format("  gyro {}: {} samples {}", "xyz"[static_cast<std::size_t>(channel.axis)],
                   FormatCount(channel.corrected),
                   channel.calibrated ? "corrected" : "over the nominal sensitivity");
-  const auto add = [&](std::int64_t count, const char* what) {
-    if (count > 0) text += fmt::format(", {} {}", FormatCount(count), what);
-  };
-  add(channel.missing, "without a value");
-  add(channel.unsolved, "beyond all solution, left empty");
-  add(channel.beyond_rate, "beyond the rates of the calibration");
-  add(channel.beyond_temperature, "beyond its temperatures");
+  if (channel.missing > 0)
+    text += fmt::format(", {} without a value", FormatCount(channel.missing));
   return text + "\n";
 }
 
-void Print(const CorrectedTable& table, const Options& options) {
+// "gyro z: 300 rows beyond 40 deg/s, up to 95.2; 20 rows outside of 20.0 to 40.0 degC, ..."
+std::string BeyondText(const ChannelCorrection& channel) {
+  std::vector<std::string> parts;
+  if (channel.beyond_rate > 0) {
+    parts.push_back(fmt::format("{} rows beyond the {:.3g} deg/s of the calibration, up to {:.3g}",
+                                FormatCount(channel.beyond_rate), channel.max_rate_deg_s,
+                                channel.largest_rate_deg_s));
+  }
+  if (channel.beyond_temperature > 0) {
+    parts.push_back(fmt::format("{} rows outside of its {:.1f} to {:.1f} degC, at {:.1f} to {:.1f}",
+                                FormatCount(channel.beyond_temperature),
+                                channel.min_temperature_degC, channel.max_temperature_degC,
+                                channel.lowest_degC, channel.highest_degC));
+  }
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+// What an operator must not miss, paragraph by paragraph; empty where all was within.
+std::vector<std::string> Warnings(const CorrectionReport& report) {
+  std::vector<std::string> texts;
+  if (report.outside > 0) {
+    texts.push_back(fmt::format(
+        "WARNING: {} of {} rows ({:.1f} %) lie outside of what the calibration saw; there bias and "
+        "effects are held at their values at its edge, and the errors are not known",
+        FormatCount(report.outside), FormatCount(report.samples),
+        100.0 * static_cast<double>(report.outside) / static_cast<double>(report.samples)));
+  }
+  for (const ChannelCorrection& channel : report.channels) {
+    const char axis = "xyz"[static_cast<std::size_t>(channel.axis)];
+    if (const std::string beyond = BeyondText(channel); !beyond.empty())
+      texts.push_back(fmt::format("gyro {}: {}", axis, beyond));
+  }
+  for (const ChannelCorrection& channel : report.channels) {
+    if (channel.unsolved == 0) continue;
+    texts.push_back(fmt::format(
+        "WARNING: gyro {}: {} rows left empty: the effects of the calibration have no solution "
+        "there; trace data that reach these rates",
+        "xyz"[static_cast<std::size_t>(channel.axis)], FormatCount(channel.unsolved)));
+  }
+  return texts;
+}
+
+// After all else; where stdout is a machine's or nobody's, on stderr.
+void PrintWarnings(const CorrectionReport& report, const Options& options) {
+  std::FILE* out = options.json || options.quiet ? stderr : stdout;
+  const Terminal terminal = DescribeTerminal(fileno(out));
+  for (const std::string& warning : Warnings(report))
+    fmt::print(out, "{}",
+               terminal.Red(Paragraph(warning, terminal, warning.starts_with('W') ? 0 : 2)));
+}
+
+void Print(const CorrectedTable& table, const std::string& line) {
   const Terminal terminal = DescribeTerminal(fileno(stdout));
-  fmt::print("{}: {} rows\n", options.output.string(), FormatCount(table.rows));
+  fmt::print("{}: {} rows\n", line, FormatCount(table.rows));
   for (const auto& channel : table.correction.channels) fmt::print("{}", ChannelText(channel));
   if (table.without_time > 0)
     fmt::print("  {} rows without a time, or of other length: left empty\n",
@@ -117,23 +201,20 @@ void Print(const CorrectedTable& table, const Options& options) {
 }  // namespace
 
 int Apply(const Options& options) {
-  const calibration::Calibration calibration = calibration::CalibrationFromJson(
-      recording::ReadJson(options.calibration), options.calibration.string());
+  const calibration::Calibration calibration = ReadCalibration(options);
   const fs::path input = LocateInput(options.name, options.bench);
+  std::vector<fs::path> read = recording::FilesOfMeasurement(input).files;
+  read.push_back(options.calibration);
+  CheckTarget("table", options.output, read);
   RefuseToReplace(options.output, options.overwrite);
-  std::error_code absent;
-  if (fs::equivalent(options.output, input, absent)) {
-    throw DataError(
-        fmt::format("{}: the corrected table would replace the measurement it is made of: "
-                    "choose another name",
-                    input.string()));
-  }
+  const std::string line = TargetLine("table", options.output);
   const CorrectedTable table = Correct(options, calibration, input);
   if (options.json) {
     fmt::print("{}\n", ToJson(table, options).dump(2));
   } else if (!options.quiet) {
-    Print(table, options);
+    Print(table, line);
   }
+  PrintWarnings(table.correction, options);
   return kDone;
 }
 

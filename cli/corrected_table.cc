@@ -107,6 +107,12 @@ class TableCorrection {
       Give();
       if ((result_.rows & 0xFFF) == 0) progress(lines_.source().fraction());
     }
+    if (result_.rows == 0) {
+      throw DataError(
+          fmt::format("{}: expected rows below the header, found none; was it copied "
+                      "whole?",
+                      file_));
+    }
     corrector_->End();
     Give();
     out_.Close();
@@ -143,7 +149,8 @@ class TableCorrection {
       if (KeyOf(line) != "gyro_lsb_per_deg_s") PutLine(line);
     }
     throw DataError(fmt::format(
-        "{}: no measurement table: expected a header line with t_s, found its end", file_));
+        "{}: no measurement table: expected a header line with t_s, found {}; was it copied whole?",
+        file_, lines_.number() == 0 ? "an empty file" : "comments only"));
   }
 
   void Header(std::string_view line, const std::string& made_by) {

@@ -23,13 +23,6 @@ std::filesystem::path LocateInput(const std::string& input, const BenchOptions& 
   }
 }
 
-void RefuseToReplace(const std::filesystem::path& file, bool overwrite) {
-  std::error_code none;
-  if (overwrite || !std::filesystem::exists(file, none)) return;
-  throw Error(
-      fmt::format("{} exists already: choose another name, or add --overwrite", file.string()));
-}
-
 WorkBar::WorkBar(bool quiet)
     : terminal_(DescribeTerminal(fileno(stderr))),
       next_(Steady::now() + std::chrono::milliseconds(300)) {

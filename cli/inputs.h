@@ -1,4 +1,4 @@
-// Recorded data as commands name it, the bar while it is read, and the file that it goes to.
+// Recorded data as commands name it, and the bar while it is read.
 #pragma once
 
 #include <chrono>
@@ -13,9 +13,6 @@ namespace gyrobench::cli {
 // A path as it is; anything else is the name of a run, whose record's folder is returned. Throws
 // DataError when there is no such thing, UsageError when it is not told where records are.
 std::filesystem::path LocateInput(const std::string& input, const BenchOptions& bench);
-
-// Throws Error where `file` exists and `overwrite` is not asked for.
-void RefuseToReplace(const std::filesystem::path& file, bool overwrite);
 
 // A bar on stderr, where that is a terminal and the work takes long.
 class WorkBar {

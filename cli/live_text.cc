@@ -195,6 +195,24 @@ std::string EstimateText(const bias_result_t& m) {
       FormatMeasured(m.coefficient[0], m.std_error.empty() ? kMissing : m.std_error[0]), at);
 }
 
+std::string NewsText(const LiveMessage& message) {
+  if (const auto* status = std::get_if<status_t>(&message.body)) {
+    return StateName(status->state) + ": " + status->message;
+  }
+  return std::visit([](const auto& m) { return Describe(m); }, message.body);
+}
+
+std::string NewsKey(const LiveMessage& message) {
+  if (const auto* scale = std::get_if<scale_result_t>(&message.body))
+    return SensorAxisName(scale->sensor_axis);
+  if (const auto* bias = std::get_if<bias_result_t>(&message.body))
+    return SensorAxisName(bias->sensor_axis);
+  if (const auto* trace = std::get_if<trace_result_t>(&message.body))
+    return fmt::format("{} {}", SensorAxisName(trace->sensor_axis), trace->effect_index);
+  if (const auto* fault = std::get_if<fault_t>(&message.body)) return fault->source;
+  return "";
+}
+
 std::string LiveLine(const LiveMessage& message, const Terminal& terminal) {
   std::string line;
   if (message.lost > 0) {

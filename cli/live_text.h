@@ -26,6 +26,12 @@ std::string SegmentText(const run_t& message);
 // "14:03:12.345  RUN  ...", without a newline.
 std::string LiveLine(const LiveMessage& message, const Terminal& terminal);
 
+// What the message says, but for what a status measures. Two of one NewsKey with the same text
+// say the same.
+std::string NewsText(const LiveMessage& message);
+// What a message speaks of, of all that its channel does: an axis, a device.
+std::string NewsKey(const LiveMessage& message);
+
 // Every field under its own name, with "channel" and "lost". Values that are not finite become
 // null.
 nlohmann::json LiveJson(const LiveMessage& message);

@@ -1,6 +1,9 @@
 #include "cli/options.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <iostream>
 
 #include "base/version.h"
@@ -166,7 +169,7 @@ class CommandLine {
     apply.add_flag("--overwrite", options_.overwrite, "Replace the file if it exists");
     apply.add_flag("--any-sensor", options_.any_sensor,
                    "Also where the serial number is that of another sensor");
-    apply.add_flag("-q,--quiet", options_.quiet, "Print nothing but errors");
+    apply.add_flag("-q,--quiet", options_.quiet, "Print nothing but errors and warnings");
   }
 
   void AddReportCommand() {
@@ -184,7 +187,16 @@ class CommandLine {
   void AddTracing(CLI::App& command) {
     command
         .add_option("--seed", options_.seed, "Of what is drawn at random; the same gives the same")
-        ->type_name("N");
+        ->type_name("N")
+        ->check(IsWholeNumber);
+  }
+
+  // CLI11 validators return what is wrong.
+  static std::string IsWholeNumber(const std::string& text) {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error == std::errc() && end == text.data() + text.size()) return "";
+    return fmt::format("expected a whole number from 0 on, found '{}'; such as --seed 7", text);
   }
 
   int Report(const CLI::ParseError& error) {

@@ -12,7 +12,9 @@
 #include "cli/json_field.h"
 #include "cli/number_text.h"
 #include "cli/result_text.h"
+#include "cli/targets.h"
 #include "cli/trace_text.h"
+#include "recording/measurement_files.h"
 #include "recording/run_directory.h"
 #include "recording/table_writer.h"
 
@@ -145,6 +147,7 @@ int Show(const Options& options) {
 
 int Export(const Options& options) {
   const recording::RunDirectory run = FindRecord(options);
+  CheckTarget("table", options.output, recording::FilesOfMeasurement(run.folder()).files);
   RefuseToReplace(options.output, options.overwrite);
   const recording::TableSummary summary = recording::ExportTable(run.folder(), options.output);
   if (options.json) {

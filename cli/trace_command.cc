@@ -7,6 +7,7 @@
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
+#include "cli/targets.h"
 #include "cli/trace_text.h"
 #include "cli/traced_inputs.h"
 #include "recording/run_directory.h"
@@ -15,6 +16,8 @@
 
 namespace gyrobench::cli {
 namespace {
+
+namespace fs = std::filesystem;
 
 void Print(const TracedInputs& inputs, const Options& options) {
   const nlohmann::json trace = calibration::ToJson(inputs.traced.result);
@@ -34,45 +37,59 @@ void Say(const Options& options, const std::string& text) {
   if (!options.json && !options.quiet) fmt::print("{}\n", text);
 }
 
-std::filesystem::path RecordFolder(const std::filesystem::path& path) {
-  return std::filesystem::is_directory(path) ? path : path.parent_path();
+void CheckTargets(const std::vector<InputFiles>& inputs, const Options& options) {
+  std::vector<fs::path> taken = AllFiles(inputs);
+  if (!options.calibration.empty()) CheckTarget("calibration", options.calibration, taken);
+  if (!options.report.empty()) CheckTarget("report", options.report, taken);
+  if (!options.report.empty() &&
+      options.report.lexically_normal() == options.calibration.lexically_normal()) {
+    throw UsageError(
+        fmt::format("{}: calibration and report cannot be one file", options.report.string()));
+  }
+}
+
+// Where the report of one input goes when nobody says.
+fs::path ReportFile(const InputFiles& input, const Options& options) {
+  if (!options.output.empty()) return options.output;
+  if (input.on_disk.is_record) return input.on_disk.folder / recording::kReportName;
+  throw UsageError(
+      fmt::format("{} is a table: say where the report goes with -o FILE.html", options.name));
 }
 
 }  // namespace
 
 int Trace(const Options& options) {
-  const TracedInputs inputs = TraceInputs(options.inputs, options);
+  const std::vector<InputFiles> files = LocateInputs(options.inputs, options);
+  CheckTargets(files, options);
+  const TracedInputs inputs = TraceInputs(files, options);
   Print(inputs, options);
   if (options.calibration.empty() && options.report.empty()) return kDone;
-  const std::vector<HashedFile> files = HashFiles(inputs);
+  const std::vector<HashedFile> hashed = HashFiles(inputs);
   if (!options.calibration.empty()) {
+    const std::string line = TargetLine("calibration", options.calibration);
     recording::WriteJsonAtomically(options.calibration,
-                                   calibration::ToJson(MakeCalibration(inputs, files, options)));
-    Say(options, fmt::format("calibration: {}", options.calibration.string()));
+                                   calibration::ToJson(MakeCalibration(inputs, hashed, options)));
+    Say(options, line);
   }
   if (!options.report.empty()) {
-    report::WriteReport(MakeReportContent(inputs, files), options.report);
-    Say(options, fmt::format("report: {}", options.report.string()));
+    const std::string line = TargetLine("report", options.report);
+    report::WriteReport(MakeReportContent(inputs, hashed), options.report);
+    Say(options, line);
   }
   return kDone;
 }
 
 int Report(const Options& options) {
-  const TracedInputs inputs = TraceInputs({options.name}, options);
-  std::filesystem::path file = options.output;
-  const bool is_table =
-      std::filesystem::is_regular_file(inputs.paths[0]) &&
-      !std::filesystem::exists(RecordFolder(inputs.paths[0]) / recording::kEventLogName);
-  if (file.empty() && is_table) {
-    throw UsageError(
-        fmt::format("{} is a table: say where the report goes with -o FILE.html", options.name));
-  }
-  if (file.empty()) file = RecordFolder(inputs.paths[0]) / recording::kReportName;
+  const std::vector<InputFiles> files = LocateInputs({options.name}, options);
+  const fs::path file = ReportFile(files.front(), options);
+  CheckTarget("report", file, AllFiles(files));
+  const TracedInputs inputs = TraceInputs(files, options);
+  const std::string line = TargetLine("report", file);
   report::WriteReport(MakeReportContent(inputs, HashFiles(inputs)), file);
   if (options.json) {
     fmt::print("{}\n", nlohmann::json{{"report", file.string()}}.dump(2));
   } else {
-    fmt::print("report: {}\n", file.string());
+    fmt::print("{}\n", line);
   }
   return kDone;
 }

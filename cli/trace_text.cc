@@ -13,6 +13,7 @@
 #include "cli/json_field.h"
 #include "cli/number_text.h"
 #include "cli/unseen_text.h"
+#include "report/noise_limits.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -88,15 +89,29 @@ void AddErrors(Rows& rows, const Json& channel) {
          "deg", "learnt on the first 60 %");
 }
 
-std::string FiguresText(const Json& channel, const Terminal& terminal) {
+void AddNoiseFigure(Rows& rows, const std::string& name, const report::NoiseFigure& figure,
+                    const std::string& unit) {
+  if (!figure.hidden()) return AddRow(rows, name, FormatNumber(figure.value, 3), unit);
+  const bool limit = figure.limit > 0.0;
+  AddRow(rows, name, limit ? "< " + FormatNumber(figure.limit, 1) : "not seen", limit ? unit : "",
+         limit ? "not seen: " + figure.why : "in these data");
+}
+
+void AddNoise(Rows& rows, const Json& json, double duration_s) {
+  calibration::TraceNoise noise;
+  noise.angle_random_walk_deg_sqrt_s = Number(json, "angle_random_walk_deg_sqrt_s");
+  noise.bias_random_walk_deg_s_sqrt_s = Number(json, "bias_random_walk_deg_s_sqrt_s");
+  noise.reference_deg = Number(json, "reference_deg");
+  const report::NoiseFigures figures = report::JudgeNoise(noise, duration_s);
+  AddNoiseFigure(rows, "angle random walk", figures.angle_random_walk, "deg/sqrt(s)");
+  AddNoiseFigure(rows, "bias random walk", figures.bias_random_walk, "deg/s/sqrt(s)");
+  AddNoiseFigure(rows, "reference noise", figures.reference, "deg");
+}
+
+std::string FiguresText(const Json& channel, const Terminal& terminal, double duration_s) {
   Rows rows;
   AddErrors(rows, channel);
-  const Json& noise = Field(channel, "noise");
-  AddRow(rows, "angle random walk", FormatNumber(Number(noise, "angle_random_walk_deg_sqrt_s"), 3),
-         "deg/sqrt(s)");
-  AddRow(rows, "bias random walk", FormatNumber(Number(noise, "bias_random_walk_deg_s_sqrt_s"), 3),
-         "deg/s/sqrt(s)");
-  AddRow(rows, "reference noise", FormatNumber(Number(noise, "reference_deg"), 3), "deg");
+  AddNoise(rows, Field(channel, "noise"), duration_s);
   if (rows.empty()) return "";
   return "  figures\n" +
          FitLines(AlignColumns(rows, std::vector<Align>(4, Align::kLeft), 4), terminal);
@@ -124,10 +139,18 @@ std::string RemainingText(const Json& remaining, const Terminal& terminal) {
   return white.is_boolean() && white.get<bool>() ? "  what remains: white noise\n" : "";
 }
 
-std::string ChannelText(const Json& channel, const Terminal& terminal, double largest_rate_deg_s) {
+std::string ChannelText(const Json& channel, const Terminal& terminal, double largest_rate_deg_s,
+                        double duration_s) {
   return EffectsText(Field(channel, "effects"), terminal, largest_rate_deg_s) +
-         BaselineText(channel, terminal) + FiguresText(channel, terminal) +
+         BaselineText(channel, terminal) + FiguresText(channel, terminal, duration_s) +
          RemainingText(Field(channel, "remaining"), terminal);
+}
+
+double LongestDuration_s(const Json& trace) {
+  double longest_s = kMissing;
+  for (const Json& input : Field(trace, "inputs"))
+    longest_s = std::fmax(longest_s, Number(input, "duration_s"));
+  return longest_s;
 }
 
 std::string InputsText(const Json& inputs, const Terminal& terminal) {
@@ -166,7 +189,7 @@ std::string TraceText(const Json& trace, const Terminal& terminal,
   for (const Json& channel : channels) text += Headline(channel, terminal);
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const double rate = i < largest_rates_deg_s.size() ? largest_rates_deg_s[i] : kMissing;
-    const std::string inside = ChannelText(channels[i], terminal, rate);
+    const std::string inside = ChannelText(channels[i], terminal, rate, LongestDuration_s(trace));
     if (inside.empty()) continue;
     text += "\n";
     if (channels.size() > 1)

@@ -20,16 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<fs::path> FilesOf(const fs::path& input) {
-  std::error_code none;
-  if (fs::is_regular_file(input, none)) return {input};
-  std::vector<fs::path> files;
-  for (const char* name : {recording::kEventLogName, recording::kRunJsonName}) {
-    if (fs::exists(input / name, none)) files.push_back(input / name);
-  }
-  return files;
-}
-
 // The one sensor of all recordings: measurements of two parts are two problems.
 std::string SensorOf(const std::vector<calibration::Recording>& recordings) {
   const MeasurementInfo* first = nullptr;
@@ -46,6 +36,44 @@ std::string SensorOf(const std::vector<calibration::Recording>& recordings) {
   return first == nullptr ? "" : first->sensor;
 }
 
+bool LacksSensitivity(const calibration::Recording& recording) {
+  return recording.info.gyro_unit == GyroUnit::kLsb && !recording.info.gyro_units_per_deg_s;
+}
+
+constexpr const char* kGiveSensitivity =
+    "give the nominal sensitivity above the header, such as \"# gyro_lsb_per_deg_s = 131\"";
+
+// Without a sensitivity turns of known angle may say it. At rest nothing does, and what is called
+// deg/s would be LSB.
+void RefuseWithoutScale(const std::vector<calibration::Recording>& recordings) {
+  for (const calibration::Recording& recording : recordings) {
+    if (!LacksSensitivity(recording) || recording.info.reference != ReferenceKind::kNone) return;
+  }
+  throw DataError(
+      fmt::format("{}: the gyro is in LSB, its sensitivity is not given, and there is no reference "
+                  "that could say it: {}; gyrobench analyze works in LSB without it",
+                  recordings.front().info.source, kGiveSensitivity));
+}
+
+// What s0 was taken to be, where no input gives it.
+void RemarkOnScale(TracedInputs* out) {
+  for (const calibration::Recording& recording : out->recordings)
+    if (!LacksSensitivity(recording)) return;
+  auto& channels = out->traced.result.channels;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const calibration::ChannelModel& model = out->traced.models.at(i);
+    const bool turned = model.m_row[static_cast<std::size_t>(model.axis)] != 0.0;
+    channels[i].remarks.push_back(
+        turned ? fmt::format("no input gives the sensitivity: s0 = {:.6g} LSB per deg/s is taken "
+                             "from these data by the reference, so that the scale factor here is 1 "
+                             "by choice and no error of the sensor; {}",
+                             model.units_per_deg_s, kGiveSensitivity)
+               : fmt::format("no input gives the sensitivity, and this axis never turned: its "
+                             "figures are in LSB where they say deg/s; {}",
+                             kGiveSensitivity));
+  }
+}
+
 calibration::Recording Read(const fs::path& path, WorkBar& bar) {
   calibration::Collector collector;
   const std::string doing = "reading " + path.filename().string();
@@ -60,10 +88,10 @@ std::int64_t NowUtime() {
 }
 
 // What run.json says, where a record has one that can be read.
-void AddRun(const fs::path& record, report::Provenance* provenance) {
-  const fs::path file = record / recording::kRunJsonName;
+void AddRun(const recording::MeasurementFiles& record, report::Provenance* provenance) {
+  const fs::path file = record.folder / recording::kRunJsonName;
   std::error_code none;
-  if (!fs::exists(file, none)) return;
+  if (!record.is_record || !fs::exists(file, none)) return;
   try {
     const nlohmann::json run = recording::ReadJson(file);
     provenance->run_id = Text(run, recording::kRunIdKey);
@@ -81,27 +109,44 @@ void AddRun(const fs::path& record, report::Provenance* provenance) {
 
 }  // namespace
 
-TracedInputs TraceInputs(const std::vector<std::string>& inputs, const Options& options) {
-  TracedInputs out;
-  WorkBar bar(options.quiet);
+std::vector<InputFiles> LocateInputs(const std::vector<std::string>& inputs,
+                                     const Options& options) {
+  std::vector<InputFiles> found;
   for (const std::string& input : inputs) {
-    out.paths.push_back(LocateInput(input, options.bench));
-    out.recordings.push_back(Read(out.paths.back(), bar));
+    const fs::path path = LocateInput(input, options.bench);
+    found.push_back({path, recording::FilesOfMeasurement(path)});
   }
+  return found;
+}
+
+std::vector<fs::path> AllFiles(const std::vector<InputFiles>& inputs) {
+  std::vector<fs::path> all;
+  for (const InputFiles& input : inputs)
+    all.insert(all.end(), input.on_disk.files.begin(), input.on_disk.files.end());
+  return all;
+}
+
+TracedInputs TraceInputs(const std::vector<InputFiles>& inputs, const Options& options) {
+  TracedInputs out;
+  out.inputs = inputs;
+  WorkBar bar(options.quiet);
+  for (const InputFiles& input : inputs) out.recordings.push_back(Read(input.path, bar));
   out.sensor = SensorOf(out.recordings);
+  RefuseWithoutScale(out.recordings);
   std::vector<const calibration::Recording*> all;
   for (const calibration::Recording& recording : out.recordings) all.push_back(&recording);
   calibration::TraceOptions trace;
   trace.seed = options.seed;
   trace.progress = [&](double fraction) { bar.Show(fraction, "tracing"); };
   out.traced = calibration::Trace(all, trace);
+  RemarkOnScale(&out);
   return out;
 }
 
 std::vector<HashedFile> HashFiles(const TracedInputs& inputs) {
   std::vector<HashedFile> files;
-  for (std::size_t i = 0; i < inputs.paths.size(); ++i) {
-    for (const fs::path& file : FilesOf(inputs.paths[i]))
+  for (std::size_t i = 0; i < inputs.inputs.size(); ++i) {
+    for (const fs::path& file : inputs.inputs[i].on_disk.files)
       files.push_back({i, file, recording::Sha256OfFile(file)});
   }
   return files;
@@ -119,9 +164,9 @@ calibration::Calibration MakeCalibration(const TracedInputs& inputs,
       fmt::format("{}", calibration::TraceOptions{}.false_discovery);
   for (const HashedFile& file : files) {
     const calibration::Recording& recording = inputs.recordings[file.input];
-    const fs::path& input = inputs.paths[file.input];
+    const recording::MeasurementFiles& on_disk = inputs.inputs[file.input].on_disk;
     const fs::path folder =
-        fs::equivalent(file.path, input) ? fs::path() : fs::weakly_canonical(input).filename();
+        on_disk.is_record ? fs::weakly_canonical(on_disk.folder).filename() : fs::path();
     calibration.inputs.push_back({(folder / file.path.filename()).string(), file.sha256,
                                   recording.samples,
                                   recording.last_time_s - recording.first_time_s});
@@ -143,7 +188,7 @@ report::ReportContent MakeReportContent(const TracedInputs& inputs,
   report::Provenance& provenance = content.provenance;
   provenance.sensor = inputs.sensor;
   provenance.written_utime = NowUtime();
-  if (inputs.paths.size() == 1) AddRun(inputs.paths[0], &provenance);
+  if (inputs.inputs.size() == 1) AddRun(inputs.inputs[0].on_disk, &provenance);
   for (const HashedFile& file : files) {
     provenance.files.push_back({file.path.filename().string(), file.sha256,
                                 static_cast<std::int64_t>(fs::file_size(file.path))});

@@ -10,12 +10,18 @@
 #include "calibration/trace/calibration_file.h"
 #include "calibration/trace/trace.h"
 #include "cli/options.h"
+#include "recording/measurement_files.h"
 #include "report/report.h"
 
 namespace gyrobench::cli {
 
+struct InputFiles {
+  std::filesystem::path path;  // of a table, or a record's folder
+  recording::MeasurementFiles on_disk;
+};
+
 struct TracedInputs {
-  std::vector<std::filesystem::path> paths;  // of tables, or records' folders
+  std::vector<InputFiles> inputs;
   std::vector<calibration::Recording> recordings;
   std::string sensor;  // serial number, empty where no recording says it
   calibration::Traced traced;
@@ -23,16 +29,21 @@ struct TracedInputs {
 
 // A file that was read.
 struct HashedFile {
-  std::size_t input = 0;  // index of TracedInputs::paths
+  std::size_t input = 0;  // index of TracedInputs::inputs
   std::filesystem::path path;
   std::string sha256;
 };
 
-// Reads `inputs` (runs, folders, tables) and traces them together, with a bar on stderr. Throws
-// DataError: a file that cannot be read, or data of different sensors.
-TracedInputs TraceInputs(const std::vector<std::string>& inputs, const Options& options);
+// What `inputs` (runs, folders, tables) stand for on disk. Throws DataError or UsageError.
+std::vector<InputFiles> LocateInputs(const std::vector<std::string>& inputs,
+                                     const Options& options);
+std::vector<std::filesystem::path> AllFiles(const std::vector<InputFiles>& inputs);
 
-// Of a record, its log and its description; a table is one file. Throws DataError.
+// Reads the inputs and traces them together, with a bar on stderr. Throws DataError: a file that
+// cannot be read, or data of different sensors.
+TracedInputs TraceInputs(const std::vector<InputFiles>& inputs, const Options& options);
+
+// Of every file that was read (recording/measurement_files.h). Throws DataError.
 std::vector<HashedFile> HashFiles(const TracedInputs& inputs);
 
 // The artefact of a trace, with the hashes of its files.

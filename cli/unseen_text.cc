@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "cli/effect_text.h"
@@ -21,11 +22,13 @@ void AddOnce(Texts& list, const std::string& text) {
     list.push_back(text);
 }
 
+// Effects that one reason hides, each with the manoeuvre that would show it.
 struct Unseen {
   std::string reason;
-  Texts ids, manoeuvres, axes;
+  std::vector<std::pair<std::string, std::string>> effects;
+  Texts axes;
   bool SameEffects(const Unseen& other) const {
-    return reason == other.reason && ids == other.ids && manoeuvres == other.manoeuvres;
+    return reason == other.reason && effects == other.effects;
   }
 };
 
@@ -36,9 +39,10 @@ std::vector<Unseen> UnseenOf(const Json& channel) {
     auto same = std::find_if(groups.begin(), groups.end(),
                              [&](const Unseen& group) { return group.reason == reason; });
     if (same == groups.end())
-      same = groups.insert(groups.end(), Unseen{reason, {}, {}, {Text(channel, "gyro")}});
-    AddOnce(same->ids, Text(one, "id"));
-    AddOnce(same->manoeuvres, Text(one, "settled_by"));
+      same = groups.insert(groups.end(), Unseen{reason, {}, {Text(channel, "gyro")}});
+    const std::pair effect(Text(one, "id"), Text(one, "settled_by"));
+    if (std::find(same->effects.begin(), same->effects.end(), effect) == same->effects.end())
+      same->effects.push_back(effect);
   }
   return groups;
 }
@@ -59,6 +63,22 @@ std::vector<Unseen> Joined(const Json& channels) {
   return all;
 }
 
+// Effects that one manoeuvre shows stand together.
+std::vector<std::pair<std::string, std::string>> ByManoeuvre(const Unseen& group) {
+  std::vector<std::pair<std::string, std::string>> lines;
+  for (const auto& [id, manoeuvre] : group.effects) {
+    const auto same =
+        std::find_if(lines.begin(), lines.end(),
+                     [&, &by = manoeuvre](const auto& line) { return line.second == by; });
+    if (same == lines.end()) {
+      lines.emplace_back(id, manoeuvre);
+    } else {
+      same->first += ", " + id;
+    }
+  }
+  return lines;
+}
+
 // "gyro x, y: "; nothing where it holds for all.
 std::string For(const Texts& axes, const Json& channels) {
   return axes.size() == channels.size() ? "" : fmt::format("gyro {}: ", fmt::join(axes, ", "));
@@ -70,13 +90,11 @@ std::string UnseenText(const Json& channels, const Terminal& terminal) {
   std::string text;
   for (const Unseen& group : Joined(channels)) {
     text += Paragraph(For(group.axes, channels) + group.reason, terminal, 2);
-    text += Paragraph(fmt::format("{}", fmt::join(group.ids, ", ")), terminal, 4);
-    if (!group.manoeuvres.empty()) {
-      text +=
-          Paragraph(fmt::format("shown by: {}", fmt::join(group.manoeuvres, "; ")), terminal, 4);
+    for (const auto& [ids, manoeuvre] : ByManoeuvre(group)) {
+      text += Paragraph(ids + (manoeuvre.empty() ? "" : ": " + manoeuvre), terminal, 4);
     }
   }
-  return text.empty() ? "" : "Not to be seen in these data\n" + text;
+  return text.empty() ? "" : "Not to be seen in these data, and what would show it\n" + text;
 }
 
 std::string TraceRemarks(const Json& trace, const Terminal& terminal) {

@@ -4,10 +4,12 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <map>
 
+#include "base/measurement.h"
 #include "cli/bench_place.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
@@ -36,8 +38,7 @@ class Watcher {
       if (message.lost > 0) Print(message);
       return;
     }
-    // On a bench whose time runs fast, these would drown the results.
-    if (!options_.json && message.lost == 0 && IsRepetitive(message) && !IsDue(message)) return;
+    if (!options_.json && message.lost == 0 && !message.restarted && !IsNews(message)) return;
     Print(message);
     ++printed_;
     const auto* run = std::get_if<run_t>(&message.body);
@@ -52,34 +53,54 @@ class Watcher {
     std::fputs((line + "\n").c_str(), stdout);
   }
 
-  static bool IsRepetitive(const LiveMessage& message) {
-    if (const auto* run = std::get_if<run_t>(&message.body)) return run->event == run_t::PROGRESS;
-    return std::holds_alternative<status_t>(message.body);
+  // Whether the message says what was not said before. Events of the run are always news; how far
+  // it is, and what the sensor measures, once a second at most: on a bench whose time runs fast
+  // they would drown the results.
+  bool IsNews(const LiveMessage& message) {
+    const auto* run = std::get_if<run_t>(&message.body);
+    if (run != nullptr && run->event != run_t::PROGRESS) return true;
+    if (message.channel == "GYRO" || message.channel == "ANGLE" || message.channel == "AXES")
+      return true;
+    Said& said = said_[message.channel + NewsKey(message)];
+    const std::string text = NewsText(message);
+    const auto* status = std::get_if<status_t>(&message.body);
+    const bool warmer = status != nullptr && HasMoved(*status, said);
+    if (text == said.text && !warmer) return false;
+    const Steady::time_point now = Steady::now();
+    const bool often = run != nullptr || status != nullptr;
+    const bool other_state = status != nullptr && status->state != said.state;
+    if (often && !other_state && now - said.at < std::chrono::seconds(1)) return false;
+    said = {text, now};
+    if (status != nullptr) {
+      said.state = status->state;
+      said.temperature_degC = status->temperature_degC;
+      said.gyro_rate_hz = status->gyro_rate_hz;
+    }
+    return true;
   }
 
-  // A status that says something new, or one second after the last.
-  bool IsDue(const LiveMessage& message) {
-    const Steady::time_point now = Steady::now();
-    if (const auto* status = std::get_if<status_t>(&message.body)) {
-      const std::string says = StateName(status->state) + status->message;
-      if (says != status_) {
-        status_ = says;
-        last_[message.channel] = now;
-        return true;
-      }
-    }
-    const auto [last, first] = last_.try_emplace(message.channel, now);
-    if (!first && now - last->second < std::chrono::seconds(1)) return false;
-    last->second = now;
-    return true;
+  struct Said {
+    std::string text;
+    Steady::time_point at;
+    // Of a status.
+    int state = -1;
+    double temperature_degC = kMissing, gyro_rate_hz = kMissing;
+  };
+
+  // Away from what was said last, so that a value between two roundings does not repeat itself.
+  static bool HasMoved(const status_t& status, const Said& said) {
+    const auto moved = [](double now, double before, double step) {
+      return std::isfinite(now) != std::isfinite(before) || std::fabs(now - before) >= step;
+    };
+    return moved(status.temperature_degC, said.temperature_degC, 1.0) ||
+           moved(status.gyro_rate_hz, said.gyro_rate_hz, 5.0);
   }
 
   const Options& options_;
   Terminal terminal_;
   std::int64_t printed_ = 0;
   bool done_ = false;
-  std::string status_;
-  std::map<std::string, Steady::time_point> last_;
+  std::map<std::string, Said> said_;  // last, of each channel and what it speaks of
 };
 
 // False when Ctrl-C came.

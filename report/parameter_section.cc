@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "report/noise_limits.h"
 #include "report/number.h"
 #include "report/sections.h"
 
@@ -81,6 +82,11 @@ Markup BaselineNote(const ChannelTrace& channel) {
                    "note");
 }
 
+std::string NoiseText(const NoiseFigure& figure) {
+  if (!figure.hidden()) return FormatNumber(figure.value, 3);
+  return figure.limit > 0.0 ? "not seen, < " + FormatNumber(figure.limit, 1) : "not seen";
+}
+
 }  // namespace
 
 Markup ParameterSection(const calibration::TraceResult& trace) {
@@ -108,18 +114,27 @@ Markup NoiseSection(const calibration::TraceResult& trace) {
                {"Angle random walk [deg/√s]", true},
                {"Bias random walk [deg/s/√s]", true},
                {"Reference [deg]", true}});
+  bool hidden = false;
   for (const ChannelTrace& channel : trace.channels) {
-    const auto& noise = channel.noise;
+    const NoiseFigures noise = JudgeNoise(channel.noise, LongestDuration_s(trace));
+    for (const NoiseFigure* figure :
+         {&noise.angle_random_walk, &noise.bias_random_walk, &noise.reference})
+      hidden = hidden || figure->hidden();
     table.AddRow({Markup::Text(AxisName(channel.axis)),
-                  Markup::Text(FormatNumber(noise.angle_random_walk_deg_sqrt_s, 3)),
-                  Markup::Text(FormatNumber(noise.bias_random_walk_deg_s_sqrt_s, 3)),
-                  Markup::Text(FormatNumber(noise.reference_deg, 3))});
+                  Markup::Text(NoiseText(noise.angle_random_walk)),
+                  Markup::Text(NoiseText(noise.bias_random_walk)),
+                  Markup::Text(NoiseText(noise.reference))});
   }
   if (table.empty()) return {};
-  return Section("Noise", table.ToMarkup() +
-                              Paragraph("By restricted maximum likelihood; the "
-                                        "reference's is the standard deviation of one angle of it.",
-                                        "note"));
+  std::string note =
+      "By restricted maximum likelihood; the reference's is the standard deviation of one angle of "
+      "it.";
+  if (hidden) {
+    note +=
+        " Not seen: below what these data could show. The reference's noise hides a smaller angle "
+        "random walk, the angle random walk a smaller noise of bias or reference.";
+  }
+  return Section("Noise", table.ToMarkup() + Paragraph(note, "note"));
 }
 
 }  // namespace gyrobench::report

@@ -19,7 +19,11 @@ namespace {
 
 Markup Head(const Provenance& provenance) {
   std::string title = "Gyro calibration report";
-  if (!provenance.run_id.empty()) title += " " + provenance.run_id;
+  if (!provenance.run_id.empty()) {
+    title += " " + provenance.run_id;
+  } else if (!provenance.files.empty()) {
+    title += " " + provenance.files.front().name;
+  }
   // No source of anything may be loaded: the page is whole as it is.
   return Markup::Trusted(
       fmt::format("<head>\n<meta charset=\"utf-8\"/>\n"
@@ -34,11 +38,45 @@ void AddPart(std::string& line, const std::string& name, const std::string& text
   if (!text.empty()) line += fmt::format("{}{}{}", line.empty() ? "" : "  ·  ", name, text);
 }
 
-Markup Masthead(const Provenance& provenance) {
+// "a.csv.gz and 2 more"; empty where a run is named in its place.
+std::string FilesText(const Provenance& provenance) {
+  if (!provenance.run_id.empty() || provenance.files.empty()) return "";
+  const std::string first = provenance.files.front().name;
+  const std::size_t more = provenance.files.size() - 1;
+  return more == 0 ? first : fmt::format("{} and {} more", first, more);
+}
+
+// "65 432 samples in 11 min"
+std::string SamplesText(const ReportContent& content) {
+  std::int64_t samples = 0;
+  double duration_s = 0.0;
+  if (content.trace) {
+    for (const auto& input : content.trace->inputs) {
+      samples += input.samples;
+      duration_s += input.duration_s;
+    }
+  } else if (content.analysis) {
+    samples = content.analysis->samples;
+    duration_s = content.analysis->duration_s;
+  }
+  if (samples == 0) return "";
+  return fmt::format("{} samples in {}", FormatCount(samples), FormatDuration(duration_s));
+}
+
+// What was measured, when, and how much of it; of a table, which has no time of its own, when the
+// report was written.
+Markup Masthead(const ReportContent& content) {
+  const Provenance& provenance = content.provenance;
   std::string line;
-  AddPart(line, "Sensor ", provenance.sensor);
+  AddPart(line, "", provenance.sensor.empty() ? "Sensor not named" : "Sensor " + provenance.sensor);
   AddPart(line, "Run ", provenance.run_id);
-  if (provenance.started_utime != 0) AddPart(line, "", FormatUtc(provenance.started_utime));
+  AddPart(line, "", FilesText(provenance));
+  AddPart(line, "", SamplesText(content));
+  if (provenance.started_utime != 0) {
+    AddPart(line, "", FormatUtc(provenance.started_utime));
+  } else if (provenance.written_utime != 0) {
+    AddPart(line, "report of ", FormatUtc(provenance.written_utime));
+  }
   return Element("header", Element("h1", "Gyro calibration report") + Paragraph(line, "run"));
 }
 
@@ -106,7 +144,7 @@ Markup Section(const std::string& title, const Markup& inside, const std::string
 
 std::string ReportHtml(const ReportContent& content, const ReportOptions& options) {
   Charter charter(options.gnuplot, options.chart_limit);
-  Markup page = Masthead(content.provenance);
+  Markup page = Masthead(content);
   page += content.trace ? TraceSections(*content.trace, charter) : WithoutTrace();
   if (!content.trace && content.analysis) page += AnalysisSection(*content.analysis);
   page += DefectSection(content);

@@ -3,14 +3,15 @@
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <numbers>
-#include <optional>
 #include <utility>
 
 #include "base/error.h"
 #include "calibration/schedule.h"
+#include "calibration/trace/corrector_channel.h"
 #include "calibration/trace/model_terms.h"
 #include "calibration/trace/slow_state.h"
 
@@ -19,15 +20,11 @@ namespace {
 
 constexpr int kMaxIterations = 60;
 constexpr double kConverged_deg_s = 1e-10;
-constexpr double kStill_deg_s = 0.3;
 // A time that stands still cannot fill the memory.
 constexpr std::size_t kMaxWaiting = std::size_t{1} << 18;
 // Beyond this share of M's largest entry an inverse means nothing.
 constexpr double kLeastPivot = 1e-3;
 constexpr double kSameSensitivity = 1e-3;
-// What a range may be passed by without a word: the noise of its own ends.
-constexpr double kTemperatureMargin_degC = 0.5;
-constexpr double kRateMargin = 1.05;
 
 char Letter(std::size_t axis) { return "xyz"[axis]; }
 
@@ -45,6 +42,21 @@ void CheckSensor(const Calibration& calibration, const MeasurementInfo& info, bo
       NameOf(info), info.sensor, calibration.sensor));
 }
 
+// Nothing where both say their serial number, or neither does.
+std::string OneSensorUnknown(const Calibration& calibration, const MeasurementInfo& info) {
+  if (calibration.sensor.empty() == info.sensor.empty()) return "";
+  if (info.sensor.empty()) {
+    return fmt::format(
+        "the calibration is of sensor {0}, and {1} does not say of which sensor it is: nothing "
+        "shows that they belong together; write \"# sensor = {0}\" above its header where they do",
+        calibration.sensor, NameOf(info));
+  }
+  return fmt::format(
+      "{} is of sensor {}, and the calibration does not say of which: nothing shows that they "
+      "belong together; trace tables that name their sensor",
+      NameOf(info), info.sensor);
+}
+
 void CheckUnits(const ChannelModel& model, const MeasurementInfo& info) {
   const char letter = Letter(static_cast<std::size_t>(model.axis));
   if (model.unit != OutputUnit(info)) {
@@ -59,16 +71,6 @@ void CheckUnits(const ChannelModel& model, const MeasurementInfo& info) {
       "has its own calibration",
       NameOf(info), told, model.unit, model.units_per_deg_s));
 }
-
-// One axis of the sensor.
-struct Channel {
-  bool present = false;
-  const ChannelModel* model = nullptr;
-  double units_per_deg_s = kMissing;
-  std::vector<std::unique_ptr<TermFunction>> fixed, moving;  // do not, do depend on the rate
-  double last_deg_s = 0.0;
-  ChannelCorrection count;
-};
 
 // One sample that waits for the state around it.
 struct Waiting {
@@ -86,6 +88,8 @@ class Corrector::Impl {
         to_output_(info.gyro_unit == GyroUnit::kRadPerSecond ? 180.0 / std::numbers::pi : 1.0),
         slow_(info.covariates.size()) {
     CheckSensor(calibration_, info, options.any_sensor);
+    std::string unknown = OneSensorUnknown(calibration_, info);
+    if (!unknown.empty() && !options.any_sensor) remarks_.push_back(std::move(unknown));
     for (std::size_t c = 0; c < 3; ++c) channels_[c].present = info.gyro_present[c];
     bool any = false;
     for (const ChannelCalibration& one : calibration_.channels) any = TakeModel(one.model) || any;
@@ -117,7 +121,8 @@ class Corrector::Impl {
   CorrectionReport Report() const {
     CorrectionReport report;
     report.samples = samples_;
-    for (const Channel& channel : channels_) {
+    report.outside = outside_;
+    for (const CorrectorChannel& channel : channels_) {
       if (channel.present) report.channels.push_back(channel.count);
     }
     report.remarks = remarks_;
@@ -139,15 +144,14 @@ class Corrector::Impl {
   // False where the axis is not there.
   bool TakeModel(const ChannelModel& model) {
     const auto c = static_cast<std::size_t>(model.axis);
-    Channel& channel = channels_[c];
+    CorrectorChannel& channel = channels_[c];
     if (!channel.present) {
       remarks_.push_back(fmt::format("gyro {}: calibrated, but not in these data", Letter(c)));
       return false;
     }
     CheckUnits(model, info_);
-    channel.model = &model;
-    channel.units_per_deg_s = model.units_per_deg_s;
-    channel.count.calibrated = true;
+    channel.SetModel(model);
+    largest_deg_s_[c] = model.max_rate_deg_s;
     if (model.bias_deg_s.size() > 1 && !info_.temperature_present) {
       remarks_.push_back(
           fmt::format("gyro {}: there is no temperature: the bias is that at {:.1f} degC",
@@ -173,14 +177,13 @@ class Corrector::Impl {
           fmt::format("gyro {}: {} is not applied: {}", Letter(c), term.id, why_not));
       return;
     }
-    auto& list = function->depends_on_rate() ? channels_[c].moving : channels_[c].fixed;
-    list.push_back(std::move(function));
+    channels_[c].AddTerm(std::move(function), info_.covariates.size());
   }
 
   // Axes that are there and were not calibrated.
   void UseNominal() {
     for (std::size_t c = 0; c < 3; ++c) {
-      Channel& channel = channels_[c];
+      CorrectorChannel& channel = channels_[c];
       channel.count.axis = static_cast<SensorAxis>(c);
       if (!channel.present || channel.model != nullptr) continue;
       channel.units_per_deg_s = NominalUnitsPerDegPerS(info_);
@@ -198,7 +201,7 @@ class Corrector::Impl {
     for (std::size_t j = 0; j < 3; ++j) {
       if (channels_[j].present) continue;
       for (std::size_t c = 0; c < 3; ++c) {
-        const Channel& channel = channels_[c];
+        const CorrectorChannel& channel = channels_[c];
         if (channel.model == nullptr || channel.model->m_row[j] == 0.0) continue;
         remarks_.push_back(fmt::format(
             "gyro {}: its share of {:.2g} of the rate about {} stays in it: gyro {} is not there",
@@ -226,36 +229,6 @@ class Corrector::Impl {
     inverse_[mask] = lu.inverse();
   }
 
-  double Bias(const ChannelModel& model, double temperature_degC) {
-    if (model.bias_deg_s.empty()) return 0.0;
-    if (model.bias_deg_s.size() == 1) return model.bias_deg_s[0];
-    if (!std::isfinite(temperature_degC)) {
-      cold_ += info_.temperature_present ? 1 : 0;
-      return model.bias_deg_s[0];
-    }
-    const double off = temperature_degC - model.reference_degC;
-    double bias = 0.0;
-    for (std::size_t k = model.bias_deg_s.size(); k-- > 0;) bias = bias * off + model.bias_deg_s[k];
-    return bias;
-  }
-
-  double Sum(std::vector<std::unique_ptr<TermFunction>>& terms, std::int64_t* left_out) {
-    double sum = 0.0;
-    for (const auto& term : terms) {
-      const double value = term->At(point_);
-      if (std::isfinite(value)) {
-        sum += value;
-      } else {
-        ++*left_out;
-      }
-    }
-    return sum;
-  }
-
-  void SetRates(const Eigen::Vector3d& w) {
-    for (std::size_t c = 0; c < 3; ++c) point_.rate_deg_s[c] = w[static_cast<Eigen::Index>(c)];
-  }
-
   void Correct(const Waiting& sample, Vector3* out) {
     point_.t_s = point_.since_power_on_s = sample.t_s;
     point_.restart = samples_ == 0;
@@ -268,73 +241,99 @@ class Corrector::Impl {
       right[static_cast<Eigen::Index>(c)] =
           value ? sample.xi[c] / channels_[c].units_per_deg_s : channels_[c].last_deg_s;
     }
-    const std::optional<Eigen::Vector3d> w = mask == 0 ? std::nullopt : Solve(mask, right);
+    unsigned unsolved = 0;
+    const Eigen::Vector3d w = mask == 0 ? right : Solve(mask, right, &unsolved);
+    bool outside = false;
     for (std::size_t c = 0; c < 3; ++c) {
       (*out)[c] = kMissing;
       if (!channels_[c].present) continue;
+      const double rate = w[static_cast<Eigen::Index>(c)];
       if ((mask >> c & 1U) == 0) {
         ++channels_[c].count.missing;
-      } else if (!w) {
+      } else if ((unsolved >> c & 1U) != 0 || !std::isfinite(rate)) {
         ++channels_[c].count.unsolved;
       } else {
-        (*out)[c] = channels_[c].last_deg_s = (*w)[static_cast<Eigen::Index>(c)];
-        Count(channels_[c], (*out)[c]);
+        (*out)[c] = channels_[c].last_deg_s = rate;
+        outside = channels_[c].Count(rate, point_.temperature_degC) || outside;
       }
+    }
+    outside_ += outside ? 1 : 0;
+  }
+
+  // Takes off what does not depend on the rate.
+  void TakeOffFixed(unsigned mask, Eigen::Vector3d* right) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const CorrectorChannel& channel = channels_[c];
+      if ((mask >> c & 1U) == 0 || channel.model == nullptr) continue;
+      const bool cold = info_.temperature_present && channel.model->bias_deg_s.size() > 1 &&
+                        std::isnan(point_.temperature_degC);
+      cold_ += cold ? 1 : 0;
+      (*right)[static_cast<Eigen::Index>(c)] -=
+          channel.Bias(point_.temperature_degC) + channel.FixedEffects(point_, &left_out_);
     }
   }
 
-  std::optional<Eigen::Vector3d> Solve(unsigned mask, Eigen::Vector3d right) {
+  // The rates; `unsolved` gets the axes whose effects have no solution: they go without.
+  Eigen::Vector3d Solve(unsigned mask, Eigen::Vector3d right, unsigned* unsolved) {
     const Eigen::Matrix3d& inverse = inverse_[mask];
-    bool moving = false;
-    for (std::size_t c = 0; c < 3; ++c) {
-      Channel& channel = channels_[c];
-      if ((mask >> c & 1U) == 0 || channel.model == nullptr) continue;
-      right[static_cast<Eigen::Index>(c)] -=
-          Bias(*channel.model, point_.temperature_degC) + Sum(channel.fixed, &left_out_);
-      moving = moving || !channel.moving.empty();
+    TakeOffFixed(mask, &right);
+    const Eigen::Vector3d linear = inverse * right;
+    point_.still = linear.cwiseAbs().maxCoeff() < kStill_deg_s;
+    unsigned moving = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+      moving |= (mask >> c & 1U) != 0 && channels_[c].depends_on_rate() ? 1U << c : 0U;
+    while (true) {
+      Eigen::Vector3d change = Eigen::Vector3d::Zero();
+      const Eigen::Vector3d w = Iterate(moving, inverse, right, linear, &change);
+      if (change.isZero(0.0)) return w;
+      // The one that moves most pulls the others along.
+      int worst = -1;
+      for (int c = 0; c < 3; ++c) {
+        const bool more = worst < 0 || !(change[c] <= change[worst]);
+        if ((moving >> static_cast<unsigned>(c) & 1U) != 0 && more) worst = c;
+      }
+      moving &= ~(1U << static_cast<unsigned>(worst));
+      *unsolved |= 1U << static_cast<unsigned>(worst);
     }
-    Eigen::Vector3d w = inverse * right;
-    point_.still = w.cwiseAbs().maxCoeff() < kStill_deg_s;
-    for (int i = 0; moving && i < kMaxIterations; ++i) {
-      SetRates(w);
+  }
+
+  // w <- inverse (right - effects(w)) of the axes in `moving`. `change` is 0 where that came to an
+  // end, else the most that it moved by in its second half.
+  Eigen::Vector3d Iterate(unsigned moving, const Eigen::Matrix3d& inverse,
+                          const Eigen::Vector3d& right, Eigen::Vector3d w,
+                          Eigen::Vector3d* change) {
+    for (int i = 0; moving != 0 && i < kMaxIterations; ++i) {
+      for (std::size_t c = 0; c < 3; ++c) point_.rate_deg_s[c] = w[static_cast<Eigen::Index>(c)];
       Eigen::Vector3d rest = right;
       std::int64_t left_out = 0;
       for (std::size_t c = 0; c < 3; ++c) {
-        if ((mask >> c & 1U) != 0)
-          rest[static_cast<Eigen::Index>(c)] -= Sum(channels_[c].moving, &left_out);
+        if ((moving >> c & 1U) != 0)
+          rest[static_cast<Eigen::Index>(c)] -=
+              channels_[c].RateEffects(point_, largest_deg_s_, &left_out);
       }
       const Eigen::Vector3d next = inverse * rest;
-      const double change = (next - w).cwiseAbs().maxCoeff();
+      const Eigen::Vector3d step = (next - w).cwiseAbs();
+      if (2 * i >= kMaxIterations) *change = change->cwiseMax(step);
       w = next;
       if (i == 0) left_out_ += left_out;
-      if (change <= kConverged_deg_s * (1.0 + w.cwiseAbs().maxCoeff())) moving = false;
+      if (step.maxCoeff() <= kConverged_deg_s * (1.0 + w.cwiseAbs().maxCoeff())) {
+        change->setZero();
+        break;
+      }
     }
-    if (moving || !w.allFinite()) return std::nullopt;
     return w;
-  }
-
-  void Count(Channel& channel, double rate_deg_s) const {
-    ++channel.count.corrected;
-    if (channel.model == nullptr) return;
-    const ChannelModel& model = *channel.model;
-    // A calibration at rest claims no rate.
-    if (std::fabs(rate_deg_s) > kRateMargin * model.max_rate_deg_s + kStill_deg_s)
-      ++channel.count.beyond_rate;
-    const double temperature = point_.temperature_degC;
-    if (temperature < model.min_temperature_degC - kTemperatureMargin_degC ||
-        temperature > model.max_temperature_degC + kTemperatureMargin_degC)
-      ++channel.count.beyond_temperature;
   }
 
   const Calibration calibration_;
   const MeasurementInfo info_;
   const double to_output_;  // rates come in rad/s or as they are
-  std::array<Channel, 3> channels_;
+  std::array<CorrectorChannel, 3> channels_;
+  Vector3 largest_deg_s_ = {kMissing, kMissing, kMissing};  // of the calibration
   std::array<Eigen::Matrix3d, 8> inverse_;
   SlowState slow_;
   std::deque<Waiting> waiting_;
   TrackPoint point_;
-  std::int64_t samples_ = 0, cold_ = 0, left_out_ = 0;
+  std::int64_t samples_ = 0, outside_ = 0, cold_ = 0, left_out_ = 0;
   std::vector<std::string> remarks_;
 };
 

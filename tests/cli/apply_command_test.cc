@@ -46,6 +46,14 @@ std::vector<std::string> LinesOf(const std::filesystem::path& file) {
   return lines;
 }
 
+// Words as they follow each other, wherever lines end.
+std::string Flat(const std::string& text) {
+  std::istringstream stream(text);
+  std::string flat;
+  for (std::string word; stream >> word;) flat += (flat.empty() ? "" : " ") + word;
+  return flat;
+}
+
 std::vector<std::string> Fields(const std::string& line) {
   std::vector<std::string> fields;
   std::stringstream in(line + ",");
@@ -198,13 +206,76 @@ TEST_F(Apply, KeepsTheNumberOfRowsAndLetsNoRawValuePassForACorrectedOne) {
   EXPECT_EQ(Fields(lines[2 + 600])[2], "");
 }
 
-TEST_F(Apply, SaysHowMuchLiesBeyondTheCalibration) {
+TEST_F(Apply, WarnsLoudlyOfWhatLiesBeyondTheCalibrationAndByHowMuch) {
   std::string text = Table();
   for (std::size_t at = 0; (at = text.find(",25.0,", at)) != std::string::npos;)
     text.replace(at, 6, ",55.0,");
-  const Finished finished = Run(folder_.Write("in.csv", text));
-  EXPECT_EQ(finished.status, 0);
-  EXPECT_THAT(finished.out, HasSubstr("2 000 beyond its temperatures"));
+  const auto table = folder_.Write("in.csv", text);
+  const std::string says = Flat(Run(table).out);
+  EXPECT_THAT(says, HasSubstr("WARNING: 2 000 of 2 000 rows (100.0 %) lie outside"));
+  EXPECT_THAT(says, HasSubstr("gyro z: 2 000 rows outside of its 20.0 to 40.0 degC, at 55.0"));
+  // A warning is no error, but neither a machine nor silence may swallow it.
+  for (const char* option : {"-q", "--json"}) {
+    const Finished finished = Run(table, "out.csv", {"--overwrite", option});
+    EXPECT_EQ(finished.status, 0);
+    EXPECT_THAT(finished.err, HasSubstr("WARNING")) << option;
+  }
+  EXPECT_EQ(Run(folder_.Write("within.csv", Table()), "b.csv", {"-q"}).err, "");
+}
+
+// At twice the rates and 15 degC beyond the temperatures of a calibration with a cubic term and a
+// bias of the second order, both of which turn back there.
+TEST_F(Apply, WritesEveryRowBeyondTheCalibrationWithItsValuesAtTheEdge) {
+  calibration::Calibration calibration = GyroZ();
+  calibration::ChannelModel& model = calibration.channels.front().model;
+  calibration::ModelTerm cubic;
+  cubic.id = "scale.cubic";
+  cubic.coefficients = {-1e-4};
+  model.terms = {cubic};
+  model.bias_deg_s = {0.5, 0.2, -0.02};
+  calibration_ = folder_.Write("terms.json", ToJson(calibration).dump());
+  std::ostringstream table;
+  table << "# gyro_lsb_per_deg_s = 131\nt_s,gyro_z_lsb,temp_degC\n";
+  table.precision(12);
+  for (int i = 0; i < 2000; ++i) {
+    const double w = 80.0 * std::sin(0.01 * i), held = std::clamp(w, -40.0, 40.0);
+    const double bias = 0.5 + 0.2 * 10.0 - 0.02 * 100.0;  // at 40 degC
+    table << 0.01 * i << ',' << 131.0 * (1.02 * w + bias - 1e-4 * held * held * held) << ",55\n";
+  }
+  const Finished finished = Run(folder_.Write("in.csv", table.str()), "out.csv", {"--json"});
+  ASSERT_EQ(finished.status, 0) << finished.err;
+  EXPECT_EQ(json::parse(finished.out).at("channels").at(0).at("corrected"), 2000);
+  const auto lines = LinesOf(folder_ / "out.csv");
+  for (std::size_t i = 0; i < 2000; ++i)
+    ASSERT_NEAR(std::stod(Fields(lines[i + 2])[1]), 80.0 * std::sin(0.01 * static_cast<double>(i)),
+                1e-6);
+}
+
+TEST_F(Apply, SaysThatNothingShowsThatTableAndCalibrationBelongTogether) {
+  const auto nameless = folder_.Write("nameless.csv", Table());
+  EXPECT_THAT(Flat(Run(nameless).out), HasSubstr("calibration is of sensor MPU-17"));
+  EXPECT_THAT(Run(nameless, "a.csv", {"--any-sensor"}).out, Not(HasSubstr("MPU-17")));
+  const std::string comment = "# gyro_lsb_per_deg_s = 131\n# sensor = MPU-17\n";
+  const auto named = folder_.Write("named.csv", Table(comment));
+  EXPECT_THAT(Run(named, "b.csv").out, Not(HasSubstr("MPU-17")));
+  calibration::Calibration calibration = GyroZ();
+  calibration.sensor.clear();
+  calibration_ = folder_.Write("nameless.json", ToJson(calibration).dump());
+  EXPECT_THAT(Flat(Run(named, "c.csv").out), HasSubstr("is of sensor MPU-17"));
+  EXPECT_THAT(Run(nameless, "d.csv").out, Not(HasSubstr("belong together")));
+}
+
+TEST_F(Apply, ShowsTheOrderOfItsArgumentsWhereATableStandsForTheCalibration) {
+  const auto table = folder_.Write("in.csv", Table());
+  const std::string output = folder_ / "out.csv";
+  const Finished swapped = Gyrobench({"apply", table, calibration_, "-o", output});
+  EXPECT_EQ(swapped.status, 2);
+  EXPECT_THAT(swapped.err, HasSubstr("are swapped"));
+  EXPECT_THAT(swapped.err, HasSubstr("gyrobench apply CALIBRATION.json TABLE.csv"));
+  const Finished two_tables = Gyrobench({"apply", table, table, "-o", output});
+  EXPECT_EQ(two_tables.status, 2);
+  EXPECT_THAT(two_tables.err, Not(HasSubstr("swapped")));
+  EXPECT_THAT(two_tables.err, HasSubstr("gyrobench apply CALIBRATION.json TABLE.csv"));
 }
 
 TEST_F(Apply, WritesGzipThatTheProgramReadsAgain) {
@@ -235,7 +306,11 @@ TEST_F(Apply, RefusesTablesThatAreNoneByFileAndLine) {
   EXPECT_THAT(Refusal(folder_.Write("no-gyro.csv", "t_s,temp_degC\n0,1\n")),
               HasSubstr("no column of the gyro"));
   EXPECT_THAT(Refusal(folder_.Write("text.csv", "hello\n")), HasSubstr("text.csv:1"));
-  EXPECT_THAT(Refusal(folder_.Write("empty.csv", "")), HasSubstr("empty.csv"));
+  EXPECT_THAT(Refusal(folder_.Write("empty.csv", "")), HasSubstr("empty.csv: no measurement"));
+  EXPECT_THAT(Refusal(folder_ / "empty.csv"), HasSubstr("found an empty file"));
+  EXPECT_THAT(Refusal(folder_.Write("rows.csv", "t_s,gyro_z_lsb\n")), HasSubstr("found none"));
+  EXPECT_THAT(Refusal(folder_.Write("unit.csv", "t_s,gyro_z_dps\n0,1\n")),
+              HasSubstr("found gyro_z_dps"));
   EXPECT_THAT(Refusal(folder_.Write("back.csv", "t_s,gyro_z_lsb\n1,1\n0.5,2\n")),
               HasSubstr("back.csv:3: time goes backwards"));
   EXPECT_THAT(Refusal(folder_ / "absent.csv"), HasSubstr("absent.csv"));
@@ -245,7 +320,9 @@ TEST_F(Apply, RefusesCalibrationsThatAreNone) {
   const auto table = folder_.Write("in.csv", Table());
   calibration_ = folder_ / "absent.json";
   EXPECT_THAT(Refusal(table), HasSubstr("absent.json"));
-  calibration_ = table;
+  calibration_ = folder_.Write("empty.json", "");
+  EXPECT_THAT(Refusal(table), HasSubstr("found an empty file"));
+  calibration_ = folder_.Write("broken.json", "{\"format\":");
   EXPECT_THAT(Refusal(table), HasSubstr("no valid JSON"));
   calibration_ = folder_.Write("trace.json", R"({"format": "gyrobench.trace/1"})");
   EXPECT_THAT(Refusal(table), HasSubstr("no calibration"));

@@ -107,6 +107,16 @@ TEST(Gyrobench, RefusesAParameterThatIsNoKeyAndValue) {
   EXPECT_THAT(finished.err, HasSubstr("key=value"));
 }
 
+TEST(Gyrobench, SaysWhatASeedIs) {
+  for (const char* command : {"trace", "report"}) {
+    for (const char* seed : {"x", "1.5", "7 ", "-1", "99999999999999999999"}) {
+      const Finished finished = Gyrobench({command, "a.csv", std::string("--seed=") + seed});
+      EXPECT_EQ(finished.status, 2);
+      EXPECT_THAT(finished.err, HasSubstr("expected a whole number from 0 on, found '"));
+    }
+  }
+}
+
 TEST(Gyrobench, SaysWhatIsNoTableAndNoRun) {
   const Finished no_file = Gyrobench({"analyze", "absent.csv"});
   EXPECT_EQ(no_file.status, 1);

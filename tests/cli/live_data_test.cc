@@ -177,6 +177,43 @@ TEST_F(LiveData, WatchWritesResultsFaultsAndTheEndAsLines) {
   EXPECT_THAT(out, HasSubstr("ended: done, record /records/run-1"));
 }
 
+TEST_F(LiveData, WatchSaysEachNewsOnce) {
+  ChildProcess watch(Watch({"--until-stop"}));
+  watch.WaitFor("listening");
+  status_t status{};
+  status.state = status_t::IDLE;
+  status.temperature_degC = 22.3;
+  scale_result_t other = ExampleScale();
+  other.sensor_axis = 0;
+  fault_t fault{};
+  fault.source = "encoder.inner";
+  fault.message = "silent";
+  for (int i = 0; i < 5; ++i) {
+    Publish("STATUS", status, i);
+    Publish("SCALE_RESULT", ExampleScale(), 2 * i);
+    Publish("SCALE_RESULT", other, 2 * i + 1);
+  }
+  for (int i = 0; i < 4; ++i) {
+    fault.active = i % 2 == 0 ? 1 : 0;
+    Publish("FAULT", fault, i);
+  }
+  status.state = status_t::RUNNING;
+  Publish("STATUS", status, 5);
+  PublishStop(0);
+  const std::string out = watch.Wait().out;
+  const auto times = [&out](const std::string& text) {
+    int count = 0;
+    for (std::size_t at = 0; (at = out.find(text, at)) != std::string::npos; ++at) ++count;
+    return count;
+  };
+  EXPECT_EQ(times("idle"), 1) << out;
+  EXPECT_EQ(times("running"), 1);
+  EXPECT_EQ(times("scale z"), 1);
+  EXPECT_EQ(times("scale x"), 1);
+  EXPECT_EQ(times("cleared: encoder.inner"), 2) << "a fault that comes again is news";
+  EXPECT_EQ(times("encoder.inner: silent"), 4);
+}
+
 TEST_F(LiveData, WatchEndsAfterTheCountAskedFor) {
   ChildProcess watch(Watch({"--json", "--count", "2"}));
   watch.WaitFor("listening");

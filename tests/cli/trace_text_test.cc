@@ -109,6 +109,40 @@ TEST(TraceText, SaysEachReasonRemarkAndManoeuvreThatAllAxesShareOnce) {
     EXPECT_EQ(Count(text, std::string("! gyro ") + gyro + ": remark of gyro " + gyro), 1);
 }
 
+TEST(TraceText, PairsEachEffectThatWasNotToBeSeenWithItsManoeuvre) {
+  const std::string text = Flat(TraceText(ThreeAxes(), Terminal()));
+  std::string even, odd;
+  for (int i = 0; i < 12; ++i) {
+    std::string& list = i % 2 == 0 ? even : odd;
+    list += (list.empty() ? "" : ", ") + ("scale.number_" + std::to_string(i));
+  }
+  EXPECT_THAT(text, HasSubstr(even + ": turn at six speeds"));
+  EXPECT_THAT(text, HasSubstr(odd + ": turn cold and hot"));
+  EXPECT_THAT(text, HasSubstr("bias.g: hold poses"));
+}
+
+// Likelihood that ends at a bound is no measurement.
+TEST(TraceText, ShowsNoNoiseThatTheseDataCouldNotHaveShown) {
+  json trace = ThreeAxes();
+  trace["inputs"][0]["duration_s"] = 600.0;
+  json& noise = trace["channels"][2]["noise"];
+  noise = {{"angle_random_walk_deg_sqrt_s", 0.005},
+           {"bias_random_walk_deg_s_sqrt_s", 3e-9},
+           {"reference_deg", 0.0}};
+  const std::string hidden = Flat(TraceText(trace, Terminal()));
+  EXPECT_THAT(hidden, HasSubstr("angle random walk 0.005 deg/sqrt(s)"));
+  EXPECT_THAT(
+      hidden,
+      HasSubstr("bias random walk < 8e-06 deg/s/sqrt(s) not seen: the angle random walk hides"));
+  EXPECT_THAT(hidden, Not(HasSubstr("3e-09")));
+  EXPECT_THAT(hidden, Not(HasSubstr("reference noise 0")));
+  noise["bias_random_walk_deg_s_sqrt_s"] = 1e-4;
+  noise["reference_deg"] = 0.02;
+  const std::string seen = Flat(TraceText(trace, Terminal()));
+  EXPECT_THAT(seen, HasSubstr("bias random walk 0.0001 deg/s/sqrt(s)"));
+  EXPECT_THAT(seen, HasSubstr("reference noise 0.02 deg"));
+}
+
 TEST(TraceText, SaysAReasonForTheAxesOfWhichItHolds) {
   json trace = ThreeAxes();
   trace["channels"][1]["unidentifiable"].clear();

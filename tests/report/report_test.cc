@@ -38,6 +38,33 @@ ReportOptions WithoutCharts() {
 
 std::string Html(const ReportContent& content) { return ReportHtml(content, WithoutCharts()); }
 
+// A table has no run and often no serial number: what it is must be told all the same.
+TEST(Report, NamesFileSensorDateAndSamplesOfATableAtItsHead) {
+  ReportContent content = ExplainedSample();
+  content.provenance = {};
+  content.provenance.written_utime = 1'795'275'012'000'000;
+  content.provenance.files = {{"turns.csv.gz", "", -1}};
+  content.trace->inputs.resize(1);
+  content.trace->inputs.front().samples = 65'432;
+  const std::string html = Html(content);
+  const std::string head =
+      html.substr(html.find("<header>"), html.find("</header>") - html.find("<header>"));
+  for (const char* part : {"turns.csv.gz", "Sensor not named", "2026-11-21", "432 samples in "})
+    EXPECT_THAT(head, HasSubstr(part));
+  content.provenance.sensor = "MPU-17";
+  EXPECT_THAT(Html(content), HasSubstr("Sensor MPU-17"));
+}
+
+TEST(Report, ShowsNoNoiseThatTheDataCouldNotHaveShown) {
+  ReportContent content = ExplainedSample();
+  auto& noise = content.trace->channels.front().noise;
+  noise = {0.005, 3e-9, 0.0};
+  for (auto& input : content.trace->inputs) input.duration_s = 600.0;
+  const std::string html = Html(content);
+  EXPECT_THAT(html, HasSubstr("not seen, &lt; 8"));
+  EXPECT_THAT(html, Not(HasSubstr("3.00 × 10⁻⁹")));
+}
+
 TEST(Report, ShowsAllThatTheTraceSays) {
   const ReportContent content = ExplainedSample();
   const std::string html = Html(content);
