@@ -8,6 +8,7 @@
 
 #include "base/version.h"
 #include "cli/exit_status.h"
+#include "export/exporter.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -135,11 +136,10 @@ class CommandLine {
     write.add_option("input", options_.name, "Run, folder of its record, or calibration")
         ->type_name("RUN-or-CALIBRATION")
         ->required();
-    write
-        .add_option("--format", options_.format,
-                    "Of a calibration: c (header), px4, ardupilot (parameters), kalibr (noise), "
-                    "json")
-        ->type_name("FORMAT");
+    std::string formats = "Of a calibration:";
+    for (const exporting::FormatName& format : exporting::kFormats)
+      formats += fmt::format(" {} ({})", format.name, format.what);
+    write.add_option("--format", options_.format, formats)->type_name("FORMAT");
     write.add_option("-o,--output", options_.output, "File to write; of a run .csv or .csv.gz")
         ->type_name("FILE")
         ->required();

@@ -133,6 +133,8 @@ std::string ProductText(const ModelTerm& term, const std::vector<std::string>& f
 // held within its own.
 std::string CurveText(const ModelTerm& term, const std::string& x) {
   const std::vector<double>&at = term.knots, &value = term.coefficients;
+  // What is not a number stays so, one knot or many.
+  if (at.size() == 1) return fmt::format("({} + {} * {})", CNumber(value[0]), CNumber(0.0), x);
   std::string text = CNumber(value[0]);
   for (std::size_t i = 1; i < at.size(); ++i) {
     text += fmt::format(" + {0} * (GYROBENCH_HELD({1}, {2}, {3}) - {2})",

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/error.h"
 #include "calibration/trace/corrector.h"
 #include "export/linear_model.h"
 
@@ -65,6 +66,13 @@ Example WorkedExample(const calibration::Calibration& calibration) {
   }
   corrector.End();
   corrector.Next(&example.rate_deg_s);
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (std::isfinite(example.rate_deg_s[c])) continue;
+    throw DataError(fmt::format(
+        "gyro {}: the effects of the calibration have no solution at {} {} and {} degC, in the "
+        "midst of its range: nothing could be made of it",
+        kAxisNames[c], example.xi[c], model.unit, example.temperature_degC));
+  }
   return example;
 }
 

@@ -36,7 +36,7 @@ Lines AxisLines(const calibration::Calibration& calibration) {
   Lines lines = {"Axis by axis; the file has the largest, as Kalibr knows one figure for all:"};
   for (const ChannelCalibration& channel : calibration.channels) {
     lines.push_back(
-        fmt::format("  gyro {}: noise density {:.4g} rad/s/sqrt(Hz), random walk {:.4g} "
+        fmt::format("  gyro {}: noise density {} rad/s/sqrt(Hz), random walk {} "
                     "rad/s^2/sqrt(Hz)",
                     kAxisNames[static_cast<std::size_t>(channel.model.axis)], DensityOf(channel),
                     WalkOf(channel)));

@@ -8,11 +8,14 @@
 #include <filesystem>
 #include <sstream>
 
+#include "base/error.h"
+
 namespace gyrobench::exporting {
 namespace {
 
 constexpr std::size_t kColumns = 100;
 constexpr int kDigits = 9;  // a float has no more
+constexpr double kLargestFloat = 3e38;
 
 std::string Replaced(std::string text, const std::string& what, const std::string& by) {
   for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at)) {
@@ -127,9 +130,19 @@ std::string Identifier(const std::string& file_name) {
 }
 
 std::string Fixed(double value) {
+  if (!(std::fabs(value) < kLargestFloat)) {
+    throw DataError(
+        fmt::format("a value to be written is {}: the target's floats cannot hold it; the format "
+                    "json has the calibration as it is",
+                    value));
+  }
   if (value == 0.0) return "0.0";
   const int exponent = static_cast<int>(std::floor(std::log10(std::fabs(value))));
   return fmt::format("{:.{}f}", value, std::clamp(kDigits - 1 - exponent, 1, 30));
+}
+
+std::string Figure(double value) {
+  return std::isfinite(value) ? fmt::format("{:.4g}", value) : "not known";
 }
 
 }  // namespace gyrobench::exporting

@@ -41,7 +41,10 @@ std::string Commented(const Lines& lines, const std::string& mark);
 // "gyro_x" of "Gyro-X.h": what identifiers may begin with.
 std::string Identifier(const std::string& file_name);
 
-// Without an exponent, for files whose readers know none; nine significant digits.
+// Without an exponent, for files whose readers know none; nine significant digits. Throws DataError
+// for what a float cannot hold.
 std::string Fixed(double value);
+// To four digits; "not known" for NaN.
+std::string Figure(double value);
 
 }  // namespace gyrobench::exporting
