@@ -38,7 +38,7 @@ class Steps {
     for (std::size_t run = 0; run < begins.size(); ++run) {
       const Eigen::Index end = run + 1 < begins.size() ? begins[run + 1] : problem_.rows();
       for (Eigen::Index i = begins[run] + kEdgeRows; i + kEdgeRows < end; ++i) {
-        if (moving_only && problem_.intervals()[static_cast<std::size_t>(i)].still) continue;
+        if (moving_only && !Turns(i)) continue;
         const double s = score(i, p_);
         // The model can only take information away: most places need no closer look.
         if (s * s < peak.gain * kLeastInformation * information(i)) continue;
@@ -66,22 +66,34 @@ class Steps {
     peak.id = "angle.step";
     peak.tried = static_cast<double>(problem_.rows());
     peak.tail_freedom = TailFreedom();
-    // Of the axis that turned fastest then.
-    double fastest = -1.0;
+    // Of the axis whose turning was felt most then.
+    double most = -1.0;
     for (const std::size_t a : problem_.table_axes()) {
-      const double rate = peak.gain > 0 ? std::fabs(problem_.half(row_, 0).table_rate_deg_s[a]) : 0;
-      if (rate > fastest) {
-        fastest = rate;
+      const double rate =
+          peak.gain > 0
+              ? std::fabs(problem_.half(row_, 0).table_rate_deg_s[a] * problem_.Lever(row_, a))
+              : 0.0;
+      if (rate > most) {
+        most = rate;
         peak.table_axis = a;
       }
     }
     return peak;
   }
+  // An axis whose turning the channel feels: elsewhere no error of its angle is to be seen.
+  bool Turns(Eigen::Index row) const {
+    constexpr double kFelt = 0.2;
+    if (problem_.intervals()[static_cast<std::size_t>(row)].still) return false;
+    return std::ranges::any_of(problem_.table_axes(), [&](std::size_t a) {
+      return problem_.half(row, 0).table_rate_deg_s[a] != 0.0 &&
+             std::fabs(problem_.Lever(row, a)) > kFelt;
+    });
+  }
   double TailFreedom() const {
     std::vector<double> squares;
     double sum = 0.0;
     for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
-      if (problem_.intervals()[static_cast<std::size_t>(i)].still) continue;
+      if (!Turns(i)) continue;
       squares.push_back(std::pow(shocks_.output(i, p_), 2) / shocks_.output_information(i));
       // A step itself is not to count.
       sum += std::min(squares.back(), 16.0);
