@@ -24,7 +24,7 @@ class Steps {
  public:
   Steps(const ChannelProblem& problem, const Whitener& whitener, const Eigen::MatrixXd& model,
         const Eigen::VectorXd& residual)
-      : problem_(problem), p_(model.cols()) {
+      : problem_(problem), whitener_(whitener), residual_(residual), p_(model.cols()) {
     Eigen::MatrixXd all(model.rows(), p_ + 1);
     all << model, residual;
     shocks_ = whitener.Scores(all);
@@ -38,7 +38,7 @@ class Steps {
     for (std::size_t run = 0; run < begins.size(); ++run) {
       const Eigen::Index end = run + 1 < begins.size() ? begins[run + 1] : problem_.rows();
       for (Eigen::Index i = begins[run] + kEdgeRows; i + kEdgeRows < end; ++i) {
-        if (moving_only && !Turns(i)) continue;
+        if (moving_only && !problem_.FeelsTable(i)) continue;
         const double s = score(i, p_);
         // The model can only take information away: most places need no closer look.
         if (s * s < peak.gain * kLeastInformation * information(i)) continue;
@@ -80,33 +80,30 @@ class Steps {
     }
     return peak;
   }
-  // An axis whose turning the channel feels: elsewhere no error of its angle is to be seen.
-  bool Turns(Eigen::Index row) const {
-    constexpr double kFelt = 0.2;
-    if (problem_.intervals()[static_cast<std::size_t>(row)].still) return false;
-    return std::ranges::any_of(problem_.table_axes(), [&](std::size_t a) {
-      return problem_.half(row, 0).table_rate_deg_s[a] != 0.0 &&
-             std::fabs(problem_.Lever(row, a)) > kFelt;
-    });
-  }
+  // Of the rows' scores once the step at the peak is taken off: it is in those around it too.
   double TailFreedom() const {
+    Eigen::MatrixXd column = Eigen::VectorXd::Unit(problem_.rows(), row_);
+    whitener_.Apply(column);
+    const double size = column.col(0).dot(residual_) / column.squaredNorm();
+    const Whitener::Shocks left = whitener_.Scores(residual_ - size * column);
     std::vector<double> squares;
     double sum = 0.0;
     for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
-      if (!Turns(i)) continue;
-      squares.push_back(std::pow(shocks_.output(i, p_), 2) / shocks_.output_information(i));
-      // A step itself is not to count.
-      sum += std::min(squares.back(), 16.0);
+      if (!problem_.FeelsTable(i)) continue;
+      squares.push_back(std::pow(left.output(i, 0), 2) / left.output_information(i));
+      sum += squares.back();
     }
-    const double limit = 9.0 * sum / static_cast<double>(squares.size());
-    const auto beyond = std::ranges::count_if(squares, [&](double x) { return x > limit; });
-    return FreedomOfTails(static_cast<double>(beyond), static_cast<double>(squares.size()));
+    const auto n = static_cast<double>(squares.size());
+    const auto beyond = std::ranges::count_if(squares, [&](double x) { return x > 9.0 * sum / n; });
+    return FreedomOfTails(static_cast<double>(beyond), n);
   }
   // Score of each row's output, of the residual.
   Eigen::VectorXd Output() const { return shocks_.output.col(p_); }
 
  private:
   const ChannelProblem& problem_;
+  const Whitener& whitener_;
+  const Eigen::VectorXd& residual_;
   Eigen::Index p_;
   Whitener::Shocks shocks_;
   ScaledLdlt factor_;
