@@ -189,6 +189,14 @@ class ChannelSearcher {
         "many steps or tones would each describe a part of what is left: none of them is named");
   }
 
+  // By which share a member makes the errors larger on data that the fit did not see; that of the
+  // angle may grow a little by chance.
+  static double Harm(const HeldOutFigures& figures) {
+    constexpr double kByChance = 0.005;
+    return std::max(figures.whitened_rms.after / figures.whitened_rms.before - 1.0,
+                    figures.angle_rms_deg.after / figures.angle_rms_deg.before - 1.0 - kByChance);
+  }
+
   // What does not help on data that the fit did not see is not kept, whatever its p-value.
   void DropUseless(Selection* selection) const {
     while (!selection->members().empty()) {
@@ -196,10 +204,9 @@ class ChannelSearcher {
       std::size_t worst = selection->members().size();
       double harm = 0.0;
       for (std::size_t i = 0; i < selection->members().size(); ++i) {
-        const HeldOut figures =
-            HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed).whitened_rms;
-        if (figures.after - figures.before <= harm) continue;
-        harm = figures.after - figures.before;
+        const double own = Harm(HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed));
+        if (!(own > harm)) continue;
+        harm = own;
         worst = i;
       }
       if (worst == selection->members().size()) return;
