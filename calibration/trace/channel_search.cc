@@ -190,11 +190,14 @@ class ChannelSearcher {
   }
 
   // By which share a member makes the errors larger on data that the fit did not see; that of the
-  // angle may grow a little by chance.
+  // angle counts where it is beyond chance.
   static double Harm(const HeldOutFigures& figures) {
-    constexpr double kByChance = 0.005;
+    constexpr double kSomewhat = 0.005;
+    const HeldOut& angle = figures.angle_rms_deg;
+    const double more = angle.after / angle.before - 1.0;
+    const bool beyond_chance = more > kSomewhat && angle.reduction_ci95[1] < 0.0;
     return std::max(figures.whitened_rms.after / figures.whitened_rms.before - 1.0,
-                    figures.angle_rms_deg.after / figures.angle_rms_deg.before - 1.0 - kByChance);
+                    beyond_chance ? more : 0.0);
   }
 
   // What does not help on data that the fit did not see is not kept, whatever its p-value.
