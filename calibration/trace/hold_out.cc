@@ -67,7 +67,7 @@ class Splitter {
  public:
   // `without`: linear columns that the model goes without.
   Splitter(const ChannelFit& fit, const std::vector<Eigen::Index>& without)
-      : output_(fit.white_output) {
+      : baseline_(fit.baseline_columns), output_(fit.white_output) {
     const std::vector<Eigen::Index> columns = AllBut(fit.raw.cols(), without);
     for (const Eigen::Index j : columns) local_.push_back(fit.local[static_cast<std::size_t>(j)]);
     std::vector<Eigen::Index> slopes;
@@ -102,7 +102,7 @@ class Splitter {
     // The filter carries some of a moment into other rows: too little to train by.
     Eigen::VectorXd whole = gram_.diagonal();
     for (Eigen::Index j = 0; fit_local && j < whole.size(); ++j) {
-      if (local_[static_cast<std::size_t>(j)]) whole(j) *= kMostOf / kSeen;
+      if (local_[static_cast<std::size_t>(j)] && j >= baseline_) whole(j) *= kMostOf / kSeen;
     }
     Eigen::VectorXd theta = SolveProducts(gram_ - gram, right_ - right, whole, &unseen);
     std::erase_if(unseen, [&](Eigen::Index j) { return !local_[static_cast<std::size_t>(j)]; });
@@ -125,6 +125,7 @@ class Splitter {
   }
 
  private:
+  Eigen::Index baseline_;  // columns that belong to it
   Eigen::MatrixXd white_, raw_;
   std::vector<bool> local_;  // of each column
   const Eigen::VectorXd& output_;
