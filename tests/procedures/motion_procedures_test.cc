@@ -1,0 +1,122 @@
+// The procedures that turn: rates, full, sweep, thermal.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "tests/procedures/motion.h"
+#include "tests/procedures/shipped.h"
+
+namespace gyrobench::procedures {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+constexpr std::array<kinematics::Vector3, 3> kAxes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+// The hardware stand: all axes alike, with room for ten turns.
+std::vector<AxisFacts> Roomy(const std::vector<std::string>& names) {
+  std::vector<AxisFacts> axes;
+  for (const std::string& name : names) axes.push_back({name, 40, 0, -3600, 3600, 60, 200});
+  return axes;
+}
+std::vector<AxisFacts> RoomyStand() { return Roomy({"outer", "middle", "inner"}); }
+
+// Turns of one rate about one sensor axis: how many, and the sum of their angles.
+struct Tally {
+  int up = 0, down = 0, plus = 0, minus = 0;
+};
+
+Tally Count(const FeltBench& bench, const kinematics::Vector3& axis, double rate_deg_s) {
+  Tally tally;
+  for (const FeltBench::Turned& turned : bench.turned) {
+    const double along = Dot(turned.rate_deg_s, axis);
+    if (std::abs(std::abs(along) - rate_deg_s) > 1e-6) continue;
+    (along > 0 ? tally.plus : tally.minus) += 1;
+    if (Dot(turned.up, axis) > 0.999) tally.up += 1;
+    if (Dot(turned.up, axis) < -0.999) tally.down += 1;
+  }
+  return tally;
+}
+
+TEST(Rates, TurnsAboutEachSensorAxisUpAndDownBothWaysAtEveryRate) {
+  FeltBench bench(RoomyStand());
+  RunProcedure(Shipped("rates"), {{"rates_deg_s", "7, 23"}}, bench);
+  for (const kinematics::Vector3& axis : kAxes) {
+    for (const double rate_deg_s : {7.0, 23.0}) {
+      const Tally tally = Count(bench, axis, rate_deg_s);
+      EXPECT_EQ(tally.up, 2);
+      EXPECT_EQ(tally.down, 2);
+      EXPECT_EQ(tally.plus, 2);
+      EXPECT_EQ(tally.minus, 2);
+    }
+  }
+}
+
+TEST(Rates, AMountedSensorIsTurnedAboutItsOwnAxes) {
+  FeltBench bench(RoomyStand());
+  bench.geometry.mount_deg = {90, 0, 20};
+  RunProcedure(Shipped("rates"), {{"rates_deg_s", "7"}}, bench);
+  for (const kinematics::Vector3& axis : kAxes) EXPECT_EQ(Count(bench, axis, 7).up, 2);
+}
+
+TEST(Rates, AnAxisThatCannotTurnFullyTurnsAsFarAsItGoes) {
+  std::vector<AxisFacts> axes = RoomyStand();
+  for (AxisFacts& axis : axes) {
+    axis.min_deg = -95;
+    axis.max_deg = 95;
+  }
+  FeltBench bench(axes);
+  RunProcedure(Shipped("rates"), {{"rates_deg_s", "10"}, {"angle_deg", 360.0}}, bench);
+  double largest_deg = 0;
+  for (const auto& turned : bench.turned) largest_deg = std::max(largest_deg, turned.angle_deg);
+  EXPECT_NEAR(largest_deg, 190, 1e-6);
+  EXPECT_EQ(Count(bench, kAxes[2], 10).down, 0) << "the middle axis does not reach 180 deg";
+  EXPECT_THAT(bench.calls, Contains(HasSubstr("left out, turning with -z up: axis.middle would")));
+}
+
+TEST(Rates, LeavesOutRatesBeyondTheAxisAndRefusesWhenNoneIsLeft) {
+  const Plan plan =
+      DryRun(Shipped("rates"), {{"axes", "z"}, {"rates_deg_s", "10,45"}}, ThreeAxes());
+  EXPECT_THAT(plan.notes,
+              Contains(HasSubstr("left out, 45 deg/s about z: axis.inner turns at 40")));
+  EXPECT_THAT(RefusalOf("rates", {{"axes", "z"}, {"rates_deg_s", "45"}}, ThreeAxes()),
+              HasSubstr("none of the rates is possible"));
+}
+
+TEST(Rates, AOneAxisTableTurnsAboutItsAxisAndRefusesTheOthers) {
+  FeltBench bench(Roomy({"inner"}));
+  RunProcedure(Shipped("rates"), {}, bench);
+  EXPECT_EQ(Count(bench, kAxes[2], 20).up, 2);
+  EXPECT_THAT(RefusalOf("rates", {{"axes", "x"}}, Roomy({"inner"})),
+              AllOf(HasSubstr("cannot turn about the axes asked for"),
+                    HasSubstr("no outer and no middle axis")));
+}
+
+TEST(Rates, WithoutAnOuterAxisAnAxisIsTurnedLying) {
+  FeltBench bench(Roomy({"middle", "inner"}));
+  RunProcedure(Shipped("rates"), {{"axes", "x"}, {"rates_deg_s", "10"}}, bench);
+  const Tally tally = Count(bench, kAxes[0], 10);
+  EXPECT_EQ(tally.plus + tally.minus, 2);
+  EXPECT_EQ(tally.up + tally.down, 0);
+}
+
+TEST(NumberLists, AreReadAndCheckedNumberByNumber) {
+  const auto failure = [](const Parameters& parameters) {
+    return MessageOf<ParameterError>([&] { CheckParameters(Shipped("rates").info(), parameters); });
+  };
+  for (const char* good : {"5", "5,10", " 5 , 10 ", "0.1,1000"})
+    EXPECT_EQ(failure({{"rates_deg_s", good}}), "") << good;
+  EXPECT_EQ(failure({{"rates_deg_s", 20.0}}), "");
+  for (const char* bad : {"", ",", "5,", ",5", "5 10", "fast", "5,nan", "5,inf", "5,2000", "0"})
+    EXPECT_THAT(failure({{"rates_deg_s", bad}}),
+                HasSubstr("expected numbers with commas between them, each 0.1 .. 1000 deg/s"))
+        << bad;
+}
+
+}  // namespace
+}  // namespace gyrobench::procedures
