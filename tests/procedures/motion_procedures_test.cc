@@ -105,6 +105,55 @@ TEST(Rates, WithoutAnOuterAxisAnAxisIsTurnedLying) {
   EXPECT_EQ(tally.up + tally.down, 0);
 }
 
+TEST(Full, IsTheSequenceOfItsDescription) {
+  FeltBench bench(RoomyStand());
+  RunProcedure(Shipped("full"), {}, bench);
+  EXPECT_EQ(bench.rest_s.at(0), 900.0);
+  for (const double rate_deg_s : {2.5, 5.0, 8.0, 12.0, 18.0, 25.0, 32.0, 40.0}) {
+    const Tally z = Count(bench, kAxes[2], rate_deg_s);
+    EXPECT_GE(z.up, 2) << rate_deg_s;
+    EXPECT_EQ(z.down, 2) << rate_deg_s;
+    EXPECT_GE(z.plus, 3) << rate_deg_s;
+    EXPECT_GE(z.minus, 3) << rate_deg_s;
+  }
+  for (const double rate_deg_s : {12.0, 25.0, 40.0}) {
+    EXPECT_EQ(Count(bench, kAxes[0], rate_deg_s).up, 2);
+    EXPECT_EQ(Count(bench, kAxes[1], rate_deg_s).up, 2);
+  }
+  for (const double rate_deg_s : {8.0, 18.0, 32.0}) {
+    const Tally x = Count(bench, kAxes[0], rate_deg_s);
+    EXPECT_EQ(x.plus, 1);
+    EXPECT_EQ(x.up + x.down, 0);
+  }
+  ASSERT_EQ(bench.swings.size(), 4U);
+  EXPECT_NEAR(bench.swings[0].amplitude_deg, 10, 1e-6);
+  EXPECT_EQ(bench.swings[3].periods, 12);
+  EXPECT_NEAR(bench.Up()[2], 1.0, 1e-9);
+}
+
+// The programme behind the figures of the design takes 2262 s, of which some are left to fill up.
+TEST(Full, TakesAsLongAsItsDesign) {
+  const Plan plan = DryRun(Shipped("full"), {}, RoomyStand());
+  EXPECT_NEAR(plan.duration_s, 2262, 80);
+}
+
+TEST(Full, AdaptsToMissingAxesAndNarrowLimits) {
+  for (const std::vector<AxisFacts>& axes :
+       {ThreeAxes(), Roomy({"inner"}), Roomy({"outer"}), Roomy({"middle", "inner"}),
+        AxesNamed({"outer", "middle"})}) {
+    const Plan plan = DryRun(Shipped("full"), {{"warm_up_s", 10.0}}, axes);
+    EXPECT_GT(plan.moves.size(), 30U);
+    EXPECT_FALSE(plan.notes.empty());
+  }
+  EXPECT_THAT(RefusalOf("full", {}, Roomy({"middle"})),
+              HasSubstr("the sequence needs turns about z with z up"));
+}
+
+TEST(Full, WithoutAFanNobodyIsAsked) {
+  EXPECT_EQ(DryRun(Shipped("full"), {}, RoomyStand()).questions.size(), 2U);
+  EXPECT_TRUE(DryRun(Shipped("full"), {{"fan", false}}, RoomyStand()).questions.empty());
+}
+
 TEST(NumberLists, AreReadAndCheckedNumberByNumber) {
   const auto failure = [](const Parameters& parameters) {
     return MessageOf<ParameterError>([&] { CheckParameters(Shipped("rates").info(), parameters); });
