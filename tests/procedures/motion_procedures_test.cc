@@ -154,6 +154,76 @@ TEST(Full, WithoutAFanNobodyIsAsked) {
   EXPECT_TRUE(DryRun(Shipped("full"), {{"fan", false}}, RoomyStand()).questions.empty());
 }
 
+TEST(Sweep, SwingsAtEachFrequencyWithinTheLimitsOfTheAxis) {
+  for (const std::vector<AxisFacts>& axes : {RoomyStand(), ThreeAxes()}) {
+    FeltBench bench(axes);
+    RunProcedure(Shipped("sweep"), {{"frequencies_hz", "0.3, 1, 2"}, {"amplitude_deg", 8.0}},
+                 bench);
+    ASSERT_EQ(bench.swings.size(), 3U);
+    const AxisFacts& axis = axes.back();
+    for (const SwingCommand& swing : bench.swings) {
+      const double rate = 6 * swing.amplitude_deg * swing.frequency_hz;
+      EXPECT_LE(rate, axis.max_rate_deg_s);
+      EXPECT_LE(6 * rate * swing.frequency_hz, axis.max_acceleration_deg_s2);
+      EXPECT_NEAR(swing.periods / swing.frequency_hz, 15, 0.5 / swing.frequency_hz + 1e-9);
+    }
+    EXPECT_NEAR(bench.swings[0].amplitude_deg, 8, 1e-6);
+    EXPECT_LT(bench.swings[2].amplitude_deg, 8);
+  }
+}
+
+TEST(Sweep, AnAxisAtItsLimitSwingsAboutAPlaceWithRoom) {
+  std::vector<AxisFacts> axes = ThreeAxes();
+  axes[2].angle_deg = 360;
+  FeltBench bench(axes);
+  RunProcedure(Shipped("sweep"), {{"amplitude_deg", 5.0}}, bench);
+  EXPECT_NEAR(bench.axes[2].angle_deg, 355, 1e-6);
+  axes = ThreeAxes();
+  axes[1].min_deg = -3;
+  axes[1].max_deg = 2;
+  FeltBench narrow(axes);
+  RunProcedure(Shipped("sweep"), {{"about", "x"}, {"amplitude_deg", 5.0}}, narrow);
+  EXPECT_NEAR(narrow.swings.at(0).amplitude_deg, 2.5, 1e-6);
+}
+
+TEST(Sweep, LeavesOutWhatIsTooFastAndRefusesWhenNothingIsLeft) {
+  const Plan plan = DryRun(Shipped("sweep"), {{"frequencies_hz", "0.5, 10"}}, ThreeAxes());
+  EXPECT_THAT(plan.notes, Contains(HasSubstr("left out, 10 Hz: axis.inner allows an amplitude")));
+  EXPECT_THAT(RefusalOf("sweep", {{"frequencies_hz", "10"}}, ThreeAxes()),
+              HasSubstr("no frequency is possible with least_amplitude_deg = 0.2 deg"));
+  EXPECT_THAT(RefusalOf("sweep", {{"about", "x"}}, Roomy({"inner"})),
+              HasSubstr("cannot turn about x"));
+}
+
+TEST(Swing, IsRefusedDryBeyondLimits) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"amplitude_deg=361, frequency_hz=0.001, periods=1", "beyond the soft limit"},
+      {"amplitude_deg=5, frequency_hz=2, periods=1", "beyond the rate limit"},
+      {"amplitude_deg=5, frequency_hz=1, periods=1", "beyond the acceleration limit"},
+      {"amplitude_deg=0, frequency_hz=1, periods=1", "expected an amplitude and a frequency"},
+      {"amplitude_deg=1, frequency_hz=1, periods=1.5", "expected a whole number"},
+      {"amplitude_deg=1, frequency_hz=1, periods=0", "expected a whole number"},
+  };
+  for (const auto& [fields, message] : cases) {
+    EXPECT_THAT(MessageOf<Error>([&] {
+                  DryRun(Script("bench.swing{ axis = 'inner', " + fields + " }"), {}, ThreeAxes());
+                }),
+                HasSubstr(message))
+        << fields;
+  }
+}
+
+TEST(Swing, ComesHomeAfterWholePeriods) {
+  const Plan plan = DryRun(
+      Script("bench.swing{ axis = 'inner', amplitude_deg = 3, frequency_hz = 0.5, periods = 4 }"),
+      {}, ThreeAxes());
+  ASSERT_EQ(plan.segments.size(), 1U);
+  EXPECT_EQ(plan.segments[0].kind, "swing");
+  EXPECT_NEAR(plan.moves.back().to_deg, 0.0, 1e-12);
+  EXPECT_NEAR(plan.duration_s, (4 + 1.0 / 6) * 2, 1e-9);
+  for (const PlannedMove& move : plan.moves) EXPECT_LE(std::abs(move.to_deg), 3 + 1e-12);
+}
+
 TEST(NumberLists, AreReadAndCheckedNumberByNumber) {
   const auto failure = [](const Parameters& parameters) {
     return MessageOf<ParameterError>([&] { CheckParameters(Shipped("rates").info(), parameters); });
