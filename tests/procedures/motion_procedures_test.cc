@@ -224,6 +224,48 @@ TEST(Swing, ComesHomeAfterWholePeriods) {
   for (const PlannedMove& move : plan.moves) EXPECT_LE(std::abs(move.to_deg), 3 + 1e-12);
 }
 
+TEST(Thermal, RestsAndTurnsThroughWarmingCoolingAndWarming) {
+  FeltBench bench(RoomyStand());
+  bench.warms_degC = {{"fan_on", -8.0}, {"fan_off", 8.0}};
+  RunProcedure(Shipped("thermal"), {}, bench);
+  ASSERT_EQ(bench.questions.size(), 2U);
+  EXPECT_EQ(bench.questions[0].id, "fan_on");
+  EXPECT_EQ(bench.questions[1].id, "fan_off");
+  EXPECT_NEAR(bench.ElapsedS(), 2100, 120);
+  for (const double rate_deg_s : {12.0, 18.0, 32.0, 40.0}) {
+    const Tally tally = Count(bench, kAxes[2], rate_deg_s);
+    EXPECT_EQ(tally.plus, tally.minus);
+    EXPECT_GE(tally.plus, 3);
+  }
+}
+
+TEST(Thermal, AFanThatDoesNotBlowIsSaidAndTheOperatorDecides) {
+  FeltBench bench(RoomyStand());
+  bench.warms_degC = {{"fan_off", 8.0}};
+  bench.answers["no_change"] = "end";
+  EXPECT_THAT(MessageOf<ScriptError>([&] { RunProcedure(Shipped("thermal"), {}, bench); }),
+              HasSubstr("cooling changed the temperature by 0.00 degC"));
+  FeltBench patient(RoomyStand());
+  patient.warms_degC = {{"fan_off", 8.0}};
+  RunProcedure(Shipped("thermal"), {}, patient);
+  EXPECT_EQ(patient.questions.size(), 3U);
+}
+
+TEST(Thermal, AnUnknownTemperatureIsSaid) {
+  FeltBench bench(RoomyStand());
+  bench.temperature_degC = std::numeric_limits<double>::quiet_NaN();
+  RunProcedure(Shipped("thermal"), {{"warm_up_s", 10.0}}, bench);
+  EXPECT_THAT(bench.LastSaid(), HasSubstr("the temperature is not known"));
+}
+
+TEST(Thermal, AdaptsToLimitsOrRefusesBeforeMotion) {
+  EXPECT_EQ(RefusalOf("thermal", {{"about", "x"}}, ThreeAxes()), "");
+  EXPECT_THAT(RefusalOf("thermal", {{"about", "x"}}, Roomy({"inner"})),
+              HasSubstr("cannot turn about x"));
+  EXPECT_THAT(RefusalOf("thermal", {{"rates_deg_s", "45"}}, ThreeAxes()),
+              HasSubstr("none of the rates is possible"));
+}
+
 TEST(NumberLists, AreReadAndCheckedNumberByNumber) {
   const auto failure = [](const Parameters& parameters) {
     return MessageOf<ParameterError>([&] { CheckParameters(Shipped("rates").info(), parameters); });
