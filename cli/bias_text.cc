@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <utility>
@@ -10,6 +11,7 @@
 
 #include "base/measurement.h"
 #include "cli/json_field.h"
+#include "cli/noise_text.h"
 #include "cli/number_text.h"
 
 namespace gyrobench::cli {
@@ -66,11 +68,8 @@ class AxisTable {
     row.push_back(unit);
     if (any) rows_.push_back(row);
   }
-  void AddNumber(const std::string& name, const std::string& unit, const std::string& key,
-                 const std::string& group = "") {
-    Add(name, unit, [&](const Json& bias) {
-      return FormatNumber(Number(group.empty() ? bias : Field(bias, group), key), 3);
-    });
+  void AddNumber(const std::string& name, const std::string& unit, const std::string& key) {
+    Add(name, unit, [&](const Json& bias) { return FormatNumber(Number(bias, key), 3); });
   }
   std::string Text() const {
     return AlignColumns(rows_, std::vector<Align>(biases_.size() + 2, Align::kLeft), 2);
@@ -148,7 +147,7 @@ std::string Pictures(const Json& biases, const Terminal& terminal) {
   return row.empty() ? text : text + "\n" + SideBySide(row);
 }
 
-std::string TableText(const Json& biases) {
+std::string TableText(const Json& biases, double duration_s) {
   const std::string output = OutputUnit(biases.front());
   AxisTable table(biases);
   AddCoefficients(table, biases, output);
@@ -159,8 +158,12 @@ std::string TableText(const Json& biases) {
   table.AddNumber("error of the curve", output + " rms", "rms_error");
   table.AddNumber("residual, 1 s means", output + " rms", "residual_rms");
   table.AddNumber("paper's, smoothed", output + " rms", "paper_rms_error");
-  table.AddNumber("angle random walk", "deg/sqrt(s)", "angle_random_walk_deg_sqrt_s", "noise");
-  table.AddNumber("bias random walk", "deg/s/sqrt(s)", "bias_random_walk_deg_s_sqrt_s", "noise");
+  const std::array<NoiseLine, 3> noise = NoiseLines(Field(biases.front(), "noise"), duration_s);
+  for (std::size_t i = 0; i < 2; ++i) {
+    table.Add(noise[i].name, i == 0 ? "deg/sqrt(s)" : "deg/s/sqrt(s)", [&](const Json& bias) {
+      return NoiseLines(Field(bias, "noise"), duration_s)[i].value;
+    });
+  }
   return table.Text();
 }
 
@@ -174,19 +177,20 @@ int WidestLine(const std::string& text) {
 }
 
 // All axes next to each other, or below each other where the terminal is too narrow.
-std::string TablesText(const Json& biases, const Terminal& terminal) {
-  const std::string together = TableText(biases);
+std::string TablesText(const Json& biases, double duration_s, const Terminal& terminal) {
+  const std::string together = TableText(biases, duration_s);
   if (!terminal.is_terminal || WidestLine(together) <= terminal.columns) return together;
   std::string text;
-  for (const Json& bias : biases) text += TableText(Json::array({bias}));
+  for (const Json& bias : biases) text += TableText(Json::array({bias}), duration_s);
   return text;
 }
 
 }  // namespace
 
-std::string BiasText(const Json& biases, bool pictures, const Terminal& terminal) {
+std::string BiasText(const Json& biases, double duration_s, bool pictures,
+                     const Terminal& terminal) {
   const std::string text = terminal.Bold("Bias: beta(T) = sum of c_j (T - T_ref)^j") + "\n" +
-                           TablesText(biases, terminal) +
+                           TablesText(biases, duration_s, terminal) +
                            RemarksText(SharedRemarks(biases), terminal);
   return pictures ? text + Pictures(biases, terminal) : text;
 }

@@ -9,8 +9,9 @@
 namespace gyrobench::cli {
 
 // One table of all axes, an axis a column; with `pictures` the curves beta(T) below, next to each
-// other. `biases`: the list "bias" of a result.
-std::string BiasText(const nlohmann::json& biases, bool pictures, const Terminal& terminal);
+// other. `biases`: the list "bias" of a result of `duration_s`.
+std::string BiasText(const nlohmann::json& biases, double duration_s, bool pictures,
+                     const Terminal& terminal);
 
 // "  - remark" a line each, wrapped to the terminal.
 std::string RemarksText(const nlohmann::json& remarks, const Terminal& terminal);

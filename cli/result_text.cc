@@ -10,6 +10,7 @@
 #include "base/measurement.h"
 #include "cli/bias_text.h"
 #include "cli/json_field.h"
+#include "cli/noise_text.h"
 #include "cli/number_text.h"
 
 namespace gyrobench::cli {
@@ -56,13 +57,12 @@ class Sheet {
   std::vector<std::string> notes_;
 };
 
-void AddNoise(Sheet& sheet, const Json& noise) {
-  sheet.Add("angle random walk", FormatNumber(Number(noise, "angle_random_walk_deg_sqrt_s"), 3),
-            "deg/sqrt(s)");
-  sheet.Add("bias random walk", FormatNumber(Number(noise, "bias_random_walk_deg_s_sqrt_s"), 3),
-            "deg/s/sqrt(s)");
-  sheet.Add("reference noise", FormatNumber(Number(noise, "reference_deg"), 3), "deg",
-            "standard deviation of one reading");
+void AddNoise(Sheet& sheet, const Json& noise, double duration_s) {
+  for (const NoiseLine& line : NoiseLines(noise, duration_s)) {
+    const bool reading = line.note.empty() && line.name == "reference noise";
+    sheet.Add(line.name, line.value, line.unit,
+              reading ? "standard deviation of one reading" : line.note);
+  }
 }
 
 std::string ScaleHeading(const Json& scale) {
@@ -75,7 +75,7 @@ std::string ScaleHeading(const Json& scale) {
   return text;
 }
 
-std::string ScaleText(const Json& scale, const Terminal& terminal) {
+std::string ScaleText(const Json& scale, double duration_s, const Terminal& terminal) {
   const std::string output = Text(scale, "unit").empty() ? "LSB" : Text(scale, "unit");
   const std::string unit = "deg/s per " + output;
   const double alpha = Number(scale, "alpha"), alpha_error = Number(scale, "alpha_std_error");
@@ -98,7 +98,7 @@ std::string ScaleText(const Json& scale, const Terminal& terminal) {
             std::isfinite(whitened)
                 ? fmt::format("whitened {:.2f}; 1: as the noise explains", whitened)
                 : "");
-  AddNoise(sheet, Field(scale, "noise"));
+  AddNoise(sheet, Field(scale, "noise"), duration_s);
   sheet.Add("unit's clock",
             FormatMeasured(Number(scale, "tick_ratio"), Number(scale, "tick_ratio_std_error")),
             "s/s", "host over gyro unit");
@@ -149,11 +149,13 @@ std::string SourceText(const Json& result) {
 std::string ResultText(const Json& result, const Terminal& terminal) {
   std::string text = SourceText(result);
   if (!text.empty()) text += "\n";
-  for (const Json& scale : Field(result, "scale")) text += "\n" + ScaleText(scale, terminal);
+  const double duration_s = Number(result, "duration_s");
+  for (const Json& scale : Field(result, "scale"))
+    text += "\n" + ScaleText(scale, duration_s, terminal);
   const Json& bias = Field(result, "bias");
   if (bias.is_array() && !bias.empty()) {
     // Where a scale factor was measured, the bias is a by-product.
-    text += "\n" + BiasText(bias, Field(result, "scale").empty(), terminal);
+    text += "\n" + BiasText(bias, duration_s, Field(result, "scale").empty(), terminal);
   }
   text += "\n" + DefectText(Field(result, "defects"), terminal);
   const std::string remarks = RemarksText(Field(result, "remarks"), terminal);

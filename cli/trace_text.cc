@@ -11,9 +11,9 @@
 #include "base/measurement.h"
 #include "cli/effect_text.h"
 #include "cli/json_field.h"
+#include "cli/noise_text.h"
 #include "cli/number_text.h"
 #include "cli/unseen_text.h"
-#include "report/noise_limits.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -89,29 +89,11 @@ void AddErrors(Rows& rows, const Json& channel) {
          "deg", "learnt on the first 60 %");
 }
 
-void AddNoiseFigure(Rows& rows, const std::string& name, const report::NoiseFigure& figure,
-                    const std::string& unit) {
-  if (!figure.hidden()) return AddRow(rows, name, FormatNumber(figure.value, 3), unit);
-  const bool limit = figure.limit > 0.0;
-  AddRow(rows, name, limit ? "< " + FormatNumber(figure.limit, 1) : "not seen", limit ? unit : "",
-         limit ? "not seen: " + figure.why : "in these data");
-}
-
-void AddNoise(Rows& rows, const Json& json, double duration_s) {
-  calibration::TraceNoise noise;
-  noise.angle_random_walk_deg_sqrt_s = Number(json, "angle_random_walk_deg_sqrt_s");
-  noise.bias_random_walk_deg_s_sqrt_s = Number(json, "bias_random_walk_deg_s_sqrt_s");
-  noise.reference_deg = Number(json, "reference_deg");
-  const report::NoiseFigures figures = report::JudgeNoise(noise, duration_s);
-  AddNoiseFigure(rows, "angle random walk", figures.angle_random_walk, "deg/sqrt(s)");
-  AddNoiseFigure(rows, "bias random walk", figures.bias_random_walk, "deg/s/sqrt(s)");
-  AddNoiseFigure(rows, "reference noise", figures.reference, "deg");
-}
-
 std::string FiguresText(const Json& channel, const Terminal& terminal, double duration_s) {
   Rows rows;
   AddErrors(rows, channel);
-  AddNoise(rows, Field(channel, "noise"), duration_s);
+  for (const NoiseLine& line : NoiseLines(Field(channel, "noise"), duration_s))
+    AddRow(rows, line.name, line.value, line.unit, line.note);
   if (rows.empty()) return "";
   return "  figures\n" +
          FitLines(AlignColumns(rows, std::vector<Align>(4, Align::kLeft), 4), terminal);

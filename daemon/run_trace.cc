@@ -10,6 +10,7 @@
 #include "calibration/trace/trace.h"
 #include "calibration/trace/trace_json.h"
 #include "recording/file_hash.h"
+#include "recording/measurement_files.h"
 #include "report/report.h"
 
 namespace gyrobench::daemon {
@@ -33,7 +34,7 @@ report::Provenance ProvenanceOf(const recording::RunDirectory& directory, const 
     provenance.notes.emplace_back("parameter " + item.key(),
                                   value.is_string() ? value.get<std::string>() : value.dump());
   }
-  for (const auto& file : {directory.EventLog(), directory.RunJson()}) {
+  for (const auto& file : recording::FilesOfMeasurement(directory.folder()).files) {
     provenance.files.push_back({file.filename().string(), recording::Sha256OfFile(file),
                                 static_cast<std::int64_t>(std::filesystem::file_size(file))});
   }

@@ -28,7 +28,8 @@ NoiseFigures JudgeNoise(const calibration::TraceNoise& noise, double duration_s)
                                    "the angle random walk hides it");
   figures.reference = Judge(noise.reference_deg,
                             n * std::sqrt(kInterval_s) * std::pow(kInterval_s / duration_s, 0.25),
-                            "the angle random walk hides it");
+                            noise.reference_deg > 0.0 ? "the angle random walk hides it"
+                                                      : "none, or the angle random walk hides it");
   return figures;
 }
 

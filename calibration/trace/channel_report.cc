@@ -256,12 +256,11 @@ class ChannelTracer {
                     "1", grow));
     }
     for (std::size_t run = 0; run < baseline_.constants; ++run) {
-      parameters.push_back(Parameter(fit, j++,
-                                     baseline_.constants > 1
-                                         ? fmt::format("zero_rate_offset_run_{}",
-                                                       problem_.run_number(run))
-                                         : "zero_rate_offset",
-                                     "deg/s", grow));
+      parameters.push_back(Parameter(
+          fit, j++,
+          baseline_.constants > 1 ? fmt::format("zero_rate_offset_run_{}", problem_.run_number(run))
+                                  : "zero_rate_offset",
+          "deg/s", grow));
     }
     for (int k = 1; k <= baseline_.temperature_order; ++k) {
       parameters.push_back(Parameter(fit, j++, fmt::format("offset_temperature_{}", k),

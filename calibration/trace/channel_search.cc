@@ -11,6 +11,7 @@
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/hold_out.h"
 #include "calibration/trace/noise_search.h"
+#include "calibration/trace/remaining.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -189,21 +190,44 @@ class ChannelSearcher {
         "many steps or tones would each describe a part of what is left: none of them is named");
   }
 
+  // By which share a member makes the whitened error larger on data that the fit did not see.
+  static double Harm(const HeldOutFigures& figures) {
+    return figures.whitened_rms.after / figures.whitened_rms.before - 1.0;
+  }
+  // The same of the angle error, where it is somewhat larger, and beyond chance.
+  static double HarmOfAngle(const HeldOutFigures& figures) {
+    constexpr double kSomewhat = 0.005;
+    const HeldOut& angle = figures.angle_rms_deg;
+    const double more = angle.after / angle.before - 1.0;
+    return more > kSomewhat && angle.reduction_ci95[1] < 0.0 ? more : 0.0;
+  }
+
   // What does not help on data that the fit did not see is not kept, whatever its p-value.
+  template <typename HarmOf>
+  bool DropMostHarmful(Selection* selection, HarmOf harm_of) const {
+    if (selection->members().empty()) return false;
+    const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
+    std::size_t worst = selection->members().size();
+    double harm = 0.0;
+    for (std::size_t i = 0; i < selection->members().size(); ++i) {
+      const double own = harm_of(HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed));
+      if (!(own > harm)) continue;
+      harm = own;
+      worst = i;
+    }
+    if (worst == selection->members().size()) return false;
+    selection->Remove(worst);
+    return true;
+  }
+
   void DropUseless(Selection* selection) const {
-    while (!selection->members().empty()) {
-      const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
-      std::size_t worst = selection->members().size();
-      double harm = 0.0;
-      for (std::size_t i = 0; i < selection->members().size(); ++i) {
-        const HeldOut figures =
-            HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed).whitened_rms;
-        if (figures.after - figures.before <= harm) continue;
-        harm = figures.after - figures.before;
-        worst = i;
-      }
-      if (worst == selection->members().size()) return;
-      selection->Remove(worst);
+    while (DropMostHarmful(selection, Harm)) {
+    }
+    if (selection->members().empty()) return;
+    // Where structure is left an effect may have been fitted to a part of it.
+    const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
+    if (WhatRemains(problem_, fit, request_.covariates).findings.empty()) return;
+    while (DropMostHarmful(selection, HarmOfAngle)) {
     }
   }
 

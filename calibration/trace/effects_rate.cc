@@ -140,8 +140,8 @@ class ScaleCovariateBasis final : public ChannelBasis {
   }
 };
 
-// Earth's rotation, w_north on world x and y (headings are not known here), w_up on z; nothing where
-// it is in the rates.
+// Earth's rotation, w_north on world x and y (headings are not known here), w_up on z; nothing
+// where it is in the rates.
 class EarthBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;

@@ -17,6 +17,8 @@ constexpr int kBootstrap = 400;
 // Of a column's square: less in the training rows is the whitener's memory of what happened in the
 // others.
 constexpr double kSeen = 1e-2;
+// What only one moment knows is trained where more than this is to be seen of it.
+constexpr double kMostOf = 0.5;
 constexpr double kTrainingShare = 0.6;
 
 // Least squares from products; dependent columns get 0, those that training cannot see too.
@@ -65,7 +67,7 @@ class Splitter {
  public:
   // `without`: linear columns that the model goes without.
   Splitter(const ChannelFit& fit, const std::vector<Eigen::Index>& without)
-      : output_(fit.white_output) {
+      : baseline_(fit.baseline_columns), output_(fit.white_output) {
     const std::vector<Eigen::Index> columns = AllBut(fit.raw.cols(), without);
     for (const Eigen::Index j : columns) local_.push_back(fit.local[static_cast<std::size_t>(j)]);
     std::vector<Eigen::Index> slopes;
@@ -97,7 +99,12 @@ class Splitter {
       right.noalias() += test.transpose() * output_.segment(range.begin, range.size());
     }
     std::vector<Eigen::Index> unseen;
-    Eigen::VectorXd theta = SolveProducts(gram_ - gram, right_ - right, gram_.diagonal(), &unseen);
+    // The filter carries some of a moment into other rows: too little to train by.
+    Eigen::VectorXd whole = gram_.diagonal();
+    for (Eigen::Index j = 0; fit_local && j < whole.size(); ++j) {
+      if (local_[static_cast<std::size_t>(j)] && j >= baseline_) whole(j) *= kMostOf / kSeen;
+    }
+    Eigen::VectorXd theta = SolveProducts(gram_ - gram, right_ - right, whole, &unseen);
     std::erase_if(unseen, [&](Eigen::Index j) { return !local_[static_cast<std::size_t>(j)]; });
     if (unseen.empty() || !fit_local) return theta;
     const Eigen::VectorXd left = right - gram * theta;
@@ -118,6 +125,7 @@ class Splitter {
   }
 
  private:
+  Eigen::Index baseline_;  // columns that belong to it
   Eigen::MatrixXd white_, raw_;
   std::vector<bool> local_;  // of each column
   const Eigen::VectorXd& output_;

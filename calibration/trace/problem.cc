@@ -71,7 +71,9 @@ double ChannelProblem::gear_ratio() const {
 }
 
 void ChannelProblem::Survey() {
+  constexpr double kFelt = 0.2;  // as a lever
   Vector3 table_path = {};
+  feels_table_.assign(rows_.size(), false);
   bool gravity = !trails_.empty(), temperature = gravity, vibration = gravity;
   for (const Trail& trail : trails_) {
     gravity = gravity && trail.gravity_known;
@@ -89,7 +91,10 @@ void ChannelProblem::Survey() {
       path_[c] += std::fabs(trail(i).rotation_deg[ref(i).interval][c]);
     for (std::size_t a = 0; a < 3; ++a) {
       const double lever = std::fabs(Lever(i, a));
-      if (lever > 0.2) table_path[a] += std::fabs(half(i, 0).table_rate_deg_s[a]) * dt * lever;
+      const double rate = half(i, 0).table_rate_deg_s[a];
+      if (!(lever > kFelt) || rate == 0.0) continue;
+      table_path[a] += std::fabs(rate) * dt * lever;
+      feels_table_[static_cast<std::size_t>(i)] = true;
     }
   }
   SurveyTemperature();

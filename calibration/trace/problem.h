@@ -75,6 +75,8 @@ class ChannelProblem {
   double max_rate_deg_s() const { return max_rate_; }
   // How much of a turn of the table's axis the channel feels in a row.
   double Lever(Eigen::Index row, std::size_t table_axis) const;
+  // An axis of the table turns in a row, and the channel feels it.
+  bool FeelsTable(Eigen::Index row) const { return feels_table_[static_cast<std::size_t>(row)]; }
 
  private:
   const ProblemRow& ref(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)]; }
@@ -90,6 +92,7 @@ class ChannelProblem {
   Eigen::VectorXd output_;
   unsigned knows_ = 0;
   std::vector<std::size_t> table_axes_;
+  std::vector<bool> feels_table_;
   Vector3 path_ = {};
   double min_temperature_ = kMissing, max_temperature_ = kMissing, mean_temperature_ = kMissing;
   double max_rate_ = 0.0;

@@ -24,7 +24,7 @@ class Steps {
  public:
   Steps(const ChannelProblem& problem, const Whitener& whitener, const Eigen::MatrixXd& model,
         const Eigen::VectorXd& residual)
-      : problem_(problem), p_(model.cols()) {
+      : problem_(problem), whitener_(whitener), residual_(residual), p_(model.cols()) {
     Eigen::MatrixXd all(model.rows(), p_ + 1);
     all << model, residual;
     shocks_ = whitener.Scores(all);
@@ -38,7 +38,7 @@ class Steps {
     for (std::size_t run = 0; run < begins.size(); ++run) {
       const Eigen::Index end = run + 1 < begins.size() ? begins[run + 1] : problem_.rows();
       for (Eigen::Index i = begins[run] + kEdgeRows; i + kEdgeRows < end; ++i) {
-        if (moving_only && problem_.intervals()[static_cast<std::size_t>(i)].still) continue;
+        if (moving_only && !problem_.FeelsTable(i)) continue;
         const double s = score(i, p_);
         // The model can only take information away: most places need no closer look.
         if (s * s < peak.gain * kLeastInformation * information(i)) continue;
@@ -66,35 +66,44 @@ class Steps {
     peak.id = "angle.step";
     peak.tried = static_cast<double>(problem_.rows());
     peak.tail_freedom = TailFreedom();
-    // Of the axis that turned fastest then.
-    double fastest = -1.0;
+    // Of the axis whose turning was felt most then.
+    double most = -1.0;
     for (const std::size_t a : problem_.table_axes()) {
-      const double rate = peak.gain > 0 ? std::fabs(problem_.half(row_, 0).table_rate_deg_s[a]) : 0;
-      if (rate > fastest) {
-        fastest = rate;
+      const double rate =
+          peak.gain > 0
+              ? std::fabs(problem_.half(row_, 0).table_rate_deg_s[a] * problem_.Lever(row_, a))
+              : 0.0;
+      if (rate > most) {
+        most = rate;
         peak.table_axis = a;
       }
     }
     return peak;
   }
+  // Of the rows' scores once the step at the peak is taken off: it is in those around it too.
   double TailFreedom() const {
+    Eigen::MatrixXd column = Eigen::VectorXd::Unit(problem_.rows(), row_);
+    whitener_.Apply(column);
+    const double size = column.col(0).dot(residual_) / column.squaredNorm();
+    const Whitener::Shocks left = whitener_.Scores(residual_ - size * column);
     std::vector<double> squares;
     double sum = 0.0;
     for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
-      if (problem_.intervals()[static_cast<std::size_t>(i)].still) continue;
-      squares.push_back(std::pow(shocks_.output(i, p_), 2) / shocks_.output_information(i));
-      // A step itself is not to count.
-      sum += std::min(squares.back(), 16.0);
+      if (!problem_.FeelsTable(i)) continue;
+      squares.push_back(std::pow(left.output(i, 0), 2) / left.output_information(i));
+      sum += squares.back();
     }
-    const double limit = 9.0 * sum / static_cast<double>(squares.size());
-    const auto beyond = std::ranges::count_if(squares, [&](double x) { return x > limit; });
-    return FreedomOfTails(static_cast<double>(beyond), static_cast<double>(squares.size()));
+    const auto n = static_cast<double>(squares.size());
+    const auto beyond = std::ranges::count_if(squares, [&](double x) { return x > 9.0 * sum / n; });
+    return FreedomOfTails(static_cast<double>(beyond), n);
   }
   // Score of each row's output, of the residual.
   Eigen::VectorXd Output() const { return shocks_.output.col(p_); }
 
  private:
   const ChannelProblem& problem_;
+  const Whitener& whitener_;
+  const Eigen::VectorXd& residual_;
   Eigen::Index p_;
   Whitener::Shocks shocks_;
   ScaledLdlt factor_;

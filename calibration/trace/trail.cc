@@ -156,6 +156,15 @@ class TrailMaker {
     return true;
   }
 
+  // The angle that goes into the rotation has an error of its own: it is not the same before or
+  // after.
+  bool Errs(std::size_t k, std::size_t a) const {
+    if (!AtRest(k)) return !settled_.is_settled[k][a];
+    const double angle = settled_.angle_deg[k][a];
+    return (k > 0 && settled_.angle_deg[k - 1][a] != angle) ||
+           (k + 1 < nodes_.size() && settled_.angle_deg[k + 1][a] != angle);
+  }
+
   // What a reading's error does to each channel: by each axis as much as the channel feels of it.
   void Shares() {
     const bool stand = recording_.info.reference == ReferenceKind::kStandAngles;
@@ -167,8 +176,7 @@ class TrailMaker {
         if (stand) {
           double felt = 0.0;
           for (std::size_t a = 0; a < 3; ++a) {
-            if (readings || AtRest(k) || !settled_.is_settled[k][a])
-              felt += rates[c][a] * rates[c][a];
+            if (Errs(k, a) || (readings && !AtRest(k))) felt += rates[c][a] * rates[c][a];
           }
           if (std::isfinite(felt)) share[c] *= std::max(felt, kLeastFelt);
         }

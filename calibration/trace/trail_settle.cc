@@ -18,10 +18,15 @@ double RestTolerance(const std::vector<Node>& nodes, std::size_t axis) {
     if (std::isfinite(change)) changes.push_back(change);
   }
   if (changes.empty()) return 0.0;
+  // Where the noise is not larger than the resolution most changes are none at all.
+  double resolution = 0.1;
+  for (const double change : changes) {
+    if (change > 1e-9) resolution = std::min(resolution, change);
+  }
   const auto fifth = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 5);
   std::nth_element(changes.begin(), fifth, changes.end());
   // A fifth of normal changes is below 0.253 standard deviations.
-  return std::clamp(6.0 * *fifth / 0.253, 0.005, 0.1);
+  return std::clamp(std::max(6.0 * *fifth / 0.253, 10.0 * resolution), 0.005, 0.1);
 }
 
 // Nodes [begin, end) of one axis.

@@ -130,9 +130,11 @@ Injection EarthRate(const SyntheticBench&) {
 Injection BiasStep(const SyntheticBench&) {
   return Rate([](const BenchState& s) { return s.t_s >= 137.3 ? -0.02 : 0.0; });
 }
+template <int kCentihertz>
 Injection Tone(const SyntheticBench&) {
-  return Rate(
-      [](const BenchState& s) { return 0.02 * std::sin(2.0 * kPi * 0.73 * s.t_s + 50.0 * kRad); });
+  return Rate([](const BenchState& s) {
+    return 0.02 * std::sin(2.0 * kPi * 0.01 * kCentihertz * s.t_s + 50.0 * kRad);
+  });
 }
 
 // --- Effects on the angle, and lags.
@@ -226,7 +228,9 @@ const std::vector<Row>& Rows() {
        EarthRate,
        {{"up", kEarth_deg_s[2]}, {"world_x", kEarth_deg_s[0]}, {"world_y", kEarth_deg_s[1]}}},
       {"bias.step", "", BiasStep, {{"b", -0.02}, {"t0", 137.3, 1.0}}},
-      {"bias.tone", "", Tone, {{"amplitude", 0.02}, {"phase", 50.0}, {"f", 0.73}}},
+      {"bias.tone", "", Tone<73>, {{"amplitude", 0.02}, {"phase", 50.0}, {"f", 0.73}}},
+      // Periods of a few intervals: their mean over an interval is less than their height.
+      {"bias.tone", "of_3_hz", Tone<319>, {{"amplitude", 0.02}, {"phase", 50.0}, {"f", 3.19}}},
       {"angle.latency", "", Latency, {{"tau", 0.012}}, EveryMotion, NominalScale()},
       {"bandwidth.first_order", "", Lag, {{"tau", 0.015}}, EveryMotion, NominalScale()},
       {"angle.clock_drift", "", ClockDrift<8>, {{"eps", 8.0}}, EveryMotion, NominalScale()},

@@ -6,7 +6,9 @@ import csv
 import gzip
 import json
 import os
+import re
 import subprocess
+import tempfile
 import unittest
 
 from bench import BIN, ROOT
@@ -69,6 +71,18 @@ class MeasuredData(unittest.TestCase):
         self.assertLess(abs(scale["bias"] - bias), 2 * scale["bias_std_error"])
         defects = {d["kind"]: d["count"] for d in result["defects"]}
         self.assertEqual(defects.get("repeated_time"), 26)
+
+    def test_lags_learned_on_a_slow_recording_explain_most_of_a_faster_one(self):
+        faster = DATA.with_name("stepper-encoder-z-medium.csv.gz")
+        with tempfile.TemporaryDirectory() as folder:
+            calibration = os.path.join(folder, "slow.json")
+            subprocess.run([BIN / "gyrobench", "trace", DATA, "--calibration", calibration], check=True,
+                           stdout=subprocess.DEVNULL)
+            done = subprocess.run([ROOT / "tests/benchmarks/transfer_of_lag.py", calibration, faster], check=True,
+                                  capture_output=True, text=True)
+        without, with_lags = (float(re.search(rf"^{name} it +([0-9.]+) deg", done.stdout, re.M).group(1))
+                              for name in ("without", "with"))
+        self.assertLess(with_lags, 0.3 * without)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,112 @@
+// How much of the reference's error each channel feels.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "calibration/trace/likelihood.h"
+#include "calibration/trace/noise_search.h"
+#include "calibration/trace/problem.h"
+#include "calibration/trace/trail.h"
+#include "tests/calibration/synthetic_bench.h"
+
+namespace gyrobench::testing {
+namespace {
+
+using calibration::ChannelProblem;
+using calibration::MakeTrail;
+using calibration::Recording;
+using calibration::RoughSensitivity;
+using calibration::Trail;
+
+constexpr std::size_t kZ = 2;
+
+struct Told {
+  Recording recording;
+  std::vector<Trail> trails;
+};
+
+Told Tell(const Motion& motion, const BenchSensor& sensor, std::uint64_t seed) {
+  Told told{SyntheticBench(motion, sensor).Measure({}, seed), {}};
+  told.trails.push_back(MakeTrail(told.recording, RoughSensitivity(told.recording), true, {}));
+  told.trails.front().recording = &told.recording;
+  return told;
+}
+
+// Of the channel z at the ends of intervals in which the axis turns fast.
+std::vector<double> SharesWhileTurning(const Told& told, TableAxis axis) {
+  const Trail& trail = told.trails.front();
+  std::vector<double> shares;
+  for (std::size_t i = 0; i < trail.still.size(); ++i) {
+    if (std::fabs(trail.halves[2 * i].table_rate_deg_s[axis]) > 10.0)
+      shares.push_back(trail.reference_share[i + 1][kZ]);
+  }
+  return shares;
+}
+
+TEST(ReferenceShare, IsThatOfOneReadingWhereTheChannelTurns) {
+  const Told told = Tell(Motion().Rest(20).ThereAndBack(kInnerAxis, 180, 20).Rest(20), {}, 1);
+  const std::vector<double> shares = SharesWhileTurning(told, kInnerAxis);
+  ASSERT_GT(shares.size(), 100U);
+  for (const double share : shares) EXPECT_NEAR(share, 1.0, 0.01);
+}
+
+// The middle axis is horizontal, across z, however far it has turned.
+TEST(ReferenceShare, IsNoneWhereTheTurningAxisIsAcrossTheChannel) {
+  const Told told = Tell(Motion().Rest(20).ThereAndBack(kMiddleAxis, 60, 20).Rest(20), {}, 1);
+  const std::vector<double> shares = SharesWhileTurning(told, kMiddleAxis);
+  ASSERT_GT(shares.size(), 30U);
+  for (const double share : shares) EXPECT_LT(share, 1e-3);
+}
+
+// By the mean over seeds, to within four standard errors of it and 2 %.
+TEST(ReferenceNoise, IsWhatWasPutInWhateverElseTheStandDoes) {
+  const Motion motion = Motion()
+                            .Rest(30)
+                            .ThereAndBack(kInnerAxis, 360, 20)
+                            .ThereAndBack(kMiddleAxis, 80, 20)
+                            .ThereAndBack(kMiddleAxis, 60, 10)
+                            .ThereAndBack(kInnerAxis, 360, 30)
+                            .Rest(30);
+  BenchSensor sensor;
+  double sum = 0.0, square = 0.0;
+  constexpr int kSeeds = 12;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    const Told told = Tell(motion, sensor, static_cast<std::uint64_t>(seed));
+    const ChannelProblem problem(told.trails, kZ, 1.0);
+    const calibration::NoiseSearch search(problem.intervals(), problem.MakeBaseline().columns,
+                                          problem.output_deg());
+    const double s = search.Best()->noise.reference_deg;
+    sum += s;
+    square += s * s;
+  }
+  const double mean = sum / kSeeds;
+  const double error = std::sqrt((square / kSeeds - mean * mean) / (kSeeds - 1));
+  EXPECT_NEAR(mean, sensor.reading_deg, 4.0 * error + 0.02 * sensor.reading_deg);
+}
+
+TEST(Tails, OfANormalDistributionAreNotTakenForHeavyOnes) {
+  constexpr double kValues = 1e4;
+  const double expected = kValues * std::erfc(3.0 / std::sqrt(2.0));
+  EXPECT_TRUE(std::isinf(calibration::FreedomOfTails(expected, kValues)));
+  EXPECT_TRUE(std::isinf(calibration::FreedomOfTails(expected + std::sqrt(expected), kValues)));
+}
+
+TEST(Tails, HaveTheFreedomWhoseShareBeyondThreeTheyShow) {
+  for (const double freedom : {5.0, 8.0, 15.0, 30.0}) {
+    constexpr double kValues = 1e6;
+    const double beyond = kValues * std::exp(calibration::LogHeavyTail(9.0, freedom));
+    EXPECT_NEAR(calibration::FreedomOfTails(beyond, kValues), freedom, 1e-3 * freedom);
+  }
+}
+
+TEST(Tails, AreHeavierThanNormalOnesFarOutAndWithoutLimitAreThem) {
+  for (const double square : {16.0, 36.0, 100.0}) {
+    EXPECT_GT(calibration::LogHeavyTail(square, 8.0), calibration::LogChiSquareTail(square, 1.0));
+    EXPECT_NEAR(calibration::LogHeavyTail(square, 1e7), calibration::LogChiSquareTail(square, 1.0),
+                1e-3 * square);
+  }
+}
+
+}  // namespace
+}  // namespace gyrobench::testing
