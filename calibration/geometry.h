@@ -1,37 +1,17 @@
-// Geometry of the stand (docs/measurement-table.md): plain functions of the three table angles.
-//
-// World W: z up. R_WS = Rz(outer) Rx(middle) Rz(inner) rotates sensor-frame vectors into W (the
-// sensor is mounted with its axes parallel to the inner frame). Right-handed, degrees throughout.
+// The stand's geometry, under the names that this room uses.
 #pragma once
 
-#include <array>
+#include "kinematics/geometry.h"
 
 namespace gyrobench::calibration {
 
-using Vector3 = std::array<double, 3>;
-using Matrix3 = std::array<Vector3, 3>;  // [row][column]
-
-// R_WS at the angles (outer, middle, inner) [deg]. All zero: identity.
-Matrix3 StandOrientation(const Vector3& angles_deg);
-
-// J with w_WS_S = J d(outer, middle, inner)/dt: column a is the direction of stand axis a in frame
-// S.
-//   J = [ Rz(inner)^T Rx(middle)^T z,  Rz(inner)^T x,  z ]
-Matrix3 StandRates(const Vector3& angles_deg);
-
-// Earth's rotation in W [deg/s]: 15.041 deg/h (cos lat cos h, -cos lat sin h, sin lat), h the
-// heading of W's x axis from north.
-Vector3 EarthRate(double latitude_deg, double heading_deg);
-
-// R_WS of a unit quaternion (w, x, y, z).
-Matrix3 QuaternionOrientation(const std::array<double, 4>& q_wxyz);
-
-// Rotation vector, in the sensor frame [deg], of the shortest way from one orientation to the next:
-//   q_next = q_from (x) exp(v / 2)
-Vector3 RotationBetween(const std::array<double, 4>& from_wxyz,
-                        const std::array<double, 4>& to_wxyz);
-
-// M^T v: a vector given in W, expressed in S, for M = R_WS.
-Vector3 TransposedTimes(const Matrix3& m, const Vector3& v);
+using kinematics::EarthRate;
+using kinematics::Matrix3;
+using kinematics::QuaternionOrientation;
+using kinematics::RotationBetween;
+using kinematics::StandOrientation;
+using kinematics::StandRates;
+using kinematics::TransposedTimes;
+using kinematics::Vector3;
 
 }  // namespace gyrobench::calibration

@@ -186,6 +186,8 @@ int Check(const Options& options) {
       segments.is_array() ? segments.size() : static_cast<std::size_t>(Integer(answer, "segments")),
       moves.size());
   fmt::print("{}", MovesText(moves));
+  for (const Json& note : Field(answer, "notes"))
+    fmt::print("note: {}\n", note.is_string() ? note.get<std::string>() : note.dump());
   return kDone;
 }
 

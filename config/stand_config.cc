@@ -230,6 +230,18 @@ GyroConfig ReadGyro(const TomlTable& table, const std::vector<BusConfig>& buses,
   return gyro;
 }
 
+GeometryConfig ReadGeometry(const TomlTable& table) {
+  GeometryConfig geometry;
+  geometry.mount_x_deg = table.Number("mount_x_deg", {-180, 180, "deg"}, geometry.mount_x_deg);
+  geometry.mount_y_deg = table.Number("mount_y_deg", {-180, 180, "deg"}, geometry.mount_y_deg);
+  geometry.mount_z_deg = table.Number("mount_z_deg", {-180, 180, "deg"}, geometry.mount_z_deg);
+  geometry.outer_middle_deg =
+      table.Number("outer_middle_deg", {-10, 10, "deg"}, geometry.outer_middle_deg);
+  geometry.middle_inner_deg =
+      table.Number("middle_inner_deg", {-10, 10, "deg"}, geometry.middle_inner_deg);
+  return geometry;
+}
+
 SiteConfig ReadSite(const TomlTable& table) {
   SiteConfig site;
   site.latitude_deg = table.OptionalNumber("latitude_deg", {-90, 90, "deg"});
@@ -334,6 +346,7 @@ StandConfig ReadStandConfig(const TomlTable& root, const fs::path& file) {
   stand.buses = ReadBuses(root);
   stand.axes = ReadAxes(root, stand.buses, units);
   stand.gyro = ReadGyro(root.Table("gyro"), stand.buses, units);
+  stand.geometry = ReadSection(root, "geometry", ReadGeometry);
   stand.site = ReadSection(root, "site", ReadSite);
   stand.lcm = ReadSection(root, "lcm", ReadLcm);
   stand.safety = ReadSection(root, "safety", ReadSafety);

@@ -124,6 +124,14 @@ json GyroToJson(const GyroConfig& gyro) {
   return out;
 }
 
+json GeometryToJson(const GeometryConfig& geometry) {
+  return {{"mount_x_deg", geometry.mount_x_deg},
+          {"mount_y_deg", geometry.mount_y_deg},
+          {"mount_z_deg", geometry.mount_z_deg},
+          {"outer_middle_deg", geometry.outer_middle_deg},
+          {"middle_inner_deg", geometry.middle_inner_deg}};
+}
+
 json SiteToJson(const SiteConfig& site) {
   json out = {{"heading_deg", site.heading_deg}};
   if (site.latitude_deg) out["latitude_deg"] = *site.latitude_deg;
@@ -147,6 +155,7 @@ json ToJson(const StandConfig& stand) {
           {"bus", std::move(buses)},
           {"axis", std::move(axes)},
           {"gyro", GyroToJson(stand.gyro)},
+          {"geometry", GeometryToJson(stand.geometry)},
           {"site", SiteToJson(stand.site)},
           {"lcm",
            {{"url", stand.lcm.url},

@@ -1,4 +1,4 @@
-// An axis of the stand file as a procedure sees it.
+// The stand of the stand file as a procedure sees it.
 #pragma once
 
 #include "config/stand_config.h"
@@ -14,6 +14,12 @@ inline procedures::AxisFacts FactsOf(const config::AxisConfig& axis, double angl
           axis.max_deg,
           axis.max_rate_deg_s,
           axis.max_acceleration_deg_s2};
+}
+
+inline kinematics::StandGeometry GeometryOf(const config::GeometryConfig& geometry) {
+  return {{geometry.mount_x_deg, geometry.mount_y_deg, geometry.mount_z_deg},
+          geometry.outer_middle_deg,
+          geometry.middle_inner_deg};
 }
 
 }  // namespace gyrobench::daemon

@@ -160,7 +160,8 @@ json Check(Context& c, const json& body) {
   return {{"duration_s", plan.expected_duration_s},
           {"longest_duration_s", plan.duration_s},
           {"segments", plan.segments.size()},
-          {"moves", moves}};
+          {"moves", moves},
+          {"notes", plan.notes}};
 }
 
 json Start(Context& c, const json& body) {

@@ -18,6 +18,8 @@ namespace {
 constexpr double kSoakSegment_s = 60.0;
 constexpr double kTemperaturePeriod_s = 1.0;
 constexpr Utime kMovePoll = kMicrosecondsPerSecond / 20;
+// Within a swing the next move is to follow at once.
+constexpr Utime kSwingPoll = kMicrosecondsPerSecond / 500;
 // The table swings out after a move; the reference is read for "moved" after this.
 constexpr double kSettle_s = 0.1;
 
@@ -52,6 +54,10 @@ std::vector<procedures::AxisFacts> LiveBench::Axes() const {
     facts.push_back(FactsOf(axis, context_.acquisition.Axis(axis.name).reference.angle_deg));
   }
   return facts;
+}
+
+kinematics::StandGeometry LiveBench::Geometry() const {
+  return GeometryOf(context_.stand.geometry);
 }
 
 double LiveBench::TemperatureDegC() const { return context_.acquisition.Sensor().temperature_degC; }
@@ -98,7 +104,14 @@ void LiveBench::EndSegment() {
   context_.on_progress(progress_);
 }
 
-AxisView LiveBench::WaitForEndOfMove(const procedures::TurnCommand& command, double expected_s) {
+double LiveBench::StartMove(const procedures::TurnCommand& command) {
+  return context_.acquisition.MoveBy(context_.participant, command.axis, command.angle_deg,
+                                     command.rate_deg_s, command.acceleration_deg_s2,
+                                     [this] { context_.control.ThrowIfToEnd(); });
+}
+
+AxisView LiveBench::WaitForEndOfMove(const procedures::TurnCommand& command, double expected_s,
+                                     Utime poll) {
   const Utime begin = context_.clock.Now();
   context_.control.Wait(context_.clock, begin + FromSeconds(expected_s));
   const Utime deadline = begin + FromSeconds(1.5 * expected_s + 2.0);
@@ -113,7 +126,7 @@ AxisView LiveBench::WaitForEndOfMove(const procedures::TurnCommand& command, dou
                        ToSeconds(context_.clock.Now() - begin), command.angle_deg,
                        command.rate_deg_s, expected_s)});
     }
-    context_.control.Wait(context_.clock, context_.clock.Now() + kMovePoll);
+    context_.control.Wait(context_.clock, context_.clock.Now() + poll);
   }
 }
 
@@ -134,11 +147,10 @@ procedures::TurnOutcome LiveBench::Turn(const procedures::TurnCommand& command) 
       FactsOf(ConfigOf(context_.stand, command.axis), before.reference.angle_deg);
   procedures::CheckTurn(command, facts);
   BeginSegment("turn", fmt::format("{} {:+g} deg", command.axis, command.angle_deg));
-  const double rate = context_.acquisition.MoveBy(
-      context_.participant, command.axis, command.angle_deg, command.rate_deg_s,
-      command.acceleration_deg_s2, [this] { context_.control.ThrowIfToEnd(); });
-  WaitForEndOfMove(
-      command, procedures::MoveDuration_s(command.angle_deg, rate, command.acceleration_deg_s2));
+  const double rate = StartMove(command);
+  WaitForEndOfMove(command,
+                   procedures::MoveDuration_s(command.angle_deg, rate, command.acceleration_deg_s2),
+                   kMovePoll);
   context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kSettle_s));
   const AxisView after = context_.acquisition.ReadNow(context_.participant, command.axis);
   const double moved = after.reference.angle_deg - before.reference.angle_deg;
@@ -146,6 +158,34 @@ procedures::TurnOutcome LiveBench::Turn(const procedures::TurnCommand& command) 
   const double duration = ToSeconds(context_.clock.Now() - segment_begin_);
   EndSegment();
   return {moved, rate, duration};
+}
+
+procedures::SwingOutcome LiveBench::Swing(const procedures::SwingCommand& command) {
+  const std::vector<procedures::TurnCommand> moves = procedures::MovesOf(command);
+  const AxisView before = context_.acquisition.ReadNow(context_.participant, command.axis);
+  procedures::AxisFacts facts =
+      FactsOf(ConfigOf(context_.stand, command.axis), before.reference.angle_deg);
+  for (const procedures::TurnCommand& move : moves) {
+    procedures::CheckTurn(move, facts);
+    facts.angle_deg += move.angle_deg;
+  }
+  BeginSegment("swing", procedures::Describe(command));
+  for (const procedures::TurnCommand& move : moves) {
+    const double rate = StartMove(move);
+    WaitForEndOfMove(move,
+                     procedures::MoveDuration_s(move.angle_deg, rate, move.acceleration_deg_s2),
+                     kSwingPoll);
+  }
+  const double duration = ToSeconds(context_.clock.Now() - segment_begin_);
+  context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kSettle_s));
+  const AxisView after = context_.acquisition.ReadNow(context_.participant, command.axis);
+  // Home again: as a move by nothing.
+  CheckFollowing({command.axis, 0.0, moves[0].rate_deg_s, moves[0].acceleration_deg_s2},
+                 after.reference.angle_deg - before.reference.angle_deg);
+  EndSegment();
+  // Home to side takes a third of a period, side to side half of one.
+  const double periods = static_cast<double>(command.periods) + 1.0 / 6.0;
+  return {periods / duration, duration};
 }
 
 void LiveBench::Rest(double duration_s) {

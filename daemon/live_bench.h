@@ -49,8 +49,10 @@ class LiveBench final : public procedures::Bench {
 
   double ElapsedS() const override;
   std::vector<procedures::AxisFacts> Axes() const override;
+  kinematics::StandGeometry Geometry() const override;
   double TemperatureDegC() const override;
   procedures::TurnOutcome Turn(const procedures::TurnCommand& command) override;
+  procedures::SwingOutcome Swing(const procedures::SwingCommand& command) override;
   void Rest(double duration_s) override;
   procedures::SoakOutcome Soak(const procedures::SoakCommand& command) override;
   std::string Ask(const procedures::Question& question) override;
@@ -69,7 +71,10 @@ class LiveBench final : public procedures::Bench {
   void BeginSegment(const std::string& kind, const std::string& name);
   void EndSegment();
   void UpdateTime();
-  AxisView WaitForEndOfMove(const procedures::TurnCommand& command, double expected_s);
+  // Starts a move; returns the rate that the drive uses.
+  double StartMove(const procedures::TurnCommand& command);
+  // The drive is asked every `poll` once the time is over that the move should take.
+  AxisView WaitForEndOfMove(const procedures::TurnCommand& command, double expected_s, Utime poll);
   void CheckFollowing(const procedures::TurnCommand& command, double moved_deg);
   run_t Message(std::int8_t event) const;
 

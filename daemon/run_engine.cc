@@ -84,6 +84,7 @@ procedures::RunHooks RunEngine::DryHooks() {
 
 procedures::DryOptions RunEngine::DryOptions() const {
   procedures::DryOptions options;
+  options.geometry = GeometryOf(context_.stand.geometry);
   const SensorView sensor = context_.acquisition.Sensor();
   if (sensor.identity.gyro_lsb_per_deg_s > 0) {
     options.nominal_scale_deg_s_per_lsb = 1.0 / sensor.identity.gyro_lsb_per_deg_s;

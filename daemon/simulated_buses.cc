@@ -15,6 +15,8 @@ class VirtualStandBuses final : public SimulatedBuses {
   std::vector<config::BusConfig> buses() const override { return buses_; }
   void Answered(const std::string& question_id) override {
     if (question_id == "cool") stand_.ColdSoak();
+    if (question_id == "fan_on") stand_.SetFan(true);
+    if (question_id == "fan_off") stand_.SetFan(false);
   }
 
  private:

@@ -17,7 +17,8 @@ class SimulatedBuses {
   // The buses that the drivers are to use in place of those of the stand file.
   virtual std::vector<config::BusConfig> buses() const = 0;
   // The stand file has answered a question in the operator's place: what the operator would have
-  // done by hand happens (`cool`: the gyro unit is brought to the scenario's start temperature).
+  // done by hand happens (`cool`: the gyro unit is brought to the scenario's start temperature;
+  // `fan_on`, `fan_off`).
   virtual void Answered(const std::string& question_id) = 0;
 };
 

@@ -187,6 +187,12 @@ void Physics::SetTemperature(Utime at, double degC) {
   gyro_.SetTemperature(degC);
 }
 
+void Physics::SetFan(Utime at, bool blows) {
+  const std::lock_guard lock(mutex_);
+  Advance(at);
+  gyro_.SetFan(blows);
+}
+
 AxisTruth Physics::Truth(std::size_t axis, Utime at) {
   const std::lock_guard lock(mutex_);
   return axes_[axis].At(Advance(at));

@@ -58,6 +58,7 @@ class GyroSampler {
   // In force from `t_s` on; the ring is emptied, numbers go on.
   void Set(double t_s, const GyroSettings& settings);
   void SetTemperature(double degC) { thermal_.SetTemperature(degC); }
+  void SetFan(bool blows) { thermal_.SetFan(blows); }
 
   const GyroSettings& settings() const { return settings_; }
   std::uint32_t next_number() const { return next_number_; }

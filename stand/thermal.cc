@@ -55,7 +55,7 @@ void Thermal::Advance(double t_s) {
   if (!(dt > 0.0)) return;
   t_s_ = t_s;
   if (ChillWithin(t_s)) return;
-  const bool fan = FanBlows(t_s);
+  const bool fan = fan_by_hand_ || FanBlows(t_s);
   const double heating = thermal_.self_heating_degC - (fan ? room_.fan_drop_degC : 0.0);
   const double tau = fan ? room_.fan_time_constant_s : thermal_.time_constant_s;
   package_degC_ += package_step_.Of(dt, tau) * (Room(t_s) + heating - package_degC_);

@@ -19,6 +19,8 @@ class Thermal {
   void Advance(double t_s);
   // The unit is brought to `degC`, right now.
   void SetTemperature(double degC);
+  // Somebody switches the fan by hand, beside what the scenario says.
+  void SetFan(bool blows) { fan_by_hand_ = blows; }
 
   double package_degC() const { return package_degC_; }
   double die_degC() const { return die_degC_; }
@@ -42,6 +44,7 @@ class Thermal {
   const config::ThermalScenario& thermal_;
   const config::RoomScenario& room_;
   double t_s_ = 0.0;
+  bool fan_by_hand_ = false;
   double package_degC_, die_degC_;
   double die_rate_degC_s_ = 0.0;
   std::size_t next_chill_ = 0;

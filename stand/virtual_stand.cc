@@ -112,6 +112,8 @@ void VirtualStand::SetTemperature(double degC) {
 
 void VirtualStand::ColdSoak() { SetTemperature(impl_->physics.specimen().thermal.cooled_degC); }
 
+void VirtualStand::SetFan(bool blows) { impl_->physics.SetFan(impl_->clock.Now(), blows); }
+
 Physics& VirtualStand::physics() { return impl_->physics; }
 
 }  // namespace gyrobench::stand

@@ -44,6 +44,8 @@ class VirtualStand {
   void SetTemperature(double degC);
   // The same to the scenario's thermal.cooled_degC.
   void ColdSoak();
+  // The operator switches the fan that cools the gyro unit.
+  void SetFan(bool blows);
 
   // For tests: the truth.
   Physics& physics();

@@ -6,6 +6,11 @@
 
 namespace gyrobench::procedures {
 
+std::string Describe(const SwingCommand& command) {
+  return fmt::format("{} +-{:g} deg at {:g} Hz", command.axis, command.amplitude_deg,
+                     command.frequency_hz);
+}
+
 std::string Describe(const LimitCheck& check) {
   std::string range;
   if (std::isinf(check.min)) {

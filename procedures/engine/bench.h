@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "kinematics/stand_frame.h"
+
 namespace gyrobench::procedures {
 
 // What a procedure may know of an axis.
@@ -30,6 +32,20 @@ struct TurnCommand {
 struct TurnOutcome {
   double moved_deg = 0.0;   // by the reference sensor
   double rate_deg_s = 0.0;  // that the drive used
+  double duration_s = 0.0;
+};
+
+// Whole periods of a swing to both sides of where the table stands, nearly a sine: bounded moves
+// with a rate that rises, stays and falls for a third of the half period each.
+struct SwingCommand {
+  std::string axis;
+  double amplitude_deg = 0.0;
+  double frequency_hz = 0.0;
+  int periods = 1;
+};
+
+struct SwingOutcome {
+  double frequency_hz = 0.0;  // that was reached, with what a drive needs between two moves
   double duration_s = 0.0;
 };
 
@@ -99,16 +115,22 @@ struct LimitCheck {
 // "offset = 0.31 deg/s: PASS (-1 .. 1 deg/s)"
 std::string Describe(const LimitCheck& check);
 
-// Everything a procedure can do. Each of Turn, Rest and Soak is one segment of the run. All may
-// throw LimitError (before motion), DeviceError and Aborted.
+// "inner +-5 deg at 0.4 Hz"
+std::string Describe(const SwingCommand& command);
+
+// Everything a procedure can do. Each of Turn, Swing, Rest and Soak is one segment of the run. All
+// may throw LimitError (before motion), DeviceError and Aborted.
 class Bench {
  public:
   virtual ~Bench() = default;
   // Seconds since the run began.
   virtual double ElapsedS() const = 0;
   virtual std::vector<AxisFacts> Axes() const = 0;
+  // How the sensor is mounted and the axes lean.
+  virtual kinematics::StandGeometry Geometry() const = 0;
   virtual double TemperatureDegC() const = 0;
   virtual TurnOutcome Turn(const TurnCommand& command) = 0;
+  virtual SwingOutcome Swing(const SwingCommand& command) = 0;
   virtual void Rest(double duration_s) = 0;
   virtual SoakOutcome Soak(const SoakCommand& command) = 0;
   virtual std::string Ask(const Question& question) = 0;

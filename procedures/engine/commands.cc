@@ -5,116 +5,15 @@
 
 #include <cmath>
 #include <iterator>
-#include <lua.hpp>
-#include <utility>
 
 #include "base/error.h"
-#include "procedures/engine/motion_time.h"
-#include "procedures/engine/table_reader.h"
+#include "procedures/engine/command_call.h"
 #include "procedures/engine/text.h"
 
 namespace gyrobench::procedures {
 namespace {
 
-// About the smallest step of a drive behind a worm: a table nearer to its target than this is
-// there.
-constexpr double kThere_deg = 0.001;
-
-// One command as it is executed: the script's argument, the bench, and the stack for the outcome.
-struct Call {
-  lua_State* state;
-  int argument;             // index on the stack
-  const std::string& name;  // "bench.turn"
-  Bench& bench;
-  std::vector<LimitCheck>& checks;
-
-  TableReader Fields(std::vector<std::string> known) const {
-    return {state, argument, name, std::move(known)};
-  }
-  std::string Text() const { return ReadText(state, argument, name); }
-};
-
-void SetField(lua_State* state, const char* field, double value) {
-  lua_pushnumber(state, value);
-  lua_setfield(state, -2, field);
-}
-
-void SetField(lua_State* state, const char* field, const std::string& value) {
-  lua_pushlstring(state, value.data(), value.size());
-  lua_setfield(state, -2, field);
-}
-
 // Each of the following executes one command and returns the number of values that it pushed.
-
-int Rest(const Call& call) {
-  const double duration_s = call.Fields({"duration_s"}).RequiredNumber("duration_s");
-  CheckRest(duration_s);
-  if (duration_s > 0.0) call.bench.Rest(duration_s);
-  return 0;
-}
-
-int PushOutcome(lua_State* state, const TurnOutcome& outcome) {
-  lua_createtable(state, 0, 3);
-  SetField(state, "moved_deg", outcome.moved_deg);
-  SetField(state, "rate_deg_s", outcome.rate_deg_s);
-  SetField(state, "duration_s", outcome.duration_s);
-  return 1;
-}
-
-TurnCommand ReadMove(const TableReader& fields, const AxisFacts& axis) {
-  TurnCommand command;
-  command.axis = axis.name;
-  command.rate_deg_s = fields.RequiredNumber("rate_deg_s");
-  command.acceleration_deg_s2 =
-      fields.Number("acceleration_deg_s2").value_or(0.5 * axis.max_acceleration_deg_s2);
-  return command;
-}
-
-int Turn(const Call& call) {
-  const TableReader fields =
-      call.Fields({"axis", "angle_deg", "shaft_turns", "rate_deg_s", "acceleration_deg_s2"});
-  const auto axes = call.bench.Axes();
-  const AxisFacts& axis = FindAxis(axes, fields.RequiredText("axis"));
-  TurnCommand command = ReadMove(fields, axis);
-  if (fields.Has("angle_deg") == fields.Has("shaft_turns")) {
-    fields.Refuse("expected either angle_deg (of the table) or shaft_turns");
-  }
-  command.angle_deg = fields.Has("angle_deg")
-                          ? fields.RequiredNumber("angle_deg")
-                          : 360.0 * fields.RequiredNumber("shaft_turns") / axis.gear_ratio;
-  if (command.angle_deg == 0.0) fields.Refuse("a turn by 0 deg is none");
-  return PushOutcome(call.state, call.bench.Turn(command));
-}
-
-int MoveTo(const Call& call) {
-  const TableReader fields =
-      call.Fields({"axis", "angle_deg", "rate_deg_s", "acceleration_deg_s2"});
-  const auto axes = call.bench.Axes();
-  const AxisFacts& axis = FindAxis(axes, fields.RequiredText("axis"));
-  TurnCommand command = ReadMove(fields, axis);
-  command.angle_deg = fields.RequiredNumber("angle_deg") - axis.angle_deg;
-  if (std::abs(command.angle_deg) < kThere_deg) {
-    return PushOutcome(call.state, {0.0, command.rate_deg_s, 0.0});
-  }
-  return PushOutcome(call.state, call.bench.Turn(command));
-}
-
-int Soak(const Call& call) {
-  const TableReader fields = call.Fields({"drift_degC", "window_s", "min_s", "max_s"});
-  SoakCommand command;
-  command.drift_degC = fields.Number("drift_degC").value_or(command.drift_degC);
-  command.window_s = fields.Number("window_s").value_or(command.window_s);
-  command.min_s = fields.Number("min_s").value_or(command.min_s);
-  command.max_s = fields.RequiredNumber("max_s");
-  CheckSoak(command);
-  const SoakOutcome outcome = call.bench.Soak(command);
-  lua_createtable(call.state, 0, 3);
-  lua_pushboolean(call.state, outcome.settled ? 1 : 0);
-  lua_setfield(call.state, -2, "settled");
-  SetField(call.state, "temperature_degC", outcome.temperature_degC);
-  SetField(call.state, "duration_s", outcome.duration_s);
-  return 1;
-}
 
 int Ask(const Call& call) {
   const TableReader fields = call.Fields({"id", "text", "choices", "timeout_s"});
@@ -283,11 +182,23 @@ struct Command {
 
 // One line a command.
 constexpr Command kCommands[] = {
-    {"rest", Rest},       {"turn", Turn},     {"move_to", MoveTo},
-    {"soak", Soak},       {"ask", Ask},       {"estimate", ReadEstimate},
-    {"elapsed", Elapsed}, {"axes", ListAxes}, {"temperature", Temperature},
-    {"say", Say},         {"limit", Limit},   {"progress", Progress},
-    {"fail", FailRun},    {"trace", Trace},
+    {"rest", Rest},
+    {"turn", Turn},
+    {"move_to", MoveTo},
+    {"soak", Soak},
+    {"ask", Ask},
+    {"estimate", ReadEstimate},
+    {"elapsed", Elapsed},
+    {"axes", ListAxes},
+    {"temperature", Temperature},
+    {"say", Say},
+    {"limit", Limit},
+    {"progress", Progress},
+    {"fail", FailRun},
+    {"trace", Trace},
+    {"swing", Swing},
+    {"find_pose", FindPose},
+    {"take_pose", TakePose},
 };
 
 // The C side of every function of `bench`: yields its argument and the command's index to the host.

@@ -21,16 +21,17 @@ const std::vector<std::string>& KnownMeasures() {
 }
 
 ParameterType ReadType(const TableReader& table) {
-  constexpr ParameterType kTypes[] = {ParameterType::kNumber, ParameterType::kInteger,
-                                      ParameterType::kChoice, ParameterType::kText,
-                                      ParameterType::kBoolean};
+  constexpr ParameterType kTypes[] = {ParameterType::kNumber,  ParameterType::kInteger,
+                                      ParameterType::kNumbers, ParameterType::kChoice,
+                                      ParameterType::kText,    ParameterType::kBoolean};
   const std::string name = table.RequiredText("type");
   for (const ParameterType type : kTypes) {
     if (name == Name(type)) return type;
   }
-  table.Refuse(fmt::format(
-      "type = \"{}\": expected \"number\", \"integer\", \"choice\", \"text\" or \"boolean\"",
-      name));
+  table.Refuse(
+      fmt::format("type = \"{}\": expected \"number\", \"integer\", \"numbers\", \"choice\", "
+                  "\"text\" or \"boolean\"",
+                  name));
 }
 
 std::string ReadParameterName(const TableReader& table) {
@@ -58,10 +59,11 @@ Value ReadValue(lua_State* state, int index, const std::string& what) {
 }
 
 void CheckRange(const TableReader& table, const Parameter& parameter) {
-  const bool number =
-      parameter.type == ParameterType::kNumber || parameter.type == ParameterType::kInteger;
+  const bool number = parameter.type == ParameterType::kNumber ||
+                      parameter.type == ParameterType::kInteger ||
+                      parameter.type == ParameterType::kNumbers;
   if (!number && (table.Has("min") || table.Has("max"))) {
-    table.Refuse(fmt::format("min and max belong to a number or integer, not to a {}",
+    table.Refuse(fmt::format("min and max belong to a number, integer or numbers, not to a {}",
                              Name(parameter.type)));
   }
   if (parameter.min > parameter.max) {
@@ -89,7 +91,9 @@ Parameter ReadParameter(lua_State* state, const std::string& what) {
   const Value value = ReadValue(state, -1, what + ".default");
   lua_pop(state, 1);
   const bool text = std::holds_alternative<std::string>(value);
-  if (text && parameter.type != ParameterType::kText && parameter.type != ParameterType::kChoice) {
+  if (text &&
+      (parameter.type == ParameterType::kNumber || parameter.type == ParameterType::kInteger ||
+       parameter.type == ParameterType::kBoolean)) {
     table.Refuse(fmt::format("default = {}: expected a {}", Show(value), Name(parameter.type)));
   }
   parameter.default_value = CheckValue("default of " + what, parameter, value);

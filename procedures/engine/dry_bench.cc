@@ -14,6 +14,7 @@ namespace {
 
 // Rounding of many added angles; a plan is exact otherwise.
 constexpr double kRounding_deg = 1e-6;
+constexpr std::size_t kMostNotes = 1000;
 
 }  // namespace
 
@@ -43,21 +44,33 @@ void DryBench::AddSegment(const std::string& kind, const std::string& name, doub
   plan_.expected_duration_s += expected_s;
 }
 
-TurnOutcome DryBench::Turn(const TurnCommand& command) {
+double DryBench::AddMove(const TurnCommand& command, double begin_s) {
   CheckTurn(command, FindAxis(axes_, command.axis), kRounding_deg);
   const auto axis = std::find_if(axes_.begin(), axes_.end(), [&](const AxisFacts& facts) {
     return facts.name == command.axis;
   });
   const double duration_s =
       MoveDuration_s(command.angle_deg, command.rate_deg_s, command.acceleration_deg_s2);
-  const double begin_s = plan_.duration_s;
-  AddSegment("turn", fmt::format("{} {:+g} deg", command.axis, command.angle_deg), duration_s,
-             duration_s);
   const double to_deg = axis->angle_deg + command.angle_deg;
   plan_.moves.push_back({command.axis, begin_s, duration_s, axis->angle_deg, to_deg,
                          command.rate_deg_s, command.acceleration_deg_s2});
   axis->angle_deg = to_deg;
+  return duration_s;
+}
+
+TurnOutcome DryBench::Turn(const TurnCommand& command) {
+  const double duration_s = AddMove(command, plan_.duration_s);
+  AddSegment("turn", fmt::format("{} {:+g} deg", command.axis, command.angle_deg), duration_s,
+             duration_s);
   return {command.angle_deg, command.rate_deg_s, duration_s};
+}
+
+SwingOutcome DryBench::Swing(const SwingCommand& command) {
+  double duration_s = 0.0;
+  for (const TurnCommand& move : MovesOf(command))
+    duration_s += AddMove(move, plan_.duration_s + duration_s);
+  AddSegment("swing", Describe(command), duration_s, duration_s);
+  return {command.frequency_hz, duration_s};
 }
 
 void DryBench::Rest(double duration_s) {
@@ -80,6 +93,10 @@ std::string DryBench::Ask(const Question& question) {
     return found->second;
   }
   return question.choices.empty() ? "" : question.choices.front();
+}
+
+void DryBench::Say(const std::string& text) {
+  if (plan_.notes.size() < kMostNotes) plan_.notes.push_back(text);
 }
 
 Estimate DryBench::ReadEstimate(const std::string& what) {

@@ -37,6 +37,7 @@ struct Plan {
   std::vector<PlannedSegment> segments;
   std::vector<PlannedMove> moves;
   std::vector<Question> questions;
+  std::vector<std::string> notes;  // what the script says, the first 1000 of it
 };
 
 struct DryOptions {
@@ -54,6 +55,7 @@ struct DryOptions {
   double room_degC = 25.0;
   double cold_degC = kExpectedCold_degC;
   double time_constant_s = kExpectedTimeConstant_s;
+  kinematics::StandGeometry geometry = {};
 };
 
 // Soaks settle, after max_s. Not thread-safe.
@@ -66,9 +68,11 @@ class DryBench final : public Bench {
   double ElapsedS() const override { return plan_.duration_s; }
   std::vector<AxisFacts> Axes() const override { return axes_; }
   double TemperatureDegC() const override;
-  // These three throw LimitError: a limit of the axis, or a run that grows beyond the options'
+  kinematics::StandGeometry Geometry() const override { return options_.geometry; }
+  // These four throw LimitError: a limit of the axis, or a run that grows beyond the options'
   // budget.
   TurnOutcome Turn(const TurnCommand& command) override;
+  SwingOutcome Swing(const SwingCommand& command) override;
   void Rest(double duration_s) override;
   SoakOutcome Soak(const SoakCommand& command) override;
   std::string Ask(const Question& question) override;
@@ -76,11 +80,13 @@ class DryBench final : public Bench {
   // Nothing beyond the baseline, on all axes: takes no time.
   std::vector<AxisVerdict> Trace() override;
   void RecordLimit(const LimitCheck& /*check*/) override {}
-  void Say(const std::string& /*text*/) override {}
+  void Say(const std::string& text) override;
   void Progress(double /*fraction*/) override {}
   void SafePoint() override {}
 
  private:
+  // Checks a move and plans it, begun at `begin_s`. Returns its duration.
+  double AddMove(const TurnCommand& command, double begin_s);
   void AddSegment(const std::string& kind, const std::string& name, double duration_s,
                   double expected_s);
 

@@ -8,11 +8,25 @@
 #include <typeinfo>
 
 #include "procedures/engine/commands.h"
+#include "procedures/engine/number_list.h"
 
 namespace gyrobench::procedures {
 namespace {
 
+void PushNumbers(lua_State* state, const std::string& text) {
+  const std::vector<double> numbers = ReadNumbers(text).value_or(std::vector<double>());
+  lua_createtable(state, static_cast<int>(numbers.size()), 0);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    lua_pushnumber(state, numbers[i]);
+    lua_rawseti(state, -2, static_cast<lua_Integer>(i + 1));
+  }
+}
+
 void PushValue(lua_State* state, const Parameter& parameter, const Value& value) {
+  if (parameter.type == ParameterType::kNumbers) {
+    PushNumbers(state, std::get<std::string>(value));
+    return;
+  }
   if (const auto* text = std::get_if<std::string>(&value)) {
     lua_pushlstring(state, text->data(), text->size());
   } else if (const auto* flag = std::get_if<bool>(&value)) {

@@ -58,6 +58,27 @@ void CheckTurn(const TurnCommand& command, const AxisFacts& axis, double slack_d
       axis.name, end_deg, below ? axis.min_deg : axis.max_deg, command.angle_deg, axis.angle_deg));
 }
 
+std::vector<TurnCommand> MovesOf(const SwingCommand& command) {
+  constexpr int kMostPeriods = 10'000;
+  const double amplitude = command.amplitude_deg, frequency = command.frequency_hz;
+  const bool positive = amplitude > 0.0 && frequency > 0.0;
+  if (!positive || !std::isfinite(amplitude * frequency * frequency) || command.periods < 1 ||
+      command.periods > kMostPeriods) {
+    throw LimitError(
+        fmt::format("axis.{}: a swing of {:.10g} deg at {:.10g} Hz over {} periods: expected an "
+                    "amplitude and a "
+                    "frequency above 0 and 1 .. {} periods",
+                    command.axis, amplitude, frequency, command.periods, kMostPeriods));
+  }
+  const double rate = 6.0 * amplitude * frequency, acceleration = rate * 6.0 * frequency;
+  std::vector<TurnCommand> moves = {{command.axis, amplitude, rate, acceleration}};
+  double side = 1.0;
+  for (int half = 1; half < 2 * command.periods; ++half, side = -side)
+    moves.push_back({command.axis, -2.0 * side * amplitude, rate, acceleration});
+  moves.push_back({command.axis, -side * amplitude, rate, acceleration});
+  return moves;
+}
+
 void CheckRest(double duration_s) { CheckDuration("duration_s", duration_s, kMaxWait_s); }
 
 void CheckSoak(const SoakCommand& command) {

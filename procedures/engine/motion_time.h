@@ -22,6 +22,13 @@ inline constexpr double kLiveSlack_deg = 0.1;
 void CheckTurn(const TurnCommand& command, const AxisFacts& axis,
                double slack_deg = kLiveSlack_deg);
 
+// The moves of a swing, one after the other: to one side, over to the other and back for every half
+// period, and home. With T = 1 / frequency:
+//   rate = 6 amplitude / T,  acceleration = 36 amplitude / T^2   (a sine: 6.28 and 39.5)
+// Throws LimitError where a field is not above 0 or the swing has more than 10000 periods; each
+// move is still to be checked.
+std::vector<TurnCommand> MovesOf(const SwingCommand& command);
+
 // Throw LimitError where a duration is not finite, negative or beyond a day, or a soak's fields
 // contradict one another.
 void CheckRest(double duration_s);

@@ -2,10 +2,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 
+#include "procedures/engine/number_list.h"
 #include "procedures/engine/procedure.h"
 #include "procedures/engine/text.h"
 
@@ -14,14 +14,6 @@ namespace {
 
 // Beyond it a double holds no odd numbers.
 constexpr double kMaxInteger = 9007199254740992.0;
-
-std::optional<double> ReadNumber(const std::string& text) {
-  double value = 0.0;
-  const char* end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || rest != end) return std::nullopt;
-  return value;
-}
 
 std::string Range(const Parameter& parameter) {
   const std::string unit = parameter.unit.empty() ? "" : " " + parameter.unit;
@@ -37,6 +29,9 @@ std::string Expected(const Parameter& parameter) {
       return "a number" + Range(parameter);
     case ParameterType::kInteger:
       return "a whole number" + Range(parameter);
+    case ParameterType::kNumbers:
+      return "numbers with commas between them" +
+             (Range(parameter).empty() ? "" : ", each" + Range(parameter).substr(1));
     case ParameterType::kChoice:
       return fmt::format("one of {}", fmt::join(parameter.choices, ", "));
     case ParameterType::kBoolean:
@@ -67,6 +62,20 @@ std::optional<double> FittingNumber(const Parameter& parameter, const Value& val
   return number;
 }
 
+std::optional<std::string> FittingNumbers(const Parameter& parameter, const Value& value) {
+  const auto* direct = std::get_if<double>(&value);
+  const auto* given = std::get_if<std::string>(&value);
+  if (direct == nullptr && given == nullptr) return std::nullopt;
+  const std::string text = given != nullptr ? *given : fmt::format("{}", *direct);
+  const auto numbers = ReadNumbers(text);
+  if (!numbers) return std::nullopt;
+  const bool fit = std::all_of(numbers->begin(), numbers->end(), [&](double number) {
+    return number >= parameter.min && number <= parameter.max;
+  });
+  if (!fit) return std::nullopt;
+  return text;
+}
+
 std::optional<bool> FittingBoolean(const Value& value) {
   if (const auto* direct = std::get_if<bool>(&value)) return *direct;
   const auto* text = std::get_if<std::string>(&value);
@@ -90,6 +99,8 @@ const char* Name(ParameterType type) {
       return "number";
     case ParameterType::kInteger:
       return "integer";
+    case ParameterType::kNumbers:
+      return "numbers";
     case ParameterType::kChoice:
       return "choice";
     case ParameterType::kBoolean:
@@ -112,6 +123,9 @@ Value CheckValue(const std::string& procedure, const Parameter& parameter, const
     case ParameterType::kNumber:
     case ParameterType::kInteger:
       if (const auto number = FittingNumber(parameter, value)) return *number;
+      break;
+    case ParameterType::kNumbers:
+      if (const auto numbers = FittingNumbers(parameter, value)) return *numbers;
       break;
     case ParameterType::kBoolean:
       if (const auto flag = FittingBoolean(value)) return *flag;

@@ -12,11 +12,11 @@
 
 namespace gyrobench::procedures {
 
-enum class ParameterType { kNumber, kInteger, kChoice, kText, kBoolean };
-// "number", "integer", "choice", "text", "boolean".
+enum class ParameterType { kNumber, kInteger, kNumbers, kChoice, kText, kBoolean };
+// "number", "integer", "numbers", "choice", "text", "boolean".
 const char* Name(ParameterType type);
 
-// Numbers and integers are doubles, choices and texts are strings.
+// Numbers and integers are doubles; lists of numbers ("5, 10"), choices and texts are strings.
 using Value = std::variant<double, std::string, bool>;
 using Parameters = std::map<std::string, Value>;
 // As messages and tables show it.
@@ -27,7 +27,8 @@ struct Parameter {
   ParameterType type = ParameterType::kNumber;
   Value default_value;
   std::string unit;  // empty: none
-  // Range of a number or integer, both ends allowed; infinite where the script gives none.
+  // Range of a number, of an integer or of each number of a list, both ends allowed; infinite where
+  // the script gives none.
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
   std::vector<std::string> choices;

@@ -84,6 +84,12 @@ filter = 4
 rate_hz = 250
 accel_range_g = 8
 serial_number = 4294967295
+[geometry]
+mount_x_deg = 1
+mount_y_deg = 2
+mount_z_deg = 3
+outer_middle_deg = 4
+middle_inner_deg = 5
 [site]
 latitude_deg = -33
 heading_deg = 77
@@ -156,6 +162,11 @@ place = "skip"
   EXPECT_EQ(stand.gyro.rate_hz, 250);
   EXPECT_EQ(stand.gyro.accel_range_g, 8);
   EXPECT_EQ(stand.gyro.serial_number, 4294967295u);
+  EXPECT_EQ(stand.geometry.mount_x_deg, 1);
+  EXPECT_EQ(stand.geometry.mount_y_deg, 2);
+  EXPECT_EQ(stand.geometry.mount_z_deg, 3);
+  EXPECT_EQ(stand.geometry.outer_middle_deg, 4);
+  EXPECT_EQ(stand.geometry.middle_inner_deg, 5);
   EXPECT_EQ(stand.site.latitude_deg, -33);
   EXPECT_EQ(stand.site.heading_deg, 77);
   EXPECT_EQ(stand.lcm.url, "udpm://239.1.2.3:7777?ttl=1");

@@ -97,6 +97,32 @@ class MainJob(unittest.TestCase):
                 self.assertGreater(bias["max_temperature_degC"], bias["min_temperature_degC"] + 5)
                 self.assertGreater(len(bias["coefficients"]), 1)
 
+    def test_the_procedures_that_move_all_axes_run_to_their_end(self):
+        runs = [["poses", "-p", "poses=6", "-p", "rest_s=3", "-p", "initial_rest_s=5"],
+                ["rates", "-p", "rates_deg_s=20,40", "-p", "angle_deg=60", "-p", "initial_rest_s=5"],
+                ["sweep", "-p", "frequencies_hz=0.4,0.8", "-p", "duration_s=5", "-p", "initial_rest_s=5"],
+                ["thermal", "-p", "warm_up_s=20", "-p", "cooling_s=120", "-p", "rewarming_s=120"],
+                ["full", "-p", "warm_up_s=20"]]
+        with Bench() as bench:
+            for arguments in runs:
+                with self.subTest(procedure=arguments[0]):
+                    planned_s = bench.json("check", *arguments)["duration_s"]
+                    done = bench.run("run", *arguments)
+                    self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                    run = json.loads((bench.newest_record() / "run.json").read_text())
+                    self.assertEqual(run["outcome"], "done")
+                    self.assertGreater(planned_s, 20)
+
+    def test_a_one_axis_table_refuses_what_it_cannot_do_before_motion(self):
+        with Bench(base="one-axis.toml") as bench:
+            done = bench.run("run", "poses")
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("the stand has no outer and no middle axis", done.stderr + done.stdout)
+            self.assertFalse(bench.records.exists() and list(bench.records.iterdir()))
+            checked = bench.run("check", "rates")
+            self.assertEqual(checked.returncode, 0, checked.stderr)
+            self.assertIn("note: left out, turning with +x up", checked.stdout)
+
     def test_the_same_seed_gives_the_same_numbers(self):
         scales = []
         for _ in range(2):

@@ -27,6 +27,7 @@ class FakeBench : public Bench {
   std::vector<std::string> calls;
   std::vector<TurnCommand> turns;
   std::vector<double> fractions;
+  std::vector<SwingCommand> swings;
   std::vector<SoakCommand> soaks;
   std::vector<Question> questions;
   std::vector<LimitCheck> checks;
@@ -34,7 +35,10 @@ class FakeBench : public Bench {
   std::map<std::string, std::string> answers;
   std::map<std::string, Estimate> estimates;
   std::vector<AxisVerdict> verdicts;
+  kinematics::StandGeometry geometry;
   double temperature_degC = 21.5;
+  // How far a question changes the temperature, by its id: a fan, a heater.
+  std::map<std::string, double> warms_degC;
   bool settles = true;
   // Called at every safe point and before every turn: throw to fail.
   std::function<void()> on_safe_point = [] {};
@@ -42,18 +46,30 @@ class FakeBench : public Bench {
 
   double ElapsedS() const override { return elapsed_s_; }
   std::vector<AxisFacts> Axes() const override { return axes; }
+  kinematics::StandGeometry Geometry() const override { return geometry; }
   double TemperatureDegC() const override { return temperature_degC; }
 
   TurnOutcome Turn(const TurnCommand& command) override {
-    on_turn();
-    turns.push_back(command);
-    const double duration_s = SteppedDuration_s(command);
-    elapsed_s_ += duration_s;
-    for (AxisFacts& axis : axes) {
-      if (axis.name == command.axis) axis.angle_deg += command.angle_deg;
-    }
+    const double duration_s = Move(command);
     calls.push_back("turn " + command.axis);
     return {command.angle_deg + 0.01, command.rate_deg_s + 0.5, duration_s};
+  }
+
+  // Over to the other side and back, as often as asked; rates as the largest of a sine's third
+  // part.
+  SwingOutcome Swing(const SwingCommand& command) override {
+    swings.push_back(command);
+    calls.push_back("swing " + command.axis);
+    const double third_s = 1.0 / command.frequency_hz / 6.0;
+    const double rate = command.amplitude_deg / third_s, begin_s = elapsed_s_;
+    double from_deg = 0.0;
+    for (int side = 0; side <= 2 * command.periods; ++side) {
+      const bool home = side == 2 * command.periods;
+      const double to_deg = home ? 0.0 : command.amplitude_deg * (side % 2 == 0 ? 1.0 : -1.0);
+      Move({command.axis, to_deg - from_deg, rate, rate / third_s});
+      from_deg = to_deg;
+    }
+    return {0.98 * command.frequency_hz, elapsed_s_ - begin_s};
   }
 
   void Rest(double duration_s) override {
@@ -71,8 +87,10 @@ class FakeBench : public Bench {
   std::string Ask(const Question& question) override {
     questions.push_back(question);
     calls.push_back("ask " + question.id);
+    temperature_degC += warms_degC[question.id];
     const auto found = answers.find(question.id);
-    return found == answers.end() ? "" : found->second;
+    if (found != answers.end()) return found->second;
+    return question.choices.empty() ? "" : question.choices.front();
   }
 
   Estimate ReadEstimate(const std::string& what) override { return estimates[what]; }
@@ -93,6 +111,17 @@ class FakeBench : public Bench {
   }
 
  private:
+  double Move(const TurnCommand& command) {
+    on_turn();
+    turns.push_back(command);
+    const double duration_s = SteppedDuration_s(command);
+    elapsed_s_ += duration_s;
+    for (AxisFacts& axis : axes) {
+      if (axis.name == command.axis) axis.angle_deg += command.angle_deg;
+    }
+    return duration_s;
+  }
+
   // By simulation: as fast as rate, acceleration and the braking distance allow.
   static double SteppedDuration_s(const TurnCommand& command) {
     constexpr double kStep_s = 1e-4;

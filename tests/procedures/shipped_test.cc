@@ -1,4 +1,6 @@
 // The procedures and the examples that users get.
+#include "tests/procedures/shipped.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,10 +18,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
-
-const std::filesystem::path kFolder = std::filesystem::path(GYROBENCH_SOURCE_DIR) / "procedures";
-
-Procedure Shipped(const std::string& name) { return ProcedureLibrary({kFolder}).Find(name); }
 
 std::string ReadFile(const std::filesystem::path& file) {
   std::ostringstream text;
@@ -41,8 +39,8 @@ std::vector<std::string> LuaBlocks(const std::string& document) {
 }
 
 TEST(Shipped, AllProceduresAreInOrder) {
-  const auto list = ProcedureLibrary({kFolder}).List();
-  EXPECT_GE(list.size(), 2U);
+  const auto list = ProcedureLibrary({kShippedFolder}).List();
+  EXPECT_GE(list.size(), 7U);
   for (const ProcedureInfo& info : list) {
     EXPECT_EQ(info.problem, "") << info.name;
     EXPECT_FALSE(info.measures.empty()) << info.name;
@@ -66,7 +64,9 @@ TEST_P(PlanOf, TakesTheTimeThatTheRunTakes) {
   EXPECT_LE(plan.expected_duration_s, plan.duration_s);
 }
 
-INSTANTIATE_TEST_SUITE_P(Shipped, PlanOf, ::testing::Values("bias", "scale"));
+INSTANTIATE_TEST_SUITE_P(Shipped, PlanOf,
+                         ::testing::Values("bias", "scale", "poses", "rates", "full", "sweep",
+                                           "thermal"));
 
 TEST(Bias, AsksForCoolingAndPlacingThenRestsAndSoaks) {
   FakeBench bench;
@@ -141,7 +141,7 @@ TEST(Scale, IsRefusedDryWhereItWouldPassASoftLimitOrARate) {
 }
 
 TEST(Readme, EveryLuaBlockRunsDry) {
-  const auto blocks = LuaBlocks(ReadFile(kFolder / "README.md"));
+  const auto blocks = LuaBlocks(ReadFile(kShippedFolder / "README.md"));
   EXPECT_GE(blocks.size(), 4U);
   for (const std::string& block : blocks) {
     const bool whole = block.find("procedure = {") != std::string::npos;
@@ -154,7 +154,7 @@ TEST(Readme, EveryLuaBlockRunsDry) {
 }
 
 TEST(Readme, MentionsEveryCommandAndEveryFunctionThatAScriptSees) {
-  const std::string text = ReadFile(kFolder / "README.md");
+  const std::string text = ReadFile(kShippedFolder / "README.md");
   for (const std::string& name : CommandNames()) EXPECT_THAT(text, HasSubstr("`bench." + name));
   FakeBench bench;
   RunProcedure(Script("local t = {} for name in pairs(_G) do t[#t + 1] = name end\n"

@@ -54,6 +54,18 @@ TEST(Thermal, AFanPullsItDownAndAfterwardsItComesBack) {
   EXPECT_NEAR(thermal.package_degC(), 38.0, 0.01);
 }
 
+TEST(Thermal, AFanSwitchedByHandPullsItDownUntilItIsSwitchedOff) {
+  Fixture f;
+  f.thermal.start_degC = 38.0;
+  Thermal thermal(f.thermal, f.room);
+  thermal.SetFan(true);
+  for (int t = 1; t < 1100; ++t) thermal.Advance(t);
+  EXPECT_NEAR(thermal.package_degC(), 27.0, 0.01);
+  thermal.SetFan(false);
+  for (int t = 1100; t < 4000; ++t) thermal.Advance(t);
+  EXPECT_NEAR(thermal.package_degC(), 38.0, 0.01);
+}
+
 TEST(Thermal, SomeoneWhoCoolsTheUnitSetsItsTemperatureAtThatTime) {
   Fixture f;
   f.thermal.chills = {{.at_s = 50, .to_degC = -12}};

@@ -1,9 +1,9 @@
-#include "calibration/geometry.h"
+#include "kinematics/geometry.h"
 
 #include <cmath>
 #include <numbers>
 
-namespace gyrobench::calibration {
+namespace gyrobench::kinematics {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
@@ -63,4 +63,4 @@ Vector3 TransposedTimes(const Matrix3& m, const Vector3& v) {
   return out;
 }
 
-}  // namespace gyrobench::calibration
+}  // namespace gyrobench::kinematics

@@ -1,4 +1,4 @@
-#include "calibration/geometry.h"
+#include "kinematics/geometry.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-namespace gyrobench::calibration {
+namespace gyrobench::kinematics {
 namespace {
 
 constexpr double kRad = std::numbers::pi / 180.0;
@@ -131,4 +131,4 @@ TEST(Geometry, QuaternionAndAnglesAgreeAboutTheVerticalAxis) {
 }
 
 }  // namespace
-}  // namespace gyrobench::calibration
+}  // namespace gyrobench::kinematics

@@ -1,0 +1,33 @@
+// Rotations of the stand as matrices of Eigen. For the sources of this room: Eigen is heavy to
+// include.
+#pragma once
+
+#include <Eigen/Dense>
+#include <numbers>
+
+#include "kinematics/stand_frame.h"
+
+namespace gyrobench::kinematics {
+
+inline constexpr double kRadians = std::numbers::pi / 180.0;
+
+inline Eigen::Matrix3d Turned(const Eigen::Vector3d& axis, double angle_deg) {
+  return Eigen::AngleAxisd(angle_deg * kRadians, axis).toRotationMatrix();
+}
+inline Eigen::Matrix3d AboutX(double deg) { return Turned(Eigen::Vector3d::UnitX(), deg); }
+inline Eigen::Matrix3d AboutY(double deg) { return Turned(Eigen::Vector3d::UnitY(), deg); }
+inline Eigen::Matrix3d AboutZ(double deg) { return Turned(Eigen::Vector3d::UnitZ(), deg); }
+
+// The constant rotations of a stand.
+struct FixedRotations {
+  explicit FixedRotations(const StandGeometry& geometry)
+      : outer_middle(AboutY(geometry.outer_middle_deg)),
+        middle_inner(AboutY(geometry.middle_inner_deg)),
+        mount(AboutZ(geometry.mount_deg[2]) * AboutY(geometry.mount_deg[1]) *
+              AboutX(geometry.mount_deg[0])) {}
+  Eigen::Matrix3d outer_middle, middle_inner, mount;
+};
+
+inline Eigen::Vector3d ToEigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace gyrobench::kinematics

@@ -1,0 +1,47 @@
+// What the commands of a script have in common. For the sources of the engine.
+#pragma once
+
+#include <lua.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "procedures/engine/bench.h"
+#include "procedures/engine/table_reader.h"
+
+namespace gyrobench::procedures {
+
+// One command as it is executed: the script's argument, the bench, and the stack for the outcome.
+struct Call {
+  lua_State* state;
+  int argument;             // index on the stack
+  const std::string& name;  // "bench.turn"
+  Bench& bench;
+  std::vector<LimitCheck>& checks;
+
+  TableReader Fields(std::vector<std::string> known) const {
+    return {state, argument, name, std::move(known)};
+  }
+  std::string Text() const { return ReadText(state, argument, name); }
+};
+
+inline void SetField(lua_State* state, const char* field, double value) {
+  lua_pushnumber(state, value);
+  lua_setfield(state, -2, field);
+}
+
+inline void SetField(lua_State* state, const char* field, const std::string& value) {
+  lua_pushlstring(state, value.data(), value.size());
+  lua_setfield(state, -2, field);
+}
+
+// Each of these executes one command and returns the number of values that it pushed.
+int Rest(const Call& call);
+int Turn(const Call& call);
+int MoveTo(const Call& call);
+int Swing(const Call& call);
+int FindPose(const Call& call);
+int TakePose(const Call& call);
+int Soak(const Call& call);
+
+}  // namespace gyrobench::procedures

@@ -1,0 +1,151 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "base/error.h"
+#include "procedures/engine/command_call.h"
+#include "procedures/engine/motion_time.h"
+#include "procedures/engine/poses.h"
+
+namespace gyrobench::procedures {
+namespace {
+
+// About the smallest step of a drive behind a worm: a table nearer to its target than this is
+// there.
+constexpr double kThere_deg = 0.001;
+
+int PushOutcome(lua_State* state, const TurnOutcome& outcome) {
+  lua_createtable(state, 0, 3);
+  SetField(state, "moved_deg", outcome.moved_deg);
+  SetField(state, "rate_deg_s", outcome.rate_deg_s);
+  SetField(state, "duration_s", outcome.duration_s);
+  return 1;
+}
+
+TurnCommand ReadMove(const TableReader& fields, const AxisFacts& axis) {
+  TurnCommand command;
+  command.axis = axis.name;
+  command.rate_deg_s = fields.RequiredNumber("rate_deg_s");
+  command.acceleration_deg_s2 =
+      fields.Number("acceleration_deg_s2").value_or(0.5 * axis.max_acceleration_deg_s2);
+  return command;
+}
+
+// The table that scripts get: what was found, or why nothing was.
+int PushPose(const Call& call, const kinematics::PoseAnswer& answer) {
+  lua_State* state = call.state;
+  lua_createtable(state, 0, 7);
+  lua_pushboolean(state, answer.pose ? 1 : 0);
+  lua_setfield(state, -2, "possible");
+  SetField(state, "reason", answer.reason);
+  if (!answer.pose) return 1;
+  const kinematics::Pose& pose = *answer.pose;
+  lua_newtable(state);
+  for (const AxisFacts& axis : call.bench.Axes()) {
+    for (const std::size_t i : {0U, 1U, 2U}) {
+      if (axis.name == Name(static_cast<kinematics::StandAxis>(i)))
+        SetField(state, axis.name.c_str(), pose.angles_deg[i]);
+    }
+  }
+  lua_setfield(state, -2, "angles_deg");
+  if (pose.axis) SetField(state, "axis", std::string(Name(*pose.axis)));
+  if (pose.axis) SetField(state, "sense", pose.sense);
+  SetField(state, "off_deg", pose.off_deg);
+  lua_pushboolean(state, pose.gimbal_lock ? 1 : 0);
+  lua_setfield(state, -2, "gimbal_lock");
+  return 1;
+}
+
+}  // namespace
+
+int Rest(const Call& call) {
+  const double duration_s = call.Fields({"duration_s"}).RequiredNumber("duration_s");
+  CheckRest(duration_s);
+  if (duration_s > 0.0) call.bench.Rest(duration_s);
+  return 0;
+}
+
+int Turn(const Call& call) {
+  const TableReader fields =
+      call.Fields({"axis", "angle_deg", "shaft_turns", "rate_deg_s", "acceleration_deg_s2"});
+  const auto axes = call.bench.Axes();
+  const AxisFacts& axis = FindAxis(axes, fields.RequiredText("axis"));
+  TurnCommand command = ReadMove(fields, axis);
+  if (fields.Has("angle_deg") == fields.Has("shaft_turns")) {
+    fields.Refuse("expected either angle_deg (of the table) or shaft_turns");
+  }
+  command.angle_deg = fields.Has("angle_deg")
+                          ? fields.RequiredNumber("angle_deg")
+                          : 360.0 * fields.RequiredNumber("shaft_turns") / axis.gear_ratio;
+  if (command.angle_deg == 0.0) fields.Refuse("a turn by 0 deg is none");
+  return PushOutcome(call.state, call.bench.Turn(command));
+}
+
+int MoveTo(const Call& call) {
+  const TableReader fields =
+      call.Fields({"axis", "angle_deg", "rate_deg_s", "acceleration_deg_s2"});
+  const auto axes = call.bench.Axes();
+  const AxisFacts& axis = FindAxis(axes, fields.RequiredText("axis"));
+  TurnCommand command = ReadMove(fields, axis);
+  command.angle_deg = fields.RequiredNumber("angle_deg") - axis.angle_deg;
+  if (std::abs(command.angle_deg) < kThere_deg) {
+    return PushOutcome(call.state, {0.0, command.rate_deg_s, 0.0});
+  }
+  return PushOutcome(call.state, call.bench.Turn(command));
+}
+
+int Swing(const Call& call) {
+  const TableReader fields = call.Fields({"axis", "amplitude_deg", "frequency_hz", "periods"});
+  const auto axes = call.bench.Axes();
+  SwingCommand command;
+  command.axis = FindAxis(axes, fields.RequiredText("axis")).name;
+  command.amplitude_deg = fields.RequiredNumber("amplitude_deg");
+  command.frequency_hz = fields.RequiredNumber("frequency_hz");
+  const double periods = fields.RequiredNumber("periods");
+  if (periods != std::floor(periods) || periods < 1.0 || periods > 10'000.0)
+    fields.Refuse(fmt::format("periods = {:.10g}: expected a whole number, 1 .. 10000", periods));
+  command.periods = static_cast<int>(periods);
+  const SwingOutcome outcome = call.bench.Swing(command);
+  lua_createtable(call.state, 0, 2);
+  SetField(call.state, "frequency_hz", outcome.frequency_hz);
+  SetField(call.state, "duration_s", outcome.duration_s);
+  return 1;
+}
+
+int FindPose(const Call& call) {
+  return PushPose(call,
+                  procedures::FindPose(call.bench, ReadPoseRequest(call.Fields(PoseFields()))));
+}
+
+int TakePose(const Call& call) {
+  std::vector<std::string> known = PoseFields();
+  known.emplace_back("rate_deg_s");
+  const TableReader fields = call.Fields(known);
+  const double rate_deg_s = fields.Number("rate_deg_s").value_or(0.0);
+  if (fields.Has("rate_deg_s") && !(rate_deg_s > 0.0))
+    fields.Refuse(fmt::format("rate_deg_s = {:.10g}: expected a number above 0", rate_deg_s));
+  const kinematics::PoseAnswer answer = procedures::FindPose(call.bench, ReadPoseRequest(fields));
+  if (!answer.pose)
+    throw LimitError(fmt::format("{}: there is no such pose: {}", call.name, answer.reason));
+  procedures::TakePose(call.bench, *answer.pose, rate_deg_s);
+  return PushPose(call, answer);
+}
+
+int Soak(const Call& call) {
+  const TableReader fields = call.Fields({"drift_degC", "window_s", "min_s", "max_s"});
+  SoakCommand command;
+  command.drift_degC = fields.Number("drift_degC").value_or(command.drift_degC);
+  command.window_s = fields.Number("window_s").value_or(command.window_s);
+  command.min_s = fields.Number("min_s").value_or(command.min_s);
+  command.max_s = fields.RequiredNumber("max_s");
+  CheckSoak(command);
+  const SoakOutcome outcome = call.bench.Soak(command);
+  lua_createtable(call.state, 0, 3);
+  lua_pushboolean(call.state, outcome.settled ? 1 : 0);
+  lua_setfield(call.state, -2, "settled");
+  SetField(call.state, "temperature_degC", outcome.temperature_degC);
+  SetField(call.state, "duration_s", outcome.duration_s);
+  return 1;
+}
+
+}  // namespace gyrobench::procedures
