@@ -18,7 +18,7 @@ struct CampaignOptions {
   std::vector<std::string> effects;  // ids; empty: all of the kind
   std::vector<Level> levels = {kLow, kMid, kHigh};
   // For the power that the bound permits: chance of a false name, and among how many hypotheses.
-  double false_discovery = 0.004;
+  double false_discovery = 0.003;
   int hypotheses = 300;
   int bounds = 4;  // sets of each effect from which it is computed
 };
