@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "base/version.h"
 #include "calibration/trace/calibration_file.h"
+#include "cli/calibration_input.h"
 #include "cli/commands.h"
 #include "cli/corrected_table.h"
 #include "cli/effect_text.h"
@@ -50,32 +50,17 @@ class ExportedTable {
 
 constexpr const char* kOrder = "gyrobench apply CALIBRATION.json TABLE.csv -o OUT.csv";
 
-// Whether a file could be a calibration: JSON, to judge by its first character.
-bool BeginsAsJson(const fs::path& file) {
-  std::error_code none;
-  char first = 0;
-  if (fs::is_regular_file(file, none)) std::ifstream(file) >> first;
-  return first == '{';
-}
-
 // What was given in place of a calibration, said before a parser stumbles over it.
-calibration::Calibration ReadCalibration(const Options& options) {
+void CheckOrder(const Options& options) {
   const fs::path& file = options.calibration;
   std::error_code none;
-  if (fs::is_regular_file(file, none) && fs::file_size(file, none) == 0) {
-    throw DataError(fmt::format(
-        "{}: expected a calibration, found an empty file; a calibration is made with: gyrobench "
-        "trace FILE... --calibration {}",
-        file.string(), file.string()));
-  }
-  if (fs::exists(file, none) && !BeginsAsJson(file)) {
-    const bool swapped = BeginsAsJson(options.name);
-    throw UsageError(
-        fmt::format("{}: expected a calibration, found {}{}; the order is: {}", file.string(),
-                    fs::is_directory(file, none) ? "a folder" : "no JSON, such as a table",
-                    swapped ? ": calibration and table are swapped" : "", kOrder));
-  }
-  return calibration::CalibrationFromJson(recording::ReadJson(file), file.string());
+  const bool empty = fs::is_regular_file(file, none) && fs::file_size(file, none) == 0;
+  if (!fs::exists(file, none) || empty || BeginsAsJson(file)) return;
+  const bool swapped = BeginsAsJson(options.name);
+  throw UsageError(
+      fmt::format("{}: expected a calibration, found {}{}; the order is: {}", file.string(),
+                  fs::is_directory(file, none) ? "a folder" : "no JSON, such as a table",
+                  swapped ? ": calibration and table are swapped" : "", kOrder));
 }
 
 CorrectedTable Correct(const Options& options, const calibration::Calibration& calibration,
@@ -201,7 +186,8 @@ void Print(const CorrectedTable& table, const std::string& line) {
 }  // namespace
 
 int Apply(const Options& options) {
-  const calibration::Calibration calibration = ReadCalibration(options);
+  CheckOrder(options);
+  const calibration::Calibration calibration = ReadCalibration(options.calibration);
   const fs::path input = LocateInput(options.name, options.bench);
   std::vector<fs::path> read = recording::FilesOfMeasurement(input).files;
   read.push_back(options.calibration);

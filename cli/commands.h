@@ -22,6 +22,8 @@ int Watch(const Options& options);
 // record_commands.cc
 int Runs(const Options& options);
 int Show(const Options& options);
+int ExportRecord(const Options& options);
+// export_command.cc
 int Export(const Options& options);
 // analyze_command.cc
 int Analyze(const Options& options);

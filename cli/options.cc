@@ -8,6 +8,7 @@
 
 #include "base/version.h"
 #include "cli/exit_status.h"
+#include "export/exporter.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -128,10 +129,18 @@ class CommandLine {
     analyze.add_option("input", options_.inputs, "Runs, folders of records, or measurement tables")
         ->type_name("RUN-or-TABLE")
         ->required();
-    CLI::App& write = Add("export", "Write a run as a measurement table",
-                          "gyrobench export 20260312-091500-scale -o scale.csv.gz");
-    write.add_option("run", options_.name, "Run, or the folder of its record")->required();
-    write.add_option("-o,--output", options_.output, "Table to write, .csv or .csv.gz")
+    CLI::App& write =
+        Add("export", "Write a run as a measurement table, or a calibration for firmware",
+            "gyrobench export 20260312-091500-scale -o scale.csv.gz\n"
+            "  gyrobench export --format c mpu-17.json -o mpu_17.h");
+    write.add_option("input", options_.name, "Run, folder of its record, or calibration")
+        ->type_name("RUN-or-CALIBRATION")
+        ->required();
+    std::string formats = "Of a calibration:";
+    for (const exporting::FormatName& format : exporting::kFormats)
+      formats += fmt::format(" {} ({})", format.name, format.what);
+    write.add_option("--format", options_.format, formats)->type_name("FORMAT");
+    write.add_option("-o,--output", options_.output, "File to write; of a run .csv or .csv.gz")
         ->type_name("FILE")
         ->required();
     write.add_flag("--overwrite", options_.overwrite, "Replace the file if it exists");

@@ -31,6 +31,7 @@ struct Options {
   std::filesystem::path report;       // trace: to write
   std::uint64_t seed = 1;             // trace
   bool any_sensor = false;            // apply
+  std::string format;                 // export, of a calibration
 };
 
 // The options, or the exit status when there is nothing more to do (help was printed, or an error

@@ -145,7 +145,7 @@ int Show(const Options& options) {
   return kDone;
 }
 
-int Export(const Options& options) {
+int ExportRecord(const Options& options) {
   const recording::RunDirectory run = FindRecord(options);
   CheckTarget("table", options.output, recording::FilesOfMeasurement(run.folder()).files);
   RefuseToReplace(options.output, options.overwrite);

@@ -175,7 +175,7 @@ calibration::Calibration MakeCalibration(const TracedInputs& inputs,
   for (std::size_t i = 0; i < channels.size(); ++i) {
     calibration.channels.push_back({inputs.traced.models.at(i), channels[i].verdict,
                                     channels[i].heldout_whitened_rms,
-                                    channels[i].heldout_angle_rms_deg});
+                                    channels[i].heldout_angle_rms_deg, channels[i].noise});
   }
   return calibration;
 }

@@ -62,24 +62,28 @@ json ToJson(const ChannelCalibration& channel) {
   const ChannelModel& model = channel.model;
   json terms = json::array();
   for (const ModelTerm& term : model.terms) terms.push_back(ToJson(term));
-  return {{"gyro", kAxes.at(static_cast<std::size_t>(model.axis))},
-          {"unit", model.unit},
-          {"units_per_deg_s", Number(model.units_per_deg_s)},
-          {"m_row", Numbers(model.m_row)},
-          {"m_row_std_error", Numbers(model.m_row_std_error)},
-          {"bias",
-           {{"reference_degC", Number(model.reference_degC)},
-            {"coefficients_deg_s", Numbers(model.bias_deg_s)}}},
-          {"terms", terms},
-          {"parameters", model.parameter_names},
-          {"covariance", Covariance(model)},
-          {"validity",
-           {{"min_temperature_degC", Number(model.min_temperature_degC)},
-            {"max_temperature_degC", Number(model.max_temperature_degC)},
-            {"max_rate_deg_s", Number(model.max_rate_deg_s)}}},
-          {"verdict", Name(channel.verdict)},
-          {"heldout_whitened_rms", ToJson(channel.heldout_whitened_rms)},
-          {"heldout_angle_rms_deg", ToJson(channel.heldout_angle_rms_deg)}};
+  return {
+      {"gyro", kAxes.at(static_cast<std::size_t>(model.axis))},
+      {"unit", model.unit},
+      {"units_per_deg_s", Number(model.units_per_deg_s)},
+      {"m_row", Numbers(model.m_row)},
+      {"m_row_std_error", Numbers(model.m_row_std_error)},
+      {"bias",
+       {{"reference_degC", Number(model.reference_degC)},
+        {"coefficients_deg_s", Numbers(model.bias_deg_s)}}},
+      {"terms", terms},
+      {"parameters", model.parameter_names},
+      {"covariance", Covariance(model)},
+      {"validity",
+       {{"min_temperature_degC", Number(model.min_temperature_degC)},
+        {"max_temperature_degC", Number(model.max_temperature_degC)},
+        {"max_rate_deg_s", Number(model.max_rate_deg_s)}}},
+      {"verdict", Name(channel.verdict)},
+      {"heldout_whitened_rms", ToJson(channel.heldout_whitened_rms)},
+      {"heldout_angle_rms_deg", ToJson(channel.heldout_angle_rms_deg)},
+      {"noise",
+       {{"angle_random_walk_deg_sqrt_s", Number(channel.noise.angle_random_walk_deg_sqrt_s)},
+        {"bias_random_walk_deg_s_sqrt_s", Number(channel.noise.bias_random_walk_deg_s_sqrt_s)}}}};
 }
 
 }  // namespace

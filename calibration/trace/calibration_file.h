@@ -28,6 +28,9 @@ struct ChannelCalibration {
   // What the trace promises of data that it did not see.
   HeldOut heldout_whitened_rms;
   HeldOut heldout_angle_rms_deg;
+  // Of the output over its nominal sensitivity; NaN where it is not known. `reference_deg` is the
+  // bench's and is not written.
+  TraceNoise noise = {};
 };
 
 struct Calibration {

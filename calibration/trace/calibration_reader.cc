@@ -35,14 +35,16 @@ class Place {
     Fail(fmt::format("expected {}, found {}", what, found));
   }
 
-  // An object with exactly these keys.
-  const Place& Keys(std::initializer_list<const char*> keys) const {
+  // An object with exactly these keys; `optional` ones may be missing.
+  const Place& Keys(std::initializer_list<const char*> keys,
+                    std::initializer_list<const char*> optional = {}) const {
     if (!value_.is_object()) Expected("an object {...}");
     for (const char* key : keys) {
       if (!value_.contains(key)) Fail(fmt::format("the key \"{}\" is missing", key));
     }
     for (const auto& item : value_.items()) {
-      const bool known = std::find(keys.begin(), keys.end(), item.key()) != keys.end();
+      const bool known = std::find(keys.begin(), keys.end(), item.key()) != keys.end() ||
+                         std::find(optional.begin(), optional.end(), item.key()) != optional.end();
       if (!known) {
         Fail(fmt::format("unknown key \"{}\"; expected {}", item.key(), fmt::join(keys, ", ")));
       }
@@ -227,10 +229,18 @@ ChannelModel ReadModel(const Place& place) {
   return model;
 }
 
+TraceNoise ReadNoise(const Place& place) {
+  place.Keys({"angle_random_walk_deg_sqrt_s", "bias_random_walk_deg_s_sqrt_s"});
+  return {place["angle_random_walk_deg_sqrt_s"].NumberOrNull(),
+          place["bias_random_walk_deg_s_sqrt_s"].NumberOrNull(), kMissing};
+}
+
 ChannelCalibration ReadChannel(const Place& place) {
-  place.Keys({"gyro", "unit", "units_per_deg_s", "m_row", "m_row_std_error", "bias", "terms",
-              "parameters", "covariance", "validity", "verdict", "heldout_whitened_rms",
-              "heldout_angle_rms_deg"});
+  // Files written before the noise was part of the format stay readable.
+  place.Keys(
+      {"gyro", "unit", "units_per_deg_s", "m_row", "m_row_std_error", "bias", "terms", "parameters",
+       "covariance", "validity", "verdict", "heldout_whitened_rms", "heldout_angle_rms_deg"},
+      {"noise"});
   ChannelCalibration channel;
   channel.model = ReadModel(place);
   channel.verdict = static_cast<Verdict>(
@@ -238,6 +248,7 @@ ChannelCalibration ReadChannel(const Place& place) {
                                Name(Verdict::kPartlyExplained), Name(Verdict::kUnexplained)}));
   channel.heldout_whitened_rms = ReadHeldOut(place["heldout_whitened_rms"]);
   channel.heldout_angle_rms_deg = ReadHeldOut(place["heldout_angle_rms_deg"]);
+  if (place.value().contains("noise")) channel.noise = ReadNoise(place["noise"]);
   return channel;
 }
 

@@ -67,7 +67,8 @@ Calibration Full() {
           {{FullModel(),
             Verdict::kPartlyExplained,
             {3.5, 1.01, {0.6, 0.8}},
-            {0.6, 0.1, {kMissing, 0.9}}}}};
+            {0.6, 0.1, {kMissing, 0.9}},
+            {0.0035, 1.0 / 7000.0, kMissing}}}};
 }
 
 json Written() { return json::parse(ToJson(Full()).dump()); }
@@ -105,6 +106,8 @@ TEST(CalibrationFile, GivesEveryFieldBackToTheLastBit) {
   EXPECT_EQ(after.channels[0].verdict, Verdict::kPartlyExplained);
   EXPECT_EQ(after.channels[0].heldout_whitened_rms.after, 1.01);
   EXPECT_TRUE(std::isnan(after.channels[0].heldout_angle_rms_deg.reduction_ci95[0]));
+  EXPECT_EQ(after.channels[0].noise.angle_random_walk_deg_sqrt_s, 0.0035);
+  EXPECT_EQ(after.channels[0].noise.bias_random_walk_deg_s_sqrt_s, 1.0 / 7000.0);
   const ChannelModel &a = after.channels[0].model, &b = before.channels[0].model;
   EXPECT_EQ(a.axis, b.axis);
   EXPECT_EQ(a.unit, b.unit);
@@ -240,6 +243,16 @@ INSTANTIATE_TEST_SUITE_P(
                {"reference_degC", "temperature"}},
         Damage{"with_a_negative_count", "/inputs/0/samples", -1, {"inputs[0].samples", "count"}}),
     [](const auto& tested) { return std::string(tested.param.name); });
+
+// Calibrations outlive versions: the noise came later than the format.
+TEST(CalibrationFile, WithoutTheNoiseIsReadWithANoiseThatIsNotKnown) {
+  json value = Written();
+  value["channels"][0].erase("noise");
+  const Calibration calibration = CalibrationFromJson(value, "cal.json");
+  EXPECT_TRUE(std::isnan(calibration.channels[0].noise.angle_random_walk_deg_sqrt_s));
+  value["channels"][0]["noise"] = {{"angle_random_walk_deg_sqrt_s", 1.0}};
+  EXPECT_THAT(ErrorOf(value), HasSubstr("channels[0].noise: the key"));
+}
 
 TEST(CalibrationFile, IsNoListAndHoldsNoAxisTwice) {
   EXPECT_THAT(ErrorOf(json::array()), HasSubstr("no calibration"));

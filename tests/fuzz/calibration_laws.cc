@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "calibration/trace/calibration_file.h"
 #include "calibration/trace/corrector.h"
+#include "export/exporter.h"
 #include "recording/run_directory.h"
 #include "tests/fuzz/laws.h"
 
@@ -93,6 +94,20 @@ void Apply(const Calibration& calibration) {
   if (out != kSamples) throw BrokenLaw("every sample comes out again");
 }
 
+void Export(const Calibration& calibration, exporting::Format format) {
+  std::string text;
+  try {
+    text = exporting::Export(calibration, format, {"cal.json", "", "0.1.0", "gyro.h"}).text;
+  } catch (const DataError&) {
+    return;  // refused with a reason
+  }
+  for (const char* no_number :
+       {"(nan", "(-nan", "(inf", "\tnan", "\t-nan", "\tinf", ",nan", ",inf"}) {
+    if (text.find(no_number) != std::string::npos)
+      throw BrokenLaw(std::string("an export holds what is no number: ") + no_number);
+  }
+}
+
 }  // namespace
 
 std::string SampleCalibration() {
@@ -120,6 +135,8 @@ bool DigestCalibration(const std::filesystem::path& file) {
   if (ToJson(calibration::CalibrationFromJson(written, "again")) != written) {
     throw BrokenLaw("what is read is written as the same");
   }
+  for (const exporting::FormatName& format : exporting::kFormats)
+    Export(calibration, format.format);
   try {
     Apply(calibration);
   } catch (const DataError&) {

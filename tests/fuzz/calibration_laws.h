@@ -10,7 +10,8 @@ namespace gyrobench::testing {
 std::string SampleCalibration();
 
 // Reads a calibration file and applies it to samples; true when it is accepted. What is read is
-// written and read again as the same; corrected rates are finite or missing. Throws BrokenLaw.
+// written and read again as the same; corrected rates are finite or missing; each
+// export is refused or holds numbers only. Throws BrokenLaw.
 bool DigestCalibration(const std::filesystem::path& file);
 
 }  // namespace gyrobench::testing

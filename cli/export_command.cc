@@ -1,0 +1,93 @@
+// `export`: a run as a measurement table, a calibration in the form that other programs take.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/version.h"
+#include "cli/calibration_input.h"
+#include "cli/commands.h"
+#include "cli/effect_text.h"
+#include "cli/exit_status.h"
+#include "cli/targets.h"
+#include "export/exporter.h"
+#include "recording/file_hash.h"
+
+namespace gyrobench::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+const exporting::FormatName& FormatOf(const Options& options) {
+  const auto* found = std::find_if(
+      exporting::kFormats.begin(), exporting::kFormats.end(),
+      [&](const exporting::FormatName& format) { return format.name == options.format; });
+  if (found != exporting::kFormats.end()) return *found;
+  std::vector<std::string> names;
+  for (const exporting::FormatName& format : exporting::kFormats) names.emplace_back(format.name);
+  throw UsageError(fmt::format(
+      "{} is a calibration: {}; expected --format with one of {}", options.name,
+      options.format.empty() ? "in which format?" : "no format '" + options.format + "'",
+      fmt::join(names, ", ")));
+}
+
+// The whole file or none.
+void Write(const fs::path& file, const std::string& text) {
+  fs::path part = file;
+  part += ".part";
+  std::error_code error;
+  std::ofstream out(part, std::ios::binary);
+  out << text;
+  out.close();
+  if (out) fs::rename(part, file, error);
+  if (out && !error) return;
+  std::error_code ignored;
+  fs::remove(part, ignored);
+  throw Error(fmt::format("{}: it could not be written; is the disk full?", file.string()));
+}
+
+int ExportCalibration(const Options& options) {
+  const exporting::FormatName& format = FormatOf(options);
+  const fs::path input = options.name;
+  const calibration::Calibration calibration = ReadCalibration(input);
+  CheckTarget(format.what, options.output, {input});
+  RefuseToReplace(options.output, options.overwrite);
+  const std::string line = TargetLine(format.what, options.output);
+  const exporting::Exported exported =
+      exporting::Export(calibration, format.format,
+                        {input.filename().string(), recording::Sha256OfFile(input), kVersion,
+                         options.output.filename().string()});
+  Write(options.output, exported.text);
+  if (options.json) {
+    fmt::print("{}\n", Json{{"file", options.output.string()},
+                            {"format", format.name},
+                            {"calibration", options.name},
+                            {"notes", exported.notes}}
+                           .dump(2));
+    return kDone;
+  }
+  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  fmt::print("{}\n", line);
+  for (const std::string& note : exported.notes)
+    fmt::print("{}", Paragraph("! " + note, terminal, 2));
+  return kDone;
+}
+
+}  // namespace
+
+int Export(const Options& options) {
+  if (MeansCalibration(options.name)) return ExportCalibration(options);
+  if (options.format.empty()) return ExportRecord(options);
+  throw UsageError(
+      fmt::format("--format {} is for a calibration, and {} is none: expected the file that "
+                  "`gyrobench trace ... --calibration` writes; a run becomes a table, without "
+                  "--format",
+                  options.format, options.name));
+}
+
+}  // namespace gyrobench::cli

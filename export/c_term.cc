@@ -1,0 +1,223 @@
+#include "export/c_term.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "base/error.h"
+#include "calibration/trace/calibration_file.h"
+#include "calibration/trace/corrector_channel.h"
+#include "calibration/trace/model_terms.h"
+
+namespace gyrobench::exporting {
+namespace {
+
+using calibration::ModelTerm;
+
+constexpr double kLargestFloat = 3e38, kSmallestFloat = 1e-37;
+
+// The names of the variables, for one channel and one dependence on the rate.
+struct Variables {
+  std::size_t channel = 2;
+  bool held = false;
+
+  std::string RateAbout(std::size_t axis) const {
+    return fmt::format("{}[{}]", held ? "h" : "w", axis);
+  }
+  std::string Rate() const { return RateAbout(channel); }
+  std::string Temperature() const { return fmt::format("t[{}]", channel); }
+};
+
+std::string Gravity(std::size_t axis) { return fmt::format("g[{}]", axis); }
+std::string Size(const std::string& value) { return "GYROBENCH_SIZE(" + value + ")"; }
+
+// (k_0 g[0] + k_1 g[1] + ...)
+std::string GravityProduct(const ModelTerm& term) {
+  std::string sum;
+  for (std::size_t i = 0; i < term.coefficients.size(); ++i)
+    sum += (i > 0 ? " + " : "") + CNumber(term.coefficients[i]) + " * " + Gravity(i);
+  return "(" + sum + ")";
+}
+
+// The effects of the catalogue that are functions of the inputs. The other ones are not held.
+struct CatalogueText {
+  const char* id;
+  CNeeds needs;
+  std::string (*text)(const ModelTerm& term, const Variables& names);
+};
+
+std::string First(const ModelTerm& term) { return CNumber(term.coefficients[0]); }
+
+constexpr CNeeds kGravity = {true, false, false};
+constexpr std::array<CatalogueText, 10> kTexts = {{
+    {"bias.g_linear", kGravity,
+     [](const ModelTerm& term, const Variables&) { return GravityProduct(term); }},
+    {"bias.g_squared", kGravity,
+     [](const ModelTerm& term, const Variables&) {
+       return fmt::format("({} * g[0] * g[0] + {} * g[1] * g[1])", First(term),
+                          CNumber(term.coefficients[1]));
+     }},
+    {"bias.temperature_rate",
+     {false, true, false},
+     [](const ModelTerm& term, const Variables&) {
+       return First(term) + " * in->temperature_rate_degC_s";
+     }},
+    {"bias.warm_up",
+     {false, false, true},
+     [](const ModelTerm& term, const Variables&) {
+       return fmt::format("{} * GYROBENCH_EXP({} * in->since_power_on_s)", First(term),
+                          CNumber(-1.0 / term.nonlinear[0]));
+     }},
+    {"scale.g", kGravity,
+     [](const ModelTerm& term, const Variables& names) {
+       return GravityProduct(term) + " * " + names.Rate();
+     }},
+    {"scale.temperature",
+     {},
+     [](const ModelTerm& term, const Variables& names) {
+       return fmt::format("{} * {} * ({} - {})", First(term), names.Rate(), names.Temperature(),
+                          CNumber(term.reference_degC));
+     }},
+    {"scale.quadratic_odd",
+     {},
+     [](const ModelTerm& term, const Variables& names) {
+       return First(term) + " * " + names.Rate() + " * " + Size(names.Rate());
+     }},
+    {"scale.cubic",
+     {},
+     [](const ModelTerm& term, const Variables& names) {
+       return fmt::format("{0} * {1} * {1} * {1}", First(term), names.Rate());
+     }},
+    {"scale.quadratic_even",
+     {},
+     [](const ModelTerm& term, const Variables& names) {
+       return fmt::format("{0} * {1} * {1}", First(term), names.Rate());
+     }},
+    {"scale.asymmetry",
+     {},
+     [](const ModelTerm& term, const Variables& names) {
+       return First(term) + " * " + Size(names.Rate());
+     }},
+}};
+
+// A factor of a composed effect or a curve; nullopt for a column of the table.
+std::optional<std::string> FactorText(const std::string& name, const Variables& names,
+                                      CNeeds* needs) {
+  if (name == "w") return names.Rate();
+  if (name == "abs_w") return Size(names.Rate());
+  if (name == "T") return names.Temperature();
+  if (name == "dT_dt") {
+    needs->temperature_rate = true;
+    return "in->temperature_rate_degC_s";
+  }
+  const bool has_axis = name.size() == 3 && name[1] == '_' && name[2] >= 'x' && name[2] <= 'z';
+  if (!has_axis || (name[0] != 'w' && name[0] != 'g')) return std::nullopt;
+  const auto axis = static_cast<std::size_t>(name[2] - 'x');
+  if (name[0] == 'w') return names.RateAbout(axis);
+  needs->gravity = true;
+  return Gravity(axis);
+}
+
+std::string ProductText(const ModelTerm& term, const std::vector<std::string>& factors) {
+  std::string text = First(term);
+  for (std::size_t i = 0; i < factors.size(); ++i)
+    text += fmt::format(" * ({} - {})", factors[i], CNumber(term.offsets[i]));
+  return text;
+}
+
+// Straight between the knots, constant outside: the first value and the rises over the pieces, each
+// held within its own.
+std::string CurveText(const ModelTerm& term, const std::string& x) {
+  const std::vector<double>&at = term.knots, &value = term.coefficients;
+  // What is not a number stays so, one knot or many.
+  if (at.size() == 1) return fmt::format("({} + {} * {})", CNumber(value[0]), CNumber(0.0), x);
+  std::string text = CNumber(value[0]);
+  for (std::size_t i = 1; i < at.size(); ++i) {
+    text += fmt::format(" + {0} * (GYROBENCH_HELD({1}, {2}, {3}) - {2})",
+                        CNumber((value[i] - value[i - 1]) / (at[i] - at[i - 1])), x,
+                        CNumber(at[i - 1]), CNumber(at[i]));
+  }
+  return "(" + text + ")";
+}
+
+std::string NoInput(const std::string& name) {
+  return "it depends on " + name + ", which is no input of the function";
+}
+
+std::optional<CTerm> CatalogueTerm(const ModelTerm& term, const Variables& names,
+                                   std::string* why_not) {
+  const auto* known = std::find_if(kTexts.begin(), kTexts.end(), [&](const CatalogueText& one) {
+    return one.id == calibration::CatalogueId(term);
+  });
+  if (known == kTexts.end()) {
+    *why_not = term.covariate.empty()
+                   ? "it needs a memory or the vibration, and the function has neither"
+                   : NoInput("the column " + term.covariate);
+    return std::nullopt;
+  }
+  return CTerm{Dependence::kNoRate, known->text(term, names), known->needs};
+}
+
+std::optional<CTerm> FreeTerm(const ModelTerm& term, const Variables& names, std::string* why_not) {
+  CTerm out;
+  std::vector<std::string> factors;
+  for (const std::string& name : term.factors) {
+    std::optional<std::string> text = FactorText(name, names, &out.needs);
+    if (!text) {
+      *why_not = NoInput("the column " + name);
+      return std::nullopt;
+    }
+    factors.push_back(*std::move(text));
+  }
+  out.text = term.origin == calibration::EffectOrigin::kComposed ? ProductText(term, factors)
+                                                                 : CurveText(term, factors[0]);
+  return out;
+}
+
+// As the corrector judges it, so that both hold the same rates.
+Dependence DependenceOf(const ModelTerm& term, SensorAxis axis) {
+  MeasurementInfo info;
+  info.accel_present = {true, true, true};
+  info.temperature_present = true;
+  std::string why_not;
+  std::unique_ptr<calibration::TermFunction> function =
+      calibration::MakeTermFunction(term, axis, info, &why_not);
+  calibration::CorrectorChannel channel;
+  if (function) channel.AddTerm(std::move(function), 0);
+  if (!channel.bent.empty()) return Dependence::kBentInRate;
+  return channel.straight.empty() ? Dependence::kNoRate : Dependence::kStraightInRate;
+}
+
+}  // namespace
+
+std::string CLiteral(double value) {
+  if (!(std::fabs(value) < kLargestFloat)) {
+    throw DataError(
+        fmt::format("a coefficient of the calibration is {}: a float cannot hold it; the export "
+                    "as json has it as it is",
+                    value));
+  }
+  if (std::fabs(value) < kSmallestFloat) return "0.0";
+  std::string text = fmt::format("{}", value);
+  // An integer would take no suffix.
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string CNumber(double value) { return "GYROBENCH_C(" + CLiteral(value) + ")"; }
+
+std::optional<CTerm> MakeCTerm(const ModelTerm& term, SensorAxis axis, std::string* why_not) {
+  const Dependence dependence = DependenceOf(term, axis);
+  const Variables names = {static_cast<std::size_t>(axis), dependence == Dependence::kBentInRate};
+  std::optional<CTerm> out = term.origin == calibration::EffectOrigin::kCatalogue
+                                 ? CatalogueTerm(term, names, why_not)
+                                 : FreeTerm(term, names, why_not);
+  if (out) out->dependence = dependence;
+  return out;
+}
+
+}  // namespace gyrobench::exporting

@@ -1,0 +1,131 @@
+#include "export/linear_model.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "base/error.h"
+#include "export/text.h"
+
+namespace gyrobench::exporting {
+namespace {
+
+using calibration::ChannelModel;
+
+// As in the corrector: beyond this share of its largest entry an inverse means nothing.
+constexpr double kLeastPivot = 1e-3;
+
+void FillRow(const ChannelModel& model, std::size_t c, calibration::Vector3* row) {
+  for (std::size_t j = 0; j < 3; ++j) {
+    const bool never_turned = c == j && model.m_row[j] == 0.0;
+    (*row)[j] = never_turned ? 1.0 : model.m_row[j];
+  }
+}
+
+calibration::Matrix3 Inverse(const calibration::Matrix3& m) {
+  Eigen::Matrix3d matrix;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t j = 0; j < 3; ++j)
+      matrix(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(j)) = m[c][j];
+  const Eigen::FullPivLU<Eigen::Matrix3d> lu(matrix);
+  if (!(lu.matrixLU().diagonal().cwiseAbs().minCoeff() > kLeastPivot)) {
+    throw DataError(
+        "the calibration's matrix M has no inverse: two axes of it say the same; trace data in "
+        "which each axis turned");
+  }
+  const Eigen::Matrix3d inverse = lu.inverse();
+  calibration::Matrix3 out;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t j = 0; j < 3; ++j)
+      out[c][j] = inverse(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(j));
+  return out;
+}
+
+}  // namespace
+
+LinearModel MakeLinearModel(const calibration::Calibration& calibration) {
+  LinearModel out;
+  const ChannelModel& first = calibration.channels.at(0).model;
+  out.unit = first.unit;
+  out.units_per_deg_s.fill(first.units_per_deg_s);
+  for (std::size_t c = 0; c < 3; ++c) out.m[c][c] = 1.0;
+  for (const calibration::ChannelCalibration& channel : calibration.channels) {
+    const ChannelModel& model = channel.model;
+    if (model.unit != out.unit) {
+      throw DataError(fmt::format(
+          "the channels of the calibration are in different units, {} and {}: no single formula "
+          "holds both; trace data of one unit",
+          out.unit, model.unit));
+    }
+    const auto c = static_cast<std::size_t>(model.axis);
+    out.axes[c] = &model;
+    out.units_per_deg_s[c] = model.units_per_deg_s;
+    FillRow(model, c, &out.m[c]);
+  }
+  out.inverse = Inverse(out.m);
+  return out;
+}
+
+std::vector<std::string> WhatNoCorrectionHolds(const calibration::Calibration& calibration,
+                                               const LinearModel& model) {
+  std::vector<std::string> notes;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (model.axes[c] == nullptr) {
+      notes.push_back(fmt::format("gyro {}: not in the calibration: nothing is corrected on it",
+                                  kAxisNames[c]));
+    } else if (model.axes[c]->m_row[c] == 0.0) {
+      notes.push_back(fmt::format(
+          "gyro {}: the calibration never turned it: its scale factor is the nominal one",
+          kAxisNames[c]));
+    }
+  }
+  LeftOut left_out;
+  for (const calibration::ChannelCalibration& channel : calibration.channels) {
+    for (const calibration::ModelTerm& term : channel.model.terms) {
+      const std::string because = calibration::WhyNotApplied(term);
+      if (because.empty() || term.owner != calibration::EffectOwner::kGyro) continue;
+      left_out.Add(channel.model.axis, term.id, because);
+    }
+  }
+  Append(&notes, left_out.Notes());
+  return notes;
+}
+
+std::vector<std::string> MatrixLeftOut(const LinearModel& model) {
+  std::vector<std::string> notes;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (model.axes[c] == nullptr) continue;
+    double off = 0.0;
+    for (std::size_t j = 0; j < 3; ++j) off += std::fabs(model.m[c][j] - (c == j ? 1.0 : 0.0));
+    if (off == 0.0) continue;
+    std::string note = fmt::format(
+        "gyro {}: scale factor and misalignment are left out: its row of M is {:.6f} {:.6f} {:.6f}",
+        kAxisNames[c], model.m[c][0], model.m[c][1], model.m[c][2]);
+    const double rate_deg_s = model.axes[c]->max_rate_deg_s;
+    if (std::isfinite(rate_deg_s)) {
+      note += fmt::format(", up to {:.2g} deg/s of error at {:.3g} deg/s", off * rate_deg_s,
+                          rate_deg_s);
+    }
+    notes.push_back(std::move(note));
+  }
+  return notes;
+}
+
+TemperatureRange CommonTemperatures(const LinearModel& model) {
+  TemperatureRange common;
+  for (const ChannelModel* axis : model.axes) {
+    if (axis == nullptr) continue;
+    common.low_degC = std::fmax(common.low_degC, axis->min_temperature_degC);
+    common.high_degC = std::fmin(common.high_degC, axis->max_temperature_degC);
+  }
+  if (std::isfinite(common.low_degC) && std::isfinite(common.high_degC) && !common.known()) {
+    throw DataError(fmt::format(
+        "the axes of the calibration have no temperature in common: one begins at {:.1f} degC, "
+        "another ends at {:.1f}; trace runs of all axes over the same temperatures",
+        common.low_degC, common.high_degC));
+  }
+  return common;
+}
+
+}  // namespace gyrobench::exporting

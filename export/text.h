@@ -1,0 +1,50 @@
+// Text that the formats have in common: the head of a file, comments, numbers.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "export/exporter.h"
+#include "export/linear_model.h"
+
+namespace gyrobench::exporting {
+
+using Lines = std::vector<std::string>;
+
+// Where the file comes from and of which sensor it is.
+Lines OriginLines(const calibration::Calibration& calibration, const Origin& origin);
+// For each axis, the temperatures and rates that the calibration saw.
+Lines ValidityLines(const LinearModel& model);
+// Effects that a file does not hold, gathered by axis and reason.
+class LeftOut {
+ public:
+  void Add(SensorAxis axis, const std::string& id, const std::string& because);
+  // "gyro x: bias.g_linear, scale.g left out: ...", one sentence for each axis and reason.
+  Lines Notes() const;
+
+ private:
+  struct Group {
+    SensorAxis axis;
+    std::string because, ids;
+  };
+  std::vector<Group> groups_;
+};
+
+// "Not in this file, ..." and the notes, or nothing where there is none.
+Lines NoteLines(const Lines& notes);
+void Append(Lines* lines, const Lines& more);
+
+// `lines` as comments, `mark` before each ("# ", " * "), broken between words at 100 columns.
+// Whatever a calibration's texts hold, no comment ends or nests by them.
+std::string Commented(const Lines& lines, const std::string& mark);
+
+// "gyro_x" of "Gyro-X.h": what identifiers may begin with.
+std::string Identifier(const std::string& file_name);
+
+// Without an exponent, for files whose readers know none; nine significant digits. Throws DataError
+// for what a float cannot hold.
+std::string Fixed(double value);
+// To four digits; "not known" for NaN.
+std::string Figure(double value);
+
+}  // namespace gyrobench::exporting

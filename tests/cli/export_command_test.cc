@@ -1,0 +1,111 @@
+// `gyrobench export` of a calibration; of records: record_commands_test.cc.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "calibration/trace/calibration_file.h"
+#include "tests/cli/child_process.h"
+#include "tests/cli/program.h"
+#include "tests/temporary_folder.h"
+
+namespace gyrobench::cli {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class ExportCalibration : public testing::Test {
+ protected:
+  ExportCalibration() : calibration_(folder_.Write("cal.json", GyroZ().dump())) {}
+
+  static json GyroZ() {
+    calibration::Calibration calibration;
+    calibration.sensor = "MPU-17";
+    calibration::ChannelCalibration channel;
+    channel.model.unit = "LSB";
+    channel.model.units_per_deg_s = 131.0;
+    channel.model.m_row = {0.0, 0.0, 1.02};
+    channel.model.reference_degC = 30.0;
+    channel.model.bias_deg_s = {0.5, 0.01};
+    channel.model.max_rate_deg_s = 40.0;
+    channel.model.min_temperature_degC = 20.0;
+    channel.model.max_temperature_degC = 40.0;
+    channel.noise = {0.0035, 1e-4, 0.0};
+    calibration.channels.push_back(channel);
+    return ToJson(calibration);
+  }
+  Finished Run(const std::string& format, const std::string& output,
+               std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments = {"export",     "--format", format,
+                                          calibration_, "-o",       folder_ / output};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Gyrobench(arguments);
+  }
+  std::string TextOf(const std::string& name) const {
+    std::stringstream text;
+    text << std::ifstream(folder_ / name).rdbuf();
+    return text.str();
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path calibration_;
+};
+
+TEST_F(ExportCalibration, WritesEveryFormatAndSaysWhatIsLeftOut) {
+  for (const auto& [format, word] :
+       std::vector<std::pair<std::string, std::string>>{{"c", "gyro_correct("},
+                                                        {"px4", "TC_G0_X1_2"},
+                                                        {"ardupilot", "INS_TCAL1_GYR1_Z"},
+                                                        {"kalibr", "gyroscope_noise_density"},
+                                                        {"json", "gyrobench.correction/1"}}) {
+    const Finished finished = Run(format, "gyro." + format);
+    EXPECT_EQ(finished.status, 0) << finished.err;
+    EXPECT_THAT(finished.out, AllOf(HasSubstr("gyro." + format), HasSubstr("! gyro x")));
+    EXPECT_THAT(TextOf("gyro." + format), AllOf(HasSubstr(word), HasSubstr("cal.json")));
+  }
+}
+
+TEST_F(ExportCalibration, TellsAMachineTheNotes) {
+  const json out = json::parse(Run("px4", "gyro.params", {"--json"}).out);
+  EXPECT_EQ(out.at("format"), "px4");
+  EXPECT_GT(out.at("notes").size(), 2u);
+}
+
+TEST_F(ExportCalibration, RefusesAnUnknownFormatAndNamesTheKnownOnes) {
+  const Finished unknown = Run("betaflight", "gyro.txt");
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_THAT(unknown.err, AllOf(HasSubstr("betaflight"), HasSubstr("ardupilot")));
+  const Finished none = Gyrobench({"export", calibration_, "-o", folder_ / "gyro.txt"});
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.err, AllOf(HasSubstr("cal.json is a calibration"), HasSubstr("kalibr")));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "gyro.txt"));
+}
+
+TEST_F(ExportCalibration, ReplacesNeitherItsInputNorAFileUnasked) {
+  const std::string before = TextOf("cal.json");
+  EXPECT_THAT(Run("json", "cal.json", {"--overwrite"}).err, HasSubstr("file that is read"));
+  EXPECT_EQ(TextOf("cal.json"), before);
+  folder_.Write("gyro.h", "mine");
+  EXPECT_THAT(Run("c", "gyro.h").err, HasSubstr("--overwrite"));
+  EXPECT_EQ(TextOf("gyro.h"), "mine");
+  EXPECT_EQ(Run("c", "gyro.h", {"--overwrite"}).status, 0);
+}
+
+TEST_F(ExportCalibration, TellsADamagedCalibrationFromARecordAndATable) {
+  folder_.Write("cal.json", R"({"format": "gyrobench.trace/1"})");
+  EXPECT_THAT(Run("c", "gyro.h").err, HasSubstr("no calibration"));
+  folder_.Write("cal.json", "");
+  EXPECT_THAT(Run("c", "gyro.h").err, HasSubstr("an empty file"));
+  const auto table = folder_.Write("run.csv", "t_s,gyro_z_lsb\n0,1\n");
+  const Finished finished = Gyrobench({"export", "--format", "c", table, "-o", folder_ / "gyro.h"});
+  EXPECT_EQ(finished.status, 2);
+  EXPECT_THAT(finished.err, HasSubstr("run.csv is none"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "gyro.h"));
+}
+
+}  // namespace
+}  // namespace gyrobench::cli
