@@ -81,6 +81,11 @@ class CommandLine {
     AddCommon(command, options_);
     return command;
   }
+  void AddMeasurements(CLI::App& command) {
+    command.add_option("input", options_.inputs, "Runs, folders of records, or measurement tables")
+        ->type_name("RUN-or-TABLE")
+        ->required();
+  }
 
   void AddParameters(CLI::App& command) {
     command.add_option("procedure", options_.name, "Name of the procedure")->required();
@@ -126,9 +131,7 @@ class CommandLine {
     show.add_option("run", options_.name, "Run, or the folder of its record")->required();
     CLI::App& analyze = Add("analyze", "Scale, bias, their errors and the defects of recorded data",
                             "gyrobench analyze turntable.csv.gz");
-    analyze.add_option("input", options_.inputs, "Runs, folders of records, or measurement tables")
-        ->type_name("RUN-or-TABLE")
-        ->required();
+    AddMeasurements(analyze);
     CLI::App& write =
         Add("export", "Write a run as a measurement table, or a calibration for firmware",
             "gyrobench export 20260312-091500-scale -o scale.csv.gz\n"
@@ -151,9 +154,7 @@ class CommandLine {
         Add("trace", "Trace what the baseline leaves to the effects behind it; runs of one sensor",
             "gyrobench trace warm-up.csv.gz turns.csv.gz --calibration mpu-17.json --report "
             "mpu-17.html");
-    trace.add_option("input", options_.inputs, "Runs, folders of records, or measurement tables")
-        ->type_name("RUN-or-TABLE")
-        ->required();
+    AddMeasurements(trace);
     trace.add_option("--calibration", options_.calibration, "Calibration to write")
         ->type_name("OUT.json");
     trace.add_option("--report", options_.report, "Report to write")->type_name("OUT.html");

@@ -8,17 +8,17 @@
 #include <memory>
 #include <utility>
 
-#include "base/error.h"
 #include "calibration/trace/calibration_file.h"
 #include "calibration/trace/corrector_channel.h"
 #include "calibration/trace/model_terms.h"
+#include "export/text.h"
 
 namespace gyrobench::exporting {
 namespace {
 
 using calibration::ModelTerm;
 
-constexpr double kLargestFloat = 3e38, kSmallestFloat = 1e-37;
+constexpr double kSmallestFloat = 1e-37;
 
 // The names of the variables, for one channel and one dependence on the rate.
 struct Variables {
@@ -195,12 +195,7 @@ Dependence DependenceOf(const ModelTerm& term, SensorAxis axis) {
 }  // namespace
 
 std::string CLiteral(double value) {
-  if (!(std::fabs(value) < kLargestFloat)) {
-    throw DataError(
-        fmt::format("a coefficient of the calibration is {}: a float cannot hold it; the export "
-                    "as json has it as it is",
-                    value));
-  }
+  RequireFloat(value);
   if (std::fabs(value) < kSmallestFloat) return "0.0";
   std::string text = fmt::format("{}", value);
   // An integer would take no suffix.

@@ -129,13 +129,16 @@ std::string Identifier(const std::string& file_name) {
   return begins_well ? name : "gyro_" + name;
 }
 
+void RequireFloat(double value) {
+  if (std::fabs(value) < kLargestFloat) return;
+  throw DataError(
+      fmt::format("a value to be written is {}: the target's floats cannot hold it; the format "
+                  "json has the calibration as it is",
+                  value));
+}
+
 std::string Fixed(double value) {
-  if (!(std::fabs(value) < kLargestFloat)) {
-    throw DataError(
-        fmt::format("a value to be written is {}: the target's floats cannot hold it; the format "
-                    "json has the calibration as it is",
-                    value));
-  }
+  RequireFloat(value);
   if (value == 0.0) return "0.0";
   const int exponent = static_cast<int>(std::floor(std::log10(std::fabs(value))));
   return fmt::format("{:.{}f}", value, std::clamp(kDigits - 1 - exponent, 1, 30));

@@ -41,6 +41,8 @@ std::string Commented(const Lines& lines, const std::string& mark);
 // "gyro_x" of "Gyro-X.h": what identifiers may begin with.
 std::string Identifier(const std::string& file_name);
 
+// Throws DataError for what a float cannot hold, NaN among it.
+void RequireFloat(double value);
 // Without an exponent, for files whose readers know none; nine significant digits. Throws DataError
 // for what a float cannot hold.
 std::string Fixed(double value);

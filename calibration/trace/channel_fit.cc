@@ -1,11 +1,12 @@
 #include "calibration/trace/channel_fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/trace/append_columns.h"
 #include "calibration/trace/noise_search.h"
 #include "calibration/trace/refine.h"
+#include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -32,28 +33,13 @@ Eigen::MatrixXd Slopes(const ChannelProblem& problem, const Selection& selection
   return out;
 }
 
-// Columns next to each other.
-void Append(Eigen::MatrixXd* to, const Eigen::MatrixXd& columns) {
-  to->conservativeResize(columns.rows(), to->cols() + columns.cols());
-  to->rightCols(columns.cols()) = columns;
-}
-
 // Inverse of a matrix of products; 0 and NaN on the diagonal for columns that depend on others.
 Eigen::MatrixXd CovarianceOf(const Eigen::MatrixXd& gram) {
-  const Eigen::VectorXd scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * gram * scale.asDiagonal();
-  const std::vector<Eigen::Index> kept = IndependentColumns(scaled);
-  const Eigen::MatrixXd core = scaled(kept, kept);
-  const Eigen::MatrixXd inverse =
-      core.ldlt().solve(Eigen::MatrixXd::Identity(core.rows(), core.cols()));
+  const std::vector<Eigen::Index> kept = IndependentColumns(gram);
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(gram.rows(), gram.cols());
   out.diagonal().setConstant(kMissing);
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    for (std::size_t j = 0; j < kept.size(); ++j) {
-      out(kept[i], kept[j]) = inverse(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) *
-                              scale(kept[i]) * scale(kept[j]);
-    }
-  }
+  const auto count = static_cast<Eigen::Index>(kept.size());
+  out(kept, kept) = ScaledLdlt(gram(kept, kept)).Solve(Eigen::MatrixXd::Identity(count, count));
   return out;
 }
 
@@ -117,10 +103,10 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
     const Eigen::MatrixXd raw_slopes = Slopes(problem, selection, member, c);
     Eigen::MatrixXd white_slopes = raw_slopes;
     selection.whitener().Apply(white_slopes);
-    Append(&fit.raw_slopes, raw_slopes);
-    Append(&fit.white_slopes, white_slopes);
-    Append(&tangent, fit.white.middleCols(column, count));
-    Append(&tangent, white_slopes);
+    AppendColumns(&fit.raw_slopes, raw_slopes);
+    AppendColumns(&fit.white_slopes, white_slopes);
+    AppendColumns(&tangent, fit.white.middleCols(column, count));
+    AppendColumns(&tangent, white_slopes);
     values.insert(values.end(), c.data(), c.data() + count);
     if (raw_slopes.cols() > 0) {
       values.insert(values.end(), member.context.nonlinear.begin(), member.context.nonlinear.end());

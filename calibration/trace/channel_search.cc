@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "calibration/trace/angle_windows.h"
+#include "calibration/trace/append_columns.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/hold_out.h"
 #include "calibration/trace/noise_search.h"
@@ -27,11 +28,6 @@ constexpr double kLeastAngle_deg = 1e-3;
 // Of the deviance: the noise by the chosen model is not the one by everything that may act (chi
 // square of three degrees, about 0.7 %); two noises differ so little that it is no matter.
 constexpr double kOtherNoise = 12.0, kSameNoise = 0.5;
-
-void Append(Eigen::MatrixXd* to, const Eigen::MatrixXd& columns) {
-  to->conservativeResize(Eigen::NoChange, to->cols() + columns.cols());
-  to->rightCols(columns.cols()) = columns;
-}
 
 class ChannelSearcher {
  public:
@@ -105,7 +101,7 @@ class ChannelSearcher {
   // Raw columns of the baseline and of the members.
   Eigen::MatrixXd ModelOf(const Selection& selection) const {
     Eigen::MatrixXd model = baseline_.columns;
-    for (const Candidate& member : selection.members()) Append(&model, Raw(member));
+    for (const Candidate& member : selection.members()) AppendColumns(&model, Raw(member));
     return model;
   }
 
@@ -123,7 +119,7 @@ class ChannelSearcher {
       const bool on_grid =
           member.effect != nullptr && (member.effect->nonlinear.empty() || member.effect->tied);
       if (on_grid || !judged_.insert(member.family).second) continue;
-      Append(&saturated_, Raw(member));
+      AppendColumns(&saturated_, Raw(member));
       outside = true;
     }
     const NoiseSearch everything = Everything();

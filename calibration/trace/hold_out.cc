@@ -1,12 +1,12 @@
 #include "calibration/trace/hold_out.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "calibration/trace/angle_windows.h"
 #include "calibration/trace/noise_search.h"
+#include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -32,18 +32,11 @@ Eigen::VectorXd SolveProducts(const Eigen::MatrixXd& gram, const Eigen::VectorXd
       unseen->push_back(j);
     }
   }
-  const Eigen::MatrixXd sub = gram(seen, seen);
-  const Eigen::VectorXd scale = sub.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * sub * scale.asDiagonal();
-  const std::vector<Eigen::Index> kept = IndependentColumns(scaled);
-  const Eigen::MatrixXd core = scaled(kept, kept);
-  const Eigen::VectorXd part = (scale.asDiagonal() * Eigen::VectorXd(right(seen)))(kept);
-  const Eigen::VectorXd theta = core.ldlt().solve(part);
+  std::vector<Eigen::Index> kept;
+  for (const Eigen::Index k : IndependentColumns(gram(seen, seen)))
+    kept.push_back(seen[static_cast<std::size_t>(k)]);
   Eigen::VectorXd out = Eigen::VectorXd::Zero(gram.rows());
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    const Eigen::Index j = kept[i];
-    out(seen[static_cast<std::size_t>(j)]) = theta(static_cast<Eigen::Index>(i)) * scale(j);
-  }
+  out(kept) = ScaledLdlt(gram(kept, kept)).Solve(Eigen::VectorXd(right(kept)));
   return out;
 }
 

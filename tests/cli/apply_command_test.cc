@@ -10,6 +10,7 @@
 
 #include "calibration/trace/calibration_file.h"
 #include "tests/cli/child_process.h"
+#include "tests/cli/gyro_z.h"
 #include "tests/cli/program.h"
 #include "tests/temporary_folder.h"
 
@@ -20,24 +21,6 @@ using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
-
-// w = (xi / 131 - 0.5 - 0.01 (T - 30)) / 1.02
-calibration::Calibration GyroZ() {
-  calibration::Calibration calibration;
-  calibration.sensor = "MPU-17";
-  calibration::ChannelCalibration channel;
-  channel.model.axis = SensorAxis::kZ;
-  channel.model.unit = "LSB";
-  channel.model.units_per_deg_s = 131.0;
-  channel.model.m_row = {0.0, 0.0, 1.02};
-  channel.model.reference_degC = 30.0;
-  channel.model.bias_deg_s = {0.5, 0.01};
-  channel.model.max_rate_deg_s = 40.0;
-  channel.model.min_temperature_degC = 20.0;
-  channel.model.max_temperature_degC = 40.0;
-  calibration.channels.push_back(channel);
-  return calibration;
-}
 
 std::vector<std::string> LinesOf(const std::filesystem::path& file) {
   std::ifstream in(file);

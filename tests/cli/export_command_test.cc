@@ -8,6 +8,7 @@
 
 #include "calibration/trace/calibration_file.h"
 #include "tests/cli/child_process.h"
+#include "tests/cli/gyro_z.h"
 #include "tests/cli/program.h"
 #include "tests/temporary_folder.h"
 
@@ -20,22 +21,11 @@ using testing::HasSubstr;
 
 class ExportCalibration : public testing::Test {
  protected:
-  ExportCalibration() : calibration_(folder_.Write("cal.json", GyroZ().dump())) {}
+  ExportCalibration() : calibration_(folder_.Write("cal.json", WithNoise().dump())) {}
 
-  static json GyroZ() {
-    calibration::Calibration calibration;
-    calibration.sensor = "MPU-17";
-    calibration::ChannelCalibration channel;
-    channel.model.unit = "LSB";
-    channel.model.units_per_deg_s = 131.0;
-    channel.model.m_row = {0.0, 0.0, 1.02};
-    channel.model.reference_degC = 30.0;
-    channel.model.bias_deg_s = {0.5, 0.01};
-    channel.model.max_rate_deg_s = 40.0;
-    channel.model.min_temperature_degC = 20.0;
-    channel.model.max_temperature_degC = 40.0;
-    channel.noise = {0.0035, 1e-4, 0.0};
-    calibration.channels.push_back(channel);
+  static json WithNoise() {
+    calibration::Calibration calibration = GyroZ();
+    calibration.channels[0].noise = {0.0035, 1e-4, 0.0};
     return ToJson(calibration);
   }
   Finished Run(const std::string& format, const std::string& output,

@@ -38,11 +38,14 @@ TEST_F(BusWorkerTest, PollsEachDeviceAtItsOwnRateInBenchTime) {
   });
   worker.Start();
   me_->WaitUntil(kStart + 9'990'000);
+  // Counted while this participant holds time: once it lets go, polls run until the stop arrives.
+  const std::vector<Utime> fast_seen = fast;
+  const std::vector<Utime> slow_seen = slow;
   StopWorker(worker);
-  EXPECT_EQ(fast.size(), 500u);
-  EXPECT_EQ(slow.size(), 20u);
-  EXPECT_EQ(fast.front(), kStart);
-  EXPECT_EQ(slow.back(), kStart + 9'500'000);
+  EXPECT_EQ(fast_seen.size(), 500u);
+  EXPECT_EQ(slow_seen.size(), 20u);
+  EXPECT_EQ(fast_seen.front(), kStart);
+  EXPECT_EQ(slow_seen.back(), kStart + 9'500'000);
 }
 
 TEST_F(BusWorkerTest, ATaskRunsAtOnceAndItsResultComesBack) {
