@@ -6,7 +6,9 @@
 #include <cmath>
 #include <utility>
 
+#include "base/error.h"
 #include "daemon/axis_facts.h"
+#include "daemon/manoeuvre_choice.h"
 #include "daemon/run_trace.h"
 #include "procedures/engine/motion_time.h"
 #include "procedures/engine/settling.h"
@@ -76,6 +78,7 @@ run_t LiveBench::Message(std::int8_t event) const {
 }
 
 void LiveBench::BeginSegment(const std::string& kind, const std::string& name) {
+  traced_.reset();
   segment_kind_ = kind;
   segment_begin_ = context_.clock.Now();
   progress_.segment = name;
@@ -270,13 +273,20 @@ procedures::Estimate LiveBench::ReadEstimate(const std::string& what) {
 }
 
 std::vector<procedures::AxisVerdict> LiveBench::Trace() {
-  const std::optional<calibration::TraceResult> trace = TraceRun(context_.telemetry.Recorded());
+  traced_ = TraceRun(context_.telemetry.Recorded());
   std::vector<procedures::AxisVerdict> verdicts;
-  if (!trace) return verdicts;
-  context_.telemetry.SendTrace(*trace, context_.clock.Now(), false);
-  for (const calibration::ChannelTrace& channel : trace->channels)
+  if (!traced_) return verdicts;
+  context_.telemetry.SendTrace(traced_->result, context_.clock.Now(), false);
+  for (const calibration::ChannelTrace& channel : traced_->result.channels)
     verdicts.push_back(VerdictOf(channel));
   return verdicts;
+}
+
+procedures::Choice LiveBench::Choose(const std::vector<procedures::Rehearsal>& menu) {
+  const calibration::Recording recording = context_.telemetry.Recorded();
+  if (!traced_) traced_ = TraceRun(recording);
+  if (!traced_) throw DataError("nothing has been measured yet that could be traced");
+  return ChooseAmong(menu, recording, *traced_);
 }
 
 void LiveBench::RecordLimit(const procedures::LimitCheck& check) {

@@ -9,6 +9,7 @@
 
 #include "base/clock.h"
 #include "calibration/results.h"
+#include "calibration/trace/trace.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
 #include "daemon/run_control.h"
@@ -58,6 +59,7 @@ class LiveBench final : public procedures::Bench {
   std::string Ask(const procedures::Question& question) override;
   procedures::Estimate ReadEstimate(const std::string& what) override;
   std::vector<procedures::AxisVerdict> Trace() override;
+  procedures::Choice Choose(const std::vector<procedures::Rehearsal>& menu) override;
   void RecordLimit(const procedures::LimitCheck& check) override;
   void Say(const std::string& text) override;
   void Progress(double fraction) override;
@@ -87,6 +89,7 @@ class LiveBench final : public procedures::Bench {
   std::string segment_kind_;
   Utime segment_begin_ = 0;
   calibration::AnalysisResult results_;
+  std::optional<calibration::Traced> traced_;  // nothing moved since
   std::vector<procedures::LimitCheck> limits_;
 };
 

@@ -319,7 +319,7 @@ void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
   // What ended before its time is not judged by what it did not do.
   const bool complete = outcome == Outcome::kDone || outcome == Outcome::kFailedLimits;
   const auto trace = complete ? TraceRun(context_.telemetry.Recorded()) : std::nullopt;
-  if (trace) context_.telemetry.SendTrace(*trace, end, true);
+  if (trace) context_.telemetry.SendTrace(trace->result, end, true);
   run_t stop{};
   stop.utime = end;
   stop.event = run_t::STOP;
@@ -338,7 +338,7 @@ void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
               job.bench ? job.bench->limits() : std::vector<procedures::LimitCheck>{}, end);
   job.directory->WriteResult(calibration::ToJson(results));
   job.directory->WriteRun(job.description);
-  if (trace) WriteTrace(*job.directory, job.description, *trace, results);
+  if (trace) WriteTrace(*job.directory, job.description, trace->result, results);
   if (!failure.empty()) throw DataError(failure);
 }
 

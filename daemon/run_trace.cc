@@ -43,10 +43,10 @@ report::Provenance ProvenanceOf(const recording::RunDirectory& directory, const 
 
 }  // namespace
 
-std::optional<calibration::TraceResult> TraceRun(const calibration::Recording& recording) {
+std::optional<calibration::Traced> TraceRun(const calibration::Recording& recording) {
   try {
     const calibration::Recording* one = &recording;
-    return calibration::Trace(std::span(&one, 1)).result;
+    return calibration::Trace(std::span(&one, 1));
   } catch (const DataError& error) {
     spdlog::info("nothing to trace: {}", error.what());
   } catch (const std::exception& error) {  // the record must be closed whatever the trace does

@@ -6,14 +6,14 @@
 
 #include "calibration/collector.h"
 #include "calibration/results.h"
-#include "calibration/trace/trace_result.h"
+#include "calibration/trace/trace.h"
 #include "procedures/engine/bench.h"
 #include "recording/run_directory.h"
 
 namespace gyrobench::daemon {
 
 // nullopt, with a line in the daemon's log, when there is nothing that could be traced.
-std::optional<calibration::TraceResult> TraceRun(const calibration::Recording& recording);
+std::optional<calibration::Traced> TraceRun(const calibration::Recording& recording);
 
 procedures::AxisVerdict VerdictOf(const calibration::ChannelTrace& channel);
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -102,6 +103,35 @@ struct AxisVerdict {
   std::vector<TracedEffect> effects;
 };
 
+// Angles of the table.
+struct PlannedMove {
+  std::string axis;
+  double begin_s = 0.0;
+  double duration_s = 0.0;
+  double from_deg = 0.0;
+  double to_deg = 0.0;
+  double rate_deg_s = 0.0;
+  double acceleration_deg_s2 = 0.0;
+};
+
+// A manoeuvre that was tried without moving.
+struct Rehearsal {
+  std::string name;
+  double duration_s = 0.0;
+  double warms_degC = 0.0;       // what somebody's hand does to the sensor's temperature by it
+  std::vector<AxisFacts> axes;   // where it begins
+  std::vector<PlannedMove> moves;  // times since its begin
+};
+
+// Which of some manoeuvres tells the most, and what is open.
+struct Choice {
+  bool settled = false;  // effects are named, and nothing else explains the same
+  std::string open;      // what is not settled, in words
+  std::optional<std::size_t> best;  // none: no manoeuvre tells anything more
+  std::string because;              // "tells angle.latency from bandwidth.first_order"
+  double nats = 0.0;                // expected, of the logarithm of odds
+};
+
 // A measurement against its declared limits. A part that misses them is data, not an error.
 struct LimitCheck {
   std::string name;
@@ -138,6 +168,8 @@ class Bench {
   virtual Estimate ReadEstimate(const std::string& what) = 0;
   // Traces what has been measured so far. Empty while there is nothing that could be traced.
   virtual std::vector<AxisVerdict> Trace() = 0;
+  // The manoeuvre that tells the most per minute of what has been measured and traced so far.
+  virtual Choice Choose(const std::vector<Rehearsal>& menu) = 0;
   // The engine has judged the check; here it is shown and recorded.
   virtual void RecordLimit(const LimitCheck& check) = 0;
   virtual void Say(const std::string& text) = 0;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "procedures/engine/bench.h"
+#include "procedures/engine/stage.h"
 #include "procedures/engine/table_reader.h"
 
 namespace gyrobench::procedures {
@@ -16,13 +17,15 @@ struct Call {
   lua_State* state;
   int argument;             // index on the stack
   const std::string& name;  // "bench.turn"
-  Bench& bench;
+  Bench& bench;  // the rehearsal's while there is one
   std::vector<LimitCheck>& checks;
+  Stage& stage;
 
   TableReader Fields(std::vector<std::string> known) const {
     return {state, argument, name, std::move(known)};
   }
   std::string Text() const { return ReadText(state, argument, name); }
+  void CheckNothing() const;
 };
 
 inline void SetField(lua_State* state, const char* field, double value) {
@@ -43,5 +46,8 @@ int Swing(const Call& call);
 int FindPose(const Call& call);
 int TakePose(const Call& call);
 int Soak(const Call& call);
+int Rehearse(const Call& call);
+int Rehearsed(const Call& call);
+int Choose(const Call& call);
 
 }  // namespace gyrobench::procedures

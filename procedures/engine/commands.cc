@@ -84,10 +84,7 @@ void PushEffect(lua_State* state, const TracedEffect& effect) {
 }
 
 int Trace(const Call& call) {
-  if (!lua_isnil(call.state, call.argument)) {
-    throw Error(
-        fmt::format("{}: takes nothing, got {}", call.name, ShowValue(call.state, call.argument)));
-  }
+  call.CheckNothing();
   const std::vector<AxisVerdict> verdicts = call.bench.Trace();
   if (verdicts.empty()) {
     lua_pushnil(call.state);
@@ -199,6 +196,9 @@ constexpr Command kCommands[] = {
     {"swing", Swing},
     {"find_pose", FindPose},
     {"take_pose", TakePose},
+    {"rehearse", Rehearse},
+    {"rehearsed", Rehearsed},
+    {"choose", Choose},
 };
 
 // The C side of every function of `bench`: yields its argument and the command's index to the host.
@@ -254,11 +254,12 @@ std::string CommandName(lua_State* thread) {
   return std::string("bench.") + kCommands[lua_tointeger(thread, -1)].name;
 }
 
-int ExecuteCommand(lua_State* thread, int values, Bench& bench, std::vector<LimitCheck>& checks) {
+int ExecuteCommand(lua_State* thread, int values, Stage& stage,
+                   std::vector<LimitCheck>& checks) {
   const int first = lua_gettop(thread) - values + 1;
   const Command& command = kCommands[lua_tointeger(thread, -1)];
   const std::string name = CommandName(thread);
-  const int results = command.execute({thread, first, name, bench, checks});
+  const int results = command.execute({thread, first, name, stage.bench(), checks, stage});
   for (int i = 0; i < values; ++i) lua_remove(thread, first);
   return results;
 }

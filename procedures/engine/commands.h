@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "procedures/engine/bench.h"
+#include "procedures/engine/stage.h"
 
 struct lua_State;
 
@@ -20,10 +20,10 @@ std::vector<std::string> CommandNames();
 // "bench.turn": the command that `thread` has yielded.
 std::string CommandName(lua_State* thread);
 
-// Executes on `bench` the command that `thread` yielded with `values` values, and leaves its
+// Executes on the stage the command that `thread` yielded with `values` values, and leaves its
 // outcome in their place. Returns the number of values of the outcome, to be resumed with. The
 // checks of bench.limit are added to `checks`. Throws Error where fields are wrong, and what the
 // bench throws.
-int ExecuteCommand(lua_State* thread, int values, Bench& bench, std::vector<LimitCheck>& checks);
+int ExecuteCommand(lua_State* thread, int values, Stage& stage, std::vector<LimitCheck>& checks);
 
 }  // namespace gyrobench::procedures

@@ -108,6 +108,13 @@ std::vector<AxisVerdict> DryBench::Trace() {
   return {{"x", "none", "", {}}, {"y", "none", "", {}}, {"z", "none", "", {}}};
 }
 
+Choice DryBench::Choose(const std::vector<Rehearsal>& menu) {
+  Choice choice;
+  choice.open = "whether there is anything beyond the baseline";
+  if (!menu.empty()) choice.best = choices_++ % menu.size();
+  return choice;
+}
+
 Plan DryRun(const Procedure& procedure, const Parameters& parameters, std::vector<AxisFacts> axes,
             const DryOptions& options, const RunHooks& hooks) {
   DryBench bench(std::move(axes), options);

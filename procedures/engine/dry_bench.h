@@ -19,17 +19,6 @@ struct PlannedSegment {
   double end_s = 0.0;
 };
 
-// Angles of the table.
-struct PlannedMove {
-  std::string axis;
-  double begin_s = 0.0;
-  double duration_s = 0.0;
-  double from_deg = 0.0;
-  double to_deg = 0.0;
-  double rate_deg_s = 0.0;
-  double acceleration_deg_s2 = 0.0;
-};
-
 // What a run would do. Times count from its start; the operator's time is not in them.
 struct Plan {
   double duration_s = 0.0;           // at worst: every soak takes its max_s
@@ -79,6 +68,8 @@ class DryBench final : public Bench {
   Estimate ReadEstimate(const std::string& what) override;
   // Nothing beyond the baseline, on all axes: takes no time.
   std::vector<AxisVerdict> Trace() override;
+  // One after the other, again and again: what a run takes at worst.
+  Choice Choose(const std::vector<Rehearsal>& menu) override;
   void RecordLimit(const LimitCheck& /*check*/) override {}
   void Say(const std::string& text) override;
   void Progress(double /*fraction*/) override {}
@@ -93,6 +84,7 @@ class DryBench final : public Bench {
   std::vector<AxisFacts> axes_;
   DryOptions options_;
   Plan plan_;
+  std::size_t choices_ = 0;
 };
 
 // Runs the procedure dry from the axes' present angles. Throws what RunProcedure throws: LimitError

@@ -51,6 +51,7 @@ class Run {
   Run(const Procedure& procedure, Bench& bench, const RunHooks& hooks)
       : procedure_(procedure),
         bench_(bench),
+        stage_(bench),
         hooks_(hooks),
         sandbox_(procedure.info().file.filename().string(), hooks.limits) {}
 
@@ -100,7 +101,7 @@ class Run {
     }
     bench_.SafePoint();
     if (hooks_.on_command) hooks_.on_command(line, CommandName(sandbox_.thread()));
-    return ExecuteCommand(sandbox_.thread(), values, bench_, checks_);
+    return ExecuteCommand(sandbox_.thread(), values, stage_, checks_);
   }
 
   RunResult Result() const {
@@ -112,6 +113,7 @@ class Run {
 
   const Procedure& procedure_;
   Bench& bench_;
+  Stage stage_;
   const RunHooks& hooks_;
   Sandbox sandbox_;
   std::vector<LimitCheck> checks_;

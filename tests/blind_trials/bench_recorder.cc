@@ -38,13 +38,13 @@ class Supply {
   std::array<double, 2> state_ = {};
 };
 
-class Recorder {
+}  // namespace
+
+class BenchRecorder::Impl {
  public:
-  Recorder(const config::StandConfig& stand, const config::Scenario& specimen,
-           const Sequence& sequence, std::uint64_t seed, const RecorderOptions& options,
-           MeasurementSink& sink)
+  Impl(const config::StandConfig& stand, const config::Scenario& specimen, std::uint64_t seed,
+       const RecorderOptions& options, MeasurementSink& sink)
       : stand_(stand),
-        sequence_(sequence),
         options_(options),
         sink_(sink),
         physics_(stand, specimen, seed, kStart),
@@ -54,22 +54,26 @@ class Recorder {
     for (const config::AxisConfig& axis : stand.axes) {
       axes_[stand::AxisIndex(axis.name)] = &axis;
     }
+    sink_.OnInfo(Info());
   }
 
-  void Run() {
-    sink_.OnInfo(Info());
-    const auto readings =
-        static_cast<std::int64_t>(std::floor(sequence_.duration_s * options_.reference_rate_hz));
-    for (std::int64_t k = 0; k <= readings; ++k) {
+  void Add(const Turn& turn) { turns_.push_back(turn); }
+  void Add(const SegmentMark& segment) { segments_.push_back(segment); }
+  void SetFan(bool blows) { physics_.SetFan(At(now_s_), blows); }
+
+  void RunTo(double end_s) {
+    const auto last =
+        static_cast<std::int64_t>(std::floor(end_s * options_.reference_rate_hz));
+    for (; next_reading_ <= last; ++next_reading_) {
+      const std::int64_t k = next_reading_;
       const double t_s = static_cast<double>(k) / options_.reference_rate_hz;
+      now_s_ = t_s;
       StartTurns(t_s);
       TakeSamples(t_s);
       for (std::size_t axis = 0; axis < 3; ++axis) ReadAngle(axis, t_s);
       if (k % kReadingsPerTickPair == 0) sink_.OnTickPair({t_s, t_s});
-      while (next_segment_ < sequence_.segments.size() &&
-             sequence_.segments[next_segment_].end_s <= t_s) {
-        sink_.OnSegment(sequence_.segments[next_segment_++]);
-      }
+      while (next_segment_ < segments_.size() && segments_[next_segment_].end_s <= t_s)
+        sink_.OnSegment(segments_[next_segment_++]);
     }
   }
 
@@ -93,9 +97,9 @@ class Recorder {
   }
 
   void StartTurns(double until_s) {
-    for (; next_turn_ < sequence_.turns.size() && sequence_.turns[next_turn_].start_s <= until_s;
+    for (; next_turn_ < turns_.size() && turns_[next_turn_].start_s <= until_s;
          ++next_turn_) {
-      const Turn& turn = sequence_.turns[next_turn_];
+      const Turn& turn = turns_[next_turn_];
       const config::AxisConfig& axis = *axes_[turn.axis];
       TakeSamples(turn.start_s);
       const double rpm_per_deg_s = axis.gear_ratio / 6.0;
@@ -177,7 +181,6 @@ class Recorder {
   }
 
   const config::StandConfig& stand_;
-  const Sequence& sequence_;
   const RecorderOptions& options_;
   MeasurementSink& sink_;
   stand::Physics physics_;
@@ -188,16 +191,31 @@ class Recorder {
   std::array<stand::RawSample, stand::GyroSampler::kCapacity> pending_;
   std::size_t pending_count_ = 0;
   std::uint32_t next_sample_ = 0;
+  std::vector<Turn> turns_;
+  std::vector<SegmentMark> segments_;
   std::size_t next_turn_ = 0, next_segment_ = 0;
+  std::int64_t next_reading_ = 0;
+  double now_s_ = 0.0;
   double die_degC_ = 25.0;
 };
 
-}  // namespace
+BenchRecorder::BenchRecorder(const config::StandConfig& stand, const config::Scenario& specimen,
+                             std::uint64_t noise_seed, const RecorderOptions& options,
+                             MeasurementSink& sink)
+    : impl_(std::make_unique<Impl>(stand, specimen, noise_seed, options, sink)) {}
+BenchRecorder::~BenchRecorder() = default;
+void BenchRecorder::Add(const Turn& turn) { impl_->Add(turn); }
+void BenchRecorder::Add(const SegmentMark& segment) { impl_->Add(segment); }
+void BenchRecorder::SetFan(bool blows) { impl_->SetFan(blows); }
+void BenchRecorder::RunTo(double t_s) { impl_->RunTo(t_s); }
 
 void Record(const config::StandConfig& stand, config::Scenario specimen, const Sequence& sequence,
             std::uint64_t noise_seed, const RecorderOptions& options, MeasurementSink& sink) {
   specimen.room.fans = sequence.fans;
-  Recorder(stand, specimen, sequence, noise_seed, options, sink).Run();
+  BenchRecorder recorder(stand, specimen, noise_seed, options, sink);
+  for (const Turn& turn : sequence.turns) recorder.Add(turn);
+  for (const SegmentMark& segment : sequence.segments) recorder.Add(segment);
+  recorder.RunTo(sequence.duration_s);
 }
 
 }  // namespace gyrobench::blind_trials

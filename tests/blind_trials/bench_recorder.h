@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "base/measurement.h"
@@ -36,9 +37,31 @@ struct RecorderOptions {
   std::string source = "recording";
 };
 
-// Sends the recording of `specimen` (see stand::DrawSpecimen) doing `sequence` into `sink`,
-// power-on at 0 s. Gyro at 100 Hz behind its 256 Hz filter, read at the sample instants; the
-// reference is read exactly at its time stamps. The sequence's fans are those that blow.
+// A recording that is made step by step: what the stand does next may depend on what was recorded.
+// Power-on at 0 s. Gyro at 100 Hz behind its 256 Hz filter, read at the sample instants; the
+// reference is read exactly at its time stamps.
+class BenchRecorder {
+ public:
+  // All arguments must outlive it. `specimen`: see stand::DrawSpecimen; its fans blow.
+  BenchRecorder(const config::StandConfig& stand, const config::Scenario& specimen,
+                std::uint64_t noise_seed, const RecorderOptions& options, MeasurementSink& sink);
+  ~BenchRecorder();
+  // Begins no earlier than what has been recorded, nor before the turn before.
+  void Add(const Turn& turn);
+  // Ends no earlier than the segment before.
+  void Add(const SegmentMark& segment);
+  // Somebody switches the fan, now.
+  void SetFan(bool blows);
+  // Records up to the last reading of the reference that is not after `t_s`.
+  void RunTo(double t_s);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Sends the recording of `specimen` (see stand::DrawSpecimen) doing `sequence` into `sink`;
+// the sequence's fans are those that blow.
 void Record(const config::StandConfig& stand, config::Scenario specimen, const Sequence& sequence,
             std::uint64_t noise_seed, const RecorderOptions& options, MeasurementSink& sink);
 

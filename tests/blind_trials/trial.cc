@@ -76,13 +76,18 @@ config::Scenario Noiseless() {
 
 }  // namespace
 
-TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
-  Random random(stand::Mix(spec.seed));
-  const std::uint64_t part_seed = random(), noise_seed = random() ^ stand::Mix(spec.run);
-  const Sequence sequence = MakeSequence(spec.sequence, random, spec.repeats);
+const config::StandConfig& TrialStand() { return Stand(); }
 
-  TrialTruth truth;
-  truth.duration_s = sequence.duration_s;
+PartSeeds DrawSeeds(const TrialSpec& spec, Random& random) {
+  const std::uint64_t part = random(), noise = random() ^ stand::Mix(spec.run);
+  return {part, noise};
+}
+
+DrawnTrial DrawTrial(const TrialSpec& spec, const PartSeeds& seeds, double duration_s,
+                     Random& random) {
+  DrawnTrial drawn;
+  TrialTruth& truth = drawn.truth;
+  truth.duration_s = duration_s;
   config::Scenario scenario = FullSequenceScenario();
   truth.noise = DrawNoise(scenario, random);
   SetNoiseOf(scenario, truth);
@@ -90,9 +95,9 @@ TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
   // so that what is hidden is the same.
   const bool idle_column = random() % 5 == 0;
   if (spec.ideal) scenario = Noiseless();
-  Bench bench;
-  bench.specimen = stand::DrawSpecimen(scenario, part_seed);
-  bench.duration_s = sequence.duration_s;
+  Bench& bench = drawn.bench;
+  bench.specimen = stand::DrawSpecimen(scenario, seeds.part);
+  bench.duration_s = duration_s;
   bench.options.source = spec.name;
   bench.options.channels = {spec.all_channels, spec.all_channels, true};
   bench.options.reference_rate_hz = spec.reference_rate_hz;
@@ -104,8 +109,16 @@ TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
     truth.effects.push_back({effect.id, bench.truth});
   }
   truth.supply_recorded = bench.options.supply;
-  Record(Stand(), bench.specimen, sequence, noise_seed, bench.options, sink);
-  return truth;
+  return drawn;
+}
+
+TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
+  Random random(stand::Mix(spec.seed));
+  const PartSeeds seeds = DrawSeeds(spec, random);
+  const Sequence sequence = MakeSequence(spec.sequence, random, spec.repeats);
+  const DrawnTrial drawn = DrawTrial(spec, seeds, sequence.duration_s, random);
+  Record(Stand(), drawn.bench.specimen, sequence, seeds.noise, drawn.bench.options, sink);
+  return drawn.truth;
 }
 
 }  // namespace gyrobench::blind_trials

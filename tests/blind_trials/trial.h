@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,24 @@ struct TrialTruth {
   bool supply_recorded = false;
   double duration_s = 0.0;
 };
+
+// Of the part and of its noise.
+struct PartSeeds {
+  std::uint64_t part = 0, noise = 0;
+};
+PartSeeds DrawSeeds(const TrialSpec& spec, std::mt19937_64& random);
+
+// A part with what is hidden in it: everything but the motion. Events take place before
+// `duration_s`.
+struct DrawnTrial {
+  Bench bench;
+  TrialTruth truth;
+};
+DrawnTrial DrawTrial(const TrialSpec& spec, const PartSeeds& seeds, double duration_s,
+                     std::mt19937_64& random);
+
+// The stand of every trial.
+const config::StandConfig& TrialStand();
 
 // Three of five trials have white noise and a random walk only, one has heavy tails, one 1/f noise.
 TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink);

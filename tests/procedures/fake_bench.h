@@ -23,6 +23,8 @@ inline std::vector<AxisFacts> ThreeAxes() {
 
 class FakeBench : public Bench {
  public:
+  std::vector<Choice> choices;                    // answers of Choose, one after the other
+  std::vector<std::vector<Rehearsal>> offered;    // what it was asked
   // What was called, in order: "turn inner 9", "rest 2", "say hello".
   std::vector<std::string> calls;
   std::vector<TurnCommand> turns;
@@ -94,6 +96,13 @@ class FakeBench : public Bench {
   }
 
   Estimate ReadEstimate(const std::string& what) override { return estimates[what]; }
+  Choice Choose(const std::vector<Rehearsal>& menu) override {
+    offered.push_back(menu);
+    if (choices.empty()) return {};
+    const Choice choice = choices.front();
+    choices.erase(choices.begin());
+    return choice;
+  }
   std::vector<AxisVerdict> Trace() override {
     calls.push_back("trace");
     return verdicts;

@@ -1,0 +1,59 @@
+// What manoeuvres would tell about one channel: information on every effect of the catalogue, from
+// columns that are worked out without noise.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibration/trace/candidate.h"
+#include "calibration/trace/channel_model.h"
+#include "calibration/trace/problem.h"
+
+namespace gyrobench::calibration {
+
+class ChannelOutlook {
+ public:
+  // trails[0]: the measurement so far; the others: a manoeuvre each. They must outlive the outlook.
+  ChannelOutlook(std::span<const Trail> trails, const ChannelModel& model, const TraceNoise& noise);
+
+  // An effect of the catalogue that is named, against another in its place.
+  struct Rivalry {
+    std::string named, other;
+    // Logarithm of the odds that are to be expected: so far, and with each manoeuvre.
+    double now = 0.0;
+    std::vector<double> then;
+  };
+  // The hardest to tell apart of each pair's grid points.
+  std::vector<Rivalry> Rivalries() const;
+
+  // What is known of an effect, 0 .. log(100) a term: 0 where a size as of the largest such parts
+  // would not show, all where a hundredth of that would.
+  struct Knowledge {
+    std::string id;
+    double now = 0.0;
+    std::vector<double> then;
+  };
+  std::vector<Knowledge> KnowledgeOfAll() const;
+
+ private:
+  using Columns = std::vector<Eigen::Index>;
+  struct Member {
+    std::string id, family;
+    double typical_size = 0.0;
+    Columns columns;
+    Eigen::VectorXd coefficients;  // of a named one
+  };
+  void Fill(const ChannelProblem& problem, const Baseline& baseline, const TraceNoise& noise,
+            const std::vector<const Eigen::MatrixXd*>& columns);
+  Eigen::MatrixXd With(std::size_t manoeuvre) const;
+  double Odds(const Eigen::MatrixXd& gram, const Member& named, const Member& other) const;
+  double KnownOf(const Eigen::MatrixXd& gram, const Member& member) const;
+
+  Eigen::Index baseline_columns_ = 0;
+  std::vector<Member> named_, catalogue_;
+  std::vector<Eigen::MatrixXd> grams_;  // trail by trail, its constant taken off
+};
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,41 @@
+// Which manoeuvre of a menu tells the most, per minute, of what the measurements so far leave open.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibration/plan/foresee.h"
+#include "calibration/trace/trace.h"
+
+namespace gyrobench::calibration {
+
+// What is expected of one manoeuvre [nats: natural logarithms of odds].
+struct ManoeuvreWorth {
+  double nats = 0.0;
+  double nats_per_min = 0.0;
+  std::string because;  // "tells angle.latency from bandwidth.first_order"
+};
+
+struct NextManoeuvre {
+  // Effects are named, and every other of the catalogue, put in the place of one of them, would
+  // leave odds of e^8 and more against itself.
+  bool settled = false;
+  std::string open;  // what is not settled, in words; empty when all is
+  // Of the menu; none where nothing is settled by any of it.
+  std::optional<std::size_t> best;
+  std::vector<ManoeuvreWorth> worths;  // in the menu's order
+};
+
+// Expected discrimination: where an effect is named, by how much the log-likelihood ratio between it
+// and each other effect of the catalogue would grow if it is the cause, as long as that is open.
+// Where none is named: by how much more would be known of each effect of the catalogue, from the
+// largest size of such parts down to a hundredth of it. Both under the noise that the trace found,
+// the baseline free; non-linear effects at the points of their grids. `traced`: of `so_far` alone.
+// Throws DataError where the reference is not that of a stand.
+NextManoeuvre ChooseManoeuvre(const Recording& so_far, const Traced& traced,
+                              std::span<const Manoeuvre> menu);
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,54 @@
+#include "daemon/manoeuvre_choice.h"
+
+#include <optional>
+
+#include "calibration/plan/next_manoeuvre.h"
+#include "kinematics/find_pose.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+std::optional<std::size_t> IndexOf(const std::string& axis) {
+  for (const std::size_t i : {0U, 1U, 2U}) {
+    if (axis == kinematics::Name(static_cast<kinematics::StandAxis>(i))) return i;
+  }
+  return std::nullopt;
+}
+
+calibration::Manoeuvre ToManoeuvre(const procedures::Rehearsal& rehearsal) {
+  calibration::Manoeuvre out;
+  out.name = rehearsal.name;
+  out.duration_s = rehearsal.duration_s;
+  out.warms_degC = rehearsal.warms_degC;
+  for (const procedures::AxisFacts& axis : rehearsal.axes) {
+    if (const auto index = IndexOf(axis.name)) out.begin_deg[*index] = axis.angle_deg;
+  }
+  for (const procedures::PlannedMove& move : rehearsal.moves) {
+    const auto index = IndexOf(move.axis);
+    if (!index) continue;
+    out.moves.push_back({static_cast<StandAxis>(*index), move.begin_s, move.from_deg, move.to_deg,
+                         move.rate_deg_s, move.acceleration_deg_s2});
+  }
+  return out;
+}
+
+}  // namespace
+
+procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu,
+                               const calibration::Recording& so_far,
+                               const calibration::Traced& traced) {
+  std::vector<calibration::Manoeuvre> manoeuvres;
+  for (const procedures::Rehearsal& rehearsal : menu) manoeuvres.push_back(ToManoeuvre(rehearsal));
+  const calibration::NextManoeuvre next = ChooseManoeuvre(so_far, traced, manoeuvres);
+  procedures::Choice choice;
+  choice.settled = next.settled;
+  choice.open = next.open;
+  choice.best = next.best;
+  if (next.best) {
+    choice.because = next.worths[*next.best].because;
+    choice.nats = next.worths[*next.best].nats;
+  }
+  return choice;
+}
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,16 @@
+// The choice of a run's next manoeuvre: rehearsals of the engine as the analysis takes them.
+#pragma once
+
+#include <vector>
+
+#include "calibration/trace/trace.h"
+#include "procedures/engine/bench.h"
+
+namespace gyrobench::daemon {
+
+// `traced`: of `so_far`. Throws DataError where the reference is not that of a stand.
+procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu,
+                               const calibration::Recording& so_far,
+                               const calibration::Traced& traced);
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,203 @@
+-- The loop closed by the stand itself: measure a little, trace, make the manoeuvre that tells the most, and again.
+--
+-- It begins with a short sequence that cannot tell much. Every manoeuvre of the menu is then rehearsed from where the
+-- stand is, and the one is made from which the most is expected per minute: between the effects that still explain the
+-- same, or, as long as nothing is named, of every effect that could be there unseen. It ends when the verdict is
+-- settled, when no manoeuvre tells anything more, or when the budget of bench time is spent.
+
+procedure = {
+  summary = "Traces, chooses the next manoeuvre and makes it, until the verdict is settled",
+  description = "Every choice is said with its reason, its cost and what it brought. Manoeuvres that the stand cannot "
+    .. "make are left off the menu; without turns about z it is refused.",
+  measures = { "bias", "scale" },
+  parameters = {
+    { name = "budget_min", type = "number", default = 30, unit = "min", min = 3, max = 1440,
+      help = "bench time of all manoeuvres together" },
+    { name = "initial_rest_s", type = "number", default = 120, unit = "s", min = 10, max = 7200,
+      help = "rest before the first turn" },
+    { name = "rest_s", type = "number", default = 2, unit = "s", min = 0.5, max = 600,
+      help = "rest between moves" },
+    { name = "acceleration_deg_s2", type = "number", default = 80, unit = "deg/s^2", min = 0.1, max = 100000,
+      help = "of all turns; an axis with a lower limit takes its limit" },
+    { name = "fan", type = "boolean", default = true, help = "false: nobody is asked to cool the sensor" },
+    { name = "fan_cools_degC", type = "number", default = 8, unit = "degC", min = 0.5, max = 80,
+      help = "by how much the fan is expected to cool the sensor" },
+    { name = "patience_s", type = "number", default = 3600, unit = "s", min = 10, max = 43200,
+      help = "how long the operator is waited for; then the run ends as an error" },
+  },
+}
+
+local function turn(p, axis, angle_deg, rate_deg_s)
+  bench.turn{ axis = axis.name, angle_deg = angle_deg, rate_deg_s = rate_deg_s,
+    acceleration_deg_s2 = math.min(p.acceleration_deg_s2, axis.max_acceleration_deg_s2) }
+  bench.rest{ duration_s = p.rest_s }
+end
+
+-- There and back, to the side that has the room; shorter where neither has. Rates above the limit are taken at it.
+local function there_and_back(p, name, angle_deg, rate_deg_s)
+  local axis = bench.axes()[name]
+  local above, below = axis.max_deg - axis.angle_deg, axis.angle_deg - axis.min_deg
+  local way_deg = math.min(angle_deg, math.max(above, below))
+  if way_deg < 1 then return end
+  if way_deg > above then way_deg = -way_deg end
+  local rate = math.min(rate_deg_s, axis.max_rate_deg_s)
+  turn(p, axis, way_deg, rate)
+  turn(p, bench.axes()[name], -way_deg, rate)
+end
+
+local function turns(pose, list)
+  return function(p)
+    local name = bench.take_pose(pose).axis
+    bench.rest{ duration_s = p.rest_s }
+    for _, item in ipairs(list) do
+      there_and_back(p, name, item[2], item[1])
+    end
+  end
+end
+
+local speeds = { { 40, 360 }, { 5, 45 }, { 25, 225 }, { 12, 120 }, { 32, 300 }, { 2.5, 20 }, { 18, 170 }, { 8, 80 } }
+local few = { { 40, 360 }, { 12, 120 }, { 25, 240 } }
+
+local function swings(pose)
+  return function(p)
+    local name = bench.take_pose(pose).axis
+    bench.rest{ duration_s = p.rest_s }
+    for _, motion in ipairs{ { 0.2, 10 }, { 0.4, 5 }, { 0.6, 5 }, { 0.8, 5 } } do
+      local axis = bench.axes()[name]
+      local frequency_hz = motion[1]
+      -- A swing's rate is 6 A f, its acceleration 36 A f^2.
+      local amplitude_deg = math.min(motion[2], axis.max_deg - axis.angle_deg, axis.angle_deg - axis.min_deg,
+        axis.max_rate_deg_s / (6 * frequency_hz), axis.max_acceleration_deg_s2 / (36 * frequency_hz * frequency_hz))
+      if amplitude_deg >= 0.2 then
+        bench.swing{ axis = name, amplitude_deg = amplitude_deg * (1 - 1e-9), frequency_hz = frequency_hz,
+          periods = math.floor(15 * frequency_hz + 0.5) }
+        bench.rest{ duration_s = p.rest_s }
+      end
+    end
+  end
+end
+
+local function rests(ups)
+  return function(p)
+    for _, up in ipairs(ups) do
+      if bench.find_pose{ up = up }.possible then
+        bench.take_pose{ up = up }
+        bench.rest{ duration_s = 20 }
+      end
+    end
+  end
+end
+
+local z_up = { about = "z", up = "+z" }
+local z_level = { about = "z", up = "+y" }
+local z_level_x = { about = "z", up = "+x" }
+local z_down = { about = "z", up = "-z" }
+
+local function cool(p)
+  local name = bench.take_pose(z_up).axis
+  bench.ask{ id = "fan_on", text = "Switch the fan on that cools the sensor. Done?", choices = { "done" },
+    timeout_s = p.patience_s }
+  bench.rest{ duration_s = 60 }
+  there_and_back(p, name, 360, 40)
+  bench.rest{ duration_s = 60 }
+  there_and_back(p, name, 170, 18)
+  bench.ask{ id = "fan_off", text = "Switch the fan off. Done?", choices = { "done" }, timeout_s = p.patience_s }
+  bench.rest{ duration_s = p.rest_s }
+end
+
+local menu = {
+  { name = "several speeds both ways, z up", pose = z_up, make = turns(z_up, speeds) },
+  { name = "three speeds both ways, z up", pose = z_up, make = turns(z_up, few) },
+  { name = "several speeds both ways, z level", pose = z_level, make = turns(z_level, speeds) },
+  { name = "three speeds both ways, z level", pose = z_level, make = turns(z_level, few) },
+  { name = "three speeds both ways, z level the other way", pose = z_level_x, make = turns(z_level_x, few) },
+  { name = "several speeds both ways, z down", pose = z_down, make = turns(z_down, speeds) },
+  { name = "three speeds both ways, z down", pose = z_down, make = turns(z_down, few) },
+  { name = "slow turns, z up", pose = z_up, make = turns(z_up, { { 2.5, 36 }, { 5, 90 }, { 8, 180 } }) },
+  { name = "full turns, z up", pose = z_up, make = turns(z_up, { { 32, 360 }, { 18, 360 } }) },
+  { name = "short turns to and fro, z up", pose = z_up,
+    make = turns(z_up, { { 12, 10 }, { 25, 20 }, { 40, 30 }, { 18, 15 }, { 5, 8 }, { 32, 25 } }) },
+  { name = "speeds between, z up", pose = z_up,
+    make = turns(z_up, { { 6.5, 60 }, { 10, 90 }, { 15, 120 }, { 21, 160 }, { 28, 200 }, { 36, 240 } }) },
+  { name = "sinusoidal motion, z level", pose = z_level, make = swings(z_level) },
+  { name = "sinusoidal motion, z up", pose = z_up, make = swings(z_up) },
+  { name = "turns about x", pose = { about = "x" }, make = turns({ about = "x" }, few) },
+  { name = "turns about y", pose = { about = "y" }, make = turns({ about = "y" }, few) },
+  { name = "rest in six poses", pose = { up = "+z" }, make = rests{ "+z", "+y", "-z", "-y", "-x", "+x" } },
+  { name = "rest, z up", pose = { up = "+z" }, make = function(p)
+    bench.take_pose{ up = "+z" }
+    bench.rest{ duration_s = 180 }
+  end },
+  { name = "turns while a fan cools the sensor", pose = z_up, make = cool, fan = true },
+}
+
+local function baseline(p)
+  local pose = bench.find_pose(z_up)
+  if not pose.possible then
+    pose = bench.find_pose{ about = "z" }
+    if not pose.possible then
+      bench.fail("the loop begins with turns about z: " .. pose.reason)
+    end
+    bench.take_pose{ about = "z" }
+  else
+    bench.take_pose(z_up)
+  end
+  bench.rest{ duration_s = p.initial_rest_s }
+  there_and_back(p, pose.axis, 180, 20)
+end
+
+-- Rehearses what there is time for; returns the items in the order of the rehearsals.
+local function rehearse(p, left_s)
+  local items = {}
+  for _, item in ipairs(menu) do
+    if (p.fan or not item.fan) and bench.find_pose(item.pose).possible then
+      bench.rehearse()
+      item.make(p)
+      if bench.rehearsed{ name = item.name, warms_degC = item.fan and -p.fan_cools_degC or 0,
+          at_most_s = left_s } then
+        items[#items + 1] = item
+      end
+    end
+  end
+  return items
+end
+
+local function verdict_of(traced)
+  local words = {}
+  for _, axis in ipairs{ "x", "y", "z" } do
+    local one = traced and traced[axis]
+    if one then words[#words + 1] = axis .. ": " .. one.summary end
+  end
+  return #words > 0 and table.concat(words, " ") or "Nothing to trace yet."
+end
+
+function run(p)
+  local begin_s = bench.elapsed()
+  local function left_s()
+    return 60 * p.budget_min - (bench.elapsed() - begin_s)
+  end
+  baseline(p)
+  local number = 0
+  while true do
+    bench.say(string.format("after %.1f min: %s", (bench.elapsed() - begin_s) / 60, verdict_of(bench.trace())))
+    local items = rehearse(p, left_s())
+    if #items == 0 then
+      bench.say("the budget of bench time is spent")
+      return
+    end
+    local choice = bench.choose()
+    if choice.settled then
+      bench.say("settled: nothing else of the catalogue explains the same")
+      return
+    end
+    if not choice.index then
+      bench.say("open: " .. choice.open .. "; no manoeuvre of the menu tells more")
+      return
+    end
+    number = number + 1
+    bench.say(string.format("manoeuvre %d: %s, %.1f min; it %s (%.1f nats expected); open: %s", number, choice.name,
+      choice.duration_s / 60, choice.because, choice.nats, choice.open))
+    items[choice.index].make(p)
+    bench.progress(math.min(0.99, 1 - left_s() / (60 * p.budget_min)))
+  end
+end

@@ -1,0 +1,50 @@
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "base/error.h"
+#include "procedures/engine/command_call.h"
+
+namespace gyrobench::procedures {
+
+void Call::CheckNothing() const {
+  if (lua_isnil(state, argument)) return;
+  throw Error(fmt::format("{}: takes nothing, got {}", name, ShowValue(state, argument)));
+}
+
+int Rehearse(const Call& call) {
+  call.CheckNothing();
+  call.stage.Begin();
+  return 0;
+}
+
+int Rehearsed(const Call& call) {
+  const TableReader fields = call.Fields({"name", "warms_degC", "at_most_s"});
+  const bool on_menu = call.stage.End(
+      fields.RequiredText("name"), fields.Number("warms_degC").value_or(0.0),
+      fields.Number("at_most_s").value_or(std::numeric_limits<double>::infinity()));
+  lua_pushboolean(call.state, on_menu ? 1 : 0);
+  return 1;
+}
+
+int Choose(const Call& call) {
+  call.CheckNothing();
+  const std::vector<Rehearsal> menu = call.stage.TakeMenu();
+  if (menu.empty())
+    throw Error(call.name + ": nothing was rehearsed: there is nothing to choose from");
+  const Choice choice = call.bench.Choose(menu);
+  lua_createtable(call.state, 0, 7);
+  lua_pushboolean(call.state, choice.settled ? 1 : 0);
+  lua_setfield(call.state, -2, "settled");
+  SetField(call.state, "open", choice.open);
+  if (!choice.best) return 1;
+  const Rehearsal& best = menu.at(*choice.best);
+  SetField(call.state, "index", static_cast<double>(*choice.best + 1));
+  SetField(call.state, "name", best.name);
+  SetField(call.state, "duration_s", best.duration_s);
+  SetField(call.state, "because", choice.because);
+  SetField(call.state, "nats", choice.nats);
+  return 1;
+}
+
+}  // namespace gyrobench::procedures
