@@ -13,6 +13,8 @@ procedure = {
   parameters = {
     { name = "budget_min", type = "number", default = 30, unit = "min", min = 3, max = 1440,
       help = "bench time of all manoeuvres together" },
+    { name = "confirmations", type = "integer", default = 3, min = 0, max = 100,
+      help = "manoeuvres that a settled verdict must outlive; twice as many for a step, which may be another effect's work" },
     { name = "initial_rest_s", type = "number", default = 120, unit = "s", min = 10, max = 7200,
       help = "rest before the first turn" },
     { name = "rest_s", type = "number", default = 2, unit = "s", min = 0.5, max = 600,
@@ -162,6 +164,18 @@ local function rehearse(p, left_s)
   return items
 end
 
+local function names_of(traced)
+  local names, steps = {}, false
+  for _, axis in ipairs{ "x", "y", "z" } do
+    for _, effect in ipairs(traced and traced[axis] and traced[axis].effects or {}) do
+      names[#names + 1] = axis .. " " .. effect.id
+      steps = steps or effect.id == "bias.step" or effect.id == "angle.step"
+    end
+  end
+  table.sort(names)
+  return table.concat(names, ", "), steps
+end
+
 local function verdict_of(traced)
   local words = {}
   for _, axis in ipairs{ "x", "y", "z" } do
@@ -177,16 +191,20 @@ function run(p)
     return 60 * p.budget_min - (bench.elapsed() - begin_s)
   end
   baseline(p)
-  local number = 0
+  local number, outlived, last_names = 0, 0, nil
   while true do
-    bench.say(string.format("after %.1f min: %s", (bench.elapsed() - begin_s) / 60, verdict_of(bench.trace())))
+    local traced = bench.trace()
+    local names, steps = names_of(traced)
+    outlived = names == last_names and outlived + 1 or 0
+    last_names = names
+    bench.say(string.format("after %.1f min: %s", (bench.elapsed() - begin_s) / 60, verdict_of(traced)))
     local items = rehearse(p, left_s())
     if #items == 0 then
       bench.say("the budget of bench time is spent")
       return
     end
     local choice = bench.choose()
-    if choice.settled then
+    if choice.settled and outlived >= p.confirmations * (steps and 2 or 1) then
       bench.say("settled: nothing else of the catalogue explains the same")
       return
     end
@@ -196,7 +214,7 @@ function run(p)
     end
     number = number + 1
     bench.say(string.format("manoeuvre %d: %s, %.1f min; it %s (%.1f nats expected); open: %s", number, choice.name,
-      choice.duration_s / 60, choice.because, choice.nats, choice.open))
+      choice.duration_s / 60, choice.because, choice.nats, choice.settled and "whether it stays" or choice.open))
     items[choice.index].make(p)
     bench.progress(math.min(0.99, 1 - left_s() / (60 * p.budget_min)))
   end

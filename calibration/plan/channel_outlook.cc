@@ -43,8 +43,11 @@ ChannelOutlook::ChannelOutlook(std::span<const Trail> trails, const ChannelModel
   };
   for (const Candidate& candidate :
        CatalogueCandidates(problem, {}, trails.front().earth_rate_known)) {
-    catalogue_.push_back({candidate.id, candidate.family, candidate.effect->typical_size,
-                          take(problem.Columns(*candidate.effect, candidate.context)), {}});
+    catalogue_.push_back({candidate.id,
+                          candidate.family,
+                          candidate.effect->typical_size,
+                          take(problem.Columns(*candidate.effect, candidate.context)),
+                          {}});
   }
   for (const ModelTerm& term : model.terms) {
     const Effect* effect = term.origin == EffectOrigin::kCatalogue
@@ -57,8 +60,8 @@ ChannelOutlook::ChannelOutlook(std::span<const Trail> trails, const ChannelModel
     context.gear_ratio = problem.gear_ratio();
     context.reference_degC = term.reference_degC;
     context.nonlinear = term.nonlinear;
-    Member member = {term.id, term.id, effect->typical_size,
-                     take(problem.Columns(*effect, context)), {}};
+    Member member = {
+        term.id, term.id, effect->typical_size, take(problem.Columns(*effect, context)), {}};
     member.coefficients = Eigen::Map<const Eigen::VectorXd>(
         term.coefficients.data(), static_cast<Eigen::Index>(member.columns.size()));
     named_.push_back(std::move(member));
@@ -85,21 +88,18 @@ void ChannelOutlook::Fill(const ChannelProblem& problem, const Baseline& baselin
     next += matrix->cols();
   }
   all.col(next) = baseline.columns.middleCols(turned, constants).rowwise().sum();
-  Whitener(problem.intervals(),
-           {noise.angle_random_walk_deg_sqrt_s, noise.bias_random_walk_deg_s_sqrt_s,
-            noise.reference_deg})
+  Whitener(problem.intervals(), {noise.angle_random_walk_deg_sqrt_s,
+                                 noise.bias_random_walk_deg_s_sqrt_s, noise.reference_deg})
       .Apply(all);
   Eigen::Index row = 0;
   for (std::size_t t = 0; t < problem.trails().size(); ++t) {
     const Eigen::Index begin = row;
-    while (row < problem.rows() &&
-           problem.row_refs()[static_cast<std::size_t>(row)].trail == t)
+    while (row < problem.rows() && problem.row_refs()[static_cast<std::size_t>(row)].trail == t)
       ++row;
     const auto part = all.middleRows(begin, row - begin);
     Eigen::MatrixXd gram = part.transpose() * part;
     // Each has a constant of its own: what the bias was before says little after a while.
-    if (gram(next, next) > 0.0)
-      gram -= gram.col(next) * gram.row(next) / gram(next, next);
+    if (gram(next, next) > 0.0) gram -= gram.col(next) * gram.row(next) / gram(next, next);
     grams_.push_back(gram.topLeftCorner(next, next));
   }
 }
@@ -113,8 +113,7 @@ double ChannelOutlook::Odds(const Eigen::MatrixXd& gram, const Member& named,
   Columns rest;
   for (Eigen::Index j = 0; j < baseline_columns_; ++j) rest.push_back(j);
   for (const Member& member : named_) {
-    if (&member != &named)
-      rest.insert(rest.end(), member.columns.begin(), member.columns.end());
+    if (&member != &named) rest.insert(rest.end(), member.columns.begin(), member.columns.end());
   }
   rest.insert(rest.end(), other.columns.begin(), other.columns.end());
   const Eigen::MatrixXd left = Left(gram, named.columns, rest);
@@ -179,8 +178,7 @@ std::vector<ChannelOutlook::Knowledge> ChannelOutlook::KnowledgeOfAll() const {
     known.then.resize(manoeuvres, 0.0);
     const double share = 1.0 / points[member.family];
     known.now += share * KnownOf(grams_.front(), member);
-    for (std::size_t m = 0; m < manoeuvres; ++m)
-      known.then[m] += share * KnownOf(with[m], member);
+    for (std::size_t m = 0; m < manoeuvres; ++m) known.then[m] += share * KnownOf(with[m], member);
   }
   std::vector<Knowledge> out;
   for (auto& [id, known] : all) out.push_back(std::move(known));

@@ -68,8 +68,7 @@ Vector3 MeanRate(const Vector3& from_deg, const Vector3& to_deg, double step_s) 
   for (std::size_t a = 0; a < 3; ++a) middle_deg[a] = 0.5 * (from_deg[a] + to_deg[a]);
   const Matrix3 rates = StandRates(middle_deg);
   for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t a = 0; a < 3; ++a)
-      rate[c] += rates[c][a] * (to_deg[a] - from_deg[a]) / step_s;
+    for (std::size_t a = 0; a < 3; ++a) rate[c] += rates[c][a] * (to_deg[a] - from_deg[a]) / step_s;
   }
   return rate;
 }
@@ -109,8 +108,7 @@ Recording Foresee(const Manoeuvre& manoeuvre, const Recording& so_far,
     if (k % kSamplesPerReading == 0) {
       for (const int axis : {0, 1, 2}) {
         const auto a = static_cast<std::size_t>(axis);
-        if (info.stand_axis_present[a])
-          collector.OnAngle({begin_s + t_s, axis, angles_deg[a]});
+        if (info.stand_axis_present[a]) collector.OnAngle({begin_s + t_s, axis, angles_deg[a]});
       }
     }
     // The rate at the sample itself.

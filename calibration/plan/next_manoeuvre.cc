@@ -63,6 +63,8 @@ class Chooser {
     for (const ChannelTrace& channel : traced.result.channels) {
       for (const TracedEffect& effect : channel.effects) {
         any_named_ = true;
+        if (effect.origin != EffectOrigin::kCatalogue)
+          open_.insert(fmt::format("what is behind {}", effect.id));
         if (!effect.rivals.empty())
           open_.insert(fmt::format("{} or {}", effect.id, fmt::join(effect.rivals, " or ")));
       }
@@ -80,15 +82,14 @@ class Chooser {
                           : "whether there is anything beyond the baseline";
     for (std::size_t m = 0; m < menu_.size(); ++m) out.worths.push_back(OfRivalries(m));
     out.best = Best(out.worths);
-    if (out.best || out.settled) return out;
+    if (out.best) return out;
     for (std::size_t m = 0; m < menu_.size(); ++m) out.worths[m] = OfKnowledge(m);
     out.best = Best(out.worths);
     return out;
   }
 
  private:
-  ManoeuvreWorth Worth(std::size_t m, const std::vector<Reason>& reasons,
-                       const char* verb) const {
+  ManoeuvreWorth Worth(std::size_t m, const std::vector<Reason>& reasons, const char* verb) const {
     ManoeuvreWorth worth;
     for (const Reason& reason : reasons) worth.nats += reason.nats;
     worth.nats_per_min = worth.nats / std::max(menu_[m].duration_s / 60.0, 1e-3);
@@ -138,9 +139,10 @@ class Chooser {
 NextManoeuvre ChooseManoeuvre(const Recording& so_far, const Traced& traced,
                               std::span<const Manoeuvre> menu) {
   if (so_far.info.reference != ReferenceKind::kStandAngles) {
-    throw DataError(fmt::format("{}: manoeuvres are chosen for the angles of a stand; this "
-                                "measurement has another reference",
-                                so_far.info.source));
+    throw DataError(
+        fmt::format("{}: manoeuvres are chosen for the angles of a stand; this "
+                    "measurement has another reference",
+                    so_far.info.source));
   }
   return Chooser(so_far, traced, menu).Choose();
 }

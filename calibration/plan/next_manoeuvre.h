@@ -24,13 +24,13 @@ struct NextManoeuvre {
   // leave odds of e^8 and more against itself.
   bool settled = false;
   std::string open;  // what is not settled, in words; empty when all is
-  // Of the menu; none where nothing is settled by any of it.
+  // Of the menu, also when all is settled; none where nothing more would be known by any of it.
   std::optional<std::size_t> best;
   std::vector<ManoeuvreWorth> worths;  // in the menu's order
 };
 
-// Expected discrimination: where an effect is named, by how much the log-likelihood ratio between it
-// and each other effect of the catalogue would grow if it is the cause, as long as that is open.
+// Expected discrimination: where an effect is named, by how much the log-likelihood ratio between
+// it and each other effect of the catalogue would grow if it is the cause, as long as that is open.
 // Where none is named: by how much more would be known of each effect of the catalogue, from the
 // largest size of such parts down to a hundredth of it. Both under the noise that the trace found,
 // the baseline free; non-linear effects at the points of their grids. `traced`: of `so_far` alone.

@@ -118,15 +118,15 @@ struct PlannedMove {
 struct Rehearsal {
   std::string name;
   double duration_s = 0.0;
-  double warms_degC = 0.0;       // what somebody's hand does to the sensor's temperature by it
-  std::vector<AxisFacts> axes;   // where it begins
+  double warms_degC = 0.0;         // what somebody's hand does to the sensor's temperature by it
+  std::vector<AxisFacts> axes;     // where it begins
   std::vector<PlannedMove> moves;  // times since its begin
 };
 
 // Which of some manoeuvres tells the most, and what is open.
 struct Choice {
-  bool settled = false;  // effects are named, and nothing else explains the same
-  std::string open;      // what is not settled, in words
+  bool settled = false;             // effects are named, and nothing else explains the same
+  std::string open;                 // what is not settled, in words
   std::optional<std::size_t> best;  // none: no manoeuvre tells anything more
   std::string because;              // "tells angle.latency from bandwidth.first_order"
   double nats = 0.0;                // expected, of the logarithm of odds

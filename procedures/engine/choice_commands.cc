@@ -20,9 +20,9 @@ int Rehearse(const Call& call) {
 
 int Rehearsed(const Call& call) {
   const TableReader fields = call.Fields({"name", "warms_degC", "at_most_s"});
-  const bool on_menu = call.stage.End(
-      fields.RequiredText("name"), fields.Number("warms_degC").value_or(0.0),
-      fields.Number("at_most_s").value_or(std::numeric_limits<double>::infinity()));
+  const bool on_menu =
+      call.stage.End(fields.RequiredText("name"), fields.Number("warms_degC").value_or(0.0),
+                     fields.Number("at_most_s").value_or(std::numeric_limits<double>::infinity()));
   lua_pushboolean(call.state, on_menu ? 1 : 0);
   return 1;
 }

@@ -62,8 +62,7 @@ class BenchRecorder::Impl {
   void SetFan(bool blows) { physics_.SetFan(At(now_s_), blows); }
 
   void RunTo(double end_s) {
-    const auto last =
-        static_cast<std::int64_t>(std::floor(end_s * options_.reference_rate_hz));
+    const auto last = static_cast<std::int64_t>(std::floor(end_s * options_.reference_rate_hz));
     for (; next_reading_ <= last; ++next_reading_) {
       const std::int64_t k = next_reading_;
       const double t_s = static_cast<double>(k) / options_.reference_rate_hz;
@@ -97,8 +96,7 @@ class BenchRecorder::Impl {
   }
 
   void StartTurns(double until_s) {
-    for (; next_turn_ < turns_.size() && turns_[next_turn_].start_s <= until_s;
-         ++next_turn_) {
+    for (; next_turn_ < turns_.size() && turns_[next_turn_].start_s <= until_s; ++next_turn_) {
       const Turn& turn = turns_[next_turn_];
       const config::AxisConfig& axis = *axes_[turn.axis];
       TakeSamples(turn.start_s);

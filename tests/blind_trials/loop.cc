@@ -57,8 +57,8 @@ LoopOutcome RunOne(const Task& task, double budget_min) {
   const DrawnTrial drawn = DrawTrial(spec, seeds, 60.0 * budget_min, random);
   TrialBench bench(TrialStand(), drawn.bench.specimen, seeds.noise, drawn.bench.options);
   try {
-    const auto procedure = procedures::Procedure::Load(
-        std::filesystem::path(GYROBENCH_SOURCE_DIR) / "procedures/close_loop.lua");
+    const auto procedure = procedures::Procedure::Load(std::filesystem::path(GYROBENCH_SOURCE_DIR) /
+                                                       "procedures/close_loop.lua");
     procedures::RunProcedure(procedure, {{"budget_min", budget_min}}, bench);
   } catch (const std::exception& error) {
     outcome.failure = error.what();
@@ -89,9 +89,8 @@ bool LoopOutcome::Among() const {
 }
 
 bool LoopOutcome::Wrong() const {
-  return std::any_of(named.begin(), named.end(), [&](const Name& name) {
-    return name.id != hidden && name.rivals.empty();
-  });
+  return std::any_of(named.begin(), named.end(),
+                     [&](const Name& name) { return name.id != hidden && name.rivals.empty(); });
 }
 
 std::vector<LoopOutcome> RunLoops(const LoopCampaign& campaign,

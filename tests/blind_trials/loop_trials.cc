@@ -26,7 +26,8 @@ void Print(const LoopOutcome& outcome, bool talks) {
   }
   fmt::print("{:<22} {:>5.1f} min {:>3} manoeuvres  {}{}\n",
              outcome.hidden.empty() ? "nothing" : outcome.hidden, outcome.duration_s / 60.0,
-             outcome.manoeuvres, named.empty() ? "silent" : fmt::format("{}", fmt::join(named, "; ")),
+             outcome.manoeuvres,
+             named.empty() ? "silent" : fmt::format("{}", fmt::join(named, "; ")),
              outcome.Right() ? "" : fmt::format("   <- seed {}", outcome.seed));
   if (!outcome.failure.empty()) fmt::print("  {}\n", outcome.failure);
   if (talks) {
@@ -48,16 +49,18 @@ void Summarise(const char* what, const std::vector<LoopOutcome>& outcomes) {
   const auto n = static_cast<double>(outcomes.size());
   const auto middle = durations.begin() + static_cast<std::ptrdiff_t>(durations.size() / 2);
   std::nth_element(durations.begin(), middle, durations.end());
-  fmt::print("{}: {} trials; right alone {:.1f} %, right among others {:.1f} %, wrong {:.1f} %; "
-             "median {:.1f} min of bench time, {:.0f} % of the full sequence\n",
-             what, outcomes.size(), 100 * right / n, 100 * among / n, 100 * wrong / n,
-             *middle / 60.0, 100 * *middle / kFullSequence_s);
+  fmt::print(
+      "{}: {} trials; right alone {:.1f} %, right among others {:.1f} %, wrong {:.1f} %; "
+      "median {:.1f} min of bench time, {:.0f} % of the full sequence\n",
+      what, outcomes.size(), 100 * right / n, 100 * among / n, 100 * wrong / n, *middle / 60.0,
+      100 * *middle / kFullSequence_s);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Closed-loop trials: does the stand find what is hidden by choosing its manoeuvres?");
+  CLI::App app(
+      "Closed-loop trials: does the stand find what is hidden by choosing its manoeuvres?");
   LoopCampaign campaign;
   bool talks = false;
   app.add_option("--trials", campaign.trials, "with an effect")->capture_default_str();

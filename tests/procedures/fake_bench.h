@@ -23,8 +23,8 @@ inline std::vector<AxisFacts> ThreeAxes() {
 
 class FakeBench : public Bench {
  public:
-  std::vector<Choice> choices;                    // answers of Choose, one after the other
-  std::vector<std::vector<Rehearsal>> offered;    // what it was asked
+  std::vector<Choice> choices;                  // answers of Choose, one after the other
+  std::vector<std::vector<Rehearsal>> offered;  // what it was asked
   // What was called, in order: "turn inner 9", "rest 2", "say hello".
   std::vector<std::string> calls;
   std::vector<TurnCommand> turns;

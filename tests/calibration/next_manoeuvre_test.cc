@@ -1,0 +1,195 @@
+// Manoeuvres foreseen, and the choice among them.
+#include "calibration/plan/next_manoeuvre.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/error.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kUnits = 131.0;
+
+ForeseenMove Move(StandAxis axis, double begin_s, double from_deg, double to_deg,
+                  double rate_deg_s) {
+  return {axis, begin_s, from_deg, to_deg, rate_deg_s, 80.0};
+}
+
+// There and back about the inner axis with the middle one where it stands.
+Manoeuvre Turns(const std::string& name, double middle_deg, std::vector<double> rates_deg_s,
+                double angle_deg = 180.0) {
+  Manoeuvre out;
+  out.name = name;
+  out.begin_deg = {0.0, middle_deg, 0.0};
+  double now_s = 5.0;
+  for (const double rate : rates_deg_s) {
+    for (const bool back : {false, true}) {
+      out.moves.push_back(
+          Move(StandAxis::kInner, now_s, back ? angle_deg : 0.0, back ? 0.0 : angle_deg, rate));
+      now_s += angle_deg / rate + rate / 80.0 + 3.0;
+    }
+  }
+  out.duration_s = now_s + 2.0;
+  return out;
+}
+
+Recording Nothing() {
+  Recording recording;
+  recording.info.gyro_present = {true, true, true};
+  recording.info.accel_present = {true, true, true};
+  recording.info.temperature_present = true;
+  recording.info.gyro_units_per_deg_s = kUnits;
+  recording.info.reference = ReferenceKind::kStandAngles;
+  recording.info.stand_axis_present = {true, true, true};
+  recording.info.site_latitude_deg = 50.0;
+  recording.info.gear_ratio = 40.0;
+  recording.info.power_on = "one";
+  Node node;
+  node.temperature_degC = 25.0;
+  recording.columns.nodes.push_back(node);
+  return recording;
+}
+
+Recording Recorded(const Manoeuvre& manoeuvre) {
+  return Foresee(manoeuvre, Nothing(), {kUnits, kUnits, kUnits});
+}
+
+Traced Verdict(std::vector<ModelTerm> terms, double noise = 1.0) {
+  Traced traced;
+  ChannelTrace channel;
+  channel.axis = SensorAxis::kZ;
+  channel.noise = {0.0035 * noise, 1e-4 * noise, 0.005 * noise};
+  ChannelModel model;
+  model.axis = SensorAxis::kZ;
+  model.units_per_deg_s = kUnits;
+  for (const ModelTerm& term : terms) {
+    TracedEffect effect;
+    effect.id = term.id;
+    effect.origin = term.origin;
+    channel.effects.push_back(effect);
+  }
+  model.terms = std::move(terms);
+  traced.result.channels.push_back(channel);
+  traced.models.push_back(model);
+  return traced;
+}
+
+ModelTerm Term(const std::string& id, std::vector<double> coefficients) {
+  ModelTerm term;
+  term.id = id;
+  term.coefficients = std::move(coefficients);
+  term.reference_degC = 25.0;
+  return term;
+}
+
+TEST(ForeseenMove, GoesFromEndToEndWithinItsRateAndItsAcceleration) {
+  constexpr double kStep_s = 1e-3;
+  for (const double way_deg : {-360.0, -3.0, 0.5, 90.0}) {
+    const ForeseenMove move = {StandAxis::kInner, 0.0, 10.0, 10.0 + way_deg, 20.0, 80.0};
+    EXPECT_EQ(AngleOf(move, -1.0), 10.0);
+    EXPECT_EQ(AngleOf(move, 1000.0), 10.0 + way_deg);
+    double last_rate = 0.0;
+    for (double t_s = 0.0; t_s < 20.0; t_s += kStep_s) {
+      const double rate = (AngleOf(move, t_s + kStep_s) - AngleOf(move, t_s)) / kStep_s;
+      EXPECT_LE(std::fabs(rate), 20.0 + 1e-6);
+      EXPECT_GE(rate * way_deg, -1e-6);
+      EXPECT_LE(std::fabs(rate - last_rate), 80.0 * kStep_s * (1 + 1e-6));
+      last_rate = rate;
+    }
+  }
+}
+
+TEST(Foresee, TheGyroTurnsWithTheReferenceInEveryPose) {
+  for (const double middle_deg : {0.0, 40.0, 90.0, 180.0}) {
+    Manoeuvre manoeuvre = Turns("turns", middle_deg, {20.0});
+    manoeuvre.moves.pop_back();  // and does not come back
+    manoeuvre.moves.push_back(Move(StandAxis::kOuter, 18.0, 0.0, 30.0, 10.0));
+    const Recording recording = Recorded(manoeuvre);
+    const std::vector<Node>& nodes = recording.columns.nodes;
+    ASSERT_GT(nodes.size(), 100U);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double felt = (nodes.back().at.z[c] - nodes.front().at.z[c]) / kUnits;
+      const double turned = nodes.back().rotation_deg[c] - nodes.front().rotation_deg[c];
+      EXPECT_NEAR(felt, turned, 0.05) << "channel " << c << ", middle " << middle_deg;
+    }
+  }
+}
+
+TEST(Foresee, TimeGoesOnAndAFanMovesTheTemperatureByWhatItIsSaidTo) {
+  const Recording before = Recorded(Turns("before", 0.0, {20.0}));
+  Manoeuvre cooled = Turns("cooled", 0.0, {20.0});
+  cooled.duration_s = 1200.0;
+  cooled.warms_degC = -8.0;
+  const Recording after = Foresee(cooled, before, {kUnits, kUnits, kUnits});
+  EXPECT_GT(after.first_time_s, before.last_time_s);
+  EXPECT_NEAR(after.columns.nodes.back().temperature_degC,
+              before.columns.nodes.back().temperature_degC - 8.0, 0.1);
+}
+
+TEST(NextManoeuvre, AnEffectSeenInOnePoseAsksForAnother) {
+  // Gain that depends on gravity: with z up it is the scale factor's.
+  const Traced traced = Verdict({Term("scale.g", {0.0, 0.0, 2e-3})});
+  const Recording so_far = Recorded(Turns("so far", 0.0, {10.0, 20.0, 30.0}));
+  const std::vector<Manoeuvre> menu = {Turns("up", 0.0, {10.0, 20.0, 30.0}),
+                                       Turns("down", 180.0, {10.0, 20.0, 30.0})};
+  const NextManoeuvre next = ChooseManoeuvre(so_far, traced, menu);
+  EXPECT_FALSE(next.settled);
+  ASSERT_TRUE(next.best.has_value());
+  EXPECT_EQ(menu[*next.best].name, "down");
+  EXPECT_THAT(next.worths[1].because, HasSubstr("scale.g"));
+}
+
+TEST(NextManoeuvre, OneSpeedAsksForSeveral) {
+  const Traced traced = Verdict({Term("scale.asymmetry", {1e-3})});
+  const Recording so_far = Recorded(Turns("so far", 0.0, {20.0}));
+  const std::vector<Manoeuvre> menu = {Turns("one", 0.0, {20.0, 20.0, 20.0}),
+                                       Turns("three", 0.0, {5.0, 20.0, 40.0})};
+  const NextManoeuvre next = ChooseManoeuvre(so_far, traced, menu);
+  EXPECT_FALSE(next.settled);
+  ASSERT_TRUE(next.best.has_value());
+  EXPECT_EQ(menu[*next.best].name, "three");
+  EXPECT_THAT(next.open, HasSubstr("scale.quadratic_even"));
+}
+
+TEST(NextManoeuvre, WhatIsFarBeyondTheNoiseIsSettledAndWithMoreNoiseItIsNot) {
+  const Recording so_far = Recorded(Turns("so far", 0.0, {5.0, 10.0, 20.0, 30.0, 40.0}));
+  const std::vector<Manoeuvre> menu = {Turns("more", 0.0, {5.0, 20.0, 40.0})};
+  const std::vector<ModelTerm> asymmetry = {Term("scale.asymmetry", {3e-2})};
+  EXPECT_TRUE(ChooseManoeuvre(so_far, Verdict(asymmetry), menu).settled);
+  EXPECT_FALSE(ChooseManoeuvre(so_far, Verdict(asymmetry, 300.0), menu).settled);
+}
+
+TEST(NextManoeuvre, WithNothingNamedItAsksForWhatIsLeastKnownAndNothingIsSettled) {
+  const Recording so_far = Recorded(Turns("so far", 0.0, {20.0}));
+  Manoeuvre rest = Turns("rest", 0.0, {});
+  rest.duration_s = 60.0;
+  const std::vector<Manoeuvre> menu = {rest, Turns("level", 90.0, {10.0, 40.0})};
+  const NextManoeuvre next = ChooseManoeuvre(so_far, Verdict({}), menu);
+  EXPECT_FALSE(next.settled);
+  ASSERT_TRUE(next.best.has_value());
+  EXPECT_EQ(menu[*next.best].name, "level");
+}
+
+TEST(NextManoeuvre, ADescriptionWithoutACauseIsNotSettled) {
+  ModelTerm curve = Term("empirical(T)", {0.0, 1.0});
+  curve.origin = EffectOrigin::kEmpirical;
+  const std::vector<Manoeuvre> menu = {Turns("more", 0.0, {5.0, 20.0, 40.0})};
+  const NextManoeuvre next =
+      ChooseManoeuvre(Recorded(Turns("so far", 0.0, {20.0})), Verdict({curve}), menu);
+  EXPECT_FALSE(next.settled);
+  EXPECT_THAT(next.open, HasSubstr("empirical(T)"));
+}
+
+TEST(NextManoeuvre, AReferenceThatIsNoStandIsRefused) {
+  Recording recording = Recorded(Turns("so far", 0.0, {20.0}));
+  recording.info.reference = ReferenceKind::kSensorAngle;
+  EXPECT_THROW(ChooseManoeuvre(recording, Verdict({}), {}), DataError);
+}
+
+}  // namespace
+}  // namespace gyrobench::calibration

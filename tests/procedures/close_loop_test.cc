@@ -1,0 +1,135 @@
+// Rehearsals, choices, and the procedure that lives by them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/procedures/motion.h"
+#include "tests/procedures/shipped.h"
+
+namespace gyrobench::procedures {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+constexpr const char* kTwo =
+    "bench.rehearse()\n"
+    "bench.turn{ axis = 'inner', angle_deg = 90, rate_deg_s = 10 }\n"
+    "bench.rest{ duration_s = 3 }\n"
+    "assert(bench.rehearsed{ name = 'a turn' })\n"
+    "bench.rehearse()\n"
+    "bench.rest{ duration_s = 50 }\n"
+    "assert(bench.axes().inner.angle_deg == 0)\n"
+    "assert(bench.rehearsed{ name = 'a rest', warms_degC = -2 })\n";
+
+TEST(Rehearsal, MovesNothingAndOffersWhatWasTried) {
+  FakeBench bench;
+  bench.choices = {{.open = "much", .best = 1, .because = "tells a from b", .nats = 2.5}};
+  RunProcedure(Script(std::string(kTwo) + "local choice = bench.choose()\n"
+                                          "assert(choice.index == 2 and choice.name == 'a rest')\n"
+                                          "assert(choice.duration_s == 50 and not choice.settled)\n"
+                                          "assert(choice.open == 'much' and choice.nats == 2.5)\n"
+                                          "assert(choice.because == 'tells a from b')"),
+               {}, bench);
+  EXPECT_THAT(bench.turns, SizeIs(0));
+  ASSERT_THAT(bench.offered, SizeIs(1));
+  ASSERT_THAT(bench.offered[0], SizeIs(2));
+  const Rehearsal& turn = bench.offered[0][0];
+  ASSERT_THAT(turn.moves, SizeIs(1));
+  EXPECT_EQ(turn.moves[0].to_deg, 90.0);
+  EXPECT_NEAR(turn.duration_s, turn.moves[0].duration_s + 3.0, 1e-9);
+  EXPECT_EQ(bench.offered[0][1].warms_degC, -2.0);
+}
+
+TEST(Rehearsal, OneThatTakesTooLongIsNotOffered) {
+  FakeBench bench;
+  RunProcedure(Script("bench.rehearse()\n"
+                      "bench.rest{ duration_s = 50 }\n"
+                      "assert(not bench.rehearsed{ name = 'a rest', at_most_s = 49 })\n" +
+                      std::string(kTwo) + "bench.choose()"),
+               {}, bench);
+  EXPECT_THAT(bench.offered.at(0), SizeIs(2));
+}
+
+TEST(Rehearsal, AMenuIsForOneChoice) {
+  FakeBench bench;
+  const std::string message = MessageOf<ScriptError>([&] {
+    RunProcedure(Script(std::string(kTwo) + "bench.choose() bench.choose()"), {}, bench);
+  });
+  EXPECT_THAT(message, HasSubstr("nothing was rehearsed"));
+}
+
+TEST(Rehearsal, BeginAndEndBelongTogether) {
+  for (const auto& [body, says] : {std::pair{"bench.rehearse() bench.rehearse()", "is on"},
+                                   std::pair{"bench.rehearsed{ name = 'x' }", "no rehearsal"}}) {
+    FakeBench bench;
+    EXPECT_THAT(MessageOf<ScriptError>([&] { RunProcedure(Script(body), {}, bench); }),
+                HasSubstr(says));
+  }
+}
+
+TEST(Rehearsal, KeepsTheLimits) {
+  FakeBench bench;
+  EXPECT_THROW(
+      RunProcedure(Script("bench.rehearse()\n"
+                          "bench.turn{ axis = 'inner', angle_deg = 400, rate_deg_s = 10 }"),
+                   {}, bench),
+      LimitError);
+  EXPECT_THAT(bench.turns, SizeIs(0));
+}
+
+std::vector<AxisFacts> Roomy(const std::vector<std::string>& names) {
+  std::vector<AxisFacts> axes;
+  for (const std::string& name : names) axes.push_back({name, 40, 0, -3600, 3600, 60, 200});
+  return axes;
+}
+
+TEST(CloseLoop, TakesItsBudgetAtWorstAndNotMore) {
+  for (const double budget_min : {10.0, 30.0}) {
+    const Plan plan = DryRun(Shipped("close_loop"), {{"budget_min", budget_min}},
+                             Roomy({"outer", "middle", "inner"}));
+    EXPECT_LE(plan.duration_s, 60.0 * budget_min);
+    EXPECT_GE(plan.duration_s, 60.0 * budget_min - 180.0);
+  }
+}
+
+TEST(CloseLoop, MakesWhatWasChosenAndEndsWhenTheVerdictOutlivesIt) {
+  FakeBench bench;
+  bench.axes = Roomy({"outer", "middle", "inner"});
+  bench.verdicts = {{"z", "explained", "Explained by scale.g.", {{"scale.g", "gyro", {}, {}, ""}}}};
+  bench.choices = {{.open = "scale.g or scale.cubic", .best = 2, .because = "tells one"},
+                   {.settled = true, .open = "", .best = 0, .because = "would show all"},
+                   {.settled = true, .open = "", .best = 0, .because = "would show all"}};
+  RunProcedure(Shipped("close_loop"), {{"confirmations", 2.0}}, bench);
+  EXPECT_THAT(bench.offered, SizeIs(3));
+  const auto said = [&](const std::string& text) {
+    return std::count_if(bench.calls.begin(), bench.calls.end(), [&](const std::string& call) {
+      return call.find(text) != std::string::npos;
+    });
+  };
+  EXPECT_EQ(said("manoeuvre 1: " + bench.offered[0][2].name), 1);
+  EXPECT_EQ(said("scale.g or scale.cubic"), 1);
+  EXPECT_EQ(said("settled"), 1);
+}
+
+TEST(CloseLoop, AOneAxisTableHasAShorterMenuAndAStandWithoutTurnsAboutZIsRefused) {
+  FakeBench bench;
+  bench.axes = Roomy({"inner"});
+  RunProcedure(Shipped("close_loop"), {}, bench);
+  FakeBench whole;
+  whole.axes = Roomy({"outer", "middle", "inner"});
+  RunProcedure(Shipped("close_loop"), {}, whole);
+  EXPECT_LT(bench.offered.at(0).size(), whole.offered.at(0).size());
+  EXPECT_THAT(RefusalOf("close_loop", {}, Roomy({"middle"})), HasSubstr("turns about z"));
+}
+
+TEST(CloseLoop, WithoutAFanNobodyIsAsked) {
+  const Plan plan = DryRun(Shipped("close_loop"), {{"fan", false}, {"budget_min", 120.0}},
+                           Roomy({"outer", "middle", "inner"}));
+  EXPECT_THAT(plan.questions, SizeIs(0));
+}
+
+}  // namespace
+}  // namespace gyrobench::procedures
