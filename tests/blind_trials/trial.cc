@@ -95,6 +95,7 @@ TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
   bench.duration_s = sequence.duration_s;
   bench.options.source = spec.name;
   bench.options.channels = {spec.all_channels, spec.all_channels, true};
+  bench.options.latitude_known = spec.latitude_known;
   bench.options.reference_rate_hz = spec.reference_rate_hz;
   bench.options.supply = idle_column && !spec.ideal;
   for (const HiddenEffect& effect : spec.effects) {
