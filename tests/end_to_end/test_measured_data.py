@@ -84,6 +84,17 @@ class MeasuredData(unittest.TestCase):
                               for name in ("without", "with"))
         self.assertLess(with_lags, 0.3 * without)
 
+    def test_what_the_first_part_of_a_motion_teaches_holds_in_the_rest(self):
+        moved = DATA.with_name("mocap-hand-slow.csv.gz")
+        if not moved.exists():
+            self.skipTest("the measured data are not here")
+        if subprocess.run(["python3", "-c", "import numpy, pandas"], capture_output=True).returncode != 0:
+            self.skipTest("numpy and pandas are not here (scripts/setup.sh bench)")
+        done = subprocess.run(["python3", ROOT / "tests/benchmarks/window_rates.py", BIN / "gyrobench", moved],
+                              check=True, capture_output=True, text=True)
+        for before, after in re.findall(r"^[xyzal]+ +([0-9.]+) +([0-9.]+)$", done.stdout, re.M):
+            self.assertLess(float(after), 0.75 * float(before))
+
 
 if __name__ == "__main__":
     unittest.main()
