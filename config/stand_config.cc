@@ -230,7 +230,20 @@ GyroConfig ReadGyro(const TomlTable& table, const std::vector<BusConfig>& buses,
   return gyro;
 }
 
-GeometryConfig ReadGeometry(const TomlTable& table) {
+// A lean between two axes of which the stand lacks one would turn into a mounting that nobody sees.
+void CheckLean(const TomlTable& table, std::string_view key, double lean_deg,
+               const std::vector<AxisConfig>& axes, std::array<std::string_view, 2> between) {
+  if (lean_deg == 0.0) return;
+  for (const std::string_view name : between) {
+    if (std::ranges::find(axes, name, &AxisConfig::name) != axes.end()) continue;
+    table.Fail(key, fmt::format("expected 0 on a stand without [axis.{}]: it is the lean between "
+                                "its {} and its {} axis. How the sensor sits on the table is said "
+                                "by mount_x_deg, mount_y_deg and mount_z_deg",
+                                name, between[0], between[1]));
+  }
+}
+
+GeometryConfig ReadGeometry(const TomlTable& table, const std::vector<AxisConfig>& axes) {
   GeometryConfig geometry;
   geometry.mount_x_deg = table.Number("mount_x_deg", {-180, 180, "deg"}, geometry.mount_x_deg);
   geometry.mount_y_deg = table.Number("mount_y_deg", {-180, 180, "deg"}, geometry.mount_y_deg);
@@ -239,6 +252,8 @@ GeometryConfig ReadGeometry(const TomlTable& table) {
       table.Number("outer_middle_deg", {-10, 10, "deg"}, geometry.outer_middle_deg);
   geometry.middle_inner_deg =
       table.Number("middle_inner_deg", {-10, 10, "deg"}, geometry.middle_inner_deg);
+  CheckLean(table, "outer_middle_deg", geometry.outer_middle_deg, axes, {"outer", "middle"});
+  CheckLean(table, "middle_inner_deg", geometry.middle_inner_deg, axes, {"middle", "inner"});
   return geometry;
 }
 
@@ -346,7 +361,8 @@ StandConfig ReadStandConfig(const TomlTable& root, const fs::path& file) {
   stand.buses = ReadBuses(root);
   stand.axes = ReadAxes(root, stand.buses, units);
   stand.gyro = ReadGyro(root.Table("gyro"), stand.buses, units);
-  stand.geometry = ReadSection(root, "geometry", ReadGeometry);
+  if (const auto table = root.OptionalTable("geometry"))
+    stand.geometry = ReadGeometry(*table, stand.axes);
   stand.site = ReadSection(root, "site", ReadSite);
   stand.lcm = ReadSection(root, "lcm", ReadLcm);
   stand.safety = ReadSection(root, "safety", ReadSafety);

@@ -252,7 +252,9 @@ std::string LiveBench::Ask(const procedures::Question& question) {
   }
   if (!answer) {
     throw Error(
-        fmt::format("nobody answered '{}' within {:g} s", question.text, question.timeout_s));
+        fmt::format("nobody answered '{}' ({}) within {:g} s: the run was ended; run it again when "
+                    "somebody is there to answer (gyrobench answer), or let it wait longer",
+                    question.text, question.id, question.timeout_s));
   }
   run_t reply = Message(run_t::ANSWER);
   reply.text = *answer;

@@ -36,6 +36,9 @@ local parts = {
   { name = "x horizontal", rates_deg_s = { 8, 18, 32 }, poses = { { about = "x", axis = "middle" } } },
 }
 
+-- Of cooling and of warming.
+local least_change_degC = 1
+
 local function leave_out(what, reason)
   bench.say("left out, " .. what .. ": " .. reason)
 end
@@ -65,9 +68,13 @@ local function shuffled(list)
   return copy
 end
 
+local function acceleration_of(p, axis)
+  return math.min(p.acceleration_deg_s2, axis.max_acceleration_deg_s2)
+end
+
 local function turn(p, axis, angle_deg, rate_deg_s)
   bench.turn{ axis = axis.name, angle_deg = angle_deg, rate_deg_s = rate_deg_s,
-    acceleration_deg_s2 = math.min(p.acceleration_deg_s2, axis.max_acceleration_deg_s2) }
+    acceleration_deg_s2 = acceleration_of(p, axis) }
   bench.rest{ duration_s = p.rest_s }
 end
 
@@ -80,6 +87,12 @@ local function leg(p, name, rate_deg_s, sign)
     return nil
   end
   local angle_deg = math.min(angles_deg[rate_deg_s], axis.max_deg - axis.min_deg)
+  if angle_deg < 2 * rate_deg_s * rate_deg_s / acceleration_of(p, axis) then
+    leave_out(string.format("%g deg/s", rate_deg_s),
+      string.format("the limits leave axis.%s a turn of %.3g deg, too short to keep that rate for half of the way",
+        name, angle_deg))
+    return nil
+  end
   local function fits(way_deg)
     local end_deg = axis.angle_deg + way_deg
     return end_deg <= axis.max_deg and end_deg >= axis.min_deg
@@ -115,17 +128,34 @@ local function to_and_fro(p, name, rates_deg_s)
   end
 end
 
+-- What was to show another history of the temperature has to change it.
+local function check_change(what, before_degC, sign)
+  local now_degC = bench.temperature()
+  if before_degC and now_degC and (now_degC - before_degC) * sign >= least_change_degC then return end
+  if not before_degC or not now_degC then
+    bench.say("the temperature is not known: nobody can say whether " .. what .. " had an effect")
+  else
+    bench.say(string.format("%s changed the gyro's own thermometer by %+.2f degC (%.2f to %.2f degC), expected %+g degC "
+      .. "or more: effects of the temperature's history will hide; check the fan, and run thermal", what,
+      now_degC - before_degC, before_degC, now_degC, sign * least_change_degC))
+  end
+end
+
 local function cool_and_warm(p)
   local name = take_first("cooling and warming, z up", parts[1].poses)
+  local before_degC = bench.temperature()
   bench.ask{ id = "fan_on", text = "Switch the fan on that cools the sensor. Done?", choices = { "done" },
     timeout_s = p.patience_s }
   bench.rest{ duration_s = 60 }
   to_and_fro(p, name, { 18, 32 })
   bench.rest{ duration_s = 60 }
+  check_change("cooling", before_degC, -1)
+  before_degC = bench.temperature()
   bench.ask{ id = "fan_off", text = "Switch the fan off. Done?", choices = { "done" }, timeout_s = p.patience_s }
   bench.rest{ duration_s = 60 }
   to_and_fro(p, name, { 12, 40 })
   bench.rest{ duration_s = 120 }
+  check_change("warming", before_degC, 1)
 end
 
 local function swing(p)

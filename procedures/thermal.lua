@@ -83,10 +83,11 @@ local function watch(p, what, before_degC, sign)
   end
   local change_degC = (now_degC - before_degC) * sign
   if change_degC >= p.least_change_degC then return end
-  local text = string.format("%s changed the temperature by %.2f degC (%.2f to %.2f degC), expected %g degC or more "
-    .. "the right way", what, now_degC - before_degC, before_degC, now_degC, p.least_change_degC)
+  local text = string.format("%s changed the gyro's own thermometer by %+.2f degC (%.2f to %.2f degC), expected "
+    .. "%+g degC or more: does the fan run and blow at the sensor only while it should, and is a heater connected?",
+    what, now_degC - before_degC, before_degC, now_degC, sign * p.least_change_degC)
   local answer = bench.ask{ id = "no_change", choices = { "go on", "end" }, timeout_s = p.patience_s,
-    text = text .. ". Go on all the same, or end the run?" }
+    text = text .. " Go on all the same, or end the run?" }
   if answer == "end" then bench.fail(text) end
 end
 

@@ -14,6 +14,7 @@
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/channel_search.h"
 #include "calibration/trace/curves.h"
+#include "calibration/trace/earth_doubt.h"
 #include "calibration/trace/hold_out.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/remaining.h"
@@ -139,6 +140,11 @@ std::vector<ModelTerm> TermsOf(const Candidate& member, const ChannelFit& fit, s
     term.covariate_mean = member.context.covariate_mean;
   }
   return {term};
+}
+
+bool HasMember(const Selection& selection, const std::string& id) {
+  return std::ranges::any_of(selection.members(),
+                             [&](const Candidate& member) { return member.id == id; });
 }
 
 std::string EquationOf(const Candidate& member) {
@@ -293,6 +299,8 @@ class ChannelTracer {
     effect.parameters = EffectParameters(member, fit, i, grow, request_.covariates);
     effect.p_value = selection.PValue(i);
     effect.rivals = selection.Rivals(i);
+    if (!request_.earth_rate_known && !HasMember(selection, "bias.earth_rate"))
+      AddEarthAsRival(&effect);
     std::set<std::string> ways;
     for (const std::string& rival : effect.rivals) ways.insert(ManoeuvreOf(rival));
     if (!effect.rivals.empty()) ways.insert(ManoeuvreOf(effect.id));
@@ -328,6 +336,8 @@ class ChannelTracer {
           fmt::format("{} by {}: {}{}.", speaks ? "Partly explained" : "Explained",
                       fmt::join(names, ", "), error, speaks ? "; some structure remains" : "");
     }
+    if (const std::string says = LatitudeNeeded(trace_.effects); !says.empty())
+      trace_.summary += fmt::format(" {}.", says);
   }
 
   void FillModel(const Selection& selection, const ChannelFit& fit) {

@@ -46,6 +46,25 @@ bool IsSlowBias(const Candidate& candidate) {
          candidate.id != "bias.tone" && candidate.id != "bias.vibration";
 }
 
+// A term of which these data would not see an implausible size is left at 0: its coefficient would
+// be noise, and a part that is corrected by it would be wrong wherever the term does act. `white`:
+// all columns of the store.
+void DropBlindTerms(const Projection& baseline, Candidate* candidate, Eigen::MatrixXd* white) {
+  const Effect* effect = candidate->effect;
+  if (effect == nullptr || effect->terms.size() < 2 || !effect->nonlinear.empty() ||
+      !(effect->typical_size > 0))
+    return;
+  const double least_square = std::pow(kImplausible * effect->typical_size, -2);
+  std::shared_ptr<Eigen::MatrixXd> raw;
+  for (std::size_t k = 0; k < candidate->columns.size(); ++k) {
+    if (baseline.Off(white->col(candidate->columns[k])).squaredNorm() > least_square) continue;
+    if (!raw) raw = std::make_shared<Eigen::MatrixXd>(*candidate->raw);
+    raw->col(static_cast<Eigen::Index>(k)).setZero();
+    white->col(candidate->columns[k]).setZero();
+  }
+  if (raw) candidate->raw = raw;
+}
+
 }  // namespace
 
 Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
@@ -79,6 +98,8 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   for (const CurveCells& cells : candidates.cells) cells_.push_back(place(cells.raw));
   for (Candidate& candidate : pool_) candidate.columns = place(*candidate.raw);
   whitener_.Apply(all);
+  const Projection baseline_off(all.leftCols(baseline.columns.cols()));
+  for (Candidate& candidate : pool_) DropBlindTerms(baseline_off, &candidate, &all);
   store_.Add(all);
   if (!baseline.turned.empty() && baseline.turned.front() == problem.channel()) {
     const double scale = store_.Solve(base_)(0);

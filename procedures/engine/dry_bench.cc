@@ -22,7 +22,7 @@ DryBench::DryBench(std::vector<AxisFacts> axes, DryOptions options)
     : axes_(std::move(axes)), options_(std::move(options)) {}
 
 double DryBench::TemperatureDegC() const {
-  return options_.room_degC -
+  return options_.room_degC + warmed_by_operator_degC_ -
          options_.cold_degC * std::exp(-plan_.expected_duration_s / options_.time_constant_s);
 }
 
@@ -89,6 +89,8 @@ SoakOutcome DryBench::Soak(const SoakCommand& command) {
 
 std::string DryBench::Ask(const Question& question) {
   plan_.questions.push_back(question);
+  if (question.id == "fan_on") warmed_by_operator_degC_ -= options_.fan_degC;
+  if (question.id == "fan_off") warmed_by_operator_degC_ += options_.fan_degC;
   if (const auto found = options_.answers.find(question.id); found != options_.answers.end()) {
     return found->second;
   }

@@ -44,6 +44,8 @@ struct DryOptions {
   double room_degC = 25.0;
   double cold_degC = kExpectedCold_degC;
   double time_constant_s = kExpectedTimeConstant_s;
+  // The question fan_on makes the sensor colder by this, fan_off (or a heater on) warmer.
+  double fan_degC = 8.0;
   kinematics::StandGeometry geometry = {};
 };
 
@@ -83,6 +85,7 @@ class DryBench final : public Bench {
 
   std::vector<AxisFacts> axes_;
   DryOptions options_;
+  double warmed_by_operator_degC_ = 0.0;
   Plan plan_;
   std::size_t choices_ = 0;
 };

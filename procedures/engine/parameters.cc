@@ -83,12 +83,20 @@ std::optional<bool> FittingBoolean(const Value& value) {
   return *text == "true";
 }
 
-const std::string* FittingText(const Parameter& parameter, const Value& value) {
+std::optional<std::string> FittingText(const Value& value) {
   const auto* text = std::get_if<std::string>(&value);
-  if (text == nullptr || !IsText(*text)) return nullptr;
-  if (parameter.type == ParameterType::kText) return text;
-  const auto& choices = parameter.choices;
-  return std::find(choices.begin(), choices.end(), *text) == choices.end() ? nullptr : text;
+  if (text == nullptr || !IsText(*text)) return std::nullopt;
+  return *text;
+}
+
+// A choice that reads as a number comes as one from a command line.
+std::optional<std::string> FittingChoice(const Parameter& parameter, const Value& value) {
+  const auto* number = std::get_if<double>(&value);
+  const std::optional<std::string> text =
+      number != nullptr ? fmt::format("{}", *number) : FittingText(value);
+  if (!text || std::ranges::find(parameter.choices, *text) == parameter.choices.end())
+    return std::nullopt;
+  return text;
 }
 
 }  // namespace
@@ -131,8 +139,10 @@ Value CheckValue(const std::string& procedure, const Parameter& parameter, const
       if (const auto flag = FittingBoolean(value)) return *flag;
       break;
     case ParameterType::kChoice:
+      if (const auto choice = FittingChoice(parameter, value)) return *choice;
+      break;
     case ParameterType::kText:
-      if (const auto* text = FittingText(parameter, value)) return *text;
+      if (const auto text = FittingText(value)) return *text;
       break;
   }
   Refuse(procedure, parameter, value);

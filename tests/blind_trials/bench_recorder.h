@@ -27,6 +27,8 @@ struct SampleTruth {
 struct RecorderOptions {
   std::array<bool, 3> channels = {true, true, true};
   double reference_rate_hz = 10.0;  // each of the three axes
+  // Otherwise the recording does not say where the stand is; the Earth turns all the same.
+  bool latitude_known = true;
   // Records a wandering supply voltage as the column supply_v.
   bool supply = false;
   // Added to the output of z [deg/s].

@@ -143,6 +143,11 @@ void PlanFull(Planner& plan) {
   plan.FillUpTo(end_s);
 }
 
+void PoseAndRest(Planner& plan, double middle_deg, double inner_deg) {
+  plan.Pose(middle_deg, inner_deg);
+  plan.Rest(20);
+}
+
 void PlanPoor(SequenceKind kind, Planner& plan) {
   plan.Rest(300);
   for (int i = 0; i < 12; ++i) {
@@ -155,6 +160,14 @@ void PlanPoor(SequenceKind kind, Planner& plan) {
         break;
       case SequenceKind::kThreeSpeeds:
         plan.Legs(kInner, LegsAt({8, 18, 40}));
+        break;
+      case SequenceKind::kUpAndDown:
+        plan.Pose(i % 2 == 0 ? 0 : 180, 0);
+        plan.Legs(kInner, LegsAt({8, 18}));
+        break;
+      case SequenceKind::kSixPoses:
+        for (const double middle_deg : {0.0, 90.0, 180.0, 270.0}) PoseAndRest(plan, middle_deg, 0);
+        for (const double middle_deg : {270.0, 90.0}) PoseAndRest(plan, middle_deg, 90);
         break;
       case SequenceKind::kWarmUpOnly:
       case SequenceKind::kFull:

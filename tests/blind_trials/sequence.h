@@ -34,6 +34,8 @@ enum class SequenceKind {
   kBothWays,     // z up, one speed, both ways
   kThreeSpeeds,  // z up, three speeds, both ways
   kWarmUpOnly,   // z up, at rest
+  kUpAndDown,    // z up, z down, turning both ways: of the Earth's rotation its vertical part shows
+  kSixPoses,     // still with each axis up and down
 };
 
 // The order of the speeds is drawn. `repeats` times the whole, one after the other.

@@ -100,6 +100,7 @@ DrawnTrial DrawTrial(const TrialSpec& spec, const PartSeeds& seeds, double durat
   bench.duration_s = duration_s;
   bench.options.source = spec.name;
   bench.options.channels = {spec.all_channels, spec.all_channels, true};
+  bench.options.latitude_known = spec.latitude_known;
   bench.options.reference_rate_hz = spec.reference_rate_hz;
   bench.options.supply = idle_column && !spec.ideal;
   for (const HiddenEffect& effect : spec.effects) {

@@ -39,7 +39,8 @@ struct TrialSpec {
   std::vector<HiddenEffect> effects = {};
   bool all_channels = false;  // otherwise z alone; effects are on z
   double reference_rate_hz = 10.0;
-  int repeats = 1;  // of the sequence
+  bool latitude_known = true;  // to the recording
+  int repeats = 1;             // of the sequence
   // No error, and of noise only as much as the counts need in order not to add up at constant rate;
   // effects all the same.
   bool ideal = false;

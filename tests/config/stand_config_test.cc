@@ -88,8 +88,6 @@ serial_number = 4294967295
 mount_x_deg = 1
 mount_y_deg = 2
 mount_z_deg = 3
-outer_middle_deg = 4
-middle_inner_deg = 5
 [site]
 latitude_deg = -33
 heading_deg = 77
@@ -165,8 +163,6 @@ place = "skip"
   EXPECT_EQ(stand.geometry.mount_x_deg, 1);
   EXPECT_EQ(stand.geometry.mount_y_deg, 2);
   EXPECT_EQ(stand.geometry.mount_z_deg, 3);
-  EXPECT_EQ(stand.geometry.outer_middle_deg, 4);
-  EXPECT_EQ(stand.geometry.middle_inner_deg, 5);
   EXPECT_EQ(stand.site.latitude_deg, -33);
   EXPECT_EQ(stand.site.heading_deg, 77);
   EXPECT_EQ(stand.lcm.url, "udpm://239.1.2.3:7777?ttl=1");
@@ -276,6 +272,40 @@ TEST_F(StandFile, RefusesAPlaceThatIsNotOnEarth) {
               HasSubstr("expected a number in -90 .. 90 deg"));
   EXPECT_THAT(ErrorAfter("[site]", "heading_deg = 0", "heading_deg = nan"),
               HasSubstr("site.heading_deg = nan"));
+}
+
+TEST_F(StandFile, SaysHowTheAxesLean) {
+  std::string text = Shipped();
+  text = Replace(text, "[geometry]", "outer_middle_deg = 0", "outer_middle_deg = -4");
+  text = Replace(text, "[geometry]", "middle_inner_deg = 0", "middle_inner_deg = 5");
+  const StandConfig stand = Load(text);
+  EXPECT_EQ(stand.geometry.outer_middle_deg, -4);
+  EXPECT_EQ(stand.geometry.middle_inner_deg, 5);
+  EXPECT_EQ(stand.geometry.mount_z_deg, 0);
+}
+
+TEST_F(StandFile, RefusesAMountingThatContradictsItself) {
+  EXPECT_THAT(ErrorAfter("[geometry]", "mount_x_deg = 0", "mount_x_deg = 181"),
+              HasSubstr("geometry.mount_x_deg = 181: expected a number in -180 .. 180 deg"));
+  EXPECT_THAT(ErrorAfter("[geometry]", "mount_y_deg = 0", "mount_y_deg = nan"),
+              HasSubstr("geometry.mount_y_deg = nan"));
+  EXPECT_THAT(ErrorAfter("[geometry]", "outer_middle_deg = 0", "outer_middle_deg = 11"),
+              HasSubstr("expected a number in -10 .. 10 deg"));
+  EXPECT_THAT(ErrorAfter("[geometry]", "mount_x_deg", "mount_deg"),
+              HasSubstr("unknown key geometry.mount_deg"));
+}
+
+TEST_F(StandFile, RefusesTheLeanOfAnAxisThatIsNotThere) {
+  const std::string one_axis = ReadText(ConfigFolder() / "one-axis.toml");
+  const auto error = [&](const std::string& key) {
+    return ErrorOf([&] { Load(one_axis + "\n[geometry]\n" + key + " = 0.5\n"); });
+  };
+  EXPECT_THAT(error("outer_middle_deg"),
+              AllOf(HasSubstr("geometry.outer_middle_deg = 0.5: expected 0 on a stand without "
+                              "[axis.outer]"),
+                    HasSubstr("mount_x_deg")));
+  EXPECT_THAT(error("middle_inner_deg"), HasSubstr("on a stand without [axis.middle]"));
+  EXPECT_EQ(error("mount_x_deg"), "");
 }
 
 TEST_F(StandFile, RefusesAChannelPrefixThatLcmCannotCarry) {

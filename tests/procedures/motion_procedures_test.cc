@@ -15,6 +15,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr std::array<kinematics::Vector3, 3> kAxes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
@@ -244,11 +245,38 @@ TEST(Thermal, AFanThatDoesNotBlowIsSaidAndTheOperatorDecides) {
   bench.warms_degC = {{"fan_off", 8.0}};
   bench.answers["no_change"] = "end";
   EXPECT_THAT(MessageOf<ScriptError>([&] { RunProcedure(Shipped("thermal"), {}, bench); }),
-              HasSubstr("cooling changed the temperature by 0.00 degC"));
+              AllOf(HasSubstr("cooling changed the gyro's own thermometer by +0.00 degC"),
+                    HasSubstr("expected -1 degC or more"), HasSubstr("fan")));
   FeltBench patient(RoomyStand());
   patient.warms_degC = {{"fan_off", 8.0}};
   RunProcedure(Shipped("thermal"), {}, patient);
   EXPECT_EQ(patient.questions.size(), 3U);
+}
+
+TEST(Thermal, IsPlannedAsIfFanAndHeaterDidTheirWork) {
+  DryOptions options;
+  options.answers = {{"no_change", "end"}};
+  const Plan plan = DryRun(Shipped("thermal"), {}, RoomyStand(), options);
+  EXPECT_EQ(plan.questions.size(), 2U);
+}
+
+TEST(Thermal, AHeaterThatDoesNotHeatIsSaid) {
+  FeltBench bench(RoomyStand());
+  bench.warms_degC = {{"fan_on", -8.0}, {"fan_off", 0.5}};
+  bench.answers["no_change"] = "end";
+  EXPECT_THAT(MessageOf<ScriptError>([&] { RunProcedure(Shipped("thermal"), {}, bench); }),
+              AllOf(HasSubstr("warming changed the gyro's own thermometer by +0.50 degC"),
+                    HasSubstr("expected +1 degC or more")));
+}
+
+TEST(Full, SaysWhenTheFanDidNotCool) {
+  FeltBench bench(RoomyStand());
+  RunProcedure(Shipped("full"), {}, bench);
+  EXPECT_THAT(bench.calls, Contains(HasSubstr("cooling changed the gyro's own thermometer")));
+  FeltBench cooled(RoomyStand());
+  cooled.warms_degC = {{"fan_on", -8.0}, {"fan_off", 8.0}};
+  RunProcedure(Shipped("full"), {}, cooled);
+  EXPECT_THAT(cooled.calls, Not(Contains(HasSubstr("thermometer"))));
 }
 
 TEST(Thermal, AnUnknownTemperatureIsSaid) {

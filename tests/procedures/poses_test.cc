@@ -113,6 +113,14 @@ TEST(Poses, RestsInEveryOrientationOnce) {
   }
 }
 
+// A command line gives 6 as a number.
+TEST(Poses, TakesItsChoicesAsNumbersToo) {
+  EXPECT_EQ(DryRun(Shipped("poses"), {{"poses", 6.0}}, FreeAxes()).segments.size(),
+            DryRun(Shipped("poses"), {{"poses", "6"}}, FreeAxes()).segments.size());
+  EXPECT_THAT(RefusalOf("poses", {{"poses", 7.0}}, FreeAxes()),
+              HasSubstr("expected one of 6, 18, 26"));
+}
+
 TEST(Poses, LeavesOutWhatAStandCannotDoAndNamesIt) {
   const Plan plan = DryRun(Shipped("poses"), {{"poses", "6"}}, ThreeAxes());
   EXPECT_THAT(plan.notes, ::testing::Contains(AllOf(HasSubstr("left out, -z up"),

@@ -1,0 +1,48 @@
+#include "calibration/trace/earth_doubt.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinematics/geometry.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr const char* kEarth = "bias.earth_rate";
+// At the pole all of it is along z.
+double Earth_deg_s() { return kinematics::EarthRate(90.0, 0.0)[2]; }
+// Standard errors within which a size is not certain.
+constexpr double kCertain = 3.0;
+
+bool Names(const TracedEffect& effect, const std::string& id) {
+  return effect.id == id || std::ranges::find(effect.rivals, id) != effect.rivals.end();
+}
+
+}  // namespace
+
+void AddEarthAsRival(TracedEffect* effect) {
+  if (effect->id != "bias.g_linear" || Names(*effect, kEarth)) return;
+  double square = 0.0, variance = 0.0;
+  for (const ModelParameter& parameter : effect->parameters) {
+    if (!std::isfinite(parameter.std_error)) continue;  // not determined, and left at 0
+    square += parameter.value * parameter.value;
+    variance += parameter.std_error * parameter.std_error;
+  }
+  if (std::sqrt(square) - kCertain * std::sqrt(variance) > Earth_deg_s()) return;
+  effect->rivals.insert(std::ranges::upper_bound(effect->rivals, kEarth), kEarth);
+}
+
+std::string LatitudeNeeded(const std::vector<TracedEffect>& effects) {
+  const bool doubted = std::ranges::any_of(
+      effects, [](const TracedEffect& effect) { return Names(effect, kEarth); });
+  if (!doubted) return "";
+  return fmt::format(
+      "The site's latitude is needed: Earth's rotation ({:.2g} deg/s) is not taken off and passes "
+      "for a sensitivity to gravity. Set site.latitude_deg in the stand file (site_latitude_deg in "
+      "a table) and measure or trace again",
+      Earth_deg_s());
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,76 @@
+// The Earth turns by 0.0042 deg/s, and nobody said where the stand is: that must not be sold as a
+// sensitivity of the gyro to gravity.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "calibration/collector.h"
+#include "calibration/trace/trace.h"
+#include "tests/blind_trials/trial.h"
+
+namespace gyrobench::blind_trials {
+namespace {
+
+using calibration::ChannelTrace;
+using calibration::TracedEffect;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* kEarth = "bias.earth_rate";
+constexpr const char* kSays = "The site's latitude is needed";
+
+ChannelTrace TraceOf(TrialSpec spec) {
+  calibration::Collector collector;
+  RecordTrial(spec, collector);
+  const calibration::Recording recording = collector.Take();
+  const calibration::Recording* const recordings[] = {&recording};
+  calibration::TraceOptions options;
+  options.curves = false;
+  return calibration::Trace(recordings, options).result.channels.at(0);
+}
+
+bool MayBeEarth(const TracedEffect& effect) {
+  return effect.id == kEarth || std::ranges::find(effect.rivals, kEarth) != effect.rivals.end();
+}
+
+class UnknownLatitude : public ::testing::TestWithParam<SequenceKind> {};
+
+// Its vertical part alone is ten standard errors or more in each of these sequences.
+TEST_P(UnknownLatitude, IsAskedForWhereverTheEarthTurns) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const ChannelTrace z =
+        TraceOf({.seed = 4100 + seed, .sequence = GetParam(), .latitude_known = false});
+    EXPECT_TRUE(std::ranges::any_of(z.effects, MayBeEarth)) << seed << ": " << z.summary;
+    EXPECT_THAT(z.summary, HasSubstr(kSays)) << seed;
+    for (const TracedEffect& effect : z.effects) {
+      if (effect.id != "bias.g_linear") continue;
+      EXPECT_THAT(effect.settled_by, HasSubstr("latitude")) << seed;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sequences, UnknownLatitude,
+                         ::testing::Values(SequenceKind::kFull, SequenceKind::kUpAndDown,
+                                           SequenceKind::kSixPoses));
+
+TEST(SensitivityToGravity, IsCertainWhereItIsLargerThanTheEarthsRotation) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const ChannelTrace z = TraceOf(
+        {.seed = 4200 + seed, .effects = {{"bias.g_linear", kHigh}}, .latitude_known = false});
+    const auto named = std::ranges::find(z.effects, "bias.g_linear", &TracedEffect::id);
+    ASSERT_NE(named, z.effects.end()) << seed << ": " << z.summary;
+    EXPECT_FALSE(MayBeEarth(*named)) << seed;
+  }
+}
+
+TEST(KnownLatitude, LeavesNothingOfTheEarth) {
+  for (const SequenceKind kind : {SequenceKind::kUpAndDown, SequenceKind::kSixPoses}) {
+    const ChannelTrace z = TraceOf({.seed = 4301, .sequence = kind});
+    EXPECT_THAT(z.summary, Not(HasSubstr(kSays)));
+    EXPECT_TRUE(std::ranges::none_of(z.effects, MayBeEarth)) << z.summary;
+  }
+}
+
+}  // namespace
+}  // namespace gyrobench::blind_trials

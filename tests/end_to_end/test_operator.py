@@ -1,0 +1,59 @@
+"""Runs that need a hand which is not there, or a fan and a heater that do nothing: an error that says what to do, and a
+closed record."""
+import json
+import unittest
+
+from bench import ROOT, Bench
+
+SHORT_TURNS = ["-p", "angle_deg=30", "-p", "rates_deg_s=20"]
+ANSWERED = '[virtual.answers]\nno_change = "end"\n'
+
+
+def virtual_without_answers(idle_pace):
+    """Of a stand file without a simulation: nothing answers in the operator's place."""
+    return f'[virtual]\nscenario = "{ROOT}/config/scenarios/typical.toml"\nidle_pace = {idle_pace}\n'
+
+
+class Operator(unittest.TestCase):
+    def check_ended_in_order(self, bench, arguments, words):
+        done = bench.run("run", *arguments)
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        record = bench.newest_record()
+        run = json.loads((record / "run.json").read_text())
+        self.assertEqual(run["outcome"], "error", run["message"])
+        self.assertIn("end_utime", run)
+        for word in words:
+            self.assertIn(word, run["message"])
+            self.assertIn(word, done.stdout + done.stderr)
+        # What was recorded up to the end is whole.
+        self.assertTrue((record / "result.json").exists())
+        self.assertEqual(bench.run("analyze", record).returncode, 0)
+        # No fault: the next run may begin at once.
+        self.assertEqual(bench.json("status")["state"], "idle")
+        return run
+
+    def test_an_operator_who_never_answers_is_waited_for_and_then_the_run_ends(self):
+        with Bench(base="stand.toml", extra=virtual_without_answers(idle_pace=1000)) as bench:
+            run = self.check_ended_in_order(
+                bench, ["thermal", "-p", "warm_up_s=5", "-p", "patience_s=600", *SHORT_TURNS],
+                ["thermal.lua:", "nobody answered 'Switch the fan on", "fan_on", "within 600 s", "run it again"])
+            self.assertGreater(run["end_utime"] - run["start_utime"], 600e6)
+            self.assertEqual(bench.run("run", "scale", "-p", "turns=1", "-p", "initial_rest_s=2").returncode, 0)
+
+    def test_a_fan_that_does_not_cool_is_said_with_the_reading_and_what_was_expected(self):
+        scenario = 'include = "{root}/config/scenarios/typical.toml"\n[room]\nfan_drop_degC = 0\n'
+        with Bench(scenario=scenario, extra=ANSWERED) as bench:
+            self.check_ended_in_order(
+                bench, ["thermal", "-p", "warm_up_s=600", "-p", "cooling_s=60", *SHORT_TURNS],
+                ["cooling changed the gyro's own thermometer by", "expected -1 degC", "does the fan run"])
+
+    def test_a_heater_that_does_not_heat_is_said(self):
+        scenario = 'include = "{root}/config/scenarios/typical.toml"\n'
+        with Bench(scenario=scenario, extra=ANSWERED) as bench:
+            self.check_ended_in_order(
+                bench, ["thermal", "-p", "warm_up_s=1200", "-p", "cooling_s=0", "-p", "rewarming_s=30", *SHORT_TURNS],
+                ["warming changed the gyro's own thermometer by", "expected +1 degC", "is a heater connected"])
+
+
+if __name__ == "__main__":
+    unittest.main()
