@@ -34,6 +34,7 @@ enum class SequenceKind {
   kBothWays,     // z up, one speed, both ways
   kThreeSpeeds,  // z up, three speeds, both ways
   kWarmUpOnly,   // z up, at rest
+  kElsewhere,    // all axes in tilted poses, at other rates than the full sequence
 };
 
 // The order of the speeds is drawn. `repeats` times the whole, one after the other.
