@@ -27,8 +27,8 @@ std::string Cell(const std::vector<double>& values, const std::vector<double>& e
 
 void AddRow(Rows& rows, const std::string& name, const std::vector<double>& values,
             const std::vector<double>& errors, const std::string& unit) {
-  rows.push_back({name, Cell(values, errors, 0), Cell(values, errors, 1), Cell(values, errors, 2),
-                  unit});
+  rows.push_back(
+      {name, Cell(values, errors, 0), Cell(values, errors, 1), Cell(values, errors, 2), unit});
 }
 
 void AddVector(Rows& rows, const std::string& name, const Json& part, const std::string& values,
@@ -88,10 +88,9 @@ std::string GyroText(const Json& vector, const Terminal& terminal) {
 
 std::string CheckText(const Json& check, const Terminal& terminal) {
   const double before = Number(check, "rms_before_g"), after = Number(check, "rms_after_g");
-  std::string text = fmt::format("size of gravity in the poses: off 1 g by {} g rms",
-                                 FormatNumber(before, 2));
-  if (std::isfinite(after))
-    text += fmt::format(", {} g when corrected", FormatNumber(after, 2));
+  std::string text =
+      fmt::format("size of gravity in the poses: off 1 g by {} g rms", FormatNumber(before, 2));
+  if (std::isfinite(after)) text += fmt::format(", {} g when corrected", FormatNumber(after, 2));
   const double apart = Number(check, "largest_difference");
   if (std::isfinite(apart)) {
     constexpr double kApart = 3.5;  // one of nine beyond it: one time in 240
@@ -105,15 +104,15 @@ std::string CheckText(const Json& check, const Terminal& terminal) {
 
 std::string AccelerometerText(const Json& accelerometer, const Terminal& terminal) {
   if (!accelerometer.is_object()) return "";
-  std::string text = fmt::format("  accelerometer, {} rests: a = M g + offset\n",
-                                 Integer(accelerometer, "poses"));
+  std::string text =
+      fmt::format("  accelerometer, {} rests: a = M g + offset\n", Integer(accelerometer, "poses"));
   Rows rows;
   AddMatrix(rows, "M", accelerometer, "m", "m_std_error", "1");
   AddVector(rows, "offset", accelerometer, "offset_g", "offset_std_error_g", "g");
   const Json& split = Field(accelerometer, "split");
   if (split.is_object()) AddSplit(rows, split);
-  text += TableText(rows, {"", "x", "y", "z", ""}, terminal) +
-          AnglesText(split, terminal, "mounting");
+  text +=
+      TableText(rows, {"", "x", "y", "z", ""}, terminal) + AnglesText(split, terminal, "mounting");
   for (const Json& reason : Field(accelerometer, "because"))
     text += Paragraph(Plain(reason), terminal, 4);
   return text + CheckText(Field(accelerometer, "check"), terminal);

@@ -78,12 +78,9 @@ Markup GyroTable(const VectorCalibration& vector) {
 
 Markup SharedTable(const VectorCalibration& vector) {
   if (vector.shared.empty()) return {};
-  Table table({{"Felt by several channels"},
-               {"Channels"},
-               {"Value", true},
-               {"Unit"},
-               {"They agree", true}},
-              "parameters");
+  Table table(
+      {{"Felt by several channels"}, {"Channels"}, {"Value", true}, {"Unit"}, {"They agree", true}},
+      "parameters");
   for (const auto& shared : vector.shared) {
     table.AddRow({Code(shared.name), Markup::Text(shared.channels),
                   Cell(shared.value, shared.std_error), Markup::Text(PrintedUnit(shared.unit)),

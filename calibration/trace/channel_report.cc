@@ -19,7 +19,7 @@
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/selection.h"
 #include "calibration/trace/unidentifiable.h"
-#include "calibration/vector/gravity_row.h"
+#include "calibration/vector/make_row.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -172,9 +172,6 @@ class ChannelTracer {
     model_.axis = trace_.axis;
     model_.unit = OutputUnit(request_.trails.front().recording->info);
     model_.units_per_deg_s = request_.units_per_deg_s;
-    row_.channel = request_.channel;
-    row_.unit = model_.unit;
-    row_.units_per_deg_s = request_.units_per_deg_s;
     if (!EnoughData()) return {std::move(trace_), std::move(model_), std::move(row_)};
     baseline_ = problem_.MakeBaseline();
     RemarkOnBaseline();
@@ -245,7 +242,9 @@ class ChannelTracer {
     trace_.remaining = WhatRemains(problem_, fit, request_.covariates);
     Decide();
     FillModel(selection, fit);
-    FillRow(selection, fit, grow);
+    row_ = MakeChannelRow(problem_, baseline_, selection, fit, grow);
+    row_.unit = model_.unit;
+    row_.units_per_deg_s = model_.units_per_deg_s;
     if (request_.curves) trace_.curves = MakeCurves(problem_, fit, selection, noise);
   }
 
@@ -361,40 +360,6 @@ class ChannelTracer {
     model_.min_temperature_degC = problem_.min_temperature_degC();
     model_.max_temperature_degC = problem_.max_temperature_degC();
     model_.max_rate_deg_s = problem_.max_rate_deg_s();
-  }
-
-  void FillRow(const Selection& selection, const ChannelFit& fit, double grow) {
-    std::vector<Eigen::Index> from(3, -1);
-    for (std::size_t j = 0; j < baseline_.turned.size(); ++j)
-      from[baseline_.turned[j]] = static_cast<Eigen::Index>(j);
-    for (std::size_t i = 0; i < selection.members().size(); ++i) {
-      const Candidate& member = selection.members()[i];
-      const Effect* effect = member.effect;
-      // What the channels feel alike: errors of the angle that bench or reference make, where no
-      // part of them was searched for.
-      if (effect == nullptr || effect->domain != EffectDomain::kAngle ||
-          effect->owner == EffectOwner::kGyro || member.trail || member.searched())
-        continue;
-      for (std::size_t k = 0; k < effect->terms.size(); ++k) {
-        from.push_back(fit.member_begin[i] + static_cast<Eigen::Index>(k));
-        row_.shared.push_back(
-            {member.family + "." + effect->terms[k].name, effect->terms[k].unit});
-      }
-    }
-    const auto count = static_cast<Eigen::Index>(from.size());
-    row_.values = Eigen::VectorXd::Constant(count, kMissing);
-    row_.covariance = Eigen::MatrixXd::Constant(count, count, kMissing);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Eigen::Index at = from[static_cast<std::size_t>(i)];
-      if (at < 0) continue;
-      row_.values(i) = fit.values(at);
-      for (Eigen::Index j = 0; j < count; ++j) {
-        const Eigen::Index other = from[static_cast<std::size_t>(j)];
-        if (other >= 0) row_.covariance(i, j) = grow * grow * fit.covariance(at, other);
-      }
-    }
-    row_.gravity = FitGravityRow(problem_, selection, fit, grow);
-    row_.fitted = true;
   }
 
   void AppendNames(const Candidate& member) {

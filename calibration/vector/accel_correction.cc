@@ -13,7 +13,8 @@ AccelCorrection::AccelCorrection(const std::optional<VectorCalibration>& vector)
   Eigen::Vector3d offset;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    for (std::size_t j = 0; j < 3; ++j) m(row, static_cast<Eigen::Index>(j)) = accelerometer.m[i][j];
+    for (std::size_t j = 0; j < 3; ++j)
+      m(row, static_cast<Eigen::Index>(j)) = accelerometer.m[i][j];
     offset[row] = accelerometer.offset_g[i];
   }
   if (!offset.allFinite() || !(std::fabs(m.determinant()) > kLeastVolume)) return;

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/LU>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -46,8 +45,8 @@ ReferenceFit FitAt(std::span<const Pose> poses, double scatter_g2) {
   for (std::size_t c = 0; c < 3; ++c) {
     fit.axes[c] = SolveSeen(gram, right.col(static_cast<Eigen::Index>(c)), kLeastShare * weights);
     for (const Pose& pose : poses) {
-      const double left = pose.accel_g[static_cast<Eigen::Index>(c)] -
-                          fit.axes[c].values.dot(RowOf(pose));
+      const double left =
+          pose.accel_g[static_cast<Eigen::Index>(c)] - fit.axes[c].values.dot(RowOf(pose));
       fit.chi_square += left * left / (pose.variance_g2 + scatter_g2);
     }
     const auto& seen = fit.axes[c].seen;

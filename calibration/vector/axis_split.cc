@@ -100,8 +100,7 @@ std::optional<AxisSplit> SplitAxes(const MatrixWithCovariance& m) {
   const Vector3d angle = MountAngles(r);
   Put(angle * kDegPerRad, split.mount_deg);
   if (std::fabs(std::cos(angle[1])) < kGimbalLock) return split;
-  const Matrix39 turn =
-      kDegPerRad * TurnPerAngle(angle).inverse() * TurnSlope(directions, p, r);
+  const Matrix39 turn = kDegPerRad * TurnPerAngle(angle).inverse() * TurnSlope(directions, p, r);
   split.mount_std_error_deg = Errors(turn, m.covariance);
   return split;
 }

@@ -84,8 +84,7 @@ void Fill(const Fit& fit, double grow, GravityCheck* out) {
   for (std::size_t c = 0; c < 3; ++c) {
     put(c, 1.0, out->scale[c], out->scale_std_error[c]);
     put(3 + c, 1.0, out->offset_g[c], out->offset_std_error_g[c]);
-    put(6 + c, kDegPerRad, out->non_orthogonality_deg[c],
-        out->non_orthogonality_std_error_deg[c]);
+    put(6 + c, kDegPerRad, out->non_orthogonality_deg[c], out->non_orthogonality_std_error_deg[c]);
   }
 }
 

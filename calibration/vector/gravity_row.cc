@@ -18,14 +18,14 @@ constexpr const char* kId = "bias.g_linear";
 constexpr double kAbsorbed = 1e-6;
 
 struct LeftColumns {
-  Eigen::Matrix3d gram;       // of what the model leaves of them, columns of length 1 before
-  Eigen::Vector3d right;      // with the output
+  Eigen::Matrix3d gram;   // of what the model leaves of them, columns of length 1 before
+  Eigen::Vector3d right;  // with the output
   Eigen::Vector3d length;
 };
 
 // Everything that the model may bend to, taken off.
 LeftColumns Left(const ChannelProblem& problem, const Effect& effect, const Selection& selection,
-             const ChannelFit& fit) {
+                 const ChannelFit& fit) {
   BasisContext context;
   context.channel = problem.channel();
   Eigen::MatrixXd gravity = problem.Columns(effect, context);
@@ -44,8 +44,8 @@ LeftColumns Left(const ChannelProblem& problem, const Effect& effect, const Sele
 
 void Drop(const std::vector<std::string>& names, const std::string& why, GravityRow* row) {
   if (names.empty()) return;
-  row->because += fmt::format("{}{}: {}", row->because.empty() ? "" : "; ",
-                              fmt::join(names, ", "), why);
+  row->because +=
+      fmt::format("{}{}: {}", row->because.empty() ? "" : "; ", fmt::join(names, ", "), why);
 }
 
 // NaN where too little is known, with the reason.

@@ -58,9 +58,12 @@ json ToJson(const GSensitivity& g) {
 }
 
 json ToJson(const SharedParameter& shared) {
-  return {{"name", shared.name},         {"unit", shared.unit},
-          {"channels", shared.channels}, {"value", Number(shared.value)},
-          {"std_error", Number(shared.std_error)}, {"p_value", Number(shared.p_value)}};
+  return {{"name", shared.name},
+          {"unit", shared.unit},
+          {"channels", shared.channels},
+          {"value", Number(shared.value)},
+          {"std_error", Number(shared.std_error)},
+          {"p_value", Number(shared.p_value)}};
 }
 
 json ToJson(const GravityCheck& check) {

@@ -60,9 +60,12 @@ GSensitivity ReadGSensitivity(const Place& place) {
 
 SharedParameter ReadShared(const Place& place) {
   place.Keys({"name", "unit", "channels", "value", "std_error", "p_value"});
-  return {place["name"].Text(),           place["unit"].Text(),
-          place["channels"].Text(),       place["value"].NumberOrNull(),
-          place["std_error"].NumberOrNull(), place["p_value"].NumberOrNull()};
+  return {place["name"].Text(),
+          place["unit"].Text(),
+          place["channels"].Text(),
+          place["value"].NumberOrNull(),
+          place["std_error"].NumberOrNull(),
+          place["p_value"].NumberOrNull()};
 }
 
 GravityCheck ReadCheck(const Place& place) {

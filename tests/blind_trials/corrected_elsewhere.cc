@@ -54,10 +54,17 @@ class Tape : public MeasurementSink {
 void Correct(const calibration::Calibration& calibration, Tape& tape) {
   tape.info.covariates.clear();
   calibration::Corrector corrector(calibration, tape.info);
-  for (const GyroSample& sample : tape.samples) corrector.Add(sample, {});
-  corrector.End();
   calibration::Vector3 rate = {};
-  for (std::size_t i = 0; corrector.Next(&rate); ++i) tape.samples.at(i).xi = rate;
+  std::size_t corrected = 0;
+  const auto take = [&] {
+    for (; corrector.Next(&rate); ++corrected) tape.samples.at(corrected).xi = rate;
+  };
+  for (std::size_t i = 0; i < tape.samples.size(); ++i) {
+    corrector.Add(tape.samples[i], {});
+    take();
+  }
+  corrector.End();
+  take();
   tape.info.gyro_unit = GyroUnit::kDegPerSecond;
   tape.info.gyro_units_per_deg_s.reset();
 }

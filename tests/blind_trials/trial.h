@@ -51,9 +51,9 @@ struct TrialSpec {
 
 // The part that was drawn: its vector model, and its accelerometer's.
 struct TruePart {
-  config::Square m = {};          // row by row
-  config::Square g_linear = {};   // deg/s/g, row: output
-  double reference_degC = 25.0;   // of the bias's polynomial
+  config::Square m = {};                    // row by row
+  config::Square g_linear = {};             // deg/s/g, row: output
+  double reference_degC = 25.0;             // of the bias's polynomial
   std::array<config::Triple, 4> bias = {};  // deg/s/degC^k, of x, y, z
   config::Square accel_m = {};
   config::Triple accel_offset_g = {};

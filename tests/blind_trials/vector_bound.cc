@@ -93,8 +93,7 @@ std::vector<std::size_t> Stretches(const Eigen::MatrixXd& columns, Eigen::Index 
   std::vector<std::size_t> out(static_cast<std::size_t>(columns.rows()), 0);
   for (std::size_t k = 1; k < out.size(); ++k) {
     const auto row = static_cast<Eigen::Index>(k);
-    const bool turned =
-        std::fabs(columns(row, channel) - columns(row - 1, channel)) > kTurns_deg;
+    const bool turned = std::fabs(columns(row, channel) - columns(row - 1, channel)) > kTurns_deg;
     out[k] = out[k - 1] + (turned ? 1 : 0);
   }
   return out;
@@ -164,8 +163,7 @@ std::array<RowCovariance, 3> VectorBound(const TrialSpec& spec, double reference
   const Eigen::MatrixXd columns = Columns(sink.readings);
   std::array<RowCovariance, 3> out;
   for (Eigen::Index c = 0; c < 3; ++c) {
-    const std::vector<Filter> filters =
-        Filters(sink.readings, Stretches(columns, c), noise);
+    const std::vector<Filter> filters = Filters(sink.readings, Stretches(columns, c), noise);
     Eigen::MatrixXd white = columns;
     for (Eigen::Index j = 0; j < white.cols(); ++j) Whiten(filters, white.col(j));
     const Eigen::VectorXd scale = white.colwise().norm().cwiseInverse();

@@ -82,8 +82,7 @@ std::string Elsewhere(const std::vector<VectorOutcome>& outcomes) {
 
 std::string VectorTable(const std::vector<VectorOutcome>& outcomes) {
   std::string text;
-  for (const NoiseKind noise :
-       {NoiseKind::kWhite, NoiseKind::kHeavyTails, NoiseKind::kFlicker}) {
+  for (const NoiseKind noise : {NoiseKind::kWhite, NoiseKind::kHeavyTails, NoiseKind::kFlicker}) {
     std::vector<VectorOutcome> some;
     Lines groups, elements;
     for (const VectorOutcome& outcome : outcomes) {

@@ -147,9 +147,8 @@ calibration::Calibration CalibrationOf(const calibration::Traced& traced) {
 VectorOutcome RunVectorTrial(std::uint64_t seed) {
   VectorOutcome out;
   out.seed = seed;
-  TrialSpec spec{.seed = seed,
-                 .all_channels = true,
-                 .g_linear_deg_s_per_g = kGravitySpread_deg_s_per_g};
+  TrialSpec spec{
+      .seed = seed, .all_channels = true, .g_linear_deg_s_per_g = kGravitySpread_deg_s_per_g};
   try {
     calibration::Collector collector;
     const TrialTruth truth = RecordTrial(spec, collector);

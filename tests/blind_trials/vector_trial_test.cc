@@ -1,10 +1,10 @@
 // A slice of the vector trials: laws so loose that a sound calibration fails them by bad luck once
 // in many thousands of seeds.
+#include "tests/blind_trials/vector_trial.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "tests/blind_trials/vector_trial.h"
 
 namespace gyrobench::blind_trials {
 namespace {

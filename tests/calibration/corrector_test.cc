@@ -228,8 +228,7 @@ TEST(Corrector, TakesGravityFromTheAccelerometerAsItIsCalibrated) {
   const Vector3 k = {0.1, 0.2, -0.3};
   for (ChannelCalibration& channel : calibration.channels)
     channel.model.terms = {Term("bias.g_linear", {k[0], k[1], k[2]})};
-  AccelerometerCalibration& accelerometer =
-      calibration.vector.emplace().accelerometer.emplace();
+  AccelerometerCalibration& accelerometer = calibration.vector.emplace().accelerometer.emplace();
   accelerometer.m = {{{0.99, 0.1, 0.02}, {-0.1, 1.02, 0.0}, {0.01, 0.03, 1.0}}};
   accelerometer.offset_g = {0.05, -0.04, 0.03};
   const auto felt = [&](double t) {

@@ -138,16 +138,20 @@ TEST(AxisSplit, ErrorsAreThoseOfDifferences) {
     const auto split = SplitAxes(m);
     ASSERT_TRUE(split);
     const Eigen::VectorXd errors =
-        CovarianceByDifferences(m, [](const Matrix3d& value) {
-          const AxisSplit at = *SplitAxes({value, Matrix9::Zero()});
-          Eigen::VectorXd all(9);
-          for (Eigen::Index k = 0; k < 3; ++k) {
-            all[k] = at.scale[static_cast<std::size_t>(k)];
-            all[3 + k] = at.non_orthogonality_deg[static_cast<std::size_t>(k)];
-            all[6 + k] = at.mount_deg[static_cast<std::size_t>(k)];
-          }
-          return all;
-        }).diagonal().cwiseSqrt();
+        CovarianceByDifferences(m,
+                                [](const Matrix3d& value) {
+                                  const AxisSplit at = *SplitAxes({value, Matrix9::Zero()});
+                                  Eigen::VectorXd all(9);
+                                  for (Eigen::Index k = 0; k < 3; ++k) {
+                                    all[k] = at.scale[static_cast<std::size_t>(k)];
+                                    all[3 + k] =
+                                        at.non_orthogonality_deg[static_cast<std::size_t>(k)];
+                                    all[6 + k] = at.mount_deg[static_cast<std::size_t>(k)];
+                                  }
+                                  return all;
+                                })
+            .diagonal()
+            .cwiseSqrt();
     for (std::size_t k = 0; k < 3; ++k) {
       const auto j = static_cast<Eigen::Index>(k);
       EXPECT_NEAR(split->scale_std_error[k] / errors[j], 1.0, 1e-6);
@@ -240,7 +244,8 @@ TEST(Accelerometer, IntervalsCoverTheTruthAsOftenAsTheySay) {
     const auto fit = CalibrateAccelerometer(AnyPoses(truth, 20, kPoseError_g, random));
     for (std::size_t r = 0; r < 3; ++r) {
       const auto row = static_cast<Eigen::Index>(r);
-      covered += std::fabs(fit->offset_g[r] - truth.offset[row]) < 1.96 * fit->offset_std_error_g[r];
+      covered +=
+          std::fabs(fit->offset_g[r] - truth.offset[row]) < 1.96 * fit->offset_std_error_g[r];
       for (std::size_t c = 0; c < 3; ++c)
         covered += std::fabs(fit->m[r][c] - truth.m(row, static_cast<Eigen::Index>(c))) <
                    1.96 * fit->m_std_error[r][c];

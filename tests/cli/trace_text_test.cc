@@ -223,22 +223,21 @@ json Rows(double diagonal, double off) {
 }
 
 TEST(TraceText, TabulatesTheThreeAxesToTheDigitsOfTheirErrors) {
-  const json trace = {
-      {"channels", json::array()},
-      {"vector",
-       {{"unit", "LSB"},
-        {"missing", json::array()},
-        {"matrix",
-         {{"m", Rows(1.0123456, -0.00234567)},
-          {"m_std_error", Rows(1e-5, 2e-6)},
-          {"a", Rows(0.0075, 1e-5)},
-          {"a_std_error", Rows(1e-7, 1e-7)}}},
-        {"split",
-         {{"scale", {1.01, 1.02, 1.03}},
-          {"scale_std_error", {1e-3, 1e-3, 1e-3}},
-          {"mount_deg", {0.5, nullptr, -90.25}},
-          {"mount_std_error_deg", {0.01, nullptr, 0.01}}}},
-        {"remarks", {"a remark"}}}}};
+  const json trace = {{"channels", json::array()},
+                      {"vector",
+                       {{"unit", "LSB"},
+                        {"missing", json::array()},
+                        {"matrix",
+                         {{"m", Rows(1.0123456, -0.00234567)},
+                          {"m_std_error", Rows(1e-5, 2e-6)},
+                          {"a", Rows(0.0075, 1e-5)},
+                          {"a_std_error", Rows(1e-7, 1e-7)}}},
+                        {"split",
+                         {{"scale", {1.01, 1.02, 1.03}},
+                          {"scale_std_error", {1e-3, 1e-3, 1e-3}},
+                          {"mount_deg", {0.5, nullptr, -90.25}},
+                          {"mount_std_error_deg", {0.01, nullptr, 0.01}}}},
+                        {"remarks", {"a remark"}}}}};
   const std::string text = Flat(TraceText(trace, Terminal()));
   EXPECT_THAT(text, HasSubstr("Three axes"));
   EXPECT_THAT(text, HasSubstr("M x 1.012346 ± 0.000010 -0.0023457 ± 0.0000020"));
@@ -250,8 +249,7 @@ TEST(TraceText, TabulatesTheThreeAxesToTheDigitsOfTheirErrors) {
 TEST(TraceText, SaysWhyThereIsNoMatrix) {
   const json trace = {{"channels", json::array()},
                       {"vector", {{"missing", {"gyro x and y were not traced"}}}}};
-  EXPECT_THAT(TraceText(trace, Terminal()),
-              HasSubstr("no matrix: gyro x and y were not traced"));
+  EXPECT_THAT(TraceText(trace, Terminal()), HasSubstr("no matrix: gyro x and y were not traced"));
 }
 
 }  // namespace

@@ -271,10 +271,9 @@ calibration::VectorCalibration SampleVector() {
   }
   g.value[2][1] = kMissing;
   g.because = {"gyro z: the poses do not tell gravity along y from the rest of the model"};
-  vector.split = calibration::AxisSplit{{1.01, 0.99, 1.002}, {2e-6, 2e-6, 1e-6},
-                                        {0.11, -0.32, 0.05}, {3e-4, 3e-4, 2e-4},
-                                        {},                  {0.4, -0.12, 89.7},
-                                        {2e-4, 2e-4, 1e-4}};
+  vector.split = calibration::AxisSplit{
+      {1.01, 0.99, 1.002}, {2e-6, 2e-6, 1e-6}, {0.11, -0.32, 0.05}, {3e-4, 3e-4, 2e-4}, {},
+      {0.4, -0.12, 89.7},  {2e-4, 2e-4, 1e-4}};
   accelerometer.split = vector.split;
   accelerometer.check = calibration::GravityCheck{.rms_before_g = 0.013, .rms_after_g = 6e-5};
   vector.shared = {{"angle.latency.tau", "s", "xy", 1.2e-3, 2e-5, 0.41}};
