@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -25,8 +26,12 @@ std::string Cell(const std::vector<double>& values, const std::vector<double>& e
   return FormatMeasured(values[j], j < errors.size() ? errors[j] : std::nan(""));
 }
 
+// None where nothing of it is known.
 void AddRow(Rows& rows, const std::string& name, const std::vector<double>& values,
             const std::vector<double>& errors, const std::string& unit) {
+  const bool known =
+      std::any_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  if (!known) return;
   rows.push_back(
       {name, Cell(values, errors, 0), Cell(values, errors, 1), Cell(values, errors, 2), unit});
 }
@@ -45,6 +50,7 @@ void AddMatrix(Rows& rows, const std::string& name, const Json& part, const std:
 }
 
 std::string TableText(Rows rows, const std::vector<std::string>& head, const Terminal& terminal) {
+  if (rows.empty()) return "";
   rows.insert(rows.begin(), head);
   return FitLines(AlignColumns(rows, std::vector<Align>(5, Align::kLeft), 4), terminal);
 }
@@ -86,7 +92,14 @@ std::string GyroText(const Json& vector, const Terminal& terminal) {
   return text;
 }
 
-std::string CheckText(const Json& check, const Terminal& terminal) {
+std::string CheckText(const Json& check, const Terminal& terminal, bool alone) {
+  Rows rows;
+  std::string angles;
+  if (alone) {
+    AddVector(rows, "offset", check, "offset_g", "offset_std_error_g", "g");
+    AddSplit(rows, check);
+    angles = AnglesText(check, terminal, "");
+  }
   const double before = Number(check, "rms_before_g"), after = Number(check, "rms_after_g");
   std::string text =
       fmt::format("size of gravity in the poses: off 1 g by {} g rms", FormatNumber(before, 2));
@@ -99,7 +112,7 @@ std::string CheckText(const Json& check, const Terminal& terminal) {
         "standard errors{}",
         apart, apart > kApart ? ": reference and accelerometer contradict each other" : "");
   }
-  return Paragraph(text, terminal, 4);
+  return TableText(rows, {"", "x", "y", "z", ""}, terminal) + angles + Paragraph(text, terminal, 4);
 }
 
 std::string AccelerometerText(const Json& accelerometer, const Terminal& terminal) {
@@ -115,7 +128,8 @@ std::string AccelerometerText(const Json& accelerometer, const Terminal& termina
       TableText(rows, {"", "x", "y", "z", ""}, terminal) + AnglesText(split, terminal, "mounting");
   for (const Json& reason : Field(accelerometer, "because"))
     text += Paragraph(Plain(reason), terminal, 4);
-  return text + CheckText(Field(accelerometer, "check"), terminal);
+  // What the reference did not say, the size of gravity may.
+  return text + CheckText(Field(accelerometer, "check"), terminal, !split.is_object());
 }
 
 std::string SharedText(const Json& vector, const Terminal& terminal) {
@@ -139,14 +153,8 @@ std::string VectorText(const Json& vector, const Terminal& terminal) {
   std::string text;
   for (const Json& reason : Field(vector, "missing"))
     text += Paragraph("no matrix: " + Plain(reason), terminal, 2);
-  // Of one axis alone its own section says it all.
-  const bool several = Field(vector, "matrix").is_object();
-  if (several || Field(vector, "missing").empty()) {
-    text += GyroText(vector, terminal) + SharedText(vector, terminal);
-  } else if (Field(vector, "g_sensitivity").is_object()) {
-    text += GyroText(vector, terminal);
-  }
-  text += AccelerometerText(Field(vector, "accelerometer"), terminal);
+  text += GyroText(vector, terminal) + SharedText(vector, terminal) +
+          AccelerometerText(Field(vector, "accelerometer"), terminal);
   for (const Json& remark : Field(vector, "remarks")) text += Paragraph(Plain(remark), terminal, 2);
   return text.empty() ? "" : terminal.Bold("Three axes") + "\n" + text;
 }

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "report/number.h"
@@ -29,6 +30,9 @@ class ThreeColumns {
   void Group(const std::string& title) { table_.AddGroup(Markup::Text(title)); }
   void Add(const std::string& name, const Vector3& values, const Vector3& errors,
            const std::string& unit) {
+    const bool known = std::any_of(values.begin(), values.end(),
+                                   [](double value) { return std::isfinite(value); });
+    if (!known) return;
     table_.AddRow({Markup::Text(name), Cell(values[0], errors[0]), Cell(values[1], errors[1]),
                    Cell(values[2], errors[2]), Markup::Text(PrintedUnit(unit))});
   }
@@ -108,7 +112,16 @@ Markup AccelerometerPart(const AccelerometerCalibration& accelerometer) {
   table.Group(fmt::format("Accelerometer = M g + offset, {} rests", accelerometer.poses));
   table.Add("M", accelerometer.m, accelerometer.m_std_error, "1");
   table.Add("Offset", accelerometer.offset_g, accelerometer.offset_std_error_g, "g");
-  if (accelerometer.split) table.AddSplit(*accelerometer.split);
+  if (accelerometer.split) {
+    table.AddSplit(*accelerometer.split);
+  } else if (accelerometer.check) {
+    const GravityCheck& check = *accelerometer.check;
+    table.Group("By the size of gravity alone");
+    table.Add("Offset", check.offset_g, check.offset_std_error_g, "g");
+    table.Add("Scale factor", check.scale, check.scale_std_error, "1");
+    table.Add("Non-orthogonality (y–z, z–x, x–y)", check.non_orthogonality_deg,
+              check.non_orthogonality_std_error_deg, "deg");
+  }
   Markup out = table.ToMarkup() + Reasons(accelerometer.because);
   if (accelerometer.check) out += Paragraph(CheckText(*accelerometer.check), "note");
   return out;
