@@ -12,7 +12,7 @@ namespace {
 // 81 numbers a part: one of them beyond five standard errors by chance in 20 000 parts.
 TEST(VectorTrial, EveryNumberIsWithinItsErrorAndTheErrorsAreNearTheBound) {
   double square = 0.0, count = 0.0;
-  for (const std::uint64_t seed : {1, 2}) {
+  for (const std::uint64_t seed : {1U, 2U}) {
     const VectorOutcome outcome = RunVectorTrial(seed);
     ASSERT_EQ(outcome.failure, "");
     for (const StatedNumber& number : outcome.numbers) {

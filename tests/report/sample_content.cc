@@ -245,7 +245,7 @@ ChannelTrace HostileChannel() {
 ReportContent ExplainedSample() {
   ReportContent content;
   content.provenance = SampleProvenance();
-  content.trace = {{SampleInput()}, {ExplainedChannel()}, {}};
+  content.trace = {{SampleInput()}, {ExplainedChannel()}, {}, {}};
   return content;
 }
 
