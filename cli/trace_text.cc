@@ -14,6 +14,7 @@
 #include "cli/noise_text.h"
 #include "cli/number_text.h"
 #include "cli/unseen_text.h"
+#include "cli/vector_text.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -179,7 +180,7 @@ std::string TraceText(const Json& trace, const Terminal& terminal,
     text += inside;
   }
   for (const std::string& part :
-       {UnseenText(channels, terminal),
+       {VectorText(Field(trace, "vector"), terminal), UnseenText(channels, terminal),
         InputsText(Field(trace, "inputs"), terminal) + TraceRemarks(trace, terminal)}) {
     if (!part.empty()) text += (text.empty() ? "" : "\n") + part;
   }

@@ -10,9 +10,9 @@
 namespace gyrobench::cli {
 
 // A line for each axis with its verdict first; then axis by axis effects, baseline, figures and
-// what remains; then what the data could not show, the inputs and the remarks, each said once for
-// all axes. `largest_rates_deg_s`: of the channels in their order, to judge nonlinearities by; may
-// be empty. Ends in a newline.
+// what remains; then the three axes together; then what the data could not show, the inputs and the
+// remarks, each said once for all axes. `largest_rates_deg_s`: of the channels in their order, to
+// judge nonlinearities by; may be empty. Ends in a newline.
 std::string TraceText(const nlohmann::json& trace, const Terminal& terminal,
                       const std::vector<double>& largest_rates_deg_s = {});
 

@@ -171,6 +171,7 @@ calibration::Calibration MakeCalibration(const TracedInputs& inputs,
                                   recording.samples,
                                   recording.last_time_s - recording.first_time_s});
   }
+  calibration.vector = inputs.traced.result.vector;
   const auto& channels = inputs.traced.result.channels;
   for (std::size_t i = 0; i < channels.size(); ++i) {
     calibration.channels.push_back({inputs.traced.models.at(i), channels[i].verdict,

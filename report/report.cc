@@ -94,6 +94,7 @@ Markup TraceSections(const calibration::TraceResult& trace, Charter& charter) {
   Markup page = VerdictSection(trace);
   for (const auto& channel : trace.channels) page += ChartSection(channel, charter);
   page += ParameterSection(trace);
+  page += VectorSection(trace.vector);
   page += EffectSection(trace);
   page += RivalSection(trace);
   page += UnidentifiableSection(trace);

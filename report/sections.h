@@ -15,6 +15,8 @@ Markup VerdictSection(const calibration::TraceResult& trace);
 // Residual against all that was looked at, spectrum, Allan deviation.
 Markup ChartSection(const calibration::ChannelTrace& channel, Charter& charter);
 Markup ParameterSection(const calibration::TraceResult& trace);
+// The three axes as one sensor, and the accelerometer. Empty where there is nothing of either.
+Markup VectorSection(const calibration::VectorCalibration& vector);
 // Each effect with its cause, and whose it is.
 Markup EffectSection(const calibration::TraceResult& trace);
 // Empty where no effect was named.

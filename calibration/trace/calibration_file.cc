@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibration/trace/effect.h"
+#include "calibration/vector/vector_json.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -116,16 +117,19 @@ json ToJson(const Calibration& calibration) {
   for (const ChannelCalibration& channel : calibration.channels) {
     channels.push_back(ToJson(channel));
   }
-  return {{"format", kCalibrationFormat},
-          {"model",
-           "xi / s0 = sum_j M_j w_j + sum_k b_k (T - T0)^k + sum of terms [deg/s]; gyrobench's "
-           "docs/calibration.md"},
-          {"sensor", calibration.sensor},
-          {"created", calibration.created},
-          {"version", calibration.version},
-          {"inputs", inputs},
-          {"configuration", calibration.configuration},
-          {"channels", channels}};
+  json file = {
+      {"format", kCalibrationFormat},
+      {"model",
+       "xi / s0 = sum_j M_j w_j + sum_k b_k (T - T0)^k + sum of terms [deg/s]; gyrobench's "
+       "docs/calibration.md"},
+      {"sensor", calibration.sensor},
+      {"created", calibration.created},
+      {"version", calibration.version},
+      {"inputs", inputs},
+      {"configuration", calibration.configuration},
+      {"channels", channels}};
+  if (calibration.vector) file["vector"] = ToJson(*calibration.vector);
+  return file;
 }
 
 }  // namespace gyrobench::calibration

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,7 @@ struct Calibration {
   std::vector<CalibrationInput> inputs;
   std::map<std::string, std::string> configuration;  // of the trace: seed ...
   std::vector<ChannelCalibration> channels;
+  std::optional<VectorCalibration> vector = {};  // the channels as one sensor
 };
 
 // The id that the catalogue knows: "bias.of" of the term "bias.of(supply_v)".

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -13,107 +12,13 @@
 #include "calibration/trace/calibration_file.h"
 #include "calibration/trace/effect.h"
 #include "calibration/trace/empirical_curve.h"
+#include "calibration/trace/json_place.h"
+#include "calibration/vector/vector_json.h"
 
 namespace gyrobench::calibration {
 namespace {
 
 using nlohmann::json;
-
-// A value of the file and the way to it, for messages: "cal.json: channels[0].m_row".
-class Place {
- public:
-  Place(const json& value, const std::string& file, std::string path = "")
-      : value_(value), file_(file), path_(std::move(path)) {}
-
-  const json& value() const { return value_; }
-  [[noreturn]] void Fail(const std::string& what) const {
-    throw DataError(fmt::format("{}: {}{}{}", file_, path_, path_.empty() ? "" : ": ", what));
-  }
-  [[noreturn]] void Expected(const std::string& what) const {
-    std::string found = value_.dump(-1, ' ', true, json::error_handler_t::replace);
-    if (found.size() > 60) found.replace(60, std::string::npos, "...");
-    Fail(fmt::format("expected {}, found {}", what, found));
-  }
-
-  // An object with exactly these keys; `optional` ones may be missing.
-  const Place& Keys(std::initializer_list<const char*> keys,
-                    std::initializer_list<const char*> optional = {}) const {
-    if (!value_.is_object()) Expected("an object {...}");
-    for (const char* key : keys) {
-      if (!value_.contains(key)) Fail(fmt::format("the key \"{}\" is missing", key));
-    }
-    for (const auto& item : value_.items()) {
-      const bool known = std::find(keys.begin(), keys.end(), item.key()) != keys.end() ||
-                         std::find(optional.begin(), optional.end(), item.key()) != optional.end();
-      if (!known) {
-        Fail(fmt::format("unknown key \"{}\"; expected {}", item.key(), fmt::join(keys, ", ")));
-      }
-    }
-    return *this;
-  }
-  Place operator[](const char* key) const {
-    return {value_.at(key), file_, path_ + (path_.empty() ? "" : ".") + key};
-  }
-  std::vector<Place> List() const {
-    if (!value_.is_array()) Expected("a list [...]");
-    std::vector<Place> places;
-    for (std::size_t i = 0; i < value_.size(); ++i) {
-      places.emplace_back(value_[i], file_, fmt::format("{}[{}]", path_, i));
-    }
-    return places;
-  }
-
-  std::string Text() const {
-    if (!value_.is_string()) Expected("a text");
-    return value_.get<std::string>();
-  }
-  double Number() const {
-    if (!value_.is_number()) Expected("a number");
-    return value_.get<double>();
-  }
-  double NumberOrNull() const { return value_.is_null() ? kMissing : Number(); }
-  double Positive() const {
-    if (!value_.is_number() || !(Number() > 0.0)) Expected("a number above 0");
-    return Number();
-  }
-  std::int64_t Count() const {
-    if (!value_.is_number_integer() || value_.get<std::int64_t>() < 0) Expected("a count");
-    return value_.get<std::int64_t>();
-  }
-  bool Flag() const {
-    if (!value_.is_boolean()) Expected("true or false");
-    return value_.get<bool>();
-  }
-  std::vector<double> Numbers() const {
-    std::vector<double> values;
-    for (const Place& place : List()) values.push_back(place.Number());
-    return values;
-  }
-  template <std::size_t kCount>
-  std::array<double, kCount> NumbersOrNull() const {
-    const std::vector<Place> places = List();
-    if (places.size() != kCount) Expected(fmt::format("{} numbers", kCount));
-    std::array<double, kCount> values;
-    for (std::size_t i = 0; i < kCount; ++i) values[i] = places[i].NumberOrNull();
-    return values;
-  }
-  std::vector<std::string> Texts() const {
-    std::vector<std::string> values;
-    for (const Place& place : List()) values.push_back(place.Text());
-    return values;
-  }
-  // The one of `choices`, in whose order they are numbered.
-  std::size_t Choice(const std::vector<std::string>& choices) const {
-    const auto found = std::find(choices.begin(), choices.end(), Text());
-    if (found == choices.end()) Expected(fmt::format("one of {}", fmt::join(choices, ", ")));
-    return static_cast<std::size_t>(found - choices.begin());
-  }
-
- private:
-  const json& value_;
-  const std::string& file_;
-  std::string path_;
-};
 
 HeldOut ReadHeldOut(const Place& place) {
   place.Keys({"before", "after", "reduction_ci95"});
@@ -285,8 +190,10 @@ void CheckFormat(const json& value, const std::string& file) {
 Calibration CalibrationFromJson(const json& value, const std::string& file) {
   CheckFormat(value, file);
   const Place top(value, file);
+  // Files written before the axes were joined stay readable.
   top.Keys(
-      {"format", "model", "sensor", "created", "version", "inputs", "configuration", "channels"});
+      {"format", "model", "sensor", "created", "version", "inputs", "configuration", "channels"},
+      {"vector"});
   Calibration calibration;
   calibration.sensor = top["sensor"].Text();
   calibration.created = top["created"].Text();
@@ -306,6 +213,7 @@ Calibration CalibrationFromJson(const json& value, const std::string& file) {
     }
   }
   if (calibration.channels.empty()) top["channels"].Expected("at least one channel");
+  if (value.contains("vector")) calibration.vector = VectorFromJson(top["vector"]);
   return calibration;
 }
 

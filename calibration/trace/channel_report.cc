@@ -20,6 +20,7 @@
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/selection.h"
 #include "calibration/trace/unidentifiable.h"
+#include "calibration/vector/make_row.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -177,7 +178,7 @@ class ChannelTracer {
     model_.axis = trace_.axis;
     model_.unit = OutputUnit(request_.trails.front().recording->info);
     model_.units_per_deg_s = request_.units_per_deg_s;
-    if (!EnoughData()) return {std::move(trace_), std::move(model_)};
+    if (!EnoughData()) return {std::move(trace_), std::move(model_), std::move(row_)};
     baseline_ = problem_.MakeBaseline();
     RemarkOnBaseline();
     std::optional<SearchedChannel> found =
@@ -187,7 +188,7 @@ class ChannelTracer {
     } else {
       trace_.summary = "Not traced: " + trace_.remarks.back() + ".";
     }
-    return {std::move(trace_), std::move(model_)};
+    return {std::move(trace_), std::move(model_), std::move(row_)};
   }
 
  private:
@@ -247,6 +248,9 @@ class ChannelTracer {
     trace_.remaining = WhatRemains(problem_, fit, request_.covariates);
     Decide();
     FillModel(selection, fit);
+    row_ = MakeChannelRow(problem_, baseline_, selection, fit, grow);
+    row_.unit = model_.unit;
+    row_.units_per_deg_s = model_.units_per_deg_s;
     if (request_.curves) trace_.curves = MakeCurves(problem_, fit, selection, noise);
   }
 
@@ -387,6 +391,7 @@ class ChannelTracer {
   Baseline baseline_;
   ChannelTrace trace_;
   ChannelModel model_;
+  ChannelRow row_;
 };
 
 }  // namespace

@@ -4,12 +4,14 @@
 #include "calibration/trace/channel_model.h"
 #include "calibration/trace/channel_request.h"
 #include "calibration/trace/trace_result.h"
+#include "calibration/vector/channel_row.h"
 
 namespace gyrobench::calibration {
 
 struct TracedChannel {
   ChannelTrace trace;
   ChannelModel model;
+  ChannelRow row;  // for the three axes together
 };
 
 TracedChannel TraceChannel(const ChannelRequest& request);

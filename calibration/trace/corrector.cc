@@ -14,6 +14,7 @@
 #include "calibration/trace/corrector_channel.h"
 #include "calibration/trace/model_terms.h"
 #include "calibration/trace/slow_state.h"
+#include "calibration/vector/accel_correction.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -86,6 +87,7 @@ class Corrector::Impl {
       : calibration_(calibration),
         info_(info),
         to_output_(info.gyro_unit == GyroUnit::kRadPerSecond ? 180.0 / std::numbers::pi : 1.0),
+        accel_(calibration.vector),
         slow_(info.covariates.size()) {
     CheckSensor(calibration_, info, options.any_sensor);
     std::string unknown = OneSensorUnknown(calibration_, info);
@@ -101,7 +103,8 @@ class Corrector::Impl {
     for (unsigned mask = 1; mask < 8; ++mask) MakeInverse(mask);
   }
 
-  void Add(const GyroSample& sample, std::span<const double> covariates) {
+  void Add(GyroSample sample, std::span<const double> covariates) {
+    sample.accel_g = accel_.Apply(sample.accel_g);
     slow_.Add(sample, covariates);
     waiting_.push_back({sample.t_s, sample.xi});
     for (double& xi : waiting_.back().xi) xi *= to_output_;
@@ -330,6 +333,7 @@ class Corrector::Impl {
   std::array<CorrectorChannel, 3> channels_;
   Vector3 largest_deg_s_ = {kMissing, kMissing, kMissing};  // of the calibration
   std::array<Eigen::Matrix3d, 8> inverse_;
+  const AccelCorrection accel_;
   SlowState slow_;
   std::deque<Waiting> waiting_;
   TrackPoint point_;

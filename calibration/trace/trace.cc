@@ -12,6 +12,7 @@
 #include "calibration/trace/run_order.h"
 #include "calibration/trace/shared_columns.h"
 #include "calibration/trace/trail.h"
+#include "calibration/vector/make_vector.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -168,6 +169,7 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
   const SharedColumns columns = FindSharedColumns(recordings, &out.result.remarks);
   const Runs runs = MakeRuns(recordings, columns.names, &out.result);
   const std::vector<std::size_t> channels = ChannelsOf(recordings, &out.result.remarks);
+  std::vector<ChannelRow> rows;
   for (std::size_t k = 0; k < channels.size(); ++k) {
     const std::size_t c = channels[k];
     ChannelRequest request;
@@ -184,9 +186,11 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
     AddUnidentifiable(columns.unidentifiable, &traced.trace);
     out.result.channels.push_back(std::move(traced.trace));
     out.models.push_back(std::move(traced.model));
+    rows.push_back(std::move(traced.row));
     if (options.progress)
       options.progress(static_cast<double>(k + 1) / static_cast<double>(channels.size()));
   }
+  out.result.vector = MakeVectorCalibration(rows, runs.trails);
   return out;
 }
 

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "calibration/vector/vector_json.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -108,6 +110,7 @@ json ToJson(const TraceResult& result) {
   return {{"format", kTraceFormat},
           {"inputs", List(result.inputs)},
           {"channels", List(result.channels)},
+          {"vector", ToJson(result.vector)},
           {"remarks", result.remarks}};
 }
 

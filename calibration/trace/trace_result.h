@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/measurement.h"
+#include "calibration/vector/vector_calibration.h"
 
 namespace gyrobench::calibration {
 
@@ -135,6 +136,7 @@ struct TraceResult {
   std::vector<TraceInput> inputs;
   std::vector<ChannelTrace> channels;
   std::vector<std::string> remarks;  // of the measurement as a whole
+  VectorCalibration vector;          // the channels as one sensor
 };
 
 }  // namespace gyrobench::calibration

@@ -148,6 +148,18 @@ void PoseAndRest(Planner& plan, double middle_deg, double inner_deg) {
   plan.Rest(20);
 }
 
+void PlanElsewhere(Planner& plan) {
+  plan.Rest(120);
+  for (const auto& [middle_deg, inner_deg] :
+       {std::pair{0.0, 0.0}, {35.0, 20.0}, {70.0, -50.0}, {115.0, 130.0}, {150.0, 65.0}}) {
+    plan.Pose(middle_deg, inner_deg);
+    plan.Legs(kInner, {{3.7, 40}, {15, 110}, {29, 200}});
+    plan.Legs(kOuter, {{10, 90}, {22, 150}, {38, 300}});
+    plan.Legs(kMiddle, {{7, 25}, {20, 30}});
+  }
+  plan.Rest(60);
+}
+
 void PlanPoor(SequenceKind kind, Planner& plan) {
   plan.Rest(300);
   for (int i = 0; i < 12; ++i) {
@@ -171,6 +183,7 @@ void PlanPoor(SequenceKind kind, Planner& plan) {
         break;
       case SequenceKind::kWarmUpOnly:
       case SequenceKind::kFull:
+      case SequenceKind::kElsewhere:
         plan.Rest(60);
         break;
     }
@@ -185,6 +198,8 @@ Sequence MakeSequence(SequenceKind kind, std::mt19937_64& random, int repeats) {
   for (int i = 0; i < repeats; ++i) {
     if (kind == SequenceKind::kFull) {
       PlanFull(plan);
+    } else if (kind == SequenceKind::kElsewhere) {
+      PlanElsewhere(plan);
     } else {
       PlanPoor(kind, plan);
     }

@@ -36,6 +36,7 @@ enum class SequenceKind {
   kWarmUpOnly,   // z up, at rest
   kUpAndDown,    // z up, z down, turning both ways: of the Earth's rotation its vertical part shows
   kSixPoses,     // still with each axis up and down
+  kElsewhere,    // all axes in tilted poses, at other rates than the full sequence
 };
 
 // The order of the speeds is drawn. `repeats` times the whole, one after the other.

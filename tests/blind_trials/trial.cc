@@ -74,6 +74,34 @@ config::Scenario Noiseless() {
   return scenario;
 }
 
+// Noise is drawn after the order of the full sequence, whichever is recorded: the part stays the
+// same.
+Sequence DrawSequence(const TrialSpec& spec, Random& random) {
+  if (spec.sequence != SequenceKind::kElsewhere)
+    return MakeSequence(spec.sequence, random, spec.repeats);
+  Random own = random;
+  MakeSequence(SequenceKind::kFull, random);
+  return MakeSequence(spec.sequence, own, spec.repeats);
+}
+
+config::Square WithDiagonal(const config::Square& off, const config::Triple& scale_rel) {
+  config::Square out = off;
+  for (std::size_t i = 0; i < 3; ++i) out[4 * i] = 1.0 + scale_rel[i];
+  return out;
+}
+
+TruePart PartOf(const config::Scenario& specimen) {
+  const config::GyroScenario& gyro = specimen.gyro;
+  const config::AccelerometerScenario& accel = specimen.accelerometer;
+  return {.m = WithDiagonal(gyro.cross_axis_rel, gyro.scale_rel),
+          .g_linear = gyro.g_linear_deg_s_per_g,
+          .reference_degC = gyro.reference_degC,
+          .bias = {gyro.bias_deg_s, gyro.bias_deg_s_per_degC, gyro.bias_deg_s_per_degC2,
+                   gyro.bias_deg_s_per_degC3},
+          .accel_m = WithDiagonal(accel.cross_axis_rel, accel.scale_rel),
+          .accel_offset_g = accel.offset_g};
+}
+
 }  // namespace
 
 const config::StandConfig& TrialStand() { return Stand(); }
@@ -95,8 +123,10 @@ DrawnTrial DrawTrial(const TrialSpec& spec, const PartSeeds& seeds, double durat
   // so that what is hidden is the same.
   const bool idle_column = random() % 5 == 0;
   if (spec.ideal) scenario = Noiseless();
+  if (!spec.ideal) scenario.drawn.gyro_g_linear_deg_s_per_g = spec.g_linear_deg_s_per_g;
   Bench& bench = drawn.bench;
   bench.specimen = stand::DrawSpecimen(scenario, seeds.part);
+  truth.part = PartOf(bench.specimen);
   bench.duration_s = duration_s;
   bench.options.source = spec.name;
   bench.options.channels = {spec.all_channels, spec.all_channels, true};
@@ -116,7 +146,7 @@ DrawnTrial DrawTrial(const TrialSpec& spec, const PartSeeds& seeds, double durat
 TrialTruth RecordTrial(const TrialSpec& spec, MeasurementSink& sink) {
   Random random(stand::Mix(spec.seed));
   const PartSeeds seeds = DrawSeeds(spec, random);
-  const Sequence sequence = MakeSequence(spec.sequence, random, spec.repeats);
+  const Sequence sequence = DrawSequence(spec, random);
   const DrawnTrial drawn = DrawTrial(spec, seeds, sequence.duration_s, random);
   Record(Stand(), drawn.bench.specimen, sequence, seeds.noise, drawn.bench.options, sink);
   return drawn.truth;

@@ -5,6 +5,7 @@
 //   TrialTruth truth = RecordTrial({.seed = 7, .effects = {{"scale.cubic", kMid}}}, collector);
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <random>
 #include <string>
@@ -38,6 +39,8 @@ struct TrialSpec {
   SequenceKind sequence = SequenceKind::kFull;
   std::vector<HiddenEffect> effects = {};
   bool all_channels = false;  // otherwise z alone; effects are on z
+  // Standard deviation of the part's sensitivities to gravity, drawn for all channels.
+  double g_linear_deg_s_per_g = 0.0;
   double reference_rate_hz = 10.0;
   bool latitude_known = true;  // to the recording
   int repeats = 1;             // of the sequence
@@ -48,12 +51,23 @@ struct TrialSpec {
   std::string name = "recording";
 };
 
+// The part that was drawn: its vector model, and its accelerometer's.
+struct TruePart {
+  config::Square m = {};                    // row by row
+  config::Square g_linear = {};             // deg/s/g, row: output
+  double reference_degC = 25.0;             // of the bias's polynomial
+  std::array<config::Triple, 4> bias = {};  // deg/s/degC^k, of x, y, z
+  config::Square accel_m = {};
+  config::Triple accel_offset_g = {};
+};
+
 struct TrialTruth {
   struct Effect {
     std::string id;
     std::vector<TrueParameter> parameters;
   };
   std::vector<Effect> effects;
+  TruePart part;
   NoiseKind noise = NoiseKind::kWhite;
   double angle_random_walk_deg_sqrt_s = 0.0;
   double bias_random_walk_deg_s_sqrt_s = 0.0;

@@ -123,6 +123,21 @@ TEST(CalibrationFile, GivesEveryFieldBackToTheLastBit) {
   ExpectSame(a.covariance, b.covariance);
 }
 
+// Older files have no such key, and stay readable.
+TEST(CalibrationFile, GivesTheThreeAxesBackWhereTheyAreThere) {
+  EXPECT_FALSE(CalibrationFromJson(Written(), "cal.json").vector);
+  Calibration before = Full();
+  before.vector.emplace().missing = {"gyro x was not traced"};
+  before.vector->matrix.emplace().m[1] = {1.0 / 3.0, kMissing, 1.0};
+  before.vector->matrix->m_covariance.assign(81, 1.0 / 7.0);
+  before.vector->matrix->a_covariance.assign(81, kMissing);
+  const json written = json::parse(ToJson(before).dump());
+  EXPECT_EQ(ToJson(CalibrationFromJson(written, "cal.json")), written);
+  json damaged = written;
+  damaged["vector"]["matrix"].erase("a");
+  EXPECT_THAT(ErrorOf(damaged), HasSubstr("vector.matrix: the key \"a\" is missing"));
+}
+
 TEST(CalibrationFile, GivesEveryTermBackToTheLastBit) {
   const Calibration before = Full();
   const Calibration after = CalibrationFromJson(Written(), "cal.json");

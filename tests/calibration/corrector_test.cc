@@ -222,6 +222,30 @@ INSTANTIATE_TEST_SUITE_P(
             [](std::size_t, double at, const Vector3&) { return 0.3 - 0.4 * (Supply(at) - 3.0); }}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
+// Its sensitivity to gravity is along the axes of the table, where a tilted accelerometer is not.
+TEST(Corrector, TakesGravityFromTheAccelerometerAsItIsCalibrated) {
+  Calibration calibration = ThreeAxes();
+  const Vector3 k = {0.1, 0.2, -0.3};
+  for (ChannelCalibration& channel : calibration.channels)
+    channel.model.terms = {Term("bias.g_linear", {k[0], k[1], k[2]})};
+  AccelerometerCalibration& accelerometer = calibration.vector.emplace().accelerometer.emplace();
+  accelerometer.m = {{{0.99, 0.1, 0.02}, {-0.1, 1.02, 0.0}, {0.01, 0.03, 1.0}}};
+  accelerometer.offset_g = {0.05, -0.04, 0.03};
+  const auto felt = [&](double t) {
+    GyroSample sample = Sample(t, calibration, [&](std::size_t, double, const Vector3&) {
+      return k[0] * Gravity()[0] + k[1] * Gravity()[1] + k[2] * Gravity()[2];
+    });
+    for (std::size_t i = 0; i < 3; ++i) {
+      sample.accel_g[i] = accelerometer.offset_g[i];
+      for (std::size_t j = 0; j < 3; ++j) sample.accel_g[i] += accelerometer.m[i][j] * Gravity()[j];
+    }
+    return sample;
+  };
+  EXPECT_LT(LargestError(Correct(calibration, Info(), felt).rates), 1e-3);
+  accelerometer.m[0][0] = kMissing;  // not all of it known: as it is
+  EXPECT_GT(LargestError(Correct(calibration, Info(), felt).rates), 1e-2);
+}
+
 TEST(Corrector, LeavesEffectsOfReferenceAndBenchAloneAndSaysSo) {
   Calibration calibration = ThreeAxes();
   ModelTerm eccentricity = Term("angle.eccentricity_1", {5.0, 5.0});

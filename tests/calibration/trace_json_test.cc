@@ -44,6 +44,8 @@ void ExpectKeys(const json& object, std::initializer_list<const char*> keys) {
 TEST(TraceJson, HoldsEveryKeyOfTheFormat) {
   const json trace = ToJson(Full());
   EXPECT_EQ(trace["format"], "gyrobench.trace/1");
+  ExpectKeys(trace["vector"], {"missing", "unit", "matrix", "split", "g_sensitivity", "shared",
+                               "accelerometer", "remarks"});
   ExpectKeys(trace["inputs"][0], {"file", "samples", "duration_s", "defects"});
   ExpectKeys(trace["inputs"][0]["defects"][0], {"kind", "count", "first_t_s"});
   const json& channel = trace["channels"][0];

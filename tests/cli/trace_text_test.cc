@@ -213,5 +213,44 @@ TEST(TraceText, GivesNoVerdictOnAnAxisThatWasNotFitted) {
   EXPECT_THAT(TraceText(trace, Terminal()), StartsWith("Gyro x: not traced"));
 }
 
+json Rows(double diagonal, double off) {
+  json rows = json::array();
+  for (int i = 0; i < 3; ++i) {
+    rows.push_back({off, off, off});
+    rows.back()[static_cast<std::size_t>(i)] = diagonal;
+  }
+  return rows;
+}
+
+TEST(TraceText, TabulatesTheThreeAxesToTheDigitsOfTheirErrors) {
+  const json trace = {{"channels", json::array()},
+                      {"vector",
+                       {{"unit", "LSB"},
+                        {"missing", json::array()},
+                        {"matrix",
+                         {{"m", Rows(1.0123456, -0.00234567)},
+                          {"m_std_error", Rows(1e-5, 2e-6)},
+                          {"a", Rows(0.0075, 1e-5)},
+                          {"a_std_error", Rows(1e-7, 1e-7)}}},
+                        {"split",
+                         {{"scale", {1.01, 1.02, 1.03}},
+                          {"scale_std_error", {1e-3, 1e-3, 1e-3}},
+                          {"mount_deg", {0.5, nullptr, -90.25}},
+                          {"mount_std_error_deg", {0.01, nullptr, 0.01}}}},
+                        {"remarks", {"a remark"}}}}};
+  const std::string text = Flat(TraceText(trace, Terminal()));
+  EXPECT_THAT(text, HasSubstr("Three axes"));
+  EXPECT_THAT(text, HasSubstr("M x 1.012346 ± 0.000010 -0.0023457 ± 0.0000020"));
+  EXPECT_THAT(text, HasSubstr("scale factor 1.0100 ± 0.0010 1.0200 ± 0.0010"));
+  EXPECT_THAT(text, HasSubstr("mounting 0.500 ± 0.010 - -90.250 ± 0.010 deg"));
+  EXPECT_THAT(text, HasSubstr("a remark"));
+}
+
+TEST(TraceText, SaysWhyThereIsNoMatrix) {
+  const json trace = {{"channels", json::array()},
+                      {"vector", {{"missing", {"gyro x and y were not traced"}}}}};
+  EXPECT_THAT(TraceText(trace, Terminal()), HasSubstr("no matrix: gyro x and y were not traced"));
+}
+
 }  // namespace
 }  // namespace gyrobench::cli

@@ -120,6 +120,12 @@ std::string SampleCalibration() {
   for (const SensorAxis axis : {SensorAxis::kX, SensorAxis::kZ}) {
     calibration.channels.emplace_back().model = SampleModel(axis);
   }
+  calibration::VectorCalibration& vector = calibration.vector.emplace();
+  vector.matrix.emplace().m_covariance.assign(81, 1e-12);
+  vector.matrix->a_covariance.assign(81, 1e-16);
+  vector.split.emplace();
+  vector.g_sensitivity.emplace().value[1] = {0.01, 0.02, kMissing};
+  vector.accelerometer.emplace().check.emplace();
   return ToJson(calibration).dump(1);
 }
 

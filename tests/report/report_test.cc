@@ -221,6 +221,16 @@ TEST(Report, DrawsNoFileAndRunsNoCommandThatATextNames) {
   EXPECT_THAT(html, HasSubstr("&lt;script&gt;"));
 }
 
+TEST(Report, TabulatesTheThreeAxesWithTheirErrors) {
+  const std::string html = Html(ThreeAxesSample());
+  EXPECT_THAT(html, HasSubstr("<h2>Three axes</h2>"));
+  EXPECT_THAT(html, HasSubstr("89.70000 ± 0.00010"));
+  EXPECT_THAT(html, HasSubstr("1.0000000 ± 0.0000013"));
+  EXPECT_THAT(html, HasSubstr("deg/s per LSB"));
+  EXPECT_THAT(html, HasSubstr("do not tell gravity along y"));
+  EXPECT_THAT(Html(SilentSample()), Not(HasSubstr("Three axes")));
+}
+
 TEST(Report, SaysNothingOfNumbersThatAreNotThere) {
   const std::string html = Html(HostileSample());
   EXPECT_THAT(html, Not(HasSubstr(">nan")));

@@ -245,8 +245,39 @@ ChannelTrace HostileChannel() {
 ReportContent ExplainedSample() {
   ReportContent content;
   content.provenance = SampleProvenance();
-  content.trace = {{SampleInput()}, {ExplainedChannel()}, {}};
+  content.trace = {{SampleInput()}, {ExplainedChannel()}, {}, {}};
   return content;
+}
+
+calibration::VectorCalibration SampleVector() {
+  calibration::VectorCalibration vector;
+  vector.unit = "LSB";
+  auto& matrix = vector.matrix.emplace();
+  auto& g = vector.g_sensitivity.emplace();
+  auto& accelerometer = vector.accelerometer.emplace();
+  accelerometer.poses = 41;
+  for (std::size_t i = 0; i < 3; ++i) {
+    accelerometer.offset_g[i] = 0.011 * (static_cast<double>(i) - 1.0);
+    accelerometer.offset_std_error_g[i] = 2e-5;
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double off = 0.004 * static_cast<double>(i) - 0.003 * static_cast<double>(j);
+      matrix.m[i][j] = accelerometer.m[i][j] = i == j ? 1.0 + off : off;
+      matrix.a[i][j] = (i == j ? 1.0 - off : -off) / 131.0;
+      matrix.m_std_error[i][j] = accelerometer.m_std_error[i][j] = 1.3e-6;
+      matrix.a_std_error[i][j] = 1.1e-8;
+      g.value[i][j] = 3.0 * off;
+      g.std_error[i][j] = 3e-4;
+    }
+  }
+  g.value[2][1] = kMissing;
+  g.because = {"gyro z: the poses do not tell gravity along y from the rest of the model"};
+  vector.split = calibration::AxisSplit{
+      {1.01, 0.99, 1.002}, {2e-6, 2e-6, 1e-6}, {0.11, -0.32, 0.05}, {3e-4, 3e-4, 2e-4}, {},
+      {0.4, -0.12, 89.7},  {2e-4, 2e-4, 1e-4}};
+  accelerometer.split = vector.split;
+  accelerometer.check = calibration::GravityCheck{.rms_before_g = 0.013, .rms_after_g = 6e-5};
+  vector.shared = {{"angle.latency.tau", "s", "xy", 1.2e-3, 2e-5, 0.41}};
+  return vector;
 }
 
 ReportContent ThreeAxesSample() {
@@ -268,6 +299,7 @@ ReportContent ThreeAxesSample() {
       {"covariate", "T", 3.1e-6, "binned means against T scatter 4.2 times as far as noise would"}};
   y.remarks = {"Axis y turned at one speed only: the scale factor holds for 20 deg/s."};
   content.trace->channels.insert(content.trace->channels.begin(), {x, y});
+  content.trace->vector = SampleVector();
   return content;
 }
 
@@ -299,11 +331,24 @@ ReportContent AnalysisSample() {
   return content;
 }
 
+calibration::VectorCalibration HostileVector() {
+  calibration::VectorCalibration vector;
+  vector.missing = vector.remarks = {kHostileText};
+  vector.unit = kHostileText;
+  vector.g_sensitivity.emplace().because = {kHostileText};
+  vector.g_sensitivity->value[0][1] = INFINITY;
+  vector.shared = {{kHostileText, kHostileText, kHostileText, 1.0, kMissing, kMissing}};
+  vector.accelerometer.emplace().because = {kHostileText};
+  vector.accelerometer->check.emplace();
+  return vector;
+}
+
 ReportContent HostileSample() {
   ReportContent content;
   content.trace = {{{kHostileText, -1, kMissing, {{kHostileText, 3, kMissing, kHostileText}}}},
                    {HostileChannel()},
-                   {kHostileText}};
+                   {kHostileText},
+                   HostileVector()};
   content.analysis = SampleAnalysis();
   content.analysis->scale.front().unit = kHostileText;
   content.analysis->remarks = {kHostileText};

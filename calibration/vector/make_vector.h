@@ -1,0 +1,20 @@
+// From the channels' fits to one sensor.
+#pragma once
+
+#include <span>
+
+#include "calibration/trace/trail.h"
+#include "calibration/vector/channel_row.h"
+#include "calibration/vector/vector_calibration.h"
+
+namespace gyrobench::calibration {
+
+// `rows`: of the channels that were traced. The noise of channels is taken as independent: of the
+// reference's, which they share, each feels what turns about its own axis.
+VectorCalibration MakeVectorCalibration(std::span<const ChannelRow> rows,
+                                        std::span<const Trail> trails);
+
+// Without the accelerometer.
+VectorCalibration JoinChannels(std::span<const ChannelRow> rows);
+
+}  // namespace gyrobench::calibration
