@@ -102,6 +102,10 @@ void AddRun(const recording::MeasurementFiles& record, report::Provenance* prove
     provenance->version = Text(run, "version");
     for (const auto& [name, value] : Field(run, "parameters").items())
       provenance->notes.emplace_back("parameter " + name, Plain(value));
+    for (const auto& [index, said] : Field(run, recording::kSaidKey).items()) {
+      const nlohmann::json& t_s = Field(said, "t_s");
+      provenance->said.push_back({t_s.is_number() ? t_s.get<double>() : 0.0, Text(said, "text")});
+    }
   } catch (const DataError& error) {
     provenance->notes.emplace_back("run.json", error.what());
   }

@@ -19,6 +19,7 @@ namespace {
 // A long soak reports a result a minute.
 constexpr double kSoakSegment_s = 60.0;
 constexpr double kTemperaturePeriod_s = 1.0;
+constexpr std::size_t kMostSaid = 1000;
 constexpr Utime kMovePoll = kMicrosecondsPerSecond / 20;
 // Within a swing the next move is to follow at once.
 constexpr Utime kSwingPoll = kMicrosecondsPerSecond / 500;
@@ -297,6 +298,7 @@ void LiveBench::RecordLimit(const procedures::LimitCheck& check) {
 }
 
 void LiveBench::Say(const std::string& text) {
+  if (said_.size() < kMostSaid) said_.push_back({ElapsedS(), text});
   run_t message = Message(run_t::NOTE);
   message.text = text;
   context_.telemetry.Send(message);

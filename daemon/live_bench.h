@@ -67,6 +67,12 @@ class LiveBench final : public procedures::Bench {
 
   // Measurements against limits that the procedure made.
   const std::vector<procedures::LimitCheck>& limits() const { return limits_; }
+  // What the procedure said, limits among it; the first 1000.
+  struct Said {
+    double t_s = 0.0;  // since the run began
+    std::string text;
+  };
+  const std::vector<Said>& said() const { return said_; }
 
  private:
   // Ends a segment when it leaves scope in order: message, results.
@@ -91,6 +97,7 @@ class LiveBench final : public procedures::Bench {
   calibration::AnalysisResult results_;
   std::optional<calibration::Traced> traced_;  // nothing moved since
   std::vector<procedures::LimitCheck> limits_;
+  std::vector<Said> said_;
 };
 
 }  // namespace gyrobench::daemon

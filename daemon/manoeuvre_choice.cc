@@ -43,6 +43,7 @@ procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu,
   procedures::Choice choice;
   choice.settled = next.settled;
   choice.open = next.open;
+  choice.never = next.never;
   choice.best = next.best;
   if (next.best) {
     choice.because = next.worths[*next.best].because;

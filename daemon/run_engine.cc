@@ -187,9 +187,7 @@ void RunEngine::WaitForTickFit() {
 }
 
 void RunEngine::RunProcedureOn(Job& job) {
-  std::set<std::string> axes;
-  for (const procedures::PlannedMove& move : job.plan.moves) axes.insert(move.axis);
-  context_.acquisition.SetActiveAxes(axes);
+  context_.acquisition.SetActiveAxes(job.plan.axes);
   WaitForTickFit();
 
   const Utime start = context_.clock.Now();
@@ -334,8 +332,7 @@ void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
     job.description = DescribeRun(job.directory->run_id(), job.procedure, job.parameters,
                                   context_.stand, context_.acquisition.Info(), end);
   }
-  DescribeEnd(job.description, outcome, message,
-              job.bench ? job.bench->limits() : std::vector<procedures::LimitCheck>{}, end);
+  DescribeEnd(job.description, outcome, message, job.bench.get(), end);
   job.directory->WriteResult(calibration::ToJson(results));
   job.directory->WriteRun(job.description);
   if (trace) WriteTrace(*job.directory, job.description, trace->result, results);

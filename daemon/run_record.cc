@@ -47,14 +47,18 @@ json DescribeRun(const std::string& run_id, const procedures::Procedure& procedu
           {"outcome", "running"}};
 }
 
-void DescribeEnd(json& run, Outcome outcome, const std::string& message,
-                 const std::vector<procedures::LimitCheck>& limits, Utime end) {
+void DescribeEnd(json& run, Outcome outcome, const std::string& message, const LiveBench* bench,
+                 Utime end) {
   run["ended"] = IsoTime(end);
   run["end_utime"] = end;
   run["outcome"] = Name(outcome);
   run["message"] = message;
   json& list = run["limits"] = json::array();
-  for (const procedures::LimitCheck& check : limits) {
+  json& said = run[recording::kSaidKey] = json::array();
+  if (bench == nullptr) return;
+  for (const LiveBench::Said& one : bench->said())
+    said.push_back({{"t_s", one.t_s}, {"text", one.text}});
+  for (const procedures::LimitCheck& check : bench->limits()) {
     list.push_back({{"name", check.name},
                     {"value", check.value},
                     {"min", check.min},

@@ -7,6 +7,7 @@
 #include "base/clock.h"
 #include "base/measurement.h"
 #include "config/stand_config.h"
+#include "daemon/live_bench.h"
 #include "daemon/run_engine.h"
 
 namespace gyrobench::daemon {
@@ -16,9 +17,9 @@ nlohmann::json DescribeRun(const std::string& run_id, const procedures::Procedur
                            const procedures::Parameters& parameters,
                            const config::StandConfig& stand, const MeasurementInfo& info,
                            Utime start);
-// The same with its end.
+// The same with its end. `bench`: that the run had; nullptr where it came to none.
 void DescribeEnd(nlohmann::json& run, Outcome outcome, const std::string& message,
-                 const std::vector<procedures::LimitCheck>& limits, Utime end);
+                 const LiveBench* bench, Utime end);
 
 nlohmann::json ToJson(const procedures::Parameters& parameters);
 // "2026-11-21T15:30:12.000Z"

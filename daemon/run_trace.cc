@@ -34,6 +34,9 @@ report::Provenance ProvenanceOf(const recording::RunDirectory& directory, const 
     provenance.notes.emplace_back("parameter " + item.key(),
                                   value.is_string() ? value.get<std::string>() : value.dump());
   }
+  for (const json& said : run.value(recording::kSaidKey, json::array())) {
+    provenance.said.push_back({said.value("t_s", 0.0), said.value("text", "")});
+  }
   for (const auto& file : recording::FilesOfMeasurement(directory.folder()).files) {
     provenance.files.push_back({file.filename().string(), recording::Sha256OfFile(file),
                                 static_cast<std::int64_t>(std::filesystem::file_size(file))});

@@ -205,7 +205,8 @@ function run(p)
     end
     local choice = bench.choose()
     if choice.settled and outlived >= p.confirmations * (steps and 2 or 1) then
-      bench.say("settled: nothing else of the catalogue explains the same")
+      bench.say(choice.never == "" and "settled: nothing else of the catalogue explains the same"
+        or "settled as far as this stand can: " .. choice.never)
       return
     end
     if not choice.index then

@@ -27,6 +27,7 @@ inline constexpr const char* kReportName = "report.html";
 inline constexpr const char* kRunIdKey = "run_id";
 inline constexpr const char* kStartUtimeKey =
     "start_utime";  // integer, microseconds since the epoch
+inline constexpr const char* kSaidKey = "said";  // by the procedure: a list of {t_s, text}
 inline constexpr const char* kMeasurementKey = "measurement";  // recording/measurement_info_json.h
 
 // Space that a run must find on the disk before it may start.

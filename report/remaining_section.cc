@@ -82,6 +82,15 @@ Markup RemainingSection(const calibration::TraceResult& trace) {
   return inside.empty() ? Markup() : Section("What remains", inside);
 }
 
+Markup CourseSection(const Provenance& provenance) {
+  if (provenance.said.empty()) return Markup();
+  Table table({{"Time", true}, {"Said"}});
+  for (const Provenance::Said& said : provenance.said)
+    table.AddRow(
+        {Markup::Text(fmt::format("{:.1f} min", said.t_s / 60.0)), Markup::Text(said.text)});
+  return Section("Course of the run", table.ToMarkup());
+}
+
 Markup DefectSection(const ReportContent& content) {
   Table table({{"Kind"}, {"Count", true}, {"First"}, {"File"}});
   if (content.trace) {

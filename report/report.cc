@@ -148,6 +148,7 @@ std::string ReportHtml(const ReportContent& content, const ReportOptions& option
   Markup page = Masthead(content);
   page += content.trace ? TraceSections(*content.trace, charter) : WithoutTrace();
   if (!content.trace && content.analysis) page += AnalysisSection(*content.analysis);
+  page += CourseSection(content.provenance);
   page += DefectSection(content);
   if (content.trace) page += NoiseSection(*content.trace);
   if (content.trace && content.analysis) page += AnalysisSection(*content.analysis);

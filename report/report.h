@@ -32,6 +32,11 @@ struct Provenance {
   std::int64_t written_utime = 0;                   // of this report
   std::vector<ProvenanceFile> files;
   std::vector<std::pair<std::string, std::string>> notes;  // more of it: parameters, operator ...
+  struct Said {
+    double t_s = 0.0;  // since the run's begin
+    std::string text;
+  };
+  std::vector<Said> said;  // by the procedure, its choices and their reasons among it
 };
 
 struct ReportContent {

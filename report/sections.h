@@ -19,6 +19,8 @@ Markup ParameterSection(const calibration::TraceResult& trace);
 Markup VectorSection(const calibration::VectorCalibration& vector);
 // Each effect with its cause, and whose it is.
 Markup EffectSection(const calibration::TraceResult& trace);
+// What the procedure said while it ran; empty where it said nothing.
+Markup CourseSection(const Provenance& provenance);
 // Empty where no effect was named.
 Markup RivalSection(const calibration::TraceResult& trace);
 // By reason, each said once; axes of which the same holds share a line.

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The main job from a bare Debian 12: sets up, builds, starts the daemon on the virtual stand, runs `bias` and
-# `scale` by name with live results, and ends with what another process received over LCM and where the records are.
+# `scale` by name with live results, shows what another process received over LCM and where the records are, and ends
+# with `close_loop` on a part with an undeclared effect: which it is, and the error before and after.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -11,7 +12,6 @@ cmake -S . -B build/demo -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF
 cmake --build build/demo
 
 bin=build/demo/bin
-export GYROBENCH_CONFIG=config/virtual.toml
 work=$(mktemp -d)
 daemon=
 watch=
@@ -25,15 +25,21 @@ finish() {
 }
 trap finish EXIT
 
-echo "== starting gyrobenchd on the virtual stand"
-$bin/gyrobenchd --config "$GYROBENCH_CONFIG" 2>"$work/daemon.log" &
-daemon=$!
-for attempt in $(seq 300); do
-  $bin/gyrobench status >"$work/status" 2>&1 && break
-  kill -0 $daemon 2>/dev/null && ((attempt < 300)) || exit 1
-  sleep 0.1
-done
-cat "$work/status"
+# start CONFIG: a daemon on a virtual stand, once it answers.
+start() {
+  export GYROBENCH_CONFIG=$1
+  echo "== starting gyrobenchd --config $1"
+  $bin/gyrobenchd --config "$1" 2>"$work/daemon.log" &
+  daemon=$!
+  for attempt in $(seq 300); do
+    $bin/gyrobench status >"$work/status" 2>&1 && break
+    kill -0 $daemon 2>/dev/null && ((attempt < 300)) || exit 1
+    sleep 0.1
+  done
+  cat "$work/status"
+}
+
+start config/virtual.toml
 
 $bin/gyrobench watch >"$work/live.txt" 2>&1 &
 watch=$!
@@ -61,3 +67,16 @@ done
 echo
 echo "== records, each to be looked at with: gyrobench show RUN, gyrobench analyze RUN"
 $bin/gyrobench runs
+
+echo
+echo "== the loop closed: a part with something in it that no file of the analysis tells of"
+kill $daemon
+wait $daemon || true
+start config/undeclared.toml
+echo
+echo "== gyrobench run close_loop"
+$bin/gyrobench run close_loop -p fan=false | tee "$work/loop.txt"
+run=$(basename "$(grep -Eo '[0-9]{8}-[0-9]{6}-close_loop' "$work/loop.txt" | head -n 1)")
+echo
+echo "== gyrobench trace $run: the error before and after"
+$bin/gyrobench trace "$run"

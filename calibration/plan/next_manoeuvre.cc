@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "base/error.h"
 #include "calibration/plan/channel_outlook.h"
@@ -17,6 +18,8 @@ constexpr double kDecided_nats = 8.0;
 // Less than this a minute is no reason to go on.
 constexpr double kLeast_nats_per_min = 0.05;
 constexpr std::size_t kMostReasons = 3;
+// What the best manoeuvre, made again and again, would not settle in this time is left open.
+constexpr double kPatience_min = 30.0;
 
 struct Reason {
   std::string what;
@@ -65,18 +68,26 @@ class Chooser {
         any_named_ = true;
         if (effect.origin != EffectOrigin::kCatalogue)
           open_.insert(fmt::format("what is behind {}", effect.id));
-        if (!effect.rivals.empty())
-          open_.insert(fmt::format("{} or {}", effect.id, fmt::join(effect.rivals, " or ")));
+        for (const std::string& rival : effect.rivals) not_told_.emplace_back(effect.id, rival);
       }
     }
   }
 
   NextManoeuvre Choose() {
     NextManoeuvre out;
-    for (const auto& rivalry : rivalries_) {
-      if (rivalry.now < kDecided_nats)
-        open_.insert(fmt::format("{} or {}", rivalry.named, rivalry.other));
+    std::set<std::string> hopeless;
+    std::erase_if(rivalries_, [&](const auto& rivalry) {
+      const bool decided = rivalry.now >= kDecided_nats;
+      const bool never = !decided && Hopeless(rivalry);
+      if (never) hopeless.insert(Pair(rivalry.named, rivalry.other));
+      return decided || never;
+    });
+    for (const auto& rivalry : rivalries_) open_.insert(Pair(rivalry.named, rivalry.other));
+    // What the data do not tell apart yet, whatever was to be expected.
+    for (const auto& [named, rival] : not_told_) {
+      if (!hopeless.contains(Pair(named, rival))) open_.insert(Pair(named, rival));
     }
+    out.never = fmt::format("{}", fmt::join(hopeless, "; "));
     out.settled = any_named_ && open_.empty();
     out.open = any_named_ ? fmt::format("{}", fmt::join(open_, "; "))
                           : "whether there is anything beyond the baseline";
@@ -89,6 +100,18 @@ class Chooser {
   }
 
  private:
+  static std::string Pair(const std::string& named, const std::string& other) {
+    return fmt::format("{} or {}", named, other);
+  }
+
+  bool Hopeless(const ChannelOutlook::Rivalry& rivalry) const {
+    double most = 0.0;  // nats a minute
+    for (std::size_t m = 0; m < menu_.size(); ++m) {
+      most = std::max(most, (rivalry.then[m] - rivalry.now) / (menu_[m].duration_s / 60.0));
+    }
+    return kDecided_nats - rivalry.now > kPatience_min * most;
+  }
+
   ManoeuvreWorth Worth(std::size_t m, const std::vector<Reason>& reasons, const char* verb) const {
     ManoeuvreWorth worth;
     for (const Reason& reason : reasons) worth.nats += reason.nats;
@@ -130,6 +153,7 @@ class Chooser {
   std::span<const Manoeuvre> menu_;
   std::vector<ChannelOutlook::Rivalry> rivalries_;
   std::vector<ChannelOutlook::Knowledge> knowledge_;
+  std::vector<std::pair<std::string, std::string>> not_told_;  // by the trace
   std::set<std::string> open_;
   bool any_named_ = false;
 };

@@ -24,6 +24,8 @@ struct NextManoeuvre {
   // leave odds of e^8 and more against itself.
   bool settled = false;
   std::string open;  // what is not settled, in words; empty when all is
+  // What the best of the menu, made for half an hour, would not tell apart: it does not count.
+  std::string never;
   // Of the menu, also when all is settled; none where nothing more would be known by any of it.
   std::optional<std::size_t> best;
   std::vector<ManoeuvreWorth> worths;  // in the menu's order

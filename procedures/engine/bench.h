@@ -127,6 +127,7 @@ struct Rehearsal {
 struct Choice {
   bool settled = false;             // effects are named, and nothing else explains the same
   std::string open;                 // what is not settled, in words
+  std::string never = {};           // what no manoeuvre tells apart within reason: not counted
   std::optional<std::size_t> best;  // none: no manoeuvre tells anything more
   std::string because;              // "tells angle.latency from bandwidth.first_order"
   double nats = 0.0;                // expected, of the logarithm of odds

@@ -37,6 +37,7 @@ int Choose(const Call& call) {
   lua_pushboolean(call.state, choice.settled ? 1 : 0);
   lua_setfield(call.state, -2, "settled");
   SetField(call.state, "open", choice.open);
+  SetField(call.state, "never", choice.never);
   if (!choice.best) return 1;
   const Rehearsal& best = menu.at(*choice.best);
   SetField(call.state, "index", static_cast<double>(*choice.best + 1));

@@ -17,7 +17,7 @@ struct Call {
   lua_State* state;
   int argument;             // index on the stack
   const std::string& name;  // "bench.turn"
-  Bench& bench;  // the rehearsal's while there is one
+  Bench& bench;             // the rehearsal's while there is one
   std::vector<LimitCheck>& checks;
   Stage& stage;
 

@@ -254,8 +254,7 @@ std::string CommandName(lua_State* thread) {
   return std::string("bench.") + kCommands[lua_tointeger(thread, -1)].name;
 }
 
-int ExecuteCommand(lua_State* thread, int values, Stage& stage,
-                   std::vector<LimitCheck>& checks) {
+int ExecuteCommand(lua_State* thread, int values, Stage& stage, std::vector<LimitCheck>& checks) {
   const int first = lua_gettop(thread) - values + 1;
   const Command& command = kCommands[lua_tointeger(thread, -1)];
   const std::string name = CommandName(thread);

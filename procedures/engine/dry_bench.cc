@@ -54,6 +54,7 @@ double DryBench::AddMove(const TurnCommand& command, double begin_s) {
   const double to_deg = axis->angle_deg + command.angle_deg;
   plan_.moves.push_back({command.axis, begin_s, duration_s, axis->angle_deg, to_deg,
                          command.rate_deg_s, command.acceleration_deg_s2});
+  plan_.axes.insert(command.axis);
   axis->angle_deg = to_deg;
   return duration_s;
 }
@@ -114,6 +115,9 @@ Choice DryBench::Choose(const std::vector<Rehearsal>& menu) {
   Choice choice;
   choice.open = "whether there is anything beyond the baseline";
   if (!menu.empty()) choice.best = choices_++ % menu.size();
+  for (const Rehearsal& rehearsal : menu) {
+    for (const PlannedMove& move : rehearsal.moves) plan_.axes.insert(move.axis);
+  }
   return choice;
 }
 

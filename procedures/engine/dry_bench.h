@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct Plan {
   double expected_duration_s = 0.0;  // with soaks as long as DryOptions expects them
   std::vector<PlannedSegment> segments;
   std::vector<PlannedMove> moves;
+  std::set<std::string> axes;  // that move, or would by a choice that may be made
   std::vector<Question> questions;
   std::vector<std::string> notes;  // what the script says, the first 1000 of it
 };

@@ -174,6 +174,7 @@ Provenance SampleProvenance() {
       {"stepper-encoder-z-slow.csv.gz",
        "60303ae22b998861bce3b28f33eec1be758a213c86c93c076dbe9f558c11c752", 1'904'112}};
   provenance.notes = {{"Operator", "A. Example"}, {"Parameter rate_deg_s", "20"}};
+  provenance.said = {{144.0, "manoeuvre 1: three speeds both ways, z level, 1.3 min"}};
   return provenance;
 }
 
@@ -357,6 +358,7 @@ ReportContent HostileSample() {
   provenance.configuration = provenance.version = kHostileText;
   provenance.files = {{kHostileText, kHostileText, 0}};
   provenance.notes = {{kHostileText, kHostileText}};
+  provenance.said = {{60.0, kHostileText}};
   return content;
 }
 
