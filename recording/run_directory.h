@@ -26,7 +26,7 @@ inline constexpr const char* kReportName = "report.html";
 // Keys of run.json that the replay reads. Others are the daemon's.
 inline constexpr const char* kRunIdKey = "run_id";
 inline constexpr const char* kStartUtimeKey =
-    "start_utime";  // integer, microseconds since the epoch
+    "start_utime";                               // integer, microseconds since the epoch
 inline constexpr const char* kSaidKey = "said";  // by the procedure: a list of {t_s, text}
 inline constexpr const char* kMeasurementKey = "measurement";  // recording/measurement_info_json.h
 

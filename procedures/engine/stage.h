@@ -14,7 +14,10 @@ class Stage {
  public:
   explicit Stage(Bench& real) : real_(real) {}
 
-  Bench& bench() { return rehearsal_ ? *rehearsal_ : real_; }
+  Bench& bench() {
+    if (rehearsal_) return *rehearsal_;
+    return real_;
+  }
   Bench& real() { return real_; }
   // Throws Error while one is on.
   void Begin();
