@@ -138,8 +138,7 @@ void RunFollower::TakeQuestion(const nlohmann::json& question) {
   }
   display_.Line("? " + Text(question, "text"));
   if (!may_ask_) {
-    display_.Line("  answer with: gyrobench answer " +
-                  (choices.empty() ? "TEXT" : "[" + choices + "]"));
+    display_.Line("  answer with: gyrobench answer " + (choices.empty() ? "TEXT" : choices));
     return;
   }
   display_.Clear();

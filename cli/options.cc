@@ -97,9 +97,9 @@ class CommandLine {
   void AddBenchCommands() {
     Add("procedures", "List the procedures with their parameters", "gyrobench procedures");
     AddParameters(Add("check", "Run a procedure dry: what it would do, and whether it may",
-                      "gyrobench check scale -p turns=20 -p rate=9"));
+                      "gyrobench check scale -p turns=20 -p rate_deg_s=9"));
     CLI::App& run = Add("run", "Run a procedure and follow it to its results",
-                        "gyrobench run scale -p turns=20 -p rate=9");
+                        "gyrobench run scale -p turns=20 -p rate_deg_s=9");
     AddParameters(run);
     run.add_flag("--detach", options_.detach, "Return as soon as the run has started");
     Add("status", "What the bench is doing, and how its devices are", "gyrobench status");

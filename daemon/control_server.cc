@@ -88,7 +88,7 @@ class ControlServer::Listener {
     } catch (const std::exception& error) {
       throw Error(
           fmt::format("control socket {}: {}. Choose another place in the stand file "
-                      "(control.socket) or give this "
+                      "(control_socket) or give this "
                       "user the right to write there",
                       path_.string(), error.what()));
     }

@@ -19,7 +19,7 @@ namespace {
 // A long soak reports a result a minute.
 constexpr double kSoakSegment_s = 60.0;
 constexpr double kTemperaturePeriod_s = 1.0;
-constexpr std::size_t kMostSaid = 1000;
+constexpr std::size_t kMostSaid = 10'000;
 constexpr Utime kMovePoll = kMicrosecondsPerSecond / 20;
 // Within a swing the next move is to follow at once.
 constexpr Utime kSwingPoll = kMicrosecondsPerSecond / 500;

@@ -67,7 +67,7 @@ class LiveBench final : public procedures::Bench {
 
   // Measurements against limits that the procedure made.
   const std::vector<procedures::LimitCheck>& limits() const { return limits_; }
-  // What the procedure said, limits among it; the first 1000.
+  // What the procedure said, limits among it; the first 10 000.
   struct Said {
     double t_s = 0.0;  // since the run began
     std::string text;

@@ -19,6 +19,7 @@ calibration::Manoeuvre ToManoeuvre(const procedures::Rehearsal& rehearsal) {
   calibration::Manoeuvre out;
   out.name = rehearsal.name;
   out.duration_s = rehearsal.duration_s;
+  out.affordable = rehearsal.affordable;
   out.warms_degC = rehearsal.warms_degC;
   for (const procedures::AxisFacts& axis : rehearsal.axes) {
     if (const auto index = IndexOf(axis.name)) out.begin_deg[*index] = axis.angle_deg;

@@ -43,11 +43,10 @@ ChannelOutlook::ChannelOutlook(std::span<const Trail> trails, const ChannelModel
   };
   for (const Candidate& candidate :
        CatalogueCandidates(problem, {}, trails.front().earth_rate_known)) {
-    catalogue_.push_back({candidate.id,
-                          candidate.family,
-                          candidate.effect->typical_size,
-                          take(problem.Columns(*candidate.effect, candidate.context)),
-                          {}});
+    const Eigen::MatrixXd columns = problem.Columns(*candidate.effect, candidate.context);
+    if (!columns.allFinite()) continue;
+    catalogue_.push_back(
+        {candidate.id, candidate.family, candidate.effect->typical_size, take(columns), {}});
   }
   for (const ModelTerm& term : model.terms) {
     const Effect* effect = term.origin == EffectOrigin::kCatalogue
@@ -60,15 +59,16 @@ ChannelOutlook::ChannelOutlook(std::span<const Trail> trails, const ChannelModel
     context.gear_ratio = problem.gear_ratio();
     context.reference_degC = term.reference_degC;
     context.nonlinear = term.nonlinear;
-    Member member = {
-        term.id, term.id, effect->typical_size, take(problem.Columns(*effect, context)), {}};
+    const Eigen::MatrixXd columns = problem.Columns(*effect, context);
+    if (!columns.allFinite()) continue;
+    Member member = {term.id, term.id, effect->typical_size, take(columns), {}};
     member.coefficients = Eigen::Map<const Eigen::VectorXd>(
         term.coefficients.data(), static_cast<Eigen::Index>(member.columns.size()));
     named_.push_back(std::move(member));
   }
-  std::vector<const Eigen::MatrixXd*> columns;
-  for (const Eigen::MatrixXd& matrix : raw) columns.push_back(&matrix);
-  Fill(problem, baseline, noise, columns);
+  std::vector<const Eigen::MatrixXd*> all;
+  for (const Eigen::MatrixXd& matrix : raw) all.push_back(&matrix);
+  Fill(problem, baseline, noise, all);
 }
 
 void ChannelOutlook::Fill(const ChannelProblem& problem, const Baseline& baseline,
@@ -147,6 +147,12 @@ std::vector<ChannelOutlook::Rivalry> ChannelOutlook::Rivalries() const {
     for (auto& [id, rivalry] : hardest) out.push_back(std::move(rivalry));
   }
   return out;
+}
+
+std::set<std::string> ChannelOutlook::Judged() const {
+  std::set<std::string> ids;
+  for (const Member& member : named_) ids.insert(member.id);
+  return ids;
 }
 
 double ChannelOutlook::KnownOf(const Eigen::MatrixXd& gram, const Member& member) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,6 +28,9 @@ class ChannelOutlook {
   };
   // The hardest to tell apart of each pair's grid points.
   std::vector<Rivalry> Rivalries() const;
+
+  // Ids of the named effects that could be put against others: those of the catalogue.
+  std::set<std::string> Judged() const;
 
   // What is known of an effect, 0 .. log(100) a term: 0 where a size as of the largest such parts
   // would not show, all where a hundredth of that would.

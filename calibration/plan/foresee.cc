@@ -11,7 +11,7 @@ constexpr int kSamplesPerReading = 5;
 constexpr double kDrift_s = 250.0, kFan_s = 120.0;
 constexpr double kDriftSeenOver_s = 60.0;
 // A sensor that gives the same value again and again is taken for frozen.
-constexpr double kDither_deg_s = 1e-4;
+constexpr double kDither_deg_s = 1e-4, kDither_g = 1e-4;
 
 class Temperature {
  public:
@@ -119,10 +119,11 @@ Recording Foresee(const Manoeuvre& manoeuvre, const Recording& so_far,
     sample.t_s = begin_s + t_s;
     sample.temperature_degC = info.temperature_present ? temperature.At(t_s) : kMissing;
     const Vector3 up = TransposedTimes(StandOrientation(angles_deg), {0.0, 0.0, 1.0});
-    const double dither = kDither_deg_s * std::sin(2.4 * static_cast<double>(k));
+    const double dither = std::sin(2.4 * static_cast<double>(k));
     for (std::size_t c = 0; c < 3; ++c) {
-      if (info.gyro_present[c]) sample.xi[c] = units_per_deg_s[c] * (rate[c] + dither);
-      if (info.accel_present[c]) sample.accel_g[c] = up[c] + dither;
+      if (info.gyro_present[c])
+        sample.xi[c] = units_per_deg_s[c] * (rate[c] + kDither_deg_s * dither);
+      if (info.accel_present[c]) sample.accel_g[c] = up[c] + kDither_g * dither;
     }
     collector.OnGyro(sample);
   }

@@ -21,6 +21,8 @@ struct ForeseenMove {
 struct Manoeuvre {
   std::string name;
   double duration_s = 0.0;
+  bool affordable =
+      true;  // there is time for it; otherwise it says what could be known, and is not chosen
   Vector3 begin_deg = {};           // angles of the stand's axes
   std::vector<ForeseenMove> moves;  // in order of time, those of one axis one after the other
   // Change of the sensor's temperature by somebody's hand, a fan's say: first-order, 120 s.

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <utility>
 
 #include "base/error.h"
 #include "calibration/plan/channel_outlook.h"
@@ -57,35 +56,33 @@ class Chooser {
       trails.push_back(MakeTrail(recordings.back(), units, false, {}));
     }
     for (std::size_t i = 0; i < traced.models.size(); ++i) {
-      const TraceNoise& noise = traced.result.channels[i].noise;
-      if (!std::isfinite(noise.angle_random_walk_deg_sqrt_s)) continue;
-      const ChannelOutlook outlook(trails, traced.models[i], noise);
-      for (auto& rivalry : outlook.Rivalries()) rivalries_.push_back(std::move(rivalry));
-      for (auto& known : outlook.KnowledgeOfAll()) knowledge_.push_back(std::move(known));
-    }
-    for (const ChannelTrace& channel : traced.result.channels) {
-      for (const TracedEffect& effect : channel.effects) {
-        any_named_ = true;
-        if (effect.origin != EffectOrigin::kCatalogue)
-          open_.insert(fmt::format("what is behind {}", effect.id));
-        for (const std::string& rival : effect.rivals) not_told_.emplace_back(effect.id, rival);
+      const ChannelTrace& channel = traced.result.channels[i];
+      const std::string axis(1, "xyz"[static_cast<std::size_t>(channel.axis)]);
+      std::set<std::string> judged;
+      if (IsKnown(channel.noise)) {
+        const ChannelOutlook outlook(trails, traced.models[i], channel.noise);
+        for (auto& rivalry : outlook.Rivalries()) rivalries_.push_back({axis, std::move(rivalry)});
+        for (auto& known : outlook.KnowledgeOfAll()) knowledge_.push_back(std::move(known));
+        judged = outlook.Judged();
       }
+      AddNamed(axis, channel, judged);
     }
   }
 
   NextManoeuvre Choose() {
     NextManoeuvre out;
     std::set<std::string> hopeless;
-    std::erase_if(rivalries_, [&](const auto& rivalry) {
-      const bool decided = rivalry.now >= kDecided_nats;
-      const bool never = !decided && Hopeless(rivalry);
-      if (never) hopeless.insert(Pair(rivalry.named, rivalry.other));
+    std::erase_if(rivalries_, [&](const AxisRivalry& one) {
+      const bool decided = one.rivalry.now >= kDecided_nats;
+      const bool never = !decided && Hopeless(one.rivalry);
+      if (never) hopeless.insert(Pair(one.axis, one.rivalry.named, one.rivalry.other));
       return decided || never;
     });
-    for (const auto& rivalry : rivalries_) open_.insert(Pair(rivalry.named, rivalry.other));
+    for (const AxisRivalry& one : rivalries_)
+      open_.insert(Pair(one.axis, one.rivalry.named, one.rivalry.other));
     // What the data do not tell apart yet, whatever was to be expected.
-    for (const auto& [named, rival] : not_told_) {
-      if (!hopeless.contains(Pair(named, rival))) open_.insert(Pair(named, rival));
+    for (const std::string& pair : not_told_) {
+      if (!hopeless.contains(pair)) open_.insert(pair);
     }
     out.never = fmt::format("{}", fmt::join(hopeless, "; "));
     out.settled = any_named_ && open_.empty();
@@ -100,32 +97,57 @@ class Chooser {
   }
 
  private:
-  static std::string Pair(const std::string& named, const std::string& other) {
-    return fmt::format("{} or {}", named, other);
+  struct AxisRivalry {
+    std::string axis;
+    ChannelOutlook::Rivalry rivalry;
+  };
+
+  static bool IsKnown(const TraceNoise& noise) {
+    return std::isfinite(noise.angle_random_walk_deg_sqrt_s) &&
+           std::isfinite(noise.bias_random_walk_deg_s_sqrt_s) &&
+           std::isfinite(noise.reference_deg) && noise.angle_random_walk_deg_sqrt_s > 0.0;
   }
 
-  bool Hopeless(const ChannelOutlook::Rivalry& rivalry) const {
-    double most = 0.0;  // nats a minute
-    for (std::size_t m = 0; m < menu_.size(); ++m) {
-      most = std::max(most, (rivalry.then[m] - rivalry.now) / (menu_[m].duration_s / 60.0));
+  static std::string Pair(const std::string& axis, const std::string& named,
+                          const std::string& other) {
+    return fmt::format("{}: {} or {}", axis, named, other);
+  }
+
+  void AddNamed(const std::string& axis, const ChannelTrace& channel,
+                const std::set<std::string>& judged) {
+    for (const TracedEffect& effect : channel.effects) {
+      any_named_ = true;
+      if (!judged.contains(effect.id))
+        open_.insert(fmt::format("{}: what is behind {}", axis, effect.id));
+      for (const std::string& rival : effect.rivals)
+        not_told_.push_back(Pair(axis, effect.id, rival));
     }
+  }
+
+  double Minutes(std::size_t m) const { return std::max(menu_[m].duration_s / 60.0, 1e-3); }
+
+  bool Hopeless(const ChannelOutlook::Rivalry& rivalry) const {
+    if (menu_.empty()) return false;
+    double most = 0.0;  // nats a minute
+    for (std::size_t m = 0; m < menu_.size(); ++m)
+      most = std::max(most, (rivalry.then[m] - rivalry.now) / Minutes(m));
     return kDecided_nats - rivalry.now > kPatience_min * most;
   }
 
   ManoeuvreWorth Worth(std::size_t m, const std::vector<Reason>& reasons, const char* verb) const {
     ManoeuvreWorth worth;
     for (const Reason& reason : reasons) worth.nats += reason.nats;
-    worth.nats_per_min = worth.nats / std::max(menu_[m].duration_s / 60.0, 1e-3);
+    worth.nats_per_min = worth.nats / Minutes(m);
     if (!reasons.empty()) worth.because = fmt::format("{} {}", verb, Join(reasons));
     return worth;
   }
 
   ManoeuvreWorth OfRivalries(std::size_t m) const {
     std::vector<Reason> reasons;
-    for (const auto& rivalry : rivalries_) {
-      const double gain = std::min(rivalry.then[m], kDecided_nats) - rivalry.now;
-      if (rivalry.now < kDecided_nats && gain > 0.0)
-        reasons.push_back({fmt::format("{} from {}", rivalry.named, rivalry.other), gain});
+    for (const AxisRivalry& one : rivalries_) {
+      const double gain = std::min(one.rivalry.then[m], kDecided_nats) - one.rivalry.now;
+      if (gain > 0.0)
+        reasons.push_back({fmt::format("{} from {}", one.rivalry.named, one.rivalry.other), gain});
     }
     return Worth(m, reasons, "tells");
   }
@@ -139,11 +161,11 @@ class Chooser {
     return Worth(m, reasons, "would show");
   }
 
-  static std::optional<std::size_t> Best(const std::vector<ManoeuvreWorth>& worths) {
+  std::optional<std::size_t> Best(const std::vector<ManoeuvreWorth>& worths) const {
     std::optional<std::size_t> best;
     double most = kLeast_nats_per_min;
     for (std::size_t m = 0; m < worths.size(); ++m) {
-      if (!(worths[m].nats_per_min > most)) continue;
+      if (!menu_[m].affordable || !(worths[m].nats_per_min > most)) continue;
       most = worths[m].nats_per_min;
       best = m;
     }
@@ -151,9 +173,9 @@ class Chooser {
   }
 
   std::span<const Manoeuvre> menu_;
-  std::vector<ChannelOutlook::Rivalry> rivalries_;
+  std::vector<AxisRivalry> rivalries_;
   std::vector<ChannelOutlook::Knowledge> knowledge_;
-  std::vector<std::pair<std::string, std::string>> not_told_;  // by the trace
+  std::vector<std::string> not_told_;  // pairs, by the trace
   std::set<std::string> open_;
   bool any_named_ = false;
 };

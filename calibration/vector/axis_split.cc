@@ -1,6 +1,7 @@
 #include "calibration/vector/axis_split.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>

@@ -10,7 +10,9 @@
 namespace gyrobench::calibration {
 
 // `rows`: of the channels that were traced. The noise of channels is taken as independent: of the
-// reference's, which they share, each feels what turns about its own axis.
+// reference's, which they share, each feels what turns about its own axis. That holds of turns
+// about one sensor axis; where an axis of the stand lies between two of the sensor's, both feel its
+// encoder.
 VectorCalibration MakeVectorCalibration(std::span<const ChannelRow> rows,
                                         std::span<const Trail> trails);
 

@@ -8,6 +8,9 @@ namespace {
 // Nodes of a rest; those at its edges may have felt the motion.
 constexpr std::size_t kLeastNodes = 5;
 
+// An accelerometer that gives the same number again and again is not exact.
+constexpr double kLeastVariance_g2 = 1e-10;
+
 using Eigen::Vector3d;
 
 Vector3d ToEigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
@@ -29,7 +32,8 @@ class PoseFinder {
 
   std::vector<Pose> Take() {
     // Noise of one node's mean, of all rests together.
-    const double variance = freedom_ > 0.0 ? squares_ / freedom_ : kMissing;
+    const double variance =
+        freedom_ > 0.0 ? std::max(squares_ / freedom_, kLeastVariance_g2) : kMissing;
     for (std::size_t k = 0; k < poses_.size(); ++k) poses_[k].variance_g2 = variance / counts_[k];
     return std::move(poses_);
   }

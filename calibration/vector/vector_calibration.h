@@ -40,7 +40,7 @@ struct AxisSplit {
   Vector3 non_orthogonality_deg = kUnknown3;  // of the pairs yz, zx, xy
   Vector3 non_orthogonality_std_error_deg = kUnknown3;
   Matrix3 r_mount = kUnknown33;
-  Vector3 mount_deg = kUnknown3;  // about x, y, z; x and z have no errors where y is +-90 deg
+  Vector3 mount_deg = kUnknown3;  // about x, y, z; none has errors where y is +-90 deg
   Vector3 mount_std_error_deg = kUnknown3;
 };
 

@@ -118,6 +118,7 @@ struct PlannedMove {
 struct Rehearsal {
   std::string name;
   double duration_s = 0.0;
+  bool affordable = true;          // there is time for it; others are weighed and not chosen
   double warms_degC = 0.0;         // what somebody's hand does to the sensor's temperature by it
   std::vector<AxisFacts> axes;     // where it begins
   std::vector<PlannedMove> moves;  // times since its begin

@@ -30,8 +30,6 @@ int Rehearsed(const Call& call) {
 int Choose(const Call& call) {
   call.CheckNothing();
   const std::vector<Rehearsal> menu = call.stage.TakeMenu();
-  if (menu.empty())
-    throw Error(call.name + ": nothing was rehearsed: there is nothing to choose from");
   const Choice choice = call.bench.Choose(menu);
   lua_createtable(call.state, 0, 7);
   lua_pushboolean(call.state, choice.settled ? 1 : 0);

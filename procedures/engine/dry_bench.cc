@@ -108,13 +108,18 @@ Estimate DryBench::ReadEstimate(const std::string& what) {
 }
 
 std::vector<AxisVerdict> DryBench::Trace() {
-  return {{"x", "none", "", {}}, {"y", "none", "", {}}, {"z", "none", "", {}}};
+  const char* says = "not known before it is measured.";
+  return {{"x", "none", says, {}}, {"y", "none", says, {}}, {"z", "none", says, {}}};
 }
 
 Choice DryBench::Choose(const std::vector<Rehearsal>& menu) {
   Choice choice;
-  choice.open = "whether there is anything beyond the baseline";
-  if (!menu.empty()) choice.best = choices_++ % menu.size();
+  choice.open = "everything, before it is measured";
+  choice.because = "stands for whichever is chosen";
+  for (std::size_t tried = 0; tried < menu.size() && !choice.best; ++tried) {
+    const std::size_t next = choices_++ % menu.size();
+    if (menu[next].affordable) choice.best = next;
+  }
   for (const Rehearsal& rehearsal : menu) {
     for (const PlannedMove& move : rehearsal.moves) plan_.axes.insert(move.axis);
   }

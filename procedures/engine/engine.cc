@@ -63,6 +63,10 @@ class Run {
     PushParameters(thread, procedure_.info(), parameters);
     Sandbox::Step step = sandbox_.Resume(1);
     while (!step.finished) step = sandbox_.Resume(ExecuteOne(step.values));
+    if (stage_.rehearsing()) {
+      throw ScriptError(sandbox_.file(), 0,
+                        "the run ended within a rehearsal: bench.rehearsed is missing");
+    }
     bench_.SafePoint();
     return Result();
   }

@@ -21,10 +21,11 @@ class Stage {
   Bench& real() { return real_; }
   // Throws Error while one is on.
   void Begin();
-  // What was tried since Begin goes on the menu, unless it takes longer than `at_most_s`: false.
-  // Throws Error without a Begin.
+  // What was tried since Begin goes on the menu. False where it takes longer than `at_most_s`: it
+  // is weighed then, and not chosen. Throws Error without a Begin.
   bool End(const std::string& name, double warms_degC, double at_most_s);
-  // Empties it.
+  bool rehearsing() const { return rehearsal_ != nullptr; }
+  // Empties it. Throws Error while a rehearsal is on, and where nothing was rehearsed.
   std::vector<Rehearsal> TakeMenu();
 
  private:

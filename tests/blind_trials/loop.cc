@@ -45,6 +45,18 @@ std::vector<Task> Plan(const LoopCampaign& campaign) {
   return tasks;
 }
 
+void Fill(TrialBench& bench, LoopOutcome* outcome) {
+  outcome->duration_s = bench.ElapsedS();
+  outcome->said = bench.said();
+  outcome->manoeuvres = static_cast<int>(
+      std::count_if(outcome->said.begin(), outcome->said.end(),
+                    [](const std::string& text) { return text.starts_with("manoeuvre "); }));
+  for (const calibration::ChannelTrace& channel : bench.Traced().result.channels) {
+    for (const calibration::TracedEffect& effect : channel.effects)
+      outcome->named.push_back({effect.id, effect.rivals});
+  }
+}
+
 LoopOutcome RunOne(const Task& task, double budget_min) {
   LoopOutcome outcome;
   outcome.seed = task.seed;
@@ -55,22 +67,14 @@ LoopOutcome RunOne(const Task& task, double budget_min) {
   spec.effects = task.effects;
   const PartSeeds seeds = DrawSeeds(spec, random);
   const DrawnTrial drawn = DrawTrial(spec, seeds, 60.0 * budget_min, random);
-  TrialBench bench(TrialStand(), drawn.bench.specimen, seeds.noise, drawn.bench.options);
   try {
+    TrialBench bench(TrialStand(), drawn.bench.specimen, seeds.noise, drawn.bench.options);
     const auto procedure = procedures::Procedure::Load(std::filesystem::path(GYROBENCH_SOURCE_DIR) /
                                                        "procedures/close_loop.lua");
     procedures::RunProcedure(procedure, {{"budget_min", budget_min}}, bench);
+    Fill(bench, &outcome);
   } catch (const std::exception& error) {
     outcome.failure = error.what();
-  }
-  outcome.duration_s = bench.ElapsedS();
-  outcome.said = bench.said();
-  outcome.manoeuvres = static_cast<int>(
-      std::count_if(outcome.said.begin(), outcome.said.end(),
-                    [](const std::string& text) { return text.starts_with("manoeuvre "); }));
-  for (const calibration::ChannelTrace& channel : bench.Traced().result.channels) {
-    for (const calibration::TracedEffect& effect : channel.effects)
-      outcome.named.push_back({effect.id, effect.rivals});
   }
   return outcome;
 }
@@ -78,6 +82,7 @@ LoopOutcome RunOne(const Task& task, double budget_min) {
 }  // namespace
 
 bool LoopOutcome::Right() const {
+  if (!failure.empty()) return false;
   if (hidden.empty()) return named.empty();
   return named.size() == 1 && named[0].id == hidden && named[0].rivals.empty();
 }

@@ -185,6 +185,64 @@ TEST(NextManoeuvre, ADescriptionWithoutACauseIsNotSettled) {
   EXPECT_THAT(next.open, HasSubstr("empirical(T)"));
 }
 
+TEST(NextManoeuvre, WhatIsNotJudgedIsNotSettled) {
+  const Recording so_far = Recorded(Turns("so far", 0.0, {5.0, 10.0, 20.0, 30.0, 40.0}));
+  const std::vector<Manoeuvre> menu = {Turns("more", 0.0, {5.0, 20.0, 40.0})};
+  const std::vector<ModelTerm> asymmetry = {Term("scale.asymmetry", {3e-2})};
+  Traced unknown_noise = Verdict(asymmetry);
+  unknown_noise.result.channels[0].noise.reference_deg = kMissing;
+  EXPECT_FALSE(ChooseManoeuvre(so_far, unknown_noise, menu).settled);
+  ModelTerm supply = Term("bias.of", {1.0});
+  supply.covariate = "supply_v";
+  EXPECT_FALSE(ChooseManoeuvre(so_far, Verdict({supply}), menu).settled);
+  // Faint, and nothing to tell it by.
+  EXPECT_FALSE(ChooseManoeuvre(so_far, Verdict({Term("scale.asymmetry", {1e-5})}), {}).settled);
+}
+
+TEST(NextManoeuvre, WhatTheDataDoNotTellApartIsOpenWhateverWasToBeExpected) {
+  const Recording so_far = Recorded(Turns("so far", 0.0, {5.0, 10.0, 20.0, 30.0, 40.0}));
+  const std::vector<Manoeuvre> menu = {Turns("more", 0.0, {5.0, 20.0, 40.0})};
+  Traced traced = Verdict({Term("scale.asymmetry", {3e-2})});
+  traced.result.channels[0].effects[0].rivals = {"scale.quadratic_even"};
+  const NextManoeuvre next = ChooseManoeuvre(so_far, traced, menu);
+  EXPECT_FALSE(next.settled);
+  EXPECT_THAT(next.open, HasSubstr("z: scale.asymmetry or scale.quadratic_even"));
+}
+
+TEST(NextManoeuvre, WhatTheMenuWouldNeverTellApartDoesNotCount) {
+  // Both grow with the rate alone, and one more turn at the same rate tells nothing of it.
+  const Recording so_far = Recorded(Turns("so far", 0.0, {20.0, 20.0}));
+  const std::vector<Manoeuvre> menu = {Turns("again", 0.0, {20.0})};
+  const NextManoeuvre next =
+      ChooseManoeuvre(so_far, Verdict({Term("scale.asymmetry", {3e-4})}), menu);
+  EXPECT_THAT(next.never, HasSubstr("scale.quadratic_even"));
+  EXPECT_THAT(next.open, ::testing::Not(HasSubstr("scale.quadratic_even")));
+}
+
+TEST(NextManoeuvre, WhatThereIsNoTimeForIsWeighedAndNotChosen) {
+  const Traced traced = Verdict({Term("scale.g", {0.0, 0.0, 2e-3})});
+  const Recording so_far = Recorded(Turns("so far", 0.0, {10.0, 20.0, 30.0}));
+  std::vector<Manoeuvre> menu = {Turns("up", 0.0, {10.0, 20.0, 30.0}),
+                                 Turns("down", 180.0, {10.0, 20.0, 30.0})};
+  menu[1].affordable = false;
+  const NextManoeuvre next = ChooseManoeuvre(so_far, traced, menu);
+  EXPECT_GT(next.worths[1].nats, 0.0);
+  EXPECT_NE(next.best, std::optional<std::size_t>(1));
+  EXPECT_FALSE(next.settled);
+}
+
+TEST(NextManoeuvre, AManoeuvreOfNoDurationAndASensorWithoutThermometerAreNoTrouble) {
+  Recording so_far = Nothing();
+  so_far.info.temperature_present = false;
+  so_far.columns.nodes.clear();
+  so_far = Foresee(Turns("so far", 0.0, {10.0, 20.0}), so_far, {kUnits, kUnits, kUnits});
+  const std::vector<Manoeuvre> menu = {Manoeuvre(), Turns("more", 90.0, {10.0, 40.0})};
+  const NextManoeuvre next = ChooseManoeuvre(so_far, Verdict({}), menu);
+  ASSERT_TRUE(next.best.has_value());
+  EXPECT_EQ(*next.best, 1U);
+  for (const ManoeuvreWorth& worth : next.worths) EXPECT_TRUE(std::isfinite(worth.nats_per_min));
+}
+
 TEST(NextManoeuvre, AReferenceThatIsNoStandIsRefused) {
   Recording recording = Recorded(Turns("so far", 0.0, {20.0}));
   recording.info.reference = ReferenceKind::kSensorAngle;

@@ -43,14 +43,39 @@ TEST(Rehearsal, MovesNothingAndOffersWhatWasTried) {
   EXPECT_EQ(bench.offered[0][1].warms_degC, -2.0);
 }
 
-TEST(Rehearsal, OneThatTakesTooLongIsNotOffered) {
+TEST(Rehearsal, OneThatTakesTooLongIsWeighedAndMarked) {
   FakeBench bench;
   RunProcedure(Script("bench.rehearse()\n"
                       "bench.rest{ duration_s = 50 }\n"
                       "assert(not bench.rehearsed{ name = 'a rest', at_most_s = 49 })\n" +
                       std::string(kTwo) + "bench.choose()"),
                {}, bench);
-  EXPECT_THAT(bench.offered.at(0), SizeIs(2));
+  ASSERT_THAT(bench.offered.at(0), SizeIs(3));
+  EXPECT_FALSE(bench.offered[0][0].affordable);
+  EXPECT_TRUE(bench.offered[0][1].affordable);
+}
+
+TEST(Rehearsal, ARunThatEndsWithinOneIsAnErrorAndNothingIsChosenWithinOne) {
+  FakeBench bench;
+  EXPECT_THAT(MessageOf<ScriptError>([&] { RunProcedure(Script("bench.rehearse()"), {}, bench); }),
+              HasSubstr("bench.rehearsed is missing"));
+  EXPECT_THAT(MessageOf<ScriptError>([&] {
+                RunProcedure(Script(std::string(kTwo) + "bench.rehearse() bench.choose()"), {},
+                             bench);
+              }),
+              HasSubstr("a rehearsal is on"));
+}
+
+TEST(Rehearsal, BeginsAtTheLimitWhereAnAxisReadsALittleBeyondIt) {
+  FakeBench bench;
+  bench.axes[2].angle_deg = bench.axes[2].min_deg - 0.003;
+  EXPECT_NO_THROW(
+      RunProcedure(Script("bench.rehearse()\n"
+                          "local home_deg = bench.axes().inner.angle_deg\n"
+                          "bench.move_to{ axis = 'inner', angle_deg = 0, rate_deg_s = 10 }\n"
+                          "bench.move_to{ axis = 'inner', angle_deg = home_deg, rate_deg_s = 10 }\n"
+                          "bench.rehearsed{ name = 'home' }"),
+                   {}, bench));
 }
 
 TEST(Rehearsal, AMenuIsForOneChoice) {
@@ -116,9 +141,11 @@ TEST(CloseLoop, MakesWhatWasChosenAndEndsWhenTheVerdictOutlivesIt) {
 
 TEST(CloseLoop, AOneAxisTableHasAShorterMenuAndAStandWithoutTurnsAboutZIsRefused) {
   FakeBench bench;
+  bench.verdicts = {{"z", "none", "", {}}};
   bench.axes = Roomy({"inner"});
   RunProcedure(Shipped("close_loop"), {}, bench);
   FakeBench whole;
+  whole.verdicts = bench.verdicts;
   whole.axes = Roomy({"outer", "middle", "inner"});
   RunProcedure(Shipped("close_loop"), {}, whole);
   EXPECT_LT(bench.offered.at(0).size(), whole.offered.at(0).size());
