@@ -289,7 +289,17 @@ procedures::Choice LiveBench::Choose(const std::vector<procedures::Rehearsal>& m
   const calibration::Recording recording = context_.telemetry.Recorded();
   if (!traced_) traced_ = TraceRun(recording);
   if (!traced_) throw DataError("nothing has been measured yet that could be traced");
-  return ChooseAmong(menu, recording, *traced_);
+  const procedures::Choice choice = ChooseAmong(menu, recording, *traced_);
+  if (!choice.best) return choice;
+  // The verdicts once more, with what is asked for and why.
+  const procedures::Rehearsal& best = menu[*choice.best];
+  calibration::TraceResult told = traced_->result;
+  for (calibration::ChannelTrace& channel : told.channels) {
+    channel.summary += fmt::format(" Next: {}, {:.1f} min; it {} ({:.1f} nats expected).",
+                                   best.name, best.duration_s / 60.0, choice.because, choice.nats);
+  }
+  context_.telemetry.SendTrace(told, context_.clock.Now(), false);
+  return choice;
 }
 
 void LiveBench::RecordLimit(const procedures::LimitCheck& check) {
