@@ -72,7 +72,8 @@ std::string RunText(const Json& run) {
   std::string text =
       fmt::format("{}, {}", Text(run, "run_id"), outcome.empty() ? Text(run, "state") : outcome);
   if (outcome.empty()) {
-    text += fmt::format(": {:.0f} %, {}", 100.0 * Number(run, "progress"), Text(run, "segment"));
+    text += fmt::format(": {:.0f} %", 100.0 * Number(run, "progress"));
+    if (const std::string segment = Text(run, "segment"); !segment.empty()) text += ", " + segment;
     const double remaining = Number(run, "remaining_s");
     if (std::isfinite(remaining)) text += ", " + FormatDuration(remaining) + " of bench time left";
   }

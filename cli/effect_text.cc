@@ -186,9 +186,13 @@ std::string NamesOfEffects(const Json& effects) {
       ++same->second;
     }
   }
+  // "a, b or c" would leave open what belongs together.
+  const bool rivals = std::any_of(names.begin(), names.end(), [](const auto& one) {
+    return one.first.find(" or ") != std::string::npos;
+  });
   std::string text;
   for (const auto& [name, times] : names) {
-    text += (text.empty() ? "" : ", ") + name;
+    text += (text.empty() ? "" : rivals ? "; " : ", ") + name;
     if (times > 1) text += fmt::format(" ({} times)", times);
   }
   return text;

@@ -99,6 +99,16 @@ TEST(TraceText, BeginsWithALineForEachAxisAndItsVerdict) {
   EXPECT_THAT(lines[2], StartsWith("Gyro z: partly explained by angle.ripple (4 times); "));
 }
 
+TEST(TraceText, KeepsRivalsApartFromWhatBelongsTogether) {
+  json trace = ThreeAxes();
+  json& effects = trace["channels"][2]["effects"];
+  effects = {effects[0], effects[1]};
+  effects[1]["id"] = "angle.latency";
+  effects[1]["rivals"] = {"angle.clock_drift"};
+  EXPECT_THAT(Flat(TraceText(trace, Terminal())),
+              HasSubstr("explained by angle.ripple; angle.latency or angle.clock_drift"));
+}
+
 TEST(TraceText, SaysEachReasonRemarkAndManoeuvreThatAllAxesShareOnce) {
   const std::string text = Flat(TraceText(ThreeAxes(), Terminal()));
   for (const char* once : {"there is no motion", "the site's latitude is not given",
