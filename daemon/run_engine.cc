@@ -316,7 +316,7 @@ void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
   context_.telemetry.SendResults(results, end, true);
   // What ended before its time is not judged by what it did not do.
   const bool complete = outcome == Outcome::kDone || outcome == Outcome::kFailedLimits;
-  const auto trace = complete ? TraceRun(context_.telemetry.Recorded()) : std::nullopt;
+  const auto trace = complete ? TraceRun(context_.telemetry.Recorded(), true) : std::nullopt;
   if (trace) context_.telemetry.SendTrace(trace->result, end, true);
   run_t stop{};
   stop.utime = end;

@@ -46,10 +46,12 @@ report::Provenance ProvenanceOf(const recording::RunDirectory& directory, const 
 
 }  // namespace
 
-std::optional<calibration::Traced> TraceRun(const calibration::Recording& recording) {
+std::optional<calibration::Traced> TraceRun(const calibration::Recording& recording, bool curves) {
+  calibration::TraceOptions options;
+  options.curves = curves;
   try {
     const calibration::Recording* one = &recording;
-    return calibration::Trace(std::span(&one, 1));
+    return calibration::Trace(std::span(&one, 1), options);
   } catch (const DataError& error) {
     spdlog::info("nothing to trace: {}", error.what());
   } catch (const std::exception& error) {  // the record must be closed whatever the trace does

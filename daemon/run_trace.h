@@ -13,7 +13,8 @@
 namespace gyrobench::daemon {
 
 // nullopt, with a line in the daemon's log, when there is nothing that could be traced.
-std::optional<calibration::Traced> TraceRun(const calibration::Recording& recording);
+// `curves`: those of the report as well.
+std::optional<calibration::Traced> TraceRun(const calibration::Recording& recording, bool curves);
 
 procedures::AxisVerdict VerdictOf(const calibration::ChannelTrace& channel);
 

@@ -66,19 +66,14 @@ void AddNotes(bool thermal, Lines* notes) {
 }  // namespace
 
 Exported WriteArduPilot(const calibration::Calibration& calibration, const Origin& origin) {
-  const LinearModel model = MakeLinearModel(calibration);
   const ThermalBias bias = MakeThermalBias(calibration, kReference_degC);
   const bool thermal = bias.range.known();
   Exported out;
   out.notes = bias.notes;
   AddNotes(thermal, &out.notes);
-  Lines about = OriginLines(calibration, origin);
-  about[0] = "Gyro offset for ArduPilot. " + about[0];
-  for (const Lines& more : {Lines{""}, FormulaLines(thermal), DriverLines(model), Lines{""},
-                            ValidityLines(model), ExampleLines(bias), NoteLines(out.notes)}) {
-    Append(&about, more);
-  }
-  out.text = Commented(about, "# ");
+  out.text = Commented(
+      AutopilotLines("ArduPilot", calibration, origin, bias, FormulaLines(thermal), out.notes),
+      "# ");
   // Where the polynomial and INS_GYROFFS meet; any within the range would do.
   const double caltemp_degC =
       std::fmin(std::fmax(kReference_degC, bias.range.low_degC), bias.range.high_degC);

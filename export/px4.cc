@@ -63,19 +63,13 @@ void AddNotes(bool thermal, Lines* notes) {
 }  // namespace
 
 Exported WritePx4(const calibration::Calibration& calibration, const Origin& origin) {
-  const LinearModel model = MakeLinearModel(calibration);
   const ThermalBias bias = MakeThermalBias(calibration, kMissing);
   const bool thermal = bias.range.known();
   Exported out;
   out.notes = bias.notes;
   AddNotes(thermal, &out.notes);
-  Lines about = OriginLines(calibration, origin);
-  about[0] = "Gyro offset for PX4. " + about[0];
-  for (const Lines& more : {Lines{""}, FormulaLines(thermal), DriverLines(model), Lines{""},
-                            ValidityLines(model), ExampleLines(bias), NoteLines(out.notes),
-                            Lines{"", "Vehicle-Id Component-Id Name Value Type"}}) {
-    Append(&about, more);
-  }
+  Lines about = AutopilotLines("PX4", calibration, origin, bias, FormulaLines(thermal), out.notes);
+  Append(&about, {"", "Vehicle-Id Component-Id Name Value Type"});
   out.text = Commented(about, "# ");
   if (thermal) out.text += ThermalRows(bias);
   out.text += ConstantRows(thermal ? calibration::Vector3{} : bias.OffsetAt(kMissing));

@@ -108,6 +108,36 @@ void NoteRange(const LinearModel& model, ThermalBias* out) {
   }
 }
 
+Lines DriverLines(const LinearModel& model) {
+  Lines lines = {
+      "Axes: those of the calibration's table. Where the autopilot's driver turns the chip's axes "
+      "(it often negates two), exchange the axes and signs of these values alike."};
+  if (model.unit == "LSB") {
+    lines.push_back(
+        fmt::format("Range: that of {:.6g} LSB per deg/s. The offset at another range of the "
+                    "sensor is another.",
+                    model.units_per_deg_s[0]));
+  }
+  return lines;
+}
+
+Lines ExampleLines(const ThermalBias& bias) {
+  Lines lines = {"Worked example:"};
+  std::vector<double> temperatures = {0.0};
+  if (bias.range.known()) {
+    temperatures = {bias.range.low_degC, 0.5 * (bias.range.low_degC + bias.range.high_degC),
+                    bias.range.high_degC};
+  }
+  for (const double temperature : temperatures) {
+    const calibration::Vector3 offset = bias.OffsetAt(temperature);
+    const std::string when =
+        bias.range.known() ? fmt::format("at {:.2f} degC", temperature) : "at any temperature";
+    lines.push_back(fmt::format("  {} the offset is {:.8f} {:.8f} {:.8f} rad/s", when, offset[0],
+                                offset[1], offset[2]));
+  }
+  return lines;
+}
+
 }  // namespace
 
 calibration::Vector3 ThermalBias::OffsetAt(double temperature_degC) const {
@@ -152,34 +182,17 @@ ThermalBias MakeThermalBias(const calibration::Calibration& calibration, double 
   return out;
 }
 
-Lines DriverLines(const LinearModel& model) {
-  Lines lines = {
-      "Axes: those of the calibration's table. Where the autopilot's driver turns the chip's axes "
-      "(it often negates two), exchange the axes and signs of these values alike."};
-  if (model.unit == "LSB") {
-    lines.push_back(
-        fmt::format("Range: that of {:.6g} LSB per deg/s. The offset at another range of the "
-                    "sensor is another.",
-                    model.units_per_deg_s[0]));
+Lines AutopilotLines(const std::string& autopilot, const calibration::Calibration& calibration,
+                     const Origin& origin, const ThermalBias& bias, const Lines& formula,
+                     const Lines& notes) {
+  const LinearModel model = MakeLinearModel(calibration);
+  Lines about = OriginLines(calibration, origin);
+  about[0] = fmt::format("Gyro offset for {}. {}", autopilot, about[0]);
+  for (const Lines& more : {Lines{""}, formula, DriverLines(model), Lines{""}, ValidityLines(model),
+                            ExampleLines(bias), NoteLines(notes)}) {
+    Append(&about, more);
   }
-  return lines;
-}
-
-Lines ExampleLines(const ThermalBias& bias) {
-  Lines lines = {"Worked example:"};
-  std::vector<double> temperatures = {0.0};
-  if (bias.range.known()) {
-    temperatures = {bias.range.low_degC, 0.5 * (bias.range.low_degC + bias.range.high_degC),
-                    bias.range.high_degC};
-  }
-  for (const double temperature : temperatures) {
-    const calibration::Vector3 offset = bias.OffsetAt(temperature);
-    const std::string when =
-        bias.range.known() ? fmt::format("at {:.2f} degC", temperature) : "at any temperature";
-    lines.push_back(fmt::format("  {} the offset is {:.8f} {:.8f} {:.8f} rad/s", when, offset[0],
-                                offset[1], offset[2]));
-  }
-  return lines;
+  return about;
 }
 
 }  // namespace gyrobench::exporting

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 
 #include "export/linear_model.h"
 #include "export/text.h"
@@ -29,9 +30,11 @@ struct ThermalBias {
 // DataError.
 ThermalBias MakeThermalBias(const calibration::Calibration& calibration, double reference_degC);
 
-// What is said in every file for an autopilot: the frame and the driver's sensitivity.
-Lines DriverLines(const LinearModel& model);
-// The offsets at three temperatures, for a worked example.
-Lines ExampleLines(const ThermalBias& bias);
+// What is said above the parameters of every autopilot: origin, the autopilot's `formula`, frame
+// and the driver's sensitivity, validity, offsets at three temperatures as a worked example,
+// `notes`.
+Lines AutopilotLines(const std::string& autopilot, const calibration::Calibration& calibration,
+                     const Origin& origin, const ThermalBias& bias, const Lines& formula,
+                     const Lines& notes);
 
 }  // namespace gyrobench::exporting

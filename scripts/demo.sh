@@ -76,7 +76,7 @@ start config/undeclared.toml
 echo
 echo "== gyrobench run close_loop"
 $bin/gyrobench run close_loop -p fan=false | tee "$work/loop.txt"
-run=$(basename "$(grep -Eo '[0-9]{8}-[0-9]{6}-close_loop' "$work/loop.txt" | head -n 1)")
+run=$(grep -Eo '[0-9]{8}-[0-9]{6}-close_loop' "$work/loop.txt" | head -n 1)
 echo
 echo "== gyrobench trace $run: the error before and after"
 $bin/gyrobench trace "$run"

@@ -66,26 +66,23 @@ ChannelOutlook::ChannelOutlook(std::span<const Trail> trails, const ChannelModel
         term.coefficients.data(), static_cast<Eigen::Index>(member.columns.size()));
     named_.push_back(std::move(member));
   }
-  std::vector<const Eigen::MatrixXd*> all;
-  for (const Eigen::MatrixXd& matrix : raw) all.push_back(&matrix);
-  Fill(problem, baseline, noise, all);
+  Fill(problem, baseline, noise, raw);
 }
 
 void ChannelOutlook::Fill(const ChannelProblem& problem, const Baseline& baseline,
-                          const TraceNoise& noise,
-                          const std::vector<const Eigen::MatrixXd*>& columns) {
+                          const TraceNoise& noise, const std::vector<Eigen::MatrixXd>& columns) {
   const auto turned = static_cast<Eigen::Index>(baseline.turned.size());
   const auto constants = static_cast<Eigen::Index>(baseline.constants);
   Eigen::Index count = baseline_columns_ + 1;
-  for (const Eigen::MatrixXd* matrix : columns) count += matrix->cols();
+  for (const Eigen::MatrixXd& matrix : columns) count += matrix.cols();
   Eigen::MatrixXd all(problem.rows(), count);
   all.leftCols(turned) = baseline.columns.leftCols(turned);
   all.middleCols(turned, baseline.temperature_order) =
       baseline.columns.rightCols(baseline.temperature_order);
   Eigen::Index next = baseline_columns_;
-  for (const Eigen::MatrixXd* matrix : columns) {
-    all.middleCols(next, matrix->cols()) = *matrix;
-    next += matrix->cols();
+  for (const Eigen::MatrixXd& matrix : columns) {
+    all.middleCols(next, matrix.cols()) = matrix;
+    next += matrix.cols();
   }
   all.col(next) = baseline.columns.middleCols(turned, constants).rowwise().sum();
   Whitener(problem.intervals(), {noise.angle_random_walk_deg_sqrt_s,

@@ -16,7 +16,7 @@ namespace gyrobench::calibration {
 
 class ChannelOutlook {
  public:
-  // trails[0]: the measurement so far; the others: a manoeuvre each. They must outlive the outlook.
+  // trails[0]: the measurement so far; the others: a manoeuvre each.
   ChannelOutlook(std::span<const Trail> trails, const ChannelModel& model, const TraceNoise& noise);
 
   // An effect of the catalogue that is named, against another in its place.
@@ -50,7 +50,7 @@ class ChannelOutlook {
     Eigen::VectorXd coefficients;  // of a named one
   };
   void Fill(const ChannelProblem& problem, const Baseline& baseline, const TraceNoise& noise,
-            const std::vector<const Eigen::MatrixXd*>& columns);
+            const std::vector<Eigen::MatrixXd>& columns);
   Eigen::MatrixXd With(std::size_t manoeuvre) const;
   double Odds(const Eigen::MatrixXd& gram, const Member& named, const Member& other) const;
   double KnownOf(const Eigen::MatrixXd& gram, const Member& member) const;

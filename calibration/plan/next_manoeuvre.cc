@@ -60,10 +60,10 @@ class Chooser {
       const std::string axis(1, "xyz"[static_cast<std::size_t>(channel.axis)]);
       std::set<std::string> judged;
       if (IsKnown(channel.noise)) {
-        const ChannelOutlook outlook(trails, traced.models[i], channel.noise);
-        for (auto& rivalry : outlook.Rivalries()) rivalries_.push_back({axis, std::move(rivalry)});
-        for (auto& known : outlook.KnowledgeOfAll()) knowledge_.push_back(std::move(known));
-        judged = outlook.Judged();
+        outlooks_.emplace_back(trails, traced.models[i], channel.noise);
+        for (auto& rivalry : outlooks_.back().Rivalries())
+          rivalries_.push_back({axis, std::move(rivalry)});
+        judged = outlooks_.back().Judged();
       }
       AddNamed(axis, channel, judged);
     }
@@ -91,6 +91,9 @@ class Chooser {
     for (std::size_t m = 0; m < menu_.size(); ++m) out.worths.push_back(OfRivalries(m));
     out.best = Best(out.worths);
     if (out.best) return out;
+    for (const ChannelOutlook& outlook : outlooks_) {
+      for (auto& known : outlook.KnowledgeOfAll()) knowledge_.push_back(std::move(known));
+    }
     for (std::size_t m = 0; m < menu_.size(); ++m) out.worths[m] = OfKnowledge(m);
     out.best = Best(out.worths);
     return out;
@@ -173,6 +176,7 @@ class Chooser {
   }
 
   std::span<const Manoeuvre> menu_;
+  std::vector<ChannelOutlook> outlooks_;
   std::vector<AxisRivalry> rivalries_;
   std::vector<ChannelOutlook::Knowledge> knowledge_;
   std::vector<std::string> not_told_;  // pairs, by the trace

@@ -1,6 +1,6 @@
 #include "calibration/vector/equal_parameters.h"
 
-#include <Eigen/Cholesky>
+#include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 
@@ -18,17 +18,12 @@ JointEstimate HoldEqual(const JointEstimate& separate,
     }
   }
   const Eigen::MatrixXd across = separate.covariance * h.transpose();
-  Eigen::MatrixXd gram = h * across;
-  // Units of the groups differ by orders.
-  const Eigen::VectorXd unit = gram.diagonal().cwiseSqrt().cwiseInverse();
-  gram = unit.asDiagonal() * gram * unit.asDiagonal();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(gram);
-  const Eigen::VectorXd difference = unit.asDiagonal() * (h * separate.values);
-  const Eigen::MatrixXd gain = across * unit.asDiagonal();
-  const Eigen::VectorXd solved = factor.solve(difference);
+  const ScaledLdlt factor(h * across);
+  const Eigen::VectorXd difference = h * separate.values;
+  const Eigen::VectorXd solved = factor.Solve(difference);
   JointEstimate out;
-  out.values = separate.values - gain * solved;
-  out.covariance = separate.covariance - gain * factor.solve(gain.transpose());
+  out.values = separate.values - across * solved;
+  out.covariance = separate.covariance - across * factor.Solve(across.transpose());
   out.misfit = difference.dot(solved);
   out.constraints = static_cast<int>(rows);
   return out;

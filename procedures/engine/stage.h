@@ -18,7 +18,6 @@ class Stage {
     if (rehearsal_) return *rehearsal_;
     return real_;
   }
-  Bench& real() { return real_; }
   // Throws Error while one is on.
   void Begin();
   // What was tried since Begin goes on the menu. False where it takes longer than `at_most_s`: it
