@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "cli/commands.h"
+#include "cli/control_client.h"
 #include "cli/exit_status.h"
 #include "cli/options.h"
 #include "cli/text_layout.h"
@@ -47,6 +48,11 @@ int Dispatch(const Options& options) {
   throw UsageError(fmt::format("no command '{}'", options.command));
 }
 
+// The daemon knows procedures and their parameters; what it refuses of them is mistyped.
+bool IsUsage(const RefusedError& error) {
+  return error.code() == "no_such_procedure" || error.code() == "bad_parameter";
+}
+
 void PrintError(const std::string& command, const std::exception& error) {
   const Terminal terminal = DescribeTerminal(fileno(stderr));
   const std::string text = fmt::format("gyrobench{}: {}", command, error.what());
@@ -66,6 +72,9 @@ int main(int argc, char** argv) {
   } catch (const UsageError& error) {
     PrintError(command, error);
     return kUsage;
+  } catch (const RefusedError& error) {
+    PrintError(command, error);
+    return IsUsage(error) ? kUsage : kFailed;
   } catch (const std::exception& error) {
     PrintError(command, error);
     return kFailed;

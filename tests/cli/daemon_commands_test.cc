@@ -126,6 +126,16 @@ TEST_F(DaemonCommands, ARefusalNamesThePlaceAndEndsWithOne) {
   EXPECT_THAT(finished.err, HasSubstr("scale.lua:12: turn of 400 deg: limit 360 deg"));
 }
 
+TEST_F(DaemonCommands, AMistypedProcedureOrParameterIsUsage) {
+  for (const auto& [status, code] : std::vector<std::pair<unsigned, std::string>>{
+           {404, "no_such_procedure"}, {422, "bad_parameter"}}) {
+    reply_ = Refusal(status, code, "scale: parameter turns = 0: expected 1 .. 4000");
+    const Finished finished = Gyrobench({"check", "scale", "-p", "turns=0"});
+    EXPECT_EQ(finished.status, 2) << code;
+    EXPECT_THAT(finished.err, HasSubstr("turns = 0: expected 1 .. 4000"));
+  }
+}
+
 TEST_F(DaemonCommands, OperatorsCommandsPostAndTellTheNewState) {
   reply_.body = {{"state", "paused"}};
   for (const char* command : {"pause", "resume", "abort", "stop", "reset"}) {

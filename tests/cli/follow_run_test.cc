@@ -142,12 +142,12 @@ TEST_F(FollowRun, TellsHowToAnswerWhereNobodySits) {
 TEST_F(FollowRun, ARefusedRunDoesNotStart) {
   FakeDaemon refusing(folder_ / "r", [](const FakeRequest& request) {
     return request.what == "POST /v1/runs"
-               ? Refusal(422, "range", "turns = 0: expected 1 .. 1000", "scale")
+               ? Refusal(422, "bad_parameter", "turns = 0: expected 1 .. 1000", "scale")
                : FakeReply{200, {{"state", "idle"}}};
   });
   const Finished finished = RunToEnd({GYROBENCH_PROGRAM, "run", "scale", "-p", "turns=0",
                                       "--socket", folder_ / "r", "--lcm", "no-such-lcm://"});
-  EXPECT_EQ(finished.status, 1);
+  EXPECT_EQ(finished.status, 2);
   EXPECT_THAT(finished.err, HasSubstr("turns = 0: expected 1 .. 1000"));
 }
 

@@ -175,21 +175,22 @@ class MainJob(unittest.TestCase):
 
 
 class BadInput(unittest.TestCase):
-    def check_refused(self, bench, words, *arguments):
-        done = bench.run("run", *arguments)
-        self.assertNotEqual(done.returncode, 0)
-        for word in words:
-            self.assertIn(word, done.stderr + done.stdout)
+    def check_refused(self, bench, status, words, *arguments):
+        for command in ("check", "run"):
+            done = bench.run(command, *arguments)
+            self.assertEqual(done.returncode, status, done.stderr + done.stdout)
+            for word in words:
+                self.assertIn(word, done.stderr + done.stdout)
         self.assertFalse(bench.records.exists() and list(bench.records.iterdir()),
                          "refused before anything moves, so there is no record")
 
     def test_what_is_wrong_is_refused_before_anything_moves(self):
         with Bench() as bench:
-            self.check_refused(bench, ["scael", "scale"], "scael")
-            self.check_refused(bench, ["turns", "0"], "scale", "-p", "turns=0")
-            self.check_refused(bench, ["rate_deg_s"], "scale", "-p", "rate_deg_s=fast")
-            self.check_refused(bench, ["nonsense"], "scale", "-p", "nonsense=1")
-            self.check_refused(bench, ["scale.lua:", "soft limit"], "scale", "-p", "turns=1000")
+            self.check_refused(bench, 2, ["scael", "scale"], "scael")
+            self.check_refused(bench, 2, ["turns", "0"], "scale", "-p", "turns=0")
+            self.check_refused(bench, 2, ["rate_deg_s"], "scale", "-p", "rate_deg_s=fast")
+            self.check_refused(bench, 2, ["nonsense"], "scale", "-p", "nonsense=1")
+            self.check_refused(bench, 1, ["scale.lua:", "soft limit"], "scale", "-p", "turns=1000")
 
     def test_sigterm_in_the_middle_of_a_run_stops_in_order_with_the_record_closed(self):
         with Bench(extra="[virtual]\npace = 20\n") as bench:
