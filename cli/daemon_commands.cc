@@ -162,6 +162,24 @@ std::string MovesText(const Json& moves) {
   return AlignColumns(rows, {Align::kRight, Align::kLeft}, 2);
 }
 
+// Minutes and seconds of the run: when somebody has to be there.
+std::string QuestionsText(const Json& questions) {
+  std::string text;
+  for (const Json& question : questions) {
+    const auto at_s = static_cast<long long>(std::round(Number(question, "at_s")));
+    text += fmt::format("asks at about {}:{:02} min:s: {}", at_s / 60, at_s % 60,
+                        Text(question, "text"));
+    std::string choices;
+    for (const Json& choice : Field(question, "choices"))
+      choices += (choices.empty() ? "" : " | ") + Plain(choice);
+    if (!choices.empty()) text += " [" + choices + "]";
+    if (const Json& answer = Field(question, "configured_answer"); answer.is_string())
+      text += " (the stand file answers: " + answer.get<std::string>() + ")";
+    text += "\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 int Procedures(const Options& options) {
@@ -186,7 +204,7 @@ int Check(const Options& options) {
       FormatDuration(Number(answer, "duration_s")),
       segments.is_array() ? segments.size() : static_cast<std::size_t>(Integer(answer, "segments")),
       moves.size());
-  fmt::print("{}", MovesText(moves));
+  fmt::print("{}{}", MovesText(moves), QuestionsText(Field(answer, "questions")));
   for (const Json& note : Field(answer, "notes"))
     fmt::print("note: {}\n", note.is_string() ? note.get<std::string>() : note.dump());
   return kDone;

@@ -147,6 +147,16 @@ json Procedures(Context& c) {
   return {{"procedures", list}};
 }
 
+json ToJson(const procedures::PlannedQuestion& planned) {
+  json object{{"at_s", planned.at_s},
+              {"id", planned.question.id},
+              {"text", planned.question.text},
+              {"choices", planned.question.choices},
+              {"configured_answer", nullptr}};
+  if (planned.configured_answer) object["configured_answer"] = *planned.configured_answer;
+  return object;
+}
+
 json Check(Context& c, const json& body) {
   const procedures::Plan plan = c.engine.Check(Text(body, "procedure"), ReadParameters(body));
   json moves = json::array();
@@ -157,10 +167,15 @@ json Check(Context& c, const json& body) {
                      {"angle_deg", move.to_deg - move.from_deg},
                      {"rate_deg_s", move.rate_deg_s}});
   }
+  json questions = json::array();
+  for (const procedures::PlannedQuestion& question : plan.questions) {
+    questions.push_back(ToJson(question));
+  }
   return {{"duration_s", plan.expected_duration_s},
           {"longest_duration_s", plan.duration_s},
           {"segments", plan.segments.size()},
           {"moves", moves},
+          {"questions", questions},
           {"notes", plan.notes}};
 }
 

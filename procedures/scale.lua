@@ -36,6 +36,8 @@ function run(p)
 
   local scale = bench.estimate("scale_factor")
   if scale then
-    bench.say(string.format("scale factor %.8g +- %.2g %s", scale.value, scale.std_error, scale.unit))
+    -- None in a dry run, nor before there are turns enough.
+    local uncertainty = scale.std_error > 0 and string.format("+- %.2g", scale.std_error) or "(uncertainty unknown)"
+    bench.say(string.format("scale factor %.8g %s %s", scale.value, uncertainty, scale.unit))
   end
 end

@@ -89,10 +89,11 @@ SoakOutcome DryBench::Soak(const SoakCommand& command) {
 }
 
 std::string DryBench::Ask(const Question& question) {
-  plan_.questions.push_back(question);
+  plan_.questions.push_back({question, plan_.expected_duration_s});
   if (question.id == "fan_on") warmed_by_operator_degC_ -= options_.fan_degC;
   if (question.id == "fan_off") warmed_by_operator_degC_ += options_.fan_degC;
   if (const auto found = options_.answers.find(question.id); found != options_.answers.end()) {
+    plan_.questions.back().configured_answer = found->second;
     return found->second;
   }
   return question.choices.empty() ? "" : question.choices.front();

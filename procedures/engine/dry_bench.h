@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -20,6 +21,13 @@ struct PlannedSegment {
   double end_s = 0.0;
 };
 
+// Put to the operator, unless the stand file answers in his place.
+struct PlannedQuestion {
+  Question question;
+  double at_s = 0.0;  // since the start, with soaks as long as they are expected
+  std::optional<std::string> configured_answer = {};
+};
+
 // What a run would do. Times count from its start; the operator's time is not in them.
 struct Plan {
   double duration_s = 0.0;           // at worst: every soak takes its max_s
@@ -27,7 +35,7 @@ struct Plan {
   std::vector<PlannedSegment> segments;
   std::vector<PlannedMove> moves;
   std::set<std::string> axes;  // that move, or would by a choice that may be made
-  std::vector<Question> questions;
+  std::vector<PlannedQuestion> questions;
   std::vector<std::string> notes;  // what the script says, the first 1000 of it
 };
 

@@ -119,6 +119,23 @@ TEST_F(DaemonCommands, CheckTellsTimeAndMovesAndSendsTypedParameters) {
             {"parameters", {{"turns", 20}, {"rate", 4.5}, {"axis", "inner"}, {"both", true}}}}));
 }
 
+TEST_F(DaemonCommands, CheckTellsWhenTheOperatorIsNeededAndForWhat) {
+  reply_.body = {{"duration_s", 3725.0},
+                 {"segments", 5},
+                 {"moves", json::array()},
+                 {"questions",
+                  {{{"at_s", 905.4}, {"text", "Fan on?"}, {"choices", {"done", "skip"}}},
+                   {{"at_s", 3600.0},
+                    {"text", "Fan off?"},
+                    {"choices", json::array()},
+                    {"configured_answer", "done"}}}}};
+  const Finished finished = Gyrobench({"check", "thermal"});
+  EXPECT_EQ(finished.status, 0);
+  EXPECT_THAT(finished.out, HasSubstr("asks at about 15:05 min:s: Fan on? [done | skip]\n"));
+  EXPECT_THAT(finished.out,
+              HasSubstr("asks at about 60:00 min:s: Fan off? (the stand file answers: done)\n"));
+}
+
 TEST_F(DaemonCommands, ARefusalNamesThePlaceAndEndsWithOne) {
   reply_ = Refusal(422, "limit", "turn of 400 deg: limit 360 deg", "scale.lua:12");
   const Finished finished = Gyrobench({"check", "scale"});

@@ -159,6 +159,18 @@ TEST(DryRun, AnswersQuestionsAtNoCost) {
           {.answers = {{"c", "y"}}});
   EXPECT_EQ(plan.duration_s, 0.0);
   EXPECT_EQ(plan.questions.size(), 3U);
+  EXPECT_FALSE(plan.questions[0].configured_answer);
+  EXPECT_EQ(plan.questions[2].configured_answer, "y");
+}
+
+TEST(DryRun, KnowsWhenTheOperatorIsNeeded) {
+  const std::string soak = "bench.soak{max_s=36000, drift_degC=0.3, window_s=60}\n";
+  const Plan plan =
+      Dry("bench.rest{duration_s=70}\n" + soak + "bench.ask{id='fan', text='Fan on?'}");
+  ASSERT_EQ(plan.questions.size(), 1U);
+  EXPECT_EQ(plan.questions[0].question.text, "Fan on?");
+  EXPECT_EQ(plan.questions[0].at_s, plan.expected_duration_s);
+  EXPECT_LT(plan.questions[0].at_s, plan.duration_s);
 }
 
 TEST(DryRun, HasEstimatesFromTheStart) {
