@@ -33,7 +33,8 @@ int ChangeState(const Options& options, const std::string& target,
                 const Json& body = Json::object()) {
   const Json answer = ClientOf(options).Post(target, body);
   if (options.json) return PrintJson(answer);
-  fmt::print("{}\n", Text(answer, "state"));
+  const std::string state = Text(answer, "state");
+  fmt::print("{}{}\n", state, state == "pausing" ? ": the segment under way ends first" : "");
   return kDone;
 }
 

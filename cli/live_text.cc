@@ -175,6 +175,8 @@ std::string StateName(int state) {
       return "stopping";
     case status_t::FAULT:
       return "fault";
+    case status_t::PAUSING:
+      return "pausing";
     default:
       return fmt::format("state {}", state);
   }

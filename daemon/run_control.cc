@@ -20,6 +20,8 @@ const char* Name(State state) {
       return "stopping";
     case State::kFault:
       return "fault";
+    case State::kPausing:
+      return "pausing";
   }
   return "unknown";
 }
@@ -87,6 +89,10 @@ void RunControl::Report(const Fault& fault) {
 
 State RunControl::state() const {
   const std::lock_guard lock(mutex_);
+  if (waiter_ != nullptr && abort_) return State::kStopping;
+  if (state_ == State::kRunning && pause_) return State::kPausing;
+  if (state_ == State::kPaused && !pause_) return State::kRunning;
+  if (state_ == State::kAsking && answer_) return State::kRunning;
   return state_;
 }
 

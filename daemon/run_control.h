@@ -11,7 +11,8 @@
 
 namespace gyrobench::daemon {
 
-enum class State { kIdle, kRunning, kPaused, kAsking, kStopping, kFault };
+// kPausing: the operator wants a pause, and the segment under way ends first.
+enum class State { kIdle, kRunning, kPaused, kAsking, kStopping, kFault, kPausing };
 const char* Name(State state);
 
 struct Fault {
@@ -49,6 +50,7 @@ class RunControl {
   // Latches the first fault and ends a run that is on.
   void Report(const Fault& fault);
 
+  // With what was commanded last, even while the run's thread has yet to notice.
   State state() const;
   std::optional<Fault> fault() const;
   std::optional<procedures::Question> question() const;

@@ -79,5 +79,6 @@ static_assert(status_t::PAUSED == static_cast<std::int8_t>(State::kPaused));
 static_assert(status_t::ASKING == static_cast<std::int8_t>(State::kAsking));
 static_assert(status_t::STOPPING == static_cast<std::int8_t>(State::kStopping));
 static_assert(status_t::FAULT == static_cast<std::int8_t>(State::kFault));
+static_assert(status_t::PAUSING == static_cast<std::int8_t>(State::kPausing));
 
 }  // namespace gyrobench::daemon

@@ -77,6 +77,7 @@ TEST_F(RunControlTest, AnAnswerMustBeOneOfTheChoices) {
     EXPECT_EQ(control_.state(), State::kAsking);
     EXPECT_THROW(control_.Answer("maybe"), StateError);
     control_.Answer("skip");
+    EXPECT_EQ(control_.state(), State::kRunning);
   });
   clock_->SetPace(0.0);
   const auto answer = control_.WaitForAnswer(*clock_, question, kStart + 100'000'000);
@@ -96,6 +97,19 @@ TEST_F(RunControlTest, WithoutAnAnswerTheQuestionTimesOut) {
   control_.EndRun();
 }
 
+// An operator's command is answered with the state that it leads to.
+TEST_F(RunControlTest, ACommandShowsInTheStateAtOnce) {
+  control_.BeginRun(*run_);
+  control_.Pause();
+  EXPECT_EQ(control_.state(), State::kPausing);
+  control_.Resume();
+  EXPECT_EQ(control_.state(), State::kRunning);
+  control_.Abort();
+  EXPECT_EQ(control_.state(), State::kStopping);
+  control_.EndRun();
+  EXPECT_EQ(control_.state(), State::kIdle);
+}
+
 TEST_F(RunControlTest, APausedRunWaitsForResume) {
   control_.BeginRun(*run_);
   control_.Pause();
@@ -103,6 +117,7 @@ TEST_F(RunControlTest, APausedRunWaitsForResume) {
   std::thread operator_thread([&] {
     while (control_.state() != State::kPaused) std::this_thread::yield();
     control_.Resume();
+    EXPECT_EQ(control_.state(), State::kRunning);
   });
   control_.WaitWhilePaused();
   operator_thread.join();
