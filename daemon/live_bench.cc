@@ -88,14 +88,18 @@ void LiveBench::BeginSegment(const std::string& kind, const std::string& name) {
   context_.on_progress(progress_);
 }
 
-// By the dry run's time and what soaks have shown since, unless the procedure knows better. What
-// was said is not taken back, and 100 % is not said before the end.
+// By the dry run's time and what soaks have shown since.
 void LiveBench::UpdateTime() {
   const double elapsed = ElapsedS();
-  if (!procedure_reports_progress_ && planned_s_ > 0) {
-    progress_.fraction = std::max(progress_.fraction, std::min(0.99, elapsed / planned_s_));
-  }
+  meter_.AtTime(elapsed - waited_s_, planned_s_ - waited_s_);
+  progress_.fraction = meter_.fraction();
   progress_.remaining_s = elapsed < planned_s_ ? planned_s_ - elapsed : kMissing;
+}
+
+void LiveBench::AddWaiting(double begin_s) {
+  const double waited_s = ElapsedS() - begin_s;
+  waited_s_ += waited_s;
+  planned_s_ += waited_s;
 }
 
 void LiveBench::EndSegment() {
@@ -201,7 +205,7 @@ void LiveBench::Rest(double duration_s) {
 procedures::SoakOutcome LiveBench::Soak(const procedures::SoakCommand& command) {
   const double begin_s = ElapsedS();
   // The plan's time since the start has no operator's time in it.
-  const double planned_begin_s = begin_s - asked_s_;
+  const double planned_begin_s = begin_s - waited_s_;
   const double after_s =
       std::max(0.0, planned_s_ - begin_s - procedures::ExpectedSoak_s(command, planned_begin_s));
   procedures::Settling settling(command, planned_begin_s);
@@ -248,8 +252,7 @@ std::string LiveBench::Ask(const procedures::Question& question) {
     answer = context_.control.WaitForAnswer(context_.clock, question,
                                             context_.clock.Now() + FromSeconds(question.timeout_s));
     context_.set_asking_pace(false);
-    asked_s_ += ElapsedS() - begin_s;
-    planned_s_ += ElapsedS() - begin_s;
+    AddWaiting(begin_s);
   }
   if (!answer) {
     throw Error(
@@ -317,8 +320,8 @@ void LiveBench::Say(const std::string& text) {
 }
 
 void LiveBench::Progress(double fraction) {
-  procedure_reports_progress_ = true;
-  progress_.fraction = std::clamp(fraction, 0.0, 1.0);
+  meter_.Report(fraction);
+  progress_.fraction = meter_.fraction();
   run_t message = Message(run_t::PROGRESS);
   context_.telemetry.Send(message);
   context_.on_progress(progress_);
@@ -329,9 +332,11 @@ void LiveBench::SafePoint() {
   if (!context_.control.pause_wanted()) return;
   run_t pause = Message(run_t::PAUSE);
   context_.telemetry.Send(pause);
+  const double begin_s = ElapsedS();
   context_.set_asking_pace(true);
   context_.control.WaitWhilePaused();
   context_.set_asking_pace(false);
+  AddWaiting(begin_s);
   run_t resume = Message(run_t::RESUME);
   context_.telemetry.Send(resume);
 }

@@ -12,6 +12,7 @@
 #include "calibration/trace/trace.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
+#include "daemon/progress_meter.h"
 #include "daemon/run_control.h"
 #include "daemon/telemetry.h"
 #include "procedures/engine/bench.h"
@@ -79,6 +80,8 @@ class LiveBench final : public procedures::Bench {
   void BeginSegment(const std::string& kind, const std::string& name);
   void EndSegment();
   void UpdateTime();
+  // Time since `begin_s` that no plan knows of.
+  void AddWaiting(double begin_s);
   // Starts a move; returns the rate that the drive uses.
   double StartMove(const procedures::TurnCommand& command);
   // The drive is asked every `poll` once the time is over that the move should take.
@@ -89,9 +92,9 @@ class LiveBench final : public procedures::Bench {
   Context context_;
   const Utime start_;
   RunProgress progress_;
-  bool procedure_reports_progress_ = false;
-  double planned_s_;      // duration of the run as it looks now
-  double asked_s_ = 0.0;  // of it, spent on questions
+  ProgressMeter meter_;
+  double planned_s_;       // duration of the run as it looks now
+  double waited_s_ = 0.0;  // of it, spent on questions and pauses
   std::string segment_kind_;
   Utime segment_begin_ = 0;
   calibration::AnalysisResult results_;

@@ -4,6 +4,7 @@
 
 #include <thread>
 
+#include "daemon/progress_meter.h"
 #include "procedures/engine/engine.h"
 
 namespace gyrobench::daemon {
@@ -124,6 +125,42 @@ TEST_F(RunControlTest, APausedRunWaitsForResume) {
   EXPECT_EQ(control_.state(), State::kRunning);
   EXPECT_THROW(control_.Resume(), StateError);
   control_.EndRun();
+}
+
+TEST(ProgressMeter, NeverFallsAndEndsAtOne) {
+  for (const double first_s : {0.0, 30.0, 60.0, 99.0, 150.0}) {
+    ProgressMeter meter;
+    double said = 0.0;
+    const auto expect_no_fall = [&] {
+      EXPECT_GE(meter.fraction(), said);
+      EXPECT_LE(meter.fraction(), 1.0);
+      said = meter.fraction();
+    };
+    // A plan that shrinks and grows on the way, as soaks do.
+    for (double t_s = 0.0; t_s < first_s; t_s += 7.0) {
+      meter.AtTime(t_s, t_s < 40.0 ? 100.0 : 140.0);
+      expect_no_fall();
+    }
+    for (int turn = 1; turn <= 20; ++turn) {
+      meter.Report(turn / 20.0);
+      expect_no_fall();
+      meter.AtTime(200.0, 100.0);
+      expect_no_fall();
+    }
+    EXPECT_DOUBLE_EQ(said, 1.0);
+  }
+}
+
+TEST(ProgressMeter, TheProceduresOwnWordGoesOnFromWhereTheTimeHadCome) {
+  ProgressMeter meter;
+  meter.AtTime(20.0, 100.0);
+  meter.Report(0.0);
+  EXPECT_DOUBLE_EQ(meter.fraction(), 0.2);
+  meter.Report(0.5);
+  EXPECT_DOUBLE_EQ(meter.fraction(), 0.6);
+  ProgressMeter alone;
+  alone.Report(0.5);
+  EXPECT_DOUBLE_EQ(alone.fraction(), 0.5);
 }
 
 }  // namespace
