@@ -172,9 +172,20 @@ void RunEngine::SetPace(bool running) const {
   context_.virtual_clock->SetPace(running ? pace : simulation.idle_pace);
 }
 
-void RunEngine::WaitForTickFit() {
+void RunEngine::WaitForTickFit(const Job& job) {
   const Utime deadline = context_.clock.Now() + kTickFitPatience;
-  while (context_.acquisition.Sensor().tick_span_s < kTickFitSpan_s) {
+  for (;;) {
+    const double span_s = context_.acquisition.Sensor().tick_span_s;
+    if (span_s >= kTickFitSpan_s) return;
+    {
+      const std::lock_guard lock(mutex_);
+      view_->progress.segment = fmt::format("preparing (comparing clocks, {:g} s)", kTickFitSpan_s);
+      view_->progress.message = fmt::format(
+          "the gyro unit's clock is compared with the host's for {:g} s on end, once after the "
+          "daemon's start or a gap in the samples",
+          kTickFitSpan_s);
+      view_->progress.remaining_s = kTickFitSpan_s - span_s + job.plan.expected_duration_s;
+    }
     RequireDevicesWell();
     if (context_.clock.Now() > deadline) {
       throw FaultError(
@@ -188,27 +199,14 @@ void RunEngine::WaitForTickFit() {
 
 void RunEngine::RunProcedureOn(Job& job) {
   context_.acquisition.SetActiveAxes(job.plan.axes);
-  WaitForTickFit();
-
+  WaitForTickFit(job);
   const Utime start = context_.clock.Now();
   {
     const std::lock_guard lock(mutex_);
     run_start_ = start;
+    view_->progress = {};
   }
-  const MeasurementInfo info = context_.acquisition.Info();
-  job.description = DescribeRun(job.directory->run_id(), job.procedure, job.parameters,
-                                context_.stand, info, start);
-  job.directory->WriteRun(job.description);
-  context_.telemetry.BeginRun(job.directory->run_id(), job.directory->EventLog().string(), info,
-                              start);
-  run_t message{};
-  message.utime = start;
-  message.event = run_t::START;
-  message.procedure = job.procedure.info().name;
-  message.record = job.directory->folder().string();
-  message.remaining_s = job.plan.expected_duration_s;
-  context_.telemetry.Send(message);
-
+  BeginRecord(job, start);
   job.bench = std::make_unique<LiveBench>(
       LiveBench::Context{context_.stand, context_.clock, *job.participant, context_.acquisition,
                          context_.telemetry, context_.control, job.plan.expected_duration_s,
@@ -223,6 +221,22 @@ void RunEngine::RunProcedureOn(Job& job) {
                          }},
       start);
   procedures::RunProcedure(job.procedure, job.parameters, *job.bench);
+}
+
+void RunEngine::BeginRecord(Job& job, Utime start) {
+  const MeasurementInfo info = context_.acquisition.Info();
+  job.description = DescribeRun(job.directory->run_id(), job.procedure, job.parameters,
+                                context_.stand, info, start);
+  job.directory->WriteRun(job.description);
+  context_.telemetry.BeginRun(job.directory->run_id(), job.directory->EventLog().string(), info,
+                              start);
+  run_t message{};
+  message.utime = start;
+  message.event = run_t::START;
+  message.procedure = job.procedure.info().name;
+  message.record = job.directory->folder().string();
+  message.remaining_s = job.plan.expected_duration_s;
+  context_.telemetry.Send(message);
 }
 
 void RunEngine::WaitForStandstill(Job& job, const std::string& axis) {
@@ -309,7 +323,11 @@ void RunEngine::Execute(Job& job) {
 }
 
 void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
-  context_.control.Wait(context_.clock, context_.clock.Now() + kDrain);
+  if (job.description.is_null()) {
+    BeginRecord(job, context_.clock.Now());
+  } else {
+    context_.control.Wait(context_.clock, context_.clock.Now() + kDrain);
+  }
   context_.telemetry.EndMeasurement();
   const calibration::AnalysisResult results = context_.telemetry.Analyse();
   const Utime end = context_.clock.Now();
@@ -328,10 +346,6 @@ void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
   stop.record = job.directory->folder().string();
   context_.telemetry.Send(stop);
   const std::string failure = context_.telemetry.EndRun();
-  if (job.description.is_null()) {
-    job.description = DescribeRun(job.directory->run_id(), job.procedure, job.parameters,
-                                  context_.stand, context_.acquisition.Info(), end);
-  }
   DescribeEnd(job.description, outcome, message, job.bench.get(), end);
   job.directory->WriteResult(calibration::ToJson(results));
   job.directory->WriteRun(job.description);

@@ -79,7 +79,10 @@ class RunEngine {
   void Execute(Job& job);
   Ending RunToItsEnd(Job& job);
   void RunProcedureOn(Job& job);
-  void WaitForTickFit();
+  void WaitForTickFit(const Job& job);
+  // From here on the run has an event log. Before its first motion, or at its end when it came to
+  // none.
+  void BeginRecord(Job& job, Utime start);
   void WaitForStandstill(Job& job, const std::string& axis);
   std::string StopMotion(Job& job);
   void Finish(Job& job, Outcome outcome, const std::string& message);

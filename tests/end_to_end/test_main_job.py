@@ -203,6 +203,23 @@ class BadInput(unittest.TestCase):
             self.assertEqual(json.loads((record / "run.json").read_text())["outcome"], "aborted")
             self.assertEqual(bench.run("analyze", record).returncode, 0)
 
+    def test_a_run_that_ends_while_it_prepares_says_so_and_leaves_a_whole_record(self):
+        with Bench(extra="[virtual]\npace = 1\nidle_pace = 1\n") as bench:
+            self.assertEqual(bench.run("run", "scale", "--detach").returncode, 0)
+            while "preparing" not in bench.run("status").stdout:
+                self.assertIsNone(bench.daemon.poll())
+            self.assertEqual(bench.run("pause").stdout, "pausing: the segment under way ends first\n")
+            self.assertEqual(bench.run("resume").stdout, "running\n")
+            self.assertEqual(bench.run("abort").stdout, "stopping\n")
+            while bench.json("status")["state"] != "idle":
+                self.assertIsNone(bench.daemon.poll())
+            record = bench.newest_record()
+            self.assertTrue((record / "events.lcmlog").exists())
+            shown = bench.run("show", "latest")
+            self.assertEqual(shown.returncode, 0, shown.stderr)
+            self.assertIn("aborted", shown.stdout)
+            self.assertEqual(bench.run("analyze", record).returncode, 0)
+
     def test_a_record_folder_that_cannot_be_written_prevents_the_run(self):
         with Bench(extra="") as bench:
             bench.stop()
