@@ -169,24 +169,15 @@ GyroUnitMap ReadGyroUnitMap(const TomlTable& root) {
 }
 
 DriveMap LoadDriveMap(const std::filesystem::path& file) {
-  const auto root = TomlTable::FromFile(file);
-  DriveMap map = ReadDriveMap(root);
-  root.Finish();
-  return map;
+  return TomlTable::FromFile(file).ReadWhole(ReadDriveMap);
 }
 
 EncoderMap LoadEncoderMap(const std::filesystem::path& file) {
-  const auto root = TomlTable::FromFile(file);
-  EncoderMap map = ReadEncoderMap(root);
-  root.Finish();
-  return map;
+  return TomlTable::FromFile(file).ReadWhole(ReadEncoderMap);
 }
 
 GyroUnitMap LoadGyroUnitMap(const std::filesystem::path& file) {
-  const auto root = TomlTable::FromFile(file);
-  GyroUnitMap map = ReadGyroUnitMap(root);
-  root.Finish();
-  return map;
+  return TomlTable::FromFile(file).ReadWhole(ReadGyroUnitMap);
 }
 
 }  // namespace gyrobench::config

@@ -214,16 +214,16 @@ Scenario IdealScenario() {
 }
 
 Scenario LoadScenario(const std::filesystem::path& file) {
-  const TomlTable root = TomlTable::FromFile(file);
-  const bool ideal = root.Choice("based_on", {{"typical", false}, {"ideal", true}}, false);
-  Scenario scenario = ideal ? IdealScenario() : Scenario{};
-  scenario.name = root.String("name", file.stem().string());
-  Reader reader(root);
-  Describe(reader, scenario);
-  root.Finish();
-  CheckCrossAxis(root, "gyro", scenario.gyro.cross_axis_rel);
-  CheckCrossAxis(root, "accelerometer", scenario.accelerometer.cross_axis_rel);
-  return scenario;
+  return TomlTable::FromFile(file).ReadWhole([&](const TomlTable& root) {
+    const bool ideal = root.Choice("based_on", {{"typical", false}, {"ideal", true}}, false);
+    Scenario scenario = ideal ? IdealScenario() : Scenario{};
+    scenario.name = root.String("name", file.stem().string());
+    Reader reader(root);
+    Describe(reader, scenario);
+    CheckCrossAxis(root, "gyro", scenario.gyro.cross_axis_rel);
+    CheckCrossAxis(root, "accelerometer", scenario.accelerometer.cross_axis_rel);
+    return scenario;
+  });
 }
 
 std::vector<ScenarioKey> ScenarioKeys() {

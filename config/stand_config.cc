@@ -372,10 +372,8 @@ StandConfig ReadStandConfig(const TomlTable& root, const fs::path& file) {
 }
 
 StandConfig LoadStandConfig(const fs::path& file) {
-  const auto root = TomlTable::FromFile(file);
-  StandConfig stand = ReadStandConfig(root, file);
-  root.Finish();
-  return stand;
+  return TomlTable::FromFile(file).ReadWhole(
+      [&](const TomlTable& root) { return ReadStandConfig(root, file); });
 }
 
 }  // namespace gyrobench::config

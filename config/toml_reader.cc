@@ -1,6 +1,7 @@
 #include "config/toml_reader.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "config/nearest_word.h"
 #include "config/toml_document.h"
 #include "config/toml_expected.h"
+#include "config/toml_mistakes.h"
 
 namespace gyrobench::config {
 namespace fs = std::filesystem;
@@ -46,9 +48,11 @@ struct TomlTable::Impl {
   std::vector<Layer> layers;  // those in front speak first; never empty
   std::map<std::string, Asked, std::less<>> known;
   std::map<std::string, std::shared_ptr<Impl>> children;  // by dotted name
+  std::shared_ptr<Mistakes> mistakes;                     // of the whole file
 
   static std::shared_ptr<Impl> Root(std::string_view text, const fs::path& file) {
     auto impl = std::make_shared<Impl>();
+    impl->mistakes = std::make_shared<Mistakes>();
     impl->AddFile(text, file);
     return impl;
   }
@@ -91,7 +95,17 @@ struct TomlTable::Impl {
     return Look(key);
   }
 
+  bool IsLeftOut(std::string_view key) const {
+    return !mistakes->left_out.empty() && mistakes->left_out.contains(Dotted(key));
+  }
+
+  // For what depends on more than one key.
+  void ThrowIfConsequence(const std::string& message) const {
+    if (!mistakes->left_out.empty()) throw ConsequenceError(message);
+  }
+
   Found Look(std::string_view key) const {
+    if (IsLeftOut(key)) return {};
     for (const Layer& layer : layers) {
       if (const toml::node* node = layer.table->get(key)) return {&layer, node};
     }
@@ -101,8 +115,10 @@ struct TomlTable::Impl {
   Found Require(std::string_view key, std::string_view expected) {
     const Found found = Find(key, expected, kRequired);
     if (!found) {
-      throw ConfigError(fmt::format("{}: {} is missing: expected {}{}", TablePlace(), Dotted(key),
-                                    expected, NearMiss(key)));
+      const std::string message = fmt::format("{}: {} is missing: expected {}{}", TablePlace(),
+                                              Dotted(key), expected, NearMiss(key));
+      if (IsLeftOut(key)) throw ConsequenceError(message);
+      throw ConfigError(message);
     }
     return found;
   }
@@ -130,8 +146,10 @@ struct TomlTable::Impl {
 
   [[noreturn]] void Throw(std::string_view key, const Found& found,
                           std::string_view problem) const {
-    throw ConfigError(fmt::format("{}: {} = {}: {}", PlaceOf(found), Dotted(key),
-                                  ShowValue(*found.node), problem));
+    const std::string name_in_table(key.substr(0, key.find('[')));  // of an element: its array
+    throw KeyError(fmt::format("{}: {} = {}: {}", PlaceOf(found), Dotted(key),
+                               ShowValue(*found.node), problem),
+                   Dotted(name_in_table), mistakes.get());
   }
 
   [[noreturn]] void ThrowExpected(std::string_view key, const Found& found,
@@ -196,6 +214,7 @@ struct TomlTable::Impl {
     if (child != nullptr) return child;
     auto made = std::make_shared<Impl>();
     made->name = Dotted(key);
+    made->mistakes = mistakes;
     for (const Layer& layer : layers) {
       const toml::node* node = layer.table->get(key);
       if (node == nullptr) continue;
@@ -215,6 +234,7 @@ struct TomlTable::Impl {
     if (child != nullptr) return child;
     child = std::make_shared<Impl>();
     child->name = element_name;
+    child->mistakes = mistakes;
     child->layers.push_back(layer);
     return child;
   }
@@ -222,7 +242,7 @@ struct TomlTable::Impl {
   void Finish() const {
     for (const Layer& layer : layers) {
       for (const auto& [key, node] : *layer.table) {
-        if (!known.contains(key.str())) ThrowUnknown(key, {&layer, &node});
+        if (!known.contains(key.str()) && !IsLeftOut(key.str())) ThrowUnknown(key, {&layer, &node});
       }
     }
     for (const auto& [_, child] : children) {
@@ -233,9 +253,10 @@ struct TomlTable::Impl {
   [[noreturn]] void ThrowUnknown(const toml::key& key, const Found& found) const {
     std::vector<std::string> words;
     for (const auto& [word, asked] : known) words.push_back(word);
-    throw ConfigError(fmt::format("{}: unknown key {}; {}",
-                                  config::Place(found.layer->document->file, key.source()),
-                                  Dotted(key.str()), Suggestion(key.str(), words)));
+    throw KeyError(fmt::format("{}: unknown key {}; {}",
+                               config::Place(found.layer->document->file, key.source()),
+                               Dotted(key.str()), Suggestion(key.str(), words)),
+                   Dotted(key.str()), mistakes.get());
   }
 };
 
@@ -406,7 +427,9 @@ bool TomlTable::Has(std::string_view key) const {
 std::vector<std::string> TomlTable::Keys() const {
   std::set<std::string> keys;
   for (const Layer& layer : impl_->layers) {
-    for (const auto& [key, node] : *layer.table) keys.emplace(key.str());
+    for (const auto& [key, node] : *layer.table) {
+      if (!impl_->IsLeftOut(key.str())) keys.emplace(key.str());
+    }
   }
   return {keys.begin(), keys.end()};
 }
@@ -421,6 +444,7 @@ std::string TomlTable::Place(std::string_view key) const {
 fs::path TomlTable::Folder() const { return impl_->layers.front().document->file.parent_path(); }
 
 void TomlTable::Fail(std::string_view key, std::string_view problem) const {
+  impl_->ThrowIfConsequence(std::string(problem));
   const auto found = impl_->Look(key);
   if (found) impl_->Throw(key, found, problem);
   throw ConfigError(
@@ -428,10 +452,30 @@ void TomlTable::Fail(std::string_view key, std::string_view problem) const {
 }
 
 void TomlTable::FailTable(std::string_view problem) const {
+  impl_->ThrowIfConsequence(std::string(problem));
   throw ConfigError(fmt::format("{}: [{}]: {}", impl_->TablePlace(), impl_->name, problem));
 }
 
 void TomlTable::Finish() const { impl_->Finish(); }
+
+bool TomlTable::HasMistakes() const { return !impl_->mistakes->messages.empty(); }
+
+bool TomlTable::GoOnAfter(const ConfigError& error) const {
+  if (dynamic_cast<const ConsequenceError*>(&error) != nullptr) return false;
+  Mistakes& mistakes = *impl_->mistakes;
+  mistakes.messages.emplace_back(error.what());
+  const auto* wrong = dynamic_cast<const KeyError*>(&error);
+  return wrong != nullptr && wrong->file() == &mistakes &&
+         mistakes.messages.size() < kMostMistakes && mistakes.left_out.insert(wrong->key()).second;
+}
+
+void TomlTable::ThrowMistakes() const {
+  const std::vector<std::string>& messages = impl_->mistakes->messages;
+  if (messages.size() == 1) throw ConfigError(messages.front());
+  throw ConfigError(fmt::format("{}{} mistakes:\n  {}",
+                                messages.size() == kMostMistakes ? "the first " : "",
+                                messages.size(), fmt::join(messages, "\n  ")));
+}
 
 std::vector<KnownKey> TomlTable::KnownKeys() const {
   std::vector<KnownKey> keys;

@@ -2,7 +2,8 @@
 // range; every error is a ConfigError that names file, line, dotted key, value and what was
 // expected:
 //   stand.toml:12: axis.inner.max_rate_deg_s = -5: expected a number in 0.001 .. 1000 deg/s
-// NaN and infinity are refused. A key that nobody asked for is an error (Finish).
+// NaN and infinity are refused. A key that nobody asked for is an error (Finish). ReadWhole names
+// several mistakes of a file at once.
 //
 // A file may start with `include = "other.toml"` (a path relative to it): what it says then stands
 // in front of what the other says, key by key through all tables; arrays are replaced as a whole.
@@ -20,6 +21,8 @@
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "base/error.h"
 
 namespace gyrobench::config {
 
@@ -130,6 +133,23 @@ class TomlTable {
   // Throws with the place of the table: "<place>: [<name>]: <problem>".
   [[noreturn]] void FailTable(std::string_view problem) const;
 
+  // What `read` makes of this root, all of it (Finish). Where single keys are wrong, `read` is
+  // called again without them, for further mistakes: up to 20 are named in one error, a line each.
+  // Rules between keys, and what is missing, are judged once single keys are right.
+  template <typename Read>
+  auto ReadWhole(const Read& read) const {
+    for (;;) {
+      try {
+        auto result = read(*this);
+        Finish();
+        if (!HasMistakes()) return result;
+        break;
+      } catch (const ConfigError& error) {
+        if (!GoOnAfter(error)) break;
+      }
+    }
+    ThrowMistakes();
+  }
   // To be called on the root when all has been read: throws for the first key, in this table or in
   // one opened from it, that nobody asked for, with the nearest that somebody did.
   void Finish() const;
@@ -138,6 +158,10 @@ class TomlTable {
 
  private:
   struct Impl;
+  bool HasMistakes() const;
+  // Notes the mistake; whether another reading, without its key, can show more.
+  bool GoOnAfter(const ConfigError& error) const;
+  [[noreturn]] void ThrowMistakes() const;
   explicit TomlTable(std::shared_ptr<Impl> impl);
 
   template <typename T>

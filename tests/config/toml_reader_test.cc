@@ -1,7 +1,9 @@
 #include "config/toml_reader.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
@@ -200,6 +202,46 @@ TEST(TomlReader, ListsWhatItExpectsAndWhatHoldsWithoutIt) {
   }
   EXPECT_THAT(rows, ElementsAre("a|a table [a]|required", "a.x|a number in -1.5 .. 20 deg/s|2.5",
                                 "a.y|a number|optional"));
+}
+
+constexpr auto kReadThree = [](const TomlTable& root) {
+  double sum = root.Number("a", kRange, 1.0) + root.Number("b", kRange, 2.0);
+  if (sum > 20.0) root.Fail("a", "expected a + b of at most 20");
+  if (root.Has("must")) sum += root.Table("must").Number("c", kRange);
+  return sum;
+};
+
+TEST(TomlReader, NamesAllMistakesOfAFileAtOnce) {
+  EXPECT_EQ(Parse("a = 3").ReadWhole(kReadThree), 5.0);
+  const std::string error = ErrorOf(
+      [] { Parse("a = 99\nx = 1\nb = \"two\"\n[must]\nc = 3\ny = 4").ReadWhole(kReadThree); });
+  EXPECT_THAT(error, StartsWith("4 mistakes:\n"));
+  for (const char* mistake :
+       {"bench/a.toml:1: a = 99: expected a number in -1.5 .. 20 deg/s",
+        "bench/a.toml:2: unknown key x", "bench/a.toml:3: b = \"two\": expected a number",
+        "bench/a.toml:6: unknown key must.y"}) {
+    EXPECT_THAT(error, HasSubstr(mistake));
+  }
+}
+
+TEST(TomlReader, NamesNoMistakeThatOnlyFollowsFromAnother) {
+  // Of a + b nothing can be said without a; that c is missing is not said of a c that is wrong.
+  const auto error_of = [](std::string_view text) {
+    return ErrorOf([&] { Parse(text).ReadWhole(kReadThree); });
+  };
+  EXPECT_EQ(error_of("a = 99\nb = 19.5"),
+            "bench/a.toml:1: a = 99: expected a number in -1.5 .. 20 deg/s");
+  EXPECT_EQ(error_of("[must]\nc = 99"),
+            "bench/a.toml:2: must.c = 99: expected a number in -1.5 .. 20 deg/s");
+  EXPECT_EQ(error_of("a = 19\nb = 19"), "bench/a.toml:1: a = 19: expected a + b of at most 20");
+}
+
+TEST(TomlReader, NamesTwentyMistakesAtMost) {
+  std::string text;
+  for (int i = 0; i < 50; ++i) text += fmt::format("unknown{} = 1\n", i);
+  const std::string error = ErrorOf([&] { Parse(text).ReadWhole(kReadThree); });
+  EXPECT_THAT(error, StartsWith("the first 20 mistakes:\n"));
+  EXPECT_EQ(std::ranges::count(error, '\n'), 20);
 }
 
 TEST(TomlReader, NamesLineAndColumnOfBadSyntax) {
