@@ -9,6 +9,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "base/decimal_comma.h"
 #include "base/error.h"
 
 namespace gyrobench::config {
@@ -16,6 +17,19 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMaxShownValue = 60;
+
+// What to write where line `number` (from 1) of `text` gives a number a decimal comma; or empty.
+std::string CommaHint(std::string_view text, toml::source_index number) {
+  for (; number > 1 && !text.empty(); --number)
+    text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  std::string_view line = text.substr(0, text.find_first_of("\r\n#"));
+  const std::size_t equals = line.find('=');
+  if (equals == std::string_view::npos) return "";
+  line.remove_prefix(std::min(line.find_first_not_of(" \t", equals + 1), line.size()));
+  line = line.substr(0, line.find_last_not_of(" \t") + 1);
+  const auto point = WithDecimalPoint(line);
+  return point ? fmt::format("; write {}", *point) : "";
+}
 
 }  // namespace
 
@@ -43,8 +57,9 @@ std::shared_ptr<const Document> Parse(std::string_view text, const fs::path& fil
   try {
     document->root = toml::parse(text, file.string());
   } catch (const toml::parse_error& error) {
-    throw ConfigError(fmt::format("{}, column {}: not valid TOML: {}", Place(file, error.source()),
-                                  error.source().begin.column, error.description()));
+    throw ConfigError(fmt::format("{}, column {}: not valid TOML: {}{}",
+                                  Place(file, error.source()), error.source().begin.column,
+                                  error.description(), CommaHint(text, error.source().begin.line)));
   }
   return document;
 }

@@ -15,6 +15,7 @@ namespace {
 
 using testing::AllOf;
 using testing::ElementsAre;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -248,6 +249,9 @@ TEST(TomlReader, NamesLineAndColumnOfBadSyntax) {
   EXPECT_THAT(ErrorOf([] { Parse("a = 1\nb = = 2\n"); }),
               StartsWith("bench/a.toml:2, column 5: not valid TOML: "));
   EXPECT_THAT(ErrorOf([] { Parse("a = 1\na = 2\n"); }), StartsWith("bench/a.toml:2"));
+  for (const char* comma : {"a = 1\nb =  -0,5  # deg\n", "a = 1\nb = -0,5", "a = 1\r\nb=-0,5\r\n"})
+    EXPECT_THAT(ErrorOf([&] { Parse(comma); }), EndsWith("; write -0.5")) << comma;
+  EXPECT_THAT(ErrorOf([] { Parse("a = 1,2,3\n"); }), Not(HasSubstr("write")));
 }
 
 TEST(TomlReader, SaysWhyAFileCannotBeRead) {

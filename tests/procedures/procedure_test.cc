@@ -16,6 +16,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -136,6 +137,17 @@ TEST(Parameters, TextOfACommandLineIsReadAsTheDeclaredType) {
   for (const char* bad : {"", "4x", " 4", "0x10", "nan", "inf", "1,5"}) {
     EXPECT_THROW(read("type = 'number', default = 1", bad), ParameterError) << bad;
   }
+}
+
+TEST(Parameters, ARefusalShowsHowWhatWasMeantIsWritten) {
+  const Procedure number = WithParameter("type = 'number', default = 1");
+  EXPECT_THAT(ParameterFailure(number, "0,5"), EndsWith("expected a number; write 0.5"));
+  EXPECT_THAT(ParameterFailure(number, "1,5,2"), EndsWith("expected a number"));
+  const Procedure list = WithParameter("type = 'numbers', default = '1', min = 0.5");
+  for (const char* apart : {"1;2;3", "1 2 3", "1; 2 ;3"})
+    EXPECT_THAT(ParameterFailure(list, apart), EndsWith("; write 1,2,3")) << apart;
+  EXPECT_THAT(ParameterFailure(list, "0,7"), EndsWith("is one number meant? Write 0.7"));
+  EXPECT_THAT(ParameterFailure(list, "1;two"), EndsWith("0.5 or more"));
 }
 
 TEST(Parameters, UnknownOnesAreRefusedWithTheNearest) {

@@ -1,0 +1,28 @@
+// Numbers as some countries write them, which no file or command line here takes: for hints.
+#pragma once
+
+#include <charconv>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace gyrobench {
+
+// "0,5" as "0.5"; nothing where `text` is not one number with one comma between digits.
+inline std::optional<std::string> WithDecimalPoint(std::string_view text) {
+  const auto is_digit = [&](std::size_t i) {
+    return i < text.size() && text[i] >= '0' && text[i] <= '9';
+  };
+  const std::size_t comma = text.find(',');
+  if (comma == std::string_view::npos || comma == 0) return std::nullopt;
+  if (!is_digit(comma - 1) || !is_digit(comma + 1)) return std::nullopt;
+  std::string point(text);
+  point[comma] = '.';
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(point.data(), point.data() + point.size(), number);
+  if (error != std::errc() || end != point.data() + point.size()) return std::nullopt;
+  return point;
+}
+
+}  // namespace gyrobench
