@@ -138,7 +138,7 @@ int Show(const Options& options) {
     fmt::print("\n{}: from the record itself: gyrobench analyze {}\n",
                problem.empty() ? "no results yet" : problem, Text(record, "run_id"));
   } else {
-    fmt::print("\n{}", ResultText(result, terminal));
+    fmt::print("\n{}", ResultText(WithTraceRemarks(result, record["trace"]), terminal));
   }
   const std::string trace = TraceSummary(record["trace"], terminal);
   if (!trace.empty()) fmt::print("\n{}", trace);

@@ -144,6 +144,26 @@ std::string SourceText(const Json& result) {
   return text.empty() ? source : source + ": " + text;
 }
 
+// The channel's effects whose id begins with `prefix`, each once: "scale.cubic, scale.g".
+std::string NamedEffects(const Json& channel, const std::string& prefix) {
+  std::vector<std::string> ids;
+  for (const Json& effect : Field(channel, "effects")) {
+    const std::string id = Text(effect, "id");
+    if (id.starts_with(prefix) && std::ranges::find(ids, id) == ids.end()) ids.push_back(id);
+  }
+  return fmt::format("{}", fmt::join(ids, ", "));
+}
+
+// To the remarks of the entry of list `key` that is of gyro axis `axis`.
+void AddRemark(Json& result, const char* key, const std::string& axis, const std::string& remark) {
+  if (!Field(result, key).is_array()) return;
+  for (Json& entry : result[key]) {
+    if (AxisOf(entry) != axis) continue;
+    if (!entry["remarks"].is_array()) entry["remarks"] = Json::array();
+    entry["remarks"].push_back(remark);
+  }
+}
+
 }  // namespace
 
 std::string ResultText(const Json& result, const Terminal& terminal) {
@@ -161,6 +181,28 @@ std::string ResultText(const Json& result, const Terminal& terminal) {
   const std::string remarks = RemarksText(Field(result, "remarks"), terminal);
   if (!remarks.empty()) text += "\n" + terminal.Bold("Remarks") + "\n" + remarks;
   return text;
+}
+
+Json WithTraceRemarks(Json result, const Json& trace) {
+  for (const Json& channel : Field(trace, "channels")) {
+    const std::string axis = Text(channel, "gyro");
+    const std::string scale = NamedEffects(channel, "scale.");
+    const std::string gravity = NamedEffects(channel, "bias.g_");
+    if (!scale.empty()) {
+      AddRemark(result, "scale", axis,
+                fmt::format("the trace names {}: alpha holds for the rates, temperatures and poses "
+                            "of this run only, and its ± does not count that; the model of the "
+                            "trace has both",
+                            scale));
+    }
+    if (!gravity.empty()) {
+      AddRemark(result, "bias", axis,
+                fmt::format("the trace names {}: this bias is the mean over the poses of this run, "
+                            "the trace's baseline the one without gravity",
+                            gravity));
+    }
+  }
+  return result;
 }
 
 std::string ResultSummary(const Json& result) {

@@ -58,7 +58,7 @@ void PrintEnd(const Json& started, const RunEnd& end, const Json& result, const 
   const Terminal terminal = DescribeTerminal(fileno(stdout));
   const std::string text = fmt::format("run {}: {}", Text(started, "run_id"), OutcomeText(end));
   fmt::print("{}\n", end.outcome == "done" ? terminal.Bold(text) : terminal.Red(text));
-  if (!result.is_null()) fmt::print("\n{}", ResultText(result, terminal));
+  if (!result.is_null()) fmt::print("\n{}", ResultText(WithTraceRemarks(result, trace), terminal));
   const std::string verdict = TraceSummary(trace, terminal);
   if (!verdict.empty()) fmt::print("\n{}", verdict);
   if (!why_not.empty()) fmt::print("results cannot be shown: {}\n", why_not);

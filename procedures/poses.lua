@@ -7,7 +7,8 @@
 procedure = {
   summary = "Still in six and more orientations",
   description = "Rests with each sensor axis up and down, then with edges and corners of the cube up. Poses that the "
-    .. "stand cannot take are left out and named.",
+    .. "stand cannot take are left out and named. The bias of the result is the mean over the poses; where the trace "
+    .. "names bias.g_linear or bias.g_squared, its baseline is the bias without gravity.",
   measures = { "bias" },
   parameters = {
     { name = "poses", type = "choice", default = "18", choices = { "6", "18", "26" },

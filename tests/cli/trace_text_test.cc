@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "base/measurement.h"
+#include "cli/result_text.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -260,6 +261,23 @@ TEST(TraceText, SaysWhyThereIsNoMatrix) {
   const json trace = {{"channels", json::array()},
                       {"vector", {{"missing", {"gyro x and y were not traced"}}}}};
   EXPECT_THAT(TraceText(trace, Terminal()), HasSubstr("no matrix: gyro x and y were not traced"));
+}
+
+// A scale factor beside which a nonlinearity is named is none that holds elsewhere.
+TEST(ResultWithTrace, SaysOfWhichNumbersTheTraceNamesEffects) {
+  const json result = {{"scale", {{{"axis", "z"}, {"alpha", 0.0076}, {"alpha_std_error", 1e-7}}}},
+                       {"bias",
+                        {{{"axis", "x"}, {"coefficients", {-132.0}}, {"std_errors", {0.3}}},
+                         {{"axis", "z"}, {"coefficients", {-150.0}}, {"std_errors", {0.3}}}}}};
+  const json trace = {
+      {"channels",
+       {{{"gyro", "x"}, {"effects", {{{"id", "bias.g_linear"}}, {{"id", "angle.latency"}}}}},
+        {{"gyro", "z"}, {"effects", {{{"id", "scale.cubic"}}, {{"id", "scale.cubic"}}}}}}}};
+  const std::string text = Flat(ResultText(WithTraceRemarks(result, trace), Narrow(100)));
+  EXPECT_EQ(Count(text, "the trace names"), 2);
+  EXPECT_THAT(text, HasSubstr("the trace names scale.cubic: alpha holds for the rates"));
+  EXPECT_THAT(text, HasSubstr("x: the trace names bias.g_linear: this bias is the mean"));
+  EXPECT_EQ(WithTraceRemarks(result, nullptr), result);
 }
 
 }  // namespace
