@@ -136,7 +136,7 @@ std::string SourceText(const Json& result) {
   const double duration = Number(result, "duration_s");
   if (std::isfinite(duration)) facts.push_back("in " + FormatDuration(duration));
   const double rate = Number(result, "gyro_rate_hz");
-  if (std::isfinite(rate)) facts.push_back(fmt::format("at {:.1f} Hz", rate));
+  if (std::isfinite(rate)) facts.push_back(fmt::format("at {:.1f} Hz (median interval)", rate));
   std::string text = fmt::format("{}", fmt::join(facts, " "));
   const std::int64_t reference = Integer(result, "reference_samples");
   if (reference > 0) text += fmt::format(", {} of the reference", FormatCount(reference));
