@@ -3,8 +3,11 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "base/error.h"
 #include "base/version.h"
@@ -71,6 +74,57 @@ void RemarkOnScale(TracedInputs* out) {
                : fmt::format("no input gives the sensitivity, and this axis never turned: its "
                              "figures are in LSB where they say deg/s; {}",
                              kGiveSensitivity));
+  }
+}
+
+// "12.1, 35.4 degC": of each input, where it begins; empty where one has no temperature.
+std::string StartTemperatures(const std::vector<calibration::Recording>& recordings) {
+  std::string text;
+  for (const calibration::Recording& recording : recordings) {
+    const auto& nodes = recording.columns.nodes;
+    const auto known = std::ranges::find_if(
+        nodes, [](const auto& node) { return std::isfinite(node.temperature_degC); });
+    if (known == nodes.end()) return "";
+    text += fmt::format("{}{:.1f}", text.empty() ? "" : ", ", known->temperature_degC);
+  }
+  return text + " degC";
+}
+
+double HeldOutAngle_deg(const calibration::TraceResult& trace, SensorAxis axis) {
+  for (const calibration::ChannelTrace& channel : trace.channels)
+    if (channel.axis == axis) return channel.heldout_angle_rms_deg.after;
+  return kMissing;
+}
+
+// Where effects do not account for all of several inputs, each is traced alone: inputs that fit
+// well alone and badly together are not of one sensor in one state.
+void RemarkOnInputsThatDoNotBelongTogether(TracedInputs* out,
+                                           const calibration::TraceOptions& options) {
+  constexpr double kMuchWorse = 2.0;
+  auto& channels = out->traced.result.channels;
+  const auto is_open = [](const calibration::ChannelTrace& channel) {
+    return channel.verdict == calibration::Verdict::kPartlyExplained ||
+           channel.verdict == calibration::Verdict::kUnexplained;
+  };
+  if (out->recordings.size() < 2 || std::ranges::none_of(channels, is_open)) return;
+  std::vector<calibration::TraceResult> alone;
+  for (const calibration::Recording& recording : out->recordings) {
+    const calibration::Recording* one = &recording;
+    alone.push_back(calibration::Trace(std::span(&one, 1), options).result);
+  }
+  for (calibration::ChannelTrace& channel : channels) {
+    if (!is_open(channel)) continue;
+    double worst_deg = 0.0;
+    for (const calibration::TraceResult& one : alone)
+      worst_deg = std::fmax(worst_deg, HeldOutAngle_deg(one, channel.axis));
+    const double together_deg = channel.heldout_angle_rms_deg.after;
+    if (!(worst_deg > 0.0 && together_deg > kMuchWorse * worst_deg)) continue;
+    const std::string temperatures = StartTemperatures(out->recordings);
+    channel.remarks.push_back(fmt::format(
+        "together the inputs fit worse than each alone: the angle error held out is {:.3g} deg, "
+        "alone {:.3g} deg at most{}. From one to the next something changed that no effect here "
+        "describes (power-on, temperature, mounting, settings): trace them apart",
+        together_deg, worst_deg, temperatures.empty() ? "" : "; they begin at " + temperatures));
   }
 }
 
@@ -143,6 +197,8 @@ TracedInputs TraceInputs(const std::vector<InputFiles>& inputs, const Options& o
   trace.seed = options.seed;
   trace.progress = [&](double fraction) { bar.Show(fraction, "tracing"); };
   out.traced = calibration::Trace(all, trace);
+  trace.curves = false;
+  RemarkOnInputsThatDoNotBelongTogether(&out, trace);
   RemarkOnScale(&out);
   return out;
 }

@@ -23,7 +23,8 @@ using testing::HasSubstr;
 using testing::Not;
 
 // Turns there and back at three speeds; the supply swings and takes the offset with it.
-std::string Turns(double per_volt_deg_s, const std::string& sensor, unsigned seed) {
+std::string Turns(double per_volt_deg_s, const std::string& sensor, unsigned seed,
+                  double scale = 1.01) {
   std::ostringstream table;
   table.precision(9);
   table << "# gyro_lsb_per_deg_s = 131\n# sensor = " << sensor
@@ -40,7 +41,7 @@ std::string Turns(double per_volt_deg_s, const std::string& sensor, unsigned see
     angle_deg += 0.5 * (rate + before_deg_s) * dt_s;
     before_deg_s = rate;
     const double supply = 3.3 + 0.2 * std::sin(2.0 * std::numbers::pi * t / 37.0);
-    const double xi = 131.0 * (1.01 * rate + 0.3 + per_volt_deg_s * (supply - 3.3));
+    const double xi = 131.0 * (scale * rate + 0.3 + per_volt_deg_s * (supply - 3.3));
     table << t << ',' << std::round(xi + noise(random)) << ',' << angle_deg << ',' << supply
           << '\n';
   }
@@ -109,6 +110,15 @@ TEST_F(Trace, TakesManyRunsOfOneSensorAsOneProblemAndRefusesTwoSensors) {
   const Finished mixed = Gyrobench({"trace", a, other});
   EXPECT_EQ(mixed.status, 1);
   EXPECT_THAT(mixed.err, HasSubstr("one sensor"));
+}
+
+TEST_F(Trace, SaysWhenRunsFitApartAndNotTogether) {
+  const auto a = folder_.Write("a.csv", Turns(0.5, "A", 1));
+  const auto b = folder_.Write("b.csv", Turns(0.5, "A", 2));
+  const auto changed = folder_.Write("changed.csv", Turns(0.5, "A", 2, 1.03));
+  const std::string words = "together the inputs fit worse than each alone";
+  EXPECT_THAT(Gyrobench({"trace", a, b}).out, Not(HasSubstr(words)));
+  EXPECT_THAT(Gyrobench({"trace", a, changed, "--json"}).out, HasSubstr(words));
 }
 
 TEST_F(Trace, WritesAReportWhereAskedTo) {
