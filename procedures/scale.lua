@@ -37,7 +37,9 @@ function run(p)
   local scale = bench.estimate("scale_factor")
   if scale then
     -- None in a dry run, nor before there are turns enough.
-    local uncertainty = scale.std_error > 0 and string.format("+- %.2g", scale.std_error) or "(uncertainty unknown)"
-    bench.say(string.format("scale factor %.8g %s %s", scale.value, uncertainty, scale.unit))
+    local known = scale.std_error > 0
+    local text = string.format("scale factor %.8g%s %s", scale.value,
+      known and string.format(" +- %.2g", scale.std_error) or "", scale.unit)
+    bench.say(known and text or text .. ", uncertainty unknown")
   end
 end
