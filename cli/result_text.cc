@@ -134,7 +134,7 @@ std::string SourceText(const Json& result) {
   const std::int64_t samples = Integer(result, "samples");
   if (samples > 0) facts.push_back(FormatCount(samples) + " samples");
   const double duration = Number(result, "duration_s");
-  if (std::isfinite(duration)) facts.push_back("in " + FormatDuration(duration));
+  if (duration > 0.0) facts.push_back("in " + FormatDuration(duration));
   const double rate = Number(result, "gyro_rate_hz");
   if (std::isfinite(rate)) facts.push_back(fmt::format("at {:.1f} Hz (median interval)", rate));
   std::string text = fmt::format("{}", fmt::join(facts, " "));

@@ -218,7 +218,10 @@ class BadInput(unittest.TestCase):
             shown = bench.run("show", "latest")
             self.assertEqual(shown.returncode, 0, shown.stderr)
             self.assertIn("aborted", shown.stdout)
-            self.assertEqual(bench.run("analyze", record).returncode, 0)
+            self.assertIn("no gyro sample", shown.stdout)
+            analysed = bench.run("analyze", record)
+            self.assertEqual(analysed.returncode, 1)
+            self.assertIn("no gyro sample", analysed.stderr)
 
     def test_a_record_folder_that_cannot_be_written_prevents_the_run(self):
         with Bench(extra="") as bench:
