@@ -96,6 +96,9 @@ std::string BenchText(const Json& status) {
   if (simulated.is_boolean() && simulated.get<bool>()) text += " (virtual)";
   const double temperature = Number(status, "temperature_degC");
   if (std::isfinite(temperature)) text += fmt::format(", sensor {:.2f} degC", temperature);
+  for (const auto& [output, on] : Field(status, "outputs").items()) {
+    if (on.is_boolean()) text += fmt::format(", {} {}", output, on.get<bool>() ? "on" : "off");
+  }
   return text;
 }
 

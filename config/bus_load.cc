@@ -6,6 +6,7 @@ namespace gyrobench::config {
 namespace {
 
 constexpr double kDrivePolls_hz = 2.0;
+constexpr double kRelayPolls_hz = 2.0;
 // Unit, function, address, count, CRC.
 constexpr int kReadRequestBytes = 8;
 // Unit, function, byte count, CRC.
@@ -50,6 +51,10 @@ std::vector<DeviceLoad> BusLoad(const StandConfig& stand, const BusConfig& bus) 
     const int words = map.block_header_words + map.sample_words * map.max_samples_per_block;
     const double blocks_hz = stand.gyro.rate_hz / std::max(1, map.max_samples_per_block - 1);
     loads.push_back({"gyro", blocks_hz * ReadTime_s(bus, words)});
+  }
+  if (stand.relays && stand.relays->bus == bus.name) {
+    // A reply of up to 32 coils is no longer than one of two registers.
+    loads.push_back({"relays", kRelayPolls_hz * ReadTime_s(bus, 2)});
   }
   return loads;
 }

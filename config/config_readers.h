@@ -12,6 +12,7 @@ class TomlTable;
 DriveMap ReadDriveMap(const TomlTable& root);
 EncoderMap ReadEncoderMap(const TomlTable& root);
 GyroUnitMap ReadGyroUnitMap(const TomlTable& root);
+RelayMap ReadRelayMap(const TomlTable& root);
 StandConfig ReadStandConfig(const TomlTable& root, const std::filesystem::path& file);
 
 }  // namespace gyrobench::config

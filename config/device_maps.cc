@@ -30,11 +30,11 @@ std::uint16_t Word(const TomlTable& root, std::string_view key) {
   return static_cast<std::uint16_t>(root.Integer(key, kWord));
 }
 
-// The first of `words` registers that must all have an address.
+// The first of `words` registers or coils that must all have an address.
 std::uint16_t BlockAddress(const TomlTable& root, std::string_view key, int words) {
   const std::uint16_t address = Word(root, key);
   if (address + words > 0x10000) {
-    root.Fail(key, fmt::format("{} registers from here end beyond 0xFFFF", words));
+    root.Fail(key, fmt::format("{} addresses from here end beyond 0xFFFF", words));
   }
   return address;
 }
@@ -168,6 +168,15 @@ GyroUnitMap ReadGyroUnitMap(const TomlTable& root) {
   return map;
 }
 
+RelayMap ReadRelayMap(const TomlTable& root) {
+  CheckKind(root, "relays");
+  RelayMap map;
+  map.model = root.String("model");
+  map.channels = Int(root, "channels", {1, 32, "channels"});
+  map.first_coil = BlockAddress(root, "first_coil", map.channels);
+  return map;
+}
+
 DriveMap LoadDriveMap(const std::filesystem::path& file) {
   return TomlTable::FromFile(file).ReadWhole(ReadDriveMap);
 }
@@ -178,6 +187,10 @@ EncoderMap LoadEncoderMap(const std::filesystem::path& file) {
 
 GyroUnitMap LoadGyroUnitMap(const std::filesystem::path& file) {
   return TomlTable::FromFile(file).ReadWhole(ReadGyroUnitMap);
+}
+
+RelayMap LoadRelayMap(const std::filesystem::path& file) {
+  return TomlTable::FromFile(file).ReadWhole(ReadRelayMap);
 }
 
 }  // namespace gyrobench::config

@@ -76,9 +76,17 @@ struct GyroUnitMap {
   double temperature_offset_degC = 36.53;
 };
 
+// Relay unit: one coil a channel (functions 01 and 05).
+struct RelayMap {
+  std::string model;
+  std::uint16_t first_coil = 0;  // of channel 0
+  int channels = 1;
+};
+
 // Each throws ConfigError as LoadStandConfig does.
 DriveMap LoadDriveMap(const std::filesystem::path& file);
 EncoderMap LoadEncoderMap(const std::filesystem::path& file);
 GyroUnitMap LoadGyroUnitMap(const std::filesystem::path& file);
+RelayMap LoadRelayMap(const std::filesystem::path& file);
 
 }  // namespace gyrobench::config

@@ -34,6 +34,7 @@ struct RoomScenario {
   double swing_period_s = 1200.0;
   double fan_drop_degC = 11.0;         // self-heating that the fan takes away
   double fan_time_constant_s = 120.0;  // of the sensor while the fan blows
+  double heater_rise_degC = 15.0;      // of the sensor, at last, with the heater on
   std::vector<Fan> fans;
 };
 

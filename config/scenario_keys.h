@@ -24,6 +24,8 @@ void Describe(V& v, RoomScenario& s) {
   v.Number("fan_drop_degC", s.fan_drop_degC, {"degC", 0, 60, "self-heating that a fan takes away"});
   v.Number("fan_time_constant_s", s.fan_time_constant_s,
            {"s", 0.1, 1e5, "time constant while it blows"});
+  v.Number("heater_rise_degC", s.heater_rise_degC,
+           {"degC", 0, 100, "of the sensor by a heater, at last; 0: it does not heat"});
   v.List("fan", s.fans);
 }
 

@@ -230,6 +230,30 @@ GyroConfig ReadGyro(const TomlTable& table, const std::vector<BusConfig>& buses,
   return gyro;
 }
 
+RelaysConfig ReadRelays(const TomlTable& table, const std::vector<BusConfig>& buses, Units& units) {
+  RelaysConfig relays;
+  units.ReadAddress(table, buses, relays.bus, relays.unit);
+  relays.map = LoadRelayMap(MapFile(table));
+  for (const char* output : {"fan", "heater"}) {
+    const auto channel = table.OptionalInteger(output, {0, 31, "channel"});
+    if (!channel) continue;
+    if (*channel >= relays.map.channels) {
+      table.Fail(output,
+                 fmt::format("expected 0 .. {}: the unit ({}) has {} channels",
+                             relays.map.channels - 1, relays.map.model, relays.map.channels));
+    }
+    for (const auto& [other, taken] : relays.channels) {
+      if (taken == *channel)
+        table.Fail(output, fmt::format("{} is on this channel already", other));
+    }
+    relays.channels[output] = static_cast<int>(*channel);
+  }
+  relays.heater_max_degC =
+      table.Number("heater_max_degC", {0, 125, "degC"}, relays.heater_max_degC);
+  if (relays.channels.empty()) table.FailTable("expected fan, heater or both");
+  return relays;
+}
+
 // A lean between two axes of which the stand lacks one would turn into a mounting that nobody sees.
 void CheckLean(const TomlTable& table, std::string_view key, double lean_deg,
                const std::vector<AxisConfig>& axes, std::array<std::string_view, 2> between) {
@@ -361,6 +385,8 @@ StandConfig ReadStandConfig(const TomlTable& root, const fs::path& file) {
   stand.buses = ReadBuses(root);
   stand.axes = ReadAxes(root, stand.buses, units);
   stand.gyro = ReadGyro(root.Table("gyro"), stand.buses, units);
+  if (const auto table = root.OptionalTable("relays"))
+    stand.relays = ReadRelays(*table, stand.buses, units);
   if (const auto table = root.OptionalTable("geometry"))
     stand.geometry = ReadGeometry(*table, stand.axes);
   stand.site = ReadSection(root, "site", ReadSite);

@@ -68,6 +68,15 @@ struct GyroConfig {
   std::optional<std::uint32_t> serial_number;  // refused when another answers
 };
 
+// A relay unit that switches what changes the sensor's temperature.
+struct RelaysConfig {
+  std::string bus;
+  int unit = 1;
+  RelayMap map;
+  std::map<std::string, int> channels;  // of the unit, by what is switched: fan, heater
+  double heater_max_degC = 60.0;  // by the gyro's thermometer; above, everything is switched off
+};
+
 // How the stand differs from a perfect one (docs/measurement-table.md, "Geometry of the stand").
 struct GeometryConfig {
   double mount_x_deg = 0.0;  // R_mount = Rz(mount_z) Ry(mount_y) Rx(mount_x)
@@ -108,6 +117,7 @@ struct StandConfig {
   std::vector<BusConfig> buses;
   std::vector<AxisConfig> axes;  // in the order outer, middle, inner; absent ones are left out
   GyroConfig gyro;
+  std::optional<RelaysConfig> relays;
   GeometryConfig geometry;
   SiteConfig site;
   LcmConfig lcm;

@@ -124,6 +124,19 @@ json GyroToJson(const GyroConfig& gyro) {
   return out;
 }
 
+json RelaysToJson(const RelaysConfig& relays) {
+  json out = {{"bus", relays.bus},
+              {"unit", relays.unit},
+              {"map",
+               {{"kind", "relays"},
+                {"model", relays.map.model},
+                {"first_coil", relays.map.first_coil},
+                {"channels", relays.map.channels}}},
+              {"heater_max_degC", relays.heater_max_degC}};
+  out.update(relays.channels);
+  return out;
+}
+
 json GeometryToJson(const GeometryConfig& geometry) {
   return {{"mount_x_deg", geometry.mount_x_deg},
           {"mount_y_deg", geometry.mount_y_deg},
@@ -150,23 +163,25 @@ json ToJson(const StandConfig& stand) {
   json buses = json::object(), axes = json::object();
   for (const BusConfig& bus : stand.buses) buses[bus.name] = BusToJson(bus);
   for (const AxisConfig& axis : stand.axes) axes[axis.name] = AxisToJson(axis);
-  return {{"file", stand.file.string()},
-          {"name", stand.name},
-          {"bus", std::move(buses)},
-          {"axis", std::move(axes)},
-          {"gyro", GyroToJson(stand.gyro)},
-          {"geometry", GeometryToJson(stand.geometry)},
-          {"site", SiteToJson(stand.site)},
-          {"lcm",
-           {{"url", stand.lcm.url},
-            {"channel_prefix", stand.lcm.channel_prefix},
-            {"required", stand.lcm.required}}},
-          {"safety", {{"silence_s", stand.safety.silence_s}}},
-          {"records", stand.records.string()},
-          {"procedures", PathsToJson(stand.procedure_dirs)},
-          {"control_socket", stand.control_socket.string()},
-          {"control_socket_mode", stand.control_socket_mode},
-          {"virtual", stand.virtual_stand.has_value()}};
+  json out{{"file", stand.file.string()},
+           {"name", stand.name},
+           {"bus", std::move(buses)},
+           {"axis", std::move(axes)},
+           {"gyro", GyroToJson(stand.gyro)},
+           {"geometry", GeometryToJson(stand.geometry)},
+           {"site", SiteToJson(stand.site)},
+           {"lcm",
+            {{"url", stand.lcm.url},
+             {"channel_prefix", stand.lcm.channel_prefix},
+             {"required", stand.lcm.required}}},
+           {"safety", {{"silence_s", stand.safety.silence_s}}},
+           {"records", stand.records.string()},
+           {"procedures", PathsToJson(stand.procedure_dirs)},
+           {"control_socket", stand.control_socket.string()},
+           {"control_socket_mode", stand.control_socket_mode},
+           {"virtual", stand.virtual_stand.has_value()}};
+  if (stand.relays) out["relays"] = RelaysToJson(*stand.relays);
+  return out;
 }
 
 }  // namespace gyrobench::config

@@ -15,6 +15,7 @@ namespace {
 
 // Motion ends at deadlines that the run engine keeps; the drive's poll is there for alarms.
 constexpr Utime kDrivePeriod = kMicrosecondsPerSecond / 2;
+constexpr Utime kOutputsPeriod = kMicrosecondsPerSecond / 2;
 // Beyond a soft limit by more than the play of a worm and the noise of an encoder.
 constexpr double kSoftLimitMargin_deg = 0.2;
 
@@ -57,6 +58,7 @@ Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock, Telemet
   }
   for (const config::AxisConfig& axis : stand.axes) AddAxis(axis);
   AddGyro();
+  if (stand.relays) AddOutputs();
 }
 
 Acquisition::~Acquisition() { Stop(); }
@@ -121,6 +123,20 @@ void Acquisition::AddGyro() {
                               sensor_.identity = identity;
                             },
                             [this] { ReadGyro(); }, [period] { return period; }},
+      clock_, FromSeconds(stand_.safety.silence_s), on_silence_);
+  bus.worker.AddPoll([poll = device.get()] { return poll->Poll(); });
+  devices_.push_back(std::move(device));
+}
+
+void Acquisition::AddOutputs() {
+  const config::RelaysConfig& relays = *stand_.relays;
+  Bus& bus = BusOf(relays.bus);
+  outputs_ = std::make_unique<Outputs>(relays, bus.worker, drivers::MakeRelays(relays, bus.modbus),
+                                       on_fault_);
+  auto device = std::make_unique<PolledDevice>(
+      DeviceStatus{"relays", "relays", relays.bus, relays.unit, false, ""},
+      PolledDevice::Actions{[this] { outputs_->Open(); }, [this] { outputs_->Check(); },
+                            [] { return kOutputsPeriod; }},
       clock_, FromSeconds(stand_.safety.silence_s), on_silence_);
   bus.worker.AddPoll([poll = device.get()] { return poll->Poll(); });
   devices_.push_back(std::move(device));
@@ -222,6 +238,9 @@ void Acquisition::ReadGyro() {
     if (!block_.samples.empty()) {
       sensor_.temperature_degC = block_.samples.back().temperature_degC;
     }
+  }
+  if (outputs_ && !block_.samples.empty()) {
+    outputs_->Watch(block_.samples.back().temperature_degC);
   }
   FillMessage(block_, sensor_.identity, gyro_message_);
   telemetry_.Send(gyro_message_);

@@ -14,6 +14,7 @@
 #include "base/tick_fit.h"
 #include "config/stand_config.h"
 #include "daemon/bus_worker.h"
+#include "daemon/outputs.h"
 #include "daemon/polled_device.h"
 #include "daemon/telemetry.h"
 #include "drivers/angle_sensor.h"
@@ -84,12 +85,15 @@ class Acquisition {
   // Clears latched alarms of the drives; does not wait. One that is still there shows at the next
   // poll.
   void PostClearAlarms();
+  // Fan and heater; nullptr where the stand cannot switch any.
+  Outputs* outputs() const { return outputs_.get(); }
 
  private:
   struct Bus;
   struct AxisUnit;
   void AddAxis(const config::AxisConfig& axis);
   void AddGyro();
+  void AddOutputs();
   Bus& BusOf(const std::string& name);
   AxisUnit& UnitOf(const std::string& axis);
   void ReadEncoder(AxisUnit& unit);
@@ -107,6 +111,7 @@ class Acquisition {
   std::vector<std::unique_ptr<Bus>> buses_;
   std::vector<std::unique_ptr<AxisUnit>> axes_;
   std::unique_ptr<drivers::Gyro> gyro_;
+  std::unique_ptr<Outputs> outputs_;
   std::vector<std::unique_ptr<PolledDevice>> devices_;
 
   // Of the gyro's bus thread.

@@ -113,6 +113,7 @@ json Status(Context& c) {
               {"tick_ratio", OrNull(sensor.tick_ratio)},
               {"utime", c.clock.Now()},
               {"version", kVersion}};
+  if (const Outputs* outputs = c.acquisition.outputs()) status["outputs"] = outputs->States();
   if (const auto run = c.engine.View()) status["run"] = ToJson(*run, c.control.state());
   if (const auto question = c.control.question()) {
     status["question"] = {

@@ -65,6 +65,22 @@ kinematics::StandGeometry LiveBench::Geometry() const {
 
 double LiveBench::TemperatureDegC() const { return context_.acquisition.Sensor().temperature_degC; }
 
+std::vector<std::string> LiveBench::Outputs() const {
+  std::vector<std::string> names;
+  const daemon::Outputs* outputs = context_.acquisition.outputs();
+  if (outputs == nullptr) return names;
+  for (const auto& [output, on] : outputs->States()) names.push_back(output);
+  return names;
+}
+
+void LiveBench::SwitchOutput(const std::string& output, bool on) {
+  context_.control.ThrowIfToEnd();
+  daemon::Outputs* outputs = context_.acquisition.outputs();
+  if (outputs == nullptr) throw LimitError("this stand has no outputs that could be switched");
+  outputs->Switch(context_.participant, output, on);
+  Say(output + (on ? " switched on" : " switched off"));
+}
+
 run_t LiveBench::Message(std::int8_t event) const {
   run_t message{};
   message.utime = context_.clock.Now();

@@ -53,6 +53,8 @@ class LiveBench final : public procedures::Bench {
   std::vector<procedures::AxisFacts> Axes() const override;
   kinematics::StandGeometry Geometry() const override;
   double TemperatureDegC() const override;
+  std::vector<std::string> Outputs() const override;
+  void SwitchOutput(const std::string& output, bool on) override;
   procedures::TurnOutcome Turn(const procedures::TurnCommand& command) override;
   procedures::SwingOutcome Swing(const procedures::SwingCommand& command) override;
   void Rest(double duration_s) override;

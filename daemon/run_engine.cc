@@ -85,6 +85,9 @@ procedures::RunHooks RunEngine::DryHooks() {
 procedures::DryOptions RunEngine::DryOptions() const {
   procedures::DryOptions options;
   options.geometry = GeometryOf(context_.stand.geometry);
+  if (const Outputs* outputs = context_.acquisition.outputs()) {
+    for (const auto& [output, on] : outputs->States()) options.outputs.push_back(output);
+  }
   const SensorView sensor = context_.acquisition.Sensor();
   if (sensor.identity.gyro_lsb_per_deg_s > 0) {
     options.nominal_scale_deg_s_per_lsb = 1.0 / sensor.identity.gyro_lsb_per_deg_s;
@@ -267,6 +270,18 @@ std::string RunEngine::StopMotion(Job& job) {
   return failures;
 }
 
+// However a run ends, nothing heats behind it. Returns what went wrong, empty if nothing.
+std::string RunEngine::SwitchOff(Job& job) {
+  Outputs* outputs = context_.acquisition.outputs();
+  if (outputs == nullptr) return "";
+  try {
+    outputs->AllOff(*job.participant);
+    return "";
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
 RunEngine::Ending RunEngine::RunToItsEnd(Job& job) {
   const auto fault = [&](const Fault& what) -> Ending {
     context_.on_fault(what.source, what.message);
@@ -294,13 +309,16 @@ void RunEngine::Execute(Job& job) {
   auto [outcome, message] = RunToItsEnd(job);
   context_.control.BeginStopping();
   SetPace(true);
+  const auto add_fault = [&](const char* source, const std::string& failure) {
+    if (failure.empty()) return;
+    context_.on_fault(source, failure);
+    outcome = Outcome::kFault;
+    message += fmt::format("{}{}: {}", message.empty() ? "" : "; ", source, failure);
+  };
   if (outcome != Outcome::kDone && outcome != Outcome::kFailedLimits) {
-    if (const std::string failure = StopMotion(job); !failure.empty()) {
-      context_.on_fault("stop", failure);
-      outcome = Outcome::kFault;
-      message += "; stop: " + failure;
-    }
+    add_fault("stop", StopMotion(job));
   }
+  add_fault("relays", SwitchOff(job));
   try {
     Finish(job, outcome, message);
   } catch (const std::exception& error) {

@@ -85,6 +85,7 @@ class RunEngine {
   void BeginRecord(Job& job, Utime start);
   void WaitForStandstill(Job& job, const std::string& axis);
   std::string StopMotion(Job& job);
+  std::string SwitchOff(Job& job);
   void Finish(Job& job, Outcome outcome, const std::string& message);
   static procedures::RunHooks DryHooks();
   procedures::DryOptions DryOptions() const;

@@ -17,6 +17,8 @@ class VirtualStandBuses final : public SimulatedBuses {
     if (question_id == "cool") stand_.ColdSoak();
     if (question_id == "fan_on") stand_.SetFan(true);
     if (question_id == "fan_off") stand_.SetFan(false);
+    if (question_id == "heater_on") stand_.SetHeater(true);
+    if (question_id == "heater_off") stand_.SetHeater(false);
   }
 
  private:

@@ -18,7 +18,7 @@ class SimulatedBuses {
   virtual std::vector<config::BusConfig> buses() const = 0;
   // The stand file has answered a question in the operator's place: what the operator would have
   // done by hand happens (`cool`: the gyro unit is brought to the scenario's start temperature;
-  // `fan_on`, `fan_off`).
+  // `fan_on`, `fan_off`, `heater_on`, `heater_off`).
   virtual void Answered(const std::string& question_id) = 0;
 };
 

@@ -8,6 +8,7 @@
 #include "drivers/axis.h"
 #include "drivers/gyro.h"
 #include "drivers/modbus_bus.h"
+#include "drivers/relays.h"
 
 namespace gyrobench::drivers {
 
@@ -16,5 +17,6 @@ namespace gyrobench::drivers {
 std::unique_ptr<Axis> MakeAxis(const config::AxisConfig& config, ModbusBus& bus);
 std::unique_ptr<AngleSensor> MakeAngleSensor(const config::AxisConfig& config, ModbusBus& bus);
 std::unique_ptr<Gyro> MakeGyro(const config::GyroConfig& config, ModbusBus& bus);
+std::unique_ptr<Relays> MakeRelays(const config::RelaysConfig& config, ModbusBus& bus);
 
 }  // namespace gyrobench::drivers

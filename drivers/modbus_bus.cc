@@ -24,10 +24,21 @@ constexpr Utime kQuiet_us = 20'000;
 constexpr int kMostDrains = 10;
 constexpr Utime kBusyPause_us = 10'000;
 
-enum class Function { kReadHolding = 3, kReadInput = 4, kWriteRegister = 6, kWriteRegisters = 16 };
+enum class Function {
+  kReadCoils = 1,
+  kReadHolding = 3,
+  kReadInput = 4,
+  kWriteCoil = 5,
+  kWriteRegister = 6,
+  kWriteRegisters = 16
+};
 
 const char* FunctionName(Function function) {
   switch (function) {
+    case Function::kReadCoils:
+      return "read coils (function 01)";
+    case Function::kWriteCoil:
+      return "write coil (function 05)";
     case Function::kReadHolding:
       return "read holding registers (function 03)";
     case Function::kReadInput:
@@ -79,18 +90,27 @@ struct ModbusBus::Request {
   const ModbusUnit& unit;
   Function function;
   std::uint16_t address;
-  std::uint16_t count;         // registers
+  std::uint16_t count;         // registers or coils
   std::uint16_t* read;         // where a reply's registers go
-  const std::uint16_t* write;  // registers to be written
+  const std::uint16_t* write;  // registers to be written; a coil by 0 or 1
   const char* what;
   Repeat repeat = Repeat::kAllowed;
+  std::uint8_t* coils = nullptr;  // where a reply's coils go
 
+  bool Reads() const { return read != nullptr || coils != nullptr; }
   // Bytes of the RTU frames.
   int RequestBytes() const { return function == Function::kWriteRegisters ? 9 + 2 * count : 8; }
-  int ReplyBytes() const { return read != nullptr ? 5 + 2 * count : 8; }
+  int ReplyBytes() const {
+    if (coils != nullptr) return 5 + (count + 7) / 8;
+    return read != nullptr ? 5 + 2 * count : 8;
+  }
 
   int Call(modbus_t* context) const {
     switch (function) {
+      case Function::kReadCoils:
+        return modbus_read_bits(context, address, count, coils);
+      case Function::kWriteCoil:
+        return modbus_write_bit(context, address, *write);
       case Function::kReadHolding:
         return modbus_read_registers(context, address, count, read);
       case Function::kReadInput:
@@ -133,6 +153,18 @@ Timing ModbusBus::ReadInput(const ModbusUnit& unit, std::uint16_t address,
                             std::span<std::uint16_t> values, const char* what) {
   return Transact({unit, Function::kReadInput, address, static_cast<std::uint16_t>(values.size()),
                    values.data(), nullptr, what});
+}
+
+Timing ModbusBus::ReadCoils(const ModbusUnit& unit, std::uint16_t address,
+                            std::span<std::uint8_t> values, const char* what) {
+  return Transact({unit, Function::kReadCoils, address, static_cast<std::uint16_t>(values.size()),
+                   nullptr, nullptr, what, Repeat::kAllowed, values.data()});
+}
+
+Timing ModbusBus::WriteCoil(const ModbusUnit& unit, std::uint16_t address, bool value,
+                            const char* what) {
+  const std::uint16_t on = value ? 1 : 0;
+  return Transact({unit, Function::kWriteCoil, address, 1, nullptr, &on, what});
 }
 
 Timing ModbusBus::WriteRegister(const ModbusUnit& unit, std::uint16_t address, std::uint16_t value,
@@ -316,10 +348,13 @@ std::string ModbusBus::Message(const Request& request, const Failure& failure, i
   } else if (failure.error == ETIMEDOUT) {
     came = "no complete reply";
   }
+  const bool coils =
+      request.function == Function::kReadCoils || request.function == Function::kWriteCoil;
   return fmt::format("{}: {} at 0x{:04X}: expected {} {} within {:.1f} ms, got {} ({} {}). {}",
                      where, FunctionName(request.function), request.address,
-                     request.read != nullptr ? "a reply of" : "an echo for",
-                     fmt::format("{} register{}", request.count, request.count == 1 ? "" : "s"),
+                     request.Reads() ? "a reply of" : "an echo for",
+                     fmt::format("{} {}{}", request.count, coils ? "coil" : "register",
+                                 request.count == 1 ? "" : "s"),
                      deadline_ms, came, tries, tries == 1 ? "try" : "tries", advice);
 }
 

@@ -75,6 +75,11 @@ class ModbusBus {
                      const char* what);
   Timing ReadInput(const ModbusUnit& unit, std::uint16_t address, std::span<std::uint16_t> values,
                    const char* what);
+  // Function 01; fills `values` (1 to 2000 coils) with 0 and 1.
+  Timing ReadCoils(const ModbusUnit& unit, std::uint16_t address, std::span<std::uint8_t> values,
+                   const char* what);
+  // Function 05.
+  Timing WriteCoil(const ModbusUnit& unit, std::uint16_t address, bool value, const char* what);
   // Function 06. The echo is not checked by libmodbus: for what matters use WriteVerified.
   Timing WriteRegister(const ModbusUnit& unit, std::uint16_t address, std::uint16_t value,
                        const char* what);

@@ -21,9 +21,11 @@ procedure = {
       help = "rest between moves" },
     { name = "acceleration_deg_s2", type = "number", default = 80, unit = "deg/s^2", min = 0.1, max = 100000,
       help = "of all turns; an axis with a lower limit takes its limit" },
-    { name = "fan", type = "boolean", default = true, help = "false: nobody is asked to cool the sensor" },
+    { name = "fan", type = "boolean", default = true, help = "false: no fan, neither the stand's nor the operator's" },
     { name = "fan_cools_degC", type = "number", default = 8, unit = "degC", min = 0.5, max = 80,
       help = "by how much the fan is expected to cool the sensor" },
+    { name = "heater_warms_degC", type = "number", default = 8, unit = "degC", min = 0.5, max = 80,
+      help = "by how much a heater of the stand is expected to warm the sensor; nobody is asked for one" },
     { name = "patience_s", type = "number", default = 3600, unit = "s", min = 10, max = 43200,
       help = "how long the operator is waited for; then the run ends as an error" },
   },
@@ -95,15 +97,14 @@ local z_level = { about = "z", up = "+y" }
 local z_level_x = { about = "z", up = "+x" }
 local z_down = { about = "z", up = "-z" }
 
-local function cool(p)
+local function switched(p, output)
   local name = bench.take_pose(z_up).axis
-  bench.ask{ id = "fan_on", text = "Switch the fan on that cools the sensor. Done?", choices = { "done" },
-    timeout_s = p.patience_s }
+  bench.switch{ output = output, on = true, timeout_s = p.patience_s }
   bench.rest{ duration_s = 60 }
   there_and_back(p, name, 360, 40)
   bench.rest{ duration_s = 60 }
   there_and_back(p, name, 170, 18)
-  bench.ask{ id = "fan_off", text = "Switch the fan off. Done?", choices = { "done" }, timeout_s = p.patience_s }
+  bench.switch{ output = output, on = false, timeout_s = p.patience_s }
   bench.rest{ duration_s = p.rest_s }
 end
 
@@ -130,7 +131,9 @@ local menu = {
     bench.take_pose{ up = "+z" }
     bench.rest{ duration_s = 180 }
   end },
-  { name = "turns while a fan cools the sensor", pose = z_up, make = cool, fan = true },
+  { name = "turns while a fan cools the sensor", pose = z_up, make = function(p) switched(p, "fan") end, output = "fan" },
+  { name = "turns while a heater warms the sensor", pose = z_up, make = function(p) switched(p, "heater") end,
+    output = "heater" },
 }
 
 local function baseline(p)
@@ -151,11 +154,13 @@ end
 -- Rehearses the menu; returns the items in the order of the rehearsals, and whether there is time for any.
 local function rehearse(p, left_s)
   local items, any = {}, false
+  local warms_degC = { none = 0, fan = p.fan and -p.fan_cools_degC,
+    heater = bench.outputs().heater and p.heater_warms_degC }
   for _, item in ipairs(menu) do
-    if (p.fan or not item.fan) and bench.find_pose(item.pose).possible then
+    if warms_degC[item.output or "none"] and bench.find_pose(item.pose).possible then
       bench.rehearse()
       item.make(p)
-      local affordable = bench.rehearsed{ name = item.name, warms_degC = item.fan and -p.fan_cools_degC or 0,
+      local affordable = bench.rehearsed{ name = item.name, warms_degC = warms_degC[item.output or "none"],
         at_most_s = left_s }
       any = any or affordable
       items[#items + 1] = item

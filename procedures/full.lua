@@ -6,7 +6,7 @@
 procedure = {
   summary = "The full sequence: rest, speeds in all poses, cooling and warming, sinusoidal motion",
   description = "About 38 minutes. Parts that the stand cannot do are left out and named; without turns about z with z "
-    .. "up it is refused. The operator is asked to switch a fan on and off.",
+    .. "up it is refused. Where the stand switches no fan, the operator is asked to.",
   measures = { "bias", "scale" },
   parameters = {
     { name = "warm_up_s", type = "number", default = 900, unit = "s", min = 0, max = 21600,
@@ -16,7 +16,7 @@ procedure = {
     { name = "acceleration_deg_s2", type = "number", default = 80, unit = "deg/s^2", min = 0.1, max = 100000,
       help = "of all turns; an axis with a lower limit takes its limit" },
     { name = "fan", type = "boolean", default = true,
-      help = "false: nobody is asked to cool the sensor, and that part is left out" },
+      help = "false: no fan, neither the stand's nor the operator's; that part is left out" },
     { name = "patience_s", type = "number", default = 3600, unit = "s", min = 10, max = 43200,
       help = "how long the operator is waited for; then the run ends as an error" },
   },
@@ -144,14 +144,13 @@ end
 local function cool_and_warm(p)
   local name = take_first("cooling and warming, z up", parts[1].poses)
   local before_degC = bench.temperature()
-  bench.ask{ id = "fan_on", text = "Switch the fan on that cools the sensor. Done?", choices = { "done" },
-    timeout_s = p.patience_s }
+  bench.switch{ output = "fan", on = true, timeout_s = p.patience_s }
   bench.rest{ duration_s = 60 }
   to_and_fro(p, name, { 18, 32 })
   bench.rest{ duration_s = 60 }
   check_change("cooling", before_degC, -1)
   before_degC = bench.temperature()
-  bench.ask{ id = "fan_off", text = "Switch the fan off. Done?", choices = { "done" }, timeout_s = p.patience_s }
+  bench.switch{ output = "fan", on = false, timeout_s = p.patience_s }
   bench.rest{ duration_s = 60 }
   to_and_fro(p, name, { 12, 40 })
   bench.rest{ duration_s = 120 }

@@ -1,13 +1,14 @@
 -- Still and turning while the sensor warms and cools.
 --
 -- One warm-up alone cannot tell an offset that follows the temperature from one that follows its change, or from
--- one that fades with time: the temperature has to go up, down and up again. No output of the stand switches a fan
--- or heater: the operator does, and is asked.
+-- one that fades with time: the temperature has to go up, down and up again. Where the stand switches no fan and no
+-- heater, the operator is asked to.
 
 procedure = {
   summary = "Still and turning while the sensor warms, cools and warms again",
-  description = "Three phases: the warm-up as it is, cooling (the operator is asked to switch a fan on), warming again "
-    .. "(the fan off, or a heater on). In each the stand rests and turns about one sensor axis both ways, in turn.",
+  description = "Three phases: the warm-up, cooling by a fan, warming again without it. A heater of the stand ([relays]) "
+    .. "helps to warm; where it is alone, cooling is its rest. Without either the operator is asked to switch a fan, and "
+    .. "without cooling a heater. In each phase the stand rests and turns about one sensor axis both ways, in turn.",
   measures = { "bias", "scale" },
   parameters = {
     { name = "about", type = "choice", default = "z", choices = { "x", "y", "z" },
@@ -19,11 +20,11 @@ procedure = {
     { name = "rest_s", type = "number", default = 30, unit = "s", min = 1, max = 3600,
       help = "rest between the turns" },
     { name = "warm_up_s", type = "number", default = 900, unit = "s", min = 0, max = 21600,
-      help = "first phase: the sensor warms up by itself" },
+      help = "first phase: the sensor warms up by itself, or by a heater that has no fan beside it" },
     { name = "cooling_s", type = "number", default = 600, unit = "s", min = 0, max = 21600,
-      help = "second phase: the fan blows" },
+      help = "second phase: the fan blows; without a fan the heater rests" },
     { name = "rewarming_s", type = "number", default = 600, unit = "s", min = 0, max = 21600,
-      help = "third phase: the fan rests" },
+      help = "third phase: the fan rests, a heater warms" },
     { name = "least_change_degC", type = "number", default = 1, unit = "degC", min = 0, max = 100,
       help = "the operator is asked again where cooling or warming changes the temperature by less" },
     { name = "patience_s", type = "number", default = 3600, unit = "s", min = 10, max = 43200,
@@ -70,8 +71,33 @@ local function phase(p, turns, duration_s, number)
   return number
 end
 
-local function ask(p, id, text)
-  bench.ask{ id = id, text = text, choices = { "done" }, timeout_s = p.patience_s }
+-- Who cools and who warms: the stand with what it has, else the operator, with a fan, or with a heater where nothing was
+-- cooled.
+local function thermal_hands(p)
+  local stand, on = bench.outputs(), {}
+  local fan = p.cooling_s > 0 and (stand.fan or not stand.heater)
+  local function switch(output, wanted)
+    if (on[output] or false) == wanted then return end
+    on[output] = wanted
+    bench.switch{ output = output, on = wanted, timeout_s = p.patience_s }
+  end
+  return {
+    begin = function()
+      if stand.heater and p.cooling_s > 0 and not fan then switch("heater", true) end
+    end,
+    cool = function()
+      switch("heater", false)
+      if fan then switch("fan", true) end
+    end,
+    warm = function()
+      switch("fan", false)
+      if stand.heater or not fan then switch("heater", true) end
+    end,
+    rest = function()
+      switch("heater", false)
+      switch("fan", false)
+    end,
+  }
 end
 
 -- A fan that does not blow, or a heater that does not heat, is the operator's to mend.
@@ -104,17 +130,20 @@ function run(p)
       rate_deg_s = axis.max_rate_deg_s / 2 }
   end
 
+  local hands = thermal_hands(p)
+  hands.begin()
   local number = phase(p, turns, p.warm_up_s, 0)
   if p.cooling_s > 0 then
     local before_degC = bench.temperature()
-    ask(p, "fan_on", "Switch the fan on that cools the sensor (or the heater off). Done?")
+    hands.cool()
     number = phase(p, turns, p.cooling_s, number)
     watch(p, "cooling", before_degC, -1)
   end
   if p.rewarming_s > 0 then
     local before_degC = bench.temperature()
-    ask(p, "fan_off", "Switch the fan off (or the heater on). Done?")
+    hands.warm()
     phase(p, turns, p.rewarming_s, number)
     watch(p, "warming", before_degC, 1)
   end
+  hands.rest()
 end

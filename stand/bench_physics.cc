@@ -193,6 +193,12 @@ void Physics::SetFan(Utime at, bool blows) {
   gyro_.SetFan(blows);
 }
 
+void Physics::SetHeater(Utime at, bool heats) {
+  const std::lock_guard lock(mutex_);
+  Advance(at);
+  gyro_.SetHeater(heats);
+}
+
 AxisTruth Physics::Truth(std::size_t axis, Utime at) {
   const std::lock_guard lock(mutex_);
   return axes_[axis].At(Advance(at));

@@ -58,6 +58,7 @@ class Physics {
   // Someone brings the unit to another temperature and puts it back.
   void SetTemperature(Utime at, double degC);
   void SetFan(Utime at, bool blows);
+  void SetHeater(Utime at, bool heats);
 
   // What only tests and the scenario's author may know.
   AxisTruth Truth(std::size_t axis, Utime at);

@@ -59,6 +59,7 @@ class GyroSampler {
   void Set(double t_s, const GyroSettings& settings);
   void SetTemperature(double degC) { thermal_.SetTemperature(degC); }
   void SetFan(bool blows) { thermal_.SetFan(blows); }
+  void SetHeater(bool heats) { thermal_.SetHeater(heats); }
 
   const GyroSettings& settings() const { return settings_; }
   std::uint32_t next_number() const { return next_number_; }

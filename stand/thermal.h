@@ -7,7 +7,8 @@
 
 namespace gyrobench::stand {
 
-// First-order warm-up towards room + self-heating, with a fan and with someone who cools the unit:
+// First-order warm-up towards room + self-heating, with a fan, a heater and someone who cools the
+// unit:
 //   dT/dt = (T_room(t) + heating(t) - T) / tau(t)        package, where the thermometer is
 //   dD/dt = (T - D) / lag                                the gyro's element
 // Each step is exact for a target that stands still during it. Keeps references to the scenarios.
@@ -21,6 +22,7 @@ class Thermal {
   void SetTemperature(double degC);
   // Somebody switches the fan by hand, beside what the scenario says.
   void SetFan(bool blows) { fan_by_hand_ = blows; }
+  void SetHeater(bool heats) { heater_ = heats; }
 
   double package_degC() const { return package_degC_; }
   double die_degC() const { return die_degC_; }
@@ -45,6 +47,7 @@ class Thermal {
   const config::RoomScenario& room_;
   double t_s_ = 0.0;
   bool fan_by_hand_ = false;
+  bool heater_ = false;
   double package_degC_, die_degC_;
   double die_rate_degC_s_ = 0.0;
   std::size_t next_chill_ = 0;

@@ -9,6 +9,7 @@
 #include "stand/devices/drive_device.h"
 #include "stand/devices/encoder_device.h"
 #include "stand/devices/gyro_device.h"
+#include "stand/devices/relay_device.h"
 #include "stand/server/bus_server.h"
 #include "stand/specimen.h"
 
@@ -66,6 +67,9 @@ struct VirtualStand::Impl {
     if (stand.gyro.bus == bus.name) {
       Add(*responder, stand.gyro.unit, std::make_unique<GyroDevice>(stand.gyro.map, physics));
     }
+    if (stand.relays && stand.relays->bus == bus.name) {
+      Add(*responder, stand.relays->unit, std::make_unique<RelayDevice>(*stand.relays, physics));
+    }
     return responder;
   }
 
@@ -113,6 +117,8 @@ void VirtualStand::SetTemperature(double degC) {
 void VirtualStand::ColdSoak() { SetTemperature(impl_->physics.specimen().thermal.cooled_degC); }
 
 void VirtualStand::SetFan(bool blows) { impl_->physics.SetFan(impl_->clock.Now(), blows); }
+
+void VirtualStand::SetHeater(bool heats) { impl_->physics.SetHeater(impl_->clock.Now(), heats); }
 
 Physics& VirtualStand::physics() { return impl_->physics; }
 

@@ -44,8 +44,9 @@ class VirtualStand {
   void SetTemperature(double degC);
   // The same to the scenario's thermal.cooled_degC.
   void ColdSoak();
-  // The operator switches the fan that cools the gyro unit.
+  // The operator switches the fan that cools the gyro unit, or a heater that warms it.
   void SetFan(bool blows);
+  void SetHeater(bool heats);
 
   // For tests: the truth.
   Physics& physics();

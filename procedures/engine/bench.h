@@ -161,6 +161,10 @@ class Bench {
   // How the sensor is mounted and the axes lean.
   virtual kinematics::StandGeometry Geometry() const = 0;
   virtual double TemperatureDegC() const = 0;
+  // What the stand switches by itself: fan, heater. Others are the operator's.
+  virtual std::vector<std::string> Outputs() const = 0;
+  // Throws LimitError for an output that it has not. All are off after a run.
+  virtual void SwitchOutput(const std::string& output, bool on) = 0;
   virtual TurnOutcome Turn(const TurnCommand& command) = 0;
   virtual SwingOutcome Swing(const SwingCommand& command) = 0;
   virtual void Rest(double duration_s) = 0;

@@ -1,16 +1,8 @@
-#include <fmt/format.h>
-
 #include <limits>
 
-#include "base/error.h"
 #include "procedures/engine/command_call.h"
 
 namespace gyrobench::procedures {
-
-void Call::CheckNothing() const {
-  if (lua_isnil(state, argument)) return;
-  throw Error(fmt::format("{}: takes nothing, got {}", name, ShowValue(state, argument)));
-}
 
 int Rehearse(const Call& call) {
   call.CheckNothing();

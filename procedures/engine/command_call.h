@@ -46,6 +46,8 @@ int Swing(const Call& call);
 int FindPose(const Call& call);
 int TakePose(const Call& call);
 int Soak(const Call& call);
+int ListOutputs(const Call& call);
+int Switch(const Call& call);
 int Rehearse(const Call& call);
 int Rehearsed(const Call& call);
 int Choose(const Call& call);

@@ -11,6 +11,12 @@
 #include "procedures/engine/text.h"
 
 namespace gyrobench::procedures {
+
+void Call::CheckNothing() const {
+  if (lua_isnil(state, argument)) return;
+  throw Error(fmt::format("{}: takes nothing, got {}", name, ShowValue(state, argument)));
+}
+
 namespace {
 
 // Each of the following executes one command and returns the number of values that it pushed.
@@ -21,11 +27,7 @@ int Ask(const Call& call) {
   question.id = fields.RequiredText("id");
   question.text = fields.RequiredText("text");
   question.choices = fields.Texts("choices");
-  question.timeout_s = fields.Number("timeout_s").value_or(question.timeout_s);
-  if (question.timeout_s <= 0.0) {
-    fields.Refuse(
-        fmt::format("timeout_s = {:.10g}: expected a number above 0", question.timeout_s));
-  }
+  question.timeout_s = fields.PositiveNumber("timeout_s").value_or(question.timeout_s);
   const std::string answer = call.bench.Ask(question);
   lua_pushlstring(call.state, answer.data(), answer.size());
   return 1;
@@ -179,25 +181,13 @@ struct Command {
 
 // One line a command.
 constexpr Command kCommands[] = {
-    {"rest", Rest},
-    {"turn", Turn},
-    {"move_to", MoveTo},
-    {"soak", Soak},
-    {"ask", Ask},
-    {"estimate", ReadEstimate},
-    {"elapsed", Elapsed},
-    {"axes", ListAxes},
-    {"temperature", Temperature},
-    {"say", Say},
-    {"limit", Limit},
-    {"progress", Progress},
-    {"fail", FailRun},
-    {"trace", Trace},
-    {"swing", Swing},
-    {"find_pose", FindPose},
-    {"take_pose", TakePose},
-    {"rehearse", Rehearse},
-    {"rehearsed", Rehearsed},
+    {"rest", Rest},           {"turn", Turn},         {"move_to", MoveTo},
+    {"soak", Soak},           {"ask", Ask},           {"estimate", ReadEstimate},
+    {"elapsed", Elapsed},     {"axes", ListAxes},     {"temperature", Temperature},
+    {"outputs", ListOutputs}, {"switch", Switch},     {"say", Say},
+    {"limit", Limit},         {"progress", Progress}, {"fail", FailRun},
+    {"trace", Trace},         {"swing", Swing},       {"find_pose", FindPose},
+    {"take_pose", TakePose},  {"rehearse", Rehearse}, {"rehearsed", Rehearsed},
     {"choose", Choose},
 };
 

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "procedures/engine/motion_time.h"
+#include "procedures/engine/outputs.h"
 
 namespace gyrobench::procedures {
 namespace {
@@ -22,7 +23,9 @@ DryBench::DryBench(std::vector<AxisFacts> axes, DryOptions options)
     : axes_(std::move(axes)), options_(std::move(options)) {}
 
 double DryBench::TemperatureDegC() const {
-  return options_.room_degC + warmed_by_operator_degC_ -
+  const double fan_degC = on_.contains("fan") ? -options_.fan_degC : 0.0;
+  const double heater_degC = on_.contains("heater") ? options_.heater_degC : 0.0;
+  return options_.room_degC + fan_degC + heater_degC -
          options_.cold_degC * std::exp(-plan_.expected_duration_s / options_.time_constant_s);
 }
 
@@ -90,13 +93,24 @@ SoakOutcome DryBench::Soak(const SoakCommand& command) {
 
 std::string DryBench::Ask(const Question& question) {
   plan_.questions.push_back({question, plan_.expected_duration_s});
-  if (question.id == "fan_on") warmed_by_operator_degC_ -= options_.fan_degC;
-  if (question.id == "fan_off") warmed_by_operator_degC_ += options_.fan_degC;
+  for (const char* output : {"fan", "heater"}) {
+    if (question.id == SwitchQuestion(output, true).id) on_.insert(output);
+    if (question.id == SwitchQuestion(output, false).id) on_.erase(output);
+  }
   if (const auto found = options_.answers.find(question.id); found != options_.answers.end()) {
     plan_.questions.back().configured_answer = found->second;
     return found->second;
   }
   return question.choices.empty() ? "" : question.choices.front();
+}
+
+void DryBench::SwitchOutput(const std::string& output, bool on) {
+  CheckOutput(output, options_.outputs);
+  if (on) {
+    on_.insert(output);
+  } else {
+    on_.erase(output);
+  }
 }
 
 void DryBench::Say(const std::string& text) {

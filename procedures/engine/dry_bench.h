@@ -54,8 +54,10 @@ struct DryOptions {
   double room_degC = 25.0;
   double cold_degC = kExpectedCold_degC;
   double time_constant_s = kExpectedTimeConstant_s;
-  // The question fan_on makes the sensor colder by this, fan_off (or a heater on) warmer.
+  // A fan makes the sensor colder by this, a heater warmer, whoever switches it.
   double fan_degC = 8.0;
+  double heater_degC = 8.0;
+  std::vector<std::string> outputs = {};  // that the stand switches by itself
   kinematics::StandGeometry geometry = {};
 };
 
@@ -69,6 +71,8 @@ class DryBench final : public Bench {
   double ElapsedS() const override { return plan_.duration_s; }
   std::vector<AxisFacts> Axes() const override { return axes_; }
   double TemperatureDegC() const override;
+  std::vector<std::string> Outputs() const override { return options_.outputs; }
+  void SwitchOutput(const std::string& output, bool on) override;
   kinematics::StandGeometry Geometry() const override { return options_.geometry; }
   // These four throw LimitError: a limit of the axis, or a run that grows beyond the options'
   // budget.
@@ -95,7 +99,7 @@ class DryBench final : public Bench {
 
   std::vector<AxisFacts> axes_;
   DryOptions options_;
-  double warmed_by_operator_degC_ = 0.0;
+  std::set<std::string> on_;  // outputs, by whomever they were switched
   Plan plan_;
   std::size_t choices_ = 0;
 };

@@ -17,6 +17,7 @@ void Stage::Begin() {
   if (rehearsal_) throw Error("a rehearsal is on: end it with bench.rehearsed first");
   DryOptions options;
   options.geometry = real_.Geometry();
+  options.outputs = real_.Outputs();
   begin_axes_ = real_.Axes();
   // An axis at its limit reads a little beyond it now and then.
   for (AxisFacts& axis : begin_axes_) {

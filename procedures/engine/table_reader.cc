@@ -123,6 +123,14 @@ std::optional<double> TableReader::Number(const char* field) const {
   return value;
 }
 
+std::optional<double> TableReader::PositiveNumber(const char* field) const {
+  const std::optional<double> value = Number(field);
+  if (value && *value <= 0.0) {
+    Refuse(fmt::format("{} = {:.10g}: expected a number above 0", field, *value));
+  }
+  return value;
+}
+
 std::optional<std::string> TableReader::Text(const char* field) const {
   const StackMark mark(state_);
   const int type = lua_getfield(state_, index_, field);
@@ -154,6 +162,12 @@ double TableReader::RequiredNumber(const char* field) const {
 std::string TableReader::RequiredText(const char* field) const {
   if (auto text = Text(field)) return *text;
   Refuse(fmt::format("{} is missing: expected a text", field));
+}
+
+bool TableReader::RequiredFlag(const char* field) const {
+  const StackMark mark(state_);
+  if (lua_getfield(state_, index_, field) != LUA_TBOOLEAN) Expected(field, "true or false");
+  return lua_toboolean(state_, -1) != 0;
 }
 
 }  // namespace gyrobench::procedures

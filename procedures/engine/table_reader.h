@@ -22,10 +22,12 @@ class TableReader {
   std::optional<double> Number(const char* field) const;
   // As Number, but NaN and infinity are let through, for values that somebody judges.
   std::optional<double> AnyNumber(const char* field) const;
+  std::optional<double> PositiveNumber(const char* field) const;
   std::optional<std::string> Text(const char* field) const;
   std::vector<std::string> Texts(const char* field) const;
   double RequiredNumber(const char* field) const;
   std::string RequiredText(const char* field) const;
+  bool RequiredFlag(const char* field) const;
   [[noreturn]] void Refuse(const std::string& message) const;
 
  private:

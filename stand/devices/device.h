@@ -25,7 +25,7 @@ class Device {
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  // "gyro", "inner.drive", "inner.encoder".
+  // "gyro", "inner.drive", "inner.encoder", "relays".
   const std::string& name() const { return name_; }
   // Function 3 or 4: fills `words` from `address` on.
   virtual ModbusException Read(int function, std::uint16_t address, std::span<std::uint16_t> words,
@@ -33,6 +33,14 @@ class Device {
   // Functions 6 and 16.
   virtual ModbusException Write(std::uint16_t address, std::span<const std::uint16_t> words,
                                 Utime at) = 0;
+  // Function 1: fills `coils` from `address` on.
+  virtual ModbusException ReadCoils(std::uint16_t /*address*/, std::span<bool> /*coils*/) {
+    return ModbusException::kIllegalFunction;
+  }
+  // Function 5.
+  virtual ModbusException WriteCoil(std::uint16_t /*address*/, bool /*on*/, Utime /*at*/) {
+    return ModbusException::kIllegalFunction;
+  }
   // What another device in its place would have answered; spoils what tells who it is.
   virtual ModbusException Disguise(std::uint16_t address, std::span<std::uint16_t> words) = 0;
   // A frame with a wrong checksum was on the line.

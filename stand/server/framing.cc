@@ -23,7 +23,7 @@ constexpr std::size_t kLongestTcpRest = 254;  // unit and PDU
 // Whole length of a request that begins so; 0 when that cannot be said.
 std::size_t RtuLength(std::span<const std::uint8_t> bytes) {
   const std::uint8_t function = bytes[1];
-  if (function == 3 || function == 4 || function == 6) return 8;
+  if (function == 1 || (function >= 3 && function <= 6)) return 8;
   if (function == 16 && bytes.size() >= 7) return 9U + bytes[6];
   return 0;
 }

@@ -6,8 +6,10 @@
 namespace gyrobench::stand {
 namespace {
 
-constexpr std::uint8_t kReadHolding = 3, kReadInput = 4, kWriteOne = 6, kWriteMany = 16;
-constexpr std::size_t kMostRead = 125, kMostWritten = 123;
+constexpr std::uint8_t kReadCoils = 1, kReadHolding = 3, kReadInput = 4, kWriteCoil = 5,
+                       kWriteOne = 6, kWriteMany = 16;
+constexpr std::size_t kMostRead = 125, kMostWritten = 123, kMostCoils = 2000;
+constexpr std::uint16_t kCoilOn = 0xFF00, kCoilOff = 0;
 
 std::uint16_t Word(std::span<const std::uint8_t> bytes, std::size_t i) {
   return static_cast<std::uint16_t>(bytes[i] << 8U | bytes[i + 1]);
@@ -59,11 +61,46 @@ std::size_t AnswerWrite(Device& device, std::span<const std::uint8_t> request, U
   return 5;
 }
 
+std::size_t AnswerReadCoils(Device& device, std::span<const std::uint8_t> request,
+                            std::span<std::uint8_t> reply) {
+  if (request.size() != 5) return Refuse(kReadCoils, ModbusException::kIllegalValue, reply);
+  const std::size_t count = Word(request, 3);
+  if (count == 0 || count > kMostCoils)
+    return Refuse(kReadCoils, ModbusException::kIllegalValue, reply);
+  std::array<bool, kMostCoils> coils;
+  const auto failed = device.ReadCoils(Word(request, 1), {coils.data(), count});
+  if (failed != ModbusException::kNone) return Refuse(kReadCoils, failed, reply);
+  const std::size_t bytes = (count + 7) / 8;
+  reply[0] = kReadCoils;
+  reply[1] = static_cast<std::uint8_t>(bytes);
+  std::fill_n(reply.begin() + 2, bytes, std::uint8_t{0});
+  for (std::size_t i = 0; i < count; ++i) {
+    if (coils[i]) reply[2 + i / 8] |= static_cast<std::uint8_t>(1U << (i % 8));
+  }
+  return 2 + bytes;
+}
+
+std::size_t AnswerWriteCoil(Device& device, std::span<const std::uint8_t> request, Utime at,
+                            std::span<std::uint8_t> reply) {
+  const bool fits = request.size() == 5;
+  const std::uint16_t value = fits ? Word(request, 3) : 1;
+  if (value != kCoilOn && value != kCoilOff)
+    return Refuse(kWriteCoil, ModbusException::kIllegalValue, reply);
+  const auto failed = device.WriteCoil(Word(request, 1), value == kCoilOn, at);
+  if (failed != ModbusException::kNone) return Refuse(kWriteCoil, failed, reply);
+  std::copy_n(request.begin(), 5, reply.begin());
+  return 5;
+}
+
 }  // namespace
 
 std::size_t AnswerPdu(Device& device, std::span<const std::uint8_t> request, Utime at,
                       bool impostor, std::span<std::uint8_t> reply) {
   switch (request[0]) {
+    case kReadCoils:
+      return AnswerReadCoils(device, request, reply);
+    case kWriteCoil:
+      return AnswerWriteCoil(device, request, at, reply);
     case kReadHolding:
     case kReadInput:
       return AnswerRead(device, request, at, impostor, reply);

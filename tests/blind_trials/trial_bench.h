@@ -24,6 +24,8 @@ class TrialBench final : public procedures::Bench {
   std::vector<procedures::AxisFacts> Axes() const override { return axes_; }
   kinematics::StandGeometry Geometry() const override { return {}; }
   double TemperatureDegC() const override;
+  std::vector<std::string> Outputs() const override { return {}; }
+  void SwitchOutput(const std::string& /*output*/, bool /*on*/) override {}
   procedures::TurnOutcome Turn(const procedures::TurnCommand& command) override;
   procedures::SwingOutcome Swing(const procedures::SwingCommand& command) override;
   void Rest(double duration_s) override;

@@ -184,7 +184,7 @@ TEST_F(DeviceMaps, RefuseARangeWithoutItsSensitivity) {
 TEST_F(DeviceMaps, RefuseRegistersBeyondTheLastAddress) {
   const auto text =
       Replace(Shipped("leadshine-rs.toml"), "", "path_address = 0x6200", "path_address = 0xFFF9");
-  EXPECT_THAT(Error(LoadDriveMap, text), HasSubstr("8 registers from here end beyond 0xFFFF"));
+  EXPECT_THAT(Error(LoadDriveMap, text), HasSubstr("8 addresses from here end beyond 0xFFFF"));
 }
 
 }  // namespace

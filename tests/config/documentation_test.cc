@@ -69,7 +69,7 @@ TEST(Documentation, HasARowForEveryKeyOfAStandFile) {
   folder.CopyConfig();
   std::vector<KnownKey> keys;
   for (const char* text :
-       {"include = \"virtual.toml\"\n",
+       {"include = \"relays.toml\"\n",
         "include = \"one-axis.toml\"\n[bus.c]\ntransport = \"tcp\"\nhost = \"h\"\n"}) {
     const auto file = folder.Write("all.toml", text);
     const auto root = TomlTable::FromFile(file);
@@ -118,6 +118,7 @@ TEST(Documentation, HasARowForEveryKeyOfADeviceMap) {
   ExpectDocumented(KeysOfMap(ReadDriveMap, "leadshine-rs.toml"), "Drive map");
   ExpectDocumented(KeysOfMap(ReadEncoderMap, "briter-encoder.toml"), "Encoder map");
   ExpectDocumented(KeysOfMap(ReadGyroUnitMap, "gyro-unit.toml"), "Gyro unit map");
+  ExpectDocumented(KeysOfMap(ReadRelayMap, "relay-unit.toml"), "Relay map");
 }
 
 }  // namespace

@@ -21,13 +21,14 @@ bool Contains(const json& object, const std::string& dotted) {
   return object.contains(json::json_pointer(pointer));
 }
 
-// A key that a stand file may have and the record forgot would show here.
+// A key that a stand file may have and the record forgot would show here. Of the simulation the
+// record says only that there was one.
 TEST(StandConfigJson, HoldsEveryRequiredOrDefaultedKeyOfAStandFile) {
-  const auto file = ConfigFolder() / "stand.toml";
+  const auto file = ConfigFolder() / "relays.toml";
   const auto root = TomlTable::FromFile(file);
   const json record = ToJson(ReadStandConfig(root, file));
   for (const KnownKey& key : root.KnownKeys()) {
-    if (key.fallback == "optional") continue;
+    if (key.fallback == "optional" || key.name.starts_with("virtual.")) continue;
     EXPECT_TRUE(Contains(record, key.name)) << key.name;
   }
 }

@@ -48,11 +48,40 @@ class Operator(unittest.TestCase):
                 ["cooling changed the gyro's own thermometer by", "expected -1 degC", "does the fan run"])
 
     def test_a_heater_that_does_not_heat_is_said(self):
-        scenario = 'include = "{root}/config/scenarios/typical.toml"\n'
+        scenario = 'include = "{root}/config/scenarios/typical.toml"\n[room]\nheater_rise_degC = 0\n'
         with Bench(scenario=scenario, extra=ANSWERED) as bench:
             self.check_ended_in_order(
                 bench, ["thermal", "-p", "warm_up_s=1200", "-p", "cooling_s=0", "-p", "rewarming_s=30", *SHORT_TURNS],
                 ["warming changed the gyro's own thermometer by", "expected +1 degC", "is a heater connected"])
+
+    def test_a_stand_that_switches_fan_and_heater_asks_nobody_and_leaves_them_off(self):
+        with Bench(base="relays.toml", extra="[virtual.answers]\nno_change = \"end\"\n") as bench:
+            done = bench.run("run", "thermal", "-p", "warm_up_s=600", "-p", "cooling_s=120", "-p", "rewarming_s=60",
+                             *SHORT_TURNS)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            said = [line["text"] for line in json.loads((bench.newest_record() / "run.json").read_text())["said"]]
+            self.assertEqual([text for text in said if "switched" in text],
+                             ["fan switched on", "fan switched off", "heater switched on", "heater switched off"])
+            self.assertEqual(bench.json("status")["outputs"], {"fan": False, "heater": False})
+
+    def test_a_heater_of_the_stand_that_does_not_heat_is_said_and_switched_off(self):
+        scenario = 'include = "{root}/config/scenarios/typical.toml"\n[room]\nheater_rise_degC = 0\nfan_drop_degC = 0\n'
+        with Bench(base="relays.toml", scenario=scenario, extra=ANSWERED) as bench:
+            self.check_ended_in_order(
+                bench, ["thermal", "-p", "warm_up_s=1200", "-p", "cooling_s=0", "-p", "rewarming_s=30", *SHORT_TURNS],
+                ["warming changed the gyro's own thermometer by", "expected +1 degC", "is a heater connected"])
+            self.assertEqual(bench.json("status")["outputs"], {"fan": False, "heater": False})
+
+    def test_a_sensor_that_gets_too_hot_ends_the_run_with_everything_off(self):
+        with Bench(base="relays.toml", extra="[relays]\nheater_max_degC = 35\n") as bench:
+            done = bench.run("run", "thermal", "-p", "warm_up_s=600", "-p", "cooling_s=0", *SHORT_TURNS)
+            self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+            run = json.loads((bench.newest_record() / "run.json").read_text())
+            self.assertEqual(run["outcome"], "fault", run["message"])
+            self.assertIn("heater_max_degC = 35", run["message"])
+            status = bench.json("status")
+            self.assertEqual(status["outputs"], {"fan": False, "heater": False})
+            self.assertEqual(status["fault"]["source"], "relays")
 
 
 if __name__ == "__main__":

@@ -41,6 +41,7 @@ class FakeBench : public Bench {
   double temperature_degC = 21.5;
   // How far a question changes the temperature, by its id: a fan, a heater.
   std::map<std::string, double> warms_degC;
+  std::vector<std::string> outputs;  // that it switches by itself; warms_degC as for a question
   bool settles = true;
   // Called at every safe point and before every turn: throw to fail.
   std::function<void()> on_safe_point = [] {};
@@ -50,6 +51,13 @@ class FakeBench : public Bench {
   std::vector<AxisFacts> Axes() const override { return axes; }
   kinematics::StandGeometry Geometry() const override { return geometry; }
   double TemperatureDegC() const override { return temperature_degC; }
+
+  std::vector<std::string> Outputs() const override { return outputs; }
+  void SwitchOutput(const std::string& output, bool on) override {
+    const std::string what = output + (on ? "_on" : "_off");
+    calls.push_back("switch " + what);
+    temperature_degC += warms_degC[what];
+  }
 
   TurnOutcome Turn(const TurnCommand& command) override {
     const double duration_s = Move(command);

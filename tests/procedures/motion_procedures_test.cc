@@ -14,6 +14,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -238,6 +239,66 @@ TEST(Thermal, RestsAndTurnsThroughWarmingCoolingAndWarming) {
     EXPECT_EQ(tally.plus, tally.minus);
     EXPECT_GE(tally.plus, 3);
   }
+}
+
+// What the bench switched, in order.
+std::vector<std::string> Switched(const FeltBench& bench) {
+  std::vector<std::string> switched;
+  for (const std::string& call : bench.calls) {
+    if (call.starts_with("switch ")) switched.push_back(call.substr(7));
+  }
+  return switched;
+}
+
+TEST(Thermal, NobodyIsAskedWhereTheStandSwitchesFanAndHeater) {
+  FeltBench bench(RoomyStand());
+  bench.outputs = {"fan", "heater"};
+  bench.warms_degC = {{"fan_on", -8.0}, {"fan_off", 8.0}, {"heater_on", 8.0}};
+  RunProcedure(Shipped("thermal"), {}, bench);
+  EXPECT_TRUE(bench.questions.empty());
+  EXPECT_THAT(Switched(bench), ElementsAre("fan_on", "fan_off", "heater_on", "heater_off"));
+}
+
+TEST(Thermal, AHeaterAloneWarmsRestsAndWarmsAgain) {
+  FeltBench bench(RoomyStand());
+  bench.outputs = {"heater"};
+  bench.warms_degC = {{"heater_on", 8.0}, {"heater_off", -8.0}};
+  RunProcedure(Shipped("thermal"), {}, bench);
+  EXPECT_TRUE(bench.questions.empty());
+  EXPECT_THAT(Switched(bench), ElementsAre("heater_on", "heater_off", "heater_on", "heater_off"));
+}
+
+TEST(Switching, IsTheOperatorsWhereTheStandCannotAndRefusesWhatNobodyKnows) {
+  FeltBench bench(RoomyStand());
+  bench.outputs = {"heater"};
+  RunProcedure(Script("assert(bench.outputs().heater and not bench.outputs().fan)\n"
+                      "assert(bench.switch{ output = 'heater', on = true })\n"
+                      "assert(not bench.switch{ output = 'fan', on = true, timeout_s = 30 })"),
+               {}, bench);
+  EXPECT_THAT(Switched(bench), ElementsAre("heater_on"));
+  ASSERT_EQ(bench.questions.size(), 1U);
+  EXPECT_EQ(bench.questions[0].id, "fan_on");
+  EXPECT_EQ(bench.questions[0].timeout_s, 30);
+  const auto refusal = [&](const std::string& fields) {
+    return MessageOf<ScriptError>(
+        [&] { RunProcedure(Script("bench.switch" + fields), {}, bench); });
+  };
+  EXPECT_THAT(refusal("{ output = 'heatr', on = true }"), HasSubstr("did you mean heater"));
+  EXPECT_THAT(refusal("{ output = 'fan' }"), HasSubstr("true or false"));
+  EXPECT_THAT(refusal("{ output = 'fan', on = true, timeout_s = 0 }"), HasSubstr("above 0"));
+}
+
+TEST(Switching, IsPlannedByWhatItDoesToTheTemperature) {
+  DryOptions options;
+  options.outputs = {"fan", "heater"};
+  const Plan plan = DryRun(Script("local before_degC = bench.temperature()\n"
+                                  "bench.switch{ output = 'heater', on = true }\n"
+                                  "assert(bench.temperature() > before_degC + 5)\n"
+                                  "bench.switch{ output = 'heater', on = false }\n"
+                                  "bench.switch{ output = 'fan', on = true }\n"
+                                  "assert(bench.temperature() < before_degC - 5)"),
+                           {}, RoomyStand(), options);
+  EXPECT_TRUE(plan.questions.empty());
 }
 
 TEST(Thermal, AFanThatDoesNotBlowIsSaidAndTheOperatorDecides) {

@@ -5,9 +5,12 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "config/stand_config.h"
 #include "drivers/factory.h"
 #include "stand/bench_physics.h"
@@ -22,14 +25,15 @@ config::StandConfig ShippedStand() {
 }
 
 struct OneLine {
-  explicit OneLine(const config::Scenario& scenario, const std::string& bus_name)
-      : stand(config, scenario, *clock) {
+  explicit OneLine(const config::Scenario& scenario, const std::string& bus_name,
+                   config::StandConfig its_config = ShippedStand())
+      : config(std::move(its_config)), stand(config, scenario, *clock) {
     for (const config::BusConfig& bus : config.buses) {
       if (bus.name == bus_name)
         line = std::make_unique<drivers::ModbusBus>(stand.Serve(bus), *clock, *me);
     }
   }
-  config::StandConfig config = ShippedStand();
+  config::StandConfig config;
   std::unique_ptr<VirtualClock> clock = MakeVirtualClock(kStart);
   std::unique_ptr<Clock::Participant> me = clock->Join("test");
   VirtualStand stand;
@@ -104,6 +108,67 @@ TEST(DriversOnStand, AReadingOfAMovingTableIsTimedRight) {
   EXPECT_NEAR(second.angle_deg, truth(second.utime), count_deg + 45.0 * 5e-6);
   EXPECT_NEAR(second.angle_deg - first.angle_deg, 45.0 * ToSeconds(second.utime - first.utime),
               2 * count_deg + 45.0 * 1e-5);
+}
+
+// Fan and heater on the gyro's own line.
+class OutputsOnStand : public testing::Test {
+ protected:
+  static config::StandConfig WithRelays() {
+    auto config =
+        config::LoadStandConfig(std::string(GYROBENCH_SOURCE_DIR) + "/config/relays.toml");
+    config.relays->bus = "b";
+    return config;
+  }
+  static config::Scenario Warm() {
+    config::Scenario scenario = config::IdealScenario();
+    scenario.thermal.time_constant_s = scenario.room.fan_time_constant_s = 5;
+    scenario.room.fan_drop_degC = 10;
+    scenario.room.heater_rise_degC = 20;
+    return scenario;
+  }
+  double TemperatureAfter(double duration_s) {
+    drivers::GyroBlock block;
+    for (const double wait_s : {duration_s, 0.05}) {  // the ring first, that ran over meanwhile
+      bench_.me->WaitUntil(bench_.clock->Now() + FromSeconds(wait_s));
+      gyro_->Read(block);
+    }
+    return block.samples.back().temperature_degC;
+  }
+
+  OneLine bench_{Warm(), "b", WithRelays()};
+  std::unique_ptr<drivers::Gyro> gyro_ = drivers::MakeGyro(bench_.config.gyro, *bench_.line);
+  std::unique_ptr<drivers::Relays> relays_ =
+      drivers::MakeRelays(*bench_.config.relays, *bench_.line);
+};
+
+TEST_F(OutputsOnStand, AHeaterWarmsAFanCoolsAndOpeningSwitchesBothOff) {
+  gyro_->Open();
+  relays_->Open();
+  const double rest_degC = TemperatureAfter(60);
+  relays_->Switch("heater", true);
+  EXPECT_NEAR(TemperatureAfter(60) - rest_degC, 20, 0.1);
+  relays_->Switch("heater", false);
+  relays_->Switch("fan", true);
+  EXPECT_NEAR(TemperatureAfter(60) - rest_degC, -10, 0.1);
+  relays_->Check();
+  relays_->Open();
+  EXPECT_NEAR(TemperatureAfter(60) - rest_degC, 0, 0.1);
+}
+
+TEST_F(OutputsOnStand, WhatSomebodyElseSwitchesIsNoticed) {
+  relays_->Open();
+  const drivers::ModbusUnit unit{"somebody else", bench_.config.relays->unit};
+  bench_.line->WriteCoil(unit, 1, true, "heater");
+  try {
+    relays_->Check();
+    FAIL() << "not noticed";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("heater: coil 0x0001 was switched off and reads on"),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_THROW(bench_.line->WriteCoil(unit, 8, true, "channel 8 of 8"), DeviceError);
+  EXPECT_THROW(relays_->Switch("pump", true), LimitError);
 }
 
 // Two lines, each with its thread, on one virtual clock.

@@ -1,0 +1,17 @@
+// Fan and heater: switched by the stand where it can, by the operator where it cannot.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "procedures/engine/bench.h"
+
+namespace gyrobench::procedures {
+
+// What an operator is asked where the stand has not the output; `id` is "fan_on", "heater_off" ...
+Question SwitchQuestion(const std::string& output, bool on);
+
+// Throws LimitError where `output` is not among those that the stand has.
+void CheckOutput(const std::string& output, const std::vector<std::string>& outputs);
+
+}  // namespace gyrobench::procedures
