@@ -26,6 +26,7 @@ std::function<void(const fs::path&)> LoaderOf(const fs::path& name) {
   const auto kind = TomlTable::FromFile(ConfigFolder() / name).String("kind");
   if (kind == "drive") return LoadDriveMap;
   if (kind == "encoder") return LoadEncoderMap;
+  if (kind == "relays") return LoadRelayMap;
   return LoadGyroUnitMap;
 }
 
