@@ -162,16 +162,13 @@ local function swing(p)
     or take_first("sinusoidal motion, z up", parts[1].poses)
   bench.rest{ duration_s = p.rest_s }
   for _, motion in ipairs{ { 0.2, 10 }, { 0.4, 5 }, { 0.6, 5 }, { 0.8, 5 } } do
-    local axis = bench.axes()[name]
     local frequency_hz = motion[1]
-    -- A swing's rate is 6 A f, its acceleration 36 A f^2.
-    local amplitude_deg = math.min(motion[2], axis.max_deg - axis.angle_deg, axis.angle_deg - axis.min_deg,
-      axis.max_rate_deg_s / (6 * frequency_hz), axis.max_acceleration_deg_s2 / (36 * frequency_hz * frequency_hz))
+    local amplitude_deg = math.min(motion[2], bench.swing_room{ axis = name, frequency_hz = frequency_hz })
     if amplitude_deg < 0.2 then
       leave_out(string.format("%g Hz", frequency_hz),
-        string.format("axis.%s has room for %.2g deg at %g deg", name, amplitude_deg, axis.angle_deg))
+        string.format("axis.%s has room for %.2g deg at %g deg", name, amplitude_deg, bench.axes()[name].angle_deg))
     else
-      bench.swing{ axis = name, amplitude_deg = amplitude_deg * (1 - 1e-9), frequency_hz = frequency_hz,
+      bench.swing{ axis = name, amplitude_deg = amplitude_deg, frequency_hz = frequency_hz,
         periods = math.floor(15 * frequency_hz + 0.5) }
       bench.rest{ duration_s = p.rest_s }
     end

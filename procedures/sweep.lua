@@ -41,9 +41,8 @@ function run(p)
 
   local swings, left_out = {}, {}
   for _, frequency_hz in ipairs(p.frequencies_hz) do
-    -- A swing's rate is 6 A f, its acceleration 36 A f^2.
-    local amplitude_deg = math.min(room_deg, axis.max_rate_deg_s / (6 * frequency_hz),
-      axis.max_acceleration_deg_s2 / (36 * frequency_hz * frequency_hz)) * (1 - 1e-9)
+    local amplitude_deg = math.min(room_deg,
+      bench.swing_room{ axis = pose.axis, frequency_hz = frequency_hz, angle_deg = centre_deg })
     if amplitude_deg < p.least_amplitude_deg * (1 - 1e-6) then
       left_out[#left_out + 1] = string.format("%g Hz: axis.%s allows an amplitude of %.3g deg",
         frequency_hz, pose.axis, amplitude_deg)

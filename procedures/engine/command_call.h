@@ -43,6 +43,7 @@ int Rest(const Call& call);
 int Turn(const Call& call);
 int MoveTo(const Call& call);
 int Swing(const Call& call);
+int SwingRoom(const Call& call);
 int FindPose(const Call& call);
 int TakePose(const Call& call);
 int Soak(const Call& call);

@@ -112,6 +112,15 @@ int Swing(const Call& call) {
   return 1;
 }
 
+int SwingRoom(const Call& call) {
+  const TableReader fields = call.Fields({"axis", "frequency_hz", "angle_deg"});
+  const auto axes = call.bench.Axes();
+  AxisFacts axis = FindAxis(axes, fields.RequiredText("axis"));
+  axis.angle_deg = fields.Number("angle_deg").value_or(axis.angle_deg);
+  lua_pushnumber(call.state, SwingRoom_deg(axis, fields.RequiredNumber("frequency_hz")));
+  return 1;
+}
+
 int FindPose(const Call& call) {
   return PushPose(call,
                   procedures::FindPose(call.bench, ReadPoseRequest(call.Fields(PoseFields()))));

@@ -79,6 +79,20 @@ std::vector<TurnCommand> MovesOf(const SwingCommand& command) {
   return moves;
 }
 
+double SwingRoom_deg(const AxisFacts& axis, double frequency_hz) {
+  if (!(frequency_hz > 0.0) || !std::isfinite(frequency_hz)) {
+    throw LimitError(fmt::format("axis.{}: a swing at {:.10g} Hz: expected a frequency above 0",
+                                 axis.name, frequency_hz));
+  }
+  // Of an amplitude of 1 deg.
+  const TurnCommand unit = MovesOf({axis.name, 1.0, frequency_hz, 1}).front();
+  const double room = std::min({axis.max_deg - axis.angle_deg, axis.angle_deg - axis.min_deg,
+                                axis.max_rate_deg_s / unit.rate_deg_s,
+                                axis.max_acceleration_deg_s2 / unit.acceleration_deg_s2});
+  constexpr double kRounding = 1e-9;
+  return std::max(0.0, room * (1.0 - kRounding));
+}
+
 void CheckRest(double duration_s) { CheckDuration("duration_s", duration_s, kMaxWait_s); }
 
 void CheckSoak(const SoakCommand& command) {

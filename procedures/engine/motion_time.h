@@ -29,6 +29,10 @@ void CheckTurn(const TurnCommand& command, const AxisFacts& axis,
 // move is still to be checked.
 std::vector<TurnCommand> MovesOf(const SwingCommand& command);
 
+// The largest amplitude [deg] of a swing about axis.angle_deg that the axis's limits leave, 0 where
+// they leave none. Throws LimitError for a frequency that is not above 0.
+double SwingRoom_deg(const AxisFacts& axis, double frequency_hz);
+
 // Throw LimitError where a duration is not finite, negative or beyond a day, or a soak's fields
 // contradict one another.
 void CheckRest(double duration_s);

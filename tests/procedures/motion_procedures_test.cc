@@ -226,6 +226,22 @@ TEST(Swing, ComesHomeAfterWholePeriods) {
   for (const PlannedMove& move : plan.moves) EXPECT_LE(std::abs(move.to_deg), 3 + 1e-12);
 }
 
+// The limit is reached from below: what is said to fit does, and a thousandth more does not.
+TEST(Swing, HasTheRoomThatItIsToldOf) {
+  for (const char* where : {"frequency_hz = 0.05", "frequency_hz = 0.3", "frequency_hz = 3"}) {
+    const auto refusal = [&](double factor) {
+      const std::string script =
+          std::string("bench.turn{ axis = 'inner', angle_deg = 200, rate_deg_s = 30 }\n") +
+          "local room = bench.swing_room{ axis = 'inner', " + where + " }\n" +
+          "bench.swing{ axis = 'inner', " + where + ", periods = 2, amplitude_deg = room * " +
+          std::to_string(factor) + " }";
+      return MessageOf<Error>([&] { DryRun(Script(script), {}, ThreeAxes()); });
+    };
+    EXPECT_EQ(refusal(1.0), "") << where;
+    EXPECT_NE(refusal(1.001), "") << where;
+  }
+}
+
 TEST(Thermal, RestsAndTurnsThroughWarmingCoolingAndWarming) {
   FeltBench bench(RoomyStand());
   bench.warms_degC = {{"fan_on", -8.0}, {"fan_off", 8.0}};
