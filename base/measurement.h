@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "base/stand_geometry.h"
+
 namespace gyrobench {
 
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
@@ -44,6 +46,7 @@ struct MeasurementInfo {
   ReferenceKind reference = ReferenceKind::kNone;
   std::array<bool, 3> stand_axis_present = {false, false, false};  // for kStandAngles
   SensorAxis reference_axis = SensorAxis::kZ;                      // for kSensorAngle
+  StandGeometry geometry;                                          // of the stand, for kStandAngles
   std::optional<double> site_latitude_deg;
   double site_heading_deg = 0.0;     // heading of world x from north
   std::optional<double> gear_ratio;  // shaft turns per table turn

@@ -267,15 +267,10 @@ void CheckLean(const TomlTable& table, std::string_view key, double lean_deg,
   }
 }
 
-GeometryConfig ReadGeometry(const TomlTable& table, const std::vector<AxisConfig>& axes) {
-  GeometryConfig geometry;
-  geometry.mount_x_deg = table.Number("mount_x_deg", {-180, 180, "deg"}, geometry.mount_x_deg);
-  geometry.mount_y_deg = table.Number("mount_y_deg", {-180, 180, "deg"}, geometry.mount_y_deg);
-  geometry.mount_z_deg = table.Number("mount_z_deg", {-180, 180, "deg"}, geometry.mount_z_deg);
-  geometry.outer_middle_deg =
-      table.Number("outer_middle_deg", {-10, 10, "deg"}, geometry.outer_middle_deg);
-  geometry.middle_inner_deg =
-      table.Number("middle_inner_deg", {-10, 10, "deg"}, geometry.middle_inner_deg);
+StandGeometry ReadGeometry(const TomlTable& table, const std::vector<AxisConfig>& axes) {
+  StandGeometry geometry;
+  for (const auto& [name, value_deg, limit_deg] : AnglesOf(geometry))
+    *value_deg = table.Number(name, {-limit_deg, limit_deg, "deg"}, *value_deg);
   CheckLean(table, "outer_middle_deg", geometry.outer_middle_deg, axes, {"outer", "middle"});
   CheckLean(table, "middle_inner_deg", geometry.middle_inner_deg, axes, {"middle", "inner"});
   return geometry;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "base/stand_geometry.h"
 #include "config/device_maps.h"
 
 namespace gyrobench::config {
@@ -77,15 +78,6 @@ struct RelaysConfig {
   double heater_max_degC = 60.0;  // by the gyro's thermometer; above, everything is switched off
 };
 
-// How the stand differs from a perfect one (docs/measurement-table.md, "Geometry of the stand").
-struct GeometryConfig {
-  double mount_x_deg = 0.0;  // R_mount = Rz(mount_z) Ry(mount_y) Rx(mount_x)
-  double mount_y_deg = 0.0;
-  double mount_z_deg = 0.0;
-  double outer_middle_deg = 0.0;  // lean from square, about y of the frame between the two axes
-  double middle_inner_deg = 0.0;
-};
-
 struct SiteConfig {
   std::optional<double> latitude_deg;  // -90..90; without it Earth's rotation is not taken off
   double heading_deg = 0.0;            // heading of world x from north, clockwise from above
@@ -118,7 +110,7 @@ struct StandConfig {
   std::vector<AxisConfig> axes;  // in the order outer, middle, inner; absent ones are left out
   GyroConfig gyro;
   std::optional<RelaysConfig> relays;
-  GeometryConfig geometry;
+  StandGeometry geometry;  // how it differs from a perfect one
   SiteConfig site;
   LcmConfig lcm;
   SafetyConfig safety;

@@ -137,12 +137,10 @@ json RelaysToJson(const RelaysConfig& relays) {
   return out;
 }
 
-json GeometryToJson(const GeometryConfig& geometry) {
-  return {{"mount_x_deg", geometry.mount_x_deg},
-          {"mount_y_deg", geometry.mount_y_deg},
-          {"mount_z_deg", geometry.mount_z_deg},
-          {"outer_middle_deg", geometry.outer_middle_deg},
-          {"middle_inner_deg", geometry.middle_inner_deg}};
+json GeometryToJson(StandGeometry geometry) {
+  json out = json::object();
+  for (const GeometryAngle& angle : AnglesOf(geometry)) out[angle.name] = *angle.value_deg;
+  return out;
 }
 
 json SiteToJson(const SiteConfig& site) {

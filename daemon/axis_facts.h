@@ -16,10 +16,4 @@ inline procedures::AxisFacts FactsOf(const config::AxisConfig& axis, double angl
           axis.max_acceleration_deg_s2};
 }
 
-inline kinematics::StandGeometry GeometryOf(const config::GeometryConfig& geometry) {
-  return {{geometry.mount_x_deg, geometry.mount_y_deg, geometry.mount_z_deg},
-          geometry.outer_middle_deg,
-          geometry.middle_inner_deg};
-}
-
 }  // namespace gyrobench::daemon

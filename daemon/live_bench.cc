@@ -59,9 +59,7 @@ std::vector<procedures::AxisFacts> LiveBench::Axes() const {
   return facts;
 }
 
-kinematics::StandGeometry LiveBench::Geometry() const {
-  return GeometryOf(context_.stand.geometry);
-}
+kinematics::StandGeometry LiveBench::Geometry() const { return context_.stand.geometry; }
 
 double LiveBench::TemperatureDegC() const { return context_.acquisition.Sensor().temperature_degC; }
 

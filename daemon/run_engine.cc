@@ -84,7 +84,7 @@ procedures::RunHooks RunEngine::DryHooks() {
 
 procedures::DryOptions RunEngine::DryOptions() const {
   procedures::DryOptions options;
-  options.geometry = GeometryOf(context_.stand.geometry);
+  options.geometry = context_.stand.geometry;
   if (const Outputs* outputs = context_.acquisition.outputs()) {
     for (const auto& [output, on] : outputs->States()) options.outputs.push_back(output);
   }

@@ -59,7 +59,7 @@ class Finder {
  public:
   Finder(const StandGeometry& geometry, const std::array<AxisRange, 3>& axes,
          const PoseRequest& request)
-      : geometry_(geometry),
+      : frame_(geometry),
         axes_(axes),
         request_(request),
         up_(Unit(request.up, "up")),
@@ -149,13 +149,13 @@ class Finder {
 
   // The largest angle between what was asked for and what these angles give.
   double Off_deg(const Vector3& angles_deg, std::optional<StandAxis> axis, double sense) const {
-    const Matrix3 r = StandOrientation(geometry_, angles_deg);
+    const Matrix3 r = frame_.Orientation(angles_deg);
     double off_deg = 0.0;
     if (up_) off_deg = std::max(off_deg, Between_deg(ToEigen(r[2]), *up_));
     if (forward_) off_deg = std::max(off_deg, Between_deg(ToEigen(r[0]), *forward_));
     if (axis) {
       const auto column = static_cast<std::size_t>(*axis);
-      const Matrix3 j = StandRates(geometry_, angles_deg);
+      const Matrix3 j = frame_.Rates(angles_deg);
       const Eigen::Vector3d direction(j[0][column], j[1][column], j[2][column]);
       off_deg = std::max(off_deg, Between_deg(sense * direction, *about_));
     }
@@ -198,7 +198,7 @@ class Finder {
   }
 
   bool Locked(const Vector3& angles_deg) const {
-    const Matrix3 j = StandRates(geometry_, angles_deg);
+    const Matrix3 j = frame_.Rates(angles_deg);
     const Eigen::Vector3d outer(j[0][0], j[1][0], j[2][0]), inner(j[0][2], j[1][2], j[2][2]);
     return outer.cross(inner).norm() < std::sin(kLock_deg * kRadians);
   }
@@ -237,7 +237,7 @@ class Finder {
     least_motion_deg_ = motion_deg;
   }
 
-  const StandGeometry& geometry_;
+  const StandFrame frame_;
   const std::array<AxisRange, 3>& axes_;
   const PoseRequest& request_;
   std::optional<Eigen::Vector3d> up_, forward_, about_;

@@ -11,21 +11,6 @@ constexpr double kEarthRateDegPerS = 15.041 / 3600.0;
 
 }  // namespace
 
-Matrix3 StandOrientation(const Vector3& angles_deg) {
-  const double co = std::cos(angles_deg[0] * kRadPerDeg), so = std::sin(angles_deg[0] * kRadPerDeg);
-  const double cm = std::cos(angles_deg[1] * kRadPerDeg), sm = std::sin(angles_deg[1] * kRadPerDeg);
-  const double ci = std::cos(angles_deg[2] * kRadPerDeg), si = std::sin(angles_deg[2] * kRadPerDeg);
-  return {{{co * ci - so * cm * si, -co * si - so * cm * ci, so * sm},
-           {so * ci + co * cm * si, -so * si + co * cm * ci, -co * sm},
-           {sm * si, sm * ci, cm}}};
-}
-
-Matrix3 StandRates(const Vector3& angles_deg) {
-  const double cm = std::cos(angles_deg[1] * kRadPerDeg), sm = std::sin(angles_deg[1] * kRadPerDeg);
-  const double ci = std::cos(angles_deg[2] * kRadPerDeg), si = std::sin(angles_deg[2] * kRadPerDeg);
-  return {{{sm * si, ci, 0.0}, {sm * ci, -si, 0.0}, {cm, 0.0, 1.0}}};
-}
-
 Vector3 EarthRate(double latitude_deg, double heading_deg) {
   const double latitude = latitude_deg * kRadPerDeg, heading = heading_deg * kRadPerDeg;
   return {kEarthRateDegPerS * std::cos(latitude) * std::cos(heading),

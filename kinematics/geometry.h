@@ -1,7 +1,6 @@
-// Geometry of the stand (docs/measurement-table.md): plain functions of the three table angles.
+// Frames of sensor and world (docs/measurement-table.md): plain functions.
 //
-// World W: z up. R_WS = Rz(outer) Rx(middle) Rz(inner) rotates sensor-frame vectors into W (the
-// sensor is mounted with its axes parallel to the inner frame). Right-handed, degrees throughout.
+// World W: z up. R_WS rotates sensor-frame vectors into W. Right-handed, degrees throughout.
 #pragma once
 
 #include <array>
@@ -10,14 +9,6 @@ namespace gyrobench::kinematics {
 
 using Vector3 = std::array<double, 3>;
 using Matrix3 = std::array<Vector3, 3>;  // [row][column]
-
-// R_WS at the angles (outer, middle, inner) [deg]. All zero: identity.
-Matrix3 StandOrientation(const Vector3& angles_deg);
-
-// J with w_WS_S = J d(outer, middle, inner)/dt: column a is the direction of stand axis a in frame
-// S.
-//   J = [ Rz(inner)^T Rx(middle)^T z,  Rz(inner)^T x,  z ]
-Matrix3 StandRates(const Vector3& angles_deg);
 
 // Earth's rotation in W [deg/s]: 15.041 deg/h (cos lat cos h, -cos lat sin h, sin lat), h the
 // heading of W's x axis from north.

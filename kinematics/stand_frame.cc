@@ -1,37 +1,70 @@
 #include "kinematics/stand_frame.h"
 
+#include <cmath>
+
 #include "kinematics/rotations.h"
 
 namespace gyrobench::kinematics {
 namespace {
 
-Matrix3 ToArrays(const Eigen::Matrix3d& m) {
-  Matrix3 out = {};
-  for (Eigen::Index row = 0; row < 3; ++row) {
-    for (Eigen::Index column = 0; column < 3; ++column) {
-      out[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] = m(row, column);
-    }
-  }
-  return out;
+// Rz(angle)^T v.
+Vector3 BackAboutZ(double c, double s, const Vector3& v) {
+  return {c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]};
 }
 
 }  // namespace
 
-Matrix3 StandOrientation(const StandGeometry& geometry, const Vector3& angles_deg) {
-  const FixedRotations fixed(geometry);
-  return ToArrays(AboutZ(angles_deg[0]) * fixed.outer_middle * AboutX(angles_deg[1]) *
-                  fixed.middle_inner * AboutZ(angles_deg[2]) * fixed.mount);
+StandFrame::StandFrame(const StandGeometry& geometry)
+    : outer_middle_(At(geometry.outer_middle_deg)),
+      middle_inner_(At(geometry.middle_inner_deg)),
+      mounted_(geometry.mount_deg != Vector3{}) {
+  const Eigen::Matrix3d mount = FixedRotations(geometry).mount;
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column)
+      mount_[row][column] =
+          mount(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column));
+  }
 }
 
-Matrix3 StandRates(const StandGeometry& geometry, const Vector3& angles_deg) {
-  const FixedRotations fixed(geometry);
-  // From the frames of the inner axis, the middle axis and the outer axis into S.
-  const Eigen::Matrix3d inner = (AboutZ(angles_deg[2]) * fixed.mount).transpose();
-  const Eigen::Matrix3d middle = inner * fixed.middle_inner.transpose();
-  const Eigen::Matrix3d outer = middle * (fixed.outer_middle * AboutX(angles_deg[1])).transpose();
-  Eigen::Matrix3d rates;
-  rates << outer.col(2), middle.col(0), inner.col(2);
-  return ToArrays(rates);
+StandFrame::Angle StandFrame::At(double angle_deg) {
+  return {std::cos(angle_deg * kRadians), std::sin(angle_deg * kRadians)};
+}
+
+// Ry(outer_middle) Rx(middle) Ry(middle_inner).
+Matrix3 StandFrame::BetweenOuterAndInner(const Angle& m) const {
+  const auto [c1, s1] = outer_middle_;
+  const auto [c2, s2] = middle_inner_;
+  return {{{c1 * c2 - s1 * m.c * s2, s1 * m.s, c1 * s2 + s1 * m.c * c2},
+           {m.s * s2, m.c, -m.s * c2},
+           {-s1 * c2 - c1 * m.c * s2, c1 * m.s, -s1 * s2 + c1 * m.c * c2}}};
+}
+
+Matrix3 StandFrame::Orientation(const Vector3& angles_deg) const {
+  const Angle o = At(angles_deg[0]), i = At(angles_deg[2]);
+  const Matrix3 between = BetweenOuterAndInner(At(angles_deg[1]));
+  Matrix3 rows;  // W's axes in S
+  for (std::size_t row = 0; row < 3; ++row) {
+    rows[row] = BackAboutZ(i.c, i.s, between[row]);
+    if (mounted_) rows[row] = TransposedTimes(mount_, rows[row]);
+  }
+  const auto [x, y, z] = rows;
+  return {{{o.c * x[0] - o.s * y[0], o.c * x[1] - o.s * y[1], o.c * x[2] - o.s * y[2]},
+           {o.s * x[0] + o.c * y[0], o.s * x[1] + o.c * y[1], o.s * x[2] + o.c * y[2]},
+           z}};
+}
+
+Matrix3 StandFrame::Rates(const Vector3& angles_deg) const {
+  const Angle i = At(angles_deg[2]);
+  const Vector3 up = BetweenOuterAndInner(At(angles_deg[1]))[2];
+  Vector3 outer = BackAboutZ(i.c, i.s, up);
+  Vector3 middle = BackAboutZ(i.c, i.s, {middle_inner_.c, 0.0, middle_inner_.s});
+  Vector3 inner = {0.0, 0.0, 1.0};
+  if (mounted_) {
+    for (Vector3* axis : {&outer, &middle, &inner}) *axis = TransposedTimes(mount_, *axis);
+  }
+  return {{{outer[0], middle[0], inner[0]},
+           {outer[1], middle[1], inner[1]},
+           {outer[2], middle[2], inner[2]}}};
 }
 
 }  // namespace gyrobench::kinematics

@@ -160,9 +160,9 @@ place = "skip"
   EXPECT_EQ(stand.gyro.rate_hz, 250);
   EXPECT_EQ(stand.gyro.accel_range_g, 8);
   EXPECT_EQ(stand.gyro.serial_number, 4294967295u);
-  EXPECT_EQ(stand.geometry.mount_x_deg, 1);
-  EXPECT_EQ(stand.geometry.mount_y_deg, 2);
-  EXPECT_EQ(stand.geometry.mount_z_deg, 3);
+  EXPECT_EQ(stand.geometry.mount_deg[0], 1);
+  EXPECT_EQ(stand.geometry.mount_deg[1], 2);
+  EXPECT_EQ(stand.geometry.mount_deg[2], 3);
   EXPECT_EQ(stand.site.latitude_deg, -33);
   EXPECT_EQ(stand.site.heading_deg, 77);
   EXPECT_EQ(stand.lcm.url, "udpm://239.1.2.3:7777?ttl=1");
@@ -281,7 +281,7 @@ TEST_F(StandFile, SaysHowTheAxesLean) {
   const StandConfig stand = Load(text);
   EXPECT_EQ(stand.geometry.outer_middle_deg, -4);
   EXPECT_EQ(stand.geometry.middle_inner_deg, 5);
-  EXPECT_EQ(stand.geometry.mount_z_deg, 0);
+  EXPECT_EQ(stand.geometry.mount_deg[2], 0);
 }
 
 TEST_F(StandFile, RefusesAMountingThatContradictsItself) {

@@ -40,10 +40,12 @@ class FeltBench : public FakeBench {
   std::vector<double> rest_s;
   std::vector<Turned> turned;
 
-  kinematics::Vector3 Up() const { return kinematics::StandOrientation(geometry, Angles())[2]; }
+  kinematics::Vector3 Up() const {
+    return kinematics::StandFrame(geometry).Orientation(Angles())[2];
+  }
 
   TurnOutcome Turn(const TurnCommand& command) override {
-    const kinematics::Matrix3 j = kinematics::StandRates(geometry, Angles());
+    const kinematics::Matrix3 j = kinematics::StandFrame(geometry).Rates(Angles());
     const double rate = std::copysign(command.rate_deg_s, command.angle_deg);
     const std::size_t axis = IndexOf(command.axis);
     turned.push_back(
