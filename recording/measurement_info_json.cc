@@ -113,6 +113,8 @@ json ToJson(const MeasurementInfo& info) {
     if (value) out[key] = *value;
   };
   add("gyro_units_per_deg_s", info.gyro_units_per_deg_s);
+  StandGeometry geometry = info.geometry;
+  for (const GeometryAngle& angle : AnglesOf(geometry)) out[angle.name] = *angle.value_deg;
   add("site_latitude_deg", info.site_latitude_deg);
   add("gear_ratio", info.gear_ratio);
   add("stop_accuracy_deg", info.stop_accuracy_deg);
@@ -130,6 +132,8 @@ MeasurementInfo MeasurementInfoFromJson(const json& object) {
   fields.ReadEnum("reference", kReferences, info.reference);
   fields.ReadPresent("stand_axes", kStandAxes, info.stand_axis_present);
   fields.ReadEnum("reference_axis", kSensorAxes, info.reference_axis);
+  for (const auto& [name, value_deg, limit_deg] : AnglesOf(info.geometry))
+    fields.ReadNumber(name, -limit_deg, limit_deg, *value_deg);
   fields.ReadNumber("site_heading_deg", -360.0, 360.0, info.site_heading_deg);
   fields.Read("sensor", info.sensor);
   fields.Read("power_on", info.power_on);

@@ -120,6 +120,11 @@ void TableHead::Key(const std::string& key, const std::string& value, std::int64
   const auto number = [&](double min, double max) {
     return Number(key, value, min, max, line_number);
   };
+  for (const auto& [name, value_deg, limit_deg] : AnglesOf(info_.geometry)) {
+    if (key != name) continue;
+    *value_deg = number(-limit_deg, limit_deg);
+    return;
+  }
   if (key == "site_latitude_deg") {
     info_.site_latitude_deg = number(-90.0, 90.0);
   } else if (key == "site_heading_deg") {

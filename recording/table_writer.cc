@@ -99,6 +99,10 @@ void TableWriter::WriteHead(const MeasurementInfo& info) {
   if (info.site_latitude_deg || info.site_heading_deg != 0.0) {
     number("site_heading_deg", info.site_heading_deg);
   }
+  StandGeometry geometry = info.geometry;
+  for (const GeometryAngle& angle : AnglesOf(geometry)) {
+    if (*angle.value_deg != 0.0) number(angle.name, *angle.value_deg);
+  }
   if (info.gyro_unit == GyroUnit::kLsb) number("gyro_lsb_per_deg_s", info.gyro_units_per_deg_s);
   number("gear_ratio", info.gear_ratio);
   number("stop_accuracy_deg", info.stop_accuracy_deg);

@@ -102,6 +102,7 @@ MeasurementInfo PlannedInfo(const RecordPlan& plan) {
   info.gyro_units_per_deg_s = 131.0;
   info.reference = ReferenceKind::kStandAngles;
   info.stand_axis_present = {true, false, true};
+  info.geometry = {{90.0, -0.1, 12.25}, 0.5, -1.5};
   info.site_latitude_deg = 55.75;
   info.site_heading_deg = 12.5;
   info.gear_ratio = 40.0;

@@ -135,6 +135,7 @@ TEST(MeasurementInfoJson, IsUndoneByItsInverseForEveryField) {
     EXPECT_EQ(out.reference, in.reference);
     EXPECT_EQ(out.stand_axis_present, in.stand_axis_present);
     EXPECT_EQ(out.reference_axis, in.reference_axis);
+    EXPECT_EQ(out.geometry, in.geometry);
     EXPECT_EQ(out.site_latitude_deg, in.site_latitude_deg);
     EXPECT_EQ(out.site_heading_deg, in.site_heading_deg);
     EXPECT_EQ(out.gear_ratio, in.gear_ratio);
@@ -146,12 +147,22 @@ TEST(MeasurementInfoJson, IsUndoneByItsInverseForEveryField) {
   }
 }
 
+TEST(MeasurementInfoJson, ARecordFromBeforeTheGeometryWasKeptIsOfThePerfectStand) {
+  nlohmann::json json = ToJson(PlannedInfo({}));
+  StandGeometry geometry;
+  for (const GeometryAngle& angle : AnglesOf(geometry)) ASSERT_EQ(json.erase(angle.name), 1u);
+  EXPECT_EQ(MeasurementInfoFromJson(json).geometry, StandGeometry{});
+}
+
 TEST(MeasurementInfoJson, AWrongValueIsNamedByKeyAndWhatWasExpected) {
   const auto read = [](const nlohmann::json& json) {
     return MessageOf<DataError>([&] { MeasurementInfoFromJson(json); });
   };
   EXPECT_THAT(read({{"gyro_unit", "furlongs"}}), HasSubstr("expected one of lsb, deg_s, rad_s"));
   EXPECT_THAT(read({{"gear_ratio", "forty"}}), HasSubstr("measurement.gear_ratio = \"forty\""));
+  EXPECT_THAT(read({{"mount_x_deg", 181}}),
+              HasSubstr("measurement.mount_x_deg = 181: expected a number -180 .. 180"));
+  EXPECT_THAT(read({{"middle_inner_deg", nullptr}}), HasSubstr("measurement.middle_inner_deg"));
   EXPECT_THAT(read({{"gyro", {"x", 3}}}), HasSubstr("measurement.gyro"));
   EXPECT_THAT(read(nlohmann::json::array()), HasSubstr("expected an object"));
 }

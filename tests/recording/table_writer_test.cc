@@ -75,6 +75,7 @@ TEST(TableWriter, ATableOfARecordGivesTheRecordsEventsAgain) {
     const KeepingSink table = ReplayOf(folder / name);
     ExpectSameEvents(record, table);
     EXPECT_TRUE(table.defects.empty());
+    EXPECT_EQ(table.info.geometry, record.info.geometry);
     EXPECT_EQ(table.info.site_latitude_deg, record.info.site_latitude_deg);
     EXPECT_EQ(table.info.site_heading_deg, record.info.site_heading_deg);
     EXPECT_EQ(table.info.gyro_units_per_deg_s, record.info.gyro_units_per_deg_s);
