@@ -1,7 +1,7 @@
 // The stand's geometry, under the names that this room uses.
 #pragma once
 
-#include "kinematics/geometry.h"
+#include "kinematics/stand_frame.h"
 
 namespace gyrobench::calibration {
 
@@ -9,8 +9,7 @@ using kinematics::EarthRate;
 using kinematics::Matrix3;
 using kinematics::QuaternionOrientation;
 using kinematics::RotationBetween;
-using kinematics::StandOrientation;
-using kinematics::StandRates;
+using kinematics::StandFrame;
 using kinematics::TransposedTimes;
 using kinematics::Vector3;
 

@@ -31,6 +31,7 @@ void Append(OpenRest* rest, const Vector3& rotation_deg) {
 
 void ReferenceTrack::Start(const MeasurementInfo& info) {
   info_ = info;
+  stand_ = StandFrame(info.geometry);
   const bool full = info.reference == ReferenceKind::kStandAngles ||
                     info.reference == ReferenceKind::kOrientation;
   orientation_known_ = full;
@@ -146,9 +147,9 @@ void ReferenceTrack::TurnStand(double t_s, std::size_t axis, double angle_deg) {
     if (a != axis && angle_[a].known)
       at[a] += angle_[a].rate_deg_s * std::clamp(ahead_s, -0.1, 0.1);
   }
-  if (info_.site_latitude_deg) AddEarth(t_s, StandOrientation(at));
+  if (info_.site_latitude_deg) AddEarth(t_s, stand_.Orientation(at));
   if (!angle.known) return;
-  const Matrix3 rates = StandRates(at);
+  const Matrix3 rates = stand_.Rates(at);
   const double step = angle_deg - angle.angle_deg;
   Turn({rates[0][axis] * step, rates[1][axis] * step, rates[2][axis] * step});
 }
@@ -214,7 +215,7 @@ double ReferenceTrack::Ahead(std::size_t axis) const {
 Vector3 ReferenceTrack::rotation_now_deg() const {
   Vector3 out = rotation_deg_;
   if (info_.reference != ReferenceKind::kStandAngles) return out;
-  const Matrix3 rates = StandRates(table_now_deg());
+  const Matrix3 rates = stand_.Rates(table_now_deg());
   for (std::size_t a = 0; a < 3; ++a) {
     const double ahead_deg = watched_[a] ? Ahead(a) : 0.0;
     if (ahead_deg == 0.0) continue;
@@ -244,7 +245,7 @@ Vector3 ReferenceTrack::table_now_deg() const {
 }
 
 Matrix3 ReferenceTrack::world_now() const {
-  if (info_.reference == ReferenceKind::kStandAngles) return StandOrientation(table_now_deg());
+  if (info_.reference == ReferenceKind::kStandAngles) return stand_.Orientation(table_now_deg());
   if (info_.reference == ReferenceKind::kOrientation) return QuaternionOrientation(q_);
   Matrix3 out;
   for (Vector3& row : out) row.fill(kMissing);

@@ -97,6 +97,7 @@ class ReferenceTrack {
   void KeepReading();
 
   MeasurementInfo info_;
+  StandFrame stand_;
   Vector3 earth_rate_deg_s_ = {};
   bool orientation_known_ = false, started_ = false;
   bool updated_ = false, rest_began_ = false, rest_ended_ = false;

@@ -56,6 +56,12 @@ const char* Name(GyroUnit unit) {
   return "lsb";
 }
 
+json ToJson(StandGeometry geometry) {
+  json out = json::object();
+  for (const GeometryAngle& angle : AnglesOf(geometry)) out[angle.name] = Number(*angle.value_deg);
+  return out;
+}
+
 json ToJson(const MeasurementInfo& info) {
   return {{"source", info.source},
           {"gyro_unit", Name(info.gyro_unit)},
@@ -66,6 +72,7 @@ json ToJson(const MeasurementInfo& info) {
           {"reference", Name(info.reference)},
           {"stand_axis_present", info.stand_axis_present},
           {"reference_axis", Name(info.reference_axis)},
+          {"geometry", ToJson(info.geometry)},
           {"site_latitude_deg", Number(info.site_latitude_deg)},
           {"site_heading_deg", Number(info.site_heading_deg)},
           {"gear_ratio", Number(info.gear_ratio)},

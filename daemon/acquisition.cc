@@ -291,6 +291,7 @@ MeasurementInfo Acquisition::Info() const {
       info.stop_accuracy_deg = axis.shaft_accuracy_deg / axis.gear_ratio;
     }
   }
+  info.geometry = stand_.geometry;
   info.site_latitude_deg = stand_.site.latitude_deg;
   info.site_heading_deg = stand_.site.heading_deg;
   info.sensor = fmt::format("{}", identity.serial_number);

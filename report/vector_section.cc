@@ -133,9 +133,10 @@ Markup VectorSection(const VectorCalibration& vector) {
   Markup inside;
   if (vector.matrix) {
     inside += Paragraph(
-        "Rate w = A (output − s0 (b(T) + effects)) in the frame of the table. Value ± standard "
-        "error. A mounting rotation Rz(z) Ry(y) Rx(x) rotates the sensor's vectors into that "
-        "frame; scale and non-orthogonality do not depend on it.",
+        "Rate w = A (output − s0 (b(T) + effects)) in the nominal frame of the sensor: on a stand "
+        "that of the inner axis, turned by the configured mounting. Value ± standard error. A "
+        "mounting rotation Rz(z) Ry(y) Rx(x) rotates the sensor's vectors into that frame: it is "
+        "what is left beyond the configured one. Scale and non-orthogonality do not depend on it.",
         "note");
   }
   for (const std::string& reason : vector.missing)

@@ -165,7 +165,7 @@ double ChannelProblem::Lever(Eigen::Index row, std::size_t table_axis) const {
     return table_axis == axis && channel_ == axis ? 1.0 : 0.0;
   }
   if (info.reference != ReferenceKind::kStandAngles) return 0.0;
-  return StandRates(half(row, 0).table_deg)[channel_][table_axis];
+  return trail(row).stand.Rates(half(row, 0).table_deg)[channel_][table_axis];
 }
 
 Eigen::MatrixXd ChannelProblem::Columns(const Effect& effect, const BasisContext& context) const {

@@ -95,7 +95,7 @@ class TrailMaker {
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
       Vector3 turned = Minus(NodeRotation(i + 1), NodeRotation(i));
       if (recording_.info.reference == ReferenceKind::kStandAngles) {
-        const Matrix3 rates = StandRates(settled_.angle_deg[i]);
+        const Matrix3 rates = trail_.stand.Rates(settled_.angle_deg[i]);
         for (std::size_t a = 0; a < 3; ++a) {
           const double change = (TurnedTo(i + 1, a) - TurnedTo(i, a)) -
                                 (MeasuredAngle(i + 1, a) - MeasuredAngle(i, a));
@@ -170,7 +170,7 @@ class TrailMaker {
     const bool stand = recording_.info.reference == ReferenceKind::kStandAngles;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       Vector3& share = trail_.reference_share[k];
-      const Matrix3 rates = StandRates(settled_.angle_deg[k]);
+      const Matrix3 rates = trail_.stand.Rates(settled_.angle_deg[k]);
       const bool readings = AllSettled(k);
       for (std::size_t c = 0; c < 3; ++c) {
         if (stand) {
@@ -221,6 +221,7 @@ Trail MakeTrail(const Recording& recording, const Vector3& units_per_deg_s, bool
                 const std::vector<std::string>& covariates) {
   Trail trail;
   trail.recording = &recording;
+  trail.stand = StandFrame(recording.info.geometry);
   trail.name = recording.info.source;
   trail.new_power_on = new_power_on;
   trail.earth_rate_known =

@@ -12,6 +12,7 @@ namespace gyrobench::calibration {
 
 struct Trail {
   const Recording* recording = nullptr;
+  StandFrame stand;  // that the recording was made on
   std::string name;
   std::size_t number = 1;  // of the measurement, as they were given
   bool new_power_on = true;

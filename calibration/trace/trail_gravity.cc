@@ -100,7 +100,8 @@ void CompareWithAccelerometer(const std::vector<Node>& nodes, Trail* trail) {
   if (off_deg < kAccelDisagrees_deg) return;
   trail->remarks.push_back(fmt::format(
       "the accelerometer points {:.0f} deg away from the gravity that the reference says: check "
-      "how the sensor is mounted; effects of gravity are taken by the reference",
+      "how the sensor is mounted (on a stand: mount_x_deg and its like); effects of gravity are "
+      "taken by the reference",
       off_deg));
 }
 

@@ -194,7 +194,7 @@ class RateMaker {
       return about;
     }
     if (info.reference != ReferenceKind::kStandAngles) return {kMissing, kMissing, kMissing};
-    const Matrix3 directions = StandRates(trail_.nodes[k].table_deg);
+    const Matrix3 directions = trail_.stand.Rates(trail_.nodes[k].table_deg);
     for (std::size_t a = 0; a < 3; ++a) {
       for (std::size_t c = 0; c < 3; ++c) {
         // A channel that is not there is not missed where the axis does not turn it.

@@ -3,8 +3,8 @@
 //   w = A (xi - s0 (b(T) + effects)),   A = M^-1 diag(1 / s0)        [deg/s]
 //   xi / s0 = M w + b(T) + effects + noise
 //
-// w in the frame N that the reference gives rates in (the inner table at angle 0). Plain values;
-// NaN is what is not known. docs/calibration.md has the conventions.
+// w in the frame N that the reference gives rates in (MeasurementInfo::geometry is in them). Plain
+// values; NaN is what is not known. docs/calibration.md has the conventions.
 #pragma once
 
 #include <array>

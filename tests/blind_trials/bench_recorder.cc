@@ -86,6 +86,7 @@ class BenchRecorder::Impl {
     info.gyro_units_per_deg_s = stand_.gyro.map.gyro_lsb_per_deg_s[0];
     info.reference = ReferenceKind::kStandAngles;
     info.stand_axis_present = {true, true, true};
+    info.geometry = options_.geometry;
     if (options_.latitude_known) info.site_latitude_deg = stand_.site.latitude_deg;
     info.site_heading_deg = stand_.site.heading_deg;
     info.gear_ratio = axes_[2]->gear_ratio;

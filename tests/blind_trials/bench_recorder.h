@@ -29,6 +29,8 @@ struct RecorderOptions {
   double reference_rate_hz = 10.0;  // each of the three axes
   // Otherwise the recording does not say where the stand is; the Earth turns all the same.
   bool latitude_known = true;
+  // What the recording says of the stand; the specimen's is the truth.
+  StandGeometry geometry = {};
   // Records a wandering supply voltage as the column supply_v.
   bool supply = false;
   // Added to the output of z [deg/s].

@@ -126,6 +126,8 @@ DrawnTrial DrawTrial(const TrialSpec& spec, const PartSeeds& seeds, double durat
   if (!spec.ideal) scenario.drawn.gyro_g_linear_deg_s_per_g = spec.g_linear_deg_s_per_g;
   Bench& bench = drawn.bench;
   bench.specimen = stand::DrawSpecimen(scenario, seeds.part);
+  bench.specimen.site.mount_deg = spec.mount_deg;
+  if (spec.mount_known) bench.options.geometry.mount_deg = spec.mount_deg;
   truth.part = PartOf(bench.specimen);
   bench.duration_s = duration_s;
   bench.options.source = spec.name;

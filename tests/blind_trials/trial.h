@@ -43,7 +43,10 @@ struct TrialSpec {
   double g_linear_deg_s_per_g = 0.0;
   double reference_rate_hz = 10.0;
   bool latitude_known = true;  // to the recording
-  int repeats = 1;             // of the sequence
+  // R_mount = Rz Ry Rx: how the sensor sits on the table, and whether the recording says so.
+  config::Triple mount_deg = {};
+  bool mount_known = true;
+  int repeats = 1;  // of the sequence
   // No error, and of noise only as much as the counts need in order not to add up at constant rate;
   // effects all the same.
   bool ideal = false;

@@ -54,7 +54,8 @@ class Readings : public MeasurementSink {
   Reading now_;
 };
 
-// About the sensor's axes, from one reading to the next, by R = Rz(outer) Rx(middle) Rz(inner).
+// About axes that sit upright on the table, from one reading to the next, by R = Rz(outer)
+// Rx(middle) Rz(inner).
 Vector3d Rotation(const Reading& before, const Reading& now) {
   constexpr double kRad = std::numbers::pi / 180.0;
   const Vector3d mean = 0.5 * kRad * (before.angle_deg + now.angle_deg);
@@ -73,15 +74,15 @@ Vector3d Gravity(const Reading& before, const Reading& now) {
 }
 
 // Angle of the gyro less that of the reference, as each parameter makes it: rows of readings.
-Eigen::MatrixXd Columns(const std::vector<Reading>& readings) {
+Eigen::MatrixXd Columns(const std::vector<Reading>& readings, const Eigen::Matrix3d& mount) {
   const auto n = static_cast<Eigen::Index>(readings.size());
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n, kRowParameters);
   for (Eigen::Index k = 1; k < n; ++k) {
     const Reading &before = readings[static_cast<std::size_t>(k - 1)],
                   &now = readings[static_cast<std::size_t>(k)];
     columns.row(k) = columns.row(k - 1);
-    columns.row(k).head<3>() += Rotation(before, now).transpose();
-    columns.row(k).tail<3>() += (now.t_s - before.t_s) * Gravity(before, now).transpose();
+    columns.row(k).head<3>() += Rotation(before, now).transpose() * mount;
+    columns.row(k).tail<3>() += (now.t_s - before.t_s) * Gravity(before, now).transpose() * mount;
     for (Eigen::Index j = 0; j < kBiasTerms; ++j)
       columns(k, 3 + j) = now.temperature[static_cast<std::size_t>(j)];
   }
@@ -154,13 +155,24 @@ void Whiten(const std::vector<Filter>& filters, Eigen::Ref<Eigen::VectorXd> colu
 
 }  // namespace
 
+Eigen::Matrix3d MountOf(const TrialSpec& spec) {
+  const Vector3d angle =
+      Eigen::Map<const Vector3d>(spec.mount_deg.data()) * std::numbers::pi / 180.0;
+  return (Eigen::AngleAxisd(angle[2], Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(angle[1], Vector3d::UnitY()) *
+          Eigen::AngleAxisd(angle[0], Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
 std::array<RowCovariance, 3> VectorBound(const TrialSpec& spec, double reference_degC) {
   TrialSpec ideal = spec;
   ideal.ideal = true;
   ideal.all_channels = false;
   Readings sink(reference_degC);
   const TrialTruth noise = RecordTrial(ideal, sink);
-  const Eigen::MatrixXd columns = Columns(sink.readings);
+  const Eigen::MatrixXd columns =
+      Columns(sink.readings,
+              spec.mount_known ? MountOf(spec) : Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
   std::array<RowCovariance, 3> out;
   for (Eigen::Index c = 0; c < 3; ++c) {
     const std::vector<Filter> filters = Filters(sink.readings, Stretches(columns, c), noise);

@@ -14,11 +14,15 @@ inline constexpr Eigen::Index kBiasTerms = 4;
 inline constexpr Eigen::Index kRowParameters = 10;
 using RowCovariance = Eigen::Matrix<double, kRowParameters, kRowParameters>;
 
+// R_mount: rotates vectors of the sensor's frame into that of the inner axis.
+Eigen::Matrix3d MountOf(const TrialSpec& spec);
+
 // Covariance at the bound of each channel's parameters, with b(T) about `reference_degC`. The
 // sequence is simulated without noise. Its rotations, integrals of (T - T0)^k and of gravity pass a
 // Kalman filter of angle and bias, in which an angle of the reference has its noise, and a stretch
 // in which nothing turns that the channel feels has one angle: the mean of its readings. The filter
-// takes noise as normal and 1/f noise as none.
+// takes noise as normal and 1/f noise as none. About the axes as the recording says they are
+// mounted.
 std::array<RowCovariance, 3> VectorBound(const TrialSpec& spec, double reference_degC);
 
 }  // namespace gyrobench::blind_trials

@@ -29,6 +29,7 @@ class Comparison {
   Comparison(const TrialSpec& spec, const TruePart& part, const calibration::Traced& traced,
              VectorOutcome& out)
       : part_(part), traced_(traced), vector_(traced.result.vector), out_(out) {
+    if (!spec.mount_known) TurnPart(MountOf(spec));
     bounds_ = VectorBound(spec, traced.models.front().reference_degC);
     // The mean temperature, of what can be used of a channel: the same, unless some cannot.
     for (std::size_t c = 1; c < 3; ++c) {
@@ -46,6 +47,13 @@ class Comparison {
   }
 
  private:
+  // What a mounting that nobody knows of makes of it.
+  void TurnPart(const Eigen::Matrix3d& mount) {
+    for (config::Square* square : {&part_.m, &part_.g_linear, &part_.accel_m}) {
+      const RowMajor turned = Eigen::Map<const RowMajor>(square->data()) * mount.transpose();
+      Eigen::Map<RowMajor>(square->data()) = turned;
+    }
+  }
   double Bound(std::size_t channel, std::size_t parameter) const {
     const auto k = static_cast<Eigen::Index>(parameter);
     return std::sqrt(bounds_[channel](k, k));
@@ -117,7 +125,7 @@ class Comparison {
     }
   }
 
-  const TruePart& part_;
+  TruePart part_;
   const calibration::Traced& traced_;
   const VectorCalibration& vector_;
   VectorOutcome& out_;
@@ -144,11 +152,15 @@ calibration::Calibration CalibrationOf(const calibration::Traced& traced) {
 
 }  // namespace
 
-VectorOutcome RunVectorTrial(std::uint64_t seed) {
+VectorOutcome RunVectorTrial(std::uint64_t seed, const config::Triple& mount_deg,
+                             bool mount_known) {
   VectorOutcome out;
   out.seed = seed;
-  TrialSpec spec{
-      .seed = seed, .all_channels = true, .g_linear_deg_s_per_g = kGravitySpread_deg_s_per_g};
+  TrialSpec spec{.seed = seed,
+                 .all_channels = true,
+                 .g_linear_deg_s_per_g = kGravitySpread_deg_s_per_g,
+                 .mount_deg = mount_deg,
+                 .mount_known = mount_known};
   try {
     calibration::Collector collector;
     const TrialTruth truth = RecordTrial(spec, collector);

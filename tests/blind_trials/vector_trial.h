@@ -30,7 +30,9 @@ struct VectorOutcome {
 };
 
 // The part's sensitivities to gravity are drawn as well. The tracer sees the recording alone.
-VectorOutcome RunVectorTrial(std::uint64_t seed);
+// Mounted on the table by R_mount = Rz Ry Rx; a mounting that is not known belongs to the part.
+VectorOutcome RunVectorTrial(std::uint64_t seed, const config::Triple& mount_deg = {},
+                             bool mount_known = true);
 
 // RMS of error over bound, RMS of error over standard error, coverage of 95 % intervals, by element
 // and by group; the RMS on the unseen sequence.

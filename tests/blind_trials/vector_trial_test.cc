@@ -10,11 +10,13 @@ namespace gyrobench::blind_trials {
 namespace {
 
 // 81 numbers a part: one of them beyond five standard errors by chance in 20 000 parts.
-TEST(VectorTrial, EveryNumberIsWithinItsErrorAndTheErrorsAreNearTheBound) {
+TEST(VectorTrial, HoweverMountedEveryNumberIsWithinItsErrorAndTheErrorsAreNearTheBound) {
   double square = 0.0, count = 0.0;
-  for (const std::uint64_t seed : {1U, 2U}) {
-    const VectorOutcome outcome = RunVectorTrial(seed);
+  // On its side, which the recording says; a little askew, which nobody knows.
+  for (const VectorOutcome& outcome :
+       {RunVectorTrial(1, {90.0, 0.0, 0.0}), RunVectorTrial(2, {2.0, -1.0, 1.5}, false)}) {
     ASSERT_EQ(outcome.failure, "");
+    EXPECT_EQ(outcome.effects, "bias.g_linear, bias.g_linear, bias.g_linear") << "what it has";
     for (const StatedNumber& number : outcome.numbers) {
       EXPECT_NEAR(number.estimate, number.truth, 5.0 * number.std_error)
           << number.group << " " << number.name;

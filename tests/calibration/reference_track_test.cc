@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace gyrobench::calibration {
 namespace {
@@ -34,7 +36,7 @@ TEST(ReferenceTrack, AddsUpRotationAboutTheSensorsAxesFromThreeMovingAngles) {
   const int steps = 100000;
   for (int i = 0; i < steps; ++i) {
     const double t = 10.0 * (i + 0.5) / steps;
-    const Matrix3 j = StandRates(angles(t));
+    const Matrix3 j = StandFrame().Rates(angles(t));
     const Vector3 w = rates(t);
     for (std::size_t c = 0; c < 3; ++c) {
       truth[c] += (j[c][0] * w[0] + j[c][1] * w[1] + j[c][2] * w[2]) * 10.0 / steps;
@@ -55,6 +57,64 @@ TEST(ReferenceTrack, GivesTheSameRotationFromAQuaternionAsFromAngles) {
   }
   EXPECT_NEAR(track.rotation_deg()[0], 730.0, 1e-6);
   EXPECT_NEAR(track.rotation_deg()[2], 0.0, 1e-9);
+}
+
+using Quaternion = std::array<double, 4>;
+
+Quaternion Times(const Quaternion& p, const Quaternion& q) {
+  return {p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+          p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+          p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3],
+          p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1]};
+}
+
+// About x (1), y (2) or z (3).
+Quaternion About(std::size_t axis, double angle_deg) {
+  const double half = 0.5 * angle_deg * std::numbers::pi / 180.0;
+  Quaternion q = {std::cos(half)};
+  q[axis] = std::sin(half);
+  return q;
+}
+
+// The quaternion is the sensor's own: mounting and leans are in it, and what is said of the stand
+// does not turn it once more.
+TEST(ReferenceTrack, AnglesOnAStandAsItIsAndTheSensorsQuaternionAreTheSameMotion) {
+  MeasurementInfo by_angles = Stand();
+  by_angles.geometry = {{90.0, -20.0, 35.0}, 3.0, -5.0};
+  by_angles.site_latitude_deg = 55.75;
+  by_angles.site_heading_deg = 20.0;
+  MeasurementInfo by_quaternion = by_angles;
+  by_quaternion.reference = ReferenceKind::kOrientation;
+  ReferenceTrack angles, quaternion;
+  angles.Start(by_angles);
+  quaternion.Start(by_quaternion);
+  // One axis after the other, there and back.
+  for (int i = 0; i <= 6000; ++i) {
+    const double t_s = 0.01 * i;
+    Vector3 at = {};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double since_s = t_s - 20.0 * static_cast<double>(a);
+      at[a] = 15.0 * (std::clamp(since_s, 0.0, 9.0) - std::clamp(since_s - 11.0, 0.0, 4.0));
+    }
+    for (int a = 0; a < 3; ++a) angles.Add(AngleSample{t_s, a, at[static_cast<std::size_t>(a)]});
+    const StandGeometry& g = by_angles.geometry;
+    Quaternion q = About(3, at[0]);
+    for (const auto& [axis, angle_deg] : {std::pair{2U, g.outer_middle_deg},
+                                          {1U, at[1]},
+                                          {2U, g.middle_inner_deg},
+                                          {3U, at[2]},
+                                          {3U, g.mount_deg[2]},
+                                          {2U, g.mount_deg[1]},
+                                          {1U, g.mount_deg[0]}})
+      q = Times(q, About(axis, angle_deg));
+    quaternion.Add(OrientationSample{t_s, q});
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_NEAR(angles.rotation_deg()[c], quaternion.rotation_deg()[c], 1e-6) << c;
+    EXPECT_NEAR(angles.earth_deg()[c], quaternion.earth_deg()[c], 1e-4) << c;
+    for (std::size_t row = 0; row < 3; ++row)
+      EXPECT_NEAR(angles.world_now()[row][c], quaternion.world_now()[row][c], 1e-9) << row << c;
+  }
 }
 
 TEST(ReferenceTrack, BreaksWhereTheOrientationWasLost) {

@@ -11,12 +11,16 @@ SHORT_SCALE = ["run", "scale", "-p", "turns=4", "-p", "rest_s=1", "-p", "initial
 
 class MainJob(unittest.TestCase):
     def test_scale_gives_a_result_that_its_record_and_its_table_reproduce(self):
-        with Bench() as bench:
+        # The sensor lies on its side: the inner axis turns its y axis.
+        with Bench(extra="[geometry]\nmount_x_deg = 90\n",
+                   scenario='include = "{root}/config/scenarios/typical.toml"\n'
+                            "[site]\nmount_deg = [90, 0, 0]\n") as bench:
             done = bench.run(*SHORT_SCALE)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             record = bench.newest_record()
             result = json.loads((record / "result.json").read_text())
             self.assertEqual(json.loads((record / "run.json").read_text())["outcome"], "done")
+            self.assertEqual([scale["axis"] for scale in result["scale"]], ["y"])
             scale = result["scale"][0]
             self.assertGreater(scale["turns"], 7)
             self.assertLess(abs(scale["scale_error"]), 0.05)
