@@ -97,7 +97,8 @@ std::string BenchText(const Json& status) {
   const double temperature = Number(status, "temperature_degC");
   if (std::isfinite(temperature)) text += fmt::format(", sensor {:.2f} degC", temperature);
   for (const auto& [output, on] : Field(status, "outputs").items()) {
-    if (on.is_boolean()) text += fmt::format(", {} {}", output, on.get<bool>() ? "on" : "off");
+    const bool known = on.is_boolean();
+    text += fmt::format(", {} {}", output, !known ? "unknown" : on.get<bool>() ? "on" : "off");
   }
   return text;
 }

@@ -198,6 +198,7 @@ TracedInputs TraceInputs(const std::vector<InputFiles>& inputs, const Options& o
   trace.progress = [&](double fraction) { bar.Show(fraction, "tracing"); };
   out.traced = calibration::Trace(all, trace);
   trace.curves = false;
+  trace.progress = [&](double) { bar.Show(1.0, "tracing each input alone"); };
   RemarkOnInputsThatDoNotBelongTogether(&out, trace);
   RemarkOnScale(&out);
   return out;

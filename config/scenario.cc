@@ -84,7 +84,7 @@ class Reader {
     Describe(reader, part);
   }
   static bool IsDevice(std::string_view name) {
-    if (name == "gyro") return true;
+    if (name == "gyro" || name == "relays") return true;
     return std::ranges::any_of(kAxes, [&](const char* axis) {
       return name == fmt::format("{}.drive", axis) || name == fmt::format("{}.encoder", axis);
     });

@@ -205,7 +205,7 @@ void Describe(V& v, FaultScenario& s) {
   using Kind = FaultScenario::Kind;
   v.Number("at_s", s.at_s, {"s", 0, 1e9, "begins"});
   v.Duration("duration_s", s.duration_s, {"s", 0, 1e9, "lasts; without it for ever"});
-  v.Device("device", s.device, "gyro, outer.drive, outer.encoder, ... inner.encoder");
+  v.Device("device", s.device, "gyro, relays, outer.drive, outer.encoder, ... inner.encoder");
   v.Choice("kind", s.kind,
            {{"silent", Kind::kSilent},
             {"garbage", Kind::kGarbage},

@@ -119,6 +119,7 @@ void Acquisition::AddGyro() {
       DeviceStatus{"gyro", "gyro", gyro.bus, gyro.unit, false, ""},
       PolledDevice::Actions{[this] {
                               const drivers::GyroIdentity identity = gyro_->Open();
+                              last_sample_ = clock_.Now();
                               const std::lock_guard lock(mutex_);
                               sensor_.identity = identity;
                             },
@@ -239,11 +240,24 @@ void Acquisition::ReadGyro() {
       sensor_.temperature_degC = block_.samples.back().temperature_degC;
     }
   }
-  if (outputs_ && !block_.samples.empty()) {
-    outputs_->Watch(block_.samples.back().temperature_degC);
-  }
+  RequireSamples();
   FillMessage(block_, sensor_.identity, gyro_message_);
   telemetry_.Send(gyro_message_);
+}
+
+// A unit that answers while its sensor is silent would leave a run blind, and a heater unwatched.
+void Acquisition::RequireSamples() {
+  if (!block_.samples.empty()) {
+    last_sample_ = clock_.Now();
+    if (outputs_) outputs_->Watch(block_.samples.back().temperature_degC);
+    return;
+  }
+  const double silent_s = ToSeconds(clock_.Now() - last_sample_);
+  if (silent_s <= stand_.safety.silence_s) return;
+  throw DeviceError(
+      fmt::format("gyro: the unit answers, but has had no sample of its sensor for {:.1f} s, "
+                  "expected {:g} Hz. Check the sensor's own bus and supply.",
+                  silent_s, stand_.gyro.rate_hz));
 }
 
 void Acquisition::AwaitFirstTry(Clock::Participant& caller, Utime patience) const {

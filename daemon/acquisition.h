@@ -99,6 +99,7 @@ class Acquisition {
   void ReadEncoder(AxisUnit& unit);
   void ReadDrive(AxisUnit& unit);
   void ReadGyro();
+  void RequireSamples();
   void CheckSoftLimits(AxisUnit& unit, double angle_deg);
   void SendAxes(Utime utime);
   bool IsActive(const std::string& axis) const;
@@ -119,6 +120,7 @@ class Acquisition {
   gyro_t gyro_message_;
   TickFit tick_fit_;
   int boot_count_ = 0;
+  Utime last_sample_ = 0;  // when one came, or the unit was opened
   double first_tick_s_ = 0.0;
   double last_tick_s_ = 0.0;
 

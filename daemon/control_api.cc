@@ -113,7 +113,11 @@ json Status(Context& c) {
               {"tick_ratio", OrNull(sensor.tick_ratio)},
               {"utime", c.clock.Now()},
               {"version", kVersion}};
-  if (const Outputs* outputs = c.acquisition.outputs()) status["outputs"] = outputs->States();
+  if (const Outputs* outputs = c.acquisition.outputs()) {
+    for (const auto& [output, on] : outputs->States()) {
+      status["outputs"][output] = on ? json(*on) : json();
+    }
+  }
   if (const auto run = c.engine.View()) status["run"] = ToJson(*run, c.control.state());
   if (const auto question = c.control.question()) {
     status["question"] = {
@@ -190,6 +194,7 @@ void Stop(Context& c) {
   // The run first, so that no move of its can queue up behind the stop.
   if (c.control.run_is_on() && c.control.state() != State::kStopping) c.control.Abort();
   c.acquisition.PostStopAll();
+  if (Outputs* outputs = c.acquisition.outputs()) outputs->PostAllOff();
 }
 
 struct Route {

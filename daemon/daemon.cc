@@ -85,6 +85,7 @@ struct Daemon::Parts {
     // A virtual bus at rest would answer nobody.
     if (virtual_clock != nullptr) virtual_clock->SetPace(VirtualClock::kUnpaced);
     StopAxes();
+    SwitchOutputsOff();
     acquisition->Stop();
   }
 
@@ -98,6 +99,18 @@ struct Daemon::Parts {
     clock = std::move(made);
     simulated = MakeSimulatedBuses(stand, *clock);
     stand.buses = simulated->buses();
+  }
+
+  // Also without a run, as below: an earlier try may have failed.
+  void SwitchOutputsOff() {
+    Outputs* outputs = acquisition->outputs();
+    if (outputs == nullptr) return;
+    const auto switching = clock->Join("outputs");
+    try {
+      outputs->AllOff(*switching);
+    } catch (const Error& error) {
+      spdlog::error("relays: {}", error.what());
+    }
   }
 
   // Also without a run: an earlier stop may have failed.

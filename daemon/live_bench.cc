@@ -11,6 +11,7 @@
 #include "daemon/manoeuvre_choice.h"
 #include "daemon/run_trace.h"
 #include "procedures/engine/motion_time.h"
+#include "procedures/engine/outputs.h"
 #include "procedures/engine/settling.h"
 
 namespace gyrobench::daemon {
@@ -72,10 +73,9 @@ std::vector<std::string> LiveBench::Outputs() const {
 }
 
 void LiveBench::SwitchOutput(const std::string& output, bool on) {
-  context_.control.ThrowIfToEnd();
   daemon::Outputs* outputs = context_.acquisition.outputs();
   if (outputs == nullptr) throw LimitError("this stand has no outputs that could be switched");
-  outputs->Switch(context_.participant, output, on);
+  outputs->Switch(context_.participant, output, on, [this] { context_.control.ThrowIfToEnd(); });
   Say(output + (on ? " switched on" : " switched off"));
 }
 
@@ -273,6 +273,10 @@ std::string LiveBench::Ask(const procedures::Question& question) {
         fmt::format("nobody answered '{}' ({}) within {:g} s: the run was ended; run it again when "
                     "somebody is there to answer (gyrobench answer), or let it wait longer",
                     question.text, question.id, question.timeout_s));
+  }
+  for (const std::string& output : procedures::KnownOutputs()) {
+    if (question.id == procedures::SwitchQuestion(output, true).id) on_by_hand_.insert(output);
+    if (question.id == procedures::SwitchQuestion(output, false).id) on_by_hand_.erase(output);
   }
   run_t reply = Message(run_t::ANSWER);
   reply.text = *answer;

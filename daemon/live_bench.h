@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,8 @@ class LiveBench final : public procedures::Bench {
 
   // Measurements against limits that the procedure made.
   const std::vector<procedures::LimitCheck>& limits() const { return limits_; }
+  // What the operator was asked to switch on, and not to switch off yet.
+  const std::set<std::string>& on_by_hand() const { return on_by_hand_; }
   // What the procedure said, limits among it; the first 10 000.
   struct Said {
     double t_s = 0.0;  // since the run began
@@ -95,7 +98,8 @@ class LiveBench final : public procedures::Bench {
   const Utime start_;
   RunProgress progress_;
   ProgressMeter meter_;
-  double planned_s_;       // duration of the run as it looks now
+  double planned_s_;  // duration of the run as it looks now
+  std::set<std::string> on_by_hand_;
   double waited_s_ = 0.0;  // of it, spent on questions and pauses
   std::string segment_kind_;
   Utime segment_begin_ = 0;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <ranges>
 #include <utility>
 
 #include "base/error.h"
@@ -11,73 +12,110 @@ namespace gyrobench::daemon {
 Outputs::Outputs(const config::RelaysConfig& config, BusWorker& worker,
                  std::unique_ptr<drivers::Relays> relays, FaultHandler on_fault)
     : config_(config), worker_(worker), on_fault_(std::move(on_fault)), relays_(std::move(relays)) {
-  for (const auto& [output, channel] : config.channels) on_[output] = false;
+  for (const auto& [output, channel] : config.channels) wanted_[output] = false;
 }
 
 void Outputs::Open() {
+  {
+    const std::lock_guard lock(mutex_);
+    answers_ = false;
+    for (auto& [output, on] : wanted_) on = false;
+  }
   relays_->Open();
-  for (const auto& [output, channel] : config_.channels) Note(output, false);
+  const std::lock_guard lock(mutex_);
+  answers_ = true;
+  too_hot_ = false;
 }
 
-void Outputs::Check() { relays_->Check(); }
-
-void Outputs::Note(const std::string& output, bool on) {
+void Outputs::Check() {
+  std::map<std::string, bool> wanted;
+  {
+    const std::lock_guard lock(mutex_);
+    wanted = wanted_;
+    answers_ = false;
+  }
+  const std::map<std::string, bool> found = relays_->Read();
+  for (const auto& [output, on] : found) {
+    if (on == wanted.at(output)) continue;
+    SwitchHere(output, false);
+    on_fault_("relays",
+              fmt::format("{} was switched {} and was found {}: switched off. Was the relay unit "
+                          "restarted, or does somebody else switch it? Then: gyrobench reset",
+                          output, wanted.at(output) ? "on" : "off", on ? "on" : "off"));
+  }
   const std::lock_guard lock(mutex_);
-  on_[output] = on;
+  answers_ = true;
+}
+
+std::map<std::string, std::optional<bool>> Outputs::States() const {
+  const std::lock_guard lock(mutex_);
+  std::map<std::string, std::optional<bool>> states;
+  for (const auto& [output, on] : wanted_) {
+    states[output] = answers_ ? std::optional<bool>(on) : std::nullopt;
+  }
+  return states;
+}
+
+void Outputs::SwitchHere(const std::string& output, bool on) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (wanted_.contains(output)) wanted_[output] = on;
+  }
+  relays_->Switch(output, on);
+  const std::lock_guard lock(mutex_);
   if (output == "heater" && !on) too_hot_ = false;
 }
 
-std::map<std::string, bool> Outputs::States() const {
-  const std::lock_guard lock(mutex_);
-  return on_;
+void Outputs::Switch(Clock::Participant& caller, const std::string& output, bool on,
+                     const std::function<void()>& may_switch) {
+  worker_.Call(caller, [&] {
+    may_switch();
+    SwitchHere(output, on);
+  });
 }
 
-// What was to be on counts as on, whether the unit has answered or not.
-void Outputs::SwitchHere(const std::string& output, bool on) {
-  if (on) Note(output, true);
-  relays_->Switch(output, on);
-  Note(output, on);
+std::string Outputs::TryAllOff() {
+  std::string failures;
+  for (const auto& [output, channel] : std::views::reverse(config_.channels)) {
+    try {
+      SwitchHere(output, false);
+    } catch (const Error& error) {
+      failures += fmt::format("{}the {} cannot be switched off, disconnect it by hand: {}",
+                              failures.empty() ? "" : "; ", output, error.what());
+    }
+  }
+  return failures;
 }
 
-void Outputs::Switch(Clock::Participant& caller, const std::string& output, bool on) {
-  worker_.Call(caller, [&] { SwitchHere(output, on); });
+void Outputs::PostAllOff() {
+  worker_.Post([this] {
+    if (const std::string failures = TryAllOff(); !failures.empty()) on_fault_("relays", failures);
+  });
 }
 
 void Outputs::AllOff(Clock::Participant& caller) {
-  std::string failures;
-  for (const auto& [output, on] : States()) {
-    if (!on) continue;
-    try {
-      Switch(caller, output, false);
-    } catch (const Error& error) {
-      failures += fmt::format("{}{} cannot be switched off: {}", failures.empty() ? "" : "; ",
-                              output, error.what());
-    }
-  }
+  const std::string failures = worker_.Call(caller, [this] { return TryAllOff(); });
   if (!failures.empty()) throw DeviceError(failures);
 }
 
 void Outputs::Watch(double temperature_degC) {
   {
     const std::lock_guard lock(mutex_);
-    const auto heater = on_.find("heater");
-    if (heater == on_.end() || !heater->second || too_hot_) return;
+    const auto heater = wanted_.find("heater");
+    if (heater == wanted_.end() || !heater->second || too_hot_) return;
     if (temperature_degC <= config_.heater_max_degC) return;
     too_hot_ = true;
   }
-  for (const auto& [output, channel] : config_.channels) {
-    worker_.Post([this, name = output] {
-      try {
-        SwitchHere(name, false);
-      } catch (const std::exception& error) {
-        on_fault_("relays", error.what());
-      }
-    });
-  }
-  on_fault_("relays", fmt::format("the gyro's thermometer says {:.1f} degC with the heater on, "
-                                  "heater_max_degC = {:g}: everything was switched off. Let it "
-                                  "cool, or correct the limit, then: gyrobench reset",
-                                  temperature_degC, config_.heater_max_degC));
+  // Reported once it is known what became of it, and before anything else can be switched.
+  worker_.Post([this, temperature_degC] {
+    const std::string failures = TryAllOff();
+    on_fault_("relays",
+              fmt::format("the gyro's thermometer says {:.1f} degC with the heater on, "
+                          "heater_max_degC = {:g}: {}. Let it cool, or correct the limit, then: "
+                          "gyrobench reset",
+                          temperature_degC, config_.heater_max_degC,
+                          failures.empty() ? "everything was switched off" : failures));
+  });
 }
 
 }  // namespace gyrobench::daemon

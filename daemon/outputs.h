@@ -1,11 +1,12 @@
-// Fan and heater at work: switched on the thread of their bus, off whenever nobody watches.
+// Fan and heater at work: switched on the thread of their bus, and off when a run ends.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "config/stand_config.h"
 #include "daemon/bus_worker.h"
@@ -22,29 +23,41 @@ class Outputs {
   Outputs(const config::RelaysConfig& config, BusWorker& worker,
           std::unique_ptr<drivers::Relays> relays, FaultHandler on_fault);
 
+  // Both throw DeviceError.
   void Open();
+  // What is not as it was switched (the unit was restarted, somebody else switches, an earlier
+  // switching off has failed) is switched off and reported as a fault.
   void Check();
-  // Which are there, and which are on, as they were switched.
-  std::map<std::string, bool> States() const;
-  // Waits as `caller`. Throws DeviceError, and LimitError for an output that is not there.
-  void Switch(Clock::Participant& caller, const std::string& output, bool on);
-  // All that is on; waits as `caller`. The first failure is thrown after all were tried.
+
+  // Which there are, and which are on; nullopt while the unit does not answer.
+  std::map<std::string, std::optional<bool>> States() const;
+  // Waits as `caller`. `may_switch` is asked in the bus's thread right before, and throws when the
+  // run is to end: nothing is switched on after a stop. Throws DeviceError, LimitError for an
+  // output that is not there, and what `may_switch` throws.
+  void Switch(Clock::Participant& caller, const std::string& output, bool on,
+              const std::function<void()>& may_switch);
+  // Does not wait; what fails is a fault.
+  void PostAllOff();
+  // Waits as `caller`. All are tried, the heater first; then what failed is thrown as one
+  // DeviceError. What has failed is tried again at every poll.
   void AllOff(Clock::Participant& caller);
   // What the gyro's thermometer says now. Too hot with the heater on: everything is switched off
   // and a fault reported.
   void Watch(double temperature_degC);
 
  private:
+  // These belong to the thread of the bus.
+  std::string TryAllOff();
   void SwitchHere(const std::string& output, bool on);
-  void Note(const std::string& output, bool on);
 
   const config::RelaysConfig& config_;
   BusWorker& worker_;
   const FaultHandler on_fault_;
   const std::unique_ptr<drivers::Relays> relays_;
-  mutable std::mutex mutex_;
-  std::map<std::string, bool> on_;
-  bool too_hot_ = false;
+  mutable std::mutex mutex_;  // guards what follows
+  std::map<std::string, bool> wanted_;
+  bool answers_ = false;
+  bool too_hot_ = false;  // reported, and the heater is not off yet
 };
 
 }  // namespace gyrobench::daemon

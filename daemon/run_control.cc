@@ -90,10 +90,10 @@ void RunControl::Report(const Fault& fault) {
 State RunControl::state() const {
   const std::lock_guard lock(mutex_);
   if (waiter_ != nullptr && abort_) return State::kStopping;
-  if (state_ == State::kRunning && pause_) return State::kPausing;
-  if (state_ == State::kPaused && !pause_) return State::kRunning;
-  if (state_ == State::kAsking && answer_) return State::kRunning;
-  return state_;
+  const bool goes_on =
+      (state_ == State::kPaused && !pause_) || (state_ == State::kAsking && answer_);
+  const State state = goes_on ? State::kRunning : state_;
+  return state == State::kRunning && pause_ ? State::kPausing : state;
 }
 
 std::optional<Fault> RunControl::fault() const {

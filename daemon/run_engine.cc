@@ -25,6 +25,15 @@ constexpr Utime kTickFitPatience = 120 * kMicrosecondsPerSecond;
 constexpr Utime kDrain = kMicrosecondsPerSecond / 2;
 constexpr Utime kStopPatience = 10 * kMicrosecondsPerSecond;
 
+// Of what no program can switch off.
+std::string Reminder(const std::set<std::string>& on_by_hand) {
+  std::string text;
+  for (const std::string& output : on_by_hand) {
+    text += fmt::format("; the {} was switched on by hand: switch it off", output);
+  }
+  return text;
+}
+
 }  // namespace
 
 const char* Name(Outcome outcome) {
@@ -270,7 +279,8 @@ std::string RunEngine::StopMotion(Job& job) {
   return failures;
 }
 
-// However a run ends, nothing heats behind it. Returns what went wrong, empty if nothing.
+// However a run ends, nothing of the stand heats behind it. Returns what went wrong, empty if
+// nothing.
 std::string RunEngine::SwitchOff(Job& job) {
   Outputs* outputs = context_.acquisition.outputs();
   if (outputs == nullptr) return "";
@@ -315,8 +325,11 @@ void RunEngine::Execute(Job& job) {
     outcome = Outcome::kFault;
     message += fmt::format("{}{}: {}", message.empty() ? "" : "; ", source, failure);
   };
+  // Nothing heats while the drives are waited for.
+  if (Outputs* outputs = context_.acquisition.outputs()) outputs->PostAllOff();
   if (outcome != Outcome::kDone && outcome != Outcome::kFailedLimits) {
     add_fault("stop", StopMotion(job));
+    if (job.bench) message += Reminder(job.bench->on_by_hand());
   }
   add_fault("relays", SwitchOff(job));
   try {

@@ -17,16 +17,16 @@ class RelayUnit final : public Relays {
   RelayUnit(const config::RelaysConfig& config, ModbusBus& bus);
   void Open() override;
   void Switch(const std::string& output, bool on) override;
-  void Check() override;
+  std::map<std::string, bool> Read() override;
 
  private:
   std::uint16_t CoilOf(int channel) const;
+  void Expect(const std::string& output, bool on);
 
   const config::RelaysConfig config_;
   const ModbusUnit unit_;
   ModbusBus& bus_;
-  std::map<std::string, bool> switched_;  // by output
-  std::vector<std::uint8_t> coils_;       // as read last, by channel
+  std::vector<std::uint8_t> coils_;  // as read last, by channel
 };
 
 }  // namespace gyrobench::drivers

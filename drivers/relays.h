@@ -1,6 +1,7 @@
 // The narrow interface of what switches fans and heaters.
 #pragma once
 
+#include <map>
 #include <string>
 
 namespace gyrobench::drivers {
@@ -10,14 +11,13 @@ namespace gyrobench::drivers {
 class Relays {
  public:
   virtual ~Relays() = default;
-  // Switches every output off.
+  // Switches every output off, whatever it was left with.
   virtual void Open() = 0;
-  // Switches, reads back, and tries again where nothing answers. Throws LimitError for an output
-  // that the configuration does not name.
+  // Switches, and reads back what was switched. Throws LimitError for an output that the
+  // configuration does not name.
   virtual void Switch(const std::string& output, bool on) = 0;
-  // DeviceError also where an output is not as it was switched last (the unit was restarted,
-  // somebody else writes to it).
-  virtual void Check() = 0;
+  // Which are on.
+  virtual std::map<std::string, bool> Read() = 0;
 };
 
 }  // namespace gyrobench::drivers

@@ -8,7 +8,7 @@ procedure = {
   summary = "Still and turning while the sensor warms, cools and warms again",
   description = "Three phases: the warm-up, cooling by a fan, warming again without it. A heater of the stand ([relays]) "
     .. "helps to warm; where it is alone, cooling is its rest. Without either the operator is asked to switch a fan, and "
-    .. "without cooling a heater. In each phase the stand rests and turns about one sensor axis both ways, in turn.",
+    .. "without cooling and without a heater, a heater. In each phase the stand rests and turns about one sensor axis both ways, in turn.",
   measures = { "bias", "scale" },
   parameters = {
     { name = "about", type = "choice", default = "z", choices = { "x", "y", "z" },
@@ -83,7 +83,7 @@ local function thermal_hands(p)
   end
   return {
     begin = function()
-      if stand.heater and p.cooling_s > 0 and not fan then switch("heater", true) end
+      if stand.heater and p.warm_up_s > 0 and p.cooling_s > 0 and not fan then switch("heater", true) end
     end,
     cool = function()
       switch("heater", false)
@@ -93,16 +93,22 @@ local function thermal_hands(p)
       switch("fan", false)
       if stand.heater or not fan then switch("heater", true) end
     end,
+    -- At the end nobody is waited for.
     rest = function()
-      switch("heater", false)
-      switch("fan", false)
+      for _, output in ipairs{ "heater", "fan" } do
+        if stand[output] then
+          switch(output, false)
+        elseif on[output] then
+          bench.say("switch the " .. output .. " off")
+          on[output] = false
+        end
+      end
     end,
   }
 end
 
 -- A fan that does not blow, or a heater that does not heat, is the operator's to mend.
-local function watch(p, what, before_degC, sign)
-  local now_degC = bench.temperature()
+local function watch(p, what, before_degC, now_degC, sign)
   if not before_degC or not now_degC then
     bench.say("the temperature is not known: nobody can say whether " .. what .. " had an effect")
     return
@@ -137,13 +143,15 @@ function run(p)
     local before_degC = bench.temperature()
     hands.cool()
     number = phase(p, turns, p.cooling_s, number)
-    watch(p, "cooling", before_degC, -1)
+    watch(p, "cooling", before_degC, bench.temperature(), -1)
   end
   if p.rewarming_s > 0 then
     local before_degC = bench.temperature()
     hands.warm()
     phase(p, turns, p.rewarming_s, number)
-    watch(p, "warming", before_degC, 1)
+    local after_degC = bench.temperature()
+    hands.rest()  -- before anybody is asked: a heater that the thermometer does not see heats all the same
+    watch(p, "warming", before_degC, after_degC, 1)
   end
   hands.rest()
 end

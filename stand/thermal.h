@@ -20,7 +20,7 @@ class Thermal {
   void Advance(double t_s);
   // The unit is brought to `degC`, right now.
   void SetTemperature(double degC);
-  // Somebody switches the fan by hand, beside what the scenario says.
+  // Somebody or something switches, beside what the scenario says.
   void SetFan(bool blows) { fan_by_hand_ = blows; }
   void SetHeater(bool heats) { heater_ = heats; }
 

@@ -11,17 +11,16 @@
 namespace gyrobench::procedures {
 namespace {
 
-// What may stand behind a relay.
-const std::vector<std::string>& KnownOutputs() {
-  static const std::vector<std::string> known = {"fan", "heater"};
-  return known;
-}
-
 bool IsAmong(const std::string& output, const std::vector<std::string>& outputs) {
   return std::find(outputs.begin(), outputs.end(), output) != outputs.end();
 }
 
 }  // namespace
+
+const std::vector<std::string>& KnownOutputs() {
+  static const std::vector<std::string> known = {"fan", "heater"};
+  return known;
+}
 
 Question SwitchQuestion(const std::string& output, bool on) {
   Question question;
@@ -30,12 +29,6 @@ Question SwitchQuestion(const std::string& output, bool on) {
                               on ? "on" : "off", output == "fan" ? "cools" : "warms");
   question.choices = {"done"};
   return question;
-}
-
-void CheckOutput(const std::string& output, const std::vector<std::string>& outputs) {
-  if (IsAmong(output, outputs)) return;
-  throw LimitError(
-      fmt::format("this stand does not switch a {} ([relays] of the stand file)", output));
 }
 
 int ListOutputs(const Call& call) {

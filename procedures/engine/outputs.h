@@ -11,7 +11,7 @@ namespace gyrobench::procedures {
 // What an operator is asked where the stand has not the output; `id` is "fan_on", "heater_off" ...
 Question SwitchQuestion(const std::string& output, bool on);
 
-// Throws LimitError where `output` is not among those that the stand has.
-void CheckOutput(const std::string& output, const std::vector<std::string>& outputs);
+// All that may be switched.
+const std::vector<std::string>& KnownOutputs();
 
 }  // namespace gyrobench::procedures

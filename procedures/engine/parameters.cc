@@ -43,35 +43,6 @@ std::string Expected(const Parameter& parameter) {
   return "a text";
 }
 
-// How what was probably meant is written; empty where that cannot be told.
-std::string Hint(const Parameter& parameter, const Value& value) {
-  const auto* text = std::get_if<std::string>(&value);
-  if (text == nullptr || !IsText(*text)) return "";
-  const bool list = parameter.type == ParameterType::kNumbers;
-  if (!list && parameter.type != ParameterType::kNumber &&
-      parameter.type != ParameterType::kInteger)
-    return "";
-  // A list of "0,5" reads as two numbers; of which one may be out of range.
-  if (const auto point = WithDecimalPoint(*text))
-    return fmt::format("{} {}", list ? "; is one number meant? Write" : "; write", *point);
-  if (!list) return "";
-  std::string commas;
-  for (std::size_t at = 0; (at = text->find_first_not_of("; \t", at)) != std::string::npos;) {
-    const std::size_t end = std::min(text->find_first_of("; \t", at), text->size());
-    commas += (commas.empty() ? "" : ",") + text->substr(at, end - at);
-    at = end;
-  }
-  return ReadNumbers(commas) ? "; write " + commas : "";
-}
-
-[[noreturn]] void Refuse(const std::string& procedure, const Parameter& parameter,
-                         const Value& value) {
-  const bool number = std::holds_alternative<double>(value) && !parameter.unit.empty();
-  throw ParameterError(fmt::format("{}: parameter {} = {}{}: expected {}{}", procedure,
-                                   parameter.name, Show(value), number ? " " + parameter.unit : "",
-                                   Expected(parameter), Hint(parameter, value)));
-}
-
 // The number that `value` is or says, nullopt where it is none or does not fit.
 std::optional<double> FittingNumber(const Parameter& parameter, const Value& value) {
   std::optional<double> number;
@@ -96,6 +67,36 @@ std::optional<std::string> FittingNumbers(const Parameter& parameter, const Valu
   });
   if (!fit) return std::nullopt;
   return text;
+}
+
+// How what was probably meant is written; empty where that cannot be told.
+std::string Hint(const Parameter& parameter, const Value& value) {
+  const auto* text = std::get_if<std::string>(&value);
+  if (text == nullptr || !IsText(*text)) return "";
+  const bool list = parameter.type == ParameterType::kNumbers;
+  if (!list && parameter.type != ParameterType::kNumber &&
+      parameter.type != ParameterType::kInteger)
+    return "";
+  // A list of "0,5" reads as two numbers; of which one may be out of range.
+  const auto point = WithDecimalPoint(*text);
+  if (point && FittingNumber(parameter, *point))
+    return fmt::format("{} {}", list ? "; is one number meant? Write" : "; write", *point);
+  if (!list) return "";
+  std::string commas;
+  for (std::size_t at = 0; (at = text->find_first_not_of("; \t", at)) != std::string::npos;) {
+    const std::size_t end = std::min(text->find_first_of("; \t", at), text->size());
+    commas += (commas.empty() ? "" : ",") + text->substr(at, end - at);
+    at = end;
+  }
+  return FittingNumbers(parameter, commas) ? "; write " + commas : "";
+}
+
+[[noreturn]] void Refuse(const std::string& procedure, const Parameter& parameter,
+                         const Value& value) {
+  const bool number = std::holds_alternative<double>(value) && !parameter.unit.empty();
+  throw ParameterError(fmt::format("{}: parameter {} = {}{}: expected {}{}", procedure,
+                                   parameter.name, Show(value), number ? " " + parameter.unit : "",
+                                   Expected(parameter), Hint(parameter, value)));
 }
 
 std::optional<bool> FittingBoolean(const Value& value) {

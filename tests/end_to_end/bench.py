@@ -40,7 +40,8 @@ class Bench:
         self.config = self.folder / "stand.toml"
         if scenario:
             (self.folder / "scenario.toml").write_text(scenario.replace("{root}", str(ROOT)))
-            extra += f'[virtual]\nscenario = "{self.folder}/scenario.toml"\n'
+            virtual = f'[virtual]\nscenario = "{self.folder}/scenario.toml"\n'
+            extra = extra.replace("[virtual]\n", virtual) if "[virtual]\n" in extra else extra + virtual
         self.config.write_text(
             f'include = "{ROOT}/config/{base}"\n'
             f'records = "{self.records}"\ncontrol_socket = "{self.folder}/control.sock"\n'

@@ -208,7 +208,7 @@ class BadInput(unittest.TestCase):
             self.assertEqual(bench.run("analyze", record).returncode, 0)
 
     def test_a_run_that_ends_while_it_prepares_says_so_and_leaves_a_whole_record(self):
-        with Bench(extra="[virtual]\npace = 1\nidle_pace = 1\n") as bench:
+        with Bench(extra="[virtual]\npace = 0.2\nidle_pace = 0.2\n") as bench:
             self.assertEqual(bench.run("run", "scale", "--detach").returncode, 0)
             while "preparing" not in bench.run("status").stdout:
                 self.assertIsNone(bench.daemon.poll())

@@ -72,6 +72,39 @@ class Operator(unittest.TestCase):
                 ["warming changed the gyro's own thermometer by", "expected +1 degC", "is a heater connected"])
             self.assertEqual(bench.json("status")["outputs"], {"fan": False, "heater": False})
 
+    def heater_on(self, bench):
+        """A run that has just switched the heater on, in no hurry."""
+        done = bench.run("run", "thermal", "-p", "cooling_s=0", "-p", "warm_up_s=0", "-p", "rewarming_s=3600",
+                         *SHORT_TURNS, "--detach")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        while not bench.json("status")["outputs"]["heater"]:
+            self.assertEqual(bench.json("status")["run"]["outcome"], "")
+
+    def wait_for_the_end(self, bench):
+        while bench.json("status")["run"]["outcome"] == "":
+            self.assertIsNone(bench.daemon.poll())
+        return json.loads((bench.newest_record() / "run.json").read_text())
+
+    def test_an_abort_and_a_stop_leave_no_heater_on(self):
+        with Bench(base="relays.toml", extra="[virtual]\npace = 20\n") as bench:
+            for command in ("abort", "stop"):
+                self.heater_on(bench)
+                self.assertEqual(bench.run(command).returncode, 0)
+                self.assertEqual(self.wait_for_the_end(bench)["outcome"], "aborted")
+                self.assertEqual(bench.json("status")["outputs"], {"fan": False, "heater": False})
+
+    def test_relays_that_fall_silent_end_the_run_and_are_off_when_they_are_back(self):
+        scenario = ('include = "{root}/config/scenarios/typical.toml"\n'
+                    '[[fault]]\ndevice = "relays"\nkind = "silent"\nat_s = 120\nduration_s = 60\n')
+        with Bench(base="relays.toml", scenario=scenario, extra="[virtual]\npace = 20\nidle_pace = 50\n") as bench:
+            self.heater_on(bench)
+            run = self.wait_for_the_end(bench)
+            self.assertEqual(run["outcome"], "fault", run["message"])
+            for word in ("relays", "the heater cannot be switched off, disconnect it by hand"):
+                self.assertIn(word, run["message"])
+            while bench.json("status")["outputs"] != {"fan": False, "heater": False}:
+                self.assertIsNone(bench.daemon.poll())
+
     def test_a_sensor_that_gets_too_hot_ends_the_run_with_everything_off(self):
         with Bench(base="relays.toml", extra="[relays]\nheater_max_degC = 35\n") as bench:
             done = bench.run("run", "thermal", "-p", "warm_up_s=600", "-p", "cooling_s=0", *SHORT_TURNS)

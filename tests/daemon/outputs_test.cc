@@ -1,0 +1,146 @@
+// Fan and heater: off after every end, and never on unseen.
+#include "daemon/outputs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+// Relays in memory; `refuses` names an output that does not obey.
+class FakeRelays : public drivers::Relays {
+ public:
+  std::map<std::string, bool> on = {{"fan", true}, {"heater", true}};
+  std::vector<std::string> calls;
+  std::string refuses;
+
+  void Open() override {
+    for (auto& [output, state] : on) state = false;
+  }
+  void Switch(const std::string& output, bool state) override {
+    calls.push_back(output + (state ? " on" : " off"));
+    if (output == refuses) throw DeviceError(output + " does not obey");
+    on.at(output) = state;
+  }
+  std::map<std::string, bool> Read() override { return on; }
+};
+
+class OutputsTest : public testing::Test {
+ protected:
+  OutputsTest() {
+    config_.channels = {{"fan", 0}, {"heater", 1}};
+    config_.heater_max_degC = 50;
+    auto relays = std::make_unique<FakeRelays>();
+    relays_ = relays.get();
+    outputs_ = std::make_unique<Outputs>(
+        config_, worker_, std::move(relays),
+        [this](const std::string&, const std::string& message) { faults_.push_back(message); });
+    worker_.Start();
+    worker_.Call(*me_, [this] { outputs_->Open(); });
+  }
+  ~OutputsTest() override {
+    me_.reset();
+    worker_.Stop();
+  }
+  void Switch(const std::string& output, bool on) {
+    outputs_->Switch(*me_, output, on, [] {});
+  }
+  // Everything that was posted has been done.
+  void Settle() {
+    worker_.Call(*me_, [] {});
+  }
+
+  config::RelaysConfig config_;
+  std::unique_ptr<VirtualClock> clock_ = MakeVirtualClock(1'700'000'000'000'000);
+  std::unique_ptr<Clock::Participant> me_ = clock_->Join("test");
+  BusWorker worker_{"a", *clock_};
+  FakeRelays* relays_ = nullptr;
+  std::unique_ptr<Outputs> outputs_;
+  std::vector<std::string> faults_;
+  const std::map<std::string, bool> all_off_ = {{"fan", false}, {"heater", false}};
+};
+
+TEST_F(OutputsTest, AllAreTriedTheHeaterFirstWhateverOneOfThemDoes) {
+  Switch("fan", true);
+  Switch("heater", true);
+  relays_->calls.clear();
+  relays_->refuses = "heater";
+  try {
+    outputs_->AllOff(*me_);
+    FAIL() << "nothing was said";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the heater cannot be switched off, disconnect it"));
+  }
+  EXPECT_THAT(relays_->calls, ElementsAre("heater off", "fan off"));
+  EXPECT_FALSE(relays_->on.at("fan"));
+}
+
+TEST_F(OutputsTest, WhatCouldNotBeSwitchedOffIsTriedAgainUntilItIs) {
+  Switch("heater", true);
+  relays_->refuses = "heater";
+  outputs_->PostAllOff();
+  Settle();
+  EXPECT_THAT(faults_, SizeIs(1));
+  EXPECT_THROW(worker_.Call(*me_, [this] { outputs_->Check(); }), DeviceError);
+  relays_->refuses.clear();
+  worker_.Call(*me_, [this] { outputs_->Check(); });
+  EXPECT_EQ(relays_->on, all_off_);
+}
+
+TEST_F(OutputsTest, WhatSomebodyElseSwitchesIsAFaultAndOffAgain) {
+  relays_->on["heater"] = true;
+  worker_.Call(*me_, [this] { outputs_->Check(); });
+  EXPECT_EQ(relays_->on, all_off_);
+  ASSERT_THAT(faults_, SizeIs(1));
+  EXPECT_THAT(faults_[0], HasSubstr("heater was switched off and was found on"));
+}
+
+TEST_F(OutputsTest, TooHotSwitchesEverythingOffAndSaysSoOnce) {
+  outputs_->Watch(90);
+  Settle();
+  EXPECT_THAT(faults_, IsEmpty()) << "the heater is not on";
+  Switch("fan", true);
+  Switch("heater", true);
+  outputs_->Watch(50);
+  Settle();
+  EXPECT_THAT(faults_, IsEmpty());
+  outputs_->Watch(50.1);
+  outputs_->Watch(50.2);
+  Settle();
+  ASSERT_THAT(faults_, SizeIs(1));
+  EXPECT_THAT(faults_[0], HasSubstr("everything was switched off"));
+  EXPECT_EQ(relays_->on, all_off_);
+}
+
+TEST_F(OutputsTest, ATemperatureThatIsNotANumberCountsAsTooHot) {
+  Switch("heater", true);
+  outputs_->Watch(std::numeric_limits<double>::quiet_NaN());
+  Settle();
+  EXPECT_EQ(relays_->on, all_off_);
+}
+
+TEST_F(OutputsTest, NothingIsSwitchedOnOnceTheRunIsToEnd) {
+  EXPECT_THROW(outputs_->Switch(*me_, "heater", true, [] { throw Error("the run ends"); }), Error);
+  EXPECT_EQ(relays_->on, all_off_);
+}
+
+TEST_F(OutputsTest, AnUnopenedUnitIsUnknownNotOff) {
+  Outputs unopened(config_, worker_, std::make_unique<FakeRelays>(),
+                   [](const std::string&, const std::string&) {});
+  for (const auto& [output, on] : unopened.States()) EXPECT_FALSE(on.has_value()) << output;
+  for (const auto& [output, on] : outputs_->States()) EXPECT_EQ(on, false) << output;
+}
+
+}  // namespace
+}  // namespace gyrobench::daemon
