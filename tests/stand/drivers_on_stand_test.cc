@@ -159,7 +159,9 @@ TEST_F(OutputsOnStand, AHeaterWarmsAFanCoolsAndOpeningSwitchesBothOff) {
 // Left on by a daemon that was killed, or by somebody else.
 TEST_F(OutputsOnStand, OpeningSwitchesOffWhatItFindsOn) {
   const drivers::ModbusUnit unit{"somebody else", bench_.config.relays->unit};
-  for (const std::uint16_t coil : {0, 1}) bench_.line->WriteCoil(unit, coil, true, "a coil");
+  for (const std::uint16_t coil : {std::uint16_t{0}, std::uint16_t{1}}) {
+    bench_.line->WriteCoil(unit, coil, true, "a coil");
+  }
   EXPECT_EQ(relays_->Read(), (std::map<std::string, bool>{{"fan", true}, {"heater", true}}));
   relays_->Open();
   EXPECT_EQ(relays_->Read(), (std::map<std::string, bool>{{"fan", false}, {"heater", false}}));
