@@ -55,8 +55,10 @@ struct RunningScatter {
 struct Pending {
   enum class Kind { kNode, kRestBegin, kRestEnd };
   Kind kind = Kind::kNode;
-  double ready_s = 0.0;  // when the gyro has come so far, it can be done
-  Node node;             // kNode
+  double ready_s = 0.0;           // when the gyro has come so far, it can be done
+  Node node;                      // kNode
+  std::array<bool, 3> read = {};  // the axes that were read at its time
+  bool stale = false;             // another had begun to turn, and was not read yet
   double coarse_s = 0.0, moving_s = 0.0;
   OpenRest rest;  // kRestEnd
 };
@@ -69,6 +71,13 @@ class PendingQueue {
   void pop() {
     head_ = (head_ + 1) % kCapacity;
     --size_;
+  }
+  // Of nodes since then at readings of other axes.
+  void MarkStale(double since_s, std::size_t axis) {
+    for (std::size_t i = 0; i < size_; ++i) {
+      Pending& job = jobs_[(head_ + i) % kCapacity];
+      if (!job.read[axis] && job.node.at.t_s > since_s) job.stale = true;
+    }
   }
   Pending& back() { return jobs_[(head_ + size_ - 1) % kCapacity]; }
   bool push(const Pending& job) {
@@ -142,6 +151,9 @@ class Collector::Impl {
           BadStretch{*track_.lost_since_s(), track_.time_s(), {true, true, true}});
     }
     if (!track_.updated()) return;
+    if (const auto since_s = track_.turns_since_s()) {
+      nodes_.MarkStale(*since_s, track_.newest_axis());
+    }
     if (track_.rest_ended()) {
       const OpenRest& rest = track_.ended_rest();
       Pending job;
@@ -162,6 +174,7 @@ class Collector::Impl {
     if (!nodes_.empty() && nodes_.back().node.at.t_s == track_.time_s()) {
       // Another axis at the same time, as in a row of a table: it may just have begun to move.
       SetReference(&nodes_.back().node);
+      nodes_.back().read[track_.newest_axis()] = true;
     } else if ((track_.time_s() >= next_node_s_ || !any_node_) && track_.leading()) {
       // The axis that turns fastest says when: its angle is the one that must not be carried
       // forward.
@@ -188,6 +201,7 @@ class Collector::Impl {
     Pending job;
     job.node.at.t_s = t_s;
     if (info_.reference != ReferenceKind::kNone) SetReference(&job.node);
+    job.read[track_.newest_axis()] = true;
     job.ready_s = t_s + kNear_s.back();
     Queue(&nodes_, job);
   }
@@ -205,16 +219,17 @@ class Collector::Impl {
     if (!queue->push(job)) reported_.Add("reference_without_gyro", "", job.ready_s);
   }
 
-  // Samples may come ahead of the reference: a node waits for all readings of its time.
+  // Samples may come ahead of the reference: a node waits for all readings of its time, and for
+  // those that say whether another axis had begun to turn.
   bool ReferenceComplete(double t_s) const {
-    return info_.reference != ReferenceKind::kStandAngles || track_.time_s() > t_s;
+    return info_.reference != ReferenceKind::kStandAngles || track_.SettledAt(t_s);
   }
 
   void Work() {
     const double now_s = gyro_.settled_time_s();
     while (!nodes_.empty() && gyro_.started() && nodes_.front().ready_s <= now_s &&
            ReferenceComplete(nodes_.front().node.at.t_s)) {
-      FinishNode(nodes_.front().node);
+      if (!nodes_.front().stale) FinishNode(nodes_.front().node);
       nodes_.pop();
     }
     while (!rests_.empty() && gyro_.started() && rests_.front().ready_s <= now_s) {

@@ -91,6 +91,7 @@ void ReferenceTrack::Add(const AngleSample& sample) {
   const auto axis = static_cast<std::size_t>(sample.axis);
   updated_ = rest_began_ = rest_ended_ = false;
   lost_since_s_.reset();
+  turns_since_s_.reset();
   const bool stand = info_.reference == ReferenceKind::kStandAngles;
   if (axis > 2 || !watched_[axis] || (!stand && info_.reference != ReferenceKind::kSensorAngle))
     return;
@@ -118,7 +119,11 @@ void ReferenceTrack::Add(const AngleSample& sample) {
   for (std::size_t a = 0; a < 3; ++a) all_known = all_known && (!watched_[a] || angle_[a].known);
   if (!all_known && sample.t_s - first_s_ < kWaitForAngles_s) return;
   updated_ = true;
+  const bool rested = finder_[axis].resting();
   UpdateRest(axis, sample.t_s, sample.angle_deg);
+  // The reading before may have been of motion already, too little of it to be seen.
+  if (stand && rested && !finder_[axis].resting())
+    turns_since_s_ = finder_[axis].last_at_rest_s() - angle.interval_s;
 }
 
 bool ReferenceTrack::Accepts(StandAngle* angle, const AngleSample& sample) {
@@ -160,6 +165,7 @@ void ReferenceTrack::StandAngle::Take(double now_s, double now_deg) {
     rate_deg_s = since_s < 0.5 ? (now_deg - angle_deg) / since_s : 0.0;
     interval_s += (since_s - interval_s) * (interval_s > 0 ? 0.1 : 1.0);
   }
+  before_s = {known ? t_s : now_s, known ? before_s[0] : now_s};
   known = true;
   t_s = now_s;
   angle_deg = now_deg;
@@ -168,6 +174,7 @@ void ReferenceTrack::StandAngle::Take(double now_s, double now_deg) {
 void ReferenceTrack::Add(const OrientationSample& sample) {
   updated_ = rest_began_ = rest_ended_ = false;
   lost_since_s_.reset();
+  turns_since_s_.reset();
   if (info_.reference != ReferenceKind::kOrientation) return;
   ++readings_;
   std::array<double, 4> q = sample.q_wxyz;
@@ -203,6 +210,16 @@ bool ReferenceTrack::Accepts(const std::array<double, 4>& q, double t_s) {
   suspect_q_ = q;
   suspect_s_ = t_s;
   return false;
+}
+
+bool ReferenceTrack::SettledAt(double t_s) const {
+  constexpr double kPatience_s = 0.5;
+  if (time_s_ <= t_s) return false;
+  if (info_.reference != ReferenceKind::kStandAngles || time_s_ - t_s > kPatience_s) return true;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (watched_[a] && angle_[a].known && angle_[a].before_s[1] <= t_s) return false;
+  }
+  return true;
 }
 
 // What the axis has turned since it was read, at its last rate [deg].

@@ -45,6 +45,14 @@ class ReferenceTrack {
   Vector3 rotation_now_deg() const;
   // No axis that was read at another time turns faster than the one of this reading.
   bool leading() const;
+  // The axis of this reading was at rest and turns: since when, at the earliest. What other axes'
+  // readings said since then has its angle from before.
+  std::optional<double> turns_since_s() const { return turns_since_s_; }
+  std::size_t newest_axis() const { return newest_axis_; }
+  // Each watched axis has been read three times after `t_s`, or not for a while: whether one of
+  // them had begun to turn by then is known, for a motion is believed at its second reading, and
+  // the one before may have been too little to be seen.
+  bool SettledAt(double t_s) const;
   // Angles of the watched axes now; NaN for others, and for an orientation reference.
   Vector3 table_now_deg() const;
   // World axes in the sensor's frame (rows of R_WS); NaN where the orientation is not known.
@@ -68,6 +76,7 @@ class ReferenceTrack {
   struct StandAngle {
     bool known = false;
     double t_s = 0.0;
+    std::array<double, 2> before_s = {};  // of the readings before, the last first
     double angle_deg = 0.0;
     double rate_deg_s = 0.0;
     double interval_s = 0.0;            // mean of late
@@ -101,7 +110,7 @@ class ReferenceTrack {
   Vector3 earth_rate_deg_s_ = {};
   bool orientation_known_ = false, started_ = false;
   bool updated_ = false, rest_began_ = false, rest_ended_ = false;
-  std::optional<double> lost_since_s_;
+  std::optional<double> lost_since_s_, turns_since_s_;
   double first_s_ = 0.0, time_s_ = 0.0;
   std::size_t newest_axis_ = 0;
   std::optional<double> earth_time_s_;

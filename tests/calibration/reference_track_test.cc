@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "calibration/collector.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -15,6 +17,50 @@ MeasurementInfo Stand() {
   info.reference = ReferenceKind::kStandAngles;
   info.stand_axis_present = {true, true, true};
   return info;
+}
+
+// Rest, and from `begin_s` on 100 deg/s^2 up to 40 deg/s.
+double InnerAngle_deg(double t_s, double begin_s) {
+  constexpr double kRate = 40.0, kAcceleration = 100.0;
+  const double since_s = std::max(0.0, t_s - begin_s);
+  const double ramp_s = std::min(since_s, kRate / kAcceleration);
+  return 0.5 * kAcceleration * ramp_s * ramp_s + kRate * (since_s - ramp_s);
+}
+
+// Axes that are read in turn. At the begin of a motion the axis that turns was read before the
+// others, and what a node says of it must not be of then: that would look like backlash.
+TEST(ReferenceTrack, AMotionThatBeginsBetweenTwoReadingsIsInNoNodeTooLate) {
+  for (const double interval_s : {0.02, 0.1}) {
+    for (int phase = 0; phase < 20; ++phase) {
+      const double begin_s = 5.0 + interval_s * phase / 20.0;
+      Collector collector;
+      MeasurementInfo info = Stand();
+      info.gyro_present = {true, true, true};
+      collector.OnInfo(info);
+      int sample_number = 0;
+      for (int reading = 0; reading * interval_s / 3.0 < 10.0; ++reading) {
+        const double read_s = reading * interval_s / 3.0, step_s = 1e-4;
+        for (; 0.005 * sample_number <= read_s + 0.02; ++sample_number) {
+          const double t_s = 0.005 * sample_number;
+          GyroSample sample;
+          sample.t_s = t_s;
+          sample.xi = {
+              0.0, 0.0,
+              (InnerAngle_deg(t_s + step_s, begin_s) - InnerAngle_deg(t_s, begin_s)) / step_s};
+          collector.OnGyro(sample);
+        }
+        const int axis = (reading + 2) % 3;  // the inner axis first
+        const double angle_deg = axis == 2 ? InnerAngle_deg(read_s, begin_s) : 0.0;
+        collector.OnAngle(AngleSample{read_s, axis, angle_deg});
+      }
+      const Recording recording = collector.Take();
+      ASSERT_GT(recording.columns.nodes.size(), 60u);
+      for (const Node& node : recording.columns.nodes) {
+        EXPECT_NEAR(node.table_deg[2], InnerAngle_deg(node.at.t_s, begin_s), 0.01)
+            << "interval " << interval_s << " s, begin " << begin_s << " s, node " << node.at.t_s;
+      }
+    }
+  }
 }
 
 // Three axes that turn at once, each read at its own times; the true rotation by fine integration.
