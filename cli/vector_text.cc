@@ -132,6 +132,9 @@ std::string AccelerometerText(const Json& accelerometer, const Terminal& termina
   return text + CheckText(Field(accelerometer, "check"), terminal, !split.is_object());
 }
 
+// Channels that agree are found to differ by as much once in a hundred times.
+constexpr double kDiffers = 0.01;
+
 std::string SharedText(const Json& vector, const Terminal& terminal) {
   const Json& shared = Field(vector, "shared");
   if (shared.empty()) return "";
@@ -140,7 +143,8 @@ std::string SharedText(const Json& vector, const Terminal& terminal) {
     rows.push_back({Text(parameter, "name"),
                     FormatMeasured(Number(parameter, "value"), Number(parameter, "std_error")),
                     Text(parameter, "unit"), "gyro " + Text(parameter, "channels"),
-                    "agree: " + PValue(Number(parameter, "p_value"))});
+                    (Number(parameter, "p_value") < kDiffers ? "differ: " : "agree: ") +
+                        PValue(Number(parameter, "p_value"))});
   }
   return "  felt by several channels\n" +
          FitLines(AlignColumns(rows, std::vector<Align>(5, Align::kLeft), 4), terminal);

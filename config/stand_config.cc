@@ -248,6 +248,9 @@ RelaysConfig ReadRelays(const TomlTable& table, const std::vector<BusConfig>& bu
     }
     relays.channels[output] = static_cast<int>(*channel);
   }
+  if (!relays.channels.contains("heater") && table.Has("heater_max_degC")) {
+    table.Fail("heater_max_degC", "expected none without a heater: which channel switches it?");
+  }
   relays.heater_max_degC =
       table.Number("heater_max_degC", {0, 125, "degC"}, relays.heater_max_degC);
   if (relays.channels.empty()) table.FailTable("expected fan, heater or both");

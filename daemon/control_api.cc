@@ -192,7 +192,9 @@ json Start(Context& c, const json& body) {
 // Motion ends in every state: with a run by its abort, and without one all the same.
 void Stop(Context& c) {
   // The run first, so that no move of its can queue up behind the stop.
-  if (c.control.run_is_on() && c.control.state() != State::kStopping) c.control.Abort();
+  if (c.control.run_is_on() && c.control.state() != State::kStopping) {
+    c.control.Abort("stopped by the operator (gyrobench stop)");
+  }
   c.acquisition.PostStopAll();
   if (Outputs* outputs = c.acquisition.outputs()) outputs->PostAllOff();
 }

@@ -51,10 +51,10 @@ void RunControl::Resume() {
   Wake();
 }
 
-void RunControl::Abort() {
+void RunControl::Abort(const std::string& reason) {
   const std::lock_guard lock(mutex_);
   RequireRun();
-  abort_ = true;
+  if (!abort_) abort_ = reason;
   Wake();
 }
 
@@ -133,7 +133,8 @@ void RunControl::BeginRun(Clock::Participant& waiter) {
   const std::lock_guard lock(mutex_);
   RequireReadyLocked();
   waiter_ = &waiter;
-  abort_ = pause_ = false;
+  abort_.reset();
+  pause_ = false;
   answer_.reset();
   state_ = State::kRunning;
 }
@@ -149,7 +150,7 @@ void RunControl::ThrowIfToEnd() const {
   const std::lock_guard lock(mutex_);
   if (state_ == State::kStopping) return;
   if (fault_) throw FaultError(*fault_);
-  if (abort_) throw procedures::Aborted("aborted by the operator");
+  if (abort_) throw procedures::Aborted(*abort_);
 }
 
 void RunControl::Wait(const Clock& clock, Utime wake_up) {

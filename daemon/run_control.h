@@ -44,7 +44,8 @@ class RunControl {
   // --- for operators and supervisors; StateError when it does not fit the state
   void Pause();
   void Resume();
-  void Abort();
+  // `reason`: how the run is said to have ended.
+  void Abort(const std::string& reason = "aborted by the operator");
   void Answer(const std::string& answer);
   void ClearFault();
   // Latches the first fault and ends a run that is on.
@@ -84,7 +85,7 @@ class RunControl {
   mutable std::mutex mutex_;
   State state_ = State::kIdle;
   Clock::Participant* waiter_ = nullptr;
-  bool abort_ = false;
+  std::optional<std::string> abort_;  // why
   bool pause_ = false;
   std::optional<Fault> fault_;
   std::optional<procedures::Question> question_;

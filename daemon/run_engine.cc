@@ -153,7 +153,7 @@ void RunEngine::Shutdown() {
   const std::lock_guard starting(start_mutex_);
   if (!thread_.joinable()) return;
   try {
-    context_.control.Abort();
+    context_.control.Abort("aborted because the daemon was told to end");
   } catch (const StateError&) {
     // It has ended, or is ending, by itself.
   }
@@ -161,6 +161,15 @@ void RunEngine::Shutdown() {
 }
 
 void RunEngine::Reset() {
+  if (const Outputs* outputs = context_.acquisition.outputs()) {
+    for (const auto& [output, on] : outputs->States()) {
+      if (on) continue;
+      throw StateError(
+          fmt::format("the relays do not answer, so nobody knows whether the {} is "
+                      "off: see to it by hand, and to the relay unit, first",
+                      output));
+    }
+  }
   context_.control.ClearFault();
   context_.acquisition.PostClearAlarms();
   context_.on_fault_cleared();

@@ -308,6 +308,21 @@ TEST_F(StandFile, RefusesTheLeanOfAnAxisThatIsNotThere) {
   EXPECT_EQ(error("mount_x_deg"), "");
 }
 
+TEST_F(StandFile, RefusesRelaysThatContradictThemselvesOrTheUnit) {
+  const auto error = [&](const std::string& keys) {
+    return ErrorOf([&] {
+      Load(Shipped() + "\n[relays]\nbus = \"a\"\nmap = \"devices/relay-unit.toml\"\n" + keys);
+    });
+  };
+  EXPECT_EQ(error("unit = 31\nheater = 7\nheater_max_degC = 45\n"), "");
+  EXPECT_THAT(error("unit = 31\nfan = 0\nheater = 0\n"), HasSubstr("fan is on this channel"));
+  EXPECT_THAT(error("unit = 31\nfan = 8\n"), HasSubstr("relays.fan = 8: expected 0 .. 7"));
+  EXPECT_THAT(error("unit = 31\n"), HasSubstr("expected fan, heater or both"));
+  EXPECT_THAT(error("unit = 31\nfan = 1\nheater_max_degC = 45\n"),
+              HasSubstr("expected none without a heater"));
+  EXPECT_THAT(error("unit = 1\nfan = 1\n"), HasSubstr("is unit 1 on bus \"a\" already"));
+}
+
 TEST_F(StandFile, RefusesAChannelPrefixThatLcmCannotCarry) {
   for (const std::string& prefix : {std::string("bench"), std::string("A-B"), std::string("1A"),
                                     std::string("_A"), std::string(51, 'A')}) {

@@ -58,6 +58,19 @@ TEST_F(RunControlTest, AFaultEndsTheRunAndStaysLatched) {
   EXPECT_EQ(control_.state(), State::kIdle);
 }
 
+TEST_F(RunControlTest, TheFirstReasonToAbortIsTheOneThatIsSaid) {
+  control_.BeginRun(*run_);
+  control_.Abort("the daemon was told to end");
+  control_.Abort();
+  try {
+    control_.ThrowIfToEnd();
+    ADD_FAILURE() << "it goes on";
+  } catch (const procedures::Aborted& aborted) {
+    EXPECT_STREQ(aborted.what(), "the daemon was told to end");
+  }
+  control_.EndRun();
+}
+
 // Tidying up after an abort waits for the axes; the abort must not cut that short.
 TEST_F(RunControlTest, WhileStoppingAWaitIsAWait) {
   control_.BeginRun(*run_);
