@@ -59,6 +59,8 @@ struct Pending {
   Node node;                      // kNode
   std::array<bool, 3> read = {};  // the axes that were read at its time
   bool stale = false;             // another had begun to turn, and was not read yet
+  bool averaged = false;          // the means are those of its time
+  std::vector<double> covariates;
   double coarse_s = 0.0, moving_s = 0.0;
   OpenRest rest;  // kRestEnd
 };
@@ -68,6 +70,8 @@ class PendingQueue {
  public:
   bool empty() const { return size_ == 0; }
   const Pending& front() const { return jobs_[head_]; }
+  std::size_t size() const { return size_; }
+  Pending& operator[](std::size_t i) { return jobs_[(head_ + i) % kCapacity]; }
   void pop() {
     head_ = (head_ + 1) % kCapacity;
     --size_;
@@ -75,7 +79,7 @@ class PendingQueue {
   // Of nodes since then at readings of other axes.
   void MarkStale(double since_s, std::size_t axis) {
     for (std::size_t i = 0; i < size_; ++i) {
-      Pending& job = jobs_[(head_ + i) % kCapacity];
+      Pending& job = (*this)[i];
       if (!job.read[axis] && job.node.at.t_s > since_s) job.stale = true;
     }
   }
@@ -227,9 +231,15 @@ class Collector::Impl {
 
   void Work() {
     const double now_s = gyro_.settled_time_s();
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      Pending& job = nodes_[i];
+      if (!job.averaged && gyro_.started() && job.ready_s <= now_s &&
+          (info_.reference != ReferenceKind::kStandAngles || track_.time_s() > job.node.at.t_s))
+        Average(&job);
+    }
     while (!nodes_.empty() && gyro_.started() && nodes_.front().ready_s <= now_s &&
            ReferenceComplete(nodes_.front().node.at.t_s)) {
-      if (!nodes_.front().stale) FinishNode(nodes_.front().node);
+      if (!nodes_.front().stale) FinishNode(nodes_.front());
       nodes_.pop();
     }
     while (!rests_.empty() && gyro_.started() && rests_.front().ready_s <= now_s) {
@@ -238,17 +248,26 @@ class Collector::Impl {
     }
   }
 
-  void FinishNode(Node node) {
+  // Means over what has come since the node before, as soon as the node's time is over: whether it
+  // is used is known later.
+  void Average(Pending* job) {
+    job->averaged = true;
+    job->node.temperature_degC = temperature_.Take();
+    job->node.vibration_g2 = vibration_.Take();
+    for (RunningMean& covariate : covariates_) job->covariates.push_back(covariate.Take());
+    for (std::size_t c = 0; c < 3; ++c) job->node.accel_g[c] = accel_[c].Take();
+  }
+
+  void FinishNode(const Pending& job) {
+    Node node = job.node;
     if (!gyro_.IntegralAt(node.at.t_s, &node.at)) {
       if (node.at.t_s >= gyro_.first_time_s()) reported_.Add("reference_late", "", node.at.t_s);
       return;
     }
     if (!columns_.nodes.empty() && node.at.t_s <= columns_.nodes.back().at.t_s) return;
     NearIntegrals(&node);
-    node.temperature_degC = temperature_.Take();
-    node.vibration_g2 = vibration_.Take();
-    for (RunningMean& covariate : covariates_) columns_.covariates.push_back(covariate.Take());
-    for (std::size_t c = 0; c < 3; ++c) node.accel_g[c] = accel_[c].Take();
+    columns_.covariates.insert(columns_.covariates.end(), job.covariates.begin(),
+                               job.covariates.end());
     columns_.nodes.push_back(node);
   }
 

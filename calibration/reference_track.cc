@@ -121,9 +121,9 @@ void ReferenceTrack::Add(const AngleSample& sample) {
   updated_ = true;
   const bool rested = finder_[axis].resting();
   UpdateRest(axis, sample.t_s, sample.angle_deg);
-  // The reading before may have been of motion already, too little of it to be seen.
+  // The last reading that counts as rest may have been of motion already, too little to be seen.
   if (stand && rested && !finder_[axis].resting())
-    turns_since_s_ = finder_[axis].last_at_rest_s() - angle.interval_s;
+    turns_since_s_ = angle.LastBefore(finder_[axis].last_at_rest_s());
 }
 
 bool ReferenceTrack::Accepts(StandAngle* angle, const AngleSample& sample) {
@@ -159,13 +159,25 @@ void ReferenceTrack::TurnStand(double t_s, std::size_t axis, double angle_deg) {
   Turn({rates[0][axis] * step, rates[1][axis] * step, rates[2][axis] * step});
 }
 
+double ReferenceTrack::StandAngle::LastBefore(double time_s) const {
+  for (const double reading_s : seen_s) {
+    if (reading_s < time_s) return reading_s;
+  }
+  return seen_s.back();
+}
+
 void ReferenceTrack::StandAngle::Take(double now_s, double now_deg) {
   if (known) {
     const double since_s = now_s - t_s;
     rate_deg_s = since_s < 0.5 ? (now_deg - angle_deg) / since_s : 0.0;
     interval_s += (since_s - interval_s) * (interval_s > 0 ? 0.1 : 1.0);
   }
-  before_s = {known ? t_s : now_s, known ? before_s[0] : now_s};
+  if (!known) {
+    seen_s.fill(now_s);
+  } else if (now_s - seen_s[0] >= RestFinder::kClosestReadings_s) {
+    std::shift_right(seen_s.begin(), seen_s.end(), 1);
+    seen_s[0] = now_s;
+  }
   known = true;
   t_s = now_s;
   angle_deg = now_deg;
@@ -217,7 +229,7 @@ bool ReferenceTrack::SettledAt(double t_s) const {
   if (time_s_ <= t_s) return false;
   if (info_.reference != ReferenceKind::kStandAngles || time_s_ - t_s > kPatience_s) return true;
   for (std::size_t a = 0; a < 3; ++a) {
-    if (watched_[a] && angle_[a].known && angle_[a].before_s[1] <= t_s) return false;
+    if (watched_[a] && angle_[a].known && angle_[a].seen_s[2] <= t_s) return false;
   }
   return true;
 }

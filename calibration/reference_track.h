@@ -76,12 +76,14 @@ class ReferenceTrack {
   struct StandAngle {
     bool known = false;
     double t_s = 0.0;
-    std::array<double, 2> before_s = {};  // of the readings before, the last first
+    std::array<double, 4> seen_s = {};  // times that a rest finder judges by, the last first
     double angle_deg = 0.0;
     double rate_deg_s = 0.0;
     double interval_s = 0.0;            // mean of late
     std::optional<double> suspect_deg;  // the reading before was left out
     double suspect_s = 0.0;
+    // Time of the last reading before `time_s`, or of the earliest that is remembered.
+    double LastBefore(double time_s) const;
     void Take(double now_s, double now_deg);
   };
   static constexpr std::size_t kRecent = 256;

@@ -7,7 +7,6 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kShortestRest_s = 0.5;
-constexpr double kClosestReadings_s = 0.004;
 constexpr double kFinestTolerance_deg = 0.03;
 constexpr double kCoarsestTolerance_deg = 0.25;
 constexpr double kLevelMemory_s = 2.0;

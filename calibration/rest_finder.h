@@ -12,6 +12,8 @@ namespace gyrobench::calibration {
 // Memory is bounded; readings faster than 4 ms apart are thinned.
 class RestFinder {
  public:
+  // Readings closer than this to the one before are not judged.
+  static constexpr double kClosestReadings_s = 0.004;
   enum class Change { kNone, kRestBegan, kRestEnded, kOutlier };
 
   Change Add(double t_s, double angle_deg);
