@@ -95,7 +95,7 @@ class Operator(unittest.TestCase):
 
     def test_relays_that_fall_silent_end_the_run_and_are_off_when_they_are_back(self):
         scenario = ('include = "{root}/config/scenarios/typical.toml"\n'
-                    '[[fault]]\ndevice = "relays"\nkind = "silent"\nat_s = 120\nduration_s = 60\n')
+                    '[[fault]]\ndevice = "relays"\nkind = "silent"\nat_s = 120\nduration_s = 6\n')
         with Bench(base="relays.toml", scenario=scenario, extra="[virtual]\npace = 20\nidle_pace = 50\n") as bench:
             self.heater_on(bench)
             run = self.wait_for_the_end(bench)
