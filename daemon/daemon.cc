@@ -84,8 +84,10 @@ struct Daemon::Parts {
     engine->Shutdown();
     // A virtual bus at rest would answer nobody.
     if (virtual_clock != nullptr) virtual_clock->SetPace(VirtualClock::kUnpaced);
-    StopAxes();
-    SwitchOutputsOff();
+    TidyUp("stop", [this](Clock::Participant& caller) { acquisition->StopAll(caller); });
+    TidyUp("relays", [this](Clock::Participant& caller) {
+      if (Outputs* outputs = acquisition->outputs()) outputs->AllOff(caller);
+    });
     acquisition->Stop();
   }
 
@@ -101,25 +103,14 @@ struct Daemon::Parts {
     stand.buses = simulated->buses();
   }
 
-  // Also without a run, as below: an earlier try may have failed.
-  void SwitchOutputsOff() {
-    Outputs* outputs = acquisition->outputs();
-    if (outputs == nullptr) return;
-    const auto switching = clock->Join("outputs");
+  // Also without a run: an earlier try may have failed.
+  template <typename Action>
+  void TidyUp(const char* what, Action action) {
+    const auto tidying = clock->Join(what);
     try {
-      outputs->AllOff(*switching);
+      action(*tidying);
     } catch (const Error& error) {
-      spdlog::error("relays: {}", error.what());
-    }
-  }
-
-  // Also without a run: an earlier stop may have failed.
-  void StopAxes() {
-    const auto stopping = clock->Join("stop");
-    try {
-      acquisition->StopAll(*stopping);
-    } catch (const Error& error) {
-      spdlog::error("stop: {}", error.what());
+      spdlog::error("{}: {}", what, error.what());
     }
   }
 

@@ -28,13 +28,23 @@ void Outputs::Open() {
 }
 
 void Outputs::Check() {
+  try {
+    Compare(relays_->Read());
+  } catch (const Error&) {
+    const std::lock_guard lock(mutex_);
+    answers_ = false;
+    throw;
+  }
+  const std::lock_guard lock(mutex_);
+  answers_ = true;
+}
+
+void Outputs::Compare(const std::map<std::string, bool>& found) {
   std::map<std::string, bool> wanted;
   {
     const std::lock_guard lock(mutex_);
     wanted = wanted_;
-    answers_ = false;
   }
-  const std::map<std::string, bool> found = relays_->Read();
   for (const auto& [output, on] : found) {
     if (on == wanted.at(output)) continue;
     SwitchHere(output, false);
@@ -43,8 +53,6 @@ void Outputs::Check() {
                           "restarted, or does somebody else switch it? Then: gyrobench reset",
                           output, wanted.at(output) ? "on" : "off", on ? "on" : "off"));
   }
-  const std::lock_guard lock(mutex_);
-  answers_ = true;
 }
 
 std::map<std::string, std::optional<bool>> Outputs::States() const {

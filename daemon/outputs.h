@@ -47,6 +47,7 @@ class Outputs {
 
  private:
   // These belong to the thread of the bus.
+  void Compare(const std::map<std::string, bool>& found);
   std::string TryAllOff();
   void SwitchHere(const std::string& output, bool on);
 
