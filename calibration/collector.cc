@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calibration/gyro_stream.h"
+#include "calibration/node_readings.h"
 #include "calibration/reference_track.h"
 #include "calibration/schedule.h"
 
@@ -60,6 +61,8 @@ struct Pending {
   std::array<bool, 3> read = {};  // the axes that were read at its time
   bool stale = false;             // another had begun to turn, and was not read yet
   bool averaged = false;          // the means are those of its time
+  bool moves = false;             // an axis of the reference turns
+  NodeReadings readings;          // since the node before
   std::vector<double> covariates;
   double coarse_s = 0.0, moving_s = 0.0;
   OpenRest rest;  // kRestEnd
@@ -81,6 +84,7 @@ class PendingQueue {
     for (std::size_t i = 0; i < size_; ++i) {
       Pending& job = (*this)[i];
       if (!job.read[axis] && job.node.at.t_s > since_s) job.stale = true;
+      job.readings.ForgetFrom(since_s);
     }
   }
   Pending& back() { return jobs_[(head_ + size_ - 1) % kCapacity]; }
@@ -153,10 +157,12 @@ class Collector::Impl {
     if (track_.lost_since_s()) {
       columns_.bad.push_back(
           BadStretch{*track_.lost_since_s(), track_.time_s(), {true, true, true}});
+      readings_.Clear();
     }
     if (!track_.updated()) return;
     if (const auto since_s = track_.turns_since_s()) {
       nodes_.MarkStale(*since_s, track_.newest_axis());
+      readings_.ForgetFrom(*since_s);
     }
     if (track_.rest_ended()) {
       const OpenRest& rest = track_.ended_rest();
@@ -179,10 +185,10 @@ class Collector::Impl {
       // Another axis at the same time, as in a row of a table: it may just have begun to move.
       SetReference(&nodes_.back().node);
       nodes_.back().read[track_.newest_axis()] = true;
-    } else if ((track_.time_s() >= next_node_s_ || !any_node_) && track_.leading()) {
-      // The axis that turns fastest says when: its angle is the one that must not be carried
-      // forward.
-      AddNode(track_.time_s());
+      nodes_.back().readings.Replace(ReadingOf(nodes_.back().node));
+      nodes_.back().moves = !track_.all_rest();
+    } else {
+      NextReading();
     }
     Work();
   }
@@ -197,6 +203,27 @@ class Collector::Impl {
   Recording Take() const;
 
  private:
+  // The axis that turns fastest says when: its angle is the one that must not be carried forward.
+  void NextReading() {
+    const double t_s = track_.time_s();
+    const bool same_time = !readings_.empty() && readings_.newest_s() == t_s;
+    if (!same_time && !track_.leading()) return;
+    Node now;
+    now.at.t_s = t_s;
+    SetReference(&now);
+    if (same_time) {
+      readings_.Replace(ReadingOf(now));
+    } else {
+      readings_.Add(ReadingOf(now));
+    }
+    if ((t_s >= next_node_s_ || !any_node_) && track_.leading()) AddNode(t_s);
+  }
+
+  static NodeReadings::Reading ReadingOf(const Node& node) {
+    return {node.at.t_s,    node.rotation_deg, node.earth_deg,
+            node.table_deg, node.world_x,      node.world_z};
+  }
+
   void AddNode(double t_s) {
     // On a grid, so that jitter of the readings does not thin the nodes.
     if (!any_node_ || t_s - next_node_s_ > node_interval_s_) next_node_s_ = t_s;
@@ -206,6 +233,9 @@ class Collector::Impl {
     job.node.at.t_s = t_s;
     if (info_.reference != ReferenceKind::kNone) SetReference(&job.node);
     job.read[track_.newest_axis()] = true;
+    job.readings = readings_;
+    job.moves = !track_.all_rest();
+    readings_.Clear();
     job.ready_s = t_s + kNear_s.back();
     Queue(&nodes_, job);
   }
@@ -265,7 +295,10 @@ class Collector::Impl {
       return;
     }
     if (!columns_.nodes.empty() && node.at.t_s <= columns_.nodes.back().at.t_s) return;
-    NearIntegrals(&node);
+    node.mean = job.readings.Mean();
+    HalfIntegral(&node);
+    if (!job.moves || !job.readings.AverageOutput(gyro_, &node.mean, &node.z_near))
+      NearIntegrals(&node);
     columns_.covariates.insert(columns_.covariates.end(), job.covariates.begin(),
                                job.covariates.end());
     columns_.nodes.push_back(node);
@@ -277,11 +310,17 @@ class Collector::Impl {
       if (!gyro_.IntegralAt(node->at.t_s + kNear_s[i], &mark)) continue;
       for (std::size_t c = 0; c < 3; ++c) node->z_near[i][c] = mark.z[c] - node->at.z[c];
     }
+  }
+
+  void HalfIntegral(Node* node) const {
+    IntegralMark mark;
+    node->half_s = node->at.t_s;
     if (columns_.nodes.empty()) {
       node->z_half = node->at.z;
       return;
     }
     const IntegralMark& last = columns_.nodes.back().at;
+    node->half_s = 0.5 * (last.t_s + node->at.t_s);
     if (gyro_.IntegralAt(0.5 * (last.t_s + node->at.t_s), &mark)) {
       node->z_half = mark.z;
       return;
@@ -315,6 +354,7 @@ class Collector::Impl {
   TickFit ticks_;
   Columns columns_;
   PendingQueue nodes_, rests_;
+  NodeReadings readings_;  // since the last node
   bool any_node_ = false, rest_begin_known_ = false;
   double next_node_s_ = 0.0;
   IntegralMark rest_begin_;
@@ -371,6 +411,7 @@ Recording Collector::Impl::Take() const {
   }
   out.median_interval_s = gyro_.median_interval_s();
   out.orientation_known = track_.orientation_known();
+  for (std::size_t a = 0; a < 3; ++a) out.reference_step_deg[a] = track_.step_deg(a);
   out.defects = Defects();
   return out;
 }

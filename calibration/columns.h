@@ -25,6 +25,23 @@ inline constexpr std::array<double, 8> kNear_s = {-0.04, -0.03, -0.02, -0.01,
                                                   0.01,  0.02,  0.03,  0.04};
 using Near = std::array<Vector3, kNear_s.size()>;
 
+// What all readings of the reference since the node before say together: means over the readings,
+// and over the same times of the output's integral (node_readings.h).
+struct ReadingsMean {
+  double readings = 0.0;  // how many; 0: none, and nothing else is known
+  double t_s = 0.0;
+  Vector3 rotation_deg = {}, earth_deg = {}, table_deg = {}, world_x = {}, world_z = {};
+  bool output_known = false;
+  Vector3 z = {};  // as IntegralMark's
+  // Half the mean distance in time of two of the readings: the random walk of the angle is averaged
+  // with them, and makes the covariance of the rotation before with the one after larger by
+  // walk_s N^2.
+  double walk_s = 0.0;
+  // They come evenly: so many, by so much.
+  std::size_t steps = 0;
+  double step_s = 0.0;
+};
+
 // One node. Rotations are sums since the start.
 struct Node {
   IntegralMark at;
@@ -33,10 +50,13 @@ struct Node {
   double temperature_degC = kMissing;  // mean since the node before
   Vector3 accel_g = {kMissing, kMissing, kMissing};  // mean since the node before
   double vibration_g2 = kMissing;  // mean square of the specific force about that mean
-  // Integral of the output at kNear_s from the node's time, less that at the node.
+  ReadingsMean mean;
+  // Integral of the output at kNear_s from the node's time, less that at the node; where the mean
+  // of the output is known, the mean of the same over the readings.
   Near z_near = {};
-  // Integral of the output since the first sample, half way from the node before.
+  // Integral of the output since the first sample at `half_s`, half way from the node before.
   Vector3 z_half = {};
+  double half_s = kMissing;
   // The reference: angles of the stand's axes (of the one axis of a single-axis table); world x and
   // z in the sensor's frame. NaN where it does not say.
   Vector3 table_deg = {kMissing, kMissing, kMissing};

@@ -33,12 +33,13 @@ class CovarianceFilter {
     bb_ = interval.new_run ? 0.0 : bb_ + k2_ * interval.gap_before_s;
     if (interval.new_run) be_ = bc_ = 0.0;
     if (interval.new_reference) {
-      ee_ = s2_ * interval.begin_reference_share;
+      ee_ = s2_ * interval.begin_reference_share - n2_ * interval.begin_reference_walk_s;
       be_ = ec_ = 0.0;
     }
     const double dt = interval.duration_s;
     const double g = interval.still ? 0.0 : g_;
-    const double end_s2 = s2_ * interval.end_reference_share;
+    // May be negative: an error that only lessens what two neighbours would share without it.
+    const double end_s2 = s2_ * interval.end_reference_share - n2_ * interval.end_reference_walk_s;
     // I = int b dt over the interval, b' and c' = c + I its end values (exact process noise).
     const double var_i = dt * dt * bb_ + k2_ * dt * dt * dt / 3.0;
     const double cov_ib = dt * bb_ + 0.5 * k2_ * dt * dt;

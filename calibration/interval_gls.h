@@ -31,11 +31,14 @@ struct Interval {
   bool still = false;
   // The reference's error at the begin is not the one at the end of the interval before.
   bool new_reference = false;
-  // Another measurement begins: its bias has a constant of its own and walks anew from it.
+  // Another power-on begins: its bias has a constant of its own and walks anew from it.
   bool new_run = false;
   // Variance of the reference's error at the end (moving) and at the begin (new reference) of the
   // interval, relative to s^2: less than 1 where it is a mean of several readings.
   double end_reference_share = 1.0, begin_reference_share = 1.0;
+  // Where the end (begin) is a mean over several times: that much less N^2, for the random walk of
+  // the angle is averaged as well (ReadingsMean::walk_s).
+  double end_reference_walk_s = 0.0, begin_reference_walk_s = 0.0;
 };
 
 // Intervals and their columns, row by row. Which column is the output and which a regressor is said

@@ -58,6 +58,11 @@ class ReferenceTrack {
   // World axes in the sensor's frame (rows of R_WS); NaN where the orientation is not known.
   Matrix3 world_now() const;
   const Vector3& earth_deg() const { return earth_deg_; }
+  // Every watched axis rests.
+  bool all_rest() const { return AllRest(); }
+  // The least difference of two readings of a watched axis in a row: the step of a coarse encoder,
+  // or something smaller.
+  double step_deg(std::size_t axis) const { return finder_[axis].step_deg(); }
   // After each Add: a rest began (and is open), or ended.
   bool rest_began() const { return rest_began_; }
   bool rest_ended() const { return rest_ended_; }

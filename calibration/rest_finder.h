@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 
 namespace gyrobench::calibration {
 
@@ -27,6 +28,8 @@ class RestFinder {
   double last_at_rest_s() const { return last_at_rest_s_; }
   double tolerance_deg() const;
   bool within() const { return within_; }
+  // The least difference of two readings in a row that is one; infinite where there was none.
+  double step_deg() const { return step_deg_; }
 
  private:
   struct Reading {
@@ -45,7 +48,7 @@ class RestFinder {
   double rest_begin_s_ = 0.0, last_at_rest_s_ = 0.0, level_deg_ = 0.0;
   int outside_ = 0;
   // Scatter of the readings, from blocks of second differences, and the least step.
-  double scatter_deg_ = 0.0, step_deg_ = 1e9, block_sum_ = 0.0;
+  double scatter_deg_ = 0.0, step_deg_ = std::numeric_limits<double>::infinity(), block_sum_ = 0.0;
   bool scatter_known_ = false;
   int block_count_ = 0;
 };

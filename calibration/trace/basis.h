@@ -1,6 +1,8 @@
 // What the bases of effects share.
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -26,6 +28,14 @@ class ChannelBasis : public Basis {
  private:
   BasisContext context_;
 };
+
+// Size of the mean of m waves of size 1, evenly by x in their phase: about their middle
+//   sin(m x / 2) / (m sin(x / 2))
+inline double MeanOfWave(std::size_t waves, double x) {
+  const auto m = static_cast<double>(waves);
+  const double one = m * std::sin(0.5 * x);
+  return std::fabs(one) > 1e-9 ? std::sin(0.5 * m * x) / one : 1.0;
+}
 
 using BasisMaker = std::unique_ptr<Basis> (*)(const BasisContext& context);
 

@@ -265,10 +265,10 @@ class ChannelTracer {
                         : fmt::format("cross_axis_{}{}", "xyz"[request_.channel], "xyz"[axis]),
                     "1", grow));
     }
-    for (std::size_t run = 0; run < baseline_.constants; ++run) {
+    for (std::size_t k = 0; k < baseline_.constants; ++k) {
       parameters.push_back(Parameter(
           fit, j++,
-          baseline_.constants > 1 ? fmt::format("zero_rate_offset_run_{}", problem_.run_number(run))
+          baseline_.constants > 1 ? fmt::format("zero_rate_offset_run_{}", problem_.first_number(k))
                                   : "zero_rate_offset",
           "deg/s", grow));
     }
@@ -353,7 +353,7 @@ class ChannelTracer {
     // Without motion the scale factor is taken as nominal.
     if (baseline_.turned.empty()) model_.m_row[request_.channel] = 1.0;
     model_.reference_degC = baseline_.reference_degC;
-    // Of several measurements the mean of their constants.
+    // Of several power-ons the mean of their offsets.
     double sum = 0.0;
     for (std::size_t run = 0; run < baseline_.constants; ++run) sum += fit.values(j++);
     model_.bias_deg_s.push_back(sum / static_cast<double>(baseline_.constants));

@@ -11,8 +11,10 @@
 #include "calibration/trace/append_columns.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/hold_out.h"
+#include "calibration/trace/likelihood.h"
 #include "calibration/trace/noise_search.h"
 #include "calibration/trace/remaining.h"
+#include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -28,6 +30,22 @@ constexpr double kLeastAngle_deg = 1e-3;
 // Of the deviance: the noise by the chosen model is not the one by everything that may act (chi
 // square of three degrees, about 0.7 %); two noises differ so little that it is no matter.
 constexpr double kOtherNoise = 12.0, kSameNoise = 0.5;
+
+// Two standard errors of one value: the logarithm of the chance of more.
+const double kUncertain = LogChiSquareTail(4.0, 1.0);
+
+// Of values that are zero in truth: logarithm of the chance of being as far from it. Values that
+// were left at zero have no variance and do not count.
+double LogChanceOfNone(const Eigen::VectorXd& values, const Eigen::MatrixXd& covariance) {
+  std::vector<Eigen::Index> known;
+  for (Eigen::Index j = 0; j < values.size(); ++j) {
+    if (covariance(j, j) > 0.0) known.push_back(j);
+  }
+  if (known.empty()) return 0.0;
+  const Eigen::VectorXd some = values(known);
+  const double square = ScaledLdlt(covariance(known, known)).Solve(some).col(0).dot(some);
+  return LogChiSquareTail(square, static_cast<double>(known.size()));
+}
 
 class ChannelSearcher {
  public:
@@ -63,6 +81,7 @@ class ChannelSearcher {
     }
     DropCrowd(&found.selection);
     DropUseless(&found.selection);
+    DropUncertain(&found.selection);
     return found;
   }
 
@@ -195,10 +214,11 @@ class ChannelSearcher {
     constexpr double kSomewhat = 0.005;
     const HeldOut& angle = figures.angle_rms_deg;
     const double more = angle.after / angle.before - 1.0;
-    return more > kSomewhat && angle.reduction_ci95[1] < 0.0 ? more : 0.0;
+    return more > kSomewhat && angle.reduction_ci95[1] < 0.0 ? more : -1.0;
   }
 
-  // What does not help on data that the fit did not see is not kept, whatever its p-value.
+  // What does not help on data that the fit did not see is not kept, whatever its p-value: what
+  // makes nothing better is no finding either.
   template <typename HarmOf>
   bool DropMostHarmful(Selection* selection, HarmOf harm_of) const {
     if (selection->members().empty()) return false;
@@ -207,7 +227,7 @@ class ChannelSearcher {
     double harm = 0.0;
     for (std::size_t i = 0; i < selection->members().size(); ++i) {
       const double own = harm_of(HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed));
-      if (!(own > harm)) continue;
+      if (!(own >= harm)) continue;
       harm = own;
       worst = i;
     }
@@ -224,6 +244,31 @@ class ChannelSearcher {
     const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
     if (WhatRemains(problem_, fit, request_.covariates).findings.empty()) return;
     while (DropMostHarmful(selection, HarmOfAngle)) {
+    }
+  }
+
+  // A value that is not clear of zero by its own standard errors, those of its non-linear
+  // parameters in them, is no finding: what was gained was gained by the freedom of its shape.
+  void DropUncertain(Selection* selection) const {
+    for (bool again = true; again && !selection->members().empty();) {
+      again = false;
+      const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
+      const double grow = std::max(1.0, fit.whitened_rms());
+      std::size_t weakest = selection->members().size();
+      double log_p = kUncertain;
+      for (std::size_t i = 0; i < selection->members().size(); ++i) {
+        const auto count = static_cast<Eigen::Index>(fit.ColumnsOf(i).size());
+        const Eigen::Index first = fit.member_begin[i];
+        const Eigen::VectorXd values = fit.values.segment(first, count);
+        const double own =
+            LogChanceOfNone(values / grow, fit.covariance.block(first, first, count, count));
+        if (own <= log_p) continue;
+        log_p = own;
+        weakest = i;
+      }
+      if (weakest == selection->members().size()) return;
+      selection->Remove(weakest);
+      again = true;
     }
   }
 

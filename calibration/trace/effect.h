@@ -32,8 +32,8 @@ struct BasisContext {
 class Basis {
  public:
   virtual ~Basis() = default;
-  // Writes one value for each term of the effect: deg/s (rate effects) or deg (angle effects) per
-  // unit of the term's coefficient.
+  // Writes one value for each term of the effect: deg/s (of a rate) or deg (of an angle or an
+  // integral) per unit of the term's coefficient.
   virtual void At(const TrackPoint& point, double* terms) = 0;
 };
 
@@ -49,7 +49,9 @@ struct NonlinearParameter {
   std::vector<double> grid;  // start values
 };
 
-enum class EffectDomain { kRate, kAngle };
+// Of the basis: a rate that the gyro shows; an angle of the reference or the bench; the integral
+// over time of a rate that the gyro shows and that changes faster than nodes follow each other.
+enum class EffectDomain { kRate, kAngle, kRateIntegral };
 
 // What must be known of the measurement for an effect to be looked for.
 enum Needs : unsigned {

@@ -80,8 +80,10 @@ class PeriodicBasis : public ChannelBasis {
 
  protected:
   void Periodic(const TrackPoint& point, double periods, double* terms) const {
-    terms[0] = std::sin(periods * table_rad(point));
-    terms[1] = std::cos(periods * table_rad(point));
+    const double x = periods * kRadPerDeg * point.reading_step_deg[context().table_axis];
+    const double mean = MeanOfWave(point.readings, x);
+    terms[0] = mean * std::sin(periods * table_rad(point));
+    terms[1] = mean * std::cos(periods * table_rad(point));
   }
 };
 template <int kPeriods>
@@ -120,11 +122,7 @@ class BacklashBasis final : public ChannelBasis {
     const double play_deg = std::max(std::fabs(b_deg), kLeastPlay_deg);
     if (std::isfinite(angle_deg)) {
       if (point.restart || !std::isfinite(follower_deg_)) follower_deg_ = angle_deg;
-      for (const Vector3& way : point.table_way_deg) {
-        if (std::isfinite(way[axis])) Follow(angle_deg + way[axis], play_deg);
-      }
-      Follow(angle_deg, play_deg);
-      side_ = (angle_deg - follower_deg_) / play_deg;
+      side_ = MeanSide(point, angle_deg, play_deg);
     }
     terms[0] = side_;
   }
@@ -133,6 +131,28 @@ class BacklashBasis final : public ChannelBasis {
   // The noise of the reference's readings must not pass for reversals: it is in the output as well,
   // and would be found there. A clear play stands out of it.
   static constexpr double kLeastPlay_deg = 0.005, kClearPlay_deg = 0.015;
+
+  // On the way through the point; the mean over what it stands for.
+  double MeanSide(const TrackPoint& point, double angle_deg, double play_deg) {
+    const std::size_t axis = context().table_axis;
+    const bool several = point.span_s() > 0.0;
+    double sum = 0.0, count = 0.0;
+    auto pass = [&](const Vector3& way, bool counts) {
+      if (!std::isfinite(way[axis])) return;
+      Follow(angle_deg + way[axis], play_deg);
+      if (!counts) return;
+      sum += (angle_deg + way[axis] - follower_deg_) / play_deg;
+      count += 1.0;
+    };
+    pass(point.table_way_deg[0], false);
+    pass(point.table_way_deg[1], several);
+    pass(point.table_way_deg[2], several);
+    pass({}, true);
+    if (several) {
+      for (const Vector3& way : point.table_way_on_deg) pass(way, true);
+    }
+    return sum / count;
+  }
   void Follow(double angle_deg, double play_deg) {
     follower_deg_ =
         std::clamp(follower_deg_, angle_deg - 0.5 * play_deg, angle_deg + 0.5 * play_deg);
@@ -141,12 +161,14 @@ class BacklashBasis final : public ChannelBasis {
   double follower_deg_ = kMissing;
 };
 
-// 1(t >= t0)
+// 1(t >= t0), the mean over what a point stands for
 class AngleStepBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
-    terms[0] = point.t_s >= context().nonlinear[0] ? 1.0 : 0.0;
+    const double since_s = point.t_s - context().nonlinear[0], span_s = point.span_s();
+    terms[0] = span_s > 0.0 ? std::clamp(0.5 + since_s / span_s, 0.0, 1.0)
+                            : static_cast<double>(since_s >= 0.0);
   }
 };
 

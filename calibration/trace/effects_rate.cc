@@ -166,16 +166,15 @@ class BiasStepBasis final : public ChannelBasis {
   }
 };
 
-// a sin(2 pi f t + p) as its two parts, the mean over what a point stands for
+// The integral of a sin(2 pi f t + p) as its two parts, the mean over the readings of a point.
 class ToneBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
-    const double phase = kTwoPi * context().nonlinear[0] * point.t_s;
-    const double half = 0.5 * kTwoPi * context().nonlinear[0] * point.length_s;
-    const double mean = half > 0.0 ? std::sin(half) / half : 1.0;
-    terms[0] = mean * std::sin(phase);
-    terms[1] = mean * std::cos(phase);
+    const double omega = kTwoPi * context().nonlinear[0];
+    const double mean = MeanOfWave(point.readings, omega * point.reading_step_s) / omega;
+    terms[0] = -mean * std::cos(omega * point.t_s);
+    terms[1] = mean * std::sin(omega * point.t_s);
   }
 };
 
@@ -190,6 +189,11 @@ Effect Rate(std::string id, std::string equation, std::string cause, std::string
   effect.terms = std::move(terms);
   effect.typical_size = typical_size;
   effect.basis = basis;
+  return effect;
+}
+
+Effect Integral(Effect effect) {
+  effect.domain = EffectDomain::kRateIntegral;
   return effect;
 }
 
@@ -262,9 +266,9 @@ std::vector<Effect> RateEffects() {
                 "none: it is found where it happens", kNeedsNothing, {{"b", "deg/s"}}, 0.5,
                 Make<BiasStepBasis>),
            {{"t0", "s", 0.0, 0.0, {}}}),
-      With(Rate("bias.tone", "a sin(2 pi f t) + b cos(2 pi f t)",
-                "interference, or vibration seen through aliasing", "rest", kNeedsNothing,
-                {{"a", "deg/s"}, {"b", "deg/s"}}, 1.0, Make<ToneBasis>),
+      With(Integral(Rate("bias.tone", "a sin(2 pi f t) + b cos(2 pi f t)",
+                         "interference, or vibration seen through aliasing", "rest", kNeedsNothing,
+                         {{"a", "deg/s"}, {"b", "deg/s"}}, 1.0, Make<ToneBasis>)),
            {{"f", "Hz", 0.0, 0.0, {}}}),
   };
 }

@@ -20,6 +20,8 @@ constexpr double kSeen = 1e-2;
 // What only one moment knows is trained where more than this is to be seen of it.
 constexpr double kMostOf = 0.5;
 constexpr double kTrainingShare = 0.6;
+// A variance that grows by more when a measurement is held out: that one alone knew.
+constexpr double kLostSight = 4.0;
 
 // Least squares from products; dependent columns get 0, those that training cannot see too.
 Eigen::VectorXd SolveProducts(const Eigen::MatrixXd& gram, const Eigen::VectorXd& right,
@@ -108,6 +110,23 @@ class Splitter {
       theta(unseen[i]) = own(static_cast<Eigen::Index>(i));
     return theta;
   }
+  // Without these rows every column that is not their own is known nearly as well.
+  bool SeesWithout(const Ranges& ranges) const {
+    Eigen::MatrixXd gram = gram_;
+    for (const Range& range : ranges) {
+      const auto test = white_.middleRows(range.begin, range.size());
+      gram.noalias() -= test.transpose() * test;
+    }
+    std::vector<Eigen::Index> common;
+    for (Eigen::Index j = 0; j < gram.rows(); ++j) {
+      if (!local_[static_cast<std::size_t>(j)]) common.push_back(j);
+    }
+    const auto count = static_cast<Eigen::Index>(common.size());
+    const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(count, count);
+    const Eigen::VectorXd all = ScaledLdlt(gram_(common, common)).Solve(identity).diagonal();
+    const Eigen::VectorXd some = ScaledLdlt(gram(common, common)).Solve(identity).diagonal();
+    return (some.array() > 0.0).all() && (some.array() < kLostSight * all.array()).all();
+  }
   double TestSquare(const Eigen::VectorXd& theta, const Range& range) const {
     return (output_.segment(range.begin, range.size()) -
             white_.middleRows(range.begin, range.size()) * theta)
@@ -126,16 +145,19 @@ class Splitter {
   Eigen::VectorXd right_;
 };
 
-// Rows that are held out together: a whole measurement, or every tenth of short blocks in time.
-std::vector<Ranges> Folds(const ChannelProblem& problem) {
+// Whole measurements.
+std::vector<Ranges> FoldsOfRuns(const ChannelProblem& problem) {
   std::vector<Ranges> folds;
   const std::vector<Eigen::Index>& runs = problem.run_begins();
-  if (runs.size() >= kRunsToHoldOut) {
-    for (std::size_t r = 0; r < runs.size(); ++r)
-      folds.push_back({{runs[r], r + 1 < runs.size() ? runs[r + 1] : problem.rows()}});
-    return folds;
-  }
-  folds.resize(kFolds);
+  if (runs.size() < kRunsToHoldOut) return folds;
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    folds.push_back({{runs[r], r + 1 < runs.size() ? runs[r + 1] : problem.rows()}});
+  return folds;
+}
+
+// Every tenth of short blocks in time.
+std::vector<Ranges> FoldsOfBlocks(const ChannelProblem& problem) {
+  std::vector<Ranges> folds(kFolds);
   double time_s = 0.0;
   for (const Interval& interval : problem.intervals()) time_s += interval.duration_s;
   const double block_s = std::max(kLeastBlock_s, time_s / kMostBlocks);
@@ -202,9 +224,13 @@ std::array<double, 2> ReductionInterval(const std::vector<double>& before,
 
 HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
                        const std::vector<Eigen::Index>& without, std::uint64_t seed) {
-  const std::vector<Ranges> folds = Folds(problem);
-  if (folds.size() < 2) return {};
   const Splitter before(fit, without), after(fit, {});
+  std::vector<Ranges> folds = FoldsOfRuns(problem);
+  // A measurement that alone shows what a column does cannot be held out by itself.
+  if (!std::ranges::all_of(folds, [&](const Ranges& fold) { return after.SeesWithout(fold); }))
+    folds.clear();
+  if (folds.empty()) folds = FoldsOfBlocks(problem);
+  if (folds.size() < 2) return {};
   std::vector<double> white_before, white_after;
   Windows windows_before, windows_after;
   auto test = [&](const Splitter& splitter, const Ranges& fold, std::vector<double>* squares,

@@ -12,10 +12,11 @@
 namespace gyrobench::calibration {
 
 // Whitened RMS and angle error on data that the fit did not see: by whole measurements where there
-// are three and more; else ten times a tenth of short blocks in time, which cover what the rest of
-// the blocks do. `without`: columns of `fit.raw` that the model before leaves out; the model after
-// has all. NaN where the data are too short to be divided. Where a step, a tone or a curve's bend
-// was placed all data have had their say: only sizes, shapes and constants are trained anew.
+// are three and more, and none of them alone knows what a column does; else ten times a tenth of
+// short blocks in time, which cover what the rest of the blocks do. `without`: columns of `fit.raw`
+// that the model before leaves out; the model after has all. NaN where the data are too short to be
+// divided. Where a step, a tone or a curve's bend was placed all data have had their say: only
+// sizes, shapes and constants are trained anew.
 struct HeldOutFigures {
   HeldOut whitened_rms, angle_rms_deg;
 };

@@ -9,9 +9,14 @@ namespace {
 constexpr double kLeastPath_deg = 5.0;  // of an axis that counts as turned
 constexpr double kLeastTablePath_deg = 20.0;
 
+// Effects of the temperature need this range to be told from other slow ones; a straight line of
+// the offset, which the baseline is free to have, needs less: a tenth of a degree moves the offset
+// of an ordinary part by several standard errors of a rest.
+constexpr double kLeastRange_degC = 1.0, kLeastLine_degC = 0.05;
+
 // A polynomial of the temperature needs a range to be seen.
 int TemperatureOrder(double range_degC) {
-  if (!(range_degC >= 1.0)) return 0;
+  if (!(range_degC >= kLeastLine_degC)) return 0;
   if (range_degC < 3.0) return 1;
   return range_degC < 6.0 ? 2 : 3;
 }
@@ -22,30 +27,36 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
                                double units_per_deg_s)
     : trails_(trails), channel_(channel) {
   std::vector<double> output;
+  double last_end_s = 0.0;
+  bool new_power_on = true;
   for (std::size_t t = 0; t < trails.size(); ++t) {
     const Trail& trail = trails[t];
-    const std::vector<Node>& nodes = trail.recording->columns.nodes;
+    const std::vector<Node>& nodes = trail.epochs;
     bool skipped_motion = true, first = true;
-    double last_end_s = 0.0;
+    // One whose first measurement has nothing to use begins with the next.
+    new_power_on = new_power_on || trail.new_power_on;
     for (std::size_t i = 0; i < trail.still.size(); ++i) {
       if (!trail.usable[i][channel]) {
         skipped_motion = skipped_motion || !trail.still[i];
         continue;
       }
-      if (first) run_begins_.push_back(static_cast<Eigen::Index>(rows_.size()));
+      if (first) run_begins_.push_back(rows());
+      if (new_power_on) power_on_begins_.push_back(rows());
       Interval interval;
       interval.duration_s = nodes[i + 1].at.t_s - nodes[i].at.t_s;
       interval.still = trail.still[i];
-      interval.gap_before_s = first ? 0.0 : std::max(0.0, nodes[i].at.t_s - last_end_s);
+      interval.gap_before_s = new_power_on ? 0.0 : std::max(0.0, nodes[i].at.t_s - last_end_s);
       interval.new_reference = skipped_motion;
-      interval.new_run = first && !rows_.empty();
+      interval.new_run = new_power_on && !rows_.empty();
       interval.end_reference_share = trail.reference_share[i + 1][channel_];
       interval.begin_reference_share = trail.reference_share[i][channel_];
+      interval.end_reference_walk_s = trail.reference_walk_s[i + 1];
+      interval.begin_reference_walk_s = trail.reference_walk_s[i];
       intervals_.push_back(interval);
       rows_.push_back({static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(i)});
       output.push_back((nodes[i + 1].at.z[channel] - nodes[i].at.z[channel]) / units_per_deg_s);
       last_end_s = nodes[i + 1].at.t_s;
-      first = skipped_motion = false;
+      first = skipped_motion = new_power_on = false;
     }
   }
   output_ = Eigen::Map<const Eigen::VectorXd>(output.data(), rows());
@@ -102,8 +113,10 @@ void ChannelProblem::Survey() {
     if (table_path[a] > kLeastTablePath_deg) table_axes_.push_back(a);
   }
   auto bit = [](bool known, unsigned need) { return known ? need : 0u; };
+  temperature_known_ = temperature;
   knows_ = bit(path_[channel_] > kLeastPath_deg, kNeedsRate) | bit(gravity, kNeedsGravity) |
-           bit(temperature && max_temperature_ - min_temperature_ >= 1.0, kNeedsTemperature) |
+           bit(temperature && max_temperature_ - min_temperature_ >= kLeastRange_degC,
+               kNeedsTemperature) |
            bit(!table_axes_.empty(), kNeedsTableAxis) | bit(vibration, kNeedsVibration);
 }
 
@@ -129,22 +142,23 @@ Baseline ChannelProblem::MakeBaseline() const {
   for (const std::size_t c : {channel_, (channel_ + 1) % 3, (channel_ + 2) % 3}) {
     if (path_[c] > kLeastPath_deg) out.turned.push_back(c);
   }
-  out.constants = run_begins_.size();
+  out.constants = power_on_begins_.size();
   const double range = max_temperature_ - min_temperature_;
-  out.temperature_order = (knows_ & kNeedsTemperature) != 0 ? TemperatureOrder(range) : 0;
+  out.temperature_order = temperature_known_ ? TemperatureOrder(range) : 0;
   out.reference_degC = mean_temperature_;
   const auto turned = static_cast<Eigen::Index>(out.turned.size());
   const auto constants = static_cast<Eigen::Index>(out.constants);
   out.columns = Eigen::MatrixXd::Zero(rows(), turned + constants + out.temperature_order);
-  Eigen::Index run = -1;
+  Eigen::Index power_on = -1;
   for (Eigen::Index i = 0; i < rows(); ++i) {
-    if (run + 1 < constants && run_begins_[static_cast<std::size_t>(run + 1)] == i) ++run;
+    if (power_on + 1 < constants && power_on_begins_[static_cast<std::size_t>(power_on + 1)] == i)
+      ++power_on;
     const double dt = intervals_[static_cast<std::size_t>(i)].duration_s;
     for (Eigen::Index j = 0; j < turned; ++j) {
       out.columns(i, j) =
           trail(i).rotation_deg[ref(i).interval][out.turned[static_cast<std::size_t>(j)]];
     }
-    out.columns(i, turned + run) = dt;
+    out.columns(i, turned + power_on) = dt;
   }
   for (int k = 0; k < out.temperature_order; ++k)
     out.columns.col(turned + constants + k) = TemperaturePower(k + 1);
@@ -176,7 +190,7 @@ Eigen::MatrixXd ChannelProblem::Columns(const Effect& effect, const BasisContext
   const bool table = (effect.needs & kNeedsTableAxis) != 0;
   for (std::size_t t = 0, row = 0; t < trails_.size(); ++t) {
     const Trail& trail = trails_[t];
-    if (effect.domain == EffectDomain::kAngle && !trail.nodes.empty())
+    if (effect.domain != EffectDomain::kRate && !trail.nodes.empty())
       basis->At(trail.nodes.front(), b.data());
     for (std::size_t i = 0; i < trail.still.size(); ++i) {
       if (effect.domain == EffectDomain::kRate) {

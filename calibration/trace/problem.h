@@ -24,7 +24,7 @@ struct ProblemRow {
 // Columns of the baseline: M w + b(T).
 struct Baseline {
   std::vector<std::size_t> turned;   // sensor axes with a column of M, its own first; may be empty
-  std::size_t constants = 0;         // one a measurement
+  std::size_t constants = 0;         // zero-rate offsets: one a power-on
   int temperature_order = 0;         // of b(T) beyond the constant
   double reference_degC = kMissing;  // T0
   Eigen::MatrixXd columns;           // rows x (turned + constants + temperature_order)
@@ -48,8 +48,13 @@ class ChannelProblem {
   const TrackPoint& end_node(Eigen::Index row) const;
   // Rows at which another measurement begins.
   const std::vector<Eigen::Index>& run_begins() const { return run_begins_; }
-  // Of the measurement that begins there, as they were given, from 1.
-  std::size_t run_number(std::size_t run) const { return trail(run_begins_[run]).number; }
+  // Rows at which another power-on begins, and with it another zero-rate offset. Measurements of
+  // one power-on share theirs: its random walk goes on through the gaps between them.
+  const std::vector<Eigen::Index>& power_on_begins() const { return power_on_begins_; }
+  // Of the first measurement of a power-on, as they were given, from 1.
+  std::size_t first_number(std::size_t power_on) const {
+    return trail(power_on_begins_[power_on]).number;
+  }
 
   Baseline MakeBaseline() const;
   // rows() x terms: what each term of the effect adds to each row's output, per unit.
@@ -88,9 +93,10 @@ class ChannelProblem {
   std::size_t channel_;
   std::vector<ProblemRow> rows_;
   std::vector<Interval> intervals_;
-  std::vector<Eigen::Index> run_begins_;
+  std::vector<Eigen::Index> run_begins_, power_on_begins_;
   Eigen::VectorXd output_;
   unsigned knows_ = 0;
+  bool temperature_known_ = false;
   std::vector<std::size_t> table_axes_;
   std::vector<bool> feels_table_;
   Vector3 path_ = {};

@@ -230,8 +230,8 @@ ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_sco
     peak.gain = gain;
     peak.nonlinear = k;
   }
-  // Between the whole numbers of periods lie others, which the refinement reaches.
-  peak.tried = 8.0 * kMostPeriods;
+  // About each whole number of periods lie others, which the refinement reaches.
+  peak.tried = 4.0 * kMostPeriods;
   return peak;
 }
 

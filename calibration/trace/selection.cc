@@ -276,6 +276,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     candidate.log_level = level;
     candidate.tail_freedom = peak.tail_freedom;
     if (Barred(candidate.family)) continue;
+    if (peak.id == "angle.step") PlaceStep(model, &candidate);
     const Eigen::Index mark = store_.used();
     candidate.columns = store_.Add(White(candidate));
     double excess = level - LogP(candidate, model);
@@ -290,6 +291,25 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
       store_.DropFrom(mark);
     }
   }
+}
+
+// Within the nodes around: what a node is the mean of may lie on both sides of the step.
+void Selection::PlaceStep(const WhiteStore::Columns& model, Candidate* candidate) const {
+  constexpr int kPlaces = 8;  // on either side
+  constexpr double kStep_s = 0.0125;
+  const Projection model_off(store_.Take(model));
+  const Eigen::VectorXd residual = Residual();
+  const double middle_s = candidate->context.nonlinear[0];
+  double most = 0.0, best_s = middle_s;
+  for (int place = -kPlaces; place <= kPlaces; ++place) {
+    SetNonlinear({middle_s + place * kStep_s}, candidate);
+    const Eigen::VectorXd left = model_off.Off(White(*candidate));
+    const double gain = std::pow(left.dot(residual), 2) / left.squaredNorm();
+    if (!(gain > most)) continue;
+    most = gain;
+    best_s = candidate->context.nonlinear[0];
+  }
+  SetNonlinear({best_s}, candidate);
 }
 
 // The best ramp of each quantity that curves are sought in.

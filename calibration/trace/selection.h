@@ -69,6 +69,7 @@ class Selection {
   bool AddBest();
   void TryPool(const WhiteStore::Columns& model, Best* best) const;
   void TryScans(const WhiteStore::Columns& model, Best* best);
+  void PlaceStep(const WhiteStore::Columns& model, Candidate* candidate) const;
   void TryProducts(Best* best) const;
   void TryRamps(const WhiteStore::Columns& model, Best* best) const;
   std::vector<Ramp> BestRamps(const WhiteStore::Columns& model) const;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include "base/measurement.h"
@@ -35,11 +36,22 @@ struct TrackPoint {
   // At nodes: angle about each sensor axis by which the gyro turned on from this time to the times
   // kNear_s before and after it [deg]. nullptr where it is not known.
   const Near* turned_near_deg = nullptr;
+  // At nodes that are the mean of several readings of the reference: how many, the time
+  // from one to the next, and what each of the table's axes turns in it.
+  std::size_t readings = 1;
+  double reading_step_s = 0.0;
+  Vector3 reading_step_deg = {};
+  // Time that they stand for [s]; 0: an instant.
+  double span_s() const {
+    return readings > 1 ? static_cast<double>(readings) * reading_step_s : 0.0;
+  }
   // At nodes: how far the gyro has felt each of the table's axes turn [deg]; its scale and noise
   // add up in it, so only changes over a short time mean anything. NaN where it cannot feel it.
   Vector3 table_by_gyro_deg = {kMissing, kMissing, kMissing};
   // The same at a few times since the node before, less that at this node: half way, 40 ms, 20 ms.
   std::array<Vector3, 3> table_way_deg = {};
+  // And after it: 20 ms, 40 ms.
+  std::array<Vector3, 2> table_way_on_deg = {};
   const double* covariates = nullptr;  // of MeasurementInfo::covariates, in order
 };
 

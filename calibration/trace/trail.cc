@@ -9,11 +9,9 @@ namespace gyrobench::calibration {
 namespace {
 
 // The error of a mean over a rest does not fall for ever: what is not noise stays.
-constexpr double kLeastShare = 0.04;
+constexpr double kLeastShare = 0.005;
 // What is left of a reading's error, as a variance, where the channel does not feel the axis.
 constexpr double kLeastFelt = 1e-4;
-// A motion that begins softly is below the noise of single readings for so long.
-constexpr double kCreep_s = 0.2;
 
 Vector3 Minus(const Vector3& a, const Vector3& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
@@ -25,12 +23,13 @@ class TrailMaker {
              const std::vector<std::string>& covariates, Trail* trail)
       : recording_(recording),
         covariates_(covariates),
-        nodes_(recording.columns.nodes),
         units_(units),
         trail_(*trail),
-        rest_of_(nodes_.size(), kNoRest) {}
+        nodes_(trail->epochs),
+        rest_of_(RestsOfNodes(recording)) {}
 
   void Make() {
+    ChooseEpochs();
     trail_.nodes.resize(nodes_.size());
     const std::size_t intervals = nodes_.empty() ? 0 : nodes_.size() - 1;
     trail_.halves.resize(2 * intervals);
@@ -38,9 +37,10 @@ class TrailMaker {
     trail_.usable.assign(intervals, {true, true, true});
     trail_.rotation_deg.assign(intervals, Vector3{});
     trail_.reference_share.assign(nodes_.size(), {1.0, 1.0, 1.0});
-    FindRests();
+    trail_.reference_walk_s.assign(nodes_.size(), 0.0);
+    Points();
     MarkUnusable(recording_, units_, &trail_);
-    settled_ = SettleAxes(recording_);
+    settled_ = SettleAxes(recording_, nodes_);
     RestAngles();
     Rotations();
     Tables();
@@ -59,18 +59,44 @@ class TrailMaker {
   bool AtRest(std::size_t k) const { return rest_of_[k] != kNoRest; }
   double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
 
-  void FindRests() {
-    std::size_t rest = 0;
-    const std::vector<Rest>& rests = recording_.columns.rests;
+  // A moving node is the mean of its readings. Earth's rotation, the table's angles and the world's
+  // axes go with them; temperature and the like are means since the node before anyway.
+  void ChooseEpochs() {
+    trail_.epochs = recording_.columns.nodes;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      const double t_s = nodes_[k].at.t_s;
-      trail_.nodes[k].t_s = trail_.nodes[k].since_power_on_s = t_s;
-      while (rest < rests.size() && rests[rest].end.t_s < t_s) ++rest;
-      if (rest == rests.size() || rests[rest].begin.t_s > t_s) continue;
-      if (t_s <= rests[rest].reference_begin_s + kCreep_s ||
-          t_s >= rests[rest].reference_end_s - kCreep_s)
-        continue;
-      rest_of_[k] = rest;
+      Node& epoch = trail_.epochs[k];
+      const Node& before = recording_.columns.nodes[k > 0 ? k - 1 : 0];
+      if (!AtRest(k) && epoch.mean.output_known && epoch.mean.readings > 0.0) {
+        epoch.at = {epoch.mean.t_s, epoch.mean.z};
+        epoch.rotation_deg = epoch.mean.rotation_deg;
+        epoch.earth_deg = epoch.mean.earth_deg;
+        epoch.table_deg = epoch.mean.table_deg;
+        epoch.world_x = epoch.mean.world_x;
+        epoch.world_z = epoch.mean.world_z;
+      } else {
+        epoch.mean.output_known = false;
+      }
+      if (k > 0) ChooseMiddle(before, trail_.epochs[k - 1].at.t_s, &epoch);
+    }
+  }
+
+  // The mark of the output's integral that is nearest to the middle of the interval: that half way
+  // between the nodes as recorded, or the node before itself, which its mean has gone ahead of.
+  static void ChooseMiddle(const Node& before, double begin_s, Node* epoch) {
+    const double middle_s = 0.5 * (begin_s + epoch->at.t_s);
+    if (std::fabs(before.at.t_s - middle_s) >= std::fabs(epoch->half_s - middle_s)) return;
+    epoch->half_s = before.at.t_s;
+    epoch->z_half = before.at.z;
+  }
+
+  void Points() {
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      TrackPoint& point = trail_.nodes[k];
+      point.t_s = point.since_power_on_s = nodes_[k].at.t_s;
+      if (!nodes_[k].mean.output_known) continue;
+      trail_.reference_walk_s[k] = nodes_[k].mean.walk_s;
+      point.readings = nodes_[k].mean.steps;
+      point.reading_step_s = nodes_[k].mean.step_s;
     }
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i)
       trail_.still[i] = AtRest(i) && rest_of_[i] == rest_of_[i + 1];
@@ -121,19 +147,31 @@ class TrailMaker {
     std::vector<double> count(rest_angle_.size(), 0.0);
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       if (!AtRest(k)) continue;
+      const ReadingsMean& mean = nodes_[k].mean;
+      const bool known = mean.readings > 0.0;
+      const double readings = known ? mean.readings : 1.0;
       for (std::size_t a = 0; a < 3; ++a) {
-        rest_angle_[rest_of_[k]][a] += nodes_[k].table_deg[a];
-        rest_rotation_[rest_of_[k]][a] += nodes_[k].rotation_deg[a];
+        rest_angle_[rest_of_[k]][a] +=
+            readings * (known ? mean.table_deg[a] : nodes_[k].table_deg[a]);
+        rest_rotation_[rest_of_[k]][a] +=
+            readings * (known ? mean.rotation_deg[a] : nodes_[k].rotation_deg[a]);
       }
-      count[rest_of_[k]] += 1.0;
+      count[rest_of_[k]] += readings;
     }
     for (std::size_t rest = 0; rest < rest_angle_.size(); ++rest) {
       for (double& angle : rest_angle_[rest]) angle /= count[rest];
       for (double& angle : rest_rotation_[rest]) angle /= count[rest];
     }
+    const ReadingErrors errors(recording_);
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      if (AtRest(k))
-        trail_.reference_share[k].fill(std::max(kLeastShare, 1.0 / count[rest_of_[k]]));
+      if (AtRest(k)) {
+        const double share = errors.ShareAtRest(count[rest_of_[k]]);
+        trail_.reference_share[k].fill(std::max(kLeastShare, share));
+      } else if (nodes_[k].mean.output_known) {
+        const Vector3& to = nodes_[k].table_deg;
+        const Vector3& from = nodes_[k > 0 ? k - 1 : k].table_deg;
+        trail_.reference_share[k].fill(errors.ShareInMotion(nodes_[k].mean, from, to));
+      }
       for (std::size_t a = 0; a < 3; ++a) {
         if (AtRest(k) && !settled_.is_settled[k][a])
           settled_.angle_deg[k][a] = rest_angle_[rest_of_[k]][a];
@@ -202,13 +240,20 @@ class TrailMaker {
         }
       }
     }
+    for (std::size_t k = 1; k + 1 < nodes_.size(); ++k) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double rate =
+            0.5 * (trail_.nodes[k].table_rate_deg_s[a] + trail_.nodes[k + 1].table_rate_deg_s[a]);
+        trail_.nodes[k].reading_step_deg[a] = rate * nodes_[k].mean.step_s;
+      }
+    }
   }
 
   const Recording& recording_;
   const std::vector<std::string>& covariates_;
-  const std::vector<Node>& nodes_;
   const Vector3& units_;
   Trail& trail_;
+  const std::vector<Node>& nodes_;  // the trail's epochs
   std::vector<std::size_t> rest_of_;
   SettledAngles settled_;
   std::vector<Vector3> rest_angle_;  // of each rest: means over its nodes

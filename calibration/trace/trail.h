@@ -17,6 +17,9 @@ struct Trail {
   std::size_t number = 1;  // of the measurement, as they were given
   bool new_power_on = true;
   bool earth_rate_known = false;  // Earth's rotation is in the rotations
+  // The recording's nodes as they are used: where the table moves at the mean of their readings
+  // (times, rotations, integrals of the output), at rest as they are.
+  std::vector<Node> epochs;
   // One point a node; two a interval (i from node i to i + 1), in the middle of its halves:
   // halves[2 i], halves[2 i + 1]. Rates there are means over the half.
   std::vector<TrackPoint> nodes, halves;
@@ -27,8 +30,11 @@ struct Trail {
   // at rest but for Earth's.
   std::vector<Vector3> rotation_deg;
   // Of each node and channel: variance of the rotation up to it relative to one reading's. Means
-  // over rests are better, and of axes across the channel it feels nothing.
+  // over rests and over the readings of a node are better, and of axes across the channel it feels
+  // nothing.
   std::vector<Vector3> reference_share;
+  // Of each node: ReadingsMean::walk_s; 0 where it is one instant.
+  std::vector<double> reference_walk_s;
   std::vector<double> covariates;  // of the points: nodes, then halves
   std::vector<Near> near;          // of the nodes: what their turned_near_deg points to
   bool gravity_known = false, temperature_known = false, vibration_known = false;
@@ -42,8 +48,9 @@ struct Trail {
 Trail MakeTrail(const Recording& recording, const Vector3& units_per_deg_s, bool new_power_on,
                 const std::vector<std::string>& covariates);
 
-// Output units per deg/s of each channel: least squares of the output on the reference; the nominal
-// value where the channel did not turn; NaN where neither says.
+// Output units per deg/s of each channel: least squares of the output on the reference over what
+// turns beyond the noise of its readings; the nominal value where the channel did not turn; NaN
+// where neither says.
 Vector3 RoughSensitivity(const Recording& recording);
 
 }  // namespace gyrobench::calibration

@@ -67,6 +67,12 @@ std::vector<double> WithoutGaps(const std::vector<double>& t_s, std::vector<doub
   return value;
 }
 
+std::vector<double> EpochTimes(const Trail& trail) {
+  std::vector<double> t_s;
+  for (const Node& epoch : trail.epochs) t_s.push_back(epoch.at.t_s);
+  return t_s;
+}
+
 }  // namespace
 
 std::vector<double> NodeTimes(const Recording& recording) {
@@ -93,7 +99,7 @@ std::vector<double> CovariateOf(const Recording& recording, const std::string& n
 
 void FillTemperature(const Recording& recording, Trail* trail) {
   if (!recording.info.temperature_present) return;
-  const std::vector<double> t_s = NodeTimes(recording);
+  const std::vector<double> t_s = EpochTimes(*trail);
   std::vector<double> value = TemperatureOf(recording);
   const std::vector<bool> tellable = TellableTimes(t_s, value);
   const double share = TellableShare(t_s, tellable);
@@ -129,7 +135,7 @@ void FillCovariates(const Recording& recording, const std::vector<std::string>& 
   FillVibration(recording.columns.nodes, trail);
   const std::size_t count = covariates.size();
   if (count == 0) return;
-  const std::vector<double> t_s = NodeTimes(recording);
+  const std::vector<double> t_s = EpochTimes(*trail);
   trail->covariates.resize(t_s.size() * count);
   for (std::size_t j = 0; j < count; ++j) {
     std::vector<double> value = CovariateOf(recording, covariates[j]);

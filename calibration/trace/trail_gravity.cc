@@ -67,7 +67,7 @@ void GravityFromAccelerometer(const std::vector<Node>& nodes, std::size_t axis, 
 
 void GravityByPose(const Recording& recording, const std::vector<std::size_t>& rest_of,
                    Trail* trail) {
-  const std::vector<Node>& nodes = recording.columns.nodes;
+  const std::vector<Node>& nodes = trail->epochs;
   const std::vector<Rest>& rests = recording.columns.rests;
   std::vector<Vector3> sum(rests.size(), Vector3{});
   for (std::size_t k = 0; k < nodes.size(); ++k) {
@@ -109,7 +109,7 @@ void CompareWithAccelerometer(const std::vector<Node>& nodes, Trail* trail) {
 
 void FillGravity(const Recording& recording, const std::vector<std::size_t>& rest_of,
                  Trail* trail) {
-  const std::vector<Node>& nodes = recording.columns.nodes;
+  const std::vector<Node>& nodes = trail->epochs;
   const ReferenceKind kind = recording.info.reference;
   if (kind == ReferenceKind::kStandAngles || kind == ReferenceKind::kOrientation) {
     for (std::size_t k = 0; k < nodes.size(); ++k) {

@@ -12,6 +12,10 @@ namespace gyrobench::calibration {
 
 inline constexpr std::size_t kNoRest = static_cast<std::size_t>(-1);
 
+// Of each node: index of the rest that it is in, or kNoRest. A rest ends where the gyro feels the
+// motion, or the reference shows it, less the time for which neither would.
+std::vector<std::size_t> RestsOfNodes(const Recording& recording);
+
 // What may be used of it, channel by channel: no bad stretches, and rests alone where there is no
 // reference; none in which the reference says rest and the gyro says turning. Needs `still`.
 void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail);
@@ -22,7 +26,23 @@ struct SettledAngles {
   std::vector<Vector3> angle_deg;
   std::vector<std::array<bool, 3>> is_settled;
 };
-SettledAngles SettleAxes(const Recording& recording);
+SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& epochs);
+
+// How the error of several readings' mean compares with one reading's, as variances. Noise
+// averages; the rounding to the steps of a coarse encoder does not, where neither noise nor motion
+// carries the readings over several steps.
+class ReadingErrors {
+ public:
+  explicit ReadingErrors(const Recording& recording);
+  double ShareAtRest(double readings) const;
+  // Of the readings since the node before; tables' angles there and here.
+  double ShareInMotion(const ReadingsMean& mean, const Vector3& from_deg,
+                       const Vector3& to_deg) const;
+
+ private:
+  Vector3 step_deg_ = {};
+  double rounded_ = 0.0;  // 0: noise carries the readings over many steps, 1: not at all
+};
 
 // Gravity and heading in the sensor's frame: by the reference where it gives an orientation, by the
 // accelerometer where one axis turns or none. `rest_of`: index of each node's rest, or kNoRest.

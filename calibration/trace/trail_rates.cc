@@ -46,10 +46,8 @@ class RateMaker {
       for (std::size_t c = 0; c < 3; ++c) {
         const double turned = trail_.rotation_deg[i][c];
         double uneven = 0.0;  // half the difference of the halves, as the gyro saw it
-        if (Shapes(i, c) && !Quiet(i, c)) {
-          const double first = nodes_[i + 1].z_half[c] - nodes_[i].at.z[c];
-          const double second = nodes_[i + 1].at.z[c] - nodes_[i + 1].z_half[c];
-          uneven = 0.5 * (first - second) / units_[c];
+        if (Shapes(i, c) && !Quiet(i, c) && HasMiddle(i)) {
+          uneven = 0.25 * dt * (MeanOutput(i, c, false) - MeanOutput(i, c, true)) / units_[c];
         }
         trail_.halves[2 * i].rate_deg_s[c] = (turned + 2.0 * uneven) / dt;
         trail_.halves[2 * i + 1].rate_deg_s[c] = (turned - 2.0 * uneven) / dt;
@@ -116,11 +114,15 @@ class RateMaker {
         const double half_s = 0.5 * Length(k - 1);
         const Vector3 turned = about(Minus(nodes_[k - 1].at.z, nodes_[k].at.z), -2.0 * half_s);
         for (std::size_t a = 0; a < 3; ++a) sum[a] -= turned[a];
-        point.table_way_deg[0] = about(Minus(nodes_[k].z_half, nodes_[k].at.z), -half_s);
+        if (HasMiddle(k - 1))
+          point.table_way_deg[0] = about(Minus(nodes_[k].z_half, nodes_[k].at.z), -Before(k - 1));
         for (std::size_t n = 0; n < 2; ++n) {
           const std::size_t near = 2 * n;  // 40 ms, 20 ms
           if (-kNear_s[near] < half_s)
             point.table_way_deg[n + 1] = about(nodes_[k].z_near[near], kNear_s[near]);
+          const std::size_t after = 2 * n + 5;  // 20 ms, 40 ms
+          if (kNear_s[after] < 0.5 * point.span_s())
+            point.table_way_on_deg[n] = about(nodes_[k].z_near[after], kNear_s[after]);
         }
       }
       point.table_by_gyro_deg = sum;
@@ -209,6 +211,21 @@ class RateMaker {
     return trail_.usable[i][c] && std::isfinite(units_[c]);
   }
 
+  // How far before node i + 1 the output's integral is known on the way [s].
+  double Before(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i + 1].half_s; }
+  // Near enough to the middle to say what each half saw.
+  bool HasMiddle(std::size_t i) const {
+    constexpr double kLeastPart = 0.2;
+    const double part = Before(i) / Length(i);
+    return part > kLeastPart && part < 1.0 - kLeastPart;
+  }
+  // Output over the part of interval i before its mark on the way, or after it.
+  double MeanOutput(std::size_t i, std::size_t c, bool after) const {
+    const double after_s = Before(i);
+    return after ? (nodes_[i + 1].at.z[c] - nodes_[i + 1].z_half[c]) / after_s
+                 : (nodes_[i + 1].z_half[c] - nodes_[i].at.z[c]) / (Length(i) - after_s);
+  }
+
   // The channel hardly turns: what shape the gyro sees is its noise.
   bool Quiet(std::size_t i, std::size_t c) const {
     return trail_.still[i] || std::fabs(trail_.rotation_deg[i][c]) < kLeastMotion_deg_s * Length(i);
@@ -251,7 +268,7 @@ class RateMaker {
 }  // namespace
 
 void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail) {
-  RateMaker maker(recording.columns.nodes, units_per_deg_s, trail);
+  RateMaker maker(trail->epochs, units_per_deg_s, trail);
   maker.Halves();
   maker.Steady();
   maker.Nodes();

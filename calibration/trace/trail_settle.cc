@@ -29,12 +29,39 @@ double RestTolerance(const std::vector<Node>& nodes, std::size_t axis) {
   return std::clamp(std::max(6.0 * *fifth / 0.253, 10.0 * resolution), 0.005, 0.1);
 }
 
+// The best that a node's readings say of an axis.
+double Angle(const Node& node, std::size_t axis) {
+  return node.mean.readings > 0.0 ? node.mean.table_deg[axis] : node.table_deg[axis];
+}
+
+// Without the nodes at the ends that have left what the others are about: a motion that begins or
+// ends softly stays within the tolerance for a while.
+void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, std::size_t* begin,
+                 std::size_t* end) {
+  constexpr double kSigmas = 3.0;
+  constexpr double kLeast_deg = 1e-4;
+  std::vector<double> off;
+  for (std::size_t k = *begin; k < *end; ++k) off.push_back(Angle(nodes[k], axis));
+  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+  std::nth_element(off.begin(), middle, off.end());
+  const double median = *middle;
+  for (double& value : off) value = std::fabs(value - median);
+  std::nth_element(off.begin(), middle, off.end());
+  // Half of normal values are within 0.674 standard deviations.
+  const double limit = kSigmas * std::max(*middle / 0.674, kLeast_deg);
+  auto leaves = [&](std::size_t k) { return std::fabs(Angle(nodes[k], axis) - median) > limit; };
+  while (*end > *begin + 1 && leaves(*end - 1)) --*end;
+  while (*end > *begin + 1 && leaves(*begin)) ++*begin;
+}
+
 // Nodes [begin, end) of one axis.
 void Settle(const std::vector<Node>& nodes, std::size_t axis, std::size_t begin, std::size_t end,
             SettledAngles* out) {
+  if (end < begin + kShortestSettled) return;
+  CutSoftEnds(nodes, axis, &begin, &end);
   if (end < begin + kShortestSettled + 2 * kEnds) return;
   double sum = 0.0;
-  for (std::size_t k = begin + kEnds; k < end - kEnds; ++k) sum += nodes[k].table_deg[axis];
+  for (std::size_t k = begin + kEnds; k < end - kEnds; ++k) sum += Angle(nodes[k], axis);
   const double mean = sum / static_cast<double>(end - begin - 2 * kEnds);
   const std::size_t first = begin == 0 ? 0 : begin + kEnds;
   const std::size_t last = end == nodes.size() ? end : end - kEnds;
@@ -46,8 +73,7 @@ void Settle(const std::vector<Node>& nodes, std::size_t axis, std::size_t begin,
 
 }  // namespace
 
-SettledAngles SettleAxes(const Recording& recording) {
-  const std::vector<Node>& nodes = recording.columns.nodes;
+SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& nodes) {
   SettledAngles out;
   for (const Node& node : nodes) out.angle_deg.push_back(node.table_deg);
   out.is_settled.assign(nodes.size(), {});

@@ -25,8 +25,13 @@ void MarkBad(const Recording& recording, Trail* trail) {
                          [](double t_s, const Node& node) { return t_s < node.at.t_s; });
     auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - nodes.begin() - 1, 0));
     for (; i + 1 < nodes.size() && nodes[i].at.t_s < stretch.end_s; ++i) {
+      // A node that is the mean of its readings carries what happens up to it into the next
+      // interval.
+      const bool next = i + 2 < nodes.size() && trail->epochs[i + 1].mean.output_known;
       for (std::size_t c = 0; c < 3; ++c) {
-        if (stretch.channel[c]) trail->usable[i][c] = false;
+        if (!stretch.channel[c]) continue;
+        trail->usable[i][c] = false;
+        if (next) trail->usable[i + 1][c] = false;
       }
     }
   }
@@ -57,8 +62,8 @@ std::vector<bool> WhereTurning(const std::vector<double>& rates) {
 // Where the reference says rest and the gyro says turning, one of them is wrong: such stretches
 // are not used, and what they hold is no effect. A bias that drifts with temperature goes as far,
 // but slowly.
-void MarkDeadReference(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail) {
-  const std::vector<Node>& nodes = recording.columns.nodes;
+void MarkDeadReference(const Vector3& units_per_deg_s, Trail* trail) {
+  const std::vector<Node>& nodes = trail->epochs;
   std::size_t wrong = 0, rests = 0;
   for (std::size_t c = 0; c < 3; ++c) {
     if (!std::isfinite(units_per_deg_s[c])) continue;
@@ -90,7 +95,7 @@ void MarkDeadReference(const Recording& recording, const Vector3& units_per_deg_
 
 void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail) {
   MarkBad(recording, trail);
-  MarkDeadReference(recording, units_per_deg_s, trail);
+  MarkDeadReference(units_per_deg_s, trail);
 }
 
 }  // namespace gyrobench::calibration

@@ -1,0 +1,50 @@
+// What the mean of several readings of the reference is worth.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "calibration/trace/trail_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// Noise of half a step spreads the readings so evenly that rounding is noise as well (Widrow and
+// Kollar, Quantization Noise, 2008).
+constexpr double kDither = 0.5;
+
+double MedianScatter(const std::vector<Rest>& rests) {
+  std::vector<double> scatter;
+  for (const Rest& rest : rests) scatter.push_back(rest.scatter_deg);
+  const auto middle = scatter.begin() + static_cast<std::ptrdiff_t>(scatter.size() / 2);
+  std::nth_element(scatter.begin(), middle, scatter.end());
+  return *middle;
+}
+
+}  // namespace
+
+ReadingErrors::ReadingErrors(const Recording& recording) : step_deg_(recording.reference_step_deg) {
+  double step_deg = 0.0;
+  for (const double step : step_deg_) {
+    if (std::isfinite(step)) step_deg = std::max(step_deg, step);
+  }
+  const std::vector<Rest>& rests = recording.columns.rests;
+  if (!(step_deg > 0.0) || rests.empty()) return;
+  const double dither = MedianScatter(rests) / (kDither * step_deg);
+  rounded_ = std::clamp(1.0 - dither * dither, 0.0, 1.0);
+}
+
+double ReadingErrors::ShareAtRest(double readings) const {
+  return rounded_ + (1.0 - rounded_) / readings;
+}
+
+double ReadingErrors::ShareInMotion(const ReadingsMean& mean, const Vector3& from_deg,
+                                    const Vector3& to_deg) const {
+  double steps = 0.0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double passed = std::fabs(to_deg[a] - from_deg[a]) / step_deg_[a];
+    if (std::isfinite(passed)) steps = std::max(steps, passed);
+  }
+  return rounded_ / std::min(mean.readings, 1.0 + steps) + (1.0 - rounded_) / mean.readings;
+}
+
+}  // namespace gyrobench::calibration

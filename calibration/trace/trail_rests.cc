@@ -1,0 +1,146 @@
+// Which nodes are at rest.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "calibration/trace/trail_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// A motion that begins softly is below the noise of single readings for so long.
+constexpr double kCreep_s = 0.2;
+// Beyond so many standard deviations of the output between two nodes at rest the sensor turns.
+constexpr double kTurnSigmas = 4.0;
+// So long before the end (after the begin) of a rest a motion may have begun that neither single
+// readings nor single samples show; what comes before is what the sensor shows at rest.
+constexpr double kEdge_s = 1.5;
+constexpr std::size_t kLeastQuiet = 4, kMostQuiet = 30;
+
+class RestTrimmer {
+ public:
+  RestTrimmer(const Recording& recording, std::vector<std::size_t>* rest_of)
+      : recording_(recording),
+        nodes_(recording.columns.nodes),
+        rest_of_(*rest_of),
+        sigma_(Scatter()) {}
+
+  void Run() {
+    for (std::size_t begin = 0, end = 0; begin < rest_of_.size(); begin = end) {
+      for (end = begin + 1; end < rest_of_.size() && rest_of_[end] == rest_of_[begin];) ++end;
+      if (rest_of_[begin] != kNoRest) Trim(begin, end);
+    }
+  }
+
+ private:
+  double Rate(std::size_t i, std::size_t c) const {
+    return (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / (nodes_[i + 1].at.t_s - nodes_[i].at.t_s);
+  }
+  bool Within(std::size_t i) const {
+    return i + 1 < rest_of_.size() && rest_of_[i] != kNoRest && rest_of_[i] == rest_of_[i + 1];
+  }
+
+  // Of the output from node to node at rest: from the median difference of neighbours, which few
+  // that turn do not move (0.954: of the size of a normal difference of two).
+  Vector3 Scatter() const {
+    Vector3 sigma = {};
+    std::vector<double> differences;
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (!recording_.info.gyro_present[c]) continue;
+      differences.clear();
+      for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
+        if (Within(i) && Within(i + 1))
+          differences.push_back(std::fabs(Rate(i + 1, c) - Rate(i, c)));
+      }
+      if (differences.empty()) continue;
+      const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+      std::nth_element(differences.begin(), middle, differences.end());
+      sigma[c] = *middle / 0.954;
+    }
+    return sigma;
+  }
+
+  // Nodes [begin, end) of one rest.
+  void Trim(std::size_t begin, std::size_t end) {
+    // A measurement that begins or ends at rest has no motion there.
+    const std::size_t last = end < nodes_.size() ? MotionFrom(begin, end) : end;
+    const std::size_t first = begin > 0 ? RestFrom(begin, last) : begin;
+    for (std::size_t k = begin; k < first; ++k) rest_of_[k] = kNoRest;
+    for (std::size_t k = last; k < end; ++k) rest_of_[k] = kNoRest;
+  }
+
+  // Mean output over intervals [from, to).
+  Vector3 Quiet(std::size_t from, std::size_t to) const {
+    Vector3 mean = {};
+    for (std::size_t c = 0; c < 3; ++c) {
+      mean[c] =
+          (nodes_[to].at.z[c] - nodes_[from].at.z[c]) / (nodes_[to].at.t_s - nodes_[from].at.t_s);
+    }
+    return mean;
+  }
+
+  bool Turns(std::size_t i, const Vector3& quiet) const {
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (sigma_[c] > 0.0 && std::fabs(Rate(i, c) - quiet[c]) > kTurnSigmas * sigma_[c])
+        return true;
+    }
+    return false;
+  }
+
+  // The first node that does not count as rest because a motion follows.
+  std::size_t MotionFrom(std::size_t begin, std::size_t end) const {
+    std::size_t edge = end;
+    while (edge > begin && nodes_[end - 1].at.t_s - nodes_[edge - 1].at.t_s < kEdge_s) --edge;
+    if (edge < begin + kLeastQuiet + 1) return end;
+    const Vector3 quiet = Quiet(edge > begin + kMostQuiet ? edge - kMostQuiet : begin, edge);
+    for (std::size_t i = edge; i + 1 < end; ++i) {
+      if (!Turns(i, quiet)) continue;
+      const double begin_s = nodes_[i].at.t_s - kCreep_s;
+      while (i > edge && nodes_[i].at.t_s > begin_s) --i;
+      return i;
+    }
+    return end;
+  }
+
+  // The first node that counts as rest after a motion.
+  std::size_t RestFrom(std::size_t begin, std::size_t end) const {
+    std::size_t edge = begin;
+    while (edge < end && nodes_[edge].at.t_s - nodes_[begin].at.t_s < kEdge_s) ++edge;
+    if (edge + kLeastQuiet >= end) return begin;
+    const Vector3 quiet = Quiet(edge, std::min(edge + kMostQuiet, end - 1));
+    for (std::size_t i = edge; i-- > begin;) {
+      if (!Turns(i, quiet)) continue;
+      const double end_s = nodes_[i + 1].at.t_s + kCreep_s;
+      for (++i; i < edge && nodes_[i].at.t_s < end_s;) ++i;
+      return i;
+    }
+    return begin;
+  }
+
+  const Recording& recording_;
+  const std::vector<Node>& nodes_;
+  std::vector<std::size_t>& rest_of_;
+  Vector3 sigma_;
+};
+
+}  // namespace
+
+std::vector<std::size_t> RestsOfNodes(const Recording& recording) {
+  const std::vector<Node>& nodes = recording.columns.nodes;
+  const std::vector<Rest>& rests = recording.columns.rests;
+  std::vector<std::size_t> rest_of(nodes.size(), kNoRest);
+  std::size_t rest = 0;
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const double t_s = nodes[k].at.t_s;
+    while (rest < rests.size() && rests[rest].end.t_s < t_s) ++rest;
+    if (rest == rests.size() || rests[rest].begin.t_s > t_s) continue;
+    if (t_s <= rests[rest].reference_begin_s + kCreep_s ||
+        t_s >= rests[rest].reference_end_s - kCreep_s)
+      continue;
+    rest_of[k] = rest;
+  }
+  if (recording.info.reference != ReferenceKind::kNone) RestTrimmer(recording, &rest_of).Run();
+  return rest_of;
+}
+
+}  // namespace gyrobench::calibration
