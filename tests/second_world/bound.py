@@ -1,0 +1,178 @@
+"""The Cramer-Rao bound of every raw sample and every reading, and what it permits a tracer to say.
+
+Residual at each reading of the reference: z - Phi, z the integral of every gyro sample. Its noise is angle random walk
+(with the gyro's quantisation), bias random walk that runs on through the gaps of one power-on, and the reading's own
+variance noise^2 + lsb^2/12. The baseline that is left free: row of M, cubic b(T), an angle of each table, a bias of
+each power-on.
+
+What is approximate: an axis that does not turn within a table adds no noise to a channel beyond one reading's;
+the noise of angles that decompose a motion of several axes is left out; the readings of a rest are independent ones,
+but where counts are coarser than the noise a rest has one error of its own, which no averaging lowers.
+"""
+import math
+
+import numpy as np
+
+import catalogue
+from whitening import Whitener
+
+FALSE_DISCOVERY = 0.01
+ALONE = 10.0  # 2 x log-likelihood between the best and the next, to be named alone
+
+
+def reading_variance(scene, channel):
+    """Variance [deg^2] of the projected reference at each reading."""
+    bench = scene.bench
+    noise = bench["reference_noise_deg"]
+    count = 360.0 / 2 ** bench["encoder_bits"] if bench["reference"] != "quaternion" else 0.0
+    undithered = math.exp(-(2.0 * math.pi * noise / count) ** 2) if count else 0.0
+    turning = np.array([t.turning_axes() for t in scene.plan.tables], dtype=float)[scene.table_read]
+    felt = scene.at_readings(scene.directions[:, channel])
+    share = np.ones(scene.t_read_s.size)
+    if bench["reference"] == "stand":
+        share = np.maximum(1.0, (turning.T * felt ** 2).sum(axis=0))
+    variance = noise ** 2 + count ** 2 / 12.0
+    if undithered > 0.01:
+        variance = variance + count ** 2 / 12.0 * undithered * (rest_lengths(scene, count) - 1.0)
+    return share * variance
+
+
+def rest_lengths(scene, count_deg):
+    """Readings in the rest around each reading, those of 2 s at most; 1 where the angle moves on.
+
+    A rest has one error of its own. Within a long one it says nothing against the gyro's drift being seen, so the
+    error is spread over 2 s.
+    """
+    angles = scene.at_readings(scene.angles_deg)
+    step = np.abs(np.diff(angles, axis=1)).max(axis=0)
+    still = np.concatenate([[False], (step < 0.1 * count_deg) & (np.diff(scene.table_read) == 0)])
+    edges = np.flatnonzero(np.diff(still.astype(np.int8))) + 1
+    edges = np.concatenate([[0], edges, [still.size]])
+    lengths = np.repeat(np.diff(edges), np.diff(edges)).astype(float)
+    longest = max(1.0, 2.0 * min(scene.bench["reference_rate_hz"], scene.bench["gyro_rate_hz"]))
+    return np.where(still, np.minimum(lengths, longest), 1.0)
+
+
+def whitener_of(scene, channel, noise):
+    """The filter of one channel's readings. noise: arw [deg/sqrt(s)], brw [deg/s/sqrt(s)]."""
+    power_on = np.array(scene.plan.power_on)[scene.table_read]
+    starts = np.zeros(scene.t_read_s.size, dtype=np.int8)
+    starts[scene.first_read[:-1]] = 1
+    starts[0] = 2
+    starts[1:][np.diff(power_on) != 0] = 2
+    dt_s = np.diff(scene.t_read_s, prepend=scene.t_read_s[0])
+    return Whitener(np.maximum(dt_s, 0.0), reading_variance(scene, channel), starts, noise["arw_effective"],
+                    noise["brw"])
+
+
+def nuisance(scene, channel):
+    """Columns of the baseline, (p, readings): row of M where an axis moves, b(T) where temperature does."""
+    columns = [scene.integrate(w) for w in scene.w_deg_s if np.ptp(w) > 1e-6]
+    spread = np.ptp(scene.temp_degC)
+    if spread > 0.01:
+        x = (scene.temp_degC - scene.temp_degC.mean()) / spread
+        columns += [scene.integrate(x ** k) for k in (1, 2, 3)]
+    return np.array(columns)
+
+
+class Bound:
+    """Gram matrix of all candidates with the baseline projected out, for one channel of one set.
+
+    All is worked out from the Gram matrix of the scaled, whitened columns: what the baseline leaves of it is the
+    Schur complement. A column of which less than 1e-7 is left counts as absorbed.
+    """
+
+    def __init__(self, scene, channel, noise, candidates):
+        self.candidates = candidates
+        groups = [catalogue.responses(scene, channel, c) for c in candidates]
+        sizes = np.cumsum([0] + [len(g) for g in groups])
+        self.columns = [np.arange(a, b) for a, b in zip(sizes[:-1], sizes[1:])]
+        self.whiten = whitener_of(scene, channel, noise)
+        self.given = [*nuisance(scene, channel), *(column for group in groups for column in group)]
+        self.gram, self.kept = self._left(self.given, len(self.given) - sizes[-1])
+
+    def _left(self, columns, free):
+        """Gram matrix of all but the first `free` columns, those projected out; and the share left of each column."""
+        white = self.whiten(columns)
+        full = white.T @ white
+        size = np.sqrt(np.diag(full))
+        size[size == 0.0] = 1.0
+        full /= np.outer(size, size)
+        values, vectors = np.linalg.eigh(full[:free, :free])
+        root = (full[free:, :free] @ vectors) / np.sqrt(np.maximum(values, 1e-13))
+        left = full[free:, free:] - root @ root.T
+        return left * np.outer(size[free:], size[free:]), np.maximum(np.diag(left), 0.0)
+
+    def information(self, i):
+        """Information on the linear parameters of candidate i, zero where the baseline absorbs them."""
+        index = self.columns[i]
+        g = self.gram[np.ix_(index, index)].copy()
+        absorbed = self.kept[index] < 1e-7
+        g[absorbed] = 0.0
+        g[:, absorbed] = 0.0
+        return g
+
+    def sigma(self, i, direction):
+        """Standard deviation of the amplitude along a direction of candidate i's parameters: 1 / sqrt(u' G u)."""
+        information = float(direction @ self.information(i) @ direction)
+        return 1.0 / math.sqrt(information) if information > 0.0 else math.inf
+
+    def covariance(self, i, others, slopes):
+        """Covariance of the linear parameters of candidate i, with those of `others` and the columns `slopes` free."""
+        first = len(self.given) - len(self.gram)
+        index = np.concatenate([self.columns[j] for j in (i, *others)])
+        if len(slopes):
+            gram, _ = self._left(self.given[:first] + [self.given[first + k] for k in index] + list(slopes), first)
+        else:
+            gram = self.gram[np.ix_(index, index)]
+        size = np.diag(gram)
+        seen = size > 0.0
+        seen[:len(index)] &= self.kept[index] > 1e-7
+        unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, size, 1.0)), 0.0)
+        inverse = np.linalg.pinv(gram * np.outer(unit, unit), rcond=1e-9, hermitian=True) * np.outer(unit, unit)
+        mine = len(self.columns[i])
+        return inverse[:mine, :mine]
+
+    def permitted(self, rng, truth, draws=200):
+        """How often an ideal tracer names the one true effect: alone, or among rivals.
+
+        truth: (index, vector of parameters). Scores are drawn from N(G theta, G); each candidate gains
+        u' G^-1 u; the best must pass a Bonferroni threshold and be ahead of every other id by ALONE.
+        """
+        i, theta = truth
+        mean = self.gram[:, self.columns[i]] @ theta
+        seen = self.kept > 1e-7  # an absorbed column is rounding, and takes no part
+        unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, np.diag(self.gram), 1.0)), 0.0)
+        correlation = self.gram * np.outer(unit, unit)
+        values, vectors = np.linalg.eigh(correlation)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        scores = (mean * unit)[:, None] + root @ rng.standard_normal((unit.size, draws))
+        ids, gains = self._gains(scores, correlation)
+        mine = ids.index(self.candidates[i].effect)
+        best = gains.max(axis=0)
+        found = best > threshold(len(self.candidates))
+        near = (gains > best - ALONE) & found
+        alone = near[mine] & (near.sum(axis=0) == 1)
+        return float(alone.mean()), float(near[mine].mean())
+
+    def _gains(self, scores, correlation):
+        """Likelihood gain (2 log) of each id and draw: the best of its candidates."""
+        gains = {}
+        for i, candidate in enumerate(self.candidates):
+            index = self.columns[i][self.kept[self.columns[i]] > 1e-7]
+            gain = np.zeros(scores.shape[1])
+            if index.size:
+                inverse = np.linalg.pinv(correlation[np.ix_(index, index)], rcond=1e-6, hermitian=True)
+                gain = np.einsum("in,ij,jn->n", scores[index], inverse, scores[index])
+            gains[candidate.effect] = np.maximum(gains.get(candidate.effect, 0.0), gain)
+        return list(gains), np.array(list(gains.values()))
+
+
+def threshold(candidates):
+    """Gain that chance passes in 1 % of channels over all candidates, for one parameter (two-sided normal)."""
+    tail = FALSE_DISCOVERY / candidates
+    low, high = 0.0, 40.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if math.erfc(math.sqrt(middle / 2.0)) > tail else (low, middle)
+    return high

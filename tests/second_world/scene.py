@@ -1,0 +1,147 @@
+"""What truly happens in one set: motion, gravity, temperature, covariates, at the gyro's and the reference's times.
+
+All tables of a set lie one after the other in the same arrays; `table` says which is which. Times are those of the
+stamps: seconds since the power-on of the table.
+"""
+import numpy as np
+
+import geometry
+from thermal import COLD_DEGC, WARM_DEGC, Thermal
+
+
+class Scene:
+    """Arrays over gyro samples (suffix-less) and over readings of the reference (suffix `_read`)."""
+
+    def __init__(self, rng, bench, plan):
+        self.bench, self.plan = bench, plan
+        self._stamps(rng)
+        self.angles_deg, axis_rates = self.motion_at(self.t_s, self.table)
+        self.directions = geometry.axis_directions(self.angles_deg)
+        self.w_deg_s = geometry.rates_in_sensor(self.directions, axis_rates)
+        self.g = geometry.gravity_in_sensor(self.directions)
+        self._temperature(rng)
+        self._covariates(rng, axis_rates)
+        self._where_readings_lie()
+
+    # Times.
+    def _stamps(self, rng):
+        rate_hz = self.bench["gyro_rate_hz"]
+        gyro, reads = [], []
+        for table in self.plan.tables:
+            count = int((table.end_s - table.start_s) * rate_hz) + 1
+            gyro.append(table.start_s + np.arange(count) / rate_hz)
+            reads.append(self._reading_times(rng, gyro[-1]))
+        self.t_s, self.t_read_s = np.concatenate(gyro), np.concatenate(reads)
+        self.table = np.repeat(np.arange(len(gyro)), [t.size for t in gyro])
+        self.table_read = np.repeat(np.arange(len(reads)), [t.size for t in reads])
+        self.first = np.searchsorted(self.table, np.arange(len(gyro) + 1))
+        self.first_read = np.searchsorted(self.table_read, np.arange(len(gyro) + 1))
+
+    def _reading_times(self, rng, t_s):
+        """With the gyro: at every k-th of its samples. On its own clock: anywhere, with jitter."""
+        rate_hz = min(self.bench["reference_rate_hz"], self.bench["gyro_rate_hz"])
+        if not self.bench["own_clock"]:
+            return t_s[::max(1, int(round(self.bench["gyro_rate_hz"] / rate_hz)))]
+        interval_s = 1.0 / rate_hz
+        reads = np.arange(t_s[0] + rng.uniform(0.0, interval_s), t_s[-1] - interval_s, interval_s)
+        reads += interval_s * self.bench["clock_jitter"] * rng.uniform(-1.0, 1.0, reads.size)
+        reads = np.round(np.clip(reads, t_s[0], t_s[-1]), 6)
+        together = np.abs(reads * self.bench["gyro_rate_hz"] % 1.0) < 1e-4
+        return reads + 7e-6 * together  # no two rows have one stamp
+
+    def _where_readings_lie(self):
+        """Index of the gyro sample before each reading, and the fraction of the interval after it."""
+        self.before = np.empty(self.t_read_s.size, dtype=np.int64)
+        for i, part in enumerate(self.reading_parts()):
+            t_s = self.t_s[self.first[i]:self.first[i + 1]]
+            inside = np.clip(np.searchsorted(t_s, self.t_read_s[part] + 1e-9) - 1, 0, t_s.size - 2)
+            self.before[part] = inside + self.first[i]
+        step_s = self.t_s[self.before + 1] - self.t_s[self.before]
+        self.together = self.t_read_s.size == self.t_s.size and np.array_equal(self.t_read_s, self.t_s)
+        self.fraction = (self.t_read_s - self.t_s[self.before]) / step_s
+
+    def parts(self):
+        return [slice(a, b) for a, b in zip(self.first[:-1], self.first[1:])]
+
+    def reading_parts(self):
+        return [slice(a, b) for a, b in zip(self.first_read[:-1], self.first_read[1:])]
+
+    # Physics.
+    def motion_at(self, t_s, table):
+        """True angles and rates of the axes (3, n) at any times (increasing within each table)."""
+        edges = np.searchsorted(table, np.arange(len(self.plan.tables) + 1))
+        both = [t.at(t_s[a:b]) for t, a, b in zip(self.plan.tables, edges[:-1], edges[1:])]
+        return np.hstack([angle for angle, _ in both]), np.hstack([rate for _, rate in both])
+
+    def _temperature(self, rng):
+        kind = self.bench["thermal"]
+        power_on = np.array(self.plan.power_on)[self.table]
+        self.temp_degC, self.temp_rate, self.shown_degC = np.empty((3, self.t_s.size))
+        self.thermals, self.power_on = [], power_on
+        for i, targets in enumerate(self.plan.targets):
+            end_s = max(t.end_s for t, p in zip(self.plan.tables, self.plan.power_on) if p == i)
+            cold = WARM_DEGC if kind == "constant" else COLD_DEGC + (rng.uniform(-2, 8) if i else 0.0)
+            thermal = Thermal(kind, targets, end_s, cold, self.bench["temp_lag_s"])
+            mine = power_on == i
+            t_s = self.t_s[mine]
+            self.temp_degC[mine] = thermal.at(t_s, thermal.true_degC)
+            self.temp_rate[mine] = thermal.at(t_s, thermal.rate_degC_s)
+            self.shown_degC[mine] = thermal.at(t_s, thermal.shown_degC)
+            self.thermals.append(thermal)
+
+    def over_power_ons(self, curve):
+        """Values at the gyro's times of curve(thermal), an array on each power-on's grid of time."""
+        out = np.empty(self.t_s.size)
+        for i, thermal in enumerate(self.thermals):
+            mine = self.power_on == i
+            out[mine] = thermal.at(self.t_s[mine], curve(thermal))
+        return out
+
+    def _covariates(self, rng, axis_rates):
+        names = [name for name in self.bench["covariates"].split(",") if name]
+        self.covariates = {name: self._covariate(rng, name, axis_rates) for name in names}
+
+    def _covariate(self, rng, name, axis_rates):
+        """Supply: slow waves and steps of the load. Humidity: slow. Motor current: of the speed, and noise."""
+        t = self.t_s + 4000.0 * self.power_on
+        if name == "motor_current_a":
+            load = 0.4 + 0.01 * np.abs(axis_rates).sum(axis=0)
+            return load + 0.05 * np.sin(2 * np.pi * t / rng.uniform(20, 90)) + 0.02 * rng.standard_normal(t.size)
+        periods_s = rng.uniform(*((40, 400) if name == "supply_v" else (500, 3000)), 5)
+        waves = sum(np.sin(2 * np.pi * t / p + rng.uniform(0, 6.28)) for p in periods_s)
+        if name == "supply_v":
+            return 5.0 + 0.01 * waves + 0.02 * (np.sin(2 * np.pi * t / rng.uniform(150, 300)) > 0)
+        return 45.0 + 2.0 * waves
+
+    # From rates to the reference's readings.
+    def at_readings(self, values):
+        """A quantity of the gyro's times, (n) or (p, n), at the reference's times."""
+        if self.together:
+            return values
+        start = values[..., self.before]
+        return start + (values[..., self.before + 1] - start) * self.fraction
+
+    def integrate(self, rate):
+        """Angle [deg] gained since the start of the table, by trapezoids, at the readings.
+
+        A reading between two samples sees the integral of the rate's straight line up to it.
+        """
+        angle = self._summed(np.diff(self.t_s) * 0.5 * (rate[1:] + rate[:-1]))
+        if not self.together:
+            f, step_s = self.fraction, self.t_s[self.before + 1] - self.t_s[self.before]
+            angle -= 0.5 * f * (1.0 - f) * step_s * (rate[self.before + 1] - rate[self.before])
+        return angle
+
+    def projected(self, axis, channel, error_deg):
+        """What an error of one axis's angle adds to the channel's reference angle: integral of J d(error)."""
+        j = self.directions[axis, channel]
+        return self._summed(0.5 * (j[1:] + j[:-1]) * np.diff(error_deg))
+
+    def _summed(self, step):
+        """Sum of the steps between gyro samples since the start of the table, at the readings."""
+        total = np.empty(step.size + 1)
+        total[0] = 0.0
+        np.cumsum(step, out=total[1:])
+        for part in self.parts():
+            total[part] -= total[part.start]
+        return self.at_readings(total)
