@@ -121,9 +121,18 @@ class BacklashBasis final : public ChannelBasis {
     const double angle_deg = by_reference ? point.table_deg[axis] : point.table_by_gyro_deg[axis];
     const double play_deg = std::max(std::fabs(b_deg), kLeastPlay_deg);
     if (std::isfinite(angle_deg)) {
-      if (point.restart || !std::isfinite(follower_deg_)) follower_deg_ = angle_deg;
+      if (point.restart || !std::isfinite(follower_deg_)) {
+        follower_deg_ = angle_deg;
+      } else if (point.begins) {
+        // Between measurements the reference alone says what the table turned by.
+        const double moved_deg = point.table_deg[axis] - last_deg_;
+        const bool moved = std::fabs(moved_deg) > kLeastMove_deg;
+        const double lead_deg = side_ * play_deg + (moved ? moved_deg : 0.0);
+        follower_deg_ = angle_deg - std::clamp(lead_deg, -0.5 * play_deg, 0.5 * play_deg);
+      }
       side_ = MeanSide(point, angle_deg, play_deg);
     }
+    last_deg_ = point.table_deg[axis];
     terms[0] = side_;
   }
 
@@ -131,6 +140,8 @@ class BacklashBasis final : public ChannelBasis {
   // The noise of the reference's readings must not pass for reversals: it is in the output as well,
   // and would be found there. A clear play stands out of it.
   static constexpr double kLeastPlay_deg = 0.005, kClearPlay_deg = 0.015;
+  // Less is the noise of two readings.
+  static constexpr double kLeastMove_deg = 0.05;
 
   // On the way through the point; the mean over what it stands for.
   double MeanSide(const TrackPoint& point, double angle_deg, double play_deg) {
@@ -144,7 +155,8 @@ class BacklashBasis final : public ChannelBasis {
       sum += (angle_deg + way[axis] - follower_deg_) / play_deg;
       count += 1.0;
     };
-    pass(point.table_way_deg[0], false);
+    // A mean is ahead of the instant while the table speeds up: the two do not mix.
+    if (!several) pass(point.table_way_deg[0], false);
     pass(point.table_way_deg[1], several);
     pass(point.table_way_deg[2], several);
     pass({}, true);
@@ -159,6 +171,7 @@ class BacklashBasis final : public ChannelBasis {
   }
   double side_ = 0.0;
   double follower_deg_ = kMissing;
+  double last_deg_ = kMissing;  // of the reference
 };
 
 // 1(t >= t0), the mean over what a point stands for

@@ -17,6 +17,7 @@ struct TrackPoint {
   double length_s = 0.0;          // of the half of an interval that it stands for; 0: an instant
   double since_power_on_s = 0.0;  // t_s, which counts from it where power_on is given
   bool restart = false;           // first point of a power-on: memories of effects begin anew
+  bool begins = false;            // first point of a measurement
   bool still = false;             // the reference stood still
   // True rate of the sensor, frame S, Earth's rotation included where it is known [deg/s].
   Vector3 rate_deg_s = {};

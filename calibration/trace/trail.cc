@@ -100,7 +100,10 @@ class TrailMaker {
     }
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i)
       trail_.still[i] = AtRest(i) && rest_of_[i] == rest_of_[i + 1];
-    if (!trail_.nodes.empty()) trail_.nodes.front().restart = trail_.new_power_on;
+    if (!trail_.nodes.empty()) {
+      trail_.nodes.front().restart = trail_.new_power_on;
+      trail_.nodes.front().begins = true;
+    }
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
       for (std::size_t h = 0; h < 2; ++h) {
         TrackPoint& point = trail_.halves[2 * i + h];

@@ -121,8 +121,12 @@ class RateMaker {
           if (-kNear_s[near] < half_s)
             point.table_way_deg[n + 1] = about(nodes_[k].z_near[near], kNear_s[near]);
           const std::size_t after = 2 * n + 5;  // 20 ms, 40 ms
-          if (kNear_s[after] < 0.5 * point.span_s())
-            point.table_way_on_deg[n] = about(nodes_[k].z_near[after], kNear_s[after]);
+          if (kNear_s[after] >= 0.5 * point.span_s()) continue;
+          point.table_way_on_deg[n] = about(nodes_[k].z_near[after], kNear_s[after]);
+          // No farther than the next node will be.
+          for (std::size_t a = 0; a < 3; ++a) {
+            if (!Turns(k + 1, a)) point.table_way_on_deg[n][a] = 0.0;
+          }
         }
       }
       point.table_by_gyro_deg = sum;
