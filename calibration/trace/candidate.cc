@@ -192,14 +192,15 @@ std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
 }
 
 Candidate ScannedCandidate(const ChannelProblem& problem, const std::string& id,
-                           std::size_t table_axis, double nonlinear, std::size_t trail) {
+                           std::size_t table_axis, double nonlinear, Eigen::Index row) {
   Candidate candidate;
   candidate.effect = FindEffect(id, 1);
   candidate.context = ContextOf(problem);
   candidate.context.table_axis = table_axis;
   candidate.context.nonlinear = {nonlinear};
   candidate.id = id;
-  if (id != "angle.ripple" && problem.trails().size() > 1) candidate.trail = trail;
+  if (id != "angle.ripple" && problem.power_on_begins().size() > 1)
+    candidate.power_on = problem.power_on(row);
   if ((candidate.effect->needs & kNeedsTableAxis) != 0 && OnStand(problem))
     candidate.suffix = fmt::format("_{}", kAxisNames[table_axis]);
   // Several steps or tones are several effects.
@@ -212,9 +213,8 @@ Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candid
   if (candidate.raw != nullptr) return *candidate.raw;
   if (candidate.effect != nullptr) {
     Eigen::MatrixXd out = problem.Columns(*candidate.effect, candidate.context);
-    for (Eigen::Index i = 0; candidate.trail && i < problem.rows(); ++i) {
-      if (problem.row_refs()[static_cast<std::size_t>(i)].trail != *candidate.trail)
-        out.row(i).setZero();
+    for (Eigen::Index i = 0; candidate.power_on && i < problem.rows(); ++i) {
+      if (problem.power_on(i) != *candidate.power_on) out.row(i).setZero();
     }
     return out;
   }
@@ -271,8 +271,7 @@ double ValueAt(const ChannelProblem& problem, const std::string& factor,
                const std::vector<std::string>& covariates, const Candidate& step) {
   const Factor by = *Factor::Make(factor, problem.channel(), covariates);
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    const bool mine =
-        !step.trail || problem.row_refs()[static_cast<std::size_t>(i)].trail == *step.trail;
+    const bool mine = !step.power_on || problem.power_on(i) == *step.power_on;
     if (mine && problem.end_s(i) > step.context.nonlinear[0]) return by.At(problem.half(i, 0));
   }
   return kMissing;

@@ -23,7 +23,7 @@ struct Candidate {
   // two knots: the curve rises from 0 at the first to its coefficient at the second.
   std::vector<std::string> factors;
   std::vector<double> offsets, knots;
-  std::optional<std::size_t> trail;  // steps and tones: acts in this measurement alone
+  std::optional<std::size_t> power_on;  // steps and tones: acts in this power-on alone
   // Share of the chance of a false discovery that is this candidate's: threshold of its p-value.
   double log_level = 0.0;
   // Of what one row decides (ScanPeak).
@@ -56,9 +56,9 @@ std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
 // Products of two factors that are not in the catalogue.
 std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
                                           const std::vector<std::string>& covariates);
-// One effect of the catalogue outside the grid: what a scan has found.
+// One effect of the catalogue outside the grid: what a scan has found. `row`: where it is.
 Candidate ScannedCandidate(const ChannelProblem& problem, const std::string& id,
-                           std::size_t table_axis, double nonlinear, std::size_t trail);
+                           std::size_t table_axis, double nonlinear, Eigen::Index row);
 
 // A quantity that curves are sought in, cut into equal cells of its range.
 struct CurveCells {

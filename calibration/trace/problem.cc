@@ -58,6 +58,7 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
       last_end_s = nodes[i + 1].at.t_s;
       first = skipped_motion = new_power_on = false;
     }
+    power_on_of_trail_.push_back(power_on_begins_.empty() ? 0 : power_on_begins_.size() - 1);
   }
   output_ = Eigen::Map<const Eigen::VectorXd>(output.data(), rows());
   Survey();

@@ -51,6 +51,8 @@ class ChannelProblem {
   // Rows at which another power-on begins, and with it another zero-rate offset. Measurements of
   // one power-on share theirs: its random walk goes on through the gaps between them.
   const std::vector<Eigen::Index>& power_on_begins() const { return power_on_begins_; }
+  // Of a row: index of its power-on.
+  std::size_t power_on(Eigen::Index row) const { return power_on_of_trail_[ref(row).trail]; }
   // Of the first measurement of a power-on, as they were given, from 1.
   std::size_t first_number(std::size_t power_on) const {
     return trail(power_on_begins_[power_on]).number;
@@ -94,6 +96,7 @@ class ChannelProblem {
   std::vector<ProblemRow> rows_;
   std::vector<Interval> intervals_;
   std::vector<Eigen::Index> run_begins_, power_on_begins_;
+  std::vector<std::size_t> power_on_of_trail_;
   Eigen::VectorXd output_;
   unsigned knows_ = 0;
   bool temperature_known_ = false;

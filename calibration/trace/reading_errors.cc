@@ -23,14 +23,19 @@ double MedianScatter(const std::vector<Rest>& rests) {
 }  // namespace
 
 ReadingErrors::ReadingErrors(const Recording& recording) : step_deg_(recording.reference_step_deg) {
-  double step_deg = 0.0;
   for (const double step : step_deg_) {
-    if (std::isfinite(step)) step_deg = std::max(step_deg, step);
+    if (std::isfinite(step)) largest_step_deg_ = std::max(largest_step_deg_, step);
   }
   const std::vector<Rest>& rests = recording.columns.rests;
-  if (!(step_deg > 0.0) || rests.empty()) return;
-  const double dither = MedianScatter(rests) / (kDither * step_deg);
+  if (rests.empty()) return;
+  scatter_deg_ = MedianScatter(rests);
+  if (!(largest_step_deg_ > 0.0)) return;
+  const double dither = scatter_deg_ / (kDither * largest_step_deg_);
   rounded_ = std::clamp(1.0 - dither * dither, 0.0, 1.0);
+}
+
+double ReadingErrors::ErrorInMotion_deg(double readings) const {
+  return std::max(scatter_deg_ / std::sqrt(readings), rounded_ * 0.5 * largest_step_deg_);
 }
 
 double ReadingErrors::ShareAtRest(double readings) const {

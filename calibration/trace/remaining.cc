@@ -22,6 +22,17 @@ constexpr Eigen::Index kLeastRows = 200;
 // significant: with many samples the last imperfection of sampling shows.
 constexpr double kLeastShare = 0.005;
 constexpr double kLeastVarianceRatio = 1.5;
+// Bins of the rate so wide that its noise does not sort the rows of one speed into them.
+constexpr double kRateSigmas = 8.0;
+
+// Of the rate between two nodes, by the readings' errors [deg/s].
+double RateError(const ChannelProblem& problem) {
+  double error_deg = 0.0, time_s = 0.0;
+  for (const Trail& trail : problem.trails())
+    error_deg = std::max(error_deg, trail.angle_error_deg);
+  for (const Interval& interval : problem.intervals()) time_s += interval.duration_s;
+  return std::sqrt(2.0) * error_deg * static_cast<double>(problem.rows()) / time_s;
+}
 
 struct Test {
   Finding finding;
@@ -160,7 +171,8 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
           [&](Eigen::Index i) { return problem.half(i, 0).temperature_degC; });
   // In steps: the rate is known through the same noise as the residual, and within one speed the
   // order of rates is the order of that noise.
-  const double step = std::max(problem.max_rate_deg_s() / 40.0, 1e-6);
+  const double step =
+      std::max({problem.max_rate_deg_s() / 40.0, kRateSigmas * RateError(problem), 1e-6});
   depends("rate [deg/s]", [&](Eigen::Index i) {
     const TrackPoint& point = problem.half(i, 0);
     return point.still ? kMissing : step * std::round(point.rate_deg_s[c] / step);

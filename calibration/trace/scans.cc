@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numbers>
 #include <unsupported/Eigen/FFT>
 
 #include "calibration/trace/basis.h"
@@ -48,8 +49,7 @@ class Steps {
         peak.gain = s * s / left;
         peak.nonlinear = problem_.begin_s(i) +
                          (moving_only ? 0.5 * (problem_.end_s(i) - problem_.begin_s(i)) : 0.0);
-        peak.trail = problem_.row_refs()[static_cast<std::size_t>(i)].trail;
-        row_ = i;
+        peak.row = row_ = i;
       }
     }
     return peak;
@@ -127,14 +127,14 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
                    lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2),
                    lengths.end());
   const double step_s = lengths[lengths.size() / 2];
-  const std::vector<Eigen::Index>& begins = problem.run_begins();
-  // Where measurements differ in their beginning a tone's phase is another: the longest one speaks.
+  const std::vector<Eigen::Index>& begins = problem.power_on_begins();
+  // Where power-ons differ in their beginning a tone's phase is another: the longest one speaks.
   std::size_t longest = 0;
-  auto end_of = [&](std::size_t run) {
-    return run + 1 < begins.size() ? begins[run + 1] : problem.rows();
+  auto end_of = [&](std::size_t k) {
+    return k + 1 < begins.size() ? begins[k + 1] : problem.rows();
   };
-  for (std::size_t run = 0; run < begins.size(); ++run) {
-    if (end_of(run) - begins[run] > end_of(longest) - begins[longest]) longest = run;
+  for (std::size_t k = 0; k < begins.size(); ++k) {
+    if (end_of(k) - begins[k] > end_of(longest) - begins[longest]) longest = k;
   }
   const Eigen::Index first = begins[longest], end = end_of(longest);
   // In motion a tone cannot be told from the ripple of the motion itself: what the channel feels of
@@ -174,8 +174,20 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   // Relative to white noise of unit variance.
   peak.gain *= square / static_cast<double>(resting);
   peak.tried = static_cast<double>(slots);
-  peak.trail = problem.row_refs()[static_cast<std::size_t>(first)].trail;
+  peak.row = first;
   return peak;
+}
+
+// A period must be long against the error of the angle that the wave is a function of: what is left
+// of a node's own noise in it would be found as a ripple, and so would the steps of a coarse
+// encoder.
+int MostPeriods(const ChannelProblem& problem) {
+  constexpr double kLargestError_rad = 0.1;
+  double error_deg = 0.0;
+  for (const Trail& trail : problem.trails())
+    error_deg = std::max(error_deg, trail.angle_error_deg);
+  const double most = kLargestError_rad * 180.0 / std::numbers::pi / error_deg;
+  return most < kMostPeriods ? static_cast<int>(most) : kMostPeriods;
 }
 
 // Sums sum_i f(phi_i) (u_i - u_i+1) for all harmonics at once: the weights go into bins of the
@@ -223,7 +235,8 @@ ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_sco
   Eigen::FFT<double> fft;
   std::vector<Complex> spectrum;
   fft.fwd(spectrum, bins);
-  for (int k = 3; k < kMostPeriods; ++k) {
+  const int most = MostPeriods(problem);
+  for (int k = 3; k < most; ++k) {
     // The variance of the sum at this k is about that of its neighbours.
     const double gain = std::norm(spectrum[static_cast<std::size_t>(k)]) / (0.5 * square);
     if (gain <= peak.gain) continue;
@@ -231,7 +244,7 @@ ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_sco
     peak.nonlinear = k;
   }
   // About each whole number of periods lie others, which the refinement reaches.
-  peak.tried = 4.0 * kMostPeriods;
+  peak.tried = 4.0 * most;
   return peak;
 }
 

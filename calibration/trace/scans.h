@@ -16,7 +16,7 @@ struct ScanPeak {
   std::string id;
   std::size_t table_axis = 2;
   double nonlinear = 0.0;  // t0 [s], f [Hz], k [periods per turn]
-  std::size_t trail = 0;   // in which measurement, for steps
+  Eigen::Index row = 0;    // where it is, for steps and tones
   double gain = 0.0;       // about what the peak takes off the residual's square
   double tried = 1.0;      // independent places that were looked at
   // What a single row decides is as likely as the tails of all rows say: degrees of freedom of

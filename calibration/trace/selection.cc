@@ -272,7 +272,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     // The scan's own figure is rough: what comes near is worked out.
     if (peak.gain < 0.5 * ChiSquareQuantile(level, 2.0)) continue;
     Candidate candidate =
-        ScannedCandidate(*problem_, peak.id, peak.table_axis, peak.nonlinear, peak.trail);
+        ScannedCandidate(*problem_, peak.id, peak.table_axis, peak.nonlinear, peak.row);
     candidate.log_level = level;
     candidate.tail_freedom = peak.tail_freedom;
     if (Barred(candidate.family)) continue;

@@ -166,6 +166,13 @@ class TrailMaker {
       for (double& angle : rest_rotation_[rest]) angle /= count[rest];
     }
     const ReadingErrors errors(recording_);
+    double readings = 0.0, moving = 0.0;
+    for (const Node& node : nodes_) {
+      if (!node.mean.output_known) continue;
+      readings += node.mean.readings;
+      moving += 1.0;
+    }
+    trail_.angle_error_deg = errors.ErrorInMotion_deg(moving > 0.0 ? readings / moving : 1.0);
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       if (AtRest(k)) {
         const double share = errors.ShareAtRest(count[rest_of_[k]]);

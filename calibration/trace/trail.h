@@ -33,6 +33,9 @@ struct Trail {
   // over rests and over the readings of a node are better, and of axes across the channel it feels
   // nothing.
   std::vector<Vector3> reference_share;
+  // Error of a table angle at a moving node: noise of the readings averaged, or half a step of a
+  // coarse encoder [deg].
+  double angle_error_deg = 0.0;
   // Of each node: ReadingsMean::walk_s; 0 where it is one instant.
   std::vector<double> reference_walk_s;
   std::vector<double> covariates;  // of the points: nodes, then halves

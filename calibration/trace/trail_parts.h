@@ -35,12 +35,15 @@ class ReadingErrors {
  public:
   explicit ReadingErrors(const Recording& recording);
   double ShareAtRest(double readings) const;
+  // Of the mean of so many while the table moves [deg].
+  double ErrorInMotion_deg(double readings) const;
   // Of the readings since the node before; tables' angles there and here.
   double ShareInMotion(const ReadingsMean& mean, const Vector3& from_deg,
                        const Vector3& to_deg) const;
 
  private:
   Vector3 step_deg_ = {};
+  double largest_step_deg_ = 0.0, scatter_deg_ = 0.0;
   double rounded_ = 0.0;  // 0: noise carries the readings over many steps, 1: not at all
 };
 

@@ -17,7 +17,7 @@ constexpr Eigen::Index kNotThere = -1;
 bool IsShared(const Candidate& member) {
   const Effect* effect = member.effect;
   return effect != nullptr && effect->domain == EffectDomain::kAngle &&
-         effect->owner != EffectOwner::kGyro && !member.trail && !member.searched();
+         effect->owner != EffectOwner::kGyro && !member.power_on && !member.searched();
 }
 
 // The same for all channels that found it.
