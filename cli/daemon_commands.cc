@@ -94,6 +94,8 @@ std::string BenchText(const Json& status) {
   if (const std::string stand = Text(status, "stand"); !stand.empty()) text += ", stand " + stand;
   const Json& simulated = Field(status, "virtual_stand");
   if (simulated.is_boolean() && simulated.get<bool>()) text += " (virtual)";
+  const Json& still = Field(status, "time_stands_still");
+  if (still.is_boolean() && still.get<bool>()) text += ", bench time stands still";
   const double temperature = Number(status, "temperature_degC");
   if (std::isfinite(temperature)) text += fmt::format(", sensor {:.2f} degC", temperature);
   for (const auto& [output, on] : Field(status, "outputs").items()) {

@@ -99,7 +99,7 @@ struct VirtualConfig {
   std::uint64_t seed = 1;
   double pace =
       0.0;  // bench seconds per real second during a run; 0 = as fast as the machine allows
-  double idle_pace = 1.0;  // between runs and while an operator is asked; 0 = time stands still
+  double idle_pace = 0.0;  // between runs and while an operator is asked; 0 = time stands still
   std::map<std::string, std::string> answers;  // by question id: what the operator would answer
 };
 

@@ -151,6 +151,14 @@ void Acquisition::Stop() {
   for (const auto& bus : buses_) bus->worker.Stop();
 }
 
+void Acquisition::Hold(Clock::Participant& caller) {
+  for (const auto& bus : buses_) bus->worker.Hold(caller);
+}
+
+void Acquisition::Resume() {
+  for (const auto& bus : buses_) bus->worker.Resume();
+}
+
 void Acquisition::ReadEncoder(AxisUnit& unit) {
   const drivers::AngleReading reading = unit.encoder->Read();
   {

@@ -55,6 +55,11 @@ class Acquisition {
   void Start();
   void Stop();
 
+  // From now on no device is polled until Resume; what is commanded is still done. Waits, as
+  // `caller`, for the end of what the buses are doing.
+  void Hold(Clock::Participant& caller);
+  void Resume();
+
   // Waits, as `caller`, until every device was tried once, for `patience` at most.
   void AwaitFirstTry(Clock::Participant& caller, Utime patience) const;
   std::vector<DeviceStatus> Devices() const;

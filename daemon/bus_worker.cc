@@ -35,6 +35,10 @@ void BusWorker::Post(std::function<void()> task) {
   Wake();
 }
 
+void BusWorker::Resume() {
+  if (held_.exchange(false)) Wake();
+}
+
 void BusWorker::Wake() {
   const std::lock_guard lock(mutex_);
   if (participant_) participant_->Notify();
@@ -59,7 +63,7 @@ void BusWorker::Loop() {
     const auto next =
         std::min_element(polls_.begin(), polls_.end(),
                          [](const Scheduled& a, const Scheduled& b) { return a.due < b.due; });
-    const Utime due = next == polls_.end() ? kForever : next->due;
+    const Utime due = held_ || next == polls_.end() ? kForever : next->due;
     if (due > clock_.Now()) {
       participant_->WaitUntil(due);
       continue;

@@ -38,6 +38,14 @@ class BusWorker {
   // Ends the thread after what it is doing. Idempotent.
   void Stop();
 
+  // From now on nothing is polled until Resume; tasks are still done. Waits, as `caller`, for the
+  // end of what the bus's thread is doing.
+  void Hold(Clock::Participant& caller) {
+    Call(caller, [this] { held_ = true; });
+  }
+  // Polls again: at once what has become due meanwhile. From any thread.
+  void Resume();
+
   // Runs `task` in the bus's thread, before any poll that is due. `task` must not throw.
   void Post(std::function<void()> task);
 
@@ -94,6 +102,7 @@ class BusWorker {
   std::mutex mutex_;
   std::deque<std::function<void()>> tasks_;
   std::atomic<bool> stopping_ = false;
+  std::atomic<bool> held_ = false;
   std::thread thread_;
 };
 

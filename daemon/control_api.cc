@@ -105,6 +105,7 @@ json Status(Context& c) {
   json status{{"state", Name(c.control.state())},
               {"stand", c.stand.name},
               {"virtual_stand", c.stand.virtual_stand.has_value()},
+              {"time_stands_still", c.time.stands_still()},
               {"run", nullptr},
               {"question", nullptr},
               {"fault", nullptr},
@@ -195,6 +196,8 @@ void Stop(Context& c) {
   if (c.control.run_is_on() && c.control.state() != State::kStopping) {
     c.control.Abort("stopped by the operator (gyrobench stop)");
   }
+  // Holds time until all buses have been told, so that their order is that of the stand file.
+  const auto posting = c.clock.Join("stop");
   c.acquisition.PostStopAll();
   if (Outputs* outputs = c.acquisition.outputs()) outputs->PostAllOff();
 }

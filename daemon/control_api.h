@@ -16,6 +16,7 @@ class ControlApi {
   struct Context {
     const config::StandConfig& stand;
     Clock& clock;
+    const BenchTime& time;
     Acquisition& acquisition;
     RunEngine& engine;
     RunControl& control;

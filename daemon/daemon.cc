@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "daemon/acquisition.h"
+#include "daemon/bench_time.h"
 #include "daemon/control_api.h"
 #include "daemon/control_server.h"
 #include "daemon/lcm_publisher.h"
@@ -56,16 +57,16 @@ struct Daemon::Parts {
         [this](const std::string& source, const std::string& message) { Fault(source, message); });
     status = std::make_unique<StatusPublisher>(stand, *clock, *acquisition, control, telemetry,
                                                publisher);
+    time = std::make_unique<BenchTime>(stand, virtual_clock, *acquisition, control, *status);
     engine = std::make_unique<RunEngine>(RunEngine::Context{
-        stand, *clock, virtual_clock, *acquisition, telemetry, control,
-        [this] { status->Changed(); },
+        stand, *clock, *acquisition, telemetry, control, *time, [this] { status->Changed(); },
         [this](const std::string& source, const std::string& message) { Fault(source, message); },
         [this] { FaultCleared(); },
         [this](const std::string& question_id) {
           if (simulated) simulated->Answered(question_id);
         }});
     api = std::make_unique<ControlApi>(
-        ControlApi::Context{stand, *clock, *acquisition, *engine, control, publisher});
+        ControlApi::Context{stand, *clock, *time, *acquisition, *engine, control, publisher});
     const auto starting = clock->Join("start");
     acquisition->Start();
     status->Start();
@@ -73,7 +74,7 @@ struct Daemon::Parts {
     for (const DeviceStatus& device : acquisition->Devices()) {
       if (!device.ok) spdlog::warn("{}: {}", device.name, device.message);
     }
-    if (virtual_clock != nullptr) virtual_clock->SetPace(stand.virtual_stand->idle_pace);
+    time->Idle(*starting);
     server = std::make_unique<ControlServer>(
         stand.control_socket, stand.control_socket_mode,
         [this](const HttpRequest& request) { return api->Handle(request); });
@@ -152,6 +153,7 @@ struct Daemon::Parts {
                       }};
   std::unique_ptr<Acquisition> acquisition;
   std::unique_ptr<StatusPublisher> status;
+  std::unique_ptr<BenchTime> time;
   std::unique_ptr<RunEngine> engine;
   std::unique_ptr<ControlApi> api;
   std::unique_ptr<ControlServer> server;

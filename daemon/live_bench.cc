@@ -262,9 +262,10 @@ std::string LiveBench::Ask(const procedures::Question& question) {
   }
   if (!answer) {
     const double begin_s = ElapsedS();
-    context_.set_asking_pace(true);
-    answer = context_.control.WaitForAnswer(context_.clock, question,
-                                            context_.clock.Now() + FromSeconds(question.timeout_s));
+    const bool still = context_.set_asking_pace(true);
+    const Utime deadline =
+        still ? kForever : context_.clock.Now() + FromSeconds(question.timeout_s);
+    answer = context_.control.WaitForAnswer(context_.clock, question, deadline);
     context_.set_asking_pace(false);
     AddWaiting(begin_s);
   }

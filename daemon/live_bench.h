@@ -44,7 +44,8 @@ class LiveBench final : public procedures::Bench {
     // The stand file answered in the operator's place.
     std::function<void(const std::string& question_id)> on_configured_answer;
     // Lets virtual time run at its idle pace while a person is asked (true) and back (false).
-    std::function<void(bool asking)> set_asking_pace;
+    // Returns whether bench time stands still now, so that no deadline ever comes.
+    std::function<bool(bool asking)> set_asking_pace;
     std::function<void(const RunProgress&)> on_progress;
   };
   // `start`: utime of the run's begin.

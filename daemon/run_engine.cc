@@ -144,7 +144,7 @@ StartedRun RunEngine::Start(const std::string& procedure,
   }
   const StartedRun started{job->directory->run_id(), job->directory->folder().string(),
                            job->plan.expected_duration_s};
-  SetPace(true);
+  context_.time.Run();
   thread_ = std::thread([this, job] { Execute(*job); });
   return started;
 }
@@ -171,6 +171,8 @@ void RunEngine::Reset() {
     }
   }
   context_.control.ClearFault();
+  // Holds time until all buses have been told, so that their order is that of the stand file.
+  const auto posting = context_.clock.Join("reset");
   context_.acquisition.PostClearAlarms();
   context_.on_fault_cleared();
   context_.on_change();
@@ -184,13 +186,6 @@ std::optional<RunView> RunEngine::View() const {
     view.elapsed_s = ToSeconds(context_.clock.Now() - run_start_);
   }
   return view;
-}
-
-void RunEngine::SetPace(bool running) const {
-  if (context_.virtual_clock == nullptr) return;
-  const config::VirtualConfig& simulation = *context_.stand.virtual_stand;
-  const double pace = simulation.pace > 0 ? simulation.pace : VirtualClock::kUnpaced;
-  context_.virtual_clock->SetPace(running ? pace : simulation.idle_pace);
 }
 
 void RunEngine::WaitForTickFit(const Job& job) {
@@ -232,9 +227,14 @@ void RunEngine::RunProcedureOn(Job& job) {
       LiveBench::Context{context_.stand, context_.clock, *job.participant, context_.acquisition,
                          context_.telemetry, context_.control, job.plan.expected_duration_s,
                          context_.on_configured_answer,
-                         [this](bool asking) {
-                           SetPace(!asking);
+                         [this, &job](bool asking) {
+                           if (asking) {
+                             context_.time.Idle(*job.participant);
+                           } else {
+                             context_.time.Run();
+                           }
                            context_.on_change();
+                           return context_.time.stands_still();
                          },
                          [this](const RunProgress& progress) {
                            const std::lock_guard lock(mutex_);
@@ -327,7 +327,7 @@ RunEngine::Ending RunEngine::RunToItsEnd(Job& job) {
 void RunEngine::Execute(Job& job) {
   auto [outcome, message] = RunToItsEnd(job);
   context_.control.BeginStopping();
-  SetPace(true);
+  context_.time.Run();
   const auto add_fault = [&](const char* source, const std::string& failure) {
     if (failure.empty()) return;
     context_.on_fault(source, failure);
@@ -356,8 +356,9 @@ void RunEngine::Execute(Job& job) {
     view_->progress.remaining_s = 0.0;
     view_->elapsed_s = ToSeconds(context_.clock.Now() - run_start_);
   }
+  // Before the end is known: a run that somebody starts then finds time standing still.
+  context_.time.Idle(*job.participant);
   context_.control.EndRun();
-  SetPace(false);
   context_.on_change();
   job.participant.reset();
 }

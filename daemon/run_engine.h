@@ -11,6 +11,7 @@
 #include "base/clock.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
+#include "daemon/bench_time.h"
 #include "daemon/live_bench.h"
 #include "daemon/run_control.h"
 #include "daemon/telemetry.h"
@@ -46,10 +47,10 @@ class RunEngine {
   struct Context {
     const config::StandConfig& stand;
     Clock& clock;
-    VirtualClock* virtual_clock;  // null on hardware
     Acquisition& acquisition;
     Telemetry& telemetry;
     RunControl& control;
+    BenchTime& time;
     std::function<void()> on_change;  // of the state
     FaultHandler on_fault;            // latches and publishes it
     std::function<void()> on_fault_cleared;
@@ -90,7 +91,6 @@ class RunEngine {
   static procedures::RunHooks DryHooks();
   procedures::DryOptions DryOptions() const;
   void RequireDevicesWell() const;
-  void SetPace(bool running) const;
   std::vector<procedures::AxisFacts> Axes() const;
 
   Context context_;

@@ -19,13 +19,31 @@ StatusPublisher::StatusPublisher(const config::StandConfig& stand, Clock& clock,
       last_utime_(clock.Now()) {}
 
 StatusPublisher::~StatusPublisher() {
-  stopping_ = true;
+  {
+    const std::lock_guard lock(heartbeat_mutex_);
+    stopping_ = true;
+  }
+  heartbeat_ends_.notify_all();
+  if (heartbeat_.joinable()) heartbeat_.join();
   participant_->Notify();
   if (thread_.joinable()) thread_.join();
 }
 
 void StatusPublisher::Start() {
   thread_ = std::thread([this] { Loop(); });
+  if (stand_.virtual_stand) heartbeat_ = std::thread([this] { Heartbeat(); });
+}
+
+void StatusPublisher::StandStill(bool still) {
+  still_ = still;
+  Changed();
+}
+
+void StatusPublisher::Heartbeat() {
+  std::unique_lock lock(heartbeat_mutex_);
+  while (!heartbeat_ends_.wait_for(lock, std::chrono::seconds(1), [this] { return !!stopping_; })) {
+    if (still_) Changed();
+  }
 }
 
 void StatusPublisher::Changed() { participant_->Notify(); }
@@ -41,7 +59,7 @@ void StatusPublisher::Loop() {
       telemetry_.Sync();
       last_sync = now;
     }
-    participant_->WaitUntil(clock_.Now() + kMicrosecondsPerSecond);
+    participant_->WaitUntil(still_ ? kForever : clock_.Now() + kMicrosecondsPerSecond);
   }
 }
 
@@ -65,8 +83,10 @@ void StatusPublisher::Publish() {
   message.temperature_degC = sensor.temperature_degC;
   message.tick_ratio = sensor.tick_ratio;
   const double elapsed_s = ToSeconds(now - last_utime_);
-  message.gyro_rate_hz =
-      elapsed_s > 0 ? static_cast<double>(sensor.samples - last_samples_) / elapsed_s : 0.0;
+  if (elapsed_s > 0) {
+    gyro_rate_hz_ = static_cast<double>(sensor.samples - last_samples_) / elapsed_s;
+  }
+  message.gyro_rate_hz = gyro_rate_hz_;
   last_utime_ = now;
   last_samples_ = sensor.samples;
   message.message = WhatToKnow();

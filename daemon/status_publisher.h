@@ -3,7 +3,9 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 
@@ -22,11 +24,15 @@ class StatusPublisher {
                   const RunControl& control, Telemetry& telemetry, LcmPublisher& publisher);
   ~StatusPublisher();
   void Start();
+  // Bench time stands still from now on, or passes again: while it stands still, the state is
+  // published by the wall clock.
+  void StandStill(bool still);
   // Publishes soon. From any thread.
   void Changed();
 
  private:
   void Loop();
+  void Heartbeat();
   void Publish();
   std::string WhatToKnow() const;
 
@@ -38,9 +44,14 @@ class StatusPublisher {
   LcmPublisher& publisher_;
   std::unique_ptr<Clock::Participant> participant_;
   std::atomic<bool> stopping_ = false;
+  std::atomic<bool> still_ = false;
+  std::mutex heartbeat_mutex_;
+  std::condition_variable heartbeat_ends_;
   Utime last_utime_ = 0;
   std::int64_t last_samples_ = 0;
+  double gyro_rate_hz_ = 0.0;
   std::thread thread_;
+  std::thread heartbeat_;
 };
 
 }  // namespace gyrobench::daemon

@@ -99,6 +99,41 @@ TEST_F(BusWorkerTest, AStoppedWorkerHoldsNoTime) {
   EXPECT_FALSE(me_->WaitUntil(kStart + 3'600'000'000));
 }
 
+// A virtual bench whose time is to stand still between runs asks for no time while it is held.
+TEST_F(BusWorkerTest, AHeldWorkerDoesTasksButPollsNothingUntilItIsResumed) {
+  BusWorker worker("a", *clock_);
+  std::vector<Utime> polled;
+  worker.AddPoll([&] {
+    polled.push_back(clock_->Now());
+    return clock_->Now() + 300'000;
+  });
+  worker.Start();
+  me_->WaitUntil(kStart + 1'000'000);
+  worker.Hold(*me_);
+  me_->WaitUntil(kStart + 5'000'000);
+  EXPECT_EQ(worker.Call(*me_, [&] { return polled.size(); }), 4u);
+  worker.Resume();
+  me_->WaitUntil(kStart + 5'100'000);
+  const std::vector<Utime> seen = polled;
+  StopWorker(worker);
+  ASSERT_EQ(seen.size(), 5u);
+  EXPECT_EQ(seen.back(), kStart + 5'000'000);
+}
+
+TEST_F(BusWorkerTest, TimeStandsStillWhileAHeldWorkerIsTheOnlyOneThere) {
+  BusWorker worker("a", *clock_);
+  worker.AddPoll([&] { return clock_->Now() + 10'000; });
+  worker.Start();
+  worker.Hold(*me_);
+  me_.reset();
+  std::atomic<bool> ran = false;
+  // A task is done meanwhile, and takes no time.
+  worker.Post([&] { ran = true; });
+  worker.Stop();
+  EXPECT_TRUE(ran);
+  EXPECT_EQ(clock_->Now(), kStart);
+}
+
 TEST_F(BusWorkerTest, StopRunsWhatWasPosted) {
   std::atomic<int> ran = 0;
   {

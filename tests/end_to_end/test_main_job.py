@@ -136,14 +136,37 @@ class MainJob(unittest.TestCase):
             self.assertEqual(checked.returncode, 0, checked.stderr)
             self.assertIn("note: left out, turning with +x up", checked.stdout)
 
-    def test_the_same_seed_gives_the_same_numbers(self):
-        scales = []
-        for _ in range(2):
-            with Bench(extra="[virtual]\nidle_pace = 0\n") as bench:
-                bench.run(*SHORT_SCALE)
-                result = json.loads((bench.newest_record() / "result.json").read_text())
-                scales.append(result["scale"][0]["alpha"])
-        self.assertEqual(scales[0], scales[1])
+    def samples_of_two_runs(self, requests_before_each):
+        """The tables of two runs of one daemon, before each of which it answers so many requests."""
+        tables = []
+        with Bench() as bench:
+            for number in (1, 2):
+                for _ in range(requests_before_each):
+                    self.assertTrue(bench.json("status")["time_stands_still"])
+                self.assertEqual(bench.run(*SHORT_SCALE).returncode, 0)
+                table = bench.folder / f"run{number}.csv"
+                self.assertEqual(bench.run("export", "latest", "-o", table).returncode, 0)
+                tables.append([line for line in table.read_text().splitlines() if not line.startswith("#")])
+        return tables
+
+    # A finding can be gone back to only if nothing but stand file, seed and commands is in a record.
+    def test_the_same_seed_and_commands_give_the_same_samples_however_long_the_daemon_idled(self):
+        at_once = self.samples_of_two_runs(requests_before_each=0)
+        later = self.samples_of_two_runs(requests_before_each=150)
+        self.assertGreater(len(at_once[0]), 1000)
+        self.assertNotEqual(at_once[0], at_once[1])
+        for one, other in zip(at_once, later):
+            self.assertEqual(len(one), len(other))
+            # The first line that differs, not a megabyte of them.
+            self.assertIsNone(next(((i, a, b) for i, (a, b) in enumerate(zip(one, other)) if a != b), None))
+
+    def test_a_stop_between_runs_is_carried_out_while_time_stands_still(self):
+        with Bench() as bench:
+            before = bench.json("status")["utime"]
+            self.assertEqual(bench.run("stop").returncode, 0)
+            self.assertEqual(bench.run(*SHORT_SCALE).returncode, 0)
+            self.assertLess(before, bench.json("status")["utime"])
+            self.assertTrue(all(device["ok"] for device in bench.json("status")["devices"]))
 
     def test_the_record_does_not_know_the_truth_of_the_simulation(self):
         with Bench() as bench:
