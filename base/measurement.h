@@ -52,8 +52,12 @@ struct MeasurementInfo {
   std::optional<double> gear_ratio;  // shaft turns per table turn
   std::optional<double>
       stop_accuracy_deg;  // half-width of the table's stop, shaft accuracy / ratio
-  std::string sensor;     // serial number
-  std::string power_on;   // measurements with the same value share one power-on
+  // What is declared of the sensor and the reference (by device map or table): a value is that of
+  // so long before its stamp. The analysis takes it off; only what goes beyond it is an effect.
+  double gyro_delay_s = 0.0;
+  double reference_delay_s = 0.0;
+  std::string sensor;    // serial number
+  std::string power_on;  // measurements with the same value share one power-on
   std::map<std::string, std::string>
       notes;                            // keys of the source with no meaning here, kept and shown
   std::vector<std::string> covariates;  // names of further columns

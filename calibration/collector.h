@@ -56,6 +56,7 @@ class Collector : public MeasurementSink {
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;
+  double gyro_delay_s_ = 0.0, reference_delay_s_ = 0.0;
 };
 
 }  // namespace gyrobench::calibration

@@ -77,6 +77,8 @@ json ToJson(const MeasurementInfo& info) {
           {"site_heading_deg", Number(info.site_heading_deg)},
           {"gear_ratio", Number(info.gear_ratio)},
           {"stop_accuracy_deg", Number(info.stop_accuracy_deg)},
+          {"gyro_delay_s", info.gyro_delay_s},
+          {"ref_delay_s", info.reference_delay_s},
           {"sensor", info.sensor},
           {"power_on", info.power_on},
           {"notes", info.notes},

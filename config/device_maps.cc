@@ -140,6 +140,7 @@ EncoderMap ReadEncoderMap(const TomlTable& root) {
     root.Fail("range_counts", fmt::format("expected at most {}: words = {}", most, map.words));
   }
   map.range_counts = static_cast<std::uint64_t>(range);
+  map.delay_s = root.Number("delay_s", {0, 1, "s"}, map.delay_s);
   return map;
 }
 

@@ -44,6 +44,7 @@ struct EncoderMap {
   WordOrder word_order = WordOrder::kHighFirst;
   double counts_per_turn = 65536;      // of the table
   std::uint64_t range_counts = 65536;  // where the value wraps; unwrapped by the driver
+  double delay_s = 0.0;                // a value is the angle of so long before it is given
 };
 
 // The gyro unit (our firmware): the register table of docs/gyro-unit.md.

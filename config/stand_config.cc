@@ -189,6 +189,13 @@ std::vector<AxisConfig> ReadAxes(const TomlTable& root, const std::vector<BusCon
   }
   tables.Finish();  // a misspelt axis before the complaint that there is none
   if (axes.empty()) tables.FailTable("expected at least one of [axis.outer], .middle, .inner");
+  for (const AxisConfig& axis : axes) {
+    if (axis.encoder.map.delay_s == axes[0].encoder.map.delay_s) continue;
+    tables.FailTable(fmt::format(
+        "the encoders of {} and {} declare delays of {} s and {} s in their device maps; expected "
+        "one delay for all encoders of a stand (leave delay_s out of both, and it is measured)",
+        axes[0].name, axis.name, axes[0].encoder.map.delay_s, axis.encoder.map.delay_s));
+  }
   return axes;
 }
 

@@ -49,7 +49,8 @@ json MapToJson(const EncoderMap& map) {
           {"words", map.words},
           {"word_order", Name(map.word_order)},
           {"counts_per_turn", map.counts_per_turn},
-          {"range_counts", map.range_counts}};
+          {"range_counts", map.range_counts},
+          {"delay_s", map.delay_s}};
 }
 
 json MapToJson(const GyroUnitMap& map) {

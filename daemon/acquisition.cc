@@ -312,7 +312,10 @@ MeasurementInfo Acquisition::Info() const {
       info.gear_ratio = axis.gear_ratio;
       info.stop_accuracy_deg = axis.shaft_accuracy_deg / axis.gear_ratio;
     }
+    info.reference_delay_s =
+        axis.encoder.map.delay_s;  // the stand file is refused where they differ
   }
+  info.gyro_delay_s = identity.filter_delay_s;
   info.geometry = stand_.geometry;
   info.site_latitude_deg = stand_.site.latitude_deg;
   info.site_heading_deg = stand_.site.heading_deg;

@@ -105,6 +105,8 @@ json ToJson(const MeasurementInfo& info) {
               {"stand_axes", PresentToJson(info.stand_axis_present, kStandAxes)},
               {"reference_axis", kSensorAxes.at(static_cast<std::size_t>(info.reference_axis))},
               {"site_heading_deg", info.site_heading_deg},
+              {"gyro_delay_s", info.gyro_delay_s},
+              {"ref_delay_s", info.reference_delay_s},
               {"sensor", info.sensor},
               {"power_on", info.power_on},
               {"notes", info.notes},
@@ -135,6 +137,8 @@ MeasurementInfo MeasurementInfoFromJson(const json& object) {
   for (const auto& [name, value_deg, limit_deg] : AnglesOf(info.geometry))
     fields.ReadNumber(name, -limit_deg, limit_deg, *value_deg);
   fields.ReadNumber("site_heading_deg", -360.0, 360.0, info.site_heading_deg);
+  fields.ReadNumber("gyro_delay_s", 0.0, kLongestDelay_s, info.gyro_delay_s);
+  fields.ReadNumber("ref_delay_s", 0.0, kLongestDelay_s, info.reference_delay_s);
   fields.Read("sensor", info.sensor);
   fields.Read("power_on", info.power_on);
   fields.Read("notes", info.notes);

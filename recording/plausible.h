@@ -19,6 +19,9 @@ inline constexpr Utime kLatestUtime = 100'000'000'000 * kMicrosecondsPerSecond;
 inline constexpr double kSmallestFactor = 1e-9;
 inline constexpr double kLargestFactor = 1e9;
 
+// A filter that is slower than this is none for a moving sensor.
+inline constexpr double kLongestDelay_s = 1.0;
+
 // A sensor at 1 kHz counts so far in 8000 years.
 inline constexpr std::int64_t kMostSamples = std::int64_t{1} << 48;
 

@@ -137,6 +137,10 @@ void TableHead::Key(const std::string& key, const std::string& value, std::int64
     info_.gear_ratio = number(kSmallestFactor, kLargestFactor);
   } else if (key == "stop_accuracy_deg") {
     info_.stop_accuracy_deg = number(kSmallestFactor, kLargestFactor);
+  } else if (key == "gyro_delay_s") {
+    info_.gyro_delay_s = number(0.0, kLongestDelay_s);
+  } else if (key == "ref_delay_s") {
+    info_.reference_delay_s = number(0.0, kLongestDelay_s);
   } else if (key == "sensor") {
     info_.sensor = value;
   } else if (key == "power_on") {

@@ -106,6 +106,8 @@ void TableWriter::WriteHead(const MeasurementInfo& info) {
   if (info.gyro_unit == GyroUnit::kLsb) number("gyro_lsb_per_deg_s", info.gyro_units_per_deg_s);
   number("gear_ratio", info.gear_ratio);
   number("stop_accuracy_deg", info.stop_accuracy_deg);
+  if (info.gyro_delay_s != 0.0) number("gyro_delay_s", info.gyro_delay_s);
+  if (info.reference_delay_s != 0.0) number("ref_delay_s", info.reference_delay_s);
   if (!info.sensor.empty()) key("sensor", info.sensor);
   if (!info.power_on.empty()) key("power_on", info.power_on);
   for (const auto& [name, value] : info.notes) key(name, value);

@@ -84,6 +84,7 @@ words = 2
 word_order = "low_first"
 counts_per_turn = 4096.5
 range_counts = 4294967296
+delay_s = 0.25
 )"));
   EXPECT_EQ(map.model, "e");
   EXPECT_EQ(map.function, 4);
@@ -92,6 +93,7 @@ range_counts = 4294967296
   EXPECT_EQ(map.word_order, WordOrder::kLowFirst);
   EXPECT_EQ(map.counts_per_turn, 4096.5);
   EXPECT_EQ(map.range_counts, 1ULL << 32);
+  EXPECT_EQ(map.delay_s, 0.25);
 }
 
 TEST_F(DeviceMaps, OfAGyroUnitFillEveryFieldFromItsKey) {

@@ -66,7 +66,7 @@ TEST_F(Table, CommentsSayWhatIsTrueOfTheWholeTable) {
       "# gear_ratio = 40\n# sensor = GB 17\n# power_on = A\n# operator = x = y\n# "
       "stop_accuracy_deg = 0.025\n"
       "# mount_x_deg = 1\n# mount_y_deg = 2\n# mount_z_deg = 3\n# outer_middle_deg = 4\n"
-      "# middle_inner_deg = 5\n"
+      "# middle_inner_deg = 5\n# gyro_delay_s = 0.0048\n# ref_delay_s = 5e-4\n"
       "t_s,gyro_z_lsb\n0,1\n");
   EXPECT_EQ(sink.info.site_latitude_deg, 55.75);
   EXPECT_EQ(sink.info.site_heading_deg, -30);
@@ -74,6 +74,8 @@ TEST_F(Table, CommentsSayWhatIsTrueOfTheWholeTable) {
   EXPECT_EQ(sink.info.gear_ratio, 40);
   EXPECT_EQ(sink.info.stop_accuracy_deg, 0.025);
   EXPECT_EQ(sink.info.geometry, (StandGeometry{{1, 2, 3}, 4, 5}));
+  EXPECT_EQ(sink.info.gyro_delay_s, 0.0048);
+  EXPECT_EQ(sink.info.reference_delay_s, 0.0005);
   EXPECT_EQ(sink.info.sensor, "GB 17");
   EXPECT_EQ(sink.info.power_on, "A");
   EXPECT_EQ(sink.info.notes.at("operator"), "x = y");
@@ -132,6 +134,8 @@ TEST_F(Table, TheHeadsErrorsNameLineAndWhatWasExpected) {
   EXPECT_THAT(ErrorOf("#site_latitude_deg = 91\nt_s,gyro_x_lsb\n"),
               HasSubstr("expected a number -90 .. 90"));
   EXPECT_THAT(ErrorOf("#gear_ratio = x\nt_s,gyro_x_lsb\n"), HasSubstr(":1: gear_ratio = x"));
+  EXPECT_THAT(ErrorOf("#gyro_delay_s = 4.8\nt_s,gyro_x_lsb\n"),
+              HasSubstr(":1: gyro_delay_s = 4.8: expected a number 0 .. 1"));
   EXPECT_THAT(ErrorOf("# a\n#mount_x_deg = nan\nt_s,gyro_x_lsb\n"),
               HasSubstr("table.csv:2: mount_x_deg = nan: expected a number -180 .. 180"));
   EXPECT_THAT(ErrorOf("#mount_y_deg = side\nt_s,gyro_x_lsb\n"),

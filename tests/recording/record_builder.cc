@@ -107,6 +107,8 @@ MeasurementInfo PlannedInfo(const RecordPlan& plan) {
   info.site_heading_deg = 12.5;
   info.gear_ratio = 40.0;
   info.stop_accuracy_deg = 0.025;
+  info.gyro_delay_s = 0.0048;
+  info.reference_delay_s = 0.0005;
   info.sensor = "GB-0017";
   info.power_on = "boot 3";
   info.notes = {{"operator", "A. Osadchiy"}};

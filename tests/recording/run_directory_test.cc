@@ -140,6 +140,8 @@ TEST(MeasurementInfoJson, IsUndoneByItsInverseForEveryField) {
     EXPECT_EQ(out.site_heading_deg, in.site_heading_deg);
     EXPECT_EQ(out.gear_ratio, in.gear_ratio);
     EXPECT_EQ(out.stop_accuracy_deg, in.stop_accuracy_deg);
+    EXPECT_EQ(out.gyro_delay_s, in.gyro_delay_s);
+    EXPECT_EQ(out.reference_delay_s, in.reference_delay_s);
     EXPECT_EQ(out.sensor, in.sensor);
     EXPECT_EQ(out.power_on, in.power_on);
     EXPECT_EQ(out.notes, in.notes);
@@ -162,6 +164,8 @@ TEST(MeasurementInfoJson, AWrongValueIsNamedByKeyAndWhatWasExpected) {
   EXPECT_THAT(read({{"gear_ratio", "forty"}}), HasSubstr("measurement.gear_ratio = \"forty\""));
   EXPECT_THAT(read({{"mount_x_deg", 181}}),
               HasSubstr("measurement.mount_x_deg = 181: expected a number -180 .. 180"));
+  EXPECT_THAT(read({{"gyro_delay_s", -0.001}}),
+              HasSubstr("measurement.gyro_delay_s = -0.001: expected a number 0 .. 1"));
   EXPECT_THAT(read({{"middle_inner_deg", nullptr}}), HasSubstr("measurement.middle_inner_deg"));
   EXPECT_THAT(read({{"gyro", {"x", 3}}}), HasSubstr("measurement.gyro"));
   EXPECT_THAT(read(nlohmann::json::array()), HasSubstr("expected an object"));

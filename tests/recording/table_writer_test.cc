@@ -81,6 +81,8 @@ TEST(TableWriter, ATableOfARecordGivesTheRecordsEventsAgain) {
     EXPECT_EQ(table.info.gyro_units_per_deg_s, record.info.gyro_units_per_deg_s);
     EXPECT_EQ(table.info.gear_ratio, record.info.gear_ratio);
     EXPECT_EQ(table.info.stop_accuracy_deg, record.info.stop_accuracy_deg);
+    EXPECT_EQ(table.info.gyro_delay_s, record.info.gyro_delay_s);
+    EXPECT_EQ(table.info.reference_delay_s, record.info.reference_delay_s);
     EXPECT_EQ(table.info.sensor, record.info.sensor);
     EXPECT_EQ(table.info.power_on, record.info.power_on);
     EXPECT_EQ(table.info.notes, record.info.notes);
