@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "calibration/plan/loop_memory.h"
 #include "calibration/results.h"
 #include "calibration/trace/trace.h"
 #include "config/stand_config.h"
@@ -106,6 +107,7 @@ class LiveBench final : public procedures::Bench {
   Utime segment_begin_ = 0;
   calibration::AnalysisResult results_;
   std::optional<calibration::Traced> traced_;  // nothing moved since
+  calibration::LoopMemory loop_;
   std::vector<procedures::LimitCheck> limits_;
   std::vector<Said> said_;
 };

@@ -1,5 +1,6 @@
 #include "daemon/manoeuvre_choice.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "calibration/plan/next_manoeuvre.h"
@@ -37,14 +38,19 @@ calibration::Manoeuvre ToManoeuvre(const procedures::Rehearsal& rehearsal) {
 
 procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu,
                                const calibration::Recording& so_far,
-                               const calibration::Traced& traced) {
+                               const calibration::Traced& traced, calibration::LoopMemory& memory) {
   std::vector<calibration::Manoeuvre> manoeuvres;
   for (const procedures::Rehearsal& rehearsal : menu) manoeuvres.push_back(ToManoeuvre(rehearsal));
-  const calibration::NextManoeuvre next = ChooseManoeuvre(so_far, traced, manoeuvres);
+  // The same for all of a menu, as a rule; the longest counts.
+  memory.left_min = 0.0;
+  for (const procedures::Rehearsal& rehearsal : menu)
+    memory.left_min = std::max(memory.left_min, rehearsal.at_most_s / 60.0);
+  const calibration::NextManoeuvre next = ChooseManoeuvre(so_far, traced, manoeuvres, memory);
   procedures::Choice choice;
   choice.settled = next.settled;
   choice.open = next.open;
   choice.never = next.never;
+  choice.newly_closed = next.newly_closed;
   choice.best = next.best;
   if (next.best) {
     choice.because = next.worths[*next.best].because;

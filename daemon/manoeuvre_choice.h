@@ -3,14 +3,16 @@
 
 #include <vector>
 
+#include "calibration/plan/loop_memory.h"
 #include "calibration/trace/trace.h"
 #include "procedures/engine/bench.h"
 
 namespace gyrobench::daemon {
 
-// `traced`: of `so_far`. Throws DataError where the reference is not that of a stand.
+// `traced`: of `so_far`. `memory`: one for each run. Throws DataError where the reference is not
+// that of a stand.
 procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu,
                                const calibration::Recording& so_far,
-                               const calibration::Traced& traced);
+                               const calibration::Traced& traced, calibration::LoopMemory& memory);
 
 }  // namespace gyrobench::daemon

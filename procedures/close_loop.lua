@@ -2,8 +2,8 @@
 --
 -- It begins with a short sequence that cannot tell much. Every manoeuvre of the menu is then rehearsed from where the
 -- stand is, and the one is made from which the most is expected per minute: between the effects that still explain the
--- same, or, as long as nothing is named, of every effect that could be there unseen. It ends when the verdict is
--- settled, when no manoeuvre tells anything more, or when the budget of bench time is spent.
+-- same and, with less weight, of every effect that could be there unseen. What is not to be separated on this stand is
+-- said and not asked for again. It ends when the verdict is settled, when no manoeuvre tells anything more, or when the budget of bench time is spent.
 
 procedure = {
   summary = "Traces, chooses the next manoeuvre and makes it, until the verdict is settled",
@@ -209,14 +209,19 @@ function run(p)
       return
     end
     local choice = bench.choose()
+    if choice.newly_closed ~= "" then
+      bench.say(string.format("not to be separated on this stand in the %.1f min that are left, and not asked for again: %s",
+        left_s() / 60, choice.newly_closed))
+    end
     if choice.settled and outlived >= p.confirmations * (steps and 2 or 1) then
       bench.say(choice.never == "" and "settled: nothing else of the catalogue explains the same"
-        or "settled but for what half an hour of any one manoeuvre would not tell apart: " .. choice.never)
+        or "settled but for what is not to be separated on this stand in the time that there was: " .. choice.never)
       return
     end
     if not choice.index then
       bench.say((any and "no manoeuvre of the menu tells more" or "the budget of bench time is spent")
-        .. (choice.open ~= "" and "; open: " .. choice.open or ""))
+        .. (choice.open ~= "" and "; open: " .. choice.open or "")
+        .. (choice.never ~= "" and "; not to be separated on this stand: " .. choice.never or ""))
       return
     end
     number = number + 1

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The main job from a bare Debian 12: sets up, builds, starts the daemon on the virtual stand, runs `bias` and
 # `scale` by name with live results, shows what another process received over LCM and where the records are, and ends
-# with `close_loop` on a part with an undeclared effect: which it is, and the error before and after.
+# with `close_loop` on another part of the same kind with an undeclared effect: which it is, and the error before and
+# after.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

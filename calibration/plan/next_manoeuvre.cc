@@ -14,11 +14,22 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kDecided_nats = 8.0;
+// Where the trace itself tells the two apart, which it does beyond 10 of its BIC, these are enough.
+constexpr double kTold_nats = 5.0;
 // Less than this a minute is no reason to go on.
 constexpr double kLeast_nats_per_min = 0.05;
 constexpr std::size_t kMostReasons = 3;
-// What the best manoeuvre, made again and again, would not settle in this time is left open.
+// What the best manoeuvre, made again and again, would not settle in this time is closed.
 constexpr double kPatience_min = 30.0;
+// So much was expected of what was made for a pair that is still open: it is closed.
+constexpr double kAsked_nats = 2.0 * kDecided_nats;
+// Of a pair that should have been told apart by what was measured, and was not: counted so for
+// each further manoeuvre.
+constexpr double kOverdue_nats = kAsked_nats / 4.0;
+// How likely an effect of the catalogue is to be in a part before anything is known of it. What
+// would be known of it counts so much beside what would be told apart of what is named. Of the 23
+// effects of the catalogue a typical part (config/scenarios/typical.toml) has five.
+constexpr double kPrior = 0.2;
 
 struct Reason {
   std::string what;
@@ -39,8 +50,9 @@ std::string Join(std::vector<Reason> reasons) {
 
 class Chooser {
  public:
-  Chooser(const Recording& so_far, const Traced& traced, std::span<const Manoeuvre> menu)
-      : menu_(menu) {
+  Chooser(const Recording& so_far, const Traced& traced, std::span<const Manoeuvre> menu,
+          LoopMemory& memory)
+      : menu_(menu), memory_(memory) {
     const Vector3 rough = RoughSensitivity(so_far);
     std::vector<Recording> recordings;
     recordings.reserve(menu.size());
@@ -71,31 +83,40 @@ class Chooser {
 
   NextManoeuvre Choose() {
     NextManoeuvre out;
-    std::set<std::string> hopeless;
+    std::set<std::string> closed, newly_closed;
+    // Whether the pair is closed, by now or by `hopeless`.
+    const auto close = [&](const std::string& pair, bool hopeless) {
+      if (!hopeless && !memory_.closed.contains(pair) && memory_.asked_nats[pair] < kAsked_nats)
+        return false;
+      closed.insert(pair);
+      if (memory_.closed.insert(pair).second) newly_closed.insert(pair);
+      return true;
+    };
     std::erase_if(rivalries_, [&](const AxisRivalry& one) {
-      const bool decided = one.rivalry.now >= kDecided_nats;
-      const bool never = !decided && Hopeless(one.rivalry);
-      if (never) hopeless.insert(Pair(one.axis, one.rivalry.named, one.rivalry.other));
-      return decided || never;
+      const std::string pair = Pair(one.axis, one.rivalry.named, one.rivalry.other);
+      const bool told = std::find(not_told_.begin(), not_told_.end(), pair) == not_told_.end();
+      if (one.rivalry.now >= (told ? kTold_nats : kDecided_nats)) return true;
+      return close(pair, Hopeless(one.rivalry));
     });
     for (const AxisRivalry& one : rivalries_)
       open_.insert(Pair(one.axis, one.rivalry.named, one.rivalry.other));
     // What the data do not tell apart yet, whatever was to be expected.
+    std::set<std::string> overdue;
     for (const std::string& pair : not_told_) {
-      if (!hopeless.contains(pair)) open_.insert(pair);
+      if (close(pair, false)) continue;
+      if (open_.insert(pair).second) overdue.insert(pair);
     }
-    out.never = fmt::format("{}", fmt::join(hopeless, "; "));
+    out.never = fmt::format("{}", fmt::join(closed, "; "));
+    out.newly_closed = fmt::format("{}", fmt::join(newly_closed, "; "));
     out.settled = any_named_ && open_.empty();
     out.open = any_named_ ? fmt::format("{}", fmt::join(open_, "; "))
                           : "whether there is anything beyond the baseline";
-    for (std::size_t m = 0; m < menu_.size(); ++m) out.worths.push_back(OfRivalries(m));
-    out.best = Best(out.worths);
-    if (out.best) return out;
     for (const ChannelOutlook& outlook : outlooks_) {
       for (auto& known : outlook.KnowledgeOfAll()) knowledge_.push_back(std::move(known));
     }
-    for (std::size_t m = 0; m < menu_.size(); ++m) out.worths[m] = OfKnowledge(m);
+    for (std::size_t m = 0; m < menu_.size(); ++m) out.worths.push_back(OfBoth(m));
     out.best = Best(out.worths);
+    if (out.best) Remember(*out.best, overdue);
     return out;
   }
 
@@ -129,12 +150,25 @@ class Chooser {
 
   double Minutes(std::size_t m) const { return std::max(menu_[m].duration_s / 60.0, 1e-3); }
 
+  // Of what is expected of this choice, for the pairs that are open.
+  void Remember(std::size_t chosen, const std::set<std::string>& overdue) {
+    for (const AxisRivalry& one : rivalries_) {
+      memory_.asked_nats[Pair(one.axis, one.rivalry.named, one.rivalry.other)] +=
+          std::max(0.0, GainOf(one.rivalry, chosen));
+    }
+    for (const std::string& pair : overdue) memory_.asked_nats[pair] += kOverdue_nats;
+  }
+
+  static double GainOf(const ChannelOutlook::Rivalry& rivalry, std::size_t m) {
+    return std::min(rivalry.then[m], kDecided_nats) - rivalry.now;
+  }
+
   bool Hopeless(const ChannelOutlook::Rivalry& rivalry) const {
     if (menu_.empty()) return false;
     double most = 0.0;  // nats a minute
     for (std::size_t m = 0; m < menu_.size(); ++m)
       most = std::max(most, (rivalry.then[m] - rivalry.now) / Minutes(m));
-    return kDecided_nats - rivalry.now > kPatience_min * most;
+    return kDecided_nats - rivalry.now > std::min(kPatience_min, memory_.left_min) * most;
   }
 
   ManoeuvreWorth Worth(std::size_t m, const std::vector<Reason>& reasons, const char* verb) const {
@@ -148,20 +182,30 @@ class Chooser {
   ManoeuvreWorth OfRivalries(std::size_t m) const {
     std::vector<Reason> reasons;
     for (const AxisRivalry& one : rivalries_) {
-      const double gain = std::min(one.rivalry.then[m], kDecided_nats) - one.rivalry.now;
+      const double gain = GainOf(one.rivalry, m);
       if (gain > 0.0)
         reasons.push_back({fmt::format("{} from {}", one.rivalry.named, one.rivalry.other), gain});
     }
     return Worth(m, reasons, "tells");
   }
 
-  ManoeuvreWorth OfKnowledge(std::size_t m) const {
+  ManoeuvreWorth OfKnowledge(std::size_t m, double weight) const {
     std::vector<Reason> reasons;
     for (const auto& known : knowledge_) {
-      const double gain = known.then[m] - known.now;
+      const double gain = weight * (known.then[m] - known.now);
       if (gain > 0.0) reasons.push_back({known.id, gain});
     }
     return Worth(m, reasons, "would show");
+  }
+
+  // In the words of the larger part.
+  ManoeuvreWorth OfBoth(std::size_t m) const {
+    if (rivalries_.empty()) return OfKnowledge(m, 1.0);
+    const ManoeuvreWorth told = OfRivalries(m), shown = OfKnowledge(m, kPrior);
+    ManoeuvreWorth both = told.nats >= shown.nats ? told : shown;
+    both.nats = told.nats + shown.nats;
+    both.nats_per_min = both.nats / Minutes(m);
+    return both;
   }
 
   std::optional<std::size_t> Best(const std::vector<ManoeuvreWorth>& worths) const {
@@ -176,6 +220,7 @@ class Chooser {
   }
 
   std::span<const Manoeuvre> menu_;
+  LoopMemory& memory_;
   std::vector<ChannelOutlook> outlooks_;
   std::vector<AxisRivalry> rivalries_;
   std::vector<ChannelOutlook::Knowledge> knowledge_;
@@ -188,13 +233,19 @@ class Chooser {
 
 NextManoeuvre ChooseManoeuvre(const Recording& so_far, const Traced& traced,
                               std::span<const Manoeuvre> menu) {
+  LoopMemory memory;
+  return ChooseManoeuvre(so_far, traced, menu, memory);
+}
+
+NextManoeuvre ChooseManoeuvre(const Recording& so_far, const Traced& traced,
+                              std::span<const Manoeuvre> menu, LoopMemory& memory) {
   if (so_far.info.reference != ReferenceKind::kStandAngles) {
     throw DataError(
         fmt::format("{}: manoeuvres are chosen for the angles of a stand; this "
                     "measurement has another reference",
                     so_far.info.source));
   }
-  return Chooser(so_far, traced, menu).Choose();
+  return Chooser(so_far, traced, menu, memory).Choose();
 }
 
 }  // namespace gyrobench::calibration

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/plan/foresee.h"
+#include "calibration/plan/loop_memory.h"
 #include "calibration/trace/trace.h"
 
 namespace gyrobench::calibration {
@@ -21,11 +22,13 @@ struct ManoeuvreWorth {
 
 struct NextManoeuvre {
   // Effects are named, and every other of the catalogue, put in the place of one of them, would
-  // leave odds of e^8 and more against itself.
+  // leave odds of e^8 and more against itself; of e^5 where the trace tells the two apart.
   bool settled = false;
   std::string open;  // what is not settled, in words; empty when all is
-  // What the best of the menu, made for half an hour, would not tell apart: it does not count.
+  // Pairs that are not to be separated on this stand: the best of the menu, made for as long as
+  // there is time, would not tell them apart, or what was made for it did not. They do not count.
   std::string never;
+  std::string newly_closed;  // those of them that were open until now
   // Of the menu, also when all is settled; none where nothing more would be known by any of it.
   std::optional<std::size_t> best;
   std::vector<ManoeuvreWorth> worths;  // in the menu's order
@@ -33,10 +36,15 @@ struct NextManoeuvre {
 
 // Expected discrimination: where an effect is named, by how much the log-likelihood ratio between
 // it and each other effect of the catalogue would grow if it is the cause, as long as that is open.
-// Where none is named: by how much more would be known of each effect of the catalogue, from the
-// largest size of such parts down to a hundredth of it. Both under the noise that the trace found,
+// Beside it, as far as each may be there at all: by how much more would be known of each effect of
+// the catalogue, from the largest size of such parts down to a hundredth of it; in full where
+// nothing is to be told apart. Both under the noise that the trace found,
 // the baseline free; non-linear effects at the points of their grids. `traced`: of `so_far` alone.
-// Throws DataError where the reference is not that of a stand.
+// `memory`: of the run's choices before, brought up to date with this one. Throws DataError where
+// the reference is not that of a stand.
+NextManoeuvre ChooseManoeuvre(const Recording& so_far, const Traced& traced,
+                              std::span<const Manoeuvre> menu, LoopMemory& memory);
+// The same as a run's first choice, without an end of bench time.
 NextManoeuvre ChooseManoeuvre(const Recording& so_far, const Traced& traced,
                               std::span<const Manoeuvre> menu);
 

@@ -118,7 +118,8 @@ struct PlannedMove {
 struct Rehearsal {
   std::string name;
   double duration_s = 0.0;
-  bool affordable = true;          // there is time for it; others are weighed and not chosen
+  bool affordable = true;  // there is time for it; others are weighed and not chosen
+  double at_most_s = std::numeric_limits<double>::infinity();  // the time that there is
   double warms_degC = 0.0;         // what somebody's hand does to the sensor's temperature by it
   std::vector<AxisFacts> axes;     // where it begins
   std::vector<PlannedMove> moves;  // times since its begin
@@ -129,6 +130,7 @@ struct Choice {
   bool settled = false;             // effects are named, and nothing else explains the same
   std::string open;                 // what is not settled, in words
   std::string never = {};           // what no manoeuvre tells apart within reason: not counted
+  std::string newly_closed = {};    // what of it was open until now
   std::optional<std::size_t> best;  // none: no manoeuvre tells anything more
   std::string because;              // "tells angle.latency from bandwidth.first_order"
   double nats = 0.0;                // expected, of the logarithm of odds

@@ -23,11 +23,12 @@ int Choose(const Call& call) {
   call.CheckNothing();
   const std::vector<Rehearsal> menu = call.stage.TakeMenu();
   const Choice choice = call.bench.Choose(menu);
-  lua_createtable(call.state, 0, 7);
+  lua_createtable(call.state, 0, 8);
   lua_pushboolean(call.state, choice.settled ? 1 : 0);
   lua_setfield(call.state, -2, "settled");
   SetField(call.state, "open", choice.open);
   SetField(call.state, "never", choice.never);
+  SetField(call.state, "newly_closed", choice.newly_closed);
   if (!choice.best) return 1;
   const Rehearsal& best = menu.at(*choice.best);
   SetField(call.state, "index", static_cast<double>(*choice.best + 1));

@@ -32,8 +32,8 @@ bool Stage::End(const std::string& name, double warms_degC, double at_most_s) {
   const std::unique_ptr<DryBench> done = std::move(rehearsal_);
   const Plan& plan = done->plan();
   const bool affordable = plan.duration_s <= at_most_s;
-  menu_.push_back(
-      {name, plan.duration_s, affordable, warms_degC, std::move(begin_axes_), plan.moves});
+  menu_.push_back({name, plan.duration_s, affordable, at_most_s, warms_degC, std::move(begin_axes_),
+                   plan.moves});
   return affordable;
 }
 

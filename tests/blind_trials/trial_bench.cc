@@ -93,7 +93,7 @@ std::vector<procedures::AxisVerdict> TrialBench::Trace() {
 }
 
 procedures::Choice TrialBench::Choose(const std::vector<procedures::Rehearsal>& menu) {
-  return daemon::ChooseAmong(menu, collector_.Take(), Traced());
+  return daemon::ChooseAmong(menu, collector_.Take(), Traced(), loop_);
 }
 
 }  // namespace gyrobench::blind_trials

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/plan/loop_memory.h"
 #include "calibration/trace/trace.h"
 #include "procedures/engine/bench.h"
 #include "tests/blind_trials/bench_recorder.h"
@@ -51,6 +52,7 @@ class TrialBench final : public procedures::Bench {
   calibration::Collector collector_;
   BenchRecorder recorder_;
   std::optional<calibration::Traced> traced_;
+  calibration::LoopMemory loop_;
   std::vector<std::string> said_;
   double now_s_ = 0.0;
 };

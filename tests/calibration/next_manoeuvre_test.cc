@@ -219,6 +219,41 @@ TEST(NextManoeuvre, WhatTheMenuWouldNeverTellApartDoesNotCount) {
   EXPECT_THAT(next.open, ::testing::Not(HasSubstr("scale.quadratic_even")));
 }
 
+// A pair that no manoeuvre separates in the time that is left takes no bench time.
+TEST(NextManoeuvre, WhatTheTimeLeftWouldNotTellApartIsClosedSaidOnceAndNotAskedForAgain) {
+  const Recording so_far = Recorded(Turns("so far", 0.0, {20.0}));
+  const std::vector<Manoeuvre> menu = {Turns("three", 0.0, {5.0, 20.0, 40.0})};
+  const Traced traced = Verdict({Term("scale.asymmetry", {1e-3})});
+  LoopMemory memory;
+  EXPECT_THAT(ChooseManoeuvre(so_far, traced, menu, memory).open,
+              HasSubstr("scale.quadratic_even"));
+  EXPECT_TRUE(memory.closed.empty());
+  memory.left_min = 0.001;
+  const NextManoeuvre late = ChooseManoeuvre(so_far, traced, menu, memory);
+  EXPECT_THAT(late.newly_closed, HasSubstr("z: scale.asymmetry or scale.quadratic_even"));
+  memory.left_min = 1000.0;
+  const NextManoeuvre again = ChooseManoeuvre(so_far, traced, menu, memory);
+  EXPECT_EQ(again.newly_closed, "");
+  EXPECT_THAT(again.never, HasSubstr("z: scale.asymmetry or scale.quadratic_even"));
+  EXPECT_THAT(again.open, ::testing::Not(HasSubstr("scale.quadratic_even")));
+  EXPECT_THAT(again.worths[0].because, ::testing::Not(HasSubstr("from scale.quadratic_even")));
+}
+
+// The expectation may be wrong, and the loop must end all the same.
+TEST(NextManoeuvre, APairIsClosedWhenWhatWasMadeForItDidNotTellItApart) {
+  const Recording so_far = Recorded(Turns("so far", 0.0, {5.0, 10.0, 20.0, 30.0, 40.0}));
+  const std::vector<Manoeuvre> menu = {Turns("more", 0.0, {5.0, 20.0, 40.0})};
+  Traced traced = Verdict({Term("scale.asymmetry", {3e-2})});
+  traced.result.channels[0].effects[0].rivals = {"scale.quadratic_even"};
+  LoopMemory memory;
+  int manoeuvres = 0;
+  while (!ChooseManoeuvre(so_far, traced, menu, memory).settled && manoeuvres < 100) ++manoeuvres;
+  EXPECT_GE(manoeuvres, 2) << "given up at once";
+  EXPECT_LE(manoeuvres, 8);
+  EXPECT_THAT(ChooseManoeuvre(so_far, traced, menu, memory).never,
+              HasSubstr("z: scale.asymmetry or scale.quadratic_even"));
+}
+
 TEST(NextManoeuvre, WhatThereIsNoTimeForIsWeighedAndNotChosen) {
   const Traced traced = Verdict({Term("scale.g", {0.0, 0.0, 2e-3})});
   const Recording so_far = Recorded(Turns("so far", 0.0, {10.0, 20.0, 30.0}));
