@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "calibration/bias.h"
+#include "calibration/plausibility.h"
 #include "calibration/scale.h"
 #include "calibration/schedule.h"
 
@@ -53,8 +54,10 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
       recording.info, options, recording.columns, recording.ticks, recording.orientation_known,
       usable};
   RemarkOnReference(estimation, &result.remarks);
-  result.scale = EstimateScale(estimation, &result.remarks);
+  result.scale = EstimateScale(estimation, &result.remarks, &result.unfollowed_deg);
   result.bias = EstimateBias(estimation, result.scale, &result.remarks);
+  const std::vector<std::string> implausible = Implausible(result);
+  result.remarks.insert(result.remarks.begin(), implausible.begin(), implausible.end());
   return result;
 }
 

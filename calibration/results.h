@@ -1,6 +1,7 @@
 // What an analysis says: the results that are published, recorded and printed.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -79,6 +80,9 @@ struct AnalysisResult {
   std::vector<Defect> defects;
   std::vector<BiasResult> bias;
   std::vector<ScaleResult> scale;
+  // What an axis of the sensor turned by the reference while its output did not follow at all
+  // [deg]; 0 where it did, or did not turn.
+  std::array<double, 3> unfollowed_deg = {};
   std::vector<std::string> remarks;
 };
 

@@ -57,6 +57,8 @@ class ChannelScale {
 
   // False, with a reason, when nothing can be said.
   bool Run(ScaleResult* result, std::string* reason);
+  // What the axis turned while the output did not follow; 0 where it did.
+  double unfollowed_deg() const { return unfollowed_deg_; }
 
  private:
   void ChooseColumns();
@@ -75,6 +77,7 @@ class ChannelScale {
   ScalePlan plan_;
   ScaleProblem problem_;
   double gain_ = kMissing;
+  double unfollowed_deg_ = 0.0;
 };
 
 void ChannelScale::ChooseColumns() {
@@ -212,6 +215,7 @@ bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
   gain_ = RoughGain(plan_.rows, channel_);
   if (!std::isfinite(gain_)) {
     *reason = fmt::format("its output does not follow the {:.3g} deg that its axis turned", turned);
+    unfollowed_deg_ = turned;
     return false;
   }
   result->axis = static_cast<SensorAxis>(channel_);
@@ -250,7 +254,8 @@ bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
 }  // namespace
 
 std::vector<ScaleResult> EstimateScale(const Estimation& estimation,
-                                       std::vector<std::string>* remarks) {
+                                       std::vector<std::string>* remarks,
+                                       std::array<double, 3>* unfollowed_deg) {
   std::vector<ScaleResult> out;
   if (estimation.info.reference == ReferenceKind::kNone || estimation.columns.nodes.size() < 4)
     return out;
@@ -258,9 +263,11 @@ std::vector<ScaleResult> EstimateScale(const Estimation& estimation,
     if (!estimation.usable[c]) continue;
     ScaleResult result;
     std::string reason;
-    if (ChannelScale(estimation, c).Run(&result, &reason)) {
+    ChannelScale channel(estimation, c);
+    if (channel.Run(&result, &reason)) {
       out.push_back(std::move(result));
     } else {
+      (*unfollowed_deg)[c] = channel.unfollowed_deg();
       remarks->push_back(fmt::format("scale of {}: not estimated, {}", "xyz"[c], reason));
     }
   }

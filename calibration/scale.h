@@ -1,6 +1,7 @@
 // Scale factor of each axis that turned.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,7 @@
 namespace gyrobench::calibration {
 
 // One result for each usable channel whose axis turned enough; for the others a remark says why
-// not.
+// not, and `unfollowed_deg` by how much the axis turned where the output did not follow.
 //
 // Joint estimate by generalised least squares (interval_gls.h), y the integral of the output over
 // an interval in nominal deg:
@@ -22,6 +23,7 @@ namespace gyrobench::calibration {
 // the unit's clock was measured, and, where the whitened residuals are not white, for that (block
 // sandwich).
 std::vector<ScaleResult> EstimateScale(const Estimation& estimation,
-                                       std::vector<std::string>* remarks);
+                                       std::vector<std::string>* remarks,
+                                       std::array<double, 3>* unfollowed_deg);
 
 }  // namespace gyrobench::calibration

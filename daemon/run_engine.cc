@@ -1,13 +1,16 @@
 #include "daemon/run_engine.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
+#include "calibration/plausibility.h"
 #include "calibration/result_json.h"
 #include "daemon/axis_facts.h"
 #include "daemon/run_record.h"
@@ -363,7 +366,7 @@ void RunEngine::Execute(Job& job) {
   job.participant.reset();
 }
 
-void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
+void RunEngine::Finish(Job& job, Outcome& outcome, std::string& message) {
   if (job.description.is_null()) {
     BeginRecord(job, context_.clock.Now());
   } else {
@@ -377,6 +380,11 @@ void RunEngine::Finish(Job& job, Outcome outcome, const std::string& message) {
   const bool complete = outcome == Outcome::kDone || outcome == Outcome::kFailedLimits;
   const auto trace = complete ? TraceRun(context_.telemetry.Recorded(), true) : std::nullopt;
   if (trace) context_.telemetry.SendTrace(trace->result, end, true);
+  const std::vector<std::string> implausible = calibration::Implausible(results);
+  if (complete && !implausible.empty()) {
+    outcome = Outcome::kError;
+    message = fmt::format("{}", fmt::join(implausible, "; "));
+  }
   run_t stop{};
   stop.utime = end;
   stop.event = run_t::STOP;

@@ -87,7 +87,8 @@ class RunEngine {
   void WaitForStandstill(Job& job, const std::string& axis);
   std::string StopMotion(Job& job);
   std::string SwitchOff(Job& job);
-  void Finish(Job& job, Outcome outcome, const std::string& message);
+  // Closes the record. Results that cannot be make an error of a run that was done.
+  void Finish(Job& job, Outcome& outcome, std::string& message);
   static procedures::RunHooks DryHooks();
   procedures::DryOptions DryOptions() const;
   void RequireDevicesWell() const;

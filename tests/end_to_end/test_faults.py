@@ -36,6 +36,25 @@ class Faults(unittest.TestCase):
             self.assertNotEqual(refused.returncode, 0)
             self.assertIn("reset", refused.stdout + refused.stderr)
 
+    def test_a_result_that_cannot_be_is_no_run_that_is_done(self):
+        # Nobody declared that the sensor lies on its side: its z axis feels next to nothing.
+        text = 'include = "{root}/config/scenarios/typical.toml"\n[site]\nmount_deg = [90, 0, 0]\n'
+        with Bench(scenario=text) as bench:
+            done = bench.run(*SCALE)
+            self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+            run = json.loads((bench.newest_record() / "run.json").read_text())
+            self.assertEqual(run["outcome"], "error")
+            for word in ("this result cannot be: the z axis of the sensor", "not mounted as declared", "mount_x_deg"):
+                self.assertIn(word, run["message"])
+                self.assertIn(word, done.stdout + done.stderr)
+            # It is an analysis like any other for who wants to look, and says the same.
+            analysed = bench.json("analyze", "latest")
+            self.assertIn("this result cannot be", analysed["remarks"][0])
+            # No fault: with the mounting declared the same part is fine.
+            self.assertEqual(bench.json("status")["state"], "idle")
+        with Bench(scenario=text, extra="[geometry]\nmount_x_deg = 90\n") as bench:
+            self.assertEqual(bench.run("run", "rates", "-p", "rates_deg_s=20", "-p", "angle_deg=90").returncode, 0)
+
     def test_a_gyro_that_falls_silent(self):
         self.run_into(scenario("gyro", "silent"), ["gyro", "unit 21"])
 
