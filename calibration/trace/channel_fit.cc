@@ -98,7 +98,9 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
     fit.member_begin.push_back(tangent.cols());
     fit.slope_begin.push_back(fit.raw_slopes.cols());
     fit.raw.middleCols(column, count) = ColumnsOf(problem, member, selection.covariates());
-    if (member.power_on) std::fill_n(fit.local.begin() + column, count, true);
+    // One power-on alone knows it, or one moment.
+    if (member.power_on || member.id == "angle.step")
+      std::fill_n(fit.local.begin() + column, count, true);
     const Eigen::VectorXd c = fit.linear.segment(column, count);
     const Eigen::MatrixXd raw_slopes = Slopes(problem, selection, member, c);
     Eigen::MatrixXd white_slopes = raw_slopes;

@@ -14,8 +14,8 @@ constexpr double kCreep_s = 0.2;
 constexpr double kTurnSigmas = 4.0;
 // So long before the end (after the begin) of a rest a motion may have begun that neither single
 // readings nor single samples show; what comes before is what the sensor shows at rest.
-constexpr double kEdge_s = 1.5;
-constexpr std::size_t kLeastQuiet = 4, kMostQuiet = 30;
+constexpr double kEdge_s = 1.5, kMostOfRest = 0.4;
+constexpr std::size_t kLeastQuiet = 3, kMostQuiet = 30;
 
 class RestTrimmer {
  public:
@@ -87,10 +87,16 @@ class RestTrimmer {
     return false;
   }
 
+  // Of a short rest a part is left between its edges.
+  double EdgeOf(std::size_t begin, std::size_t end) const {
+    return std::min(kEdge_s, kMostOfRest * (nodes_[end - 1].at.t_s - nodes_[begin].at.t_s));
+  }
+
   // The first node that does not count as rest because a motion follows.
   std::size_t MotionFrom(std::size_t begin, std::size_t end) const {
     std::size_t edge = end;
-    while (edge > begin && nodes_[end - 1].at.t_s - nodes_[edge - 1].at.t_s < kEdge_s) --edge;
+    const double edge_s = EdgeOf(begin, end);
+    while (edge > begin && nodes_[end - 1].at.t_s - nodes_[edge - 1].at.t_s < edge_s) --edge;
     if (edge < begin + kLeastQuiet + 1) return end;
     const Vector3 quiet = Quiet(edge > begin + kMostQuiet ? edge - kMostQuiet : begin, edge);
     for (std::size_t i = edge; i + 1 < end; ++i) {
@@ -105,7 +111,8 @@ class RestTrimmer {
   // The first node that counts as rest after a motion.
   std::size_t RestFrom(std::size_t begin, std::size_t end) const {
     std::size_t edge = begin;
-    while (edge < end && nodes_[edge].at.t_s - nodes_[begin].at.t_s < kEdge_s) ++edge;
+    const double edge_s = EdgeOf(begin, end);
+    while (edge < end && nodes_[edge].at.t_s - nodes_[begin].at.t_s < edge_s) ++edge;
     if (edge + kLeastQuiet >= end) return begin;
     const Vector3 quiet = Quiet(edge, std::min(edge + kMostQuiet, end - 1));
     for (std::size_t i = edge; i-- > begin;) {
