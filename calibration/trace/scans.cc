@@ -179,13 +179,15 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
 }
 
 // A period must be long against the error of the angle that the wave is a function of: what is left
-// of a node's own noise in it would be found as a ripple, and so would the steps of a coarse
-// encoder.
+// of a node's own noise in it would be found as a ripple. The rounding of a coarse encoder is a
+// function of the angle itself, from which no wave can be told.
 int MostPeriods(const ChannelProblem& problem) {
   constexpr double kLargestError_rad = 0.1;
   double error_deg = 0.0;
-  for (const Trail& trail : problem.trails())
+  for (const Trail& trail : problem.trails()) {
+    if (trail.coarse_steps) return 0;
     error_deg = std::max(error_deg, trail.angle_error_deg);
+  }
   const double most = kLargestError_rad * 180.0 / std::numbers::pi / error_deg;
   return most < kMostPeriods ? static_cast<int>(most) : kMostPeriods;
 }

@@ -18,7 +18,7 @@ struct TraceOptions {
   // result, to the last digit.
   std::uint64_t seed = 1;
   // Chance that a measurement without any extra effect is said to have one, over all channels.
-  double false_discovery = 0.003;
+  double false_discovery = 0.009;
   bool curves = true;  // fill ChannelTrace::curves
   // Called now and then with the share done, 0..1.
   std::function<void(double fraction)> progress;

@@ -40,7 +40,8 @@ class TrailMaker {
     trail_.reference_walk_s.assign(nodes_.size(), 0.0);
     Points();
     MarkUnusable(recording_, units_, &trail_);
-    settled_ = SettleAxes(recording_, nodes_);
+    AngleErrors();
+    settled_ = SettleAxes(recording_, nodes_, trail_.angle_error_deg);
     RestAngles();
     Rotations();
     Tables();
@@ -87,6 +88,18 @@ class TrailMaker {
     if (std::fabs(before.at.t_s - middle_s) >= std::fabs(epoch->half_s - middle_s)) return;
     epoch->half_s = before.at.t_s;
     epoch->z_half = before.at.z;
+  }
+
+  void AngleErrors() {
+    double readings = 0.0, moving = 0.0;
+    for (const Node& node : nodes_) {
+      if (!node.mean.output_known) continue;
+      readings += node.mean.readings;
+      moving += 1.0;
+    }
+    const ReadingErrors errors(recording_);
+    trail_.coarse_steps = errors.CoarseSteps();
+    trail_.angle_error_deg = errors.ErrorInMotion_deg(moving > 0.0 ? readings / moving : 1.0);
   }
 
   void Points() {
@@ -166,13 +179,6 @@ class TrailMaker {
       for (double& angle : rest_rotation_[rest]) angle /= count[rest];
     }
     const ReadingErrors errors(recording_);
-    double readings = 0.0, moving = 0.0;
-    for (const Node& node : nodes_) {
-      if (!node.mean.output_known) continue;
-      readings += node.mean.readings;
-      moving += 1.0;
-    }
-    trail_.angle_error_deg = errors.ErrorInMotion_deg(moving > 0.0 ? readings / moving : 1.0);
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       if (AtRest(k)) {
         const double share = errors.ShareAtRest(count[rest_of_[k]]);

@@ -36,6 +36,8 @@ struct Trail {
   // Error of a table angle at a moving node: noise of the readings averaged, or half a step of a
   // coarse encoder [deg].
   double angle_error_deg = 0.0;
+  // The steps of the encoder are coarser than its noise: its error is a function of the angle.
+  bool coarse_steps = false;
   // Of each node: ReadingsMean::walk_s; 0 where it is one instant.
   std::vector<double> reference_walk_s;
   std::vector<double> covariates;  // of the points: nodes, then halves

@@ -26,7 +26,9 @@ struct SettledAngles {
   std::vector<Vector3> angle_deg;
   std::vector<std::array<bool, 3>> is_settled;
 };
-SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& epochs);
+// `error_deg`: of the angle at one node.
+SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& epochs,
+                         double error_deg);
 
 // How the error of several readings' mean compares with one reading's, as variances. Noise
 // averages; the rounding to the steps of a coarse encoder does not, where neither noise nor motion
@@ -35,6 +37,7 @@ class ReadingErrors {
  public:
   explicit ReadingErrors(const Recording& recording);
   double ShareAtRest(double readings) const;
+  bool CoarseSteps() const { return rounded_ > 0.5; }
   // Of the mean of so many while the table moves [deg].
   double ErrorInMotion_deg(double readings) const;
   // Of the readings since the node before; tables' angles there and here.

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "calibration/trace/trail_parts.h"
 
@@ -7,6 +9,8 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kLeastMotion_deg_s = 0.3;
+// Less than so many standard deviations of a rate by two readings is its noise.
+constexpr double kNoiseSigmas = 4.0;
 // Rates that are steady over so many intervals either way.
 constexpr std::size_t kReach = 4;
 constexpr double kAlike_deg_s = 0.5, kAlikeShare = 0.03;
@@ -65,7 +69,8 @@ class RateMaker {
     for (std::size_t i = kReach; i + kReach < rates.size(); ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
         double sum = 0.0, count = 0.0;
-        const double alike = std::max(kAlike_deg_s, kAlikeShare * std::fabs(rates[i][c]));
+        const double alike =
+            std::max({kAlike_deg_s, kAlikeShare * std::fabs(rates[i][c]), RateNoise(i)});
         for (std::size_t j = i - kReach; j <= i + kReach; ++j) {
           if (trail_.still[j] || std::fabs(rates[j][c] - rates[i][c]) > alike) break;
           if (j + 1 >= i && j <= i + 1) continue;  // they share a reading with it
@@ -215,6 +220,13 @@ class RateMaker {
     return trail_.usable[i][c] && std::isfinite(units_[c]);
   }
 
+  // What the readings' errors can make of the rate over interval i [deg/s].
+  double RateNoise(std::size_t i) const {
+    return i < trail_.still.size()
+               ? kNoiseSigmas * std::numbers::sqrt2 * trail_.angle_error_deg / Length(i)
+               : 0.0;
+  }
+
   // How far before node i + 1 the output's integral is known on the way [s].
   double Before(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i + 1].half_s; }
   // Near enough to the middle to say what each half saw.
@@ -232,7 +244,8 @@ class RateMaker {
 
   // The channel hardly turns: what shape the gyro sees is its noise.
   bool Quiet(std::size_t i, std::size_t c) const {
-    return trail_.still[i] || std::fabs(trail_.rotation_deg[i][c]) < kLeastMotion_deg_s * Length(i);
+    return trail_.still[i] || std::fabs(trail_.rotation_deg[i][c]) <
+                                  std::max(kLeastMotion_deg_s, RateNoise(i)) * Length(i);
   }
 
   // The gyro's shape within 40 ms, less its rate at rest; where it never rests, with the mean over

@@ -9,12 +9,20 @@ namespace {
 
 constexpr std::size_t kShortestSettled = 6;
 constexpr std::size_t kEnds = 2;  // nodes that may creep already
+// Two nodes at rest differ by no more than so many of a node's errors.
+constexpr double kErrors = 8.0;
+
+// The best that a node's readings say of an axis.
+double Angle(const Node& node, std::size_t axis) {
+  return node.mean.readings > 0.0 ? node.mean.table_deg[axis] : node.table_deg[axis];
+}
 
 // From the quietest changes from node to node; an axis that never rests has none so small.
-double RestTolerance(const std::vector<Node>& nodes, std::size_t axis) {
+// `error_deg`: of one node.
+double RestTolerance(const std::vector<Node>& nodes, std::size_t axis, double error_deg) {
   std::vector<double> changes;
   for (std::size_t k = 1; k < nodes.size(); ++k) {
-    const double change = std::fabs(nodes[k].table_deg[axis] - nodes[k - 1].table_deg[axis]);
+    const double change = std::fabs(Angle(nodes[k], axis) - Angle(nodes[k - 1], axis));
     if (std::isfinite(change)) changes.push_back(change);
   }
   if (changes.empty()) return 0.0;
@@ -26,12 +34,8 @@ double RestTolerance(const std::vector<Node>& nodes, std::size_t axis) {
   const auto fifth = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 5);
   std::nth_element(changes.begin(), fifth, changes.end());
   // A fifth of normal changes is below 0.253 standard deviations.
-  return std::clamp(std::max(6.0 * *fifth / 0.253, 10.0 * resolution), 0.005, 0.1);
-}
-
-// The best that a node's readings say of an axis.
-double Angle(const Node& node, std::size_t axis) {
-  return node.mean.readings > 0.0 ? node.mean.table_deg[axis] : node.table_deg[axis];
+  return std::clamp(std::max(6.0 * *fifth / 0.253, 10.0 * resolution), 0.005,
+                    std::max(0.1, kErrors * error_deg));
 }
 
 // Without the nodes at the ends that have left what the others are about: a motion that begins or
@@ -73,20 +77,20 @@ void Settle(const std::vector<Node>& nodes, std::size_t axis, std::size_t begin,
 
 }  // namespace
 
-SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& nodes) {
+SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& nodes,
+                         double error_deg) {
   SettledAngles out;
   for (const Node& node : nodes) out.angle_deg.push_back(node.table_deg);
   out.is_settled.assign(nodes.size(), {});
   if (recording.info.reference != ReferenceKind::kStandAngles) return out;
   for (std::size_t a = 0; a < 3; ++a) {
     if (!recording.info.stand_axis_present[a]) continue;
-    const double tolerance = RestTolerance(nodes, a);
+    const double tolerance = RestTolerance(nodes, a, error_deg);
     std::size_t begin = 0;
     for (std::size_t k = 1; k <= nodes.size(); ++k) {
-      const bool stays =
-          k < nodes.size() &&
-          std::fabs(nodes[k].table_deg[a] - nodes[begin].table_deg[a]) < 2.0 * tolerance &&
-          std::fabs(nodes[k].table_deg[a] - nodes[k - 1].table_deg[a]) < tolerance;
+      const bool stays = k < nodes.size() &&
+                         std::fabs(Angle(nodes[k], a) - Angle(nodes[begin], a)) < 2.0 * tolerance &&
+                         std::fabs(Angle(nodes[k], a) - Angle(nodes[k - 1], a)) < tolerance;
       if (stays) continue;
       Settle(nodes, a, begin, k, &out);
       begin = k;
