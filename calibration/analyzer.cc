@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "calibration/bias.h"
+#include "calibration/intake_remarks.h"
 #include "calibration/plausibility.h"
 #include "calibration/scale.h"
 #include "calibration/schedule.h"
@@ -48,6 +49,7 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
   result.reference_samples = recording.reference_samples;
   result.defects = recording.defects;
   const std::array<bool, 3> usable = UsableChannels(recording, &result.remarks);
+  for (const std::string& remark : IntakeRemarks(recording)) result.remarks.push_back(remark);
   result.duration_s = recording.last_time_s - recording.first_time_s;
   result.gyro_rate_hz = 1.0 / recording.median_interval_s;
   const Estimation estimation{

@@ -8,6 +8,7 @@
 #include <future>
 
 #include "base/error.h"
+#include "calibration/intake_remarks.h"
 #include "calibration/schedule.h"
 #include "calibration/trace/channel_report.h"
 #include "calibration/trace/run_order.h"
@@ -156,6 +157,8 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
     std::vector<Defect>& defects = result->inputs[run.index].defects;
     defects.insert(defects.end(), trail.defects.begin(), trail.defects.end());
     for (const std::string& remark : trail.remarks) result->remarks.push_back(remark);
+    for (const std::string& remark : IntakeRemarks(recording))
+      result->remarks.push_back(trail.name + ": " + remark);
   }
   RemarkOnEarthRate(runs.trails, &result->remarks);
   return runs;
