@@ -50,6 +50,7 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
   result.defects = recording.defects;
   const std::array<bool, 3> usable = UsableChannels(recording, &result.remarks);
   for (const std::string& remark : IntakeRemarks(recording)) result.remarks.push_back(remark);
+  result.first_time_s = recording.first_time_s;
   result.duration_s = recording.last_time_s - recording.first_time_s;
   result.gyro_rate_hz = 1.0 / recording.median_interval_s;
   const Estimation estimation{

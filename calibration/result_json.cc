@@ -158,6 +158,7 @@ json ToJson(const AnalysisResult& result) {
   return {{"info", ToJson(result.info)},
           {"samples", result.samples},
           {"reference_samples", result.reference_samples},
+          {"first_time_s", Number(result.first_time_s)},
           {"duration_s", Number(result.duration_s)},
           {"gyro_rate_hz", Number(result.gyro_rate_hz)},
           {"defects", defects},

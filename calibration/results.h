@@ -75,6 +75,7 @@ struct AnalysisResult {
   MeasurementInfo info;
   std::int64_t samples = 0;
   std::int64_t reference_samples = 0;
+  double first_time_s = 0.0;
   double duration_s = 0.0;
   double gyro_rate_hz = kMissing;  // median
   std::vector<Defect> defects;

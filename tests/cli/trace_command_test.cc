@@ -213,6 +213,20 @@ TEST_F(Trace, SaysOfTooLittleDataWhatCannotBeEstimated) {
   EXPECT_TRUE(trace.at("channels").at(0).at("effects").empty());
 }
 
+TEST_F(Trace, NamesTablesThatOverlapWithinAPowerOnByFileAndLine) {
+  const std::string power_on = "# power_on = 7\n";
+  const auto a = folder_.Write("a.csv", power_on + Turns(0.5, "A", 1));
+  const auto b = folder_.Write("b.csv", "# a remark\n" + power_on + Turns(0.5, "A", 2));
+  for (const char* command : {"trace", "analyze"}) {
+    for (const auto& [first, second] : {std::pair(a, b), std::pair(b, a)}) {
+      const Finished finished = Gyrobench({command, first, second});
+      EXPECT_EQ(finished.status, 1) << command;
+      EXPECT_THAT(finished.err, HasSubstr("b.csv:2: power_on = 7")) << command;
+      EXPECT_THAT(finished.err, HasSubstr("a.csv:1")) << command;
+    }
+  }
+}
+
 // Fields that another version leaves out, or null for what is not known, are no reason to fail.
 TEST(TraceText, ShowsWhatThereIsOfATraceThatIsNotWhole) {
   const Terminal terminal;
