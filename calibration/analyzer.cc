@@ -6,6 +6,7 @@
 #include "calibration/bias.h"
 #include "calibration/intake_remarks.h"
 #include "calibration/plausibility.h"
+#include "calibration/reference_error.h"
 #include "calibration/scale.h"
 #include "calibration/schedule.h"
 
@@ -58,6 +59,8 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
       usable};
   RemarkOnReference(estimation, &result.remarks);
   result.scale = EstimateScale(estimation, &result.remarks, &result.unfollowed_deg);
+  if (!result.scale.empty() && !recording.info.reference_uncertainty.said())
+    result.remarks.emplace_back(kRelativeToReference);
   result.bias = EstimateBias(estimation, result.scale, &result.remarks);
   const std::vector<std::string> implausible = Implausible(result);
   result.remarks.insert(result.remarks.begin(), implausible.begin(), implausible.end());

@@ -123,6 +123,8 @@ json ToJson(const ScaleResult& scale) {
           {"schedule", scale.schedule},
           {"alpha", Number(scale.alpha)},
           {"alpha_std_error", Number(scale.alpha_std_error)},
+          {"alpha_statistical_std_error", Number(scale.alpha_statistical_std_error)},
+          {"reference_uncertainty", Number(scale.reference_uncertainty)},
           {"scale_error", Number(scale.scale_error)},
           {"bias", Number(scale.bias)},
           {"bias_std_error", Number(scale.bias_std_error)},

@@ -12,6 +12,7 @@
 #include "calibration/schedule.h"
 #include "calibration/trace/channel_report.h"
 #include "calibration/trace/inputs_together.h"
+#include "calibration/trace/reference_in_trace.h"
 #include "calibration/trace/run_order.h"
 #include "calibration/trace/shared_columns.h"
 #include "calibration/trace/trail.h"
@@ -167,6 +168,7 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
     work.push_back(std::async(std::launch::async, [&request] { return TraceChannel(request); }));
   for (std::size_t k = 0; k < channels.size(); ++k) {
     TracedChannel traced = work[k].get();
+    AddReferenceError(runs.trails, channels[k], &traced);
     AddUnidentifiable(columns.unidentifiable, &traced.trace);
     out.result.channels.push_back(std::move(traced.trace));
     out.models.push_back(std::move(traced.model));
@@ -175,6 +177,7 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
       options.progress(static_cast<double>(k + 1) / static_cast<double>(channels.size()));
   }
   out.result.vector = MakeVectorCalibration(rows, runs.trails);
+  DescribeReferenceError(runs.trails, &out.result);
   return out;
 }
 
