@@ -34,6 +34,20 @@ enum class ReferenceKind {
 // itself.
 enum class GyroUnit { kLsb, kDegPerSecond, kRadPerSecond };
 
+// How well the reference angle itself is known, from its certificate; decision 12 of the design:
+// what is declared is carried as uncertainty, and only what goes beyond it is an effect.
+struct ReferenceUncertainty {
+  // Relative standard uncertainty of a turned angle. Empty: nothing is said.
+  std::optional<double> scale;
+  // Largest amplitude of an error that repeats once a turn of the reference (eccentricity) [deg].
+  std::optional<double> eccentricity_deg;
+  // Largest angle between the axis of the reference and the axis that turns [deg].
+  std::optional<double> alignment_deg;
+
+  bool said() const { return scale || eccentricity_deg || alignment_deg; }
+  bool operator==(const ReferenceUncertainty&) const = default;
+};
+
 // What is true of the whole measurement.
 struct MeasurementInfo {
   std::string source;  // file or run id, for messages
@@ -43,7 +57,11 @@ struct MeasurementInfo {
   bool temperature_present = false;
   // Nominal sensitivity, output units per deg/s. From the record, the table's comment or the unit.
   std::optional<double> gyro_units_per_deg_s;
+  // Count of the source's converter that stands for zero; taken off where samples enter, so that
+  // GyroSample has none of it. Empty: a signed converter, or one that nobody described.
+  std::optional<double> gyro_lsb_zero, accel_lsb_zero;
   ReferenceKind reference = ReferenceKind::kNone;
+  ReferenceUncertainty reference_uncertainty;
   std::array<bool, 3> stand_axis_present = {false, false, false};  // for kStandAngles
   SensorAxis reference_axis = SensorAxis::kZ;                      // for kSensorAngle
   StandGeometry geometry;                                          // of the stand, for kStandAngles
@@ -59,7 +77,10 @@ struct MeasurementInfo {
   std::string sensor;    // serial number
   std::string power_on;  // measurements with the same value share one power-on
   std::map<std::string, std::string>
-      notes;                            // keys of the source with no meaning here, kept and shown
+      notes;  // keys of the source with no meaning here, kept and shown
+  // Of a table: lines on which keys of its head stand, and the first line of data (0: no table).
+  std::map<std::string, std::int64_t> key_lines;
+  std::int64_t first_row_line = 0;
   std::vector<std::string> covariates;  // names of further columns
 };
 

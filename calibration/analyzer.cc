@@ -4,7 +4,9 @@
 
 #include "base/error.h"
 #include "calibration/bias.h"
+#include "calibration/intake_remarks.h"
 #include "calibration/plausibility.h"
+#include "calibration/reference_error.h"
 #include "calibration/scale.h"
 #include "calibration/schedule.h"
 
@@ -48,6 +50,8 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
   result.reference_samples = recording.reference_samples;
   result.defects = recording.defects;
   const std::array<bool, 3> usable = UsableChannels(recording, &result.remarks);
+  for (const std::string& remark : IntakeRemarks(recording)) result.remarks.push_back(remark);
+  result.first_time_s = recording.first_time_s;
   result.duration_s = recording.last_time_s - recording.first_time_s;
   result.gyro_rate_hz = 1.0 / recording.median_interval_s;
   const Estimation estimation{
@@ -55,6 +59,8 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
       usable};
   RemarkOnReference(estimation, &result.remarks);
   result.scale = EstimateScale(estimation, &result.remarks, &result.unfollowed_deg);
+  if (!result.scale.empty() && !recording.info.reference_uncertainty.said())
+    result.remarks.emplace_back(kRelativeToReference);
   result.bias = EstimateBias(estimation, result.scale, &result.remarks);
   const std::vector<std::string> implausible = Implausible(result);
   result.remarks.insert(result.remarks.begin(), implausible.begin(), implausible.end());

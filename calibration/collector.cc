@@ -368,7 +368,8 @@ class Collector::Impl {
 // The columns with the rest that is still going on, and all that must not be used in order.
 Columns Collector::Impl::ColumnsSoFar() const {
   Columns columns = columns_;
-  columns.bad.insert(columns.bad.end(), gyro_.bad().begin(), gyro_.bad().end());
+  const std::vector<BadStretch> bad = gyro_.bad();
+  columns.bad.insert(columns.bad.end(), bad.begin(), bad.end());
   std::sort(columns.bad.begin(), columns.bad.end(),
             [](const BadStretch& a, const BadStretch& b) { return a.begin_s < b.begin_s; });
   if (info_.reference == ReferenceKind::kNone) {
@@ -389,8 +390,9 @@ Columns Collector::Impl::ColumnsSoFar() const {
 
 std::vector<gyrobench::Defect> Collector::Impl::Defects() const {
   DefectLog all = reported_;
-  for (const DefectLog* log : {&gyro_.defects(), &track_.defects()}) {
-    for (const gyrobench::Defect& defect : log->defects()) {
+  const std::vector<gyrobench::Defect> gyro = gyro_.defects();
+  for (const std::vector<gyrobench::Defect>* found : {&gyro, &track_.defects().defects()}) {
+    for (const gyrobench::Defect& defect : *found) {
       all.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
     }
   }

@@ -14,11 +14,6 @@ constexpr double kBinsPerLog = 36.0;  // 512 bins: 10 us to 15 s, 2.8 % each
 // Gaps: within so many intervals the trapezoid still bridges what is missing.
 constexpr double kBridgedIntervals = 4.5;
 constexpr double kShortestGap_s = 0.05;
-// A frozen sensor repeats all its channels to the last bit for so long. One channel alone may do so
-// when the filter leaves less noise than a count.
-constexpr double kFrozen_s = 0.3;
-constexpr double kFrozenOneChannel_s = 2.0;
-constexpr int kFrozenSamples = 25;
 
 // Wild samples (see the class).
 constexpr double kWildBends = 8.0;
@@ -28,17 +23,6 @@ constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity 
 // Beyond these a number is no measurement; squares of it would overflow.
 constexpr double kLargestOutput = 1e30;
 constexpr double kLatestTime_s = 1e11;
-
-bool SameOrBothMissing(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
-
-bool SameReading(const GyroSample& a, const GyroSample& b) {
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (!SameOrBothMissing(a.xi[c], b.xi[c]) || !SameOrBothMissing(a.accel_g[c], b.accel_g[c])) {
-      return false;
-    }
-  }
-  return true;
-}
 
 }  // namespace
 
@@ -50,6 +34,8 @@ void GyroStream::Start(const MeasurementInfo& info) {
   const bool counts = info.gyro_unit == GyroUnit::kLsb;
   per_deg_s_ = counts ? info.gyro_units_per_deg_s.value_or(kDefaultUnitsPerDeg_s) : 1.0;
   digit_ = counts ? 2.0 : 0.02;
+  saturation_.Start(info);
+  freeze_.Start(info);
 }
 
 void GyroStream::Add(const GyroSample& sample) {
@@ -101,9 +87,15 @@ void GyroStream::Accept(double t_s, const GyroSample& sample) {
   }
   const Vector3 xi = Take(t_s, sample);
   if (ring_.count() >= 3) MendNewest(t_s, xi);
+  WatchSettled();
+  watched_t_s_ = t_s;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const bool valid = info_.gyro_present[c] && std::fabs(sample.xi[c]) <= kLargestOutput;
+    watched_[c] = valid ? xi[c] : kMissing;
+  }
   ring_.Push(t_s, xi, gap);
   last_time_s_ = t_s;
-  CheckFrozen(t_s, sample);
+  freeze_.Add(t_s, sample);
 }
 
 // The newest sample, now that the next one is there.
@@ -140,7 +132,7 @@ bool GyroStream::IsWild(std::size_t c, double off, double next) const {
 void GyroStream::Bridge(std::size_t c, double line) {
   const GyroRing::Point& newest = back(1);
   defects_.Add("gyro_outlier", kChannelNames[c], newest.t_s);
-  if (std::fabs(newest.xi[c]) == extreme_[c] * to_output_) extreme_[c] = extreme_before_[c];
+  watched_[c] = kMissing;
   ring_.Replace(c, line);
 }
 
@@ -167,58 +159,40 @@ Vector3 GyroStream::Take(double t_s, const GyroSample& sample) {
     last_valid_t_s_[c] = t_s;
     ++valid_samples_[c];
     out[c] = value;
-    CheckSaturation(t_s, c, sample.xi[c]);
   }
   return out;
 }
 
-void GyroStream::CheckFrozen(double t_s, const GyroSample& sample) {
-  if (frozen_samples_ == 0 || !SameReading(frozen_, sample)) {
-    frozen_ = sample;
-    frozen_since_s_ = t_s;
-    frozen_samples_ = 1;
-    return;
-  }
-  ++frozen_samples_;
-  int channels = 0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    channels += (std::isfinite(sample.xi[c]) ? 1 : 0) + (std::isfinite(sample.accel_g[c]) ? 1 : 0);
-  }
-  if (channels == 0 || frozen_samples_ < kFrozenSamples) return;
-  if (t_s - frozen_since_s_ < (channels > 1 ? kFrozen_s : kFrozenOneChannel_s)) return;
-  // Counted in samples; the first time it is seen brings those that led to it.
-  const bool first = (bad_.empty() || bad_.back().end_s < frozen_since_s_);
-  defects_.Add("frozen", "gyro", frozen_since_s_, first ? frozen_samples_ : 1);
-  MarkBad(frozen_since_s_, t_s, {true, true, true});
+// The newest sample, which the next one may yet mend, waits.
+void GyroStream::WatchSettled() {
+  if (watched_t_s_) saturation_.Add(*watched_t_s_, watched_);
+  watched_t_s_.reset();
 }
 
-// At the limits of 16 bits; for a sensor that scales by itself, its largest value over and over.
-void GyroStream::CheckSaturation(double t_s, std::size_t c, double value) {
-  const double size = std::fabs(value);
-  std::array<bool, 3> channels = {};
-  channels[c] = true;
-  const double interval_s = started() ? t_s - last_time_s_ : 0.0;
-  if (info_.gyro_unit == GyroUnit::kLsb) {
-    if (size < 32767.0) return;
-    defects_.Add("saturation", kChannelNames[c], t_s);
-    MarkBad(t_s - interval_s, t_s + interval_s, channels);
-    return;
-  }
-  if (size * to_output_ < 100.0 || size < extreme_[c]) {
-    at_extreme_[c] = 0;
-    return;
-  }
-  if (size > extreme_[c]) {
-    extreme_before_[c] = extreme_[c];
-    extreme_[c] = size;
-    at_extreme_[c] = 1;
-    extreme_since_s_[c] = t_s;
-    return;
-  }
-  if (at_extreme_[c]++ == 0) extreme_since_s_[c] = t_s;
-  if (at_extreme_[c] < 4) return;
-  defects_.Add("saturation", kChannelNames[c], extreme_since_s_[c], at_extreme_[c] == 4 ? 4 : 1);
-  MarkBad(extreme_since_s_[c] - interval_s, t_s + interval_s, channels);
+std::vector<Defect> GyroStream::defects() const {
+  DefectLog out = defects_;
+  for (const auto& finding : Saturated())
+    out.Add("saturation", kChannelNames[finding.channel], finding.first_t_s, finding.count);
+  for (const FreezeWatch::Finding& finding : freeze_.Found())
+    out.Add("frozen", "gyro", finding.begin_s, finding.samples);
+  return out.defects();
+}
+
+std::vector<BadStretch> GyroStream::bad() const {
+  std::vector<BadStretch> out = bad_;
+  for (const auto& finding : Saturated())
+    out.insert(out.end(), finding.stretches.begin(), finding.stretches.end());
+  for (const FreezeWatch::Finding& finding : freeze_.Found())
+    out.push_back({finding.begin_s, finding.end_s, {true, true, true}});
+  return out;
+}
+
+// With the newest sample as it is.
+std::vector<SaturationWatch::Finding> GyroStream::Saturated() const {
+  if (!watched_t_s_) return saturation_.Found();
+  SaturationWatch with_newest = saturation_;
+  with_newest.Add(*watched_t_s_, watched_);
+  return with_newest.Found();
 }
 
 void GyroStream::MarkBad(double begin_s, double end_s, std::array<bool, 3> channels) {
@@ -269,7 +243,10 @@ double GyroStream::RestEnd(double coarse_s, double moving_s) const {
 
 // A sensor without noise of its own still shows its last digit.
 RestEdges GyroStream::Edges() const {
-  return {ring_, info_.gyro_present, info_.gyro_unit == GyroUnit::kLsb ? 0.3 : 0.01};
+  constexpr double kOfADigit = 0.3;  // about that of one spread evenly, 1 / sqrt(12)
+  const bool counts = info_.gyro_unit == GyroUnit::kLsb;
+  const double least = counts ? kOfADigit : std::max(0.01, kOfADigit * freeze_.digit_deg_s());
+  return {ring_, info_.gyro_present, least};
 }
 
 }  // namespace gyrobench::calibration

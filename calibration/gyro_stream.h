@@ -3,13 +3,16 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/measurement.h"
 #include "calibration/columns.h"
 #include "calibration/defect_log.h"
+#include "calibration/freeze.h"
 #include "calibration/gyro_ring.h"
 #include "calibration/rest_edges.h"
+#include "calibration/saturation.h"
 
 namespace gyrobench::calibration {
 
@@ -19,7 +22,7 @@ namespace gyrobench::calibration {
 //
 // Mended: a repeated time stamp (the sample is put between its neighbours). Bridged: up to two
 // samples that are not a number, and single wild samples. Marked as not to be used: gaps, longer
-// stretches of NaN, a frozen sensor, saturation.
+// stretches of NaN, a frozen sensor (freeze.h), saturation (saturation.h).
 //
 // A wild sample lies off the line between its neighbours by over 8 times the largest such bend of
 // the 32 samples before it, and by more than 5000 deg/s2 would bring about, while both neighbours
@@ -41,8 +44,10 @@ class GyroStream {
   // Median interval of the samples. NaN with fewer than two.
   double median_interval_s() const;
   const std::array<std::int64_t, 3>& valid_samples() const { return valid_samples_; }
-  const DefectLog& defects() const { return defects_; }
-  const std::vector<BadStretch>& bad() const { return bad_; }
+  // Of all samples so far. What was said of a saturation or a freeze may be taken back by samples
+  // that come later.
+  std::vector<Defect> defects() const;
+  std::vector<BadStretch> bad() const;
 
   // The integral at `t_s`. False when that time is not, or no longer, remembered.
   bool IntegralAt(double t_s, IntegralMark* mark) const { return ring_.IntegralAt(t_s, mark); }
@@ -65,8 +70,8 @@ class GyroStream {
   void Bridge(std::size_t c, double line);
   void CountInterval(double interval_s);
   Vector3 Take(double t_s, const GyroSample& sample);
-  void CheckFrozen(double t_s, const GyroSample& sample);
-  void CheckSaturation(double t_s, std::size_t c, double value);
+  void WatchSettled();
+  std::vector<SaturationWatch::Finding> Saturated() const;
   void MarkBad(double begin_s, double end_s, std::array<bool, 3> channels);
 
   MeasurementInfo info_;
@@ -86,19 +91,16 @@ class GyroStream {
   std::array<double, 3> last_valid_t_s_ = {};
   std::array<int, 3> missing_ = {};
 
-  GyroSample frozen_;
-  double frozen_since_s_ = 0.0;
-  int frozen_samples_ = 0;
+  SaturationWatch saturation_;
+  FreezeWatch freeze_;
+  std::optional<double> watched_t_s_;  // of the newest sample
+  Vector3 watched_ = {};
 
   // How far the latest samples lay off the line between their neighbours.
   std::array<std::array<double, kBends>, 3> bend_ = {};
   std::int64_t bends_ = 0;
   double per_deg_s_ = 1.0;  // output units
   double digit_ = 0.0;      // what the last digit of a sample can make of a bend
-
-  std::array<double, 3> extreme_ = {}, extreme_before_ = {};
-  std::array<int, 3> at_extreme_ = {};
-  std::array<double, 3> extreme_since_s_ = {};
 
   // Histogram of the logarithm of the intervals, and their sums, for the median.
   std::size_t bin_ = 0;

@@ -87,7 +87,11 @@ RestFinder::Change RestFinder::Add(double t_s, double angle_deg) {
   }
   within_ = std::fabs(angle_deg - level_deg_) <= tolerance_deg();
   if (within_) {
-    const bool outlier = outside_ == 1;
+    // Off both its neighbours, and not at the edge of the tolerance with them, as where a hand
+    // sways.
+    const double off_deg = std::min(std::fabs(back(1).angle_deg - angle_deg),
+                                    std::fabs(back(1).angle_deg - back(2).angle_deg));
+    const bool outlier = outside_ == 1 && off_deg > tolerance_deg();
     outside_ = 0;
     level_deg_ +=
         (angle_deg - level_deg_) * std::min(1.0, (t_s - last_at_rest_s_) / kLevelMemory_s);

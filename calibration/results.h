@@ -47,8 +47,13 @@ struct ScaleResult {
   std::int64_t turns = 0;
   std::string schedule;  // "stops" (stop to stop) or "continuous" (10 Hz nodes)
   // Joint estimate.
-  double alpha = kMissing;  // deg/s per output unit
-  double alpha_std_error = kMissing;
+  double alpha = kMissing;            // deg/s per output unit
+  double alpha_std_error = kMissing;  // with the reference's own uncertainty, where it is said
+  double alpha_statistical_std_error = kMissing;  // of the fit and the time base alone
+  // Relative standard uncertainty of the reference in alpha_std_error
+  // (calibration/reference_error.h). NaN: nothing is said of it, and alpha is relative to the
+  // reference.
+  double reference_uncertainty = kMissing;
   double scale_error = kMissing;  // alpha x nominal sensitivity - 1; NaN without a nominal
   double bias = kMissing;         // output units, at bias_temperature_degC
   double bias_std_error = kMissing;
@@ -75,6 +80,7 @@ struct AnalysisResult {
   MeasurementInfo info;
   std::int64_t samples = 0;
   std::int64_t reference_samples = 0;
+  double first_time_s = 0.0;
   double duration_s = 0.0;
   double gyro_rate_hz = kMissing;  // median
   std::vector<Defect> defects;

@@ -7,6 +7,7 @@
 
 #include "calibration/noise_fit.h"
 #include "calibration/paper.h"
+#include "calibration/reference_error.h"
 #include "calibration/scale_problem.h"
 #include "calibration/statistics.h"
 
@@ -69,6 +70,7 @@ class ChannelScale {
                            ScaleResult* result) const;
   void Report(const GlsFit& fit, const FitOptions& options, const IntervalSeries& series,
               ScaleResult* result);
+  double AddReference(ScaleResult* result) const;
   void ReportPaper(ScaleResult* result) const;
 
   const Estimation& estimation_;
@@ -133,6 +135,16 @@ void ChannelScale::ChooseReference(FitOptions* options, ScaleResult* result) con
                   result->turns, scatter));
 }
 
+// The relative uncertainty of the reference, 0 where it is not said.
+double ChannelScale::AddReference(ScaleResult* result) const {
+  Vector3 range_deg = {};
+  range_deg[channel_] = RotationRange(estimation_.columns, channel_);
+  const ReferenceError error = MakeReferenceError(info_.reference_uncertainty, range_deg);
+  if (!error.said) return 0.0;
+  result->reference_uncertainty = error.OfScale(channel_);
+  return result->reference_uncertainty;
+}
+
 void ChannelScale::ReportPaper(ScaleResult* result) const {
   if (!plan_.stops) {
     result->remarks.push_back("no rests between turns: the paper's eq. (4), (5) do not apply");
@@ -176,7 +188,9 @@ void ChannelScale::Report(const GlsFit& fit, const FitOptions& options,
   result->tick_ratio_std_error = estimation_.ticks.ratio_std_error();
   const double clock =
       std::isfinite(result->tick_ratio_std_error) ? result->tick_ratio_std_error : 0.0;
-  result->alpha_std_error = std::fabs(result->alpha) * std::hypot(relative, clock);
+  result->alpha_statistical_std_error = std::fabs(result->alpha) * std::hypot(relative, clock);
+  const double reference = AddReference(result);
+  result->alpha_std_error = std::fabs(result->alpha) * std::hypot(relative, clock, reference);
   const double nominal = NominalUnitsPerDegPerS(info_);
   if (std::isfinite(nominal)) result->scale_error = result->alpha * nominal - 1.0;
   const auto bias_index = static_cast<std::size_t>(problem_.bias_column());

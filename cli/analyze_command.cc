@@ -6,6 +6,7 @@
 
 #include "calibration/analyzer.h"
 #include "calibration/result_json.h"
+#include "calibration/trace/inputs_together.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
@@ -18,14 +19,14 @@ namespace {
 
 using Json = nlohmann::json;
 
-Json AnalyzeOne(const std::filesystem::path& path) {
+calibration::AnalysisResult AnalyzeOne(const std::filesystem::path& path) {
   calibration::Analyzer analyzer;
   {
     WorkBar bar;
     const std::string doing = "reading " + path.filename().string();
     recording::Replay(path, analyzer, [&](double fraction) { bar.Show(fraction, doing); });
   }
-  return calibration::ToJson(analyzer.Result());
+  return analyzer.Result();
 }
 
 std::string Heading(const std::string& input, const Terminal& terminal) {
@@ -43,16 +44,32 @@ std::string Overview(const std::vector<std::string>& inputs, const std::vector<J
   return AlignColumns(rows, {Align::kLeft, Align::kLeft});
 }
 
+// Each input was analysed alone, so that its numbers hold; what contradicts another is said.
+bool GoTogether(const std::vector<calibration::AnalysisResult>& analyses) {
+  std::vector<calibration::InputSpan> inputs;
+  for (const calibration::AnalysisResult& one : analyses)
+    inputs.push_back({&one.info, one.first_time_s, one.first_time_s + one.duration_s});
+  try {
+    calibration::CheckPowerOns(inputs);
+    return true;
+  } catch (const DataError& error) {
+    fmt::print(stderr, "gyrobench analyze: {}\n", error.what());
+    return false;
+  }
+}
+
 }  // namespace
 
 int Analyze(const Options& options) {
   const Terminal terminal = DescribeTerminal(fileno(stdout));
   std::vector<std::string> inputs;
   std::vector<Json> results;
+  std::vector<calibration::AnalysisResult> analyses;
   for (const std::string& input : options.inputs) {
     const std::filesystem::path path = LocateInput(input, options.bench);
     try {
-      results.push_back(AnalyzeOne(path));
+      analyses.push_back(AnalyzeOne(path));
+      results.push_back(calibration::ToJson(analyses.back()));
     } catch (const DataError& error) {
       // The others are still worth reading.
       fmt::print(stderr, "gyrobench analyze: {}\n", error.what());
@@ -71,7 +88,8 @@ int Analyze(const Options& options) {
   } else if (results.size() > 1) {
     fmt::print("{}", Overview(inputs, results));
   }
-  return results.size() == options.inputs.size() ? kDone : kFailed;
+  const bool together = GoTogether(analyses);
+  return together && results.size() == options.inputs.size() ? kDone : kFailed;
 }
 
 }  // namespace gyrobench::cli

@@ -146,7 +146,8 @@ class TableCorrection {
             "was made from",
             file_, lines_.number()));
       }
-      if (KeyOf(line) != "gyro_lsb_per_deg_s") PutLine(line);
+      const std::string_view key = KeyOf(line);
+      if (key != "gyro_lsb_per_deg_s" && key != "gyro_lsb_zero") PutLine(line);
     }
     throw DataError(fmt::format(
         "{}: no measurement table: expected a header line with t_s, found {}; was it copied whole?",
@@ -204,9 +205,10 @@ class TableCorrection {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       const TableColumn& column = columns[i];
       const auto index = static_cast<std::size_t>(column.index);
-      if (column.kind == ColumnKind::kGyro) sample.xi.at(index) = Value(fields_[i]);
+      if (column.kind == ColumnKind::kGyro)
+        sample.xi.at(index) = column.Measured(Value(fields_[i]));
       if (column.kind == ColumnKind::kAccel)
-        sample.accel_g.at(index) = column.scale * Value(fields_[i]);
+        sample.accel_g.at(index) = column.Measured(Value(fields_[i]));
       if (column.kind == ColumnKind::kTemperature) sample.temperature_degC = Value(fields_[i]);
       if (column.kind == ColumnKind::kCovariate) covariates_[covariate++] = Value(fields_[i]);
     }

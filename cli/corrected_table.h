@@ -17,10 +17,10 @@ struct CorrectedTable {
 };
 
 // Copies `table` to `output` line by line: gyro columns become gyro_<axis>_deg_s in the same place,
-// the nominal sensitivity goes from the comments and `made_by` is added to them; every other field
-// is copied as it stands. A row without a time, or with fields too many or too few, keeps its place
-// and loses its fields, so that no raw value passes for a corrected one. Memory does not grow with
-// the table. Throws DataError.
+// the nominal sensitivity and the count of zero go from the comments and `made_by` is added to
+// them; every other field is copied as it stands. A row without a time, or with fields too many or
+// too few, keeps its place and loses its fields, so that no raw value passes for a corrected one.
+// Memory does not grow with the table. Throws DataError.
 CorrectedTable WriteCorrectedTable(const std::filesystem::path& table,
                                    const std::filesystem::path& output,
                                    const calibration::Calibration& calibration,

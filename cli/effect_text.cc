@@ -211,8 +211,12 @@ std::string ParametersText(const Json& parameters, const Terminal& terminal,
   Rows rows;
   for (const Json& parameter : parameters) {
     const std::string unit = UnitOf(parameter);
-    rows.push_back({Text(parameter, "name"), ParameterValue(parameter), unit,
-                    report::ScaleAtRate(Number(parameter, "value"), unit, largest_rate_deg_s)});
+    std::string note = report::ScaleAtRate(Number(parameter, "value"), unit, largest_rate_deg_s);
+    const double alone = Number(parameter, "statistical_std_error");
+    if (alone < Number(parameter, "std_error"))
+      note += fmt::format("{}± {} without the reference's own error", note.empty() ? "" : "; ",
+                          FormatNumber(alone, 2));
+    rows.push_back({Text(parameter, "name"), ParameterValue(parameter), unit, note});
   }
   return FitLines(AlignColumns(rows, std::vector<Align>(4, Align::kLeft), 4), terminal);
 }

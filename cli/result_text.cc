@@ -83,6 +83,12 @@ std::string ScaleText(const Json& scale, double duration_s, const Terminal& term
   const double temperature = Number(scale, "bias_temperature_degC");
   Sheet sheet;
   sheet.Add("alpha, joint estimate", FormatMeasured(alpha, alpha_error), unit);
+  const double reference = Number(scale, "reference_uncertainty");
+  if (std::isfinite(reference)) {
+    sheet.Add("  of the fit alone",
+              "± " + FormatNumber(Number(scale, "alpha_statistical_std_error"), 2), unit,
+              fmt::format("the reference adds {:.2g} of alpha", reference));
+  }
   sheet.Add("alpha, eq. (5)",
             FormatMeasured(Number(scale, "paper_alpha"), Number(scale, "paper_alpha_std_error")),
             unit, "the paper's: rest before each turn");

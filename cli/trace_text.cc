@@ -136,6 +136,11 @@ double LongestDuration_s(const Json& trace) {
   return longest_s;
 }
 
+std::string ReferenceText(const Json& trace, const Terminal& terminal) {
+  const std::string says = Text(Field(trace, "reference_error"), "says");
+  return says.empty() ? "" : Paragraph("reference: " + says, terminal, 0);
+}
+
 std::string InputsText(const Json& inputs, const Terminal& terminal) {
   std::string text;
   for (const Json& input : inputs) {
@@ -180,7 +185,8 @@ std::string TraceText(const Json& trace, const Terminal& terminal,
     text += inside;
   }
   for (const std::string& part :
-       {VectorText(Field(trace, "vector"), terminal), UnseenText(channels, terminal),
+       {VectorText(Field(trace, "vector"), terminal), ReferenceText(trace, terminal),
+        UnseenText(channels, terminal),
         InputsText(Field(trace, "inputs"), terminal) + TraceRemarks(trace, terminal)}) {
     if (!part.empty()) text += (text.empty() ? "" : "\n") + part;
   }

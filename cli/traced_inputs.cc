@@ -223,6 +223,8 @@ calibration::Calibration MakeCalibration(const TracedInputs& inputs,
   calibration.configuration["seed"] = std::to_string(options.seed);
   calibration.configuration["false_discovery"] =
       fmt::format("{}", calibration::TraceOptions{}.false_discovery);
+  if (const std::string& says = inputs.traced.result.reference_error; !says.empty())
+    calibration.configuration["reference_error"] = says;
   for (const HashedFile& file : files) {
     const calibration::Recording& recording = inputs.recordings[file.input];
     const recording::MeasurementFiles& on_disk = inputs.inputs[file.input].on_disk;

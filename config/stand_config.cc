@@ -293,6 +293,14 @@ SiteConfig ReadSite(const TomlTable& table) {
   return site;
 }
 
+ReferenceConfig ReadReference(const TomlTable& table) {
+  ReferenceConfig reference;
+  reference.scale_uncertainty = table.OptionalNumber("scale_uncertainty", {0, 0.1, ""});
+  reference.eccentricity_deg = table.OptionalNumber("eccentricity_deg", {0, 10, "deg"});
+  reference.alignment_deg = table.OptionalNumber("alignment_deg", {0, 10, "deg"});
+  return reference;
+}
+
 void CheckChannelPrefix(const TomlTable& table, std::string_view prefix) {
   const auto is_upper = [](char c) { return c >= 'A' && c <= 'Z'; };
   const auto allowed = [&](char c) { return is_upper(c) || (c >= '0' && c <= '9') || c == '_'; };
@@ -395,6 +403,7 @@ StandConfig ReadStandConfig(const TomlTable& root, const fs::path& file) {
   if (const auto table = root.OptionalTable("geometry"))
     stand.geometry = ReadGeometry(*table, stand.axes);
   stand.site = ReadSection(root, "site", ReadSite);
+  stand.reference = ReadSection(root, "reference", ReadReference);
   stand.lcm = ReadSection(root, "lcm", ReadLcm);
   stand.safety = ReadSection(root, "safety", ReadSafety);
   if (const auto table = root.OptionalTable("virtual")) stand.virtual_stand = ReadVirtual(*table);

@@ -83,6 +83,13 @@ struct SiteConfig {
   double heading_deg = 0.0;            // heading of world x from north, clockwise from above
 };
 
+// The reference angle's own error, as from its certificate: the same for all axes.
+struct ReferenceConfig {
+  std::optional<double> scale_uncertainty;  // relative standard uncertainty of a turned angle
+  std::optional<double> eccentricity_deg;   // largest amplitude of an error once a turn
+  std::optional<double> alignment_deg;      // largest angle between encoder's and table's axis
+};
+
 struct LcmConfig {
   std::string url = "udpm://239.255.76.67:7667?ttl=0";
   std::string channel_prefix = "GYROBENCH";
@@ -112,6 +119,7 @@ struct StandConfig {
   std::optional<RelaysConfig> relays;
   StandGeometry geometry;  // how it differs from a perfect one
   SiteConfig site;
+  ReferenceConfig reference;
   LcmConfig lcm;
   SafetyConfig safety;
   std::filesystem::path records = "records";

@@ -150,6 +150,14 @@ json SiteToJson(const SiteConfig& site) {
   return out;
 }
 
+json ReferenceToJson(const ReferenceConfig& reference) {
+  json out = json::object();
+  if (reference.scale_uncertainty) out["scale_uncertainty"] = *reference.scale_uncertainty;
+  if (reference.eccentricity_deg) out["eccentricity_deg"] = *reference.eccentricity_deg;
+  if (reference.alignment_deg) out["alignment_deg"] = *reference.alignment_deg;
+  return out;
+}
+
 json PathsToJson(const std::vector<std::filesystem::path>& paths) {
   json out = json::array();
   for (const auto& path : paths) out.push_back(path.string());
@@ -169,6 +177,7 @@ json ToJson(const StandConfig& stand) {
            {"gyro", GyroToJson(stand.gyro)},
            {"geometry", GeometryToJson(stand.geometry)},
            {"site", SiteToJson(stand.site)},
+           {"reference", ReferenceToJson(stand.reference)},
            {"lcm",
             {{"url", stand.lcm.url},
              {"channel_prefix", stand.lcm.channel_prefix},

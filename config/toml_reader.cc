@@ -10,7 +10,7 @@
 #include <set>
 
 #include "base/error.h"
-#include "config/nearest_word.h"
+#include "base/nearest_word.h"
 #include "config/toml_document.h"
 #include "config/toml_expected.h"
 #include "config/toml_mistakes.h"

@@ -316,6 +316,8 @@ MeasurementInfo Acquisition::Info() const {
         axis.encoder.map.delay_s;  // the stand file is refused where they differ
   }
   info.gyro_delay_s = identity.filter_delay_s;
+  info.reference_uncertainty = {stand_.reference.scale_uncertainty,
+                                stand_.reference.eccentricity_deg, stand_.reference.alignment_deg};
   info.geometry = stand_.geometry;
   info.site_latitude_deg = stand_.site.latitude_deg;
   info.site_heading_deg = stand_.site.heading_deg;

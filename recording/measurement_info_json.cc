@@ -118,6 +118,11 @@ json ToJson(const MeasurementInfo& info) {
   StandGeometry geometry = info.geometry;
   for (const GeometryAngle& angle : AnglesOf(geometry)) out[angle.name] = *angle.value_deg;
   add("site_latitude_deg", info.site_latitude_deg);
+  add("gyro_lsb_zero", info.gyro_lsb_zero);
+  add("accel_lsb_zero", info.accel_lsb_zero);
+  add("ref_scale_uncertainty", info.reference_uncertainty.scale);
+  add("ref_eccentricity_deg", info.reference_uncertainty.eccentricity_deg);
+  add("ref_alignment_deg", info.reference_uncertainty.alignment_deg);
   add("gear_ratio", info.gear_ratio);
   add("stop_accuracy_deg", info.stop_accuracy_deg);
   return out;
@@ -146,6 +151,12 @@ MeasurementInfo MeasurementInfoFromJson(const json& object) {
   fields.ReadNumber("gyro_units_per_deg_s", kSmallestFactor, kLargestFactor,
                     info.gyro_units_per_deg_s);
   fields.ReadNumber("site_latitude_deg", -90.0, 90.0, info.site_latitude_deg);
+  fields.ReadNumber("gyro_lsb_zero", 0.0, kLargestZero, info.gyro_lsb_zero);
+  fields.ReadNumber("accel_lsb_zero", 0.0, kLargestZero, info.accel_lsb_zero);
+  ReferenceUncertainty& reference = info.reference_uncertainty;
+  fields.ReadNumber("ref_scale_uncertainty", 0.0, kLargestScaleUncertainty, reference.scale);
+  fields.ReadNumber("ref_eccentricity_deg", 0.0, kLargestBound_deg, reference.eccentricity_deg);
+  fields.ReadNumber("ref_alignment_deg", 0.0, kLargestBound_deg, reference.alignment_deg);
   fields.ReadNumber("gear_ratio", kSmallestFactor, kLargestFactor, info.gear_ratio);
   fields.ReadNumber("stop_accuracy_deg", kSmallestFactor, kLargestFactor, info.stop_accuracy_deg);
   return info;

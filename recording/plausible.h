@@ -21,6 +21,12 @@ inline constexpr double kLargestFactor = 1e9;
 
 // A filter that is slower than this is none for a moving sensor.
 inline constexpr double kLongestDelay_s = 1.0;
+// Count of zero of an unsigned converter of up to 32 bits.
+inline constexpr double kLargestZero = 4294967295.0;
+// Of a reference angle: relative standard uncertainty, bounds of its errors. Beyond these nothing
+// is a reference.
+inline constexpr double kLargestScaleUncertainty = 0.1;
+inline constexpr double kLargestBound_deg = 10.0;
 
 // A sensor at 1 kHz counts so far in 8000 years.
 inline constexpr std::int64_t kMostSamples = std::int64_t{1} << 48;

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "recording/field_text.h"
+#include "recording/nearest_name.h"
 #include "recording/plausible.h"
 
 namespace gyrobench::recording {
@@ -113,10 +114,9 @@ void TableHead::Comment(std::string_view line, std::int64_t line_number) {
 void TableHead::Key(const std::string& key, const std::string& value, std::int64_t line_number) {
   if (key == "segment") return Segment(value, line_number);
   if (key == "defect") return RecordedDefect(value, line_number);
-  if (std::find(keys_seen_.begin(), keys_seen_.end(), key) != keys_seen_.end()) {
+  if (info_.key_lines.contains(key))
     Fail(line_number, fmt::format("{} is given twice; keep one of them", Shown(key)));
-  }
-  keys_seen_.push_back(key);
+  info_.key_lines[key] = line_number;
   const auto number = [&](double min, double max) {
     return Number(key, value, min, max, line_number);
   };
@@ -125,7 +125,17 @@ void TableHead::Key(const std::string& key, const std::string& value, std::int64
     *value_deg = number(-limit_deg, limit_deg);
     return;
   }
-  if (key == "site_latitude_deg") {
+  if (key == "gyro_lsb_zero") {
+    info_.gyro_lsb_zero = number(0.0, kLargestZero);
+  } else if (key == "accel_lsb_zero") {
+    info_.accel_lsb_zero = number(0.0, kLargestZero);
+  } else if (key == "ref_scale_uncertainty") {
+    info_.reference_uncertainty.scale = number(0.0, kLargestScaleUncertainty);
+  } else if (key == "ref_eccentricity_deg") {
+    info_.reference_uncertainty.eccentricity_deg = number(0.0, kLargestBound_deg);
+  } else if (key == "ref_alignment_deg") {
+    info_.reference_uncertainty.alignment_deg = number(0.0, kLargestBound_deg);
+  } else if (key == "site_latitude_deg") {
     info_.site_latitude_deg = number(-90.0, 90.0);
   } else if (key == "site_heading_deg") {
     info_.site_heading_deg = number(-360.0, 360.0);
@@ -146,6 +156,12 @@ void TableHead::Key(const std::string& key, const std::string& value, std::int64
   } else if (key == "power_on") {
     info_.power_on = value;
   } else {
+    if (const std::string near = NearestKey(key); !near.empty()) {
+      Fail(line_number,
+           fmt::format("unknown key {}: did you mean {}? Rename it; a key that is none of the "
+                       "table's own needs another name",
+                       Shown(key), near));
+    }
     info_.notes.emplace(key, value);
   }
 }
@@ -181,6 +197,7 @@ void TableHead::RecordedDefect(const std::string& value, std::int64_t line_numbe
 }
 
 void TableHead::Header(std::string_view line, std::int64_t line_number) {
+  info_.first_row_line = line_number + 1;
   if (line.find('\0') != std::string_view::npos) {
     Fail(line_number, fmt::format("no measurement table: expected a header line with t_s, found "
                                   "binary data '{}'",
@@ -232,6 +249,20 @@ void TableHead::CheckColumns(std::int64_t line_number) {
                      near.empty() ? "" : ", found " + near + ": rename it, or convert its unit"));
   }
   CheckReferenceUnits(line_number);
+  CheckNearNames(line_number);
+}
+
+// A name that was meant to be one of the table's would pass for a covariate.
+void TableHead::CheckNearNames(std::int64_t line_number) const {
+  for (const TableColumn& column : columns_) {
+    if (column.kind != ColumnKind::kCovariate || column.IsInCounts()) continue;
+    const std::string near = NearestColumn(column.name);
+    if (near.empty()) continue;
+    Fail(line_number, fmt::format("column {}: did you mean {}? Rename it, and convert its values "
+                                  "where the unit is another one; a further quantity needs a name "
+                                  "that says what it is, such as supply_v",
+                                  Shown(column.name), near));
+  }
 }
 
 // An angle of the reference in another unit would pass for a covariate, and the sensor for resting.
@@ -306,6 +337,8 @@ void TableHead::FillInfo(std::int64_t line_number) {
   info_.source = file_;
   for (TableColumn& column : columns_) {
     const auto axis = static_cast<std::size_t>(column.index);
+    if (column.kind == ColumnKind::kGyro && column.IsInCounts())
+      column.zero = info_.gyro_lsb_zero.value_or(0.0);
     if (column.kind == ColumnKind::kAccel) ScaleAccel(column);
     switch (column.kind) {
       case ColumnKind::kGyro:
@@ -344,6 +377,7 @@ void TableHead::ScaleAccel(TableColumn& column) const {
   if (std::isnan(accel_lsb_per_g_)) {
     column.kind = ColumnKind::kCovariate;
   } else {
+    column.zero = info_.accel_lsb_zero.value_or(0.0);
     column.scale = 1.0 / accel_lsb_per_g_;
   }
 }

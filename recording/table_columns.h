@@ -29,7 +29,13 @@ struct TableColumn {
   std::string name;
   ColumnKind kind = ColumnKind::kCovariate;
   int index = 0;
+  double zero = 0.0;   // what stands for zero in the column
   double scale = 1.0;  // from the column's unit to MeasurementSink's
+
+  // A field's value in the unit of MeasurementSink. NaN stays NaN.
+  double Measured(double value) const { return (value - zero) * scale; }
+  // Raw counts of a converter, as its column's name says.
+  bool IsInCounts() const { return name.ends_with("_lsb"); }
 };
 
 // Comments and header line, as they were met.
@@ -58,6 +64,7 @@ class TableHead {
   void RecordedDefect(const std::string& value, std::int64_t line_number);
   void CheckColumns(std::int64_t line_number);
   void CheckReferenceUnits(std::int64_t line_number) const;
+  void CheckNearNames(std::int64_t line_number) const;
   void CheckUnits(ColumnKind kind, std::int64_t line_number) const;
   void CheckReference(std::int64_t line_number);
   void FillInfo(std::int64_t line_number);
@@ -69,7 +76,6 @@ class TableHead {
   MeasurementInfo info_;
   std::vector<TableColumn> columns_;
   std::size_t time_column_ = 0;
-  std::vector<std::string> keys_seen_;
   double gyro_lsb_per_deg_s_ = kMissing;
   double accel_lsb_per_g_ = kMissing;
   std::vector<SegmentMark> segments_;

@@ -1,7 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
+#include "base/unsigned_counts.h"
 #include "recording/measurement_table.h"
 #include "recording/replay.h"
 
@@ -13,18 +17,52 @@ namespace {
 struct Target {
   std::size_t column = 0;
   std::size_t index = 0;
-  double scale = 1.0;
+  double zero = 0.0, scale = 1.0;
+  double Of(const double* row) const { return (row[column] - zero) * scale; }
+};
+
+constexpr const char* kUnsigned = "unsigned_counts";
+
+// Whether the counts of a table's gyro, or accelerometer, are unsigned and nobody said so.
+class CountsWatch {
+ public:
+  void Watch(const std::vector<TableColumn>& columns, ColumnKind kind) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (columns[i].kind != kind || !columns[i].IsInCounts() || columns[i].zero != 0.0) continue;
+      watched_.push_back({i, static_cast<std::size_t>(columns[i].index)});
+      names_ += (names_.empty() ? "" : ", ") + columns[i].name;
+    }
+  }
+  void Add(const double* row, double t_s) {
+    for (const auto& [column, axis] : watched_) counts_.Add(axis, t_s, row[column]);
+  }
+  std::optional<Defect> Found() const {
+    if (!counts_.Recognised()) return std::nullopt;
+    const auto columns = static_cast<std::int64_t>(watched_.size());
+    return Defect{kUnsigned, counts_.samples() / columns, counts_.first_crossing_s(), names_};
+  }
+
+ private:
+  UnsignedCounts counts_;
+  std::vector<std::pair<std::size_t, std::size_t>> watched_;  // column, axis
+  std::string names_;
 };
 
 // Rows of a table as events of a measurement.
 class RowEvents {
  public:
   RowEvents(const TableReader& reader, MeasurementSink& sink)
-      : sink_(sink), time_(reader.head().time_column()), segments_(reader.head().segments()) {
+      : sink_(sink),
+        head_(reader.head()),
+        time_(reader.head().time_column()),
+        segments_(reader.head().segments()) {
     const std::vector<TableColumn>& columns = reader.columns();
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      Add({i, static_cast<std::size_t>(columns[i].index), columns[i].scale}, columns[i].kind);
+      const TableColumn& column = columns[i];
+      Add({i, static_cast<std::size_t>(column.index), column.zero, column.scale}, column.kind);
     }
+    if (!reader.info().gyro_lsb_zero) gyro_counts_.Watch(columns, ColumnKind::kGyro);
+    if (!reader.info().accel_lsb_zero) accel_counts_.Watch(columns, ColumnKind::kAccel);
     covariates_.resize(covariate_columns_.size());
     no_gyro_ = counter_.Add("no_gyro");
     bad_quaternion_ = counter_.Add("bad_quaternion");
@@ -33,6 +71,8 @@ class RowEvents {
   void Emit(const double* row) {
     const double t_s = row[time_];
     EmitSegmentsBefore(t_s);
+    gyro_counts_.Add(row, t_s);
+    accel_counts_.Add(row, t_s);
     EmitGyro(row, t_s);
     for (const Target& angle : angles_) {
       if (!std::isnan(row[angle.column])) {
@@ -47,9 +87,19 @@ class RowEvents {
   void End() {
     EmitSegmentsBefore(std::numeric_limits<double>::infinity());
     for (const Defect& defect : counter_.Found()) sink_.OnDefect(defect);
+    for (const CountsWatch* counts : {&gyro_counts_, &accel_counts_}) {
+      const std::optional<Defect> found = counts->Found();
+      if (found && !IsInHead(*found)) sink_.OnDefect(*found);
+    }
   }
 
  private:
+  // A table written from one that had this defect says it already.
+  bool IsInHead(const Defect& defect) const {
+    return std::any_of(head_.defects().begin(), head_.defects().end(), [&](const Defect& said) {
+      return said.kind == defect.kind && said.where == defect.where;
+    });
+  }
   void Add(const Target& target, ColumnKind kind) {
     switch (kind) {
       case ColumnKind::kGyro:
@@ -89,12 +139,12 @@ class RowEvents {
     sample.t_s = t_s;
     bool any = false;
     for (const Target& target : gyro_) {
-      sample.xi[target.index] = row[target.column];
+      sample.xi[target.index] = target.Of(row);
       any |= !std::isnan(row[target.column]);
     }
     bool others = false;
     for (const Target& target : accel_) {
-      sample.accel_g[target.index] = row[target.column] * target.scale;
+      sample.accel_g[target.index] = target.Of(row);
       others |= !std::isnan(row[target.column]);
     }
     for (const Target& target : temperature_) {
@@ -141,6 +191,8 @@ class RowEvents {
   }
 
   MeasurementSink& sink_;
+  const TableHead& head_;
+  CountsWatch gyro_counts_, accel_counts_;
   std::size_t time_;
   const std::vector<SegmentMark>& segments_;
   std::size_t next_segment_ = 0;

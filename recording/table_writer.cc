@@ -104,6 +104,12 @@ void TableWriter::WriteHead(const MeasurementInfo& info) {
     if (*angle.value_deg != 0.0) number(angle.name, *angle.value_deg);
   }
   if (info.gyro_unit == GyroUnit::kLsb) number("gyro_lsb_per_deg_s", info.gyro_units_per_deg_s);
+  if (info.gyro_unit == GyroUnit::kLsb) number("gyro_lsb_zero", info.gyro_lsb_zero);
+  // Acceleration in g is written without it; counts that cannot become g stay as they are.
+  if (info.accel_present == std::array<bool, 3>{}) number("accel_lsb_zero", info.accel_lsb_zero);
+  number("ref_scale_uncertainty", info.reference_uncertainty.scale);
+  number("ref_eccentricity_deg", info.reference_uncertainty.eccentricity_deg);
+  number("ref_alignment_deg", info.reference_uncertainty.alignment_deg);
   number("gear_ratio", info.gear_ratio);
   number("stop_accuracy_deg", info.stop_accuracy_deg);
   if (info.gyro_delay_s != 0.0) number("gyro_delay_s", info.gyro_delay_s);
@@ -125,14 +131,16 @@ void TableWriter::WriteHead(const MeasurementInfo& info) {
 }
 
 void TableWriter::OnInfo(const MeasurementInfo& info) {
+  if (info.gyro_unit == GyroUnit::kLsb) gyro_zero_ = info.gyro_lsb_zero.value_or(0.0);
   AddColumns(info);
   WriteHead(info);
 }
 
 void TableWriter::OnGyro(const GyroSample& sample) {
-  const std::array<double, 7> values = {
-      sample.xi[0],      sample.xi[1],      sample.xi[2],           sample.accel_g[0],
-      sample.accel_g[1], sample.accel_g[2], sample.temperature_degC};
+  const std::array<double, 7> values = {sample.xi[0] + gyro_zero_, sample.xi[1] + gyro_zero_,
+                                        sample.xi[2] + gyro_zero_, sample.accel_g[0],
+                                        sample.accel_g[1],         sample.accel_g[2],
+                                        sample.temperature_degC};
   Hold(sample.t_s, kGyro, values.data(), values.size());
 }
 

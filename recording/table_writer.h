@@ -32,7 +32,8 @@ struct TableSummary {
 // One row for each distinct time, empty fields for what has no value then. Times are written in
 // whole microseconds, counts as integers, covariates in their shortest exact form, all else to
 // 1e-9: reading the table gives the record's events again. The clock of the sensor unit is kept in
-// the column unit_tick_s. Segments and defects that arrive as events are not written, for they come
+// the column unit_tick_s. Counts of the gyro are those of the source's converter, its zero with
+// them (gyro_lsb_zero). Segments and defects that arrive as events are not written, for they come
 // after the head: `extras` brings them.
 class TableWriter : public MeasurementSink {
  public:
@@ -91,6 +92,7 @@ class TableWriter : public MeasurementSink {
   TableFile output_;
   TableExtras extras_;
   std::vector<Column> columns_;
+  double gyro_zero_ = 0.0;  // of the counts that are written
   std::size_t covariates_ = 0;
   std::vector<bool> present_ = std::vector<bool>(kCovariate);
   std::vector<Event> held_;

@@ -32,7 +32,9 @@ class ParameterRows {
       numbers_[0].push_back(measured.value);
       numbers_[1].push_back(measured.error);
       numbers_[2].push_back(measured.bound);
-      numbers_[3].push_back(FormatRatio(parameter.std_error / parameter.bound));
+      const double alone = parameter.statistical_std_error;
+      numbers_[3].push_back(
+          FormatRatio((std::isfinite(alone) ? alone : parameter.std_error) / parameter.bound));
       first = false;
     }
   }
@@ -106,6 +108,12 @@ Markup ParameterSection(const calibration::TraceResult& trace) {
     inside += Element("div", head + BaselineNote(channel) + rows.ToMarkup(), "short");
   }
   if (inside.empty()) inside = Paragraph("No parameter could be estimated.");
+  if (!trace.reference_error.empty()) {
+    const bool added = std::isfinite(trace.reference_uncertainty);
+    inside += Paragraph("Of the reference: " + trace.reference_error + "." +
+                            (added ? " The ratio of error to bound is that of the fit alone." : ""),
+                        "note");
+  }
   return Section("Parameters", inside, "");
 }
 

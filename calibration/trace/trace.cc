@@ -8,8 +8,11 @@
 #include <future>
 
 #include "base/error.h"
+#include "calibration/intake_remarks.h"
 #include "calibration/schedule.h"
 #include "calibration/trace/channel_report.h"
+#include "calibration/trace/inputs_together.h"
+#include "calibration/trace/reference_in_trace.h"
 #include "calibration/trace/run_order.h"
 #include "calibration/trace/shared_columns.h"
 #include "calibration/trace/trail.h"
@@ -25,20 +28,6 @@ TraceInput InputOf(const Recording& recording) {
   input.duration_s = recording.samples > 0 ? recording.last_time_s - recording.first_time_s : 0.0;
   input.defects = recording.defects;
   return input;
-}
-
-// A record and the table that was exported from it are one measurement.
-void CheckNotTwice(const Recording& recording, std::span<const Recording* const> recordings) {
-  for (const Recording* other : recordings) {
-    if (other == &recording) return;
-    const std::vector<Node>&a = recording.columns.nodes, &b = other->columns.nodes;
-    const bool same = recording.samples == other->samples && a.size() == b.size() && !a.empty() &&
-                      a.back().at.z == b.back().at.z;
-    if (!same) continue;
-    throw DataError(fmt::format(
-        "{} and {} hold the same measurement: give each once, twice it would count double",
-        other->info.source, recording.info.source));
-  }
 }
 
 void CheckUsable(std::span<const Recording* const> recordings) {
@@ -58,23 +47,8 @@ void CheckUsable(std::span<const Recording* const> recordings) {
           "{}: none of the {} gyro samples has a finite time and value; nothing can be estimated",
           name, recording->samples));
     }
-    const double units = NominalUnitsPerDegPerS(recording->info);
-    const double first_units = NominalUnitsPerDegPerS(recordings.front()->info);
-    if (std::isfinite(units) && std::isfinite(first_units) &&
-        std::fabs(units / first_units - 1.0) > 1e-6) {
-      throw DataError(
-          fmt::format("{}: {:.6g} units per deg/s, {} has {:.6g}: record with one range, or trace "
-                      "them one by one",
-                      name, units, recordings.front()->info.source, first_units));
-    }
-    CheckNotTwice(*recording, recordings);
-    if (recording->info.gyro_unit != recordings.front()->info.gyro_unit) {
-      throw DataError(
-          fmt::format("{}: the gyro's unit is not that of {}; runs of one sensor are "
-                      "traced together",
-                      name, recordings.front()->info.source));
-    }
   }
+  CheckTogether(recordings);
 }
 
 // s0: nominal where a measurement says; else what the data say, so that M is near 1.
@@ -156,6 +130,8 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
     std::vector<Defect>& defects = result->inputs[run.index].defects;
     defects.insert(defects.end(), trail.defects.begin(), trail.defects.end());
     for (const std::string& remark : trail.remarks) result->remarks.push_back(remark);
+    for (const std::string& remark : IntakeRemarks(recording))
+      result->remarks.push_back(trail.name + ": " + remark);
   }
   RemarkOnEarthRate(runs.trails, &result->remarks);
   return runs;
@@ -192,6 +168,7 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
     work.push_back(std::async(std::launch::async, [&request] { return TraceChannel(request); }));
   for (std::size_t k = 0; k < channels.size(); ++k) {
     TracedChannel traced = work[k].get();
+    AddReferenceError(runs.trails, channels[k], &traced);
     AddUnidentifiable(columns.unidentifiable, &traced.trace);
     out.result.channels.push_back(std::move(traced.trace));
     out.models.push_back(std::move(traced.model));
@@ -200,6 +177,7 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
       options.progress(static_cast<double>(k + 1) / static_cast<double>(channels.size()));
   }
   out.result.vector = MakeVectorCalibration(rows, runs.trails);
+  DescribeReferenceError(runs.trails, &out.result);
   return out;
 }
 

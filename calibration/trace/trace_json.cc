@@ -17,7 +17,10 @@ json ToJson(const ModelParameter& parameter) {
           {"value", Number(parameter.value)},
           {"unit", parameter.unit},
           {"std_error", Number(parameter.std_error)},
-          {"bound", Number(parameter.bound)}};
+          {"bound", Number(parameter.bound)},
+          {"statistical_std_error",
+           Number(std::isfinite(parameter.statistical_std_error) ? parameter.statistical_std_error
+                                                                 : parameter.std_error)}};
 }
 
 json ToJson(const HeldOut& held_out) {
@@ -111,6 +114,9 @@ json ToJson(const TraceResult& result) {
           {"inputs", List(result.inputs)},
           {"channels", List(result.channels)},
           {"vector", ToJson(result.vector)},
+          {"reference_error",
+           {{"says", result.reference_error},
+            {"relative_std_uncertainty", Number(result.reference_uncertainty)}}},
           {"remarks", result.remarks}};
 }
 

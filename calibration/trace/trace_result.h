@@ -28,8 +28,10 @@ struct ModelParameter {
   std::string name;
   double value = kMissing;
   std::string unit;
-  double std_error = kMissing;
+  double std_error = kMissing;  // with the reference's own uncertainty, where it is said
   double bound = kMissing;  // standard error at the Cramer-Rao bound, under the noise as estimated
+  // Without the reference's uncertainty; NaN where that has no part in it.
+  double statistical_std_error = kMissing;
 };
 
 // A figure on data that the fit did not see, before and after the effects are added.
@@ -137,6 +139,12 @@ struct TraceResult {
   std::vector<ChannelTrace> channels;
   std::vector<std::string> remarks;  // of the measurement as a whole
   VectorCalibration vector;          // the channels as one sensor
+  // What the inputs say of the reference's own error, and what that means for these results; empty
+  // where there is no reference.
+  std::string reference_error;
+  // Relative standard uncertainty of the reference in the scale factors, the largest of the axes.
+  // NaN: nothing is said, and they are relative to the reference.
+  double reference_uncertainty = kMissing;
 };
 
 }  // namespace gyrobench::calibration

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/geometry.h"
+#include "calibration/reference_error.h"
 
 namespace gyrobench::calibration {
 
@@ -33,6 +34,7 @@ struct ChannelRow {
   };
   std::vector<Name> shared;  // of values from the fourth on
   GravityRow gravity;
+  ReferenceError reference;  // not in the covariance
 };
 
 }  // namespace gyrobench::calibration

@@ -48,12 +48,23 @@ void ListMissing(const RowOf& rows, std::vector<std::string>* missing) {
 void FillMatrix(const RowOf& rows, VectorCalibration* out) {
   MatrixWithCovariance m;
   Eigen::Vector3d s0;
+  ReferenceError reference;
   for (std::size_t c = 0; c < 3; ++c) {
     const auto i = static_cast<Eigen::Index>(c);
     m.value.row(i) = rows[c]->values.head<3>().transpose();
     m.covariance.block<3, 3>(3 * i, 3 * i) = rows[c]->covariance.topLeftCorner<3, 3>();
     s0[i] = rows[c]->units_per_deg_s;
+    // One reference for all three: where channels took different parts of its error off, the
+    // larger rest.
+    const ReferenceError& own = rows[c]->reference;
+    reference.said = reference.said || own.said;
+    reference.common = std::max(reference.common, own.common);
+    reference.across = std::max(reference.across, own.across);
+    for (std::size_t j = 0; j < 3; ++j) reference.own[j] = std::max(reference.own[j], own.own[j]);
   }
+  const MatrixWithCovariance statistical = InverseOver(m, s0);
+  const Matrix9 m_statistical = m.covariance;
+  m.covariance += ReferenceCovariance(m.value, reference);
   const MatrixWithCovariance a = InverseOver(m, s0);
   if (!a.value.allFinite()) {
     out->missing.emplace_back("the matrix has no inverse: its axes do not span space");
@@ -68,6 +79,8 @@ void FillMatrix(const RowOf& rows, VectorCalibration* out) {
       matrix.a[i][j] = a.value(row, column);
       matrix.m_std_error[i][j] = std::sqrt(m.covariance(k, k));
       matrix.a_std_error[i][j] = std::sqrt(a.covariance(k, k));
+      matrix.m_statistical_std_error[i][j] = std::sqrt(m_statistical(k, k));
+      matrix.a_statistical_std_error[i][j] = std::sqrt(statistical.covariance(k, k));
     }
   }
   matrix.m_covariance.assign(m.covariance.data(), m.covariance.data() + 81);

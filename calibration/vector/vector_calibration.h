@@ -26,6 +26,8 @@ struct VectorMatrix {
   Matrix3 m = kUnknown33, m_std_error = kUnknown33;  // deg/s per deg/s
   Matrix3 a = kUnknown33, a_std_error = kUnknown33;  // deg/s per unit of xi
   std::vector<double> m_covariance, a_covariance;
+  // Without the reference's own uncertainty, which the errors and covariances above contain.
+  Matrix3 m_statistical_std_error = kUnknown33, a_statistical_std_error = kUnknown33;
 };
 
 // M = diag(scale) P R_mount^T: row i of M is scale_i times the unit vector n_i of sensitive axis i.

@@ -33,9 +33,11 @@ json Covariance(const std::vector<double>& values) {
 json ToJson(const VectorMatrix& matrix) {
   return {{"m", Rows(matrix.m)},
           {"m_std_error", Rows(matrix.m_std_error)},
+          {"m_statistical_std_error", Rows(matrix.m_statistical_std_error)},
           {"m_covariance", Covariance(matrix.m_covariance)},
           {"a", Rows(matrix.a)},
           {"a_std_error", Rows(matrix.a_std_error)},
+          {"a_statistical_std_error", Rows(matrix.a_statistical_std_error)},
           {"a_covariance", Covariance(matrix.a_covariance)}};
 }
 

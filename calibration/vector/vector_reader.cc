@@ -22,13 +22,20 @@ std::vector<double> ReadCovariance(const Place& place) {
 }
 
 VectorMatrix ReadVectorMatrix(const Place& place) {
-  place.Keys({"m", "m_std_error", "m_covariance", "a", "a_std_error", "a_covariance"});
+  // Files of before the reference's uncertainty was carried have statistical errors alone.
+  place.Keys({"m", "m_std_error", "m_covariance", "a", "a_std_error", "a_covariance"},
+             {"m_statistical_std_error", "a_statistical_std_error"});
+  const auto either = [&](const char* key, const char* before) {
+    return ReadMatrix(place[place.value().contains(key) ? key : before]);
+  };
   return {ReadMatrix(place["m"]),
           ReadMatrix(place["m_std_error"]),
           ReadMatrix(place["a"]),
           ReadMatrix(place["a_std_error"]),
           ReadCovariance(place["m_covariance"]),
-          ReadCovariance(place["a_covariance"])};
+          ReadCovariance(place["a_covariance"]),
+          either("m_statistical_std_error", "m_std_error"),
+          either("a_statistical_std_error", "a_std_error")};
 }
 
 AxisSplit ReadSplit(const Place& place) {

@@ -64,12 +64,12 @@ class WildSamples : public ::testing::Test {
 
 TEST_F(WildSamples, AreBridgedAtRestAndInEveryKindOfMotion) {
   const double clean = Run(0, 0.0);
-  EXPECT_EQ(Outliers(stream_.defects().defects()), 0);
+  EXPECT_EQ(Outliers(stream_.defects()), 0);
   // At rest, at the begin of motion, at constant rate, in the reversal, near the end.
   for (const std::size_t where : {100u, 300u, 400u, 420u, 600u, 799u, 801u, 1000u, 1500u}) {
     for (const double wild : {16384.0, -16384.0, 8192.0, 1e6}) {
       const double mended = Run(where, wild);
-      EXPECT_EQ(Outliers(stream_.defects().defects()), 1) << where << " " << wild;
+      EXPECT_EQ(Outliers(stream_.defects()), 1) << where << " " << wild;
       // What is left is the noise of one sample and the bend of the rate there.
       EXPECT_NEAR(mended, clean, kInterval_s * 131.0 * 1.2) << where << " " << wild;
     }
@@ -95,7 +95,7 @@ TEST_F(WildSamples, AreKnownWithTheSampleAfterThem) {
   next.t_s = kInterval_s * 101;
   next.xi[0] = 0.0;
   stream_.Add(next);
-  EXPECT_EQ(Outliers(stream_.defects().defects()), 1);
+  EXPECT_EQ(Outliers(stream_.defects()), 1);
   ASSERT_TRUE(stream_.IntegralAt(before.t_s, &after));
   EXPECT_EQ(before.z[0], after.z[0]) << "what is settled does not change";
 }
@@ -114,9 +114,9 @@ TEST_F(WildSamples, DoNotHideASaturation) {
     sample.xi[0] = i == 60 ? 4000.0 : std::clamp(rate + noise(random), -250.0, 250.0);
     stream_.Add(sample);
   }
-  EXPECT_EQ(Outliers(stream_.defects().defects()), 1);
+  EXPECT_EQ(Outliers(stream_.defects()), 1);
   bool saturation = false;
-  for (const Defect& defect : stream_.defects().defects()) {
+  for (const Defect& defect : stream_.defects()) {
     saturation = saturation || defect.kind == "saturation";
   }
   EXPECT_TRUE(saturation);
@@ -137,7 +137,7 @@ TEST_F(WildSamples, AreNotMadeOfHeavyTails) {
       if (random() % 100 == 0) sample.xi[0] = (random() % 2 == 0 ? 10.0 : -10.0) * sigma;
       stream_.Add(sample);
     }
-    EXPECT_LT(Outliers(stream_.defects().defects()), kSamples / 10'000) << sigma;
+    EXPECT_LT(Outliers(stream_.defects()), kSamples / 10'000) << sigma;
   }
 }
 
@@ -155,7 +155,7 @@ TEST_F(WildSamples, AreNotMadeOfStepsOrPulsesOfMotion) {
     sample.xi[0] = 131.0 * rate + noise(random);
     stream_.Add(sample);
   }
-  EXPECT_EQ(Outliers(stream_.defects().defects()), 0);
+  EXPECT_EQ(Outliers(stream_.defects()), 0);
 }
 
 TEST(MeasuredData, HasNoWildSample) {

@@ -32,7 +32,7 @@ double Noise() {
 
 std::int64_t Count(const GyroStream& stream, const std::string& kind) {
   std::int64_t count = 0;
-  for (const Defect& defect : stream.defects().defects()) {
+  for (const Defect& defect : stream.defects()) {
     if (defect.kind == kind) count += defect.count;
   }
   return count;

@@ -98,5 +98,17 @@ TEST(RestFinder, CountsASingleWildReadingInsteadOfEndingTheRest) {
   EXPECT_EQ(found.outliers, 1);
 }
 
+// A hand that holds the sensor sways to the edge of the tolerance, and noise carries single
+// readings over it: nothing is wrong with them.
+TEST(RestFinder, TakesNoReadingThatAgreesWithItsNeighboursForAnOutlier) {
+  std::mt19937 random(2);
+  std::normal_distribution<double> noise(0.0, 0.001);
+  for (const double sway_deg : {0.03, 0.04, 0.06}) {
+    const Found found =
+        Watch([&](double t) { return sway_deg * std::sin(2.0 * t) + noise(random); }, 200, 120.0);
+    EXPECT_EQ(found.outliers, 0) << sway_deg;
+  }
+}
+
 }  // namespace
 }  // namespace gyrobench::calibration

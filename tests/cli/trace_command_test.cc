@@ -213,6 +213,78 @@ TEST_F(Trace, SaysOfTooLittleDataWhatCannotBeEstimated) {
   EXPECT_TRUE(trace.at("channels").at(0).at("effects").empty());
 }
 
+// The certificate of the reference enters the error of the scale factor as a relative variance of
+// its own, next to that of the fit; and where there is none, the result says so.
+TEST_F(Trace, CarriesTheReferencesOwnErrorFromTheHeadOfTheTable) {
+  const std::string turns = Turns(0.5, "A", 1);
+  const auto table = folder_.Write("said.csv", "# ref_scale_uncertainty = 0.002\n" + turns);
+  const json trace = TraceOf(table);
+  const auto scale_of = [](const json& one) -> json {
+    for (const json& parameter : one.at("channels").at(0).at("baseline").at("parameters"))
+      if (parameter.at("name") == "scale_factor") return parameter;
+    return {};
+  };
+  const json scale = scale_of(trace);
+  const double alone = scale.at("statistical_std_error"), value = scale.at("value");
+  EXPECT_NEAR(scale.at("std_error").get<double>(), std::hypot(alone, 0.002 * value), 1e-12);
+  EXPECT_NEAR(trace.at("reference_error").at("relative_std_uncertainty").get<double>(), 0.002,
+              1e-12);
+  EXPECT_THAT(Gyrobench({"trace", table}).out, HasSubstr("without the reference's own error"));
+
+  const auto silent = folder_.Write("silent.csv", turns);
+  const json relative = TraceOf(silent);
+  EXPECT_EQ(scale_of(relative).at("std_error").get<double>(), alone);
+  EXPECT_TRUE(relative.at("reference_error").at("relative_std_uncertainty").is_null());
+  EXPECT_THAT(relative.at("reference_error").at("says").get<std::string>(),
+              HasSubstr("relative to the reference"));
+  EXPECT_THAT(Gyrobench({"trace", silent}).out, HasSubstr("nothing is said of the reference"));
+
+  const auto both = folder_ / "both.json";
+  ASSERT_EQ(
+      Gyrobench({"trace", table, "-q", "--calibration", both, "--report", folder_ / "said.html"})
+          .status,
+      0);
+  std::ifstream in(both);
+  const json calibration = json::parse(in);
+  EXPECT_NEAR(calibration.at("channels").at(0).at("m_row_std_error").at(2).get<double>(),
+              0.002 * value, 0.0002 * value);
+  EXPECT_THAT(calibration.at("configuration").at("reference_error").get<std::string>(),
+              HasSubstr("own uncertainty"));
+  std::ifstream page(folder_ / "said.html");
+  EXPECT_THAT(std::string(std::istreambuf_iterator<char>(page), {}), HasSubstr("own uncertainty"));
+}
+
+TEST_F(Trace, AndAnalyzeCarriesItTooAndSaysWhereNothingIsSaid) {
+  const std::string turns = Turns(0.0, "A", 1);
+  const auto said = folder_.Write("said.csv", "# ref_scale_uncertainty = 0.002\n" + turns);
+  const auto silent = folder_.Write("silent.csv", turns);
+  const auto analyze = [](const std::filesystem::path& table) {
+    return json::parse(Gyrobench({"analyze", table, "--json"}).out);
+  };
+  const json with = analyze(said).at("scale").at(0), without = analyze(silent).at("scale").at(0);
+  const double alone = with.at("alpha_statistical_std_error"), alpha = with.at("alpha");
+  EXPECT_EQ(without.at("alpha_std_error").get<double>(), alone);
+  EXPECT_TRUE(without.at("reference_uncertainty").is_null());
+  EXPECT_NEAR(with.at("alpha_std_error").get<double>(), std::hypot(alone, 0.002 * alpha),
+              1e-9 * alpha);
+  EXPECT_THAT(Gyrobench({"analyze", silent}).out, HasSubstr("nothing is said of the reference"));
+  EXPECT_THAT(Gyrobench({"analyze", said}).out, Not(HasSubstr("nothing is said of the reference")));
+}
+
+TEST_F(Trace, NamesTablesThatOverlapWithinAPowerOnByFileAndLine) {
+  const std::string power_on = "# power_on = 7\n";
+  const auto a = folder_.Write("a.csv", power_on + Turns(0.5, "A", 1));
+  const auto b = folder_.Write("b.csv", "# a remark\n" + power_on + Turns(0.5, "A", 2));
+  for (const char* command : {"trace", "analyze"}) {
+    for (const auto& [first, second] : {std::pair(a, b), std::pair(b, a)}) {
+      const Finished finished = Gyrobench({command, first, second});
+      EXPECT_EQ(finished.status, 1) << command;
+      EXPECT_THAT(finished.err, HasSubstr("b.csv:2: power_on = 7")) << command;
+      EXPECT_THAT(finished.err, HasSubstr("a.csv:1")) << command;
+    }
+  }
+}
+
 // Fields that another version leaves out, or null for what is not known, are no reason to fail.
 TEST(TraceText, ShowsWhatThereIsOfATraceThatIsNotWhole) {
   const Terminal terminal;

@@ -51,6 +51,7 @@ TEST(StandConfigJson, HoldsEveryKeyOfTheDeviceMaps) {
 TEST(StandConfigJson, KeepsValuesUnderTheirOwnKeys) {
   StandConfig stand = LoadStandConfig(ConfigFolder() / "stand.toml");
   stand.site.latitude_deg = 12.5;
+  stand.reference = {0.0001, 0.02, 0.3};
   stand.gyro.serial_number = 77;
   stand.axes[1].min_deg = -11;
   stand.axes[1].max_deg = 22;
@@ -58,6 +59,9 @@ TEST(StandConfigJson, KeepsValuesUnderTheirOwnKeys) {
   stand.buses[0].host = "drives";
   const json record = json::parse(ToJson(stand).dump());
   EXPECT_EQ(record["site"]["latitude_deg"], 12.5);
+  EXPECT_EQ(record["reference"]["scale_uncertainty"], 0.0001);
+  EXPECT_EQ(record["reference"]["eccentricity_deg"], 0.02);
+  EXPECT_EQ(record["reference"]["alignment_deg"], 0.3);
   EXPECT_EQ(record["gyro"]["serial_number"], 77);
   EXPECT_EQ(record["axis"]["middle"]["min_deg"], -11);
   EXPECT_EQ(record["axis"]["middle"]["max_deg"], 22);

@@ -91,6 +91,10 @@ mount_z_deg = 3
 [site]
 latitude_deg = -33
 heading_deg = 77
+[reference]
+scale_uncertainty = 0.0002
+eccentricity_deg = 0.01
+alignment_deg = 0.4
 [lcm]
 url = "udpm://239.1.2.3:7777?ttl=1"
 channel_prefix = "LAB_2"
@@ -164,6 +168,9 @@ place = "skip"
   EXPECT_EQ(stand.geometry.mount_deg[1], 2);
   EXPECT_EQ(stand.geometry.mount_deg[2], 3);
   EXPECT_EQ(stand.site.latitude_deg, -33);
+  EXPECT_EQ(stand.reference.scale_uncertainty, 0.0002);
+  EXPECT_EQ(stand.reference.eccentricity_deg, 0.01);
+  EXPECT_EQ(stand.reference.alignment_deg, 0.4);
   EXPECT_EQ(stand.site.heading_deg, 77);
   EXPECT_EQ(stand.lcm.url, "udpm://239.1.2.3:7777?ttl=1");
   EXPECT_EQ(stand.lcm.channel_prefix, "LAB_2");
@@ -268,6 +275,8 @@ TEST_F(StandFile, RefusesARangeThatTheSensorHasNot) {
 }
 
 TEST_F(StandFile, RefusesAPlaceThatIsNotOnEarth) {
+  EXPECT_THAT(ErrorAfter("[reference]", "# scale_uncertainty = 0.0001", "scale_uncertainty = 100"),
+              HasSubstr("reference.scale_uncertainty"));
   EXPECT_THAT(ErrorAfter("[site]", "# latitude_deg = 55.75", "latitude_deg = 90.1"),
               HasSubstr("expected a number in -90 .. 90 deg"));
   EXPECT_THAT(ErrorAfter("[site]", "heading_deg = 0", "heading_deg = nan"),

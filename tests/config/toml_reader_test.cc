@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "config/nearest_word.h"
+#include "base/nearest_word.h"
 #include "tests/config/config_files.h"
 
 namespace gyrobench::config {

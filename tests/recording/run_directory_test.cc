@@ -124,6 +124,9 @@ TEST(MeasurementInfoJson, IsUndoneByItsInverseForEveryField) {
   info.reference = ReferenceKind::kSensorAngle;
   info.reference_axis = SensorAxis::kY;
   info.covariates = {"supply_v", "fan"};
+  info.gyro_lsb_zero = 32768.0;
+  info.accel_lsb_zero = 32760.0;
+  info.reference_uncertainty = {0.0001, 0.02, 0.3};
   for (const MeasurementInfo& in : {info, PlannedInfo({}), MeasurementInfo{}}) {
     const MeasurementInfo out = MeasurementInfoFromJson(nlohmann::json::parse(ToJson(in).dump()));
     EXPECT_EQ(out.source, in.source);
@@ -132,6 +135,9 @@ TEST(MeasurementInfoJson, IsUndoneByItsInverseForEveryField) {
     EXPECT_EQ(out.accel_present, in.accel_present);
     EXPECT_EQ(out.temperature_present, in.temperature_present);
     EXPECT_EQ(out.gyro_units_per_deg_s, in.gyro_units_per_deg_s);
+    EXPECT_EQ(out.gyro_lsb_zero, in.gyro_lsb_zero);
+    EXPECT_EQ(out.accel_lsb_zero, in.accel_lsb_zero);
+    EXPECT_EQ(out.reference_uncertainty, in.reference_uncertainty);
     EXPECT_EQ(out.reference, in.reference);
     EXPECT_EQ(out.stand_axis_present, in.stand_axis_present);
     EXPECT_EQ(out.reference_axis, in.reference_axis);

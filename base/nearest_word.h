@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace gyrobench::config {
+namespace gyrobench {
 
 // Insertions, deletions and replacements of one letter, and swaps of two neighbours, that turn `a`
 // into `b`.
@@ -15,4 +15,4 @@ int EditDistance(std::string_view a, std::string_view b);
 // near also the whole list: `did you mean "bus"? (known here: "bus", "unit")`.
 std::string Suggestion(std::string_view word, const std::vector<std::string>& known);
 
-}  // namespace gyrobench::config
+}  // namespace gyrobench

@@ -1,4 +1,4 @@
-#include "config/nearest_word.h"
+#include "base/nearest_word.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <numeric>
 
-namespace gyrobench::config {
+namespace gyrobench {
 namespace {
 
 // Longer words are cut: what differs beyond is no slip of the pen, and time grows with the square.
@@ -61,4 +61,4 @@ std::string Suggestion(std::string_view word, const std::vector<std::string>& kn
   return text;
 }
 
-}  // namespace gyrobench::config
+}  // namespace gyrobench

@@ -1,0 +1,121 @@
+#include "calibration/trace/reference_in_trace.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "calibration/reference_error.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// The larger of what two inputs say; what only one says is not said of both.
+std::optional<double> Larger(const std::optional<double>& a, const std::optional<double>& b) {
+  if (!a || !b) return std::nullopt;
+  return std::max(*a, *b);
+}
+
+bool HasReference(const Trail& trail) {
+  return trail.recording->info.reference != ReferenceKind::kNone;
+}
+
+ReferenceUncertainty Said(std::span<const Trail> trails) {
+  std::optional<ReferenceUncertainty> all;
+  for (const Trail& trail : trails) {
+    if (!HasReference(trail)) continue;
+    const ReferenceUncertainty& one = trail.recording->info.reference_uncertainty;
+    all = !all ? one
+               : ReferenceUncertainty{Larger(all->scale, one.scale),
+                                      Larger(all->eccentricity_deg, one.eccentricity_deg),
+                                      Larger(all->alignment_deg, one.alignment_deg)};
+  }
+  return all.value_or(ReferenceUncertainty{});
+}
+
+// Largest range of the rotation about each axis of the sensor among the inputs.
+Vector3 Ranges_deg(std::span<const Trail> trails) {
+  Vector3 range = {};
+  for (const Trail& trail : trails) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      double low = 0.0, high = 0.0;
+      for (const Node& node : trail.recording->columns.nodes) {
+        if (!std::isfinite(node.rotation_deg[c])) continue;
+        low = std::min(low, node.rotation_deg[c]);
+        high = std::max(high, node.rotation_deg[c]);
+      }
+      range[c] = std::max(range[c], high - low);
+    }
+  }
+  return range;
+}
+
+ReferenceError ErrorOf(std::span<const Trail> trails, const ChannelTrace& trace) {
+  ReferenceUncertainty said = Said(trails);
+  const bool found = std::ranges::any_of(trace.effects, [](const TracedEffect& effect) {
+    return effect.id.starts_with("angle.eccentricity");
+  });
+  if (found && said.eccentricity_deg) said.eccentricity_deg = 0.0;
+  return MakeReferenceError(said, Ranges_deg(trails));
+}
+
+// The axis of "scale_factor" and "cross_axis_zx", 3 of another parameter.
+std::size_t AxisOf(const std::string& name, std::size_t channel) {
+  if (name == "scale_factor") return channel;
+  if (!name.starts_with("cross_axis_")) return 3;
+  return static_cast<std::size_t>(name.back() - 'x');
+}
+
+}  // namespace
+
+void AddReferenceError(std::span<const Trail> trails, std::size_t channel, TracedChannel* traced) {
+  const ReferenceError error = ErrorOf(trails, traced->trace);
+  if (!error.said) return;
+  traced->row.reference = error;
+  ChannelModel& model = traced->model;
+  Eigen::Vector3d row;
+  for (Eigen::Index j = 0; j < 3; ++j) row(j) = model.m_row[static_cast<std::size_t>(j)];
+  const Eigen::Matrix3d more = ReferenceCovariance(row, error);
+  const auto variance = [&](std::size_t j) {
+    return more(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(j));
+  };
+  for (ModelParameter& parameter : traced->trace.baseline.parameters) {
+    const std::size_t j = AxisOf(parameter.name, channel);
+    if (j > 2) continue;
+    parameter.statistical_std_error = parameter.std_error;
+    parameter.std_error = std::hypot(parameter.std_error, std::sqrt(variance(j)));
+  }
+  const std::size_t n = model.parameter_names.size();
+  for (std::size_t a = 0; a < n; ++a) {
+    const std::size_t i = AxisOf(model.parameter_names[a], channel);
+    if (i > 2) continue;
+    model.m_row_std_error[i] = std::hypot(model.m_row_std_error[i], std::sqrt(variance(i)));
+    for (std::size_t b = 0; b < n; ++b) {
+      const std::size_t j = AxisOf(model.parameter_names[b], channel);
+      if (j > 2) continue;
+      model.covariance[a * n + b] +=
+          more(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    }
+  }
+}
+
+void DescribeReferenceError(std::span<const Trail> trails, TraceResult* result) {
+  if (std::none_of(trails.begin(), trails.end(), HasReference)) return;
+  const ReferenceUncertainty said = Said(trails);
+  if (!said.said()) {
+    result->reference_error = kRelativeToReference;
+    return;
+  }
+  const ReferenceError error = MakeReferenceError(said, Ranges_deg(trails));
+  result->reference_uncertainty = 0.0;
+  for (std::size_t c = 0; c < 3; ++c)
+    result->reference_uncertainty = std::max(result->reference_uncertainty, error.OfScale(c));
+  result->reference_error = fmt::format(
+      "the errors of scale factors and matrix contain the reference's own uncertainty, {:.2g} of "
+      "the scale factor at most{}",
+      result->reference_uncertainty,
+      said.scale ? "" : "; nothing is said of its scale, to which they are relative");
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,22 @@
+// The uncertainty of the reference itself in what a trace says.
+#pragma once
+
+#include <span>
+
+#include "calibration/trace/channel_report.h"
+#include "calibration/trace/trace_result.h"
+#include "calibration/trace/trail.h"
+
+namespace gyrobench::calibration {
+
+// Adds it (calibration/reference_error.h) to the errors of the channel's scale factor and
+// cross-axis parts, in what the trace, the model and the row for the matrix say of them, the
+// model's covariance among them. The eccentricity of the certificate is left out where the channel
+// found an eccentricity and took it off. Where one of the inputs with a reference says nothing of
+// it, nothing is added.
+void AddReferenceError(std::span<const Trail> trails, std::size_t channel, TracedChannel* traced);
+
+// Fills TraceResult::reference_error and reference_uncertainty.
+void DescribeReferenceError(std::span<const Trail> trails, TraceResult* result);
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,18 @@
+// Names in the head of a table that were meant to be one of the format's own.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace gyrobench::recording {
+
+// The key that an unknown one of a table's head was most likely meant to be: written otherwise
+// (Gear-Ratio), mistyped, cut short (site_latitude), or in another unit (mount_x_rad). Empty where
+// it is no such thing.
+std::string NearestKey(std::string_view key);
+
+// The same of a column: gyro_z_deg_s for gyro_z_dps, temp_degC for temperature, ref_angle_z_deg for
+// ref_z_deg. A further quantity (supply_v, humidity, temp_board_degC, gyro_supply_v) is none.
+std::string NearestColumn(std::string_view column);
+
+}  // namespace gyrobench::recording
