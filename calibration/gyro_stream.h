@@ -43,6 +43,8 @@ class GyroStream {
   const std::array<std::int64_t, 3>& valid_samples() const { return valid_samples_; }
   const DefectLog& defects() const { return defects_; }
   const std::vector<BadStretch>& bad() const { return bad_; }
+  // The latest samples, mended.
+  const GyroRing& ring() const { return ring_; }
 
   // The integral at `t_s`. False when that time is not, or no longer, remembered.
   bool IntegralAt(double t_s, IntegralMark* mark) const { return ring_.IntegralAt(t_s, mark); }

@@ -1,0 +1,123 @@
+"""The Cramer-Rao bound of a simulated hand, by numerical derivatives of noiseless observables.
+
+Observables: in each rest the mean of the accelerometer; in rests of a sensor that lies still also the mean of the
+gyro. Unknown besides the parameters are the gravity of the first rest, the noise that the gyro adds to each turn
+(and, in a hand, within each rest), and the walk of its offset from one rest to the next; all are Gaussian with the
+generator's own standard deviations, and are integrated out by their information.
+"""
+import numpy as np
+
+from hand import DEG, EARTH_DEG_S, rotation
+
+
+def integrate(rate, dt):
+    """Rotation over samples first .. last."""
+    a, b = rate[:-1], rate[1:]
+    r = np.eye(3)
+    for part in rotation(0.5 * dt * (a + b) + dt * dt / 12.0 * np.cross(a, b)):
+        r = r @ part
+    return r
+
+
+def bound(hand, truth, m, g, t, with_gravity):
+    """Standard deviations of M (9), T in its own frame (6: scales, shears), o (3), and G (9) where asked for."""
+    rests, dt = truth.rests, truth.dt
+    n = len(rests)
+    q = np.linalg.svd(truth.t / np.linalg.norm(truth.t, axis=1)[:, None])
+    q = q[0] @ q[2]
+    # Motion in the accelerometer's frame.
+    rate = truth.rate @ q.T
+    r_wn = truth.r @ q.T
+    up = r_wn[:, 2, :]
+    m_inverse = np.linalg.inv(m)
+    # Rotations from the middle of what is known to the next, and the integral of R over each turn.
+    turns, lengths = [], []
+    for (a, b), (c, _) in zip(rests[:-1], rests[1:]):
+        part = slice(b, c + 1)
+        local = np.einsum("ji,njk->nik", r_wn[b], r_wn[part])
+        w = np.ones(len(local)) * dt
+        w[0] = w[-1] = 0.5 * dt
+        s = (np.arange(len(local)) / (len(local) - 1))
+        by_w = np.einsum("n,nac,nj->acj", w, local, rate[part])
+        by_f = np.einsum("n,nac,nj->acj", w, local, up[part])
+        by_b = np.einsum("n,nac->ac", w, local)
+        turns.append((local[-1], by_w, by_f, by_b))
+        lengths.append((c - b) * dt)
+    rest_s = np.array([(b - a) * dt for a, b in rests])
+    mid = [(a + b) // 2 for a, b in rests]
+    g_at = [up[a:b + 1].mean(axis=0) / np.linalg.norm(up[a:b + 1].mean(axis=0)) for a, b in rests]
+    # Unknowns: M9 d3 sigma3 o3 | G9 | per rest: gravity as two tangent components, offset 3
+    base = 18 + (9 if with_gravity else 0)
+    size = base + 5 * n
+    info = np.zeros((size, size))
+
+    def tangent(v):
+        e = np.eye(3)[np.argmin(np.abs(v))]
+        x = np.cross(v, e)
+        x /= np.linalg.norm(x)
+        return np.column_stack([x, np.cross(v, x)])
+
+    tangents = [tangent(v) for v in g_at]
+    d = np.linalg.norm(t, axis=1)
+    s = t / d[:, None]
+    pairs = [(1, 2), (2, 0), (0, 1)]
+    sa2 = hand.accel_noise_g_sqrt_s**2
+    nn = (hand.walk_deg_sqrt_s * DEG)**2
+    kk = (hand.bias_walk * DEG)**2
+
+    def add(rows, variance):
+        nonlocal info
+        info += rows.T @ rows / variance
+
+    for k in range(n):
+        at = base + 5 * k
+        rows = np.zeros((3, size))
+        rows[:, at:at + 2] = t @ tangents[k]
+        for i in range(3):
+            rows[i, 9 + i] = s[i] @ g_at[k]
+        for p, (i, j) in enumerate(pairs):
+            step = 1e-6
+            moved = s.copy()
+            for (u, v) in ((i, j), (j, i)):
+                moved[u, v] += step
+            for u in (i, j):
+                off = np.delete(moved[u], u)
+                moved[u, u] = np.sqrt(1 - off @ off)
+            rows[:, 12 + p] = d * ((moved - s) / step @ g_at[k])
+        rows[:, 15:18] = np.eye(3)
+        add(rows, sa2 / rest_s[k])
+        if not hand.trembles:
+            rows = np.zeros((3, size))
+            rows[:, at + 2:at + 5] = np.eye(3) * rest_s[k]
+            if with_gravity:
+                for i in range(3):
+                    rows[i, 18 + 3 * i:21 + 3 * i] = rest_s[k] * g_at[k]
+            add(rows, nn * rest_s[k] + kk * rest_s[k]**3 / 12)
+        if k + 1 == n:
+            break
+        r, by_w, by_f, by_b = turns[k]
+        nxt = at + 5
+        to_next = tangents[k + 1].T @ r.T
+        lever = to_next @ np.array([[0, -g_at[k][2], g_at[k][1]], [g_at[k][2], 0, -g_at[k][0]], [-g_at[k][1], g_at[k][0], 0]])
+        rows = np.zeros((2, size))
+        for i in range(3):
+            for j in range(3):
+                rows[:, 3 * i + j] = lever @ (-by_w[:, :, j] @ m_inverse[:, i])
+                if with_gravity:
+                    rows[:, 18 + 3 * i + j] = lever @ (-by_f[:, :, j] @ m_inverse[:, i])
+        rows[:, at:at + 2] = to_next @ tangents[k]
+        rows[:, nxt:nxt + 2] = -np.eye(2)
+        half = lever @ (-by_b @ m_inverse) / 2
+        rows[:, at + 2:at + 5] = half
+        rows[:, nxt + 2:nxt + 5] = half
+        # In a hand the gyro carries gravity through half of each rest as well, whose mean is a third as noisy.
+        extra = (rest_s[k] + rest_s[k + 1]) / 3 if hand.trembles else 0.0
+        add(rows, nn * (lengths[k] + extra) + kk * lengths[k]**3 / 12)
+        walk = np.zeros((3, size))
+        walk[:, at + 2:at + 5] = -np.eye(3)
+        walk[:, nxt + 2:nxt + 5] = np.eye(3)
+        add(walk, kk * (lengths[k] + (rest_s[k] + rest_s[k + 1]) / 2))
+    covariance = np.linalg.inv(info)
+    deviation = np.sqrt(np.diag(covariance))[:base]
+    deviation[18:] /= DEG
+    return deviation
