@@ -12,7 +12,8 @@ namespace {
 using Eigen::Index;
 
 constexpr int kSteps = 12;
-constexpr double kConverged = 1e-3;  // of a standard error
+// Of a standard error, or of a parameter: a matrix element, a g, a rad/s/g.
+constexpr double kConverged = 1e-3, kConvergedBy = 1e-7;
 constexpr double kFalseMisfit = 1e-3;
 constexpr double kMostLeftOut = 0.2;
 
@@ -43,7 +44,8 @@ class Fitter {
       LinearizeHere();
       fit_.solution = SolveModel(fit_.model, fit_.noise);
       if (!fit_.solution.positive || !fit_.solution.parameters.allFinite()) return false;
-      fit_.converged = StepSize(fit_.solution) < kConverged;
+      fit_.converged = StepSize(fit_.solution) < kConverged ||
+                       fit_.solution.parameters.cwiseAbs().maxCoeff() < kConvergedBy;
       if (fit_.converged) return true;
       Move(fit_.solution, fit_.extent, &fit_.state);
       if (!fit_.state.m.allFinite() || fit_.state.m.norm() > 100.0 ||
@@ -52,7 +54,8 @@ class Fitter {
     }
     LinearizeHere();
     fit_.solution = SolveModel(fit_.model, fit_.noise);
-    return fit_.solution.positive;
+    fit_.converged = fit_.solution.positive && StepSize(fit_.solution) < 0.1;
+    return fit_.converged;
   }
 
   void LinearizeHere() {
@@ -72,9 +75,10 @@ class Fitter {
       const bool turn = factor.kind == FactorKind::kTurn;
       if (!factor.used || (!turn && factor.kind != FactorKind::kAccel)) continue;
       factor.used = false;
-      const double without = SolveModel(fit_.model, fit_.noise).residual_square;
+      const ArrowSystem::Solution without = SolveModel(fit_.model, fit_.noise);
       factor.used = true;
-      const double gain = std::max(0.0, all - without);
+      if (!without.positive) continue;  // a rest between two turns that are left out
+      const double gain = std::max(0.0, all - without.residual_square);
       (turn ? turns : means).push_back(gain / static_cast<double>(factor.rows));
       const boost::math::chi_squared law(static_cast<double>(factor.rows));
       const double p = boost::math::cdf(boost::math::complement(law, gain));

@@ -10,6 +10,7 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kRad = std::numbers::pi / 180.0;
+constexpr double kUsualAngleWalk = 3.5e-3 * kRad;
 constexpr double kUsualBiasWalk = 1e-4 * kRad;
 constexpr double kUsualStillness = 2.0;
 const double kPriorWidth = std::log(4.0);
@@ -26,7 +27,8 @@ HoldNoise At(const std::vector<double>& logs, const HoldNoise& start) {
 }
 
 double Prior(const HoldNoise& noise) {
-  return Square(std::log(noise.bias_random_walk / kUsualBiasWalk) / kPriorWidth) +
+  return Square(std::log(noise.angle_random_walk / kUsualAngleWalk) / kPriorWidth) +
+         Square(std::log(noise.bias_random_walk / kUsualBiasWalk) / kPriorWidth) +
          Square(std::log(noise.stillness / kUsualStillness) / kPriorWidth);
 }
 
@@ -51,7 +53,7 @@ HoldNoise EstimateNoise(const LinearModel& model, const HoldNoise& start) {
   const std::vector<double> at = {std::log(start.angle_random_walk),
                                   std::log(start.bias_random_walk), std::log(start.pose_scatter_g),
                                   std::log(start.stillness)};
-  const std::vector<double> low = {at[0] - 3.0, std::log(kUsualBiasWalk) - 5.0, scatter - 6.0,
+  const std::vector<double> low = {at[0] - 5.0, std::log(kUsualBiasWalk) - 5.0, scatter - 6.0,
                                    std::log(kUsualStillness) - 4.0};
   const std::vector<double> high = {at[0] + 5.0, std::log(kUsualBiasWalk) + 6.0, scatter + 5.0,
                                     std::log(kUsualStillness) + 4.0};

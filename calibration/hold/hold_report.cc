@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "calibration/statistics.h"
 #include "calibration/vector/axis_split.h"
 #include "calibration/vector/matrix_inverse.h"
 
@@ -41,7 +42,9 @@ class Reporter {
   Reporter(const HeldChain& chain, const HoldFit& fit, HoldResult* out)
       : chain_(chain), fit_(fit), out_(*out) {
     const ArrowSystem::Solution solution = SolveWithMeanOffset(fit.model, fit.noise);
-    covariance_ = solution.covariance;
+    // The noise is known from few turns: grown so that 1.96 standard errors hold 95 %.
+    const double grow = StudentInflation(TurnFreedom(fit));
+    covariance_ = grow * grow * solution.covariance;
     at_offset_ = fit.extent.Parameters();
   }
 

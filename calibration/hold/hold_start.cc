@@ -160,6 +160,7 @@ Scatter AboutLine(const std::vector<Vector3d>& values) {
 // Means of the accelerometer, freed of the tilt that the gyro sees, and of the rate over batches.
 struct Batches {
   std::vector<Vector3d> accel_g, rate;
+  double length_s = 0.0;  // of all together
 };
 
 Batches BatchesOf(std::span<const Epoch> epochs, const HeldRest& rest, const HoldState& state,
@@ -180,6 +181,7 @@ Batches BatchesOf(std::span<const Epoch> epochs, const HeldRest& rest, const Hol
     if (length_s < kBatch_s) continue;
     out.accel_g.push_back(accel / length_s);
     out.rate.push_back(state.unit * turned / length_s);
+    out.length_s += length_s;
     accel.setZero();
     turned.setZero();
     length_s = 0.0;
@@ -236,7 +238,7 @@ RestNoise NoiseWithinRests(const HeldChain& chain, const HoldState& state) {
     const HeldRest& rest = chain.rests[k];
     const Batches batches = BatchesOf(EpochsOf(chain, k, rest.epochs), rest, state, state.nodes[k]);
     if (batches.rate.size() < 3) continue;
-    const double batch_s = rest.duration_s() / static_cast<double>(batches.rate.size());
+    const double batch_s = batches.length_s / static_cast<double>(batches.rate.size());
     const Scatter a = AboutLine(batches.accel_g), w = AboutLine(batches.rate);
     accel += a.square * batch_s;
     degrees += 3 * a.degrees;

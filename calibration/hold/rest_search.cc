@@ -116,7 +116,13 @@ class Search {
     if (!(out_.motion_level > kHeapsApart * out_.rest_level)) return out_;
     std::vector<EpochRange> found = Below();
     DropShaken(&found);
-    for (const EpochRange& range : found) Cut(Trimmed(range));
+    for (EpochRange& range : found) range = Trimmed(range);
+    std::erase_if(found, [](const EpochRange& range) { return range.first >= range.last; });
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const std::size_t before = out_.rests.empty() ? 0 : out_.rests.back().last + 1;
+      const std::size_t after = i + 1 < found.size() ? found[i + 1].first - 1 : epochs_.size();
+      Cut(Extended(found[i], before, after));
+    }
     return out_;
   }
 
@@ -198,6 +204,37 @@ class Search {
     while (range.first < range.last && level_[range.first] > limit) ++range.first;
     while (range.first < range.last && level_[range.last - 1] > limit) --range.last;
     return range;
+  }
+
+  // The window has cut half of itself off at both ends: back to where single epochs leave what the
+  // rest is like.
+  EpochRange Extended(EpochRange range, std::size_t before, std::size_t after) const {
+    const Likeness rate = LikenessOf(range, RateOf), accel = LikenessOf(range, AccelOf);
+    const auto alike = [&](std::size_t i) {
+      return epochs_[i].usable && epochs_[i].accel_g.allFinite() &&
+             rate.Holds(RateOf(epochs_[i])) && accel.Holds(AccelOf(epochs_[i]));
+    };
+    while (range.first > before && alike(range.first - 1)) --range.first;
+    while (range.last < after && alike(range.last)) ++range.last;
+    // A hand pulls before it is seen to: the outermost epoch is not trusted.
+    return {range.first + 1, range.last - 1};
+  }
+
+  // Mean of a rest's epochs and the largest distance from it that belongs to the rest: 2.3 times the
+  // root mean square, four standard deviations of each axis.
+  struct Likeness {
+    Vector3d mean = Vector3d::Zero();
+    double widest2 = 0.0;
+    bool Holds(const Vector3d& value) const { return (value - mean).squaredNorm() <= widest2; }
+  };
+  template <typename Value>
+  Likeness LikenessOf(const EpochRange& range, const Value& value) const {
+    Likeness out;
+    const auto n = static_cast<double>(range.last - range.first);
+    for (std::size_t i = range.first; i < range.last; ++i) out.mean += value(epochs_[i]) / n;
+    for (std::size_t i = range.first; i < range.last; ++i)
+      out.widest2 += 2.3 * 2.3 / n * (value(epochs_[i]) - out.mean).squaredNorm();
+    return out;
   }
 
   // Into pieces that turn by little.

@@ -1,22 +1,13 @@
-"""The Cramer-Rao bound of a simulated hand, by numerical derivatives of noiseless observables.
+"""The Cramer-Rao bound of a simulated hand, by quadrature of the generator's own motion and its own noise.
 
-Observables: in each rest the mean of the accelerometer; in rests of a sensor that lies still also the mean of the
-gyro. Unknown besides the parameters are the gravity of the first rest, the noise that the gyro adds to each turn
-(and, in a hand, within each rest), and the walk of its offset from one rest to the next; all are Gaussian with the
-generator's own standard deviations, and are integrated out by their information.
+Observables: in each rest the mean of the accelerometer and the integral of the gyro, in each turn where gravity
+ends up. Unknown besides the parameters are gravity and the gyro's offset in each rest; in a hand also how the
+sensor turned in a rest, which the tremble keeps small. The walk of the offset is Gaussian with the generator's own
+standard deviation. No sample of the gyro or the accelerometer is left out, of the rests as they truly are.
 """
 import numpy as np
 
-from hand import DEG, EARTH_DEG_S, rotation
-
-
-def integrate(rate, dt):
-    """Rotation over samples first .. last."""
-    a, b = rate[:-1], rate[1:]
-    r = np.eye(3)
-    for part in rotation(0.5 * dt * (a + b) + dt * dt / 12.0 * np.cross(a, b)):
-        r = r @ part
-    return r
+from hand import DEG
 
 
 def bound(hand, truth, m, g, t, with_gravity):
@@ -30,21 +21,19 @@ def bound(hand, truth, m, g, t, with_gravity):
     r_wn = truth.r @ q.T
     up = r_wn[:, 2, :]
     m_inverse = np.linalg.inv(m)
-    # Rotations from the middle of what is known to the next, and the integral of R over each turn.
+    # Rotation of each turn and the integrals of it that the parameters act through.
     turns, lengths = [], []
     for (a, b), (c, _) in zip(rests[:-1], rests[1:]):
         part = slice(b, c + 1)
         local = np.einsum("ji,njk->nik", r_wn[b], r_wn[part])
         w = np.ones(len(local)) * dt
         w[0] = w[-1] = 0.5 * dt
-        s = (np.arange(len(local)) / (len(local) - 1))
         by_w = np.einsum("n,nac,nj->acj", w, local, rate[part])
         by_f = np.einsum("n,nac,nj->acj", w, local, up[part])
         by_b = np.einsum("n,nac->ac", w, local)
         turns.append((local[-1], by_w, by_f, by_b))
         lengths.append((c - b) * dt)
     rest_s = np.array([(b - a) * dt for a, b in rests])
-    mid = [(a + b) // 2 for a, b in rests]
     g_at = [up[a:b + 1].mean(axis=0) / np.linalg.norm(up[a:b + 1].mean(axis=0)) for a, b in rests]
     # Unknowns: M9 d3 sigma3 o3 | G9 | per rest: gravity as two tangent components, offset 3
     base = 18 + (9 if with_gravity else 0)
@@ -86,13 +75,13 @@ def bound(hand, truth, m, g, t, with_gravity):
             rows[:, 12 + p] = d * ((moved - s) / step @ g_at[k])
         rows[:, 15:18] = np.eye(3)
         add(rows, sa2 / rest_s[k])
-        if not hand.trembles:
-            rows = np.zeros((3, size))
-            rows[:, at + 2:at + 5] = np.eye(3) * rest_s[k]
-            if with_gravity:
-                for i in range(3):
-                    rows[i, 18 + 3 * i:21 + 3 * i] = rest_s[k] * g_at[k]
-            add(rows, nn * rest_s[k] + kk * rest_s[k]**3 / 12)
+        rows = np.zeros((3, size))
+        rows[:, at + 2:at + 5] = np.eye(3) * rest_s[k]
+        if with_gravity:
+            for i in range(3):
+                rows[i, 18 + 3 * i:21 + 3 * i] = rest_s[k] * g_at[k]
+        stirred = 2.0 * (hand.tremble_deg * DEG)**2 if hand.trembles else 0.0
+        add(rows, nn * rest_s[k] + kk * rest_s[k]**3 / 12 + stirred)
         if k + 1 == n:
             break
         r, by_w, by_f, by_b = turns[k]

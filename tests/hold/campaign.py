@@ -21,10 +21,11 @@ import hand as hands
 CLASSES = {
     "hand": dict(),
     "laid": dict(trembles=False),
+    "noisy gyro": dict(walk_deg_sqrt_s=0.012, bias_walk=4e-4),
     "few poses": dict(poses=15),
     "many poses": dict(poses=40),
     "g-sensitivity": dict(g_deg_s_g=0.05),
-    "laid, g-sensitivity": dict(trembles=False, g_deg_s_g=0.05),
+    "laid g-sensitivity": dict(trembles=False, g_deg_s_g=0.05),
 }
 
 

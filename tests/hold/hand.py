@@ -191,7 +191,7 @@ def make(hand):
         gyro = np.round(gyro * hand.lsb_per_deg_s) / hand.lsb_per_deg_s
         accel = np.round(accel * hand.accel_lsb_per_g) / hand.accel_lsb_per_g
     truth.rests, truth.rate, truth.r, truth.dt, truth.earth = rests, rate, r, dt, earth
-    truth.bias_mean = bias[resting].mean(axis=0)
+    truth.bias_mean = np.mean([bias[first:last + 1].mean(axis=0) for first, last in rests], axis=0)
     return truth, np.arange(n) * dt, gyro, accel
 
 
