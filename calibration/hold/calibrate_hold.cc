@@ -118,6 +118,10 @@ class Calibrator {
       out_.duration_s += input.duration_s;
       out_.inputs.push_back(input);
       if (out_.sensor.empty()) out_.sensor = input.info.sensor;
+      if (recording->unsigned_counts)
+        out_.remarks.push_back(fmt::format(
+            "{}: the gyro's counts lie about 32768 and are taken as unsigned, with 32768 as zero",
+            input.info.source));
       if (input.info.reference != ReferenceKind::kNone)
         out_.remarks.push_back(fmt::format(
             "{} has a reference of angle or orientation, which is not looked at here: gyrobench "

@@ -40,6 +40,7 @@ struct HoldRecording {
   std::int64_t accel_samples = 0;  // with all three axes
   double first_time_s = 0.0, last_time_s = 0.0;
   double median_interval_s = kMissing;
+  bool unsigned_counts = false;  // 32768 was taken off
 };
 
 }  // namespace gyrobench::calibration

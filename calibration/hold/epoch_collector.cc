@@ -29,11 +29,16 @@ void MarkUnusable(const std::vector<BadStretch>& bad, std::vector<Epoch>* epochs
 
 void EpochCollector::OnInfo(const MeasurementInfo& info) {
   info_ = info;
+  counts_.Start(info);
   gyro_.Start(info);
   epochs_.reserve(8192);
 }
 
 void EpochCollector::OnGyro(const GyroSample& sample) {
+  for (const GyroSample& ready : counts_.Add(sample)) Take(ready);
+}
+
+void EpochCollector::Take(const GyroSample& sample) {
   gyro_.Add(sample);
   const Vector3d accel_g = Vector(sample.accel_g);
   if (accel_g.allFinite()) ++accel_samples_;
@@ -111,24 +116,26 @@ void EpochCollector::MeansUntil(double end_s, Epoch* epoch) {
 
 HoldRecording EpochCollector::Take() const {
   EpochCollector rest = *this;  // with the epoch that is still open
+  for (const GyroSample& ready : rest.counts_.Flush()) rest.Take(ready);
   if (rest.is_open_) rest.Close();
   HoldRecording out;
   out.info = info_;
   out.epochs = std::move(rest.epochs_);
-  out.bad = gyro_.bad();
+  out.bad = rest.gyro_.bad();
   MarkUnusable(out.bad, &out.epochs);
-  out.samples = gyro_.samples();
-  out.valid_samples = gyro_.valid_samples();
-  out.accel_samples = accel_samples_;
-  if (gyro_.started()) {
-    out.first_time_s = gyro_.first_time_s();
-    out.last_time_s = gyro_.last_time_s();
+  out.samples = rest.gyro_.samples();
+  out.valid_samples = rest.gyro_.valid_samples();
+  out.accel_samples = rest.accel_samples_;
+  if (rest.gyro_.started()) {
+    out.first_time_s = rest.gyro_.first_time_s();
+    out.last_time_s = rest.gyro_.last_time_s();
   }
-  out.median_interval_s = gyro_.median_interval_s();
+  out.median_interval_s = rest.gyro_.median_interval_s();
   DefectLog all = reported_;
-  for (const Defect& defect : gyro_.defects().defects())
+  for (const Defect& defect : rest.gyro_.defects().defects())
     all.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
   out.defects = all.defects();
+  out.unsigned_counts = counts_.recognised();
   return out;
 }
 

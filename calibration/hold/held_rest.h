@@ -52,7 +52,7 @@ struct HeldChain {
 
 // The motion between two rests: longest that is followed. A hand needs seconds; after longer the
 // sensor was carried about.
-inline constexpr double kLongestTurn_s = 30.0;
+inline constexpr double kLongestTurn_s = 60.0;
 
 HeldRest ReduceRest(std::span<const Epoch> epochs, const EpochRange& range);
 HeldChain MakeChain(std::span<const HoldRecording* const> recordings,

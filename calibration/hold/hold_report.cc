@@ -153,7 +153,27 @@ class Reporter {
         Plain(Vector3d(covariance_.diagonal().segment<3>(kAtOffset).cwiseSqrt()));
     accelerometer.pose_scatter_g = fit_.noise.pose_scatter_g;
     accelerometer.split = SplitAxes(t);
+    if (accelerometer.split) {
+      // The frame is the accelerometer's own, by choice and without error.
+      accelerometer.split->mount_deg = accelerometer.split->mount_std_error_deg = {};
+      accelerometer.split->r_mount = PlainRows(Matrix3d::Identity());
+    }
+    accelerometer.check = SizeOfGravity();
     out_.vector.accelerometer = accelerometer;
+  }
+
+  GravityCheck SizeOfGravity() const {
+    const Matrix3d inverse = fit_.state.accel.Matrix().inverse();
+    double before = 0.0, after = 0.0;
+    const auto n = static_cast<double>(chain_.rests.size());
+    for (const HeldRest& rest : chain_.rests) {
+      before += std::pow(rest.accel_g.norm() - 1.0, 2) / n;
+      after += std::pow((inverse * (rest.accel_g - fit_.state.accel.offset_g)).norm() - 1.0, 2) / n;
+    }
+    GravityCheck check;
+    check.rms_before_g = std::sqrt(before);
+    check.rms_after_g = std::sqrt(after);
+    return check;
   }
 
   // Of T's elements, row by row, by scale and shear.

@@ -220,8 +220,8 @@ class Search {
     return {range.first + 1, range.last - 1};
   }
 
-  // Mean of a rest's epochs and the largest distance from it that belongs to the rest: 2.3 times the
-  // root mean square, four standard deviations of each axis.
+  // Mean of a rest's epochs and the largest distance from it that belongs to the rest: 2.3 times
+  // the root mean square, four standard deviations of each axis.
   struct Likeness {
     Vector3d mean = Vector3d::Zero();
     double widest2 = 0.0;

@@ -2,7 +2,8 @@
 
 Observables: in each rest the mean of the accelerometer and the integral of the gyro, in each turn where gravity
 ends up. Unknown besides the parameters are gravity and the gyro's offset in each rest; in a hand also how the
-sensor turned in a rest, which the tremble keeps small. The walk of the offset is Gaussian with the generator's own
+sensor turned in a rest, which the tremble keeps small. Which way is north is unknown too, so that the level part of
+the Earth's rotation is a nuisance of known size. The walk of the offset is Gaussian with the generator's own
 standard deviation. No sample of the gyro or the accelerometer is left out, of the rests as they truly are.
 """
 import numpy as np
@@ -36,9 +37,12 @@ def bound(hand, truth, m, g, t, with_gravity):
     rest_s = np.array([(b - a) * dt for a, b in rests])
     g_at = [up[a:b + 1].mean(axis=0) / np.linalg.norm(up[a:b + 1].mean(axis=0)) for a, b in rests]
     # Unknowns: M9 d3 sigma3 o3 | G9 | per rest: gravity as two tangent components, offset 3
-    base = 18 + (9 if with_gravity else 0)
+    parameters = 18 + (9 if with_gravity else 0)
+    base = parameters + 2
     size = base + 5 * n
     info = np.zeros((size, size))
+    level = 15.041 / 3600.0 * DEG * np.cos(hand.latitude_deg * DEG)
+    info[parameters:base, parameters:base] = np.eye(2) * 2.0 / level**2
 
     def tangent(v):
         e = np.eye(3)[np.argmin(np.abs(v))]
@@ -77,6 +81,7 @@ def bound(hand, truth, m, g, t, with_gravity):
         add(rows, sa2 / rest_s[k])
         rows = np.zeros((3, size))
         rows[:, at + 2:at + 5] = np.eye(3) * rest_s[k]
+        rows[:, parameters:base] = rest_s[k] * m @ r_wn[(rests[k][0] + rests[k][1]) // 2].T[:, :2]
         if with_gravity:
             for i in range(3):
                 rows[i, 18 + 3 * i:21 + 3 * i] = rest_s[k] * g_at[k]
@@ -94,6 +99,7 @@ def bound(hand, truth, m, g, t, with_gravity):
                 rows[:, 3 * i + j] = lever @ (-by_w[:, :, j] @ m_inverse[:, i])
                 if with_gravity:
                     rows[:, 18 + 3 * i + j] = lever @ (-by_f[:, :, j] @ m_inverse[:, i])
+        rows[:, parameters:base] = -lever @ r_wn[rests[k][1]].T[:, :2] * lengths[k]
         rows[:, at:at + 2] = to_next @ tangents[k]
         rows[:, nxt:nxt + 2] = -np.eye(2)
         half = lever @ (-by_b @ m_inverse) / 2
@@ -107,6 +113,6 @@ def bound(hand, truth, m, g, t, with_gravity):
         walk[:, nxt + 2:nxt + 5] = np.eye(3)
         add(walk, kk * (lengths[k] + (rest_s[k] + rest_s[k + 1]) / 2))
     covariance = np.linalg.inv(info)
-    deviation = np.sqrt(np.diag(covariance))[:base]
+    deviation = np.sqrt(np.diag(covariance))[:parameters]
     deviation[18:] /= DEG
     return deviation
