@@ -48,6 +48,8 @@ class GyroStream {
   // that come later.
   std::vector<Defect> defects() const;
   std::vector<BadStretch> bad() const;
+  // The latest samples, mended.
+  const GyroRing& ring() const { return ring_; }
 
   // The integral at `t_s`. False when that time is not, or no longer, remembered.
   bool IntegralAt(double t_s, IntegralMark* mark) const { return ring_.IntegralAt(t_s, mark); }

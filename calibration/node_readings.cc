@@ -69,6 +69,7 @@ ReadingsMean NodeReadings::Mean() const {
 }
 
 bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean, Near* near) const {
+  if (empty()) return false;
   IntegralMark mark;
   Vector3 sum = {};
   std::array<Vector3, kMost> at;

@@ -37,7 +37,7 @@ class NodeReadings {
   // What the reference says, and the times.
   ReadingsMean Mean() const;
   // Fills the means of the output's integral and, relative to that, of the integral at kNear_s from
-  // the readings. False where the gyro's samples do not reach.
+  // the readings. False where there is no reading, or the gyro's samples do not reach.
   bool AverageOutput(const GyroStream& gyro, ReadingsMean* mean, Near* near) const;
 
  private:

@@ -240,6 +240,27 @@ std::vector<Rest> RestsWithoutReference(const MeasurementInfo& info, const Colum
   return out;
 }
 
+namespace {
+
+// By the accelerometer: its mean changed its side along some axis.
+bool WasTurnedOver(const MeasurementInfo& info, const std::vector<Node>& nodes) {
+  constexpr double kSides_g = 1.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!info.accel_present[c] || !info.gyro_present[c]) return false;
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    double low = 0.0, high = 0.0;
+    for (const Node& node : nodes) {
+      low = std::fmin(low, node.accel_g[c]);
+      high = std::fmax(high, node.accel_g[c]);
+    }
+    if (high - low > kSides_g) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 void RemarkOnReference(const Estimation& estimation, std::vector<std::string>* remarks) {
   const MeasurementInfo& info = estimation.info;
   const std::vector<Node>& nodes = estimation.columns.nodes;
@@ -247,6 +268,11 @@ void RemarkOnReference(const Estimation& estimation, std::vector<std::string>* r
     remarks->push_back("no reference: the sensor is taken to be at rest; no scale factor");
     if (estimation.columns.rests.empty()) {
       remarks->push_back("no stretch at rest of 2 s was found: no bias");
+    }
+    if (WasTurnedOver(info, nodes)) {
+      remarks->push_back(
+          "gravity turned through the sensor: poses held still with turns by hand between them are "
+          "calibrated by gyrobench hold");
     }
     return;
   }

@@ -50,6 +50,7 @@ class CommandLine {
     AddRunCommands();
     AddRecordCommands();
     AddTraceCommand();
+    AddHoldCommand();
     AddApplyCommand();
     AddReportCommand();
   }
@@ -161,6 +162,20 @@ class CommandLine {
     AddTracing(trace);
     trace.add_flag("-q,--quiet", options_.quiet,
                    "Print nothing but errors and what --json asks for");
+  }
+
+  void AddHoldCommand() {
+    CLI::App& hold = Add("hold",
+                         "Calibrate without a stand: poses held still with turns by hand between "
+                         "them, gravity as the reference",
+                         "gyrobench hold poses.csv.gz --calibration mpu-17.json");
+    AddMeasurements(hold);
+    hold.add_option("--calibration", options_.calibration, "Calibration to write, for `apply`")
+        ->type_name("OUT.json");
+    hold.add_flag("--g-sensitivity", options_.g_sensitivity,
+                  "Keep the g-sensitivity in the model even where it is not seen");
+    hold.add_flag("-q,--quiet", options_.quiet,
+                  "Print nothing but errors and what --json asks for");
   }
 
   void AddApplyCommand() {

@@ -31,6 +31,7 @@ struct Options {
   std::filesystem::path report;       // trace: to write
   std::uint64_t seed = 1;             // trace
   bool any_sensor = false;            // apply
+  bool g_sensitivity = false;         // hold
   std::string format;                 // export, of a calibration
 };
 

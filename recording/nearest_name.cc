@@ -189,6 +189,7 @@ std::string NearestKey(std::string_view key) {
   for (const GeometryAngle& angle : AnglesOf(geometry)) known.emplace_back(angle.name);
   const std::vector<std::string> words = WordsOf(key);
   if (words.empty()) return "";
+  if (std::ranges::find(known, key) != known.end()) return std::string(key);
   for (const std::string& one : known) {
     if (IsNearKey(words, one)) return one;
   }

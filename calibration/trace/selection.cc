@@ -17,7 +17,7 @@ namespace {
 
 // How the chance of a false discovery is shared out; there may be a scan of ripple for each axis.
 constexpr double kShareOfCatalogue = 0.65, kShareOfProducts = 0.1, kShareOfCurves = 0.05,
-                 kShareOfScan = 0.05;
+                 kShareOfScan = 0.016;
 // A scan's place so near to its level may pass it when it is refined.
 constexpr double kNearLevel = 4.0;
 constexpr std::size_t kMostEffects = 12;

@@ -291,7 +291,8 @@ const std::vector<Row>& Rows() {
       {"angle.backlash",
        "upside_down",
        PlayBehindTable,
-       {{"b_inner", 0.06}},
+       // A node is the mean of its readings: where the play is crossed within one, to two percent.
+       {{"b_inner", 0.06, 0.0012}},
        EveryMotion,
        UpsideDown(),
        false},

@@ -37,7 +37,8 @@ TEST_P(EveryCommand, CallsAnUnknownOptionAnErrorOfUsage) {
 INSTANTIATE_TEST_SUITE_P(All, EveryCommand,
                          testing::Values("procedures", "check", "run", "status", "watch", "pause",
                                          "resume", "abort", "answer", "stop", "reset", "runs",
-                                         "show", "analyze", "export", "trace", "apply", "report"),
+                                         "show", "analyze", "export", "trace", "hold", "apply",
+                                         "report"),
                          [](const auto& tested) { return std::string(tested.param); });
 
 TEST(Gyrobench, ExplainsTheExitStatusesAndTheVersion) {

@@ -10,7 +10,8 @@ import unittest
 
 from bench import BIN, DEADLINE_S, ROOT, Bench
 
-PAGES = ["README.md", "docs/subscribe.md", "docs/control-api.md", "docs/trace.md", "docs/calibration.md"]
+PAGES = ["README.md", "docs/subscribe.md", "docs/control-api.md", "docs/trace.md", "docs/calibration.md",
+         "docs/hold.md"]
 NEED_A_RUN = {"docs/trace.md", "docs/calibration.md"}  # they show what one does after it
 BUILDS = re.compile(r"^(scripts/|cmake |ctest |git )", re.M)
 

@@ -1,5 +1,6 @@
 """The main job as a user does it: start the daemon, run procedures by name, read the results."""
 import json
+import math
 import signal
 import subprocess
 import unittest
@@ -37,6 +38,21 @@ class MainJob(unittest.TestCase):
             from_table = bench.json("analyze", table)
             from_table = from_table[0] if isinstance(from_table, list) else from_table
             self.assertAlmostEqual(from_table["scale"][0]["alpha"] / scale["alpha"], 1, delta=1e-7)
+
+    def test_the_references_certificate_goes_from_stand_file_to_record_table_and_analysis(self):
+        u = 0.003
+        with Bench(extra=f"[reference]\nscale_uncertainty = {u}\n") as bench:
+            self.assertEqual(bench.run(*SHORT_SCALE).returncode, 0)
+            record, table = bench.newest_record(), bench.folder / "run.csv"
+            self.assertEqual(bench.run("export", record.name, "-o", table).returncode, 0)
+            self.assertIn(f"# ref_scale_uncertainty = {u}", table.read_text().splitlines())
+            live = json.loads((record / "result.json").read_text())["scale"][0]
+            for source in (record, table):
+                scale = bench.json("analyze", source)["scale"][0]
+                expected = math.hypot(scale["alpha_statistical_std_error"], u * scale["alpha"])
+                self.assertAlmostEqual(scale["alpha_std_error"] / expected, 1, delta=1e-9)
+                self.assertAlmostEqual(scale["alpha_std_error"] / live["alpha_std_error"], 1,
+                                       delta=1e-6)
 
     def test_a_run_ends_with_its_trace_and_report_which_the_record_reproduces(self):
         with Bench() as bench:

@@ -65,8 +65,8 @@ TEST_P(PlanOf, TakesTheTimeThatTheRunTakes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, PlanOf,
-                         ::testing::Values("bias", "scale", "poses", "rates", "full", "sweep",
-                                           "thermal"));
+                         ::testing::Values("bias", "scale", "poses", "hold", "rates", "full",
+                                           "sweep", "thermal"));
 
 TEST(Bias, AsksForCoolingAndPlacingThenRestsAndSoaks) {
   FakeBench bench;

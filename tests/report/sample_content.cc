@@ -246,7 +246,7 @@ ChannelTrace HostileChannel() {
 ReportContent ExplainedSample() {
   ReportContent content;
   content.provenance = SampleProvenance();
-  content.trace = {{SampleInput()}, {ExplainedChannel()}, {}, {}};
+  content.trace = {{SampleInput()}, {ExplainedChannel()}, {}, {}, {}};
   return content;
 }
 
@@ -349,7 +349,8 @@ ReportContent HostileSample() {
   content.trace = {{{kHostileText, -1, kMissing, {{kHostileText, 3, kMissing, kHostileText}}}},
                    {HostileChannel()},
                    {kHostileText},
-                   HostileVector()};
+                   HostileVector(),
+                   {}};
   content.analysis = SampleAnalysis();
   content.analysis->scale.front().unit = kHostileText;
   content.analysis->remarks = {kHostileText};

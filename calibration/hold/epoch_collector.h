@@ -1,0 +1,59 @@
+// A measurement of held poses in, epochs out.
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "calibration/defect_log.h"
+#include "calibration/gyro_stream.h"
+#include "calibration/hold/epoch.h"
+#include "calibration/hold/unsigned_counts.h"
+
+namespace gyrobench::calibration {
+
+// Takes the events of one measurement, in order. Angles and orientations of a reference are not
+// looked at: gravity is the reference here.
+class EpochCollector : public MeasurementSink {
+ public:
+  // Shortest epoch; one of a slow gyro lasts from one sample to the next. At 300 deg/s an axis
+  // turns by 15 deg in it, which the coning term holds to 1e-4 deg.
+  static constexpr double kEpoch_s = 0.05;
+
+  void OnInfo(const MeasurementInfo& info) override;
+  void OnGyro(const GyroSample& sample) override;
+  void OnAngle(const AngleSample& /*sample*/) override {}
+  void OnOrientation(const OrientationSample& /*sample*/) override {}
+  void OnTickPair(const TickPair& /*pair*/) override {}
+  void OnSegment(const SegmentMark& /*mark*/) override {}
+  void OnDefect(const Defect& defect) override;
+
+  // What has been collected so far. Changes nothing.
+  HoldRecording Take() const;
+
+ private:
+  // What the accelerometer and the thermometer say until the gyro's samples are settled.
+  struct Beside {
+    double t_s = 0.0;
+    Eigen::Vector3d accel_g;
+    double temperature_degC = kMissing;
+  };
+
+  void Take(const GyroSample& sample);
+  void TakeSettled();
+  void AddInterval(const GyroRing::Point& from, const GyroRing::Point& to);
+  void Close();
+  void MeansUntil(double end_s, Epoch* epoch);
+
+  MeasurementInfo info_;
+  UnsignedCounts counts_;
+  GyroStream gyro_;
+  DefectLog reported_;
+  std::vector<Epoch> epochs_;
+  std::deque<Beside> beside_;
+  Epoch open_;
+  bool is_open_ = false;
+  std::int64_t next_ = 1;  // sample of the ring that ends the next interval
+  std::int64_t accel_samples_ = 0;
+};
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,151 @@
+#include "calibration/hold/hold_findings.h"
+
+#include <fmt/format.h>
+
+#include <boost/math/distributions/chi_squared.hpp>
+#include <cmath>
+#include <numbers>
+
+namespace gyrobench::calibration {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kDeg = 180.0 / std::numbers::pi;
+// Noise of turns over that of the rests: below it nothing is worth a word.
+constexpr double kNoisier = 1.5;
+// Scatter from pose to pose over the noise of a mean.
+constexpr double kScatters = 3.0;
+
+std::vector<Index> ColumnsFrom(Index first, Index count) {
+  std::vector<Index> columns;
+  for (Index i = 0; i < count; ++i) columns.push_back(first + i);
+  return columns;
+}
+
+// The element that is the most standard errors from zero.
+Index Largest(const WaldTest& test) {
+  Index largest = 0;
+  test.values.cwiseQuotient(test.std_errors).cwiseAbs().maxCoeff(&largest);
+  return largest;
+}
+
+void AddBentGyro(const HeldChain& chain, const HoldFit& fit, double latitude_rad,
+                 std::vector<HoldFinding>* out) {
+  constexpr std::array<const char*, 3> kShapes = {"differs between the two directions (|w|)",
+                                                  "changes evenly with the rate (w^2)",
+                                                  "changes with the size of the rate (w |w|)"};
+  ModelExtent extent = fit.extent;
+  extent.bent_gyro = true;
+  HoldFit copy = fit;
+  copy.model = Linearize(chain, fit.state, extent, latitude_rad);
+  const ArrowSystem::Solution solution = SolveModel(copy.model, fit.noise);
+  if (!solution.positive) return;
+  const std::vector<Index> columns = ColumnsFrom(extent.AtBentGyro(), 9);
+  const WaldTest test =
+      TestColumns(solution, solution.parameters(columns), columns, TurnFreedom(fit) - 9.0);
+  if (!(test.p_value < kSeen)) return;
+  const Index worst = Largest(test);
+  HoldFinding finding;
+  finding.test = "scale.bent";
+  finding.channels = std::string(1, "xyz"[worst % 3]);
+  finding.p_value = test.p_value;
+  finding.says = fmt::format(
+      "the gyro's scale factor is not constant, mostly that of {}, which {}: turn on a stand at "
+      "several rates both ways and trace it",
+      finding.channels, kShapes.at(static_cast<std::size_t>(worst / 3)));
+  out->push_back(finding);
+}
+
+void AddBentAccel(const HeldChain& chain, const HoldFit& fit, double latitude_rad,
+                  std::vector<HoldFinding>* out) {
+  ModelExtent extent = fit.extent;
+  extent.bent_accel = true;
+  const LinearModel model = Linearize(chain, fit.state, extent, latitude_rad);
+  const ArrowSystem::Solution solution = SolveModel(model, fit.noise);
+  if (!solution.positive) return;
+  const std::vector<Index> columns = ColumnsFrom(extent.AtBentAccel(), 6);
+  const double freedom = 3.0 * static_cast<double>(chain.rests.size()) -
+                         2.0 * static_cast<double>(chain.rests.size()) + TurnFreedom(fit) - 15.0;
+  const WaldTest test = TestColumns(solution, solution.parameters(columns), columns, freedom);
+  if (!(test.p_value < kSeen)) return;
+  const Index worst = Largest(test);
+  HoldFinding finding;
+  finding.test = "accel.bent";
+  finding.channels = std::string(1, "xyz"[worst % 3]);
+  finding.p_value = test.p_value;
+  finding.says = fmt::format(
+      "the accelerometer is not linear, mostly {}: {:.2g} g at 1 g beyond scale and offset ({}); "
+      "the matrix takes it for a straight one",
+      finding.channels, test.values[worst], worst < 3 ? "even, a^2" : "odd, a^3");
+  out->push_back(finding);
+}
+
+void AddTurnNoise(const HoldFit& fit, const RestNoise& rests, std::vector<HoldFinding>* out) {
+  const double ratio = fit.noise.angle_random_walk / rests.median_angle_random_walk;
+  if (!(ratio > kNoisier)) return;
+  const double freedom = TurnFreedom(fit);
+  const boost::math::chi_squared law(freedom);
+  const double p = boost::math::cdf(boost::math::complement(law, freedom * ratio * ratio));
+  if (!(p < kSeen)) return;
+  HoldFinding finding;
+  finding.test = "turn_noise";
+  finding.p_value = p;
+  finding.says = fmt::format(
+      "turns scatter {:.1f} times more than the gyro's noise at rest explains ({:.2g} against "
+      "{:.2g} deg/sqrt(s)): time stamps that jitter, samples that were lost, a scale factor that "
+      "is "
+      "not constant, or a sensor that is loose; the errors here count the larger one",
+      ratio, kDeg * fit.noise.angle_random_walk, kDeg * rests.median_angle_random_walk);
+  out->push_back(finding);
+}
+
+void AddPoseScatter(const HeldChain& chain, const HoldFit& fit, std::vector<HoldFinding>* out) {
+  double length_s = 0.0;
+  for (const HeldRest& rest : chain.rests)
+    length_s += rest.duration_s() / static_cast<double>(chain.rests.size());
+  const double mean_g = fit.noise.accel_density / std::sqrt(length_s);
+  if (!(fit.noise.pose_scatter_g > kScatters * mean_g)) return;
+  HoldFinding finding;
+  finding.test = "pose_scatter";
+  finding.says = fmt::format(
+      "the accelerometer's means scatter by {:.2g} mg from pose to pose, its noise within a rest "
+      "explains {:.2g} mg: a hand that pulls, a temperature that changes, or an accelerometer that "
+      "is not linear; the errors here count it",
+      1e3 * fit.noise.pose_scatter_g, 1e3 * mean_g);
+  out->push_back(finding);
+}
+
+}  // namespace
+
+std::vector<HoldFinding> GSensitivitySeen(const HoldFit& fit) {
+  std::vector<HoldFinding> out;
+  for (Index c = 0; c < 3; ++c) {
+    const std::vector<Index> columns = ColumnsFrom(fit.extent.AtGSensitivity() + 3 * c, 3);
+    const WaldTest test = TestColumns(fit.solution, fit.state.g_sensitivity.row(c).transpose(),
+                                      columns, TurnFreedom(fit) - 9.0);
+    if (!(test.p_value < kSeen)) continue;
+    HoldFinding finding;
+    finding.test = "bias.g_linear";
+    finding.channels = std::string(1, "xyz"[c]);
+    finding.p_value = test.p_value;
+    finding.in_model = true;
+    finding.says =
+        fmt::format("g-sensitivity seen on {}: {:.3g} deg/s/g at most, along {}", finding.channels,
+                    kDeg * test.values[Largest(test)], "xyz"[Largest(test)]);
+    out.push_back(finding);
+  }
+  return out;
+}
+
+std::vector<HoldFinding> WhatIsLeft(const HeldChain& chain, const HoldFit& fit,
+                                    const RestNoise& rests, double latitude_rad) {
+  std::vector<HoldFinding> out;
+  AddBentGyro(chain, fit, latitude_rad, &out);
+  AddBentAccel(chain, fit, latitude_rad, &out);
+  AddTurnNoise(fit, rests, &out);
+  AddPoseScatter(chain, fit, &out);
+  return out;
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,31 @@
+// Where the fit of held poses begins, and what the rests alone say of the noise.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "calibration/hold/hold_model.h"
+
+namespace gyrobench::calibration {
+
+// Accelerometer from |g| = 1 by a sphere through the rests' means; the gyro's matrix as nominal
+// (`units_per_deg_s`) or from the turns themselves, whichever leaves less: while gravity turns
+// through the sensor, d g = g x (A dz), linear in A, which needs neither sensitivity nor the right
+// order or sign of axes. `offset`: of the gyro, output units. nullopt where neither is to be had.
+std::optional<HoldState> StartState(const HeldChain& chain, const Eigen::Vector3d& offset,
+                                    std::optional<double> units_per_deg_s);
+
+// Angle random walk and the accelerometer's density from the scatter of means over 0.4 s within the
+// rests, about a straight line each. `angle_random_walk` of the steadier rests; a hand's tremble
+// can only make it larger.
+struct RestNoise {
+  double angle_random_walk = kMissing;         // rad/sqrt(s), of the quietest fifth
+  double median_angle_random_walk = kMissing;  // of the median rest
+  double accel_density = kMissing;             // g sqrt(s)
+};
+RestNoise NoiseWithinRests(const HeldChain& chain, const HoldState& state);
+
+// |g_{k+1} - R^T g_k| of each turn [rad]; NaN of links that are no turn.
+std::vector<double> TurnMisses(const HeldChain& chain, const HoldState& state);
+
+}  // namespace gyrobench::calibration
