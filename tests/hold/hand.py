@@ -208,7 +208,7 @@ def write(path, hand, t, gyro, accel, unit="lsb", give_sensitivity=True, zero=0.
         if unit == "lsb":
             if give_sensitivity:
                 out.write(f"# gyro_lsb_per_deg_s = {hand.lsb_per_deg_s:g}\n")
-            gyro = np.round(gyro * hand.lsb_per_deg_s) + zero
+            gyro = np.clip(np.round(gyro * hand.lsb_per_deg_s), -32768, 32767) + zero  # a converter of 16 bits
         if unit == "rad_s":
             gyro = gyro * DEG
         out.write(f"# site_latitude_deg = {hand.latitude_deg:g}\n")
