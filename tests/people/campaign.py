@@ -16,6 +16,7 @@ import concurrent.futures
 import json
 import pathlib
 import shutil
+import signal
 import sys
 import time
 import traceback
@@ -209,4 +210,6 @@ def main(arguments):
 
 
 if __name__ == "__main__":
+    # Told to end, it finishes the job under way, so that no daemon is left behind.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     sys.exit(main(sys.argv[1:]))
