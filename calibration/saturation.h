@@ -62,8 +62,8 @@ class SaturationWatch {
   bool IsStuck(const Channel& channel, const End& end) const;
 
   bool counts_ = true;
-  std::optional<double> zero_;  // given
-  UnsignedCounts range_;        // of all channels, in counts of the converter
+  std::optional<double> zero_;       // given
+  gyrobench::UnsignedCounts range_;  // of all channels, in counts of the converter
   std::array<Channel, 3> channels_;
 };
 
