@@ -16,8 +16,8 @@ constexpr double kBridgedIntervals = 4.5;
 constexpr double kShortestGap_s = 0.05;
 
 // Wild samples (see the class).
-constexpr double kWildBends = 8.0;
-constexpr double kWildAcceleration_deg_s2 = 5000.0;
+constexpr double kWildBends = 8.0, kWildInQuietBends = 40.0;
+constexpr double kWildAcceleration_deg_s2 = 5000.0, kWildInQuiet_deg_s2 = 1000.0;
 constexpr double kNeighboursAgree = 0.25;
 constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity is not known
 // Beyond these a number is no measurement; squares of it would overflow.
@@ -109,8 +109,7 @@ void GyroStream::MendNewest(double next_t_s, const Vector3& next) {
     const double line = before.xi[c] + (next[c] - before.xi[c]) * before_s / (before_s + after_s);
     const double off = std::fabs(newest.xi[c] - line);
     if (bends_ >= static_cast<std::int64_t>(kBends) &&
-        off > kWildAcceleration_deg_s2 * per_deg_s_ * std::max(before_s, after_s) &&
-        IsWild(c, off, next[c])) {
+        IsWild(c, off, off / (per_deg_s_ * std::max(before_s, after_s)), next[c])) {
       Bridge(c, line);
     }
     const double chord =
@@ -120,12 +119,14 @@ void GyroStream::MendNewest(double next_t_s, const Vector3& next) {
   ++bends_;
 }
 
-bool GyroStream::IsWild(std::size_t c, double off, double next) const {
+bool GyroStream::IsWild(std::size_t c, double off, double off_deg_s2, double next) const {
+  if (off_deg_s2 < kWildInQuiet_deg_s2) return false;
   const double before = back(2).xi[c];
   const double apart = std::max(std::fabs(next - before), std::fabs(before - back(3).xi[c]));
   if (apart > kNeighboursAgree * off) return false;
   const double largest = *std::max_element(bend_[c].begin(), bend_[c].end());
-  return off > kWildBends * std::max(digit_, largest);
+  const double bends = off / std::max(digit_, largest);
+  return bends > (off_deg_s2 > kWildAcceleration_deg_s2 ? kWildBends : kWildInQuietBends);
 }
 
 // Puts the newest sample on the line.
