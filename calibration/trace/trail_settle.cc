@@ -9,8 +9,9 @@ namespace {
 
 constexpr std::size_t kShortestSettled = 6;
 constexpr std::size_t kEnds = 2;  // nodes that may creep already
-// Two nodes at rest differ by no more than so many of a node's errors.
-constexpr double kErrors = 8.0;
+// Two nodes at rest differ by less than the first, and by no more than the second, of a node's
+// errors.
+constexpr double kErrors = 8.0, kSurely = 6.0;
 
 // The best that a node's readings say of an axis.
 double Angle(const Node& node, std::size_t axis) {
@@ -34,16 +35,18 @@ double RestTolerance(const std::vector<Node>& nodes, std::size_t axis, double er
   const auto fifth = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 5);
   std::nth_element(changes.begin(), fifth, changes.end());
   // A fifth of normal changes is below 0.253 standard deviations.
-  return std::clamp(std::max(6.0 * *fifth / 0.253, 10.0 * resolution), 0.005,
-                    std::max(0.1, kErrors * error_deg));
+  // Rounded readings differ by nothing or by a part of a step, whose least difference is that of
+  // their printed digits.
+  return std::clamp(std::max(6.0 * *fifth / 0.253, 10.0 * resolution),
+                    std::max(0.005, kSurely * error_deg), std::max(0.1, kErrors * error_deg));
 }
 
 // Without the nodes at the ends that have left what the others are about: a motion that begins or
-// ends softly stays within the tolerance for a while.
-void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, std::size_t* begin,
-                 std::size_t* end) {
-  constexpr double kSigmas = 3.0;
-  constexpr double kLeast_deg = 1e-4;
+// ends softly stays within the tolerance for a while. What is left scatters as nodes at rest do.
+void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, double error_deg,
+                 std::size_t* begin, std::size_t* end) {
+  constexpr double kSigmas = 3.0, kScatter = 2.0;
+  constexpr double kLeast_deg = 1e-4, kLeastScatter_deg = 0.0025;
   std::vector<double> off;
   for (std::size_t k = *begin; k < *end; ++k) off.push_back(Angle(nodes[k], axis));
   const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
@@ -53,16 +56,30 @@ void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, std::size_t* 
   std::nth_element(off.begin(), middle, off.end());
   // Half of normal values are within 0.674 standard deviations.
   const double limit = kSigmas * std::max(*middle / 0.674, kLeast_deg);
-  auto leaves = [&](std::size_t k) { return std::fabs(Angle(nodes[k], axis) - median) > limit; };
-  while (*end > *begin + 1 && leaves(*end - 1)) --*end;
-  while (*end > *begin + 1 && leaves(*begin)) ++*begin;
+  auto away = [&](std::size_t k) { return std::fabs(Angle(nodes[k], axis) - median); };
+  while (*end > *begin + 1 && away(*end - 1) > limit) --*end;
+  while (*end > *begin + 1 && away(*begin) > limit) ++*begin;
+  double square = 0.0;
+  for (std::size_t k = *begin; k < *end; ++k) square += away(k) * away(k);
+  const double scatter_deg = std::max(kLeastScatter_deg, kScatter * error_deg);
+  while (*end > *begin + 1 &&
+         square > scatter_deg * scatter_deg * static_cast<double>(*end - *begin)) {
+    const bool last = away(*end - 1) > away(*begin);
+    const double left = away(last ? *end - 1 : *begin);
+    square -= left * left;
+    if (last) {
+      --*end;
+    } else {
+      ++*begin;
+    }
+  }
 }
 
 // Nodes [begin, end) of one axis.
-void Settle(const std::vector<Node>& nodes, std::size_t axis, std::size_t begin, std::size_t end,
-            SettledAngles* out) {
+void Settle(const std::vector<Node>& nodes, std::size_t axis, double error_deg, std::size_t begin,
+            std::size_t end, SettledAngles* out) {
   if (end < begin + kShortestSettled) return;
-  CutSoftEnds(nodes, axis, &begin, &end);
+  CutSoftEnds(nodes, axis, error_deg, &begin, &end);
   if (end < begin + kShortestSettled + 2 * kEnds) return;
   double sum = 0.0;
   for (std::size_t k = begin + kEnds; k < end - kEnds; ++k) sum += Angle(nodes[k], axis);
@@ -92,7 +109,7 @@ SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& no
                          std::fabs(Angle(nodes[k], a) - Angle(nodes[begin], a)) < 2.0 * tolerance &&
                          std::fabs(Angle(nodes[k], a) - Angle(nodes[k - 1], a)) < tolerance;
       if (stays) continue;
-      Settle(nodes, a, begin, k, &out);
+      Settle(nodes, a, error_deg, begin, k, &out);
       begin = k;
     }
   }
