@@ -138,9 +138,13 @@ class TrailMaker {
       Vector3 turned = Minus(NodeRotation(i + 1), NodeRotation(i));
       if (recording_.info.reference == ReferenceKind::kStandAngles) {
         const Matrix3 rates = trail_.stand.Rates(settled_.angle_deg[i]);
+        // About an axis that stays where it is in the sensor the readings of the axes that rest
+        // have no part: their noise would tilt it.
+        const bool fixed = OthersRest(i);
+        if (fixed) turned = {};
         for (std::size_t a = 0; a < 3; ++a) {
-          const double change = (TurnedTo(i + 1, a) - TurnedTo(i, a)) -
-                                (MeasuredAngle(i + 1, a) - MeasuredAngle(i, a));
+          const double measured = fixed ? 0.0 : MeasuredAngle(i + 1, a) - MeasuredAngle(i, a);
+          const double change = TurnedTo(i + 1, a) - TurnedTo(i, a) - measured;
           if (!std::isfinite(change) || change == 0.0) continue;
           for (std::size_t c = 0; c < 3; ++c) turned[c] += rates[c][a] * change;
         }
@@ -150,6 +154,18 @@ class TrailMaker {
                                     nodes_[i + 1].earth_deg[c] - nodes_[i].earth_deg[c];
       }
     }
+  }
+
+  // All axes of the stand but one have the same angle at both ends of an interval.
+  bool OthersRest(std::size_t i) const {
+    std::size_t turning = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (!recording_.info.stand_axis_present[a]) continue;
+      const bool rests = settled_.is_settled[i][a] && settled_.is_settled[i + 1][a] &&
+                         settled_.angle_deg[i][a] == settled_.angle_deg[i + 1][a];
+      if (!rests) ++turning;
+    }
+    return turning <= 1;
   }
 
   // What the rotation at a node was made of: at rest of the mean over the rest.
