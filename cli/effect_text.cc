@@ -60,12 +60,15 @@ std::string Owner(const Json& effect) {
   return owner.empty() ? "gyro" : owner;
 }
 
+bool ChosenOnAllData(const Json& effect) { return Text(effect, "chosen_on") == "all_data"; }
+
 std::string GainTable(const std::vector<Group>& groups, const Terminal& terminal) {
   Rows rows = {{"effect, without → with", "of", "angle error, deg", "whitened rms", "chance"}};
   for (const Group& group : groups) {
     for (std::size_t i = 0; i < group.size(); ++i) {
       const Json& effect = *group[i];
-      rows.push_back({Ordinal(group, i) + Text(effect, "id"), Owner(effect),
+      const char* mark = ChosenOnAllData(effect) ? " *" : "";
+      rows.push_back({Ordinal(group, i) + Text(effect, "id") + mark, Owner(effect),
                       BeforeAfter(Field(effect, "heldout_angle_rms_deg")),
                       BeforeAfter(Field(effect, "heldout_whitened_rms")),
                       PValue(Number(effect, "p_value"))});
@@ -201,7 +204,14 @@ std::string NamesOfEffects(const Json& effects) {
 std::string EffectsText(const Json& effects, const Terminal& terminal, double largest_rate_deg_s) {
   if (!effects.is_array() || effects.empty()) return "";
   const std::vector<Group> groups = GroupById(effects);
-  std::string text = GainTable(groups, terminal) + "\n";
+  std::string text = GainTable(groups, terminal);
+  if (std::any_of(effects.begin(), effects.end(), ChosenOnAllData)) {
+    text += Paragraph(
+        "* chosen on all data: two thirds of them alone do not ask for it, or are too few. Its "
+        "figures are of data that its coefficients did not see, but its choice did.",
+        terminal, 2);
+  }
+  text += "\n";
   for (const Group& group : groups) text += GroupText(group, terminal, largest_rate_deg_s);
   return text;
 }

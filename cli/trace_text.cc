@@ -83,11 +83,15 @@ void AddErrors(Rows& rows, const Json& channel) {
     return;
   }
   const Json& angle = Field(channel, "heldout_angle_rms_deg");
-  AddRow(rows, "angle error, held out", BeforeAfter(angle), "deg", Reduction(angle));
+  const std::string reduction = Reduction(angle);
+  AddRow(rows, "angle error, held out", BeforeAfter(angle), "deg",
+         reduction + (reduction.empty() ? "" : "; ") + "chosen and fitted on other data");
   AddRow(rows, "whitened rms, held out", BeforeAfter(Field(channel, "heldout_whitened_rms")), "",
          "1: as the noise explains");
   AddRow(rows, "angle error, forecast", BeforeAfter(Field(channel, "forecast_angle_rms_deg")),
-         "deg", "learnt on the first 60 %");
+         "deg", "chosen and fitted on the first 60 %");
+  AddRow(rows, "angle error, all data", BeforeAfter(Field(channel, "fitted_angle_rms_deg")), "deg",
+         "of the data that it was fitted to");
 }
 
 std::string FiguresText(const Json& channel, const Terminal& terminal, double duration_s) {

@@ -90,17 +90,17 @@ std::string StartTemperatures(const std::vector<calibration::Recording>& recordi
   return text + " degC";
 }
 
-double HeldOutAngle_deg(const calibration::TraceResult& trace, SensorAxis axis) {
+double FittedAngle_deg(const calibration::TraceResult& trace, SensorAxis axis) {
   for (const calibration::ChannelTrace& channel : trace.channels)
-    if (channel.axis == axis) return channel.heldout_angle_rms_deg.after;
+    if (channel.axis == axis) return channel.fitted_angle_rms_deg.after;
   return kMissing;
 }
 
 // Where effects do not account for all of several inputs, each is traced alone: inputs that fit
 // well alone and badly together are not of one sensor in one state.
-void RemarkOnInputsThatDoNotBelongTogether(TracedInputs* out,
-                                           const calibration::TraceOptions& options) {
+void RemarkOnInputsThatDoNotBelongTogether(TracedInputs* out, calibration::TraceOptions options) {
   constexpr double kMuchWorse = 2.0;
+  options.try_on_rest = false;
   auto& channels = out->traced.result.channels;
   const auto is_open = [](const calibration::ChannelTrace& channel) {
     return channel.verdict == calibration::Verdict::kPartlyExplained ||
@@ -116,13 +116,15 @@ void RemarkOnInputsThatDoNotBelongTogether(TracedInputs* out,
     if (!is_open(channel)) continue;
     double worst_deg = 0.0;
     for (const calibration::TraceResult& one : alone)
-      worst_deg = std::fmax(worst_deg, HeldOutAngle_deg(one, channel.axis));
-    const double together_deg = channel.heldout_angle_rms_deg.after;
+      worst_deg = std::fmax(worst_deg, FittedAngle_deg(one, channel.axis));
+    const double together_deg = channel.fitted_angle_rms_deg.after;
     if (!(worst_deg > 0.0 && together_deg > kMuchWorse * worst_deg)) continue;
     const std::string temperatures = StartTemperatures(out->recordings);
     channel.remarks.push_back(fmt::format(
-        "together the inputs fit worse than each alone: the angle error held out is {:.3g} deg, "
-        "alone {:.3g} deg at most{}. From one to the next something changed that no effect here "
+        "together the inputs fit worse than each alone: the angle error that the model leaves is "
+        "{:.3g} "
+        "deg, alone {:.3g} deg at most{}. From one to the next something changed that no effect "
+        "here "
         "describes (power-on, temperature, mounting, settings): trace them apart",
         together_deg, worst_deg, temperatures.empty() ? "" : "; they begin at " + temperatures));
   }

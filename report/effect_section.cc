@@ -58,12 +58,20 @@ std::string Gain(const HeldOut& figure, const std::string& unit, bool ratio) {
                      Reduction(figure));
 }
 
+std::string ChosenOn(const TracedEffect& effect) {
+  return effect.chosen_on_training
+             ? "on the part of the data that it was then not tried on, too"
+             : "on all data only: two thirds of them alone do not ask for it, or are too few; the "
+               "figures held out are of data that its coefficients did not see, but its choice did";
+}
+
 Markup Facts(const TracedEffect& effect, double largest_rate_deg_s) {
   Markup lines;
   AddFact(lines, "Found", Markup::Text(ParameterText(effect, largest_rate_deg_s)));
   AddFact(lines, "Chance",
           Markup::Text(FormatPValue(effect.p_value) +
                        ", after correction for everything that was tried"));
+  AddFact(lines, "Chosen", Markup::Text(ChosenOn(effect)));
   AddFact(lines, "Angle error", Markup::Text(Gain(effect.heldout_angle_rms_deg, "deg", false)));
   AddFact(lines, "Residual / noise", Markup::Text(Gain(effect.heldout_whitened_rms, "", true)));
   return lines;
@@ -74,6 +82,7 @@ Markup Instances(const EffectGroup& group, double largest_rate_deg_s) {
   Table table({{""},
                {"Found"},
                {"Chance, corrected"},
+               {"Chosen on"},
                {"Angle error [deg]", true},
                {"Residual / noise", true}});
   for (std::size_t i = 0; i < group.size(); ++i) {
@@ -81,6 +90,7 @@ Markup Instances(const EffectGroup& group, double largest_rate_deg_s) {
     table.AddRow({Markup::Text(fmt::format("{}", i + 1)),
                   Markup::Text(ParameterText(effect, largest_rate_deg_s)),
                   Markup::Text(FormatPValue(effect.p_value)),
+                  Markup::Text(effect.chosen_on_training ? "a part" : "all data only"),
                   Markup::Text(BeforeAfter(effect.heldout_angle_rms_deg, "", false)),
                   Markup::Text(BeforeAfter(effect.heldout_whitened_rms, "", true))});
   }

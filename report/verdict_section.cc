@@ -52,12 +52,15 @@ Markup BigFigure(const std::string& title, HeldOut figure, const std::string& un
 
 Markup Figures(const ChannelTrace& channel) {
   const bool has_effects = !channel.effects.empty();
-  Markup figures = BigFigure("Angle error in windows of 10 s, on data held out",
-                             channel.heldout_angle_rms_deg, "deg", has_effects);
-  figures += BigFigure("The same as a forecast: trained on the first 60 % of the time",
+  Markup figures = BigFigure(
+      "Angle error in windows of 10 s, on data held out: effects chosen and fitted without them",
+      channel.heldout_angle_rms_deg, "deg", has_effects);
+  figures += BigFigure("The same as a forecast: all chosen on the first 60 % of the time",
                        channel.forecast_angle_rms_deg, "deg", has_effects);
   figures += BigFigure("Residual over noise, on data held out; the floor is 1",
                        channel.heldout_whitened_rms, "", has_effects);
+  figures += BigFigure("Angle error on the data that all was chosen by and fitted to",
+                       channel.fitted_angle_rms_deg, "deg", has_effects);
   if (figures.empty()) {
     return Paragraph("There is no figure on held-out data.", "note");
   }

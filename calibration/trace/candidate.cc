@@ -296,6 +296,16 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
   return out;
 }
 
+CandidateSet CandidateSet::Part(const std::vector<Eigen::Index>& rows) const {
+  CandidateSet out = *this;
+  for (std::vector<Candidate>* list : {&out.grid, &out.products}) {
+    for (Candidate& candidate : *list)
+      candidate.raw = std::make_shared<const Eigen::MatrixXd>((*candidate.raw)(rows, Eigen::all));
+  }
+  for (CurveCells& curve : out.cells) curve.raw = curve.raw(rows, Eigen::all).eval();
+  return out;
+}
+
 Candidate EmpiricalCandidate(const ChannelProblem& problem, const std::string& factor, double from,
                              double to) {
   Candidate candidate;

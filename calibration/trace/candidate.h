@@ -83,6 +83,9 @@ struct CandidateSet {
   std::vector<Candidate> grid;  // the catalogue's, and what may take an effect's place
   std::vector<Candidate> products;
   std::vector<CurveCells> cells;
+
+  // For ChannelProblem::Part(rows).
+  CandidateSet Part(const std::vector<Eigen::Index>& rows) const;
 };
 CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::string> covariates,
                            bool earth_rate_known);

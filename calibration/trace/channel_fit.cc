@@ -15,7 +15,7 @@ constexpr double kLeastScale = 1e-3;
 constexpr double kSlopeStep = 1e-4;  // of a parameter's range
 
 // d(columns c) / d theta of each non-linear parameter: rows x parameters.
-Eigen::MatrixXd Slopes(const ChannelProblem& problem, const Selection& selection,
+Eigen::MatrixXd Slopes(const ChannelProblem& problem, const std::vector<std::string>& covariates,
                        const Candidate& member, const Eigen::VectorXd& coefficients) {
   if (!member.searched()) return Eigen::MatrixXd(problem.rows(), 0);
   const RefineRange range = *RangeOf(problem, member);
@@ -26,9 +26,9 @@ Eigen::MatrixXd Slopes(const ChannelProblem& problem, const Selection& selection
     above.context.nonlinear[k] += step;
     below.context.nonlinear[k] -= step;
     above.raw = below.raw = nullptr;
-    out.col(static_cast<Eigen::Index>(k)) = (ColumnsOf(problem, above, selection.covariates()) -
-                                             ColumnsOf(problem, below, selection.covariates())) *
-                                            coefficients / (2.0 * step);
+    out.col(static_cast<Eigen::Index>(k)) =
+        (ColumnsOf(problem, above, covariates) - ColumnsOf(problem, below, covariates)) *
+        coefficients / (2.0 * step);
   }
   return out;
 }
@@ -74,6 +74,27 @@ std::vector<Eigen::Index> ChannelFit::ColumnsOf(std::size_t member) const {
   return columns;
 }
 
+ModelColumns ColumnsOfModel(const ChannelProblem& problem, const Baseline& baseline,
+                            const std::vector<Candidate>& members,
+                            const Eigen::VectorXd& coefficients,
+                            const std::vector<std::string>& covariates) {
+  ModelColumns out;
+  out.linear.resize(problem.rows(), coefficients.size());
+  Eigen::Index column = baseline.columns.cols();
+  out.linear.leftCols(column) = baseline.columns;
+  out.slopes.resize(problem.rows(), 0);
+  for (const Candidate& member : members) {
+    const auto count = static_cast<Eigen::Index>(member.columns.size());
+    out.column_begin.push_back(column);
+    out.slope_begin.push_back(out.slopes.cols());
+    out.linear.middleCols(column, count) = ColumnsOf(problem, member, covariates);
+    AppendColumns(&out.slopes,
+                  Slopes(problem, covariates, member, coefficients.segment(column, count)));
+    column += count;
+  }
+  return out;
+}
+
 ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
                       const Selection& selection) {
   ChannelFit fit;
@@ -85,35 +106,33 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
   const auto turned = static_cast<Eigen::Index>(baseline.turned.size());
   fit.local.assign(static_cast<std::size_t>(fit.white.cols()), false);
   std::fill_n(fit.local.begin() + turned, baseline.constants, true);
-  fit.raw.resize(problem.rows(), fit.white.cols());
-  fit.raw.leftCols(fit.baseline_columns) = baseline.columns;
-  fit.raw_slopes.resize(problem.rows(), 0);
-  fit.white_slopes.resize(problem.rows(), 0);
+  ModelColumns raw =
+      ColumnsOfModel(problem, baseline, selection.members(), fit.linear, selection.covariates());
+  fit.raw = std::move(raw.linear);
+  fit.raw_slopes = std::move(raw.slopes);
+  fit.white_slopes = fit.raw_slopes;
+  selection.whitener().Apply(fit.white_slopes);
+  fit.column_begin = std::move(raw.column_begin);
+  fit.slope_begin = std::move(raw.slope_begin);
   Eigen::MatrixXd tangent = fit.white.leftCols(fit.baseline_columns);
   std::vector<double> values(fit.linear.data(), fit.linear.data() + fit.baseline_columns);
-  Eigen::Index column = fit.baseline_columns;
-  for (const Candidate& member : selection.members()) {
+  for (std::size_t i = 0; i < selection.members().size(); ++i) {
+    const Candidate& member = selection.members()[i];
+    const Eigen::Index column = fit.column_begin[i];
     const auto count = static_cast<Eigen::Index>(member.columns.size());
-    fit.column_begin.push_back(column);
+    const Eigen::Index slope_end =
+        i + 1 < fit.slope_begin.size() ? fit.slope_begin[i + 1] : fit.raw_slopes.cols();
+    const Eigen::Index slopes = slope_end - fit.slope_begin[i];
     fit.member_begin.push_back(tangent.cols());
-    fit.slope_begin.push_back(fit.raw_slopes.cols());
-    fit.raw.middleCols(column, count) = ColumnsOf(problem, member, selection.covariates());
     // One power-on alone knows it, or one moment.
     if (member.power_on || member.id == "angle.step")
       std::fill_n(fit.local.begin() + column, count, true);
-    const Eigen::VectorXd c = fit.linear.segment(column, count);
-    const Eigen::MatrixXd raw_slopes = Slopes(problem, selection, member, c);
-    Eigen::MatrixXd white_slopes = raw_slopes;
-    selection.whitener().Apply(white_slopes);
-    AppendColumns(&fit.raw_slopes, raw_slopes);
-    AppendColumns(&fit.white_slopes, white_slopes);
     AppendColumns(&tangent, fit.white.middleCols(column, count));
-    AppendColumns(&tangent, white_slopes);
-    values.insert(values.end(), c.data(), c.data() + count);
-    if (raw_slopes.cols() > 0) {
+    AppendColumns(&tangent, fit.white_slopes.middleCols(fit.slope_begin[i], slopes));
+    for (Eigen::Index j = 0; j < count; ++j) values.push_back(fit.linear(column + j));
+    if (slopes > 0) {
       values.insert(values.end(), member.context.nonlinear.begin(), member.context.nonlinear.end());
     }
-    column += count;
   }
   fit.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   fit.covariance = CovarianceOf(tangent.transpose() * tangent);

@@ -10,6 +10,19 @@
 
 namespace gyrobench::calibration {
 
+// Columns of a model, and what they change by when a non-linear parameter does.
+struct ModelColumns {
+  Eigen::MatrixXd linear;                  // rows x columns (baseline, members) [deg per unit]
+  std::vector<Eigen::Index> column_begin;  // of each member
+  Eigen::MatrixXd slopes;                  // [deg per unit of the parameter]
+  std::vector<Eigen::Index> slope_begin;   // of each member
+};
+// `coefficients`: of the linear columns.
+ModelColumns ColumnsOfModel(const ChannelProblem& problem, const Baseline& baseline,
+                            const std::vector<Candidate>& members,
+                            const Eigen::VectorXd& coefficients,
+                            const std::vector<std::string>& covariates);
+
 // Parameters in the order: baseline columns, then member by member its linear coefficients and its
 // non-linear parameters.
 struct ChannelFit {

@@ -16,6 +16,7 @@
 #include "calibration/trace/curves.h"
 #include "calibration/trace/earth_doubt.h"
 #include "calibration/trace/hold_out.h"
+#include "calibration/trace/part_trial.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/selection.h"
@@ -181,8 +182,10 @@ class ChannelTracer {
     if (!EnoughData()) return {std::move(trace_), std::move(model_), std::move(row_)};
     baseline_ = problem_.MakeBaseline();
     RemarkOnBaseline();
-    std::optional<SearchedChannel> found =
-        SearchChannel(problem_, baseline_, request_, &trace_.remarks);
+    candidates_ = std::make_shared<const CandidateSet>(
+        AllCandidates(problem_, request_.covariates, request_.earth_rate_known));
+    const std::optional<SearchedChannel> found =
+        SearchChannel(problem_, baseline_, candidates_, request_, &trace_.remarks);
     if (found) {
       Fill(found->selection, found->noise);
     } else {
@@ -234,14 +237,12 @@ class ChannelTracer {
     // grow with it.
     const double grow = std::max(1.0, fit.whitened_rms());
     FillBaseline(selection, fit, grow);
-    std::vector<Eigen::Index> all;
-    for (Eigen::Index j = fit.baseline_columns; j < fit.raw.cols(); ++j) all.push_back(j);
-    const HeldOutFigures together = HoldOut(problem_, fit, all, request_.seed);
-    trace_.heldout_whitened_rms = together.whitened_rms;
-    trace_.heldout_angle_rms_deg = together.angle_rms_deg;
-    trace_.forecast_angle_rms_deg = Forecast(problem_, fit, noise, request_.seed);
+    trace_.fitted_whitened_rms = {trace_.baseline.whitened_rms, fit.whitened_rms(), {}};
+    trace_.fitted_angle_rms_deg = {
+        trace_.baseline.angle_rms_deg, AngleRms(fit.raw * fit.linear), {}};
     for (std::size_t i = 0; i < selection.members().size(); ++i)
       FillEffect(selection, fit, i, grow);
+    if (request_.try_on_rest) TryOnRests(selection, fit);
     std::set<std::string> named;
     for (const TracedEffect& effect : trace_.effects) named.insert(effect.id);
     trace_.unidentifiable = Unidentifiables(problem_, selection, named, request_.earth_rate_known);
@@ -281,8 +282,37 @@ class ChannelTracer {
     trace_.baseline.whitened_rms =
         std::sqrt(alone.residual_square / static_cast<double>(problem_.rows()));
     const Eigen::VectorXd coefficients = selection.store().Solve(selection.baseline_columns());
-    const Eigen::VectorXd residual = problem_.output_deg() - baseline_.columns * coefficients;
-    trace_.baseline.angle_rms_deg = AngleWindows(problem_, residual, 0, problem_.rows()).rms();
+    trace_.baseline.angle_rms_deg = AngleRms(baseline_.columns * coefficients);
+  }
+
+  double AngleRms(const Eigen::VectorXd& model_deg) const {
+    return AngleWindows(problem_, problem_.output_deg() - model_deg, 0, problem_.rows()).rms();
+  }
+
+  void TryOnRests(const Selection& selection, const ChannelFit& fit) {
+    if (const std::optional<Split> split = EveryThirdBlock(problem_, baseline_)) {
+      const std::optional<PartTrial> trial = TryOnRest(problem_, baseline_, *candidates_, request_,
+                                                       selection, fit, *split, RestOf::kBetween);
+      if (trial) FillTrial(*trial);
+    }
+    if (const std::optional<Split> split = FirstPart(problem_)) {
+      const std::optional<PartTrial> trial = TryOnRest(problem_, baseline_, *candidates_, request_,
+                                                       selection, fit, *split, RestOf::kForecast);
+      if (trial) trace_.forecast_angle_rms_deg = trial->all.angle_rms_deg;
+    }
+  }
+
+  void FillTrial(const PartTrial& trial) {
+    trace_.heldout_whitened_rms = trial.all.whitened_rms;
+    trace_.heldout_angle_rms_deg = trial.all.angle_rms_deg;
+    trace_.training_effects = trial.chosen;
+    for (std::size_t i = 0; i < trial.same.size(); ++i) {
+      if (!trial.same[i]) continue;
+      TracedEffect& effect = trace_.effects[i];
+      effect.chosen_on_training = true;
+      effect.heldout_whitened_rms = trial.same[i]->whitened_rms;
+      effect.heldout_angle_rms_deg = trial.same[i]->angle_rms_deg;
+    }
   }
 
   void FillEffect(const Selection& selection, const ChannelFit& fit, std::size_t i, double grow) {
@@ -324,9 +354,6 @@ class ChannelTracer {
                           ? effect.id
                           : fmt::format("{} (or {})", effect.id, fmt::join(effect.rivals, " or ")));
     }
-    const std::string error =
-        fmt::format("the angle error of held-out data goes from {:.3g} to {:.3g} deg",
-                    trace_.heldout_angle_rms_deg.before, trace_.heldout_angle_rms_deg.after);
     if (names.empty() && !speaks) {
       trace_.verdict = Verdict::kNone;
       trace_.summary = "Nothing beyond the baseline is to be seen.";
@@ -336,12 +363,34 @@ class ChannelTracer {
                                    trace_.remaining.findings.front().says);
     } else {
       trace_.verdict = speaks ? Verdict::kPartlyExplained : Verdict::kExplained;
-      trace_.summary =
-          fmt::format("{} by {}: {}{}.", speaks ? "Partly explained" : "Explained",
-                      fmt::join(names, ", "), error, speaks ? "; some structure remains" : "");
+      trace_.summary = fmt::format("{} by {}: {}{}.", speaks ? "Partly explained" : "Explained",
+                                   fmt::join(names, ", "), ErrorInWords(),
+                                   speaks ? "; some structure remains" : "") +
+                       ChosenOnAllOnly();
     }
     if (const std::string says = LatitudeNeeded(trace_.effects); !says.empty())
       trace_.summary += fmt::format(" {}.", says);
+  }
+
+  std::string ErrorInWords() const {
+    const HeldOut& held_out = trace_.heldout_angle_rms_deg;
+    const bool tried = std::isfinite(held_out.after);
+    const HeldOut& error = tried ? held_out : trace_.fitted_angle_rms_deg;
+    return fmt::format("the angle error of {} goes from {:.3g} to {:.3g} deg",
+                       tried ? "held-out data" : "the data that it was fitted to", error.before,
+                       error.after);
+  }
+
+  std::string ChosenOnAllOnly() const {
+    std::vector<std::string> names;
+    for (const TracedEffect& effect : trace_.effects) {
+      if (!effect.chosen_on_training) names.push_back(effect.id);
+    }
+    if (names.empty() || !std::isfinite(trace_.heldout_angle_rms_deg.after)) return "";
+    return fmt::format(
+        " Chosen on all data only, as the two thirds that the choice is tried with do not ask for "
+        "it: {}.",
+        fmt::join(names, ", "));
   }
 
   void FillModel(const Selection& selection, const ChannelFit& fit) {
@@ -389,6 +438,7 @@ class ChannelTracer {
   const ChannelRequest& request_;
   ChannelProblem problem_;
   Baseline baseline_;
+  std::shared_ptr<const CandidateSet> candidates_;
   ChannelTrace trace_;
   ChannelModel model_;
   ChannelRow row_;

@@ -20,6 +20,7 @@ struct ChannelRequest {
   double false_discovery = 0.001;
   std::uint64_t seed = 1;
   bool curves = true;
+  bool try_on_rest = true;
 };
 
 }  // namespace gyrobench::calibration

@@ -50,13 +50,13 @@ double LogChanceOfNone(const Eigen::VectorXd& values, const Eigen::MatrixXd& cov
 class ChannelSearcher {
  public:
   ChannelSearcher(const ChannelProblem& problem, const Baseline& baseline,
-                  const ChannelRequest& request, std::vector<std::string>* remarks)
+                  std::shared_ptr<const CandidateSet> candidates, const ChannelRequest& request,
+                  std::vector<std::string>* remarks)
       : problem_(problem),
         baseline_(baseline),
         request_(request),
         remarks_(*remarks),
-        candidates_(std::make_shared<const CandidateSet>(
-            AllCandidates(problem, request.covariates, request.earth_rate_known))) {}
+        candidates_(std::move(candidates)) {}
 
   std::optional<SearchedChannel> Run() {
     Saturate();
@@ -299,9 +299,10 @@ class ChannelSearcher {
 
 std::optional<SearchedChannel> SearchChannel(const ChannelProblem& problem,
                                              const Baseline& baseline,
+                                             std::shared_ptr<const CandidateSet> candidates,
                                              const ChannelRequest& request,
                                              std::vector<std::string>* remarks) {
-  return ChannelSearcher(problem, baseline, request, remarks).Run();
+  return ChannelSearcher(problem, baseline, std::move(candidates), request, remarks).Run();
 }
 
 }  // namespace gyrobench::calibration

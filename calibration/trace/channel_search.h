@@ -19,9 +19,10 @@ struct SearchedChannel {
 };
 
 // nullopt where the data are too few for it; `remarks` then say so, and what was left out
-// otherwise. The arguments must outlive the result.
+// otherwise. Problem, baseline and request must outlive the result.
 std::optional<SearchedChannel> SearchChannel(const ChannelProblem& problem,
                                              const Baseline& baseline,
+                                             std::shared_ptr<const CandidateSet> candidates,
                                              const ChannelRequest& request,
                                              std::vector<std::string>* remarks);
 

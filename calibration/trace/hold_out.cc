@@ -1,25 +1,21 @@
 #include "calibration/trace/hold_out.h"
 
 #include <algorithm>
-#include <cmath>
-#include <random>
 
 #include "calibration/trace/angle_windows.h"
 #include "calibration/trace/noise_search.h"
 #include "calibration/trace/scaled_ldlt.h"
+#include "calibration/trace/split.h"
 
 namespace gyrobench::calibration {
 namespace {
 
 constexpr std::size_t kFolds = 10, kRunsToHoldOut = 3;
-constexpr double kLeastBlock_s = 20.0, kMostBlocks = 100.0;
-constexpr int kBootstrap = 400;
 // Of a column's square: less in the training rows is the whitener's memory of what happened in the
 // others.
 constexpr double kSeen = 1e-2;
 // What only one moment knows is trained where more than this is to be seen of it.
 constexpr double kMostOf = 0.5;
-constexpr double kTrainingShare = 0.6;
 // A variance that grows by more when a measurement is held out: that one alone knew.
 constexpr double kLostSight = 4.0;
 
@@ -41,12 +37,6 @@ Eigen::VectorXd SolveProducts(const Eigen::MatrixXd& gram, const Eigen::VectorXd
   out(kept) = ScaledLdlt(gram(kept, kept)).Solve(Eigen::VectorXd(right(kept)));
   return out;
 }
-
-struct Range {
-  Eigen::Index begin = 0, end = 0;
-  Eigen::Index size() const { return end - begin; }
-};
-using Ranges = std::vector<Range>;
 
 std::vector<Eigen::Index> AllBut(Eigen::Index count, const std::vector<Eigen::Index>& without) {
   std::vector<Eigen::Index> out;
@@ -85,10 +75,10 @@ class Splitter {
 
   // Coefficients from all rows but those of the ranges. What only these know, as a measurement's
   // own constant, is fitted on them where that is asked for, and is 0 otherwise.
-  Eigen::VectorXd TrainWithout(const Ranges& ranges, bool fit_local) const {
+  Eigen::VectorXd TrainWithout(const RowRanges& ranges, bool fit_local) const {
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(gram_.rows(), gram_.cols());
     Eigen::VectorXd right = Eigen::VectorXd::Zero(gram_.rows());
-    for (const Range& range : ranges) {
+    for (const RowRange& range : ranges) {
       const auto test = white_.middleRows(range.begin, range.size());
       gram.noalias() += test.transpose() * test;
       right.noalias() += test.transpose() * output_.segment(range.begin, range.size());
@@ -111,9 +101,9 @@ class Splitter {
     return theta;
   }
   // Without these rows every column that is not their own is known nearly as well.
-  bool SeesWithout(const Ranges& ranges) const {
+  bool SeesWithout(const RowRanges& ranges) const {
     Eigen::MatrixXd gram = gram_;
-    for (const Range& range : ranges) {
+    for (const RowRange& range : ranges) {
       const auto test = white_.middleRows(range.begin, range.size());
       gram.noalias() -= test.transpose() * test;
     }
@@ -127,7 +117,7 @@ class Splitter {
     const Eigen::VectorXd some = ScaledLdlt(gram(common, common)).Solve(identity).diagonal();
     return (some.array() > 0.0).all() && (some.array() < kLostSight * all.array()).all();
   }
-  double TestSquare(const Eigen::VectorXd& theta, const Range& range) const {
+  double TestSquare(const Eigen::VectorXd& theta, const RowRange& range) const {
     return (output_.segment(range.begin, range.size()) -
             white_.middleRows(range.begin, range.size()) * theta)
         .squaredNorm();
@@ -146,8 +136,8 @@ class Splitter {
 };
 
 // Whole measurements.
-std::vector<Ranges> FoldsOfRuns(const ChannelProblem& problem) {
-  std::vector<Ranges> folds;
+std::vector<RowRanges> FoldsOfRuns(const ChannelProblem& problem) {
+  std::vector<RowRanges> folds;
   const std::vector<Eigen::Index>& runs = problem.run_begins();
   if (runs.size() < kRunsToHoldOut) return folds;
   for (std::size_t r = 0; r < runs.size(); ++r)
@@ -156,68 +146,16 @@ std::vector<Ranges> FoldsOfRuns(const ChannelProblem& problem) {
 }
 
 // Every tenth of short blocks in time.
-std::vector<Ranges> FoldsOfBlocks(const ChannelProblem& problem) {
-  std::vector<Ranges> folds(kFolds);
-  double time_s = 0.0;
-  for (const Interval& interval : problem.intervals()) time_s += interval.duration_s;
-  const double block_s = std::max(kLeastBlock_s, time_s / kMostBlocks);
-  double filled_s = 0.0;
+std::vector<RowRanges> FoldsOfBlocks(const ChannelProblem& problem) {
+  std::vector<RowRanges> folds(kFolds);
   std::size_t block = 0;
-  Eigen::Index begin = 0;
-  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    filled_s += problem.intervals()[static_cast<std::size_t>(i)].duration_s;
-    if (filled_s < block_s && i + 1 < problem.rows()) continue;
+  for (const RowRange& range : Blocks(problem)) {
     // Another order in each round: what repeats with the rounds must not meet one fold alone.
-    folds[(3 * block + block / kFolds) % kFolds].push_back({begin, i + 1});
-    begin = i + 1;
-    filled_s = 0.0;
+    folds[(3 * block + block / kFolds) % kFolds].push_back(range);
     ++block;
   }
-  std::erase_if(folds, [](const Ranges& fold) { return fold.empty(); });
+  std::erase_if(folds, [](const RowRanges& fold) { return fold.empty(); });
   return folds;
-}
-
-// Where the bias has walked to at the end of the rows: of white noise and a random walk the steady
-// filter is a mean that forgets within N / K.
-double LastBias(const ChannelProblem& problem,
-                const Eigen::Ref<const Eigen::VectorXd>& residual_deg, const IntervalNoise& noise) {
-  constexpr double kLeastMemory_s = 60.0;  // what comes and goes faster is no drift
-  const double memory_s = std::max(
-      kLeastMemory_s, noise.angle_random_walk_deg_sqrt_s / noise.bias_random_walk_deg_s_sqrt_s);
-  const double end_s = problem.end_s(residual_deg.size() - 1);
-  double sum = 0.0, time_s = 0.0;
-  for (Eigen::Index i = 0; i < residual_deg.size(); ++i) {
-    const double weight = std::exp((problem.end_s(i) - end_s) / memory_s);
-    sum += weight * residual_deg(i);
-    time_s += weight * problem.intervals()[static_cast<std::size_t>(i)].duration_s;
-  }
-  return time_s > 0 ? sum / time_s : 0.0;
-}
-
-double Ratio(const std::vector<double>& before, const std::vector<double>& after,
-             const std::vector<std::size_t>& chosen) {
-  double a = 0.0, b = 0.0;
-  for (const std::size_t i : chosen) {
-    b += before[i];
-    a += after[i];
-  }
-  return std::sqrt(a / b);
-}
-
-// 95 % interval of 1 - rms after / rms before: the groups drawn anew, with replacement.
-std::array<double, 2> ReductionInterval(const std::vector<double>& before,
-                                        const std::vector<double>& after, std::uint64_t seed) {
-  if (before.size() < 4) return {kMissing, kMissing};
-  std::mt19937_64 random(seed);
-  std::vector<double> reductions;
-  std::vector<std::size_t> chosen(before.size());
-  for (int i = 0; i < kBootstrap; ++i) {
-    for (std::size_t& index : chosen) index = random() % before.size();
-    reductions.push_back(1.0 - Ratio(before, after, chosen));
-  }
-  std::sort(reductions.begin(), reductions.end());
-  return {reductions[static_cast<std::size_t>(0.025 * kBootstrap)],
-          reductions[static_cast<std::size_t>(0.975 * kBootstrap) - 1]};
 }
 
 }  // namespace
@@ -225,63 +163,27 @@ std::array<double, 2> ReductionInterval(const std::vector<double>& before,
 HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
                        const std::vector<Eigen::Index>& without, std::uint64_t seed) {
   const Splitter before(fit, without), after(fit, {});
-  std::vector<Ranges> folds = FoldsOfRuns(problem);
+  std::vector<RowRanges> folds = FoldsOfRuns(problem);
   // A measurement that alone shows what a column does cannot be held out by itself.
-  if (!std::ranges::all_of(folds, [&](const Ranges& fold) { return after.SeesWithout(fold); }))
+  if (!std::ranges::all_of(folds, [&](const RowRanges& fold) { return after.SeesWithout(fold); }))
     folds.clear();
   if (folds.empty()) folds = FoldsOfBlocks(problem);
   if (folds.size() < 2) return {};
-  std::vector<double> white_before, white_after;
-  Windows windows_before, windows_after;
-  auto test = [&](const Splitter& splitter, const Ranges& fold, std::vector<double>* squares,
-                  Windows* windows) {
+  TriedRows tried_before, tried_after;
+  auto test = [&](const Splitter& splitter, const RowRanges& fold, TriedRows* tried) {
     const Eigen::VectorXd theta = splitter.TrainWithout(fold, true);
     const Eigen::VectorXd residual = splitter.RawResidual(problem.output_deg(), theta);
-    for (const Range& range : fold) {
-      squares->push_back(splitter.TestSquare(theta, range));
-      windows->Append(AngleWindows(problem, residual, range.begin, range.end));
+    for (const RowRange& range : fold) {
+      tried->rows += static_cast<double>(range.size());
+      tried->squares.push_back(splitter.TestSquare(theta, range));
+      tried->windows.Append(AngleWindows(problem, residual, range.begin, range.end));
     }
   };
-  for (const Ranges& fold : folds) {
-    test(before, fold, &white_before, &windows_before);
-    test(after, fold, &white_after, &windows_after);
+  for (const RowRanges& fold : folds) {
+    test(before, fold, &tried_before);
+    test(after, fold, &tried_after);
   }
-  auto total = [&](const std::vector<double>& squares) {
-    double sum = 0.0;
-    for (const double square : squares) sum += square;
-    return std::sqrt(sum / static_cast<double>(problem.rows()));
-  };
-  HeldOutFigures out;
-  out.whitened_rms = {total(white_before), total(white_after),
-                      ReductionInterval(white_before, white_after, seed)};
-  out.angle_rms_deg = {windows_before.rms(), windows_after.rms(),
-                       ReductionInterval(windows_before.square, windows_after.square, seed)};
-  return out;
-}
-
-HeldOut Forecast(const ChannelProblem& problem, const ChannelFit& fit, const IntervalNoise& noise,
-                 std::uint64_t seed) {
-  HeldOut out;
-  if (problem.run_begins().size() != 1 || problem.rows() < 100) return out;
-  const double first = problem.begin_s(0), last = problem.end_s(problem.rows() - 1);
-  Eigen::Index split = 0;
-  while (problem.end_s(split) < first + kTrainingShare * (last - first)) ++split;
-  std::vector<Eigen::Index> effects;
-  for (Eigen::Index j = fit.baseline_columns; j < fit.raw.cols(); ++j) effects.push_back(j);
-  const Splitter before(fit, effects), after(fit, {});
-  auto windows = [&](const Splitter& splitter) {
-    const Eigen::VectorXd theta = splitter.TrainWithout({{split, problem.rows()}}, false);
-    Eigen::VectorXd residual = splitter.RawResidual(problem.output_deg(), theta);
-    const double bias_deg_s = LastBias(problem, residual.head(split), noise);
-    for (Eigen::Index i = split; i < residual.size(); ++i)
-      residual(i) -= bias_deg_s * problem.intervals()[static_cast<std::size_t>(i)].duration_s;
-    return AngleWindows(problem, residual, split, problem.rows());
-  };
-  const Windows a = windows(before), b = windows(after);
-  out.before = a.rms();
-  out.after = b.rms();
-  out.reduction_ci95 = ReductionInterval(a.square, b.square, seed);
-  return out;
+  return Compare(tried_before, tried_after, seed);
 }
 
 }  // namespace gyrobench::calibration

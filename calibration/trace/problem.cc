@@ -64,6 +64,39 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
   Survey();
 }
 
+ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const {
+  ChannelProblem out = *this;
+  out.rows_.clear();
+  out.intervals_.clear();
+  out.feels_table_.clear();
+  out.run_begins_.clear();
+  out.power_on_begins_.clear();
+  out.output_ = output_(rows);
+  Eigen::Index next = 0;  // of the rows, the first that was neither kept nor left out yet
+  for (const Eigen::Index row : rows) {
+    Interval interval = intervals_[static_cast<std::size_t>(row)];
+    for (; next < row; ++next) {
+      const Interval& left_out = intervals_[static_cast<std::size_t>(next)];
+      if (!interval.new_run) interval.gap_before_s += left_out.gap_before_s + left_out.duration_s;
+      interval.new_reference = interval.new_reference || left_out.new_reference || !left_out.still;
+    }
+    next = row + 1;
+    const Eigen::Index index = out.rows();
+    if (index == 0 || out.rows_.back().trail != ref(row).trail) out.run_begins_.push_back(index);
+    if (power_on(row) == out.power_on_begins_.size()) out.power_on_begins_.push_back(index);
+    out.intervals_.push_back(interval);
+    out.rows_.push_back(ref(row));
+    out.feels_table_.push_back(FeelsTable(row));
+  }
+  return out;
+}
+
+Baseline Baseline::Part(const std::vector<Eigen::Index>& rows) const {
+  Baseline out = *this;
+  out.columns = columns(rows, Eigen::all);
+  return out;
+}
+
 double ChannelProblem::begin_s(Eigen::Index row) const {
   return trail(row).nodes[ref(row).interval].t_s;
 }

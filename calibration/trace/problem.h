@@ -28,12 +28,17 @@ struct Baseline {
   int temperature_order = 0;         // of b(T) beyond the constant
   double reference_degC = kMissing;  // T0
   Eigen::MatrixXd columns;           // rows x (turned + constants + temperature_order)
+
+  Baseline Part(const std::vector<Eigen::Index>& rows) const;
 };
 
 class ChannelProblem {
  public:
   // `trails` must outlive the problem. `units_per_deg_s`: s0.
   ChannelProblem(std::span<const Trail> trails, std::size_t channel, double units_per_deg_s);
+  // Some of its rows, in order, as if the others had not been measured: what happened in them is
+  // known, what the sensor said is not. Every power-on must keep a row.
+  ChannelProblem Part(const std::vector<Eigen::Index>& rows) const;
 
   std::size_t channel() const { return channel_; }
   Eigen::Index rows() const { return static_cast<Eigen::Index>(rows_.size()); }

@@ -159,6 +159,7 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
     request.false_discovery = options.false_discovery / static_cast<double>(channels.size());
     request.seed = options.seed + c;
     request.curves = options.curves;
+    request.try_on_rest = options.try_on_rest;
     requests.push_back(std::move(request));
   }
   // Side by side: a channel reads the runs and writes what is its own, so that the result is the

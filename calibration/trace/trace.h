@@ -20,6 +20,9 @@ struct TraceOptions {
   // Chance that a measurement without any extra effect is said to have one, over all channels.
   double false_discovery = 0.009;
   bool curves = true;  // fill ChannelTrace::curves
+  // Choose on parts of the data as well, and try that on the rest: what is held out, and the
+  // forecast. Takes as long again.
+  bool try_on_rest = true;
   // Called now and then with the share done, 0..1.
   std::function<void(double fraction)> progress;
 };

@@ -30,6 +30,10 @@ json ToJson(const HeldOut& held_out) {
       {"reduction_ci95", {Number(held_out.reduction_ci95[0]), Number(held_out.reduction_ci95[1])}}};
 }
 
+json BeforeAndAfter(const HeldOut& figure) {
+  return {{"before", Number(figure.before)}, {"after", Number(figure.after)}};
+}
+
 json ToJson(const Defect& defect) {
   return {{"kind", defect.kind},
           {"count", defect.count},
@@ -71,6 +75,7 @@ json ToJson(const TracedEffect& effect) {
           {"p_value", Number(effect.p_value)},
           {"rivals", effect.rivals},
           {"settled_by", effect.settled_by},
+          {"chosen_on", effect.chosen_on_training ? "training_part" : "all_data"},
           {"heldout_whitened_rms", ToJson(effect.heldout_whitened_rms)},
           {"heldout_angle_rms_deg", ToJson(effect.heldout_angle_rms_deg)}};
 }
@@ -92,7 +97,10 @@ json ToJson(const ChannelTrace& channel) {
           {"effects", List(channel.effects)},
           {"heldout_whitened_rms", ToJson(channel.heldout_whitened_rms)},
           {"heldout_angle_rms_deg", ToJson(channel.heldout_angle_rms_deg)},
+          {"training_effects", channel.training_effects},
           {"forecast_angle_rms_deg", ToJson(channel.forecast_angle_rms_deg)},
+          {"fitted_whitened_rms", BeforeAndAfter(channel.fitted_whitened_rms)},
+          {"fitted_angle_rms_deg", BeforeAndAfter(channel.fitted_angle_rms_deg)},
           {"unidentifiable", List(channel.unidentifiable)},
           {"remaining",
            {{"white", channel.remaining.white}, {"findings", List(channel.remaining.findings)}}},

@@ -34,7 +34,7 @@ struct ModelParameter {
   double statistical_std_error = kMissing;
 };
 
-// A figure on data that the fit did not see, before and after the effects are added.
+// A figure before and after the effects are added.
 struct HeldOut {
   double before = kMissing, after = kMissing;
   // Of the reduction, 1 - after / before; block or run bootstrap.
@@ -54,6 +54,10 @@ struct TracedEffect {
   // Held out: the model without this effect, and with it.
   HeldOut heldout_whitened_rms;
   HeldOut heldout_angle_rms_deg;  // angle error in windows of 10 s, mean of each removed
+  // The training part alone asks for it, or for a rival that does the same there. false: it was
+  // chosen on all data only, and what is held out speaks for its coefficients, not for its
+  // choice.
+  bool chosen_on_training = false;
 };
 
 struct Unidentifiable {
@@ -112,11 +116,17 @@ struct ChannelTrace {
     double angle_rms_deg = kMissing;
   } baseline;
   std::vector<TracedEffect> effects;
-  // All effects together: baseline alone before, baseline and effects after.
+  // All effects together, baseline alone before, baseline and effects after: effects, noise and
+  // coefficients chosen on two thirds of the data, tried on the rest, which nothing of it saw. NaN
+  // where the data are too few to be divided.
   HeldOut heldout_whitened_rms;
   HeldOut heldout_angle_rms_deg;
-  // The same angle error, trained on the first 60 % of the time, tested on the rest: a forecast.
+  std::vector<std::string> training_effects;  // ids that these two thirds ask for
+  // The same angle error, all chosen on the first 60 % of the time, tried on the rest: a forecast.
   HeldOut forecast_angle_rms_deg;
+  // The model of all data, on the same data that it was chosen by and fitted to.
+  HeldOut fitted_whitened_rms;
+  HeldOut fitted_angle_rms_deg;
   std::vector<Unidentifiable> unidentifiable;
   struct Remaining {
     bool white = true;

@@ -80,6 +80,7 @@ const calibration::Traced& TrialBench::Traced() {
     const calibration::Recording* one = &recording;
     calibration::TraceOptions options;
     options.curves = false;
+    options.try_on_rest = false;
     traced_ = calibration::Trace(std::span(&one, 1), options);
   }
   return *traced_;

@@ -169,6 +169,7 @@ VectorOutcome RunVectorTrial(std::uint64_t seed, const config::Triple& mount_deg
     const calibration::Recording* const recordings[] = {&recording};
     calibration::TraceOptions options;
     options.curves = false;
+    options.try_on_rest = false;
     const calibration::Traced traced = calibration::Trace(recordings, options);
     out.effects = Named(traced.result);
     Comparison(spec, truth.part, traced, out).Run();

@@ -1,0 +1,170 @@
+#include "calibration/trace/part_trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "calibration/trace/noise_search.h"
+#include "calibration/trace/scaled_ldlt.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// Of the square of what an effect of all data does, by the same effect of training: it is the same.
+constexpr double kSame = 0.5;
+
+// Least squares from products; dependent columns get 0.
+Eigen::VectorXd SolveIndependent(const Eigen::MatrixXd& gram, const Eigen::VectorXd& right) {
+  const std::vector<Eigen::Index> kept = IndependentColumns(gram);
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(gram.rows());
+  out(kept) = ScaledLdlt(gram(kept, kept)).Solve(Eigen::VectorXd(right(kept)));
+  return out;
+}
+
+// Where the bias has walked to at the end of the rows: of white noise and a random walk the steady
+// filter is a mean that forgets within N / K.
+double LastBias(const ChannelProblem& part, const Eigen::VectorXd& residual_deg,
+                const IntervalNoise& noise) {
+  constexpr double kLeastMemory_s = 60.0;  // what comes and goes faster is no drift
+  const double memory_s = std::max(
+      kLeastMemory_s, noise.angle_random_walk_deg_sqrt_s / noise.bias_random_walk_deg_s_sqrt_s);
+  const double end_s = part.end_s(part.rows() - 1);
+  double sum = 0.0, time_s = 0.0;
+  for (Eigen::Index i = 0; i < part.rows(); ++i) {
+    const double weight = std::exp((part.end_s(i) - end_s) / memory_s);
+    sum += weight * residual_deg(i);
+    time_s += weight * part.intervals()[static_cast<std::size_t>(i)].duration_s;
+  }
+  return time_s > 0 ? sum / time_s : 0.0;
+}
+
+// The model of training, on all rows.
+class TrainedModel {
+ public:
+  TrainedModel(const ChannelProblem& problem, const Baseline& baseline, const ChannelProblem& part,
+               const Baseline& part_baseline, const SearchedChannel& found)
+      : problem_(problem),
+        part_(part),
+        noise_(found.noise),
+        whitener_(problem.intervals(), found.noise),
+        fit_(FitChannel(part, part_baseline, found.selection)) {
+    std::vector<Candidate> members = found.selection.members();
+    // Columns that were worked out are those of the part.
+    for (Candidate& member : members) member.raw = nullptr;
+    columns_ =
+        ColumnsOfModel(problem, baseline, members, fit_.linear, found.selection.covariates());
+  }
+
+  // Without some of its effects; the others, their non-linear parameters along their slopes, are
+  // fitted to the training part anew.
+  TriedRows Try(const std::vector<std::size_t>& without, const Split& split, RestOf rest_of) const {
+    const auto left_out = [&](std::size_t member) {
+      return std::find(without.begin(), without.end(), member) != without.end();
+    };
+    std::vector<Eigen::Index> linear, slopes;
+    for (Eigen::Index j = 0; j < fit_.baseline_columns; ++j) linear.push_back(j);
+    for (std::size_t i = 0; i < fit_.column_begin.size(); ++i) {
+      if (left_out(i)) continue;
+      for (const Eigen::Index j : fit_.ColumnsOf(i)) linear.push_back(j);
+      const Eigen::Index end =
+          i + 1 < fit_.slope_begin.size() ? fit_.slope_begin[i + 1] : fit_.raw_slopes.cols();
+      for (Eigen::Index j = fit_.slope_begin[i]; j < end; ++j) slopes.push_back(j);
+    }
+    const auto split_at = static_cast<Eigen::Index>(linear.size());
+    Eigen::MatrixXd white(part_.rows(), split_at + static_cast<Eigen::Index>(slopes.size()));
+    white << fit_.white(Eigen::all, linear), fit_.white_slopes(Eigen::all, slopes);
+    const Eigen::VectorXd theta =
+        SolveIndependent(white.transpose() * white, white.transpose() * fit_.white_output);
+    Eigen::VectorXd residual = problem_.output_deg() -
+                               columns_.linear(Eigen::all, linear) * theta.head(split_at) -
+                               columns_.slopes(Eigen::all, slopes) * theta.tail(slopes.size());
+    if (rest_of == RestOf::kForecast) {
+      const double bias_deg_s = LastBias(part_, residual(split.training), noise_);
+      for (const RowRange& range : split.rest) {
+        for (Eigen::Index i = range.begin; i < range.end; ++i)
+          residual(i) -= bias_deg_s * problem_.intervals()[static_cast<std::size_t>(i)].duration_s;
+      }
+    }
+    return On(split.rest, residual);
+  }
+
+  // What a member does in each row, white.
+  Eigen::MatrixXd White(std::size_t member) const {
+    Eigen::MatrixXd columns = columns_.linear(Eigen::all, fit_.ColumnsOf(member));
+    whitener_.Apply(columns);
+    return columns;
+  }
+
+ private:
+  TriedRows On(const RowRanges& ranges, const Eigen::VectorXd& residual) const {
+    Eigen::MatrixXd white = residual;
+    whitener_.Apply(white);
+    TriedRows out;
+    for (const RowRange& range : ranges) {
+      out.rows += static_cast<double>(range.size());
+      out.squares.push_back(white.middleRows(range.begin, range.size()).squaredNorm());
+      out.windows.Append(AngleWindows(problem_, residual, range.begin, range.end));
+    }
+    return out;
+  }
+
+  const ChannelProblem& problem_;
+  const ChannelProblem& part_;
+  IntervalNoise noise_;
+  Whitener whitener_;
+  ChannelFit fit_;        // of the training part
+  ModelColumns columns_;  // of all rows
+};
+
+// Share of a column's square that others take up.
+double Explained(const Eigen::MatrixXd& by, const Eigen::VectorXd& column) {
+  const Eigen::VectorXd with = by.transpose() * column;
+  return with.dot(SolveIndependent(by.transpose() * by, with)) / column.squaredNorm();
+}
+
+}  // namespace
+
+std::optional<PartTrial> TryOnRest(const ChannelProblem& problem, const Baseline& baseline,
+                                   const CandidateSet& candidates, const ChannelRequest& request,
+                                   const Selection& model, const ChannelFit& fit,
+                                   const Split& split, RestOf rest_of) {
+  std::vector<std::string> unsaid;  // holds for all data alike
+  const ChannelProblem part = problem.Part(split.training);
+  const Baseline part_baseline = baseline.Part(split.training);
+  const std::optional<SearchedChannel> found = SearchChannel(
+      part, part_baseline, std::make_shared<const CandidateSet>(candidates.Part(split.training)),
+      request, &unsaid);
+  if (!found) return std::nullopt;
+  const TrainedModel trained(problem, baseline, part, part_baseline, *found);
+  const std::vector<Candidate>& chosen = found->selection.members();
+  PartTrial out;
+  std::vector<std::size_t> every;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    every.push_back(i);
+    out.chosen.push_back(chosen[i].id);
+  }
+  const TriedRows after = trained.Try({}, split, rest_of);
+  out.all = Compare(trained.Try(every, split, rest_of), after, request.seed);
+  for (std::size_t i = 0; i < model.members().size(); ++i) {
+    const std::string& id = model.members()[i].id;
+    const std::vector<std::string> rivals = model.Rivals(i);
+    const std::vector<Eigen::Index> columns = fit.ColumnsOf(i);
+    const Eigen::VectorXd does = fit.white(Eigen::all, columns) * fit.linear(columns);
+    std::optional<std::size_t> same;
+    double most = kSame;
+    for (std::size_t k = 0; k < chosen.size(); ++k) {
+      const bool named = chosen[k].id == id ||
+                         std::find(rivals.begin(), rivals.end(), chosen[k].id) != rivals.end();
+      const double share = named ? Explained(trained.White(k), does) : 0.0;
+      if (share < most) continue;
+      most = share;
+      same = k;
+    }
+    out.same.push_back(
+        same ? std::optional(Compare(trained.Try({*same}, split, rest_of), after, request.seed))
+             : std::nullopt);
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration

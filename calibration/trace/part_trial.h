@@ -1,0 +1,37 @@
+// What the method itself is worth: effects, first places and shapes, noise and coefficients from a
+// part of the data, tried on the rest, which nothing of it has seen.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/channel_request.h"
+#include "calibration/trace/channel_search.h"
+#include "calibration/trace/held_out.h"
+#include "calibration/trace/split.h"
+
+namespace gyrobench::calibration {
+
+// Whether the offset of the rest goes on from where the noise says that it has walked to at the end
+// of training (a forecast), or is known between the blocks of training.
+enum class RestOf { kForecast, kBetween };
+
+struct PartTrial {
+  std::vector<std::string> chosen;  // ids of the effects that training asks for
+  HeldOutFigures all;               // the baseline alone; with all of them
+  // Of each effect of the model of all data: training's model without the effect that is it, and
+  // with it. nullopt where training has not chosen it.
+  std::vector<std::optional<HeldOutFigures>> same;
+};
+
+// nullopt where the training part is too small. `model`, `fit`: of all data. Baseline and
+// candidates depend on what happened, not on what the sensor said, and are those of all data.
+std::optional<PartTrial> TryOnRest(const ChannelProblem& problem, const Baseline& baseline,
+                                   const CandidateSet& candidates, const ChannelRequest& request,
+                                   const Selection& model, const ChannelFit& fit,
+                                   const Split& split, RestOf rest_of);
+
+}  // namespace gyrobench::calibration

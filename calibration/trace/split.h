@@ -1,0 +1,32 @@
+// How the rows of a problem are divided into those that a model is made from and those that it is
+// tried on.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "calibration/trace/problem.h"
+
+namespace gyrobench::calibration {
+
+struct RowRange {
+  Eigen::Index begin = 0, end = 0;
+  Eigen::Index size() const { return end - begin; }
+};
+using RowRanges = std::vector<RowRange>;
+
+struct Split {
+  std::vector<Eigen::Index> training;  // in order
+  RowRanges rest;                      // all other rows
+};
+
+// Blocks in time, 20 s and longer, at most a hundred. None goes over the end of a power-on.
+RowRanges Blocks(const ChannelProblem& problem);
+// One block in three is the rest. The first of each power-on is training, and so is what alone
+// shows a column of the baseline. nullopt where nothing would be left to be tried on.
+std::optional<Split> EveryThirdBlock(const ChannelProblem& problem, const Baseline& baseline);
+// The first 60 % of the time are training. nullopt with more than one measurement, or too few rows.
+std::optional<Split> FirstPart(const ChannelProblem& problem);
+
+}  // namespace gyrobench::calibration
