@@ -65,11 +65,12 @@ void GravityFromAccelerometer(const std::vector<Node>& nodes, std::size_t axis, 
   trail->gravity_known = true;
 }
 
-void GravityByPose(const Recording& recording, const std::vector<std::size_t>& rest_of,
-                   Trail* trail) {
+void GravityByPose(const std::vector<std::size_t>& rest_of, Trail* trail) {
   const std::vector<Node>& nodes = trail->epochs;
-  const std::vector<Rest>& rests = recording.columns.rests;
-  std::vector<Vector3> sum(rests.size(), Vector3{});
+  std::size_t rests = 0;
+  for (const std::size_t rest : rest_of)
+    rests = rest == kNoRest ? rests : std::max(rests, rest + 1);
+  std::vector<Vector3> sum(rests, Vector3{});
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     if (rest_of[k] == kNoRest || !Finite(nodes[k].accel_g)) continue;
     for (std::size_t c = 0; c < 3; ++c) sum[rest_of[k]][c] += nodes[k].accel_g[c];
@@ -121,7 +122,7 @@ void FillGravity(const Recording& recording, const std::vector<std::size_t>& res
   } else if (kind == ReferenceKind::kSensorAngle) {
     GravityFromAccelerometer(nodes, static_cast<std::size_t>(recording.info.reference_axis), trail);
   } else {
-    GravityByPose(recording, rest_of, trail);
+    GravityByPose(rest_of, trail);
   }
   for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
     const TrackPoint& a = trail->nodes[i];

@@ -15,6 +15,9 @@ inline constexpr std::size_t kNoRest = static_cast<std::size_t>(-1);
 // Of each node: index of the rest that it is in, or kNoRest. A rest ends where the gyro feels the
 // motion, or the reference shows it, less the time for which neither would.
 std::vector<std::size_t> RestsOfNodes(const Recording& recording);
+// Makes two of a rest in which the reference steps: those after the step get indices beyond those
+// of the recording's rests.
+void SplitRestsAtSteps(const Recording& recording, std::vector<std::size_t>* rest_of);
 
 // What may be used of it, channel by channel: no bad stretches, and rests alone where there is no
 // reference; none in which the reference says rest and the gyro says turning. Needs `still`.

@@ -15,6 +15,9 @@ constexpr double kTurnSigmas = 4.0;
 // So long before the end (after the begin) of a rest a motion may have begun that neither single
 // readings nor single samples show; what comes before is what the sensor shows at rest.
 constexpr double kEdge_s = 1.5, kMostOfRest = 0.4;
+// A rest that is no longer may be the end of a motion; so near to it another in the same pose has
+// the same offset.
+constexpr double kShortRest_s = 1.5, kBeside_s = 10.0, kSamePose_deg = 1.0;
 constexpr std::size_t kLeastQuiet = 3, kMostQuiet = 30;
 
 class RestTrimmer {
@@ -30,9 +33,14 @@ class RestTrimmer {
       for (end = begin + 1; end < rest_of_.size() && rest_of_[end] == rest_of_[begin];) ++end;
       if (rest_of_[begin] != kNoRest) Trim(begin, end);
     }
+    DropThoseThatTurn();
   }
 
  private:
+  struct Stretch {
+    std::size_t begin = 0, end = 0;
+  };
+
   double Rate(std::size_t i, std::size_t c) const {
     return (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / (nodes_[i + 1].at.t_s - nodes_[i].at.t_s);
   }
@@ -58,6 +66,57 @@ class RestTrimmer {
       sigma[c] = *middle / 0.954;
     }
     return sigma;
+  }
+
+  // What is left of the rests.
+  std::vector<Stretch> Stretches() const {
+    std::vector<Stretch> out;
+    for (std::size_t begin = 0, end = 0; begin < rest_of_.size(); begin = end) {
+      for (end = begin + 1; end < rest_of_.size() && rest_of_[end] == rest_of_[begin];) ++end;
+      if (rest_of_[begin] != kNoRest && end > begin + 1) out.push_back({begin, end});
+    }
+    return out;
+  }
+
+  // A noisy reference shows the slow end of a motion as a rest, all of which turns alike. A long
+  // rest beside it, in the same pose, says what the sensor shows at rest.
+  void DropThoseThatTurn() {
+    const std::vector<Stretch> rests = Stretches();
+    for (std::size_t r = 0; r < rests.size(); ++r) {
+      if (Length(rests[r]) > kShortRest_s) continue;
+      const bool turns = (r > 0 && TurnsBeside(rests[r], rests[r - 1])) ||
+                         (r + 1 < rests.size() && TurnsBeside(rests[r], rests[r + 1]));
+      for (std::size_t k = rests[r].begin; turns && k < rests[r].end; ++k) rest_of_[k] = kNoRest;
+    }
+  }
+
+  double Length(const Stretch& rest) const {
+    return nodes_[rest.end - 1].at.t_s - nodes_[rest.begin].at.t_s;
+  }
+
+  bool TurnsBeside(const Stretch& rest, const Stretch& beside) const {
+    const double apart_s = std::max(nodes_[beside.begin].at.t_s - nodes_[rest.end - 1].at.t_s,
+                                    nodes_[rest.begin].at.t_s - nodes_[beside.end - 1].at.t_s);
+    if (Length(beside) < Length(rest) || apart_s > kBeside_s || !SamePose(rest, beside))
+      return false;
+    const Vector3 here = Quiet(rest.begin, rest.end - 1);
+    const Vector3 there = Quiet(beside.begin, beside.end - 1);
+    const double sigmas =
+        kTurnSigmas * std::sqrt(1.0 / static_cast<double>(rest.end - rest.begin) +
+                                1.0 / static_cast<double>(beside.end - beside.begin));
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (sigma_[c] > 0.0 && std::fabs(here[c] - there[c]) > sigmas * sigma_[c]) return true;
+    }
+    return false;
+  }
+
+  bool SamePose(const Stretch& rest, const Stretch& beside) const {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (!recording_.info.stand_axis_present[a]) continue;
+      const double off_deg = nodes_[rest.begin].table_deg[a] - nodes_[beside.begin].table_deg[a];
+      if (!(std::fabs(off_deg) < kSamePose_deg)) return false;
+    }
+    return recording_.info.reference == ReferenceKind::kStandAngles;
   }
 
   // Nodes [begin, end) of one rest.
