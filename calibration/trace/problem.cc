@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/trace/scaled_ldlt.h"
+
 namespace gyrobench::calibration {
 namespace {
 
 constexpr double kLeastPath_deg = 5.0;  // of an axis that counts as turned
 constexpr double kLeastTablePath_deg = 20.0;
+// An element of M beyond is not to be believed: data that do not tell axes apart.
+constexpr double kMostOfRow = 2.0;
 
 // Effects of the temperature need this range to be told from other slow ones; a straight line of
 // the offset, which the baseline is free to have, needs less: a tenth of a degree moves the offset
@@ -48,8 +52,6 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
       interval.gap_before_s = new_power_on ? 0.0 : std::max(0.0, nodes[i].at.t_s - last_end_s);
       interval.new_reference = skipped_motion;
       interval.new_run = new_power_on && !rows_.empty();
-      interval.end_reference_share = trail.reference_share[i + 1][channel_];
-      interval.begin_reference_share = trail.reference_share[i][channel_];
       interval.end_reference_walk_s = trail.reference_walk_s[i + 1];
       interval.begin_reference_walk_s = trail.reference_walk_s[i];
       intervals_.push_back(interval);
@@ -62,6 +64,43 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
   }
   output_ = Eigen::Map<const Eigen::VectorXd>(output.data(), rows());
   Survey();
+  ShareReferenceErrors();
+}
+
+// By the row of M as least squares of what moves gives it: noise is small beside that.
+void ChannelProblem::ShareReferenceErrors() {
+  Vector3 row = {};
+  row[channel_] = 1.0;
+  const std::vector<std::size_t> turned = Turned();
+  const auto axes = static_cast<Eigen::Index>(turned.size());
+  if (axes > 0) {
+    Eigen::MatrixXd columns(rows(), axes + 1);
+    for (Eigen::Index i = 0; i < rows(); ++i) {
+      for (Eigen::Index j = 0; j < axes; ++j)
+        columns(i, j) = Rotation(i)[turned[static_cast<std::size_t>(j)]];
+      columns(i, axes) = intervals_[static_cast<std::size_t>(i)].duration_s;
+    }
+    const Eigen::VectorXd fit =
+        ScaledLdlt(columns.transpose() * columns).Solve(columns.transpose() * output_);
+    for (Eigen::Index j = 0; j < axes; ++j) {
+      const double m = fit(j);
+      if (std::fabs(m) < kMostOfRow) row[turned[static_cast<std::size_t>(j)]] = m;
+    }
+  }
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    Interval& interval = intervals_[static_cast<std::size_t>(i)];
+    interval.begin_reference_share = trail(i).ReferenceShare(ref(i).interval, row);
+    interval.end_reference_share = trail(i).ReferenceShare(ref(i).interval + 1, row);
+  }
+}
+
+// Its own axis first: where the data cannot tell axes apart, the turning is its own.
+std::vector<std::size_t> ChannelProblem::Turned() const {
+  std::vector<std::size_t> turned;
+  for (const std::size_t c : {channel_, (channel_ + 1) % 3, (channel_ + 2) % 3}) {
+    if (path_[c] > kLeastPath_deg) turned.push_back(c);
+  }
+  return turned;
 }
 
 ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const {
@@ -172,10 +211,7 @@ void ChannelProblem::SurveyTemperature() {
 
 Baseline ChannelProblem::MakeBaseline() const {
   Baseline out;
-  // Its own axis first: where the data cannot tell axes apart, the turning is its own.
-  for (const std::size_t c : {channel_, (channel_ + 1) % 3, (channel_ + 2) % 3}) {
-    if (path_[c] > kLeastPath_deg) out.turned.push_back(c);
-  }
+  out.turned = Turned();
   out.constants = power_on_begins_.size();
   const double range = max_temperature_ - min_temperature_;
   out.temperature_order = temperature_known_ ? TemperatureOrder(range) : 0;
@@ -189,8 +225,7 @@ Baseline ChannelProblem::MakeBaseline() const {
       ++power_on;
     const double dt = intervals_[static_cast<std::size_t>(i)].duration_s;
     for (Eigen::Index j = 0; j < turned; ++j) {
-      out.columns(i, j) =
-          trail(i).rotation_deg[ref(i).interval][out.turned[static_cast<std::size_t>(j)]];
+      out.columns(i, j) = Rotation(i)[out.turned[static_cast<std::size_t>(j)]];
     }
     out.columns(i, turned + power_on) = dt;
   }

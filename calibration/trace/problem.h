@@ -93,7 +93,13 @@ class ChannelProblem {
  private:
   const ProblemRow& ref(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)]; }
   Eigen::VectorXd TemperaturePower(int power) const;
+  // Of the reference about the sensor's axes in a row [deg].
+  const Vector3& Rotation(Eigen::Index row) const {
+    return trail(row).rotation_deg[ref(row).interval];
+  }
+  std::vector<std::size_t> Turned() const;
   void Survey();
+  void ShareReferenceErrors();
   void SurveyTemperature();
 
   std::span<const Trail> trails_;

@@ -11,7 +11,7 @@ namespace {
 // The error of a mean over a rest does not fall for ever: what is not noise stays.
 constexpr double kLeastShare = 0.005;
 // What is left of a reading's error, as a variance, where the channel does not feel the axis.
-constexpr double kLeastFelt = 1e-4;
+constexpr double kLeastFelt = 1e-6;
 
 Vector3 Minus(const Vector3& a, const Vector3& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
@@ -26,7 +26,12 @@ class TrailMaker {
         units_(units),
         trail_(*trail),
         nodes_(trail->epochs),
-        rest_of_(RestsOfNodes(recording)) {}
+        rest_of_(RestsOfNodes(recording)) {
+    SplitRestsAtSteps(recording, &rest_of_);
+    for (const std::size_t rest : rest_of_) {
+      if (rest != kNoRest) rests_ = std::max(rests_, rest + 1);
+    }
+  }
 
   void Make() {
     ChooseEpochs();
@@ -36,7 +41,8 @@ class TrailMaker {
     trail_.still.assign(intervals, false);
     trail_.usable.assign(intervals, {true, true, true});
     trail_.rotation_deg.assign(intervals, Vector3{});
-    trail_.reference_share.assign(nodes_.size(), {1.0, 1.0, 1.0});
+    trail_.reading_share.assign(nodes_.size(), 1.0);
+    trail_.axis_errs.assign(nodes_.size(), {});
     trail_.reference_walk_s.assign(nodes_.size(), 0.0);
     Points();
     MarkUnusable(recording_, units_, &trail_);
@@ -45,7 +51,7 @@ class TrailMaker {
     RestAngles();
     Rotations();
     Tables();
-    Shares();
+    AxisErrors();
     for (std::size_t k = 0; k < trail_.nodes.size(); ++k) trail_.nodes[k].still = AtRest(k);
     FillGravity(recording_, rest_of_, &trail_);
     FillRates(recording_, units_, &trail_);
@@ -174,7 +180,7 @@ class TrailMaker {
   }
 
   void RestAngles() {
-    rest_angle_.assign(recording_.columns.rests.size(), Vector3{});
+    rest_angle_.assign(rests_, Vector3{});
     rest_rotation_ = rest_angle_;
     std::vector<double> count(rest_angle_.size(), 0.0);
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
@@ -198,11 +204,11 @@ class TrailMaker {
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       if (AtRest(k)) {
         const double share = errors.ShareAtRest(count[rest_of_[k]]);
-        trail_.reference_share[k].fill(std::max(kLeastShare, share));
+        trail_.reading_share[k] = std::max(kLeastShare, share);
       } else if (nodes_[k].mean.output_known) {
         const Vector3& to = nodes_[k].table_deg;
         const Vector3& from = nodes_[k > 0 ? k - 1 : k].table_deg;
-        trail_.reference_share[k].fill(errors.ShareInMotion(nodes_[k].mean, from, to));
+        trail_.reading_share[k] = errors.ShareInMotion(nodes_[k].mean, from, to);
       }
       for (std::size_t a = 0; a < 3; ++a) {
         if (AtRest(k) && !settled_.is_settled[k][a])
@@ -235,22 +241,11 @@ class TrailMaker {
            (k + 1 < nodes_.size() && settled_.angle_deg[k + 1][a] != angle);
   }
 
-  // What a reading's error does to each channel: by each axis as much as the channel feels of it.
-  void Shares() {
-    const bool stand = recording_.info.reference == ReferenceKind::kStandAngles;
+  void AxisErrors() {
+    if (recording_.info.reference != ReferenceKind::kStandAngles) return;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      Vector3& share = trail_.reference_share[k];
-      const Matrix3 rates = trail_.stand.Rates(settled_.angle_deg[k]);
-      const bool readings = AllSettled(k);
-      for (std::size_t c = 0; c < 3; ++c) {
-        if (stand) {
-          double felt = 0.0;
-          for (std::size_t a = 0; a < 3; ++a) {
-            if (Errs(k, a) || (readings && !AtRest(k))) felt += rates[c][a] * rates[c][a];
-          }
-          if (std::isfinite(felt)) share[c] *= std::max(felt, kLeastFelt);
-        }
-      }
+      const bool readings = AllSettled(k) && !AtRest(k);
+      for (std::size_t a = 0; a < 3; ++a) trail_.axis_errs[k][a] = Errs(k, a) || readings;
     }
   }
 
@@ -287,12 +282,26 @@ class TrailMaker {
   Trail& trail_;
   const std::vector<Node>& nodes_;  // the trail's epochs
   std::vector<std::size_t> rest_of_;
+  std::size_t rests_ = 0;
   SettledAngles settled_;
   std::vector<Vector3> rest_angle_;  // of each rest: means over its nodes
   std::vector<Vector3> rest_rotation_;
 };
 
 }  // namespace
+
+double Trail::ReferenceShare(std::size_t node, const Vector3& m_row) const {
+  const double share = reading_share[node];
+  if (recording->info.reference != ReferenceKind::kStandAngles) return share;
+  const Matrix3 rates = stand.Rates(nodes[node].table_deg);
+  double felt = 0.0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    double gain = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) gain += m_row[c] * rates[c][a];
+    if (axis_errs[node][a]) felt += gain * gain;
+  }
+  return std::isfinite(felt) ? share * std::max(felt, kLeastFelt) : share;
+}
 
 Trail MakeTrail(const Recording& recording, const Vector3& units_per_deg_s, bool new_power_on,
                 const std::vector<std::string>& covariates) {

@@ -29,10 +29,14 @@ struct Trail {
   // Rotation of the reference about the sensor's axes over interval i, Earth's included [deg]; 0
   // at rest but for Earth's.
   std::vector<Vector3> rotation_deg;
-  // Of each node and channel: variance of the rotation up to it relative to one reading's. Means
-  // over rests and over the readings of a node are better, and of axes across the channel it feels
-  // nothing.
-  std::vector<Vector3> reference_share;
+  // Of each node: variance of an axis's angle relative to one reading's; means over rests and over
+  // the readings of a node are better. And which axes of the stand err there: the angle of one that
+  // rests is the same before and after.
+  std::vector<double> reading_share;
+  std::vector<std::array<bool, 3>> axis_errs;
+  // Variance of what the channel with this row of M makes of the rotation's error up to a node,
+  // relative to one reading's: by each axis as much as the channel feels of it.
+  double ReferenceShare(std::size_t node, const Vector3& m_row) const;
   // Error of a table angle at a moving node: noise of the readings averaged, or half a step of a
   // coarse encoder [deg].
   double angle_error_deg = 0.0;

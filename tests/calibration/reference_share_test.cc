@@ -39,7 +39,7 @@ std::vector<double> SharesWhileTurning(const Told& told, TableAxis axis) {
   std::vector<double> shares;
   for (std::size_t i = 0; i < trail.still.size(); ++i) {
     if (std::fabs(trail.halves[2 * i].table_rate_deg_s[axis]) > 10.0)
-      shares.push_back(trail.reference_share[i + 1][kZ]);
+      shares.push_back(trail.ReferenceShare(i + 1, {0.0, 0.0, 1.0}));
   }
   return shares;
 }
