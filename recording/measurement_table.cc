@@ -220,10 +220,24 @@ void TableReader::Accept(double* row) {
   }
 }
 
+// Of two rows of one time: what one has and the other has not, as where gyro and reference have
+// lines of their own, is one row.
+bool TableReader::Complement(const double* row, double* latest) const {
+  for (std::size_t i = 0; i < width_; ++i) {
+    if (i != head_.time_column() && !std::isnan(row[i]) && !std::isnan(latest[i])) return false;
+  }
+  for (std::size_t i = 0; i < width_; ++i) {
+    if (!std::isnan(row[i])) latest[i] = row[i];
+  }
+  return true;
+}
+
 void TableReader::AcceptRepeated(const double* row) {
+  if (rows_ > group_ && Complement(row, values_.data() + (rows_ - 1) * width_)) return;
   counter_.Count(repeated_, group_t_s_, [this] { return Line(); });
   const double* latest = row - width_;
-  const bool same = rows_ > group_ && std::memcmp(row, latest, width_ * sizeof(double)) == 0;
+  bool same = rows_ > group_;
+  for (std::size_t i = 0; same && i < width_; ++i) same = std::isnan(row[i]) || row[i] == latest[i];
   if (!same && rows_ - group_ < kMaxGroup) ++rows_;
 }
 

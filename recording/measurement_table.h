@@ -25,9 +25,10 @@ struct TableRows {
 };
 
 // What is mended or left out, each counted with the line of the first one:
-//   repeated_time   a time stamp again. The same row again is left out. Different rows share the
-//                   time up to the next stamp, evenly, at most one earlier interval apart; 64 are
-//                   kept
+//   repeated_time   a time stamp again, but of a row that only fills what the one before left
+//                   empty: the two are one. The same row again is left out. Different rows share
+//                   the time up to the next stamp, evenly, at most one earlier interval apart; 64
+//                   are kept
 //   ragged_line     too few or too many fields: left out, for its columns may have moved
 //   no_time         no time in a line, or one beyond 1e11 s: left out
 //   unparsable      a field that is no number: missing, the other fields are read
@@ -59,6 +60,7 @@ class TableReader {
   bool ParseSlowly(std::string_view line, double* row);
   double ParseField(std::string_view field, std::size_t column, double t_s);
   void Accept(double* row);
+  bool Complement(const double* row, double* latest) const;
   void AcceptRepeated(const double* row);
   void SpreadGroup(double next_t_s);
   std::string Line() const;

@@ -203,6 +203,25 @@ TEST_F(Table, AReferenceSlowerThanTheGyroLeavesFieldsEmpty) {
   EXPECT_TRUE(sink.defects.empty());
 }
 
+// Two loggers, one clock: their stamps meet now and then.
+TEST_F(Table, LinesOfOneTimeThatFillDifferentColumnsAreOneLine) {
+  const KeepingSink sink = Read(
+      "t_s,gyro_z_lsb,ref_angle_z_deg\n0,1,\n0,,5\n0.01,2,\n0.015,,6\n0.02,,7\n0.02,3,\n0.03,4,\n");
+  EXPECT_THAT(Times(sink), ElementsAre(0, 0.01, 0.02, 0.03));
+  ASSERT_EQ(sink.angles.size(), 3u);
+  EXPECT_EQ(sink.angles[0].t_s, 0.0);
+  EXPECT_EQ(sink.angles[2].t_s, 0.02);
+  EXPECT_TRUE(sink.defects.empty());
+}
+
+TEST_F(Table, ADoubledLineOfOneOfTwoLoggersIsLeftOutAndCounted) {
+  const KeepingSink sink =
+      Read("t_s,gyro_z_lsb,ref_angle_z_deg\n0,1,\n0.01,2,\n0.01,,5\n0.01,,5\n0.02,3,\n");
+  EXPECT_THAT(Times(sink), ElementsAre(0, 0.01, 0.02));
+  EXPECT_EQ(sink.angles.size(), 1u);
+  EXPECT_EQ(sink.Count("repeated_time"), 1);
+}
+
 TEST_F(Table, ADoubledRowIsLeftOutAndCounted) {
   const KeepingSink sink = Read("t_s,gyro_z_lsb\n0,1\n0.01,2\n0.01,2\n0.03,3\n0.03,3\n0.03,3\n");
   EXPECT_THAT(Times(sink), ElementsAre(0, 0.01, 0.03));
