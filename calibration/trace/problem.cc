@@ -64,7 +64,19 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
   }
   output_ = Eigen::Map<const Eigen::VectorXd>(output.data(), rows());
   Survey();
+  TakeOffEarth();
   ShareReferenceErrors();
+}
+
+// Where the axis turned its scale factor has a column, and Earth's rotation is in that; where it
+// did not, Earth still turns it, by the nominal scale factor.
+void ChannelProblem::TakeOffEarth() {
+  if (path_[channel_] > kLeastPath_deg) return;
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    const std::vector<Node>& nodes = trail(i).epochs;
+    const std::uint32_t interval = ref(i).interval;
+    output_(i) -= nodes[interval + 1].earth_deg[channel_] - nodes[interval].earth_deg[channel_];
+  }
 }
 
 // By the row of M as least squares of what moves gives it: noise is small beside that.

@@ -99,6 +99,7 @@ class ChannelProblem {
   }
   std::vector<std::size_t> Turned() const;
   void Survey();
+  void TakeOffEarth();
   void ShareReferenceErrors();
   void SurveyTemperature();
 
