@@ -135,8 +135,8 @@ class ChannelSearcher {
     bool outside = false;
     for (const Candidate& member : found.selection.members()) {
       // What the noise was not judged with makes it look larger than it is.
-      const bool on_grid =
-          member.effect != nullptr && (member.effect->nonlinear.empty() || member.effect->tied);
+      const bool on_grid = member.effect != nullptr && member.context.start_sides.empty() &&
+                           (member.effect->nonlinear.empty() || member.effect->tied);
       if (on_grid || !judged_.insert(member.family).second) continue;
       AppendColumns(&saturated_, Raw(member));
       outside = true;

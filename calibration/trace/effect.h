@@ -26,6 +26,9 @@ struct BasisContext {
   std::size_t covariate = 0;    // index, for effects of a covariate
   double covariate_mean = 0.0;
   std::vector<double> nonlinear;  // in the order of Effect::nonlinear
+  // Of each power-on: where in the play its first measurement begins, -0.5 .. 0.5; the middle where
+  // nothing is said.
+  std::vector<double> start_sides;
 };
 
 // The basis functions of one effect along time. Asked in the order of time; may remember.

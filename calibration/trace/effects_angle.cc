@@ -122,7 +122,7 @@ class BacklashBasis final : public ChannelBasis {
     const double play_deg = std::max(std::fabs(b_deg), kLeastPlay_deg);
     if (std::isfinite(angle_deg)) {
       if (point.restart || !std::isfinite(follower_deg_)) {
-        follower_deg_ = angle_deg;
+        follower_deg_ = angle_deg - StartSide() * play_deg;
       } else if (point.begins) {
         // Between measurements the reference alone says what the table turned by.
         const double moved_deg = point.table_deg[axis] - last_deg_;
@@ -142,6 +142,12 @@ class BacklashBasis final : public ChannelBasis {
   static constexpr double kLeastPlay_deg = 0.005, kClearPlay_deg = 0.015;
   // Less is the noise of two readings.
   static constexpr double kLeastMove_deg = 0.05;
+
+  double StartSide() {
+    const std::size_t power_on = power_ons_++;
+    const std::vector<double>& sides = context().start_sides;
+    return power_on < sides.size() ? sides[power_on] : 0.0;
+  }
 
   // On the way through the point; the mean over what it stands for.
   double MeanSide(const TrackPoint& point, double angle_deg, double play_deg) {
@@ -169,6 +175,7 @@ class BacklashBasis final : public ChannelBasis {
     follower_deg_ =
         std::clamp(follower_deg_, angle_deg - 0.5 * play_deg, angle_deg + 0.5 * play_deg);
   }
+  std::size_t power_ons_ = 0;
   double side_ = 0.0;
   double follower_deg_ = kMissing;
   double last_deg_ = kMissing;  // of the reference

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
+#include <utility>
 
 #include "calibration/trace/likelihood.h"
 #include "calibration/trace/ramp_search.h"
@@ -27,6 +29,8 @@ constexpr std::ptrdiff_t kMostScanned = 6;
 constexpr double kCostOfColumn = 8.0;
 // Ten of -2 log L, with the same for what a column costs: rivals.
 constexpr double kRivalGain = 10.0;
+// Of -2 log L: less is no reason to let a power-on begin at a side of the play.
+constexpr double kStartGain = 10.0;
 // Less of a column's square left by the model: it is absorbed.
 constexpr double kAbsorbed = 1e-6;
 // Of the largest size that a part of this class shows: more is something else.
@@ -248,7 +252,40 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
   }
   if (theta == range->start) return;
   SetNonlinear(theta, candidate);
+  if (candidate->id == "angle.backlash") {
+    candidate->context.start_sides = StartSides(*candidate, others_off, residual);
+  }
   candidate->columns.clear();
+}
+
+// Where in the play a power-on begins nobody knows; its first motion shows it.
+std::vector<double> Selection::StartSides(Candidate candidate, const Projection& others_off,
+                                          const Eigen::VectorXd& residual) const {
+  std::vector<double>& sides = candidate.context.start_sides;
+  const std::span<const Trail> trails = problem_->trails();
+  sides.assign(static_cast<std::size_t>(std::ranges::count_if(
+                   trails, [](const Trail& trail) { return trail.new_power_on; })),
+               0.0);
+  candidate.raw = nullptr;
+  const auto gain = [&] {
+    const Eigen::VectorXd x = others_off.Off(White(candidate)).col(0);
+    const double with = x.dot(residual);
+    return with * with / x.squaredNorm();
+  };
+  double best = gain();
+  for (double& side : sides) {
+    for (const double start : {-0.5, 0.5}) {
+      const double before = std::exchange(side, start);
+      const double with = gain();
+      if (with > best + kStartGain) {
+        best = with;
+      } else {
+        side = before;
+      }
+    }
+  }
+  if (std::ranges::all_of(sides, [](double side) { return side == 0.0; })) sides.clear();
+  return sides;
 }
 
 void Selection::TryPool(const WhiteStore::Columns& model, Best* best) const {

@@ -9,6 +9,7 @@
 
 #include "calibration/trace/candidate.h"
 #include "calibration/trace/problem.h"
+#include "calibration/trace/scaled_ldlt.h"
 #include "calibration/trace/white_store.h"
 #include "calibration/trace/whitener.h"
 
@@ -80,6 +81,8 @@ class Selection {
   bool Exchange();
   bool ExchangeMember(std::size_t member);
   bool DropWeak();
+  std::vector<double> StartSides(Candidate candidate, const Projection& others_off,
+                                 const Eigen::VectorXd& residual) const;
   void Refine(Candidate* candidate, const WhiteStore::Columns& others);
   void Insert(Candidate candidate);
   bool InModel(const std::string& family) const;
