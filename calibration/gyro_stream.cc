@@ -17,7 +17,7 @@ constexpr double kShortestGap_s = 0.05;
 
 // Wild samples (see the class).
 constexpr double kWildBends = 8.0, kWildInQuietBends = 40.0;
-constexpr double kWildAcceleration_deg_s2 = 5000.0, kWildInQuiet_deg_s2 = 1000.0;
+constexpr double kWildAcceleration_deg_s2 = 5000.0, kWildInQuiet_deg_s2 = 300.0;
 constexpr double kNeighboursAgree = 0.25;
 constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity is not known
 // Beyond these a number is no measurement; squares of it would overflow.

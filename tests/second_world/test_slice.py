@@ -1,9 +1,11 @@
-"""A slice of the campaign: eight short sets of the second world, traced by the program that is given.
+"""A slice of the campaign: eight short sets of the second world, traced by the program that is given; and the sets that
+once showed a mistake of the tracer.
 
     test_slice.py GYROBENCH
 
-It asks for what must hold on any day: every set is answered, and of strong effects no wrong one is named alone.
-How often the right one is named is the campaign's business.
+Of the slice it asks for what must hold on any day: every set is answered, and of strong effects no wrong one is named
+alone. How often the right one is named is the campaign's business. The others must stay as they became: the truth is
+named, alone or among rivals, and nothing else on any channel.
 """
 import sys
 
@@ -18,6 +20,27 @@ import campaign
 CLASSES = "short_run,single_axis_table,quaternion_hand,fast_gyro"
 ARGUMENTS = ["--sets", "8", "--seed", "40", "--classes", CLASSES, "--kinds", "single,silent", "--levels", "100",
              "--jobs", "2"]
+# What was named, and why.
+MENDED = {
+    "coarse_encoder:silent:0:60045": "ripples: means of rounded readings looked finer than they are, no axis rested",
+    "data_defects:silent:0:60103": "steps of the angle: wild gyro samples in motion passed",
+    "fast_reference:single:20:61047": "a step of the angle at rest: as two halves at the rest's ends",
+    "own_clock_reference:silent:0:62158": "steps of the angle: readings were moved when their stamp met a sample's",
+    "short_run:single:5:62083": "g-sensitivity: Earth's rotation stayed on channels whose axis did not turn",
+    "short_run:single:100:61127": "a step of the angle: the play began at its side",
+}
+
+
+def mended(program):
+    """What the sets of MENDED show that they must not."""
+    failures = []
+    for name, what in MENDED.items():
+        bench, kind, level, seed = name.split(":")
+        record = campaign.run_set((program, bench, kind, float(level), int(seed), None))
+        false = [f"{c['channel']}: {', '.join(c['false'])}" for c in record["silent"] if c["false"]]
+        if record["word"] not in ("silent", "exact", "among") or false:
+            failures.append(f"{name} ({what}): {record['word']}, said {record['said']}; falsely {false}")
+    return failures
 
 
 def main(program):
@@ -28,6 +51,7 @@ def main(program):
                 f"said {r['said']}" for r in records if r["word"] in ("refused", "wrong")]
     if len(records) != options.sets:
         failures.append(f"{options.sets - len(records)} sets were not scored")
+    failures += mended(program)
     for failure in failures:
         print("FAILED", failure)
     return 1 if failures else 0
