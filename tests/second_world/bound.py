@@ -84,6 +84,7 @@ class Bound:
 
     def __init__(self, scene, channel, noise, candidates):
         self.candidates = candidates
+        self.places = [max(1.0, catalogue.places(scene, c)) for c in candidates]
         groups = [catalogue.responses(scene, channel, c) for c in candidates]
         sizes = np.cumsum([0] + [len(g) for g in groups])
         self.columns = [np.arange(a, b) for a, b in zip(sizes[:-1], sizes[1:])]
@@ -137,7 +138,8 @@ class Bound:
         """How often an ideal tracer names the one true effect: alone, or among rivals.
 
         truth: (index, vector of parameters). Scores are drawn from N(G theta, G); each candidate gains
-        u' G^-1 u; the best must pass a Bonferroni threshold and be ahead of every other id by ALONE.
+        u' G^-1 u; the best must pass a Bonferroni threshold, over all places where one is looked for, and be ahead of
+        every other id by ALONE.
         """
         i, theta = truth
         mean = self.gram[:, self.columns[i]] @ theta
@@ -150,10 +152,17 @@ class Bound:
         ids, gains = self._gains(scores, correlation)
         mine = ids.index(self.candidates[i].effect)
         best = gains.max(axis=0)
-        found = best > threshold(len(self.candidates))
+        found = (gains > self._thresholds(ids)).any(axis=0)
         near = (gains > best - ALONE) & found
         alone = near[mine] & (near.sum(axis=0) == 1)
         return float(alone.mean()), float(near[mine].mean())
+
+    def _thresholds(self, ids):
+        """Of the gain of each id, (ids, 1)."""
+        tests = {}
+        for candidate, places in zip(self.candidates, self.places):
+            tests[candidate.effect] = max(tests.get(candidate.effect, 1.0), places)
+        return np.array([[threshold(len(self.candidates) * tests[i])] for i in ids])
 
     def _gains(self, scores, correlation):
         """Likelihood gain (2 log) of each id and draw: the best of its candidates."""
@@ -168,10 +177,10 @@ class Bound:
         return list(gains), np.array(list(gains.values()))
 
 
-def threshold(candidates):
-    """Gain that chance passes in 1 % of channels over all candidates, for one parameter (two-sided normal)."""
-    tail = FALSE_DISCOVERY / candidates
-    low, high = 0.0, 40.0
+def threshold(tests):
+    """Gain that chance passes in 1 % of channels over all tests, for one parameter (two-sided normal)."""
+    tail = FALSE_DISCOVERY / tests
+    low, high = 0.0, 100.0
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if math.erfc(math.sqrt(middle / 2.0)) > tail else (low, middle)

@@ -6,6 +6,8 @@ Equations and the sizes that such parts show are those of the catalogue's page. 
     axis   an error of one stand axis's angle [deg];
     time   an error of time, of the whole sensor; its response is a time times the rate.
 """
+import math
+
 import numpy as np
 
 import geometry
@@ -191,7 +193,7 @@ def _rate_candidates(rng, scene, channel):
     found += [Candidate("bias.hysteresis", r_degC=r) for r in (rng.uniform(0.4, 2.5), 0.5, 1.5)]
     found += [Candidate("bias.warm_up", tau_s=t) for t in (np.exp(rng.uniform(4.6, 6.5)), 120.0, 300.0, 700.0)]
     found += [Candidate("bias.step", **instant(rng, scene)) for _ in range(8)]
-    found += [Candidate("bias.tone", f_hz=f) for f in (np.exp(rng.uniform(-3, 1.2)), 0.05, 0.5)]
+    found += [Candidate("bias.tone", f_hz=f) for f in (np.exp(rng.uniform(*np.log(TONES_HZ))), 0.05, 0.5)]
     found += [Candidate("bias.vibration", f0_deg_s=f, width_deg_s=rng.uniform(1.5, 5.0))
               for f in (rng.uniform(0.2, 0.75) * top, 0.25 * top, 0.5 * top, 0.75 * top)]
     for name in scene.covariates:
@@ -204,10 +206,24 @@ def _axis_candidates(rng, scene, axis):
              ("angle.eccentricity_1", "angle.eccentricity_2", "angle.backlash")]
     if scene.bench["gear_key"]:
         found.append(Candidate("angle.worm_period", axis))
-    orders = [k for k in rng.permutation(np.arange(3, 120)) if k not in (40, 80)][:3]
+    orders = [k for k in rng.permutation(np.arange(*RIPPLES)) if k not in (40, 80)][:3]
     found += [Candidate("angle.ripple", axis, k=int(k)) for k in orders]
     found += [Candidate("angle.step", axis, **instant(rng, scene, axis)) for _ in range(6)]
     return found
+
+
+TONES_HZ = (math.exp(-3.0), math.exp(1.2))
+RIPPLES = (3, 120)
+
+
+def places(scene, candidate):
+    """At how many places a tracer has to look for an effect of which it does not know where it is: frequencies that a
+    measurement tells apart, periods of a turn, times. Of an offset's step, whose neighbours in time are nearly the same,
+    one in 10 s; of an angle's, one in a tenth of a second of motion."""
+    duration_s = sum(table.end_s - table.start_s for table in scene.plan.tables)
+    turning_s = sum(table.end_s - table.start_s for table in scene.plan.tables if any(table.turning_axes()))
+    return {"bias.tone": duration_s * (TONES_HZ[1] - TONES_HZ[0]), "angle.ripple": RIPPLES[1] - RIPPLES[0],
+            "bias.step": duration_s / 10.0, "angle.step": turning_s / 0.1}.get(candidate.effect, 1.0)
 
 
 def instant(rng, scene, axis=None):
