@@ -17,16 +17,6 @@ constexpr double kLeastN = 1e-12;
 // Natural logarithms of K/N [1/s] and s/N [sqrt(s)].
 constexpr double kLowWalk = -14.0, kHighWalk = 3.0, kLowReference = -7.0, kHighReference = 12.0;
 
-// What is known of K/N before a short measurement says little of it: the Allan deviation of MEMS
-// gyros is least at tau = sqrt(3) N / K of some 10 s to 1000 s, so that its logarithm is about
-// -3.5, within 1.5. Without it a few power-ons whose offsets differ by chance make K as small, and
-// whatever tells them apart as significant, as they please. As a deviance.
-double PriorOfWalk(double log_walk) {
-  constexpr double kTypical = -3.5, kSpread = 1.5;
-  const double off = (log_walk - kTypical) / kSpread;
-  return off * off;
-}
-
 std::vector<double> Low(bool moving) {
   return moving ? std::vector{kLowWalk, kLowReference} : std::vector{kLowWalk};
 }
@@ -162,7 +152,7 @@ double NoiseSearch::Deviance(const IntervalNoise& noise) const {
   const double best = Profile(products, &best_n);
   const auto freedom = static_cast<double>(columns_.rows() - products.scaled.cols() + 1);
   const double ratio = best_n * best_n / (n * n);
-  return best + freedom * (ratio - 1.0 - std::log(ratio)) + PriorOfWalk(Start(noise)[0]);
+  return best + freedom * (ratio - 1.0 - std::log(ratio));
 }
 
 // Logarithms of the ratios.
@@ -180,7 +170,7 @@ std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<IntervalNoise
   if (!solvable_) return std::nullopt;
   double n = 0.0;
   auto at = [&](const std::vector<double>& u) {
-    return Profile(At(std::exp(u[0]), moving_ ? std::exp(u[1]) : 0.0), &n) + PriorOfWalk(u[0]);
+    return Profile(At(std::exp(u[0]), moving_ ? std::exp(u[1]) : 0.0), &n);
   };
   std::vector<double> best;
   double step = 1.0;
@@ -230,11 +220,10 @@ std::vector<double> NoiseSearch::Worth(const std::vector<std::vector<Eigen::Inde
   std::vector<Deviances> least(groups.size());
   auto compare = [&](double walk, double reference) {
     const Products products = At(std::exp(walk), moving_ ? std::exp(reference) : 0.0);
-    const double prior = PriorOfWalk(walk);
     for (std::size_t g = 0; g < groups.size(); ++g) {
       const Deviances here = Contest(products, mine[g]);
-      least[g].with = std::min(least[g].with, here.with + prior);
-      least[g].without = std::min(least[g].without, here.without + prior);
+      least[g].with = std::min(least[g].with, here.with);
+      least[g].without = std::min(least[g].without, here.without);
     }
   };
   std::vector<double> walks(kWalk.begin(), kWalk.end());

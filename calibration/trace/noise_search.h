@@ -27,9 +27,8 @@ class NoiseSearch {
               const Eigen::VectorXd& output, double tolerance = kDependent,
               double piece_s = kPiece_s);
 
-  // With what is known beforehand of K/N. N in closed form, K/N and s/N by search, from `start`
-  // where something is known; both ratios to within `tolerance` of their logarithm. nullopt with
-  // fewer rows than columns.
+  // N in closed form, K/N and s/N by search, from `start` where something is known; both ratios to
+  // within `tolerance` of their logarithm. nullopt with fewer rows than columns.
   std::optional<NoiseEstimate> Best(const std::optional<IntervalNoise>& start = {},
                                     double tolerance = 0.02) const;
   // Deviance of a given noise.
