@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <numbers>
 
 namespace gyrobench::calibration {
@@ -19,6 +20,7 @@ constexpr double kShortestGap_s = 0.05;
 constexpr double kWildBends = 8.0, kWildInQuietBends = 40.0;
 constexpr double kWildAcceleration_deg_s2 = 5000.0, kWildInQuiet_deg_s2 = 300.0;
 constexpr double kNeighboursAgree = 0.25;
+constexpr double kSmallWildApart_s = 5.0;
 constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity is not known
 // Beyond these a number is no measurement; squares of it would overflow.
 constexpr double kLargestOutput = 1e30;
@@ -119,14 +121,18 @@ void GyroStream::MendNewest(double next_t_s, const Vector3& next) {
   ++bends_;
 }
 
-bool GyroStream::IsWild(std::size_t c, double off, double off_deg_s2, double next) const {
+bool GyroStream::IsWild(std::size_t c, double off, double off_deg_s2, double next) {
   if (off_deg_s2 < kWildInQuiet_deg_s2) return false;
   const double before = back(2).xi[c];
   const double apart = std::max(std::fabs(next - before), std::fabs(before - back(3).xi[c]));
   if (apart > kNeighboursAgree * off) return false;
   const double largest = *std::max_element(bend_[c].begin(), bend_[c].end());
   const double bends = off / std::max(digit_, largest);
-  return bends > (off_deg_s2 > kWildAcceleration_deg_s2 ? kWildBends : kWildInQuietBends);
+  if (off_deg_s2 > kWildAcceleration_deg_s2) return bends > kWildBends;
+  if (bends < kWildInQuietBends) return false;
+  // What comes again is the motion of something that steps.
+  const double since_s = back(1).t_s - std::exchange(last_small_wild_s_[c], back(1).t_s);
+  return !(since_s < kSmallWildApart_s);
 }
 
 // Puts the newest sample on the line.

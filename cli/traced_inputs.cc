@@ -122,10 +122,8 @@ void RemarkOnInputsThatDoNotBelongTogether(TracedInputs* out, calibration::Trace
     const std::string temperatures = StartTemperatures(out->recordings);
     channel.remarks.push_back(fmt::format(
         "together the inputs fit worse than each alone: the angle error that the model leaves is "
-        "{:.3g} "
-        "deg, alone {:.3g} deg at most{}. From one to the next something changed that no effect "
-        "here "
-        "describes (power-on, temperature, mounting, settings): trace them apart",
+        "{:.3g} deg, alone {:.3g} deg at most{}. From one to the next something changed that no "
+        "effect here describes (power-on, temperature, mounting, settings): trace them apart",
         together_deg, worst_deg, temperatures.empty() ? "" : "; they begin at " + temperatures));
   }
 }

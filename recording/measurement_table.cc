@@ -223,9 +223,16 @@ void TableReader::Accept(double* row) {
 // Of two rows of one time: what one has and the other has not, as where gyro and reference have
 // lines of their own, is one row.
 bool TableReader::Complement(const double* row, double* latest) const {
+  bool fills = false;
   for (std::size_t i = 0; i < width_; ++i) {
-    if (i != head_.time_column() && !std::isnan(row[i]) && !std::isnan(latest[i])) return false;
+    if (std::isnan(row[i])) continue;
+    if (std::isnan(latest[i])) {
+      fills = true;
+    } else if (row[i] != latest[i]) {
+      return false;
+    }
   }
+  if (!fills) return false;
   for (std::size_t i = 0; i < width_; ++i) {
     if (!std::isnan(row[i])) latest[i] = row[i];
   }

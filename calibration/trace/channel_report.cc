@@ -295,7 +295,7 @@ class ChannelTracer {
                                                        selection, fit, *split, RestOf::kBetween);
       if (trial) FillTrial(*trial);
     }
-    if (const std::optional<Split> split = FirstPart(problem_)) {
+    if (const std::optional<Split> split = FirstPart(problem_, baseline_)) {
       const std::optional<PartTrial> trial = TryOnRest(problem_, baseline_, *candidates_, request_,
                                                        selection, fit, *split, RestOf::kForecast);
       if (trial) trace_.forecast_angle_rms_deg = trial->all.angle_rms_deg;

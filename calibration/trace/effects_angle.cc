@@ -120,8 +120,12 @@ class BacklashBasis final : public ChannelBasis {
         b_deg < -kClearPlay_deg || !std::isfinite(point.table_by_gyro_deg[axis]);
     const double angle_deg = by_reference ? point.table_deg[axis] : point.table_by_gyro_deg[axis];
     const double play_deg = std::max(std::fabs(b_deg), kLeastPlay_deg);
+    if (point.restart) {
+      ++power_ons_;
+      follower_deg_ = kMissing;
+    }
     if (std::isfinite(angle_deg)) {
-      if (point.restart || !std::isfinite(follower_deg_)) {
+      if (!std::isfinite(follower_deg_)) {
         follower_deg_ = angle_deg - StartSide() * play_deg;
       } else if (point.begins) {
         // Between measurements the reference alone says what the table turned by.
@@ -143,9 +147,9 @@ class BacklashBasis final : public ChannelBasis {
   // Less is the noise of two readings.
   static constexpr double kLeastMove_deg = 0.05;
 
-  double StartSide() {
-    const std::size_t power_on = power_ons_++;
+  double StartSide() const {
     const std::vector<double>& sides = context().start_sides;
+    const std::size_t power_on = std::max<std::size_t>(power_ons_, 1) - 1;
     return power_on < sides.size() ? sides[power_on] : 0.0;
   }
 
@@ -175,7 +179,7 @@ class BacklashBasis final : public ChannelBasis {
     follower_deg_ =
         std::clamp(follower_deg_, angle_deg - 0.5 * play_deg, angle_deg + 0.5 * play_deg);
   }
-  std::size_t power_ons_ = 0;
+  std::size_t power_ons_ = 0;  // begun
   double side_ = 0.0;
   double follower_deg_ = kMissing;
   double last_deg_ = kMissing;  // of the reference

@@ -90,7 +90,10 @@ class TrainedModel {
 
   // What a member does in each row, white.
   Eigen::MatrixXd White(std::size_t member) const {
-    Eigen::MatrixXd columns = columns_.linear(Eigen::all, fit_.ColumnsOf(member));
+    return White(columns_.linear(Eigen::all, fit_.ColumnsOf(member)));
+  }
+  // Under the noise of training.
+  Eigen::MatrixXd White(Eigen::MatrixXd columns) const {
     whitener_.Apply(columns);
     return columns;
   }
@@ -145,21 +148,24 @@ std::optional<PartTrial> TryOnRest(const ChannelProblem& problem, const Baseline
   }
   const TriedRows after = trained.Try({}, split, rest_of);
   out.all = Compare(trained.Try(every, split, rest_of), after, request.seed);
+  std::vector<bool> taken(chosen.size(), false);
   for (std::size_t i = 0; i < model.members().size(); ++i) {
     const std::string& id = model.members()[i].id;
     const std::vector<std::string> rivals = model.Rivals(i);
     const std::vector<Eigen::Index> columns = fit.ColumnsOf(i);
-    const Eigen::VectorXd does = fit.white(Eigen::all, columns) * fit.linear(columns);
+    const Eigen::VectorXd does =
+        trained.White(fit.raw(Eigen::all, columns) * fit.linear(columns)).col(0);
     std::optional<std::size_t> same;
     double most = kSame;
     for (std::size_t k = 0; k < chosen.size(); ++k) {
       const bool named = chosen[k].id == id ||
                          std::find(rivals.begin(), rivals.end(), chosen[k].id) != rivals.end();
-      const double share = named ? Explained(trained.White(k), does) : 0.0;
-      if (share < most) continue;
+      const double share = named && !taken[k] ? Explained(trained.White(k), does) : 0.0;
+      if (!(share > most)) continue;
       most = share;
       same = k;
     }
+    if (same) taken[*same] = true;
     out.same.push_back(
         same ? std::optional(Compare(trained.Try({*same}, split, rest_of), after, request.seed))
              : std::nullopt);

@@ -15,8 +15,8 @@
 
 namespace gyrobench::calibration {
 
-// Whether the offset of the rest goes on from where the noise says that it has walked to at the end
-// of training (a forecast), or is known between the blocks of training.
+// A forecast's offset goes on from where the noise says that it has walked to at the end of training.
+// Between blocks of training the walk since the power-on stays in the error.
 enum class RestOf { kForecast, kBetween };
 
 struct PartTrial {
@@ -28,7 +28,8 @@ struct PartTrial {
 };
 
 // nullopt where the training part is too small. `model`, `fit`: of all data. Baseline and
-// candidates depend on what happened, not on what the sensor said, and are those of all data.
+// candidates depend on what happened and are those of all data; so are the edges of rests and the
+// shape of the motion between readings, to which the gyro itself has contributed.
 std::optional<PartTrial> TryOnRest(const ChannelProblem& problem, const Baseline& baseline,
                                    const CandidateSet& candidates, const ChannelRequest& request,
                                    const Selection& model, const ChannelFit& fit,

@@ -128,17 +128,25 @@ ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const
     Interval interval = intervals_[static_cast<std::size_t>(row)];
     for (; next < row; ++next) {
       const Interval& left_out = intervals_[static_cast<std::size_t>(next)];
-      if (!interval.new_run) interval.gap_before_s += left_out.gap_before_s + left_out.duration_s;
+      if (power_on(next) == power_on(row))
+        interval.gap_before_s += left_out.gap_before_s + left_out.duration_s;
       interval.new_reference = interval.new_reference || left_out.new_reference || !left_out.still;
     }
     next = row + 1;
     const Eigen::Index index = out.rows();
     if (index == 0 || out.rows_.back().trail != ref(row).trail) out.run_begins_.push_back(index);
-    if (power_on(row) == out.power_on_begins_.size()) out.power_on_begins_.push_back(index);
+    if (power_on(row) == out.power_on_begins_.size()) {
+      out.power_on_begins_.push_back(index);
+      interval.gap_before_s = 0.0;
+      interval.new_reference = true;
+      interval.new_run = index > 0;
+    }
     out.intervals_.push_back(interval);
     out.rows_.push_back(ref(row));
     out.feels_table_.push_back(FeelsTable(row));
   }
+  // By what these rows say of M.
+  out.ShareReferenceErrors();
   return out;
 }
 

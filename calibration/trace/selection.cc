@@ -274,15 +274,16 @@ std::vector<double> Selection::StartSides(Candidate candidate, const Projection&
   };
   double best = gain();
   for (double& side : sides) {
+    double chosen = 0.0, with = best + kStartGain;
     for (const double start : {-0.5, 0.5}) {
-      const double before = std::exchange(side, start);
-      const double with = gain();
-      if (with > best + kStartGain) {
-        best = with;
-      } else {
-        side = before;
+      side = start;
+      if (const double here = gain(); here > with) {
+        with = here;
+        chosen = start;
       }
     }
+    side = chosen;
+    if (chosen != 0.0) best = with;
   }
   if (std::ranges::all_of(sides, [](double side) { return side == 0.0; })) sides.clear();
   return sides;

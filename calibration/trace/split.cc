@@ -1,7 +1,9 @@
 #include "calibration/trace/split.h"
 
 #include <algorithm>
+#include <limits>
 
+#include "calibration/trace/noise_search.h"
 #include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
@@ -9,9 +11,14 @@ namespace {
 
 constexpr double kLeastBlock_s = 20.0, kMostBlocks = 100.0;
 constexpr double kFirstShare = 0.6;
+// Of a block: what is left of a power-on and shorter joins the block before.
+constexpr double kLeastTail = 0.5;
 constexpr Eigen::Index kLeastRows = 100;
 // A variance that grows by more without some rows: they alone knew.
 constexpr double kLostSight = 4.0;
+// A forecast knows less of what goes on growing, as a power of the temperature; beyond this it
+// knows nothing.
+constexpr double kBlind = 1000.0;
 // Place of the rest among three blocks, in turn: what repeats with the blocks must not meet one
 // place alone, and no two blocks of the rest lie side by side.
 constexpr std::size_t kPlaces[] = {1, 0, 2};
@@ -25,30 +32,64 @@ Eigen::MatrixXd ProductsOf(const Eigen::MatrixXd& columns, const RowRange& range
   return some.transpose() * some;
 }
 
+// What of the baseline can be known without some rows; columns that depend on others count once.
+class Sight {
+ public:
+  explicit Sight(const Eigen::MatrixXd& columns) {
+    const Eigen::MatrixXd all = columns.transpose() * columns;
+    columns_ = columns(Eigen::all, IndependentColumns(all));
+    training_ = columns_.transpose() * columns_;
+    whole_ = Variances(training_);
+  }
+
+  void Without(const RowRange& range) { training_ -= ProductsOf(columns_, range); }
+  void With(const RowRange& range) { training_ += ProductsOf(columns_, range); }
+
+  // The column that training has lost most of; nullopt where it sees all.
+  std::optional<Eigen::Index> Lost() const {
+    const Eigen::VectorXd variances = Variances(training_);
+    std::optional<Eigen::Index> worst;
+    double most = kLostSight;
+    for (Eigen::Index j = 0; j < whole_.size(); ++j) {
+      // None, or a negative one, is a column of which nothing is left.
+      const double grown =
+          variances(j) > 0.0 ? variances(j) / whole_(j) : std::numeric_limits<double>::infinity();
+      if (!(grown > most)) continue;
+      worst = j;
+      most = grown;
+    }
+    return worst;
+  }
+
+  // A column of which hardly anything is left.
+  bool LostAny() const {
+    const Eigen::VectorXd variances = Variances(training_);
+    for (Eigen::Index j = 0; j < whole_.size(); ++j) {
+      if (!(variances(j) > 0.0 && variances(j) < kBlind * whole_(j))) return true;
+    }
+    return false;
+  }
+
+  double Square(Eigen::Index column, const RowRange& range) const {
+    return columns_.col(column).segment(range.begin, range.size()).squaredNorm();
+  }
+
+ private:
+  Eigen::MatrixXd columns_;  // independent ones
+  Eigen::MatrixXd training_;
+  Eigen::VectorXd whole_;  // variances with all rows
+};
+
 // Gives back to training what it cannot do without.
 void KeepSight(const Eigen::MatrixXd& columns, RowRanges* rest) {
-  const Eigen::MatrixXd all = columns.transpose() * columns;
-  Eigen::MatrixXd training = all;
-  for (const RowRange& range : *rest) training -= ProductsOf(columns, range);
-  const Eigen::VectorXd whole = Variances(all);
+  Sight sight(columns);
+  for (const RowRange& range : *rest) sight.Without(range);
   while (!rest->empty()) {
-    const Eigen::ArrayXd grown = Variances(training).array() / whole.array();
-    // Columns that depend on others have no variance, with or without the rest.
-    Eigen::Index worst = -1;
-    double most = kLostSight;
-    for (Eigen::Index j = 0; j < grown.size(); ++j) {
-      const bool lost = whole(j) > 0.0 && (!(grown(j) > 0.0) || grown(j) > most);
-      if (!lost) continue;
-      worst = j;
-      most = grown(j) > 0.0 ? grown(j) : most;
-    }
-    if (worst < 0) return;
-    const auto by_share = [&](const RowRange& a, const RowRange& b) {
-      return columns.col(worst).segment(a.begin, a.size()).squaredNorm() <
-             columns.col(worst).segment(b.begin, b.size()).squaredNorm();
-    };
-    const auto most_of_it = std::max_element(rest->begin(), rest->end(), by_share);
-    training += ProductsOf(columns, *most_of_it);
+    const std::optional<Eigen::Index> lost = sight.Lost();
+    if (!lost) return;
+    const auto most_of_it = std::ranges::max_element(
+        *rest, {}, [&](const RowRange& r) { return sight.Square(*lost, r); });
+    sight.With(*most_of_it);
     rest->erase(most_of_it);
   }
 }
@@ -78,7 +119,13 @@ RowRanges Blocks(const ChannelProblem& problem) {
     filled_s += problem.intervals()[static_cast<std::size_t>(i)].duration_s;
     const bool last = i + 1 == problem.rows() || problem.power_on(i + 1) != problem.power_on(i);
     if (filled_s < block_s && !last) continue;
-    blocks.push_back({begin, i + 1});
+    const bool joins = filled_s < kLeastTail * block_s && begin > 0 &&
+                       problem.power_on(begin) == problem.power_on(begin - 1);
+    if (joins) {
+      blocks.back().end = i + 1;
+    } else {
+      blocks.push_back({begin, i + 1});
+    }
     begin = i + 1;
     filled_s = 0.0;
   }
@@ -98,12 +145,16 @@ std::optional<Split> EveryThirdBlock(const ChannelProblem& problem, const Baseli
   return Complement(problem.rows(), std::move(rest));
 }
 
-std::optional<Split> FirstPart(const ChannelProblem& problem) {
+std::optional<Split> FirstPart(const ChannelProblem& problem, const Baseline& baseline) {
   if (problem.run_begins().size() != 1 || problem.rows() < kLeastRows) return std::nullopt;
   const double first_s = problem.begin_s(0), last_s = problem.end_s(problem.rows() - 1);
   Eigen::Index split = 0;
   while (problem.end_s(split) < first_s + kFirstShare * (last_s - first_s)) ++split;
-  return Complement(problem.rows(), {{split, problem.rows()}});
+  const RowRange rest = {split, problem.rows()};
+  Sight sight(baseline.columns);
+  sight.Without(rest);
+  if (sight.LostAny()) return std::nullopt;
+  return Complement(problem.rows(), {rest});
 }
 
 }  // namespace gyrobench::calibration

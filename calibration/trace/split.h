@@ -21,12 +21,14 @@ struct Split {
   RowRanges rest;                      // all other rows
 };
 
-// Blocks in time, 20 s and longer, at most a hundred. None goes over the end of a power-on.
+// Blocks in time: 20 s or a hundredth of the whole, whichever is longer. None goes over the end of a
+// power-on, whose last one may be half as long, and a short power-on is one block.
 RowRanges Blocks(const ChannelProblem& problem);
 // One block in three is the rest. The first of each power-on is training, and so is what alone
 // shows a column of the baseline. nullopt where nothing would be left to be tried on.
 std::optional<Split> EveryThirdBlock(const ChannelProblem& problem, const Baseline& baseline);
-// The first 60 % of the time are training. nullopt with more than one measurement, or too few rows.
-std::optional<Split> FirstPart(const ChannelProblem& problem);
+// The first 60 % of the time are training. nullopt with more than one measurement, too few rows, or
+// where they show nothing of a column of the baseline.
+std::optional<Split> FirstPart(const ChannelProblem& problem, const Baseline& baseline);
 
 }  // namespace gyrobench::calibration

@@ -80,6 +80,10 @@ json ToJson(const TracedEffect& effect) {
           {"heldout_angle_rms_deg", ToJson(effect.heldout_angle_rms_deg)}};
 }
 
+bool Tried(const ChannelTrace& channel) {
+  return std::isfinite(channel.heldout_whitened_rms.after);
+}
+
 json ToJson(const TraceNoise& noise) {
   return {{"angle_random_walk_deg_sqrt_s", Number(noise.angle_random_walk_deg_sqrt_s)},
           {"bias_random_walk_deg_s_sqrt_s", Number(noise.bias_random_walk_deg_s_sqrt_s)},
@@ -97,7 +101,7 @@ json ToJson(const ChannelTrace& channel) {
           {"effects", List(channel.effects)},
           {"heldout_whitened_rms", ToJson(channel.heldout_whitened_rms)},
           {"heldout_angle_rms_deg", ToJson(channel.heldout_angle_rms_deg)},
-          {"training_effects", channel.training_effects},
+          {"training_effects", Tried(channel) ? json(channel.training_effects) : json(nullptr)},
           {"forecast_angle_rms_deg", ToJson(channel.forecast_angle_rms_deg)},
           {"fitted_whitened_rms", BeforeAndAfter(channel.fitted_whitened_rms)},
           {"fitted_angle_rms_deg", BeforeAndAfter(channel.fitted_angle_rms_deg)},

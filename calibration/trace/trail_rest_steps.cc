@@ -13,6 +13,8 @@ constexpr double kStepSigmas = 7.0;
 constexpr std::size_t kLeastSide = 3;
 // Of the encoder's step: less is its rounding.
 constexpr double kRounding = 1.5;
+// Less is the creep of a table that holds, and what no reference is read to.
+constexpr double kLeastStep_deg = 0.005, kLeastScatter_deg = 1e-4;
 
 class RestSplitter {
  public:
@@ -23,15 +25,30 @@ class RestSplitter {
         next_(recording.columns.rests.size()) {}
 
   void Run() {
+    std::vector<Stretch> open;
     for (std::size_t begin = 0, end = 0; begin < rest_of_.size(); begin = end) {
       for (end = begin + 1; end < rest_of_.size() && rest_of_[end] == rest_of_[begin];) ++end;
-      if (rest_of_[begin] != kNoRest) Split(begin, end);
+      if (rest_of_[begin] != kNoRest) open.push_back({begin, end});
+    }
+    while (!open.empty()) {
+      const Stretch rest = open.back();
+      open.pop_back();
+      const std::size_t at = StepIn(rest);
+      if (at == rest.end) continue;
+      std::fill(rest_of_.begin() + static_cast<std::ptrdiff_t>(at),
+                rest_of_.begin() + static_cast<std::ptrdiff_t>(rest.end), next_++);
+      open.push_back({rest.begin, at});
+      open.push_back({at, rest.end});
     }
   }
 
  private:
+  struct Stretch {
+    std::size_t begin = 0, end = 0;
+  };
   struct Step {
-    std::size_t at = 0;  // first node after it
+    std::size_t at = 0;   // first node after it
+    double square = 0.0;  // that two means explain beyond one [deg^2 readings]
     double sigmas = 0.0;
   };
 
@@ -42,13 +59,13 @@ class RestSplitter {
 
   // Scatter of one reading, from neighbouring nodes' means (0.954: of the median size of a normal
   // difference of two).
-  double Scatter(std::size_t begin, std::size_t end, std::size_t axis) const {
+  double Scatter(const Stretch& rest, std::size_t axis) const {
     std::vector<double> changes;
-    for (std::size_t k = begin + 1; k < end; ++k) {
+    for (std::size_t k = rest.begin + 1; k < rest.end; ++k) {
       const ReadingsMean &a = nodes_[k - 1].mean, &b = nodes_[k].mean;
-      if (!(a.readings > 0.0 && b.readings > 0.0)) continue;
-      changes.push_back(std::fabs(b.table_deg[axis] - a.table_deg[axis]) *
-                        std::sqrt(2.0 / (1.0 / a.readings + 1.0 / b.readings)));
+      const double change = std::fabs(b.table_deg[axis] - a.table_deg[axis]);
+      if (!(a.readings > 0.0 && b.readings > 0.0) || !std::isfinite(change)) continue;
+      changes.push_back(change * std::sqrt(2.0 / (1.0 / a.readings + 1.0 / b.readings)));
     }
     if (changes.empty()) return 0.0;
     const auto middle = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 2);
@@ -56,47 +73,50 @@ class RestSplitter {
     return *middle / 0.954;
   }
 
-  // The largest of an axis, where it is clear.
-  Step LargestStep(std::size_t begin, std::size_t end, std::size_t axis) const {
+  // The largest of an axis, where it is clear: the place that leaves the least square.
+  Step LargestStep(const Stretch& rest, std::size_t axis) const {
     double sum = 0.0, count = 0.0;
-    for (std::size_t k = begin; k < end; ++k) {
+    for (std::size_t k = rest.begin; k < rest.end; ++k) {
       const ReadingsMean& mean = nodes_[k].mean;
-      if (!(mean.readings > 0.0)) continue;
+      if (!(mean.readings > 0.0) || !std::isfinite(mean.table_deg[axis])) continue;
       sum += mean.readings * mean.table_deg[axis];
       count += mean.readings;
     }
-    const double rounding_deg = kRounding * recording_.reference_step_deg[axis];
-    const double scatter_deg = Scatter(begin, end, axis);
     Step step;
-    double sum_before = 0.0, before = 0.0;
-    for (std::size_t k = begin; k + kLeastSide < end; ++k) {
+    double sum_before = 0.0, before = 0.0, off_deg = 0.0;
+    for (std::size_t k = rest.begin; k + kLeastSide < rest.end; ++k) {
       const ReadingsMean& mean = nodes_[k].mean;
-      if (mean.readings > 0.0) {
+      if (mean.readings > 0.0 && std::isfinite(mean.table_deg[axis])) {
         sum_before += mean.readings * mean.table_deg[axis];
         before += mean.readings;
       }
-      if (k + 1 < begin + kLeastSide || !(before > 0.0 && count > before)) continue;
-      const double off = std::fabs((sum - sum_before) / (count - before) - sum_before / before);
-      if (off < rounding_deg) continue;
-      const double sigmas = off / (scatter_deg * std::sqrt(1.0 / before + 1.0 / (count - before)));
-      if (sigmas > std::max(kStepSigmas, step.sigmas)) step = {k + 1, sigmas};
+      const double after = count - before;
+      if (k + 1 < rest.begin + kLeastSide || !(before > 0.0 && after > 0.0)) continue;
+      const double off = std::fabs((sum - sum_before) / after - sum_before / before);
+      const double square = off * off * before * after / count;
+      if (square <= step.square) continue;
+      step = {k + 1, square, 0.0};
+      off_deg = off;
     }
-    return step;
+    const double step_deg = recording_.reference_step_deg[axis];
+    const double scatter_deg =
+        std::max({Scatter(rest, axis), std::isfinite(step_deg) ? step_deg / std::sqrt(12.0) : 0.0,
+                  kLeastScatter_deg});
+    step.sigmas = std::sqrt(step.square) / scatter_deg;
+    const bool clear =
+        step.sigmas > kStepSigmas && off_deg > kRounding * step_deg && off_deg > kLeastStep_deg;
+    return clear ? step : Step{};
   }
 
-  // Nodes [begin, end) of one rest.
-  void Split(std::size_t begin, std::size_t end) {
+  // First node after the step, or the rest's end.
+  std::size_t StepIn(const Stretch& rest) const {
     Step largest;
     for (std::size_t a = 0; a < 3; ++a) {
       if (!Present(a)) continue;
-      const Step step = LargestStep(begin, end, a);
+      const Step step = LargestStep(rest, a);
       if (step.sigmas > largest.sigmas) largest = step;
     }
-    if (largest.at == 0) return;
-    std::fill(rest_of_.begin() + static_cast<std::ptrdiff_t>(largest.at),
-              rest_of_.begin() + static_cast<std::ptrdiff_t>(end), next_++);
-    Split(begin, largest.at);
-    Split(largest.at, end);
+    return largest.sigmas > 0.0 ? largest.at : rest.end;
   }
 
   const Recording& recording_;

@@ -97,13 +97,13 @@ class RestTrimmer {
   bool TurnsBeside(const Stretch& rest, const Stretch& beside) const {
     const double apart_s = std::max(nodes_[beside.begin].at.t_s - nodes_[rest.end - 1].at.t_s,
                                     nodes_[rest.begin].at.t_s - nodes_[beside.end - 1].at.t_s);
-    if (Length(beside) < Length(rest) || apart_s > kBeside_s || !SamePose(rest, beside))
+    if (Length(beside) <= kShortRest_s || apart_s > kBeside_s || !SamePose(rest, beside))
       return false;
     const Vector3 here = Quiet(rest.begin, rest.end - 1);
     const Vector3 there = Quiet(beside.begin, beside.end - 1);
     const double sigmas =
-        kTurnSigmas * std::sqrt(1.0 / static_cast<double>(rest.end - rest.begin) +
-                                1.0 / static_cast<double>(beside.end - beside.begin));
+        kTurnSigmas * std::sqrt(1.0 / static_cast<double>(rest.end - rest.begin - 1) +
+                                1.0 / static_cast<double>(beside.end - beside.begin - 1));
     for (std::size_t c = 0; c < 3; ++c) {
       if (sigma_[c] > 0.0 && std::fabs(here[c] - there[c]) > sigmas * sigma_[c]) return true;
     }

@@ -65,6 +65,8 @@ void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, double error_
   while (*end > *begin + 1 &&
          square > scatter_deg * scatter_deg * static_cast<double>(*end - *begin)) {
     const bool last = away(*end - 1) > away(*begin);
+    // It is not the ends that scatter.
+    if (away(last ? *end - 1 : *begin) <= scatter_deg) return;
     const double left = away(last ? *end - 1 : *begin);
     square -= left * left;
     if (last) {

@@ -214,6 +214,15 @@ TEST_F(Table, LinesOfOneTimeThatFillDifferentColumnsAreOneLine) {
   EXPECT_TRUE(sink.defects.empty());
 }
 
+TEST_F(Table, WhatTwoLinesOfOneTimeSayAlikeDoesNotPartThem) {
+  const KeepingSink sink =
+      Read("t_s,gyro_z_lsb,ref_angle_z_deg,temp_degC\n0,1,,20\n0,,5,20\n0.01,2,,20\n");
+  EXPECT_THAT(Times(sink), ElementsAre(0, 0.01));
+  ASSERT_EQ(sink.angles.size(), 1u);
+  EXPECT_EQ(sink.angles[0].t_s, 0.0);
+  EXPECT_TRUE(sink.defects.empty());
+}
+
 TEST_F(Table, ADoubledLineOfOneOfTwoLoggersIsLeftOutAndCounted) {
   const KeepingSink sink =
       Read("t_s,gyro_z_lsb,ref_angle_z_deg\n0,1,\n0.01,2,\n0.01,,5\n0.01,,5\n0.02,3,\n");
