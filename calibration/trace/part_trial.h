@@ -15,8 +15,8 @@
 
 namespace gyrobench::calibration {
 
-// A forecast's offset goes on from where the noise says that it has walked to at the end of training.
-// Between blocks of training the walk since the power-on stays in the error.
+// A forecast's offset goes on from where the noise says that it has walked to at the end of
+// training. Between blocks of training the walk since the power-on stays in the error.
 enum class RestOf { kForecast, kBetween };
 
 struct PartTrial {

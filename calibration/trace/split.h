@@ -21,8 +21,8 @@ struct Split {
   RowRanges rest;                      // all other rows
 };
 
-// Blocks in time: 20 s or a hundredth of the whole, whichever is longer. None goes over the end of a
-// power-on, whose last one may be half as long, and a short power-on is one block.
+// Blocks in time: 20 s or a hundredth of the whole, whichever is longer. None goes over the end of
+// a power-on, whose last one may be half as long, and a short power-on is one block.
 RowRanges Blocks(const ChannelProblem& problem);
 // One block in three is the rest. The first of each power-on is training, and so is what alone
 // shows a column of the baseline. nullopt where nothing would be left to be tried on.
