@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace gyrobench::calibration {
 namespace {
@@ -41,6 +42,11 @@ std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info)
     return "a factor of 2, 4 or 8: the sensor's range, and with it its sensitivity, is another "
            "than declared. Check range_deg_s, and gyro_lsb_per_deg_s of the device map or table";
   }
+  constexpr double kDegPerRad = 57.29578;
+  if (IsNear(std::fabs(ratio), kDegPerRad) || IsNear(std::fabs(ratio), 1.0 / kDegPerRad)) {
+    return "the factor is that of degrees and radians: the values are in the other unit than the "
+           "columns' names say. Check gyro_x_rad_s, gyro_x_deg_s and the like";
+  }
   if (info.gear_ratio && (IsNear(std::fabs(ratio), std::fabs(*info.gear_ratio)) ||
                           IsNear(std::fabs(ratio), 1.0 / std::fabs(*info.gear_ratio)))) {
     return "the factor is the gear ratio: the reference counts turns of the shaft where turns of "
@@ -63,17 +69,24 @@ std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info)
 
 }  // namespace
 
+std::optional<std::string> ImplausibleScale(double ratio, SensorAxis axis,
+                                            const MeasurementInfo& info) {
+  const double scale_error = ratio - 1.0;
+  if (std::isnan(scale_error) || std::fabs(scale_error) <= kLargestScaleError) return std::nullopt;
+  const char name = "xyz"[static_cast<std::size_t>(axis)];
+  return fmt::format(
+      "this result cannot be: the scale error of gyro {} is {:.4g} %, at most {:g} % was expected "
+      "of any part. Most likely {}",
+      name, 100.0 * scale_error, 100.0 * kLargestScaleError, LikeliestCause(ratio, name, info));
+}
+
 std::vector<std::string> Implausible(const AnalysisResult& result) {
   std::vector<std::string> out;
   for (const ScaleResult& scale : result.scale) {
-    if (std::isnan(scale.scale_error) || std::fabs(scale.scale_error) <= kLargestScaleError)
-      continue;
-    const char axis = "xyz"[static_cast<std::size_t>(scale.axis)];
-    out.push_back(fmt::format(
-        "this result cannot be: the scale error of gyro {} is {:.4g} %, at most {:g} % was "
-        "expected of any part. Most likely {}",
-        axis, 100.0 * scale.scale_error, 100.0 * kLargestScaleError,
-        LikeliestCause(1.0 + scale.scale_error, axis, result.info)));
+    if (std::optional<std::string> says =
+            ImplausibleScale(1.0 + scale.scale_error, scale.axis, result.info)) {
+      out.push_back(std::move(*says));
+    }
   }
   for (std::size_t c = 0; c < 3; ++c) {
     if (result.unfollowed_deg[c] <= 0.0) continue;

@@ -207,8 +207,11 @@ std::string EffectsText(const Json& effects, const Terminal& terminal, double la
   std::string text = GainTable(groups, terminal);
   if (std::any_of(effects.begin(), effects.end(), ChosenOnAllData)) {
     text += Paragraph(
-        "* chosen on all data: two thirds of them alone do not ask for it, or are too few. Its "
-        "figures are of data that its coefficients did not see, but its choice did.",
+        "* found in all data, but not in the two thirds of them that are then tried on the rest, "
+        "or "
+        "there are too few data for that. Its figures compare all that is named with the same "
+        "without it; all data had a part in choosing it, so that they are no independent test, and "
+        "not to be compared with those of a row without the mark.",
         terminal, 2);
   }
   text += "\n";

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
 #include "calibration/trace/trace_json.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
@@ -63,6 +64,10 @@ int Trace(const Options& options) {
   CheckTargets(files, options);
   const TracedInputs inputs = TraceInputs(files, options);
   Print(inputs, options);
+  if (!options.calibration.empty() && !inputs.implausible.empty()) {
+    throw DataError(fmt::format("{}: no calibration is written; {}", options.calibration.string(),
+                                inputs.implausible.front()));
+  }
   if (options.calibration.empty() && options.report.empty()) return kDone;
   const std::vector<HashedFile> hashed = HashFiles(inputs);
   if (!options.calibration.empty()) {

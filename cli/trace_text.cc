@@ -33,15 +33,18 @@ std::string Clause(std::string sentence) {
   return sentence;
 }
 
+// Where nothing was fitted there is no figure of the baseline.
+bool Fitted(const Json& channel) {
+  const Json& baseline = Field(channel, "baseline");
+  return !baseline.is_object() || std::isfinite(Number(baseline, "whitened_rms"));
+}
+
 // What is said of a channel without effects. Where nothing was fitted, nothing was looked at.
 std::string WithoutEffects(const Json& channel) {
   const std::string verdict = Text(channel, "verdict"), summary = Text(channel, "summary");
   if (verdict != "none")
     return VerdictWords(verdict) + (summary.empty() ? "" : "; " + Clause(summary));
-  const Json& baseline = Field(channel, "baseline");
-  const bool fitted = std::isfinite(Number(baseline, "whitened_rms"));
-  return baseline.is_object() && !fitted ? "not traced; the remarks say why"
-                                         : VerdictWords(verdict);
+  return Fitted(channel) ? VerdictWords(verdict) : "not traced; the remarks say why";
 }
 
 // "partly explained by angle.latency"
@@ -74,6 +77,21 @@ void AddRow(Rows& rows, const std::string& name, const std::string& value, const
   if (value != "-" && !value.empty()) rows.push_back({name, value, unit, note});
 }
 
+// What two thirds of the data ask for, where that is not what all of them do.
+std::string TrainingEffects(const Json& channel) {
+  const Json& training = Field(channel, "training_effects");
+  if (!training.is_array()) return "";
+  std::vector<std::string> found, named;
+  for (const Json& id : training) found.push_back(Plain(id));
+  for (const Json& effect : Field(channel, "effects")) named.push_back(Text(effect, "id"));
+  std::ranges::sort(found);
+  std::ranges::sort(named);
+  if (found == named) return "";
+  return found.empty()
+             ? "the baseline alone, as two thirds of the data ask for no effect"
+             : fmt::format("{}, as two thirds of the data ask for", fmt::join(found, ", "));
+}
+
 void AddErrors(Rows& rows, const Json& channel) {
   if (!HasEffects(channel)) {
     const Json& baseline = Field(channel, "baseline");
@@ -85,13 +103,16 @@ void AddErrors(Rows& rows, const Json& channel) {
   const Json& angle = Field(channel, "heldout_angle_rms_deg");
   const std::string reduction = Reduction(angle);
   AddRow(rows, "angle error, held out", BeforeAfter(angle), "deg",
-         reduction + (reduction.empty() ? "" : "; ") + "chosen and fitted on other data");
+         reduction + (reduction.empty() ? "" : " (95 %); ") +
+             "from two thirds, tried on the other third");
   AddRow(rows, "whitened rms, held out", BeforeAfter(Field(channel, "heldout_whitened_rms")), "",
          "1: as the noise explains");
   AddRow(rows, "angle error, forecast", BeforeAfter(Field(channel, "forecast_angle_rms_deg")),
-         "deg", "chosen and fitted on the first 60 %");
+         "deg", "from the first 60 %, tried on the last 40 %");
   AddRow(rows, "angle error, all data", BeforeAfter(Field(channel, "fitted_angle_rms_deg")), "deg",
          "of the data that it was fitted to");
+  if (const std::string found = TrainingEffects(channel); !found.empty())
+    AddRow(rows, "held out is of", found, "");
 }
 
 std::string FiguresText(const Json& channel, const Terminal& terminal, double duration_s) {
@@ -117,7 +138,8 @@ std::string FindingText(const Json& finding) {
   return fmt::format("{} ({})", says.empty() ? test : says, PValue(Number(finding, "p_value")));
 }
 
-std::string RemainingText(const Json& remaining, const Terminal& terminal) {
+std::string RemainingText(const Json& remaining, bool fitted, const Terminal& terminal) {
+  if (!fitted) return "";
   std::string text;
   for (const Json& finding : Field(remaining, "findings"))
     text += Paragraph(FindingText(finding), terminal, 4);
@@ -130,7 +152,7 @@ std::string ChannelText(const Json& channel, const Terminal& terminal, double la
                         double duration_s) {
   return EffectsText(Field(channel, "effects"), terminal, largest_rate_deg_s) +
          BaselineText(channel, terminal) + FiguresText(channel, terminal, duration_s) +
-         RemainingText(Field(channel, "remaining"), terminal);
+         RemainingText(Field(channel, "remaining"), Fitted(channel), terminal);
 }
 
 double LongestDuration_s(const Json& trace) {

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/version.h"
 #include "calibration/analyzer.h"
+#include "calibration/plausibility.h"
 #include "cli/inputs.h"
 #include "cli/json_field.h"
 #include "recording/file_hash.h"
@@ -75,6 +76,19 @@ void RemarkOnScale(TracedInputs* out) {
                              "figures are in LSB where they say deg/s; {}",
                              kGiveSensitivity));
   }
+}
+
+// Scale factors that no part has, said first.
+void RemarkOnImplausibleScales(TracedInputs* out) {
+  for (const calibration::ChannelModel& model : out->traced.models) {
+    const auto axis = static_cast<std::size_t>(model.axis);
+    const bool fitted = model.m_row_std_error[axis] > 0.0;
+    const double ratio = fitted ? 1.0 / model.m_row[axis] : kMissing;
+    if (auto says = calibration::ImplausibleScale(ratio, model.axis, out->recordings[0].info))
+      out->implausible.push_back(std::move(*says));
+  }
+  auto& remarks = out->traced.result.remarks;
+  remarks.insert(remarks.begin(), out->implausible.begin(), out->implausible.end());
 }
 
 // "12.1, 35.4 degC": of each input, where it begins; empty where one has no temperature.
@@ -201,6 +215,7 @@ TracedInputs TraceInputs(const std::vector<InputFiles>& inputs, const Options& o
   trace.progress = [&](double) { bar.Show(1.0, "tracing each input alone"); };
   RemarkOnInputsThatDoNotBelongTogether(&out, trace);
   RemarkOnScale(&out);
+  RemarkOnImplausibleScales(&out);
   return out;
 }
 

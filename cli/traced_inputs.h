@@ -25,6 +25,7 @@ struct TracedInputs {
   std::vector<calibration::Recording> recordings;
   std::string sensor;  // serial number, empty where no recording says it
   calibration::Traced traced;
+  std::vector<std::string> implausible;  // scale factors that no part has, in words
 };
 
 // A file that was read.

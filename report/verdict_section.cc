@@ -57,7 +57,7 @@ Markup Figures(const ChannelTrace& channel) {
       channel.heldout_angle_rms_deg, "deg", has_effects);
   figures += BigFigure("The same as a forecast: all chosen on the first 60 % of the time",
                        channel.forecast_angle_rms_deg, "deg", has_effects);
-  figures += BigFigure("Residual over noise, on data held out; the floor is 1",
+  figures += BigFigure("Residual over noise, on data held out; 1 is as the noise explains",
                        channel.heldout_whitened_rms, "", has_effects);
   figures += BigFigure("Angle error on the data that all was chosen by and fitted to",
                        channel.fitted_angle_rms_deg, "deg", has_effects);
@@ -159,7 +159,7 @@ std::string Reduction(const HeldOut& figure) {
                          ? "unchanged"
                          : FormatPercent(std::abs(share)) + (less ? " less" : " more");
   const auto [low, high] = figure.reduction_ci95;
-  if (!std::isfinite(low) || !std::isfinite(high)) return text + ", 95 % interval not estimated";
+  if (!std::isfinite(low) || !std::isfinite(high)) return text;
   // Of a growth the ends change sign and place. Unbreakable: the interval stays in one line.
   const double from = less ? low : -high, to = less ? high : -low;
   return fmt::format("{}, 95\u00A0%\u00A0interval\u00A0{}\u00A0to\u00A0{}", text,

@@ -237,9 +237,10 @@ class ChannelTracer {
     // grow with it.
     const double grow = std::max(1.0, fit.whitened_rms());
     FillBaseline(selection, fit, grow);
-    trace_.fitted_whitened_rms = {trace_.baseline.whitened_rms, fit.whitened_rms(), {}};
-    trace_.fitted_angle_rms_deg = {
-        trace_.baseline.angle_rms_deg, AngleRms(fit.raw * fit.linear), {}};
+    trace_.fitted_whitened_rms.before = trace_.baseline.whitened_rms;
+    trace_.fitted_whitened_rms.after = fit.whitened_rms();
+    trace_.fitted_angle_rms_deg.before = trace_.baseline.angle_rms_deg;
+    trace_.fitted_angle_rms_deg.after = AngleRms(fit.raw * fit.linear);
     for (std::size_t i = 0; i < selection.members().size(); ++i)
       FillEffect(selection, fit, i, grow);
     if (request_.try_on_rest) TryOnRests(selection, fit);
