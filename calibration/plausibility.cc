@@ -43,7 +43,7 @@ std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info)
            "than declared. Check range_deg_s, and gyro_lsb_per_deg_s of the device map or table";
   }
   constexpr double kDegPerRad = 57.29578;
-  if (IsNear(std::fabs(ratio), kDegPerRad) || IsNear(std::fabs(ratio), 1.0 / kDegPerRad)) {
+  if (IsNear(ratio, kDegPerRad) || IsNear(ratio, 1.0 / kDegPerRad)) {
     return "the factor is that of degrees and radians: the values are in the other unit than the "
            "columns' names say. Check gyro_x_rad_s, gyro_x_deg_s and the like";
   }

@@ -36,7 +36,7 @@ TEST(Implausible, SaysWhatWasFoundWhatWasExpectedAndWhatToCheck) {
     EXPECT_THAT(Implausible(ResultWith(ratio)), ElementsAre(HasSubstr("range_deg_s"))) << ratio;
   for (const double ratio : {40.5, 1.0 / 41.0})
     EXPECT_THAT(Implausible(ResultWith(ratio)), ElementsAre(HasSubstr("gear ratio"))) << ratio;
-  for (const double ratio : {57.0, -1.0 / 57.5})
+  for (const double ratio : {57.0, 1.0 / 57.5})
     EXPECT_THAT(Implausible(ResultWith(ratio)), ElementsAre(HasSubstr("radians"))) << ratio;
   EXPECT_THAT(Implausible(ResultWith(0.3)), ElementsAre(HasSubstr("counts_per_turn")));
 }
