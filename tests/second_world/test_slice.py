@@ -25,6 +25,7 @@ MENDED = {
     "coarse_encoder:silent:0:60045": "ripples: means of rounded readings looked finer than they are, no axis rested",
     "data_defects:silent:0:60103": "steps of the angle: wild gyro samples in motion passed",
     "fast_reference:single:20:61047": "a step of the angle at rest: as two halves at the rest's ends",
+    "noisy_slow_reference:silent:0:60024": "steps of the angle: the slow end of a motion was taken into a rest",
     "own_clock_reference:silent:0:62158": "steps of the angle: readings were moved when their stamp met a sample's",
     "short_run:single:5:62083": "g-sensitivity: Earth's rotation stayed on channels whose axis did not turn",
     "short_run:single:100:61127": "a step of the angle: the play began at its side",
