@@ -61,6 +61,15 @@ void StateInReferenceScale(const ChannelProblem& problem, const Baseline& baseli
   }
 }
 
+// From the begin of one member to that of the next.
+std::vector<Eigen::Index> Owned(const std::vector<Eigen::Index>& begin, std::size_t member,
+                                Eigen::Index all) {
+  const Eigen::Index end = member + 1 < begin.size() ? begin[member + 1] : all;
+  std::vector<Eigen::Index> out;
+  for (Eigen::Index j = begin[member]; j < end; ++j) out.push_back(j);
+  return out;
+}
+
 }  // namespace
 
 double ChannelFit::whitened_rms() const {
@@ -68,10 +77,11 @@ double ChannelFit::whitened_rms() const {
 }
 
 std::vector<Eigen::Index> ChannelFit::ColumnsOf(std::size_t member) const {
-  const Eigen::Index end = member + 1 < column_begin.size() ? column_begin[member + 1] : raw.cols();
-  std::vector<Eigen::Index> columns;
-  for (Eigen::Index j = column_begin[member]; j < end; ++j) columns.push_back(j);
-  return columns;
+  return Owned(column_begin, member, raw.cols());
+}
+
+std::vector<Eigen::Index> ChannelFit::SlopesOf(std::size_t member) const {
+  return Owned(slope_begin, member, raw_slopes.cols());
 }
 
 ModelColumns ColumnsOfModel(const ChannelProblem& problem, const Baseline& baseline,
@@ -120,17 +130,15 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
     const Candidate& member = selection.members()[i];
     const Eigen::Index column = fit.column_begin[i];
     const auto count = static_cast<Eigen::Index>(member.columns.size());
-    const Eigen::Index slope_end =
-        i + 1 < fit.slope_begin.size() ? fit.slope_begin[i + 1] : fit.raw_slopes.cols();
-    const Eigen::Index slopes = slope_end - fit.slope_begin[i];
+    const std::vector<Eigen::Index> slopes = fit.SlopesOf(i);
     fit.member_begin.push_back(tangent.cols());
     // One power-on alone knows it, or one moment.
     if (member.power_on || member.id == "angle.step")
       std::fill_n(fit.local.begin() + column, count, true);
     AppendColumns(&tangent, fit.white.middleCols(column, count));
-    AppendColumns(&tangent, fit.white_slopes.middleCols(fit.slope_begin[i], slopes));
+    AppendColumns(&tangent, fit.white_slopes(Eigen::all, slopes));
     for (Eigen::Index j = 0; j < count; ++j) values.push_back(fit.linear(column + j));
-    if (slopes > 0) {
+    if (!slopes.empty()) {
       values.insert(values.end(), member.context.nonlinear.begin(), member.context.nonlinear.end());
     }
   }

@@ -43,8 +43,9 @@ struct ChannelFit {
 
   Eigen::VectorXd WhiteResidual() const { return white_output - white * linear; }
   double whitened_rms() const;
-  // Columns of raw and white that belong to a member.
+  // Columns of raw and white, and of their slopes, that belong to a member.
   std::vector<Eigen::Index> ColumnsOf(std::size_t member) const;
+  std::vector<Eigen::Index> SlopesOf(std::size_t member) const;
 };
 
 ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,

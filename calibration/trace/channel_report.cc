@@ -241,9 +241,9 @@ class ChannelTracer {
     trace_.fitted_whitened_rms.after = fit.whitened_rms();
     trace_.fitted_angle_rms_deg.before = trace_.baseline.angle_rms_deg;
     trace_.fitted_angle_rms_deg.after = AngleRms(fit.raw * fit.linear);
+    const std::optional<PartTrial> trial = TryOnRests(selection, fit);
     for (std::size_t i = 0; i < selection.members().size(); ++i)
-      FillEffect(selection, fit, i, grow);
-    if (request_.try_on_rest) TryOnRests(selection, fit);
+      FillEffect(selection, fit, i, grow, trial ? trial->same[i] : std::nullopt);
     std::set<std::string> named;
     for (const TracedEffect& effect : trace_.effects) named.insert(effect.id);
     trace_.unidentifiable = Unidentifiables(problem_, selection, named, request_.earth_rate_known);
@@ -290,33 +290,28 @@ class ChannelTracer {
     return AngleWindows(problem_, problem_.output_deg() - model_deg, 0, problem_.rows()).rms();
   }
 
-  void TryOnRests(const Selection& selection, const ChannelFit& fit) {
-    if (const std::optional<Split> split = EveryThirdBlock(problem_, baseline_)) {
-      const std::optional<PartTrial> trial = TryOnRest(problem_, baseline_, *candidates_, request_,
-                                                       selection, fit, *split, RestOf::kBetween);
-      if (trial) FillTrial(*trial);
+  // Of the blocks; the forecast's figure alone is of use.
+  std::optional<PartTrial> TryOnRests(const Selection& selection, const ChannelFit& fit) {
+    if (!request_.try_on_rest) return std::nullopt;
+    const auto on = [&](const std::optional<Split>& split, RestOf rest_of) {
+      return split ? TryOnRest(problem_, baseline_, *candidates_, request_, selection, fit, *split,
+                               rest_of)
+                   : std::nullopt;
+    };
+    if (const auto forecast = on(FirstPart(problem_, baseline_), RestOf::kForecast))
+      trace_.forecast_angle_rms_deg = forecast->all.angle_rms_deg;
+    std::optional<PartTrial> trial = on(EveryThirdBlock(problem_, baseline_), RestOf::kBetween);
+    if (trial) {
+      trace_.heldout_whitened_rms = trial->all.whitened_rms;
+      trace_.heldout_angle_rms_deg = trial->all.angle_rms_deg;
+      trace_.training_effects = trial->chosen;
     }
-    if (const std::optional<Split> split = FirstPart(problem_, baseline_)) {
-      const std::optional<PartTrial> trial = TryOnRest(problem_, baseline_, *candidates_, request_,
-                                                       selection, fit, *split, RestOf::kForecast);
-      if (trial) trace_.forecast_angle_rms_deg = trial->all.angle_rms_deg;
-    }
+    return trial;
   }
 
-  void FillTrial(const PartTrial& trial) {
-    trace_.heldout_whitened_rms = trial.all.whitened_rms;
-    trace_.heldout_angle_rms_deg = trial.all.angle_rms_deg;
-    trace_.training_effects = trial.chosen;
-    for (std::size_t i = 0; i < trial.same.size(); ++i) {
-      if (!trial.same[i]) continue;
-      TracedEffect& effect = trace_.effects[i];
-      effect.chosen_on_training = true;
-      effect.heldout_whitened_rms = trial.same[i]->whitened_rms;
-      effect.heldout_angle_rms_deg = trial.same[i]->angle_rms_deg;
-    }
-  }
-
-  void FillEffect(const Selection& selection, const ChannelFit& fit, std::size_t i, double grow) {
+  // `tried`: on data that had no part in its choice.
+  void FillEffect(const Selection& selection, const ChannelFit& fit, std::size_t i, double grow,
+                  const std::optional<HeldOutFigures>& tried) {
     const Candidate& member = selection.members()[i];
     TracedEffect effect;
     effect.id = member.id;
@@ -341,7 +336,9 @@ class ChannelTracer {
     if (!effect.rivals.empty()) ways.insert(ManoeuvreOf(effect.id));
     ways.erase("");
     effect.settled_by = fmt::format("{}", fmt::join(ways, "; "));
-    const HeldOutFigures figures = HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed);
+    effect.chosen_on_training = tried.has_value();
+    const HeldOutFigures figures =
+        tried ? *tried : HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed);
     effect.heldout_whitened_rms = figures.whitened_rms;
     effect.heldout_angle_rms_deg = figures.angle_rms_deg;
     trace_.effects.push_back(std::move(effect));

@@ -30,11 +30,8 @@ Eigen::VectorXd SolveProducts(const Eigen::MatrixXd& gram, const Eigen::VectorXd
       unseen->push_back(j);
     }
   }
-  std::vector<Eigen::Index> kept;
-  for (const Eigen::Index k : IndependentColumns(gram(seen, seen)))
-    kept.push_back(seen[static_cast<std::size_t>(k)]);
   Eigen::VectorXd out = Eigen::VectorXd::Zero(gram.rows());
-  out(kept) = ScaledLdlt(gram(kept, kept)).Solve(Eigen::VectorXd(right(kept)));
+  out(seen) = SolveIndependent(gram(seen, seen), right(seen));
   return out;
 }
 
@@ -59,9 +56,8 @@ class Splitter {
     for (std::size_t i = 0; i < fit.column_begin.size(); ++i) {
       const bool there =
           std::find(without.begin(), without.end(), fit.column_begin[i]) == without.end();
-      const Eigen::Index end =
-          i + 1 < fit.slope_begin.size() ? fit.slope_begin[i + 1] : fit.raw_slopes.cols();
-      for (Eigen::Index j = fit.slope_begin[i]; there && j < end; ++j) slopes.push_back(j);
+      if (!there) continue;
+      for (const Eigen::Index j : fit.SlopesOf(i)) slopes.push_back(j);
     }
     local_.resize(columns.size() + slopes.size(), false);
     const auto rows = fit.raw.rows(), count = static_cast<Eigen::Index>(local_.size());

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "calibration/minimize.h"
+#include "calibration/trace/scaled_ldlt.h"
 #include "calibration/trace/whitener.h"
 
 namespace gyrobench::calibration {
@@ -259,6 +260,13 @@ std::vector<Eigen::Index> IndependentColumns(const Eigen::MatrixXd& gram, double
     lower(kept, kept) = std::sqrt(left);
     out.push_back(j);
   }
+  return out;
+}
+
+Eigen::VectorXd SolveIndependent(const Eigen::MatrixXd& gram, const Eigen::VectorXd& right) {
+  const std::vector<Eigen::Index> kept = IndependentColumns(gram);
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(gram.rows());
+  out(kept) = ScaledLdlt(gram(kept, kept)).Solve(Eigen::VectorXd(right(kept)));
   return out;
 }
 

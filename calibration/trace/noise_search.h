@@ -60,5 +60,7 @@ class NoiseSearch {
 
 // Those of the columns that are independent of the ones before them, `gram` being their products.
 std::vector<Eigen::Index> IndependentColumns(const Eigen::MatrixXd& gram, double tolerance = 1e-9);
+// Least squares from products; columns that depend on others get 0.
+Eigen::VectorXd SolveIndependent(const Eigen::MatrixXd& gram, const Eigen::VectorXd& right);
 
 }  // namespace gyrobench::calibration

@@ -13,14 +13,6 @@ namespace {
 // Of the square of what an effect of all data does, by the same effect of training: it is the same.
 constexpr double kSame = 0.5;
 
-// Least squares from products; dependent columns get 0.
-Eigen::VectorXd SolveIndependent(const Eigen::MatrixXd& gram, const Eigen::VectorXd& right) {
-  const std::vector<Eigen::Index> kept = IndependentColumns(gram);
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(gram.rows());
-  out(kept) = ScaledLdlt(gram(kept, kept)).Solve(Eigen::VectorXd(right(kept)));
-  return out;
-}
-
 // Where the bias has walked to at the end of the rows: of white noise and a random walk the steady
 // filter is a mean that forgets within N / K.
 double LastBias(const ChannelProblem& part, const Eigen::VectorXd& residual_deg,
@@ -66,9 +58,7 @@ class TrainedModel {
     for (std::size_t i = 0; i < fit_.column_begin.size(); ++i) {
       if (left_out(i)) continue;
       for (const Eigen::Index j : fit_.ColumnsOf(i)) linear.push_back(j);
-      const Eigen::Index end =
-          i + 1 < fit_.slope_begin.size() ? fit_.slope_begin[i + 1] : fit_.raw_slopes.cols();
-      for (Eigen::Index j = fit_.slope_begin[i]; j < end; ++j) slopes.push_back(j);
+      for (const Eigen::Index j : fit_.SlopesOf(i)) slopes.push_back(j);
     }
     const auto split_at = static_cast<Eigen::Index>(linear.size());
     Eigen::MatrixXd white(part_.rows(), split_at + static_cast<Eigen::Index>(slopes.size()));
@@ -148,6 +138,7 @@ std::optional<PartTrial> TryOnRest(const ChannelProblem& problem, const Baseline
   }
   const TriedRows after = trained.Try({}, split, rest_of);
   out.all = Compare(trained.Try(every, split, rest_of), after, request.seed);
+  if (rest_of == RestOf::kForecast) return out;
   std::vector<bool> taken(chosen.size(), false);
   for (std::size_t i = 0; i < model.members().size(); ++i) {
     const std::string& id = model.members()[i].id;

@@ -23,7 +23,7 @@ struct PartTrial {
   std::vector<std::string> chosen;  // ids of the effects that training asks for
   HeldOutFigures all;               // the baseline alone; with all of them
   // Of each effect of the model of all data: training's model without the effect that is it, and
-  // with it. nullopt where training has not chosen it.
+  // with it. nullopt where training has not chosen it. Empty of a forecast.
   std::vector<std::optional<HeldOutFigures>> same;
 };
 

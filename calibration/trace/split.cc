@@ -45,11 +45,11 @@ class Sight {
   void Without(const RowRange& range) { training_ -= ProductsOf(columns_, range); }
   void With(const RowRange& range) { training_ += ProductsOf(columns_, range); }
 
-  // The column that training has lost most of; nullopt where it sees all.
-  std::optional<Eigen::Index> Lost() const {
+  // The column that training has lost most of; nullopt where no variance has grown by more.
+  std::optional<Eigen::Index> Lost(double limit) const {
     const Eigen::VectorXd variances = Variances(training_);
     std::optional<Eigen::Index> worst;
-    double most = kLostSight;
+    double most = limit;
     for (Eigen::Index j = 0; j < whole_.size(); ++j) {
       // None, or a negative one, is a column of which nothing is left.
       const double grown =
@@ -59,15 +59,6 @@ class Sight {
       most = grown;
     }
     return worst;
-  }
-
-  // A column of which hardly anything is left.
-  bool LostAny() const {
-    const Eigen::VectorXd variances = Variances(training_);
-    for (Eigen::Index j = 0; j < whole_.size(); ++j) {
-      if (!(variances(j) > 0.0 && variances(j) < kBlind * whole_(j))) return true;
-    }
-    return false;
   }
 
   double Square(Eigen::Index column, const RowRange& range) const {
@@ -85,7 +76,7 @@ void KeepSight(const Eigen::MatrixXd& columns, RowRanges* rest) {
   Sight sight(columns);
   for (const RowRange& range : *rest) sight.Without(range);
   while (!rest->empty()) {
-    const std::optional<Eigen::Index> lost = sight.Lost();
+    const std::optional<Eigen::Index> lost = sight.Lost(kLostSight);
     if (!lost) return;
     const auto most_of_it = std::ranges::max_element(
         *rest, {}, [&](const RowRange& r) { return sight.Square(*lost, r); });
@@ -153,7 +144,7 @@ std::optional<Split> FirstPart(const ChannelProblem& problem, const Baseline& ba
   const RowRange rest = {split, problem.rows()};
   Sight sight(baseline.columns);
   sight.Without(rest);
-  if (sight.LostAny()) return std::nullopt;
+  if (sight.Lost(kBlind)) return std::nullopt;
   return Complement(problem.rows(), {rest});
 }
 
