@@ -13,6 +13,7 @@ namespace gyrobench::calibration {
 
 // What the sensor went through at one time. Values that are not known are NaN.
 struct TrackPoint {
+  static constexpr Vector3 kNowhere = {kMissing, kMissing, kMissing};
   double t_s = 0.0;               // of the measurement
   double length_s = 0.0;          // of the half of an interval that it stands for; 0: an instant
   double since_power_on_s = 0.0;  // t_s, which counts from it where power_on is given
@@ -50,9 +51,10 @@ struct TrackPoint {
   // add up in it, so only changes over a short time mean anything. NaN where it cannot feel it.
   Vector3 table_by_gyro_deg = {kMissing, kMissing, kMissing};
   // The same at a few times since the node before, less that at this node: half way, 40 ms, 20 ms.
-  std::array<Vector3, 3> table_way_deg = {};
+  // NaN at times that lie beyond what the node stands for.
+  std::array<Vector3, 3> table_way_deg = {kNowhere, kNowhere, kNowhere};
   // And after it: 20 ms, 40 ms.
-  std::array<Vector3, 2> table_way_on_deg = {};
+  std::array<Vector3, 2> table_way_on_deg = {kNowhere, kNowhere};
   const double* covariates = nullptr;  // of MeasurementInfo::covariates, in order
 };
 

@@ -291,8 +291,7 @@ const std::vector<Row>& Rows() {
       {"angle.backlash",
        "upside_down",
        PlayBehindTable,
-       // A node is the mean of its readings: where the play is crossed within one, to two percent.
-       {{"b_inner", 0.06, 0.0012}},
+       {{"b_inner", 0.06}},
        EveryMotion,
        UpsideDown(),
        false},
