@@ -159,10 +159,12 @@ class Bound:
 
     def _thresholds(self, ids):
         """Of the gain of each id, (ids, 1)."""
-        tests = {}
-        for candidate, places in zip(self.candidates, self.places):
+        tests, freedom = {}, {}
+        for candidate, places, columns in zip(self.candidates, self.places, self.columns):
             tests[candidate.effect] = max(tests.get(candidate.effect, 1.0), places)
-        return np.array([[threshold(len(self.candidates) * tests[i])] for i in ids])
+            seen = int((self.kept[columns] > 1e-7).sum())
+            freedom[candidate.effect] = max(freedom.get(candidate.effect, 1), seen)
+        return np.array([[threshold(len(self.candidates) * tests[i], freedom[i])] for i in ids])
 
     def _gains(self, scores, correlation):
         """Likelihood gain (2 log) of each id and draw: the best of its candidates."""
@@ -177,11 +179,22 @@ class Bound:
         return list(gains), np.array(list(gains.values()))
 
 
-def threshold(tests):
-    """Gain that chance passes in 1 % of channels over all tests, for one parameter (two-sided normal)."""
+def threshold(tests, freedom=1):
+    """Gain that chance passes in 1 % of channels over all tests of an effect of so many parameters."""
     tail = FALSE_DISCOVERY / tests
-    low, high = 0.0, 100.0
+    low, high = 0.0, 200.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if math.erfc(math.sqrt(middle / 2.0)) > tail else (low, middle)
+        low, high = (middle, high) if chi_square_tail(middle, freedom) > tail else (low, middle)
     return high
+
+
+def chi_square_tail(x, freedom):
+    """Chance of more than x: Q(1/2, x/2) = erfc(sqrt(x/2)), Q(1, x/2) = exp(-x/2), and upwards from there by
+    Q(a + 1, y) = Q(a, y) + y^a e^-y / Gamma(a + 1)."""
+    y, a = 0.5 * x, 0.5 if freedom % 2 else 1.0
+    tail = math.erfc(math.sqrt(y)) if freedom % 2 else math.exp(-y)
+    while a < 0.5 * freedom:
+        tail += y ** a * math.exp(-y) / math.gamma(a + 1.0)
+        a += 1.0
+    return tail

@@ -179,6 +179,11 @@ class Bounds(unittest.TestCase):
     def test_a_chance_of_one_percent_over_sixty_candidates(self):
         self.assertAlmostEqual(bound.threshold(1), 6.6349, places=3)
         self.assertGreater(bound.threshold(60), bound.threshold(1))
+        self.assertGreater(bound.threshold(60, 3), bound.threshold(60, 2))
+
+    def test_one_in_twenty_exceeds_the_tabulated_quantiles_of_chi_square(self):
+        for freedom, quantile in ((1, 3.8415), (2, 5.9915), (3, 7.8147), (4, 9.4877), (5, 11.0705)):
+            self.assertAlmostEqual(bound.chi_square_tail(quantile, freedom), 0.05, places=4)
 
 
 class Tables(unittest.TestCase):
