@@ -4,7 +4,8 @@
     campaign.py GYROBENCH --sets 200 --seed 1 --jobs 2
     campaign.py GYROBENCH --only three_encoders:single:20:17 --keep FOLDER
 
-The second form writes one set's tables into the folder and prints its truth as JSON.
+The second form writes one set's tables into the folder and prints its truth as JSON. With --effects some effects alone
+are hidden: so is one of them studied over many benches.
 """
 import os
 
@@ -46,11 +47,11 @@ def trace(program, tables):
 
 def run_set(job):
     """Makes, traces, scores and deletes one set."""
-    program, name, kind, level, seed, keep = job
+    program, name, kind, level, seed, keep, among = job
     begin = time.monotonic()
     folder = tempfile.mkdtemp(prefix="second_world_")
     try:
-        world = worlds.World(name, kind, level, seed)
+        world = worlds.World(name, kind, level, seed, among=among)
         tables = world.write(folder)
         made_s = time.monotonic() - begin
         answer, why, traced_s = trace(program, tables)
@@ -86,7 +87,8 @@ def jobs_of(options):
         name = options.classes[i % len(options.classes)]
         turn = i // len(options.classes) + i % len(options.classes)
         kind, level = wishes[turn % len(wishes)]
-        found.append((options.gyrobench, name, kind, level, options.seed + i, options.keep))
+        found.append((options.gyrobench, name, kind, level, options.seed + i, options.keep,
+                      options.effects))
     return found
 
 
@@ -107,7 +109,7 @@ def run_all(options):
 def one_set(options):
     """Writes one set into --keep and prints its truth."""
     name, kind, level, seed = options.only.split(":")
-    world = worlds.World(name, kind, float(level), int(seed))
+    world = worlds.World(name, kind, float(level), int(seed), among=options.effects)
     os.makedirs(options.keep, exist_ok=True)
     world.write(options.keep)
     print(json.dumps(world.truth, indent=1))
@@ -131,6 +133,7 @@ def options_of(arguments):
     parser.add_argument("--classes", type=words(classes.CLASSES), default=list(classes.CLASSES))
     parser.add_argument("--levels", type=lambda s: [float(x) for x in s.split(",")], default=[5.0, 20.0, 100.0])
     parser.add_argument("--kinds", type=words(KINDS), default=list(KINDS))
+    parser.add_argument("--effects", type=words(), default=(), help="ids that the hidden effect is chosen from")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--json", help="file for all records")
     parser.add_argument("--keep", help="folder in which tables, answers and truths are kept")

@@ -76,8 +76,9 @@ def draw_value(rng, spec):
     return spec
 
 
-# What a lag of the thermometer looks like: b(T - lag dT/dt), with the transient of its start.
-OF_A_LAG = ["bias.temperature_rate", "bias.warm_up", "bias.hysteresis", "composed(T*dT_dt)"]
+# What a lag of the thermometer looks like: b(T - lag dT/dt), with the transient of its start; the same of a scale
+# factor that follows the temperature.
+OF_A_LAG = ["bias.temperature_rate", "bias.warm_up", "bias.hysteresis", "composed(T*dT_dt)", "composed(w*dT_dt)"]
 
 
 def draw_bench(name, rng, overrides=None):

@@ -37,7 +37,7 @@ def mended(program):
     failures = []
     for name, what in MENDED.items():
         bench, kind, level, seed = name.split(":")
-        record = campaign.run_set((program, bench, kind, float(level), int(seed), None))
+        record = campaign.run_set((program, bench, kind, float(level), int(seed), None, ()))
         false = [f"{c['channel']}: {', '.join(c['false'])}" for c in record["silent"] if c["false"]]
         if record["word"] not in ("silent", "exact", "among") or false:
             failures.append(f"{name} ({what}): {record['word']}, said {record['said']}; falsely {false}")

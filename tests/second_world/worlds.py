@@ -19,10 +19,13 @@ BEYOND_LARGEST = 3.0  # an effect stronger than so many times the largest known 
 
 
 class World:
-    """A set before it is written. kind: single, pair, silent, unknown; level: sigmas of the bound."""
+    """A set before it is written. kind: single, pair, silent, unknown; level: sigmas of the bound.
 
-    def __init__(self, name, kind, level, seed, overrides=None):
-        self.name, self.kind, self.level, self.seed = name, kind, level, seed
+    among: ids that the hidden effect is chosen from; a bench that can show none of them hides nothing.
+    """
+
+    def __init__(self, name, kind, level, seed, overrides=None, among=()):
+        self.name, self.kind, self.level, self.seed, self.among = name, kind, level, seed, among
         self.rng = np.random.default_rng([seed, zlib.crc32(f"{name}:{kind}:{level:g}".encode())])
         self.bench = classes.draw_bench(name, self.rng, overrides)
         self.bench["latitude_deg"] = round(float(self.rng.uniform(-65, 65)), 3)
@@ -69,6 +72,8 @@ class World:
             if candidate.effect in seen or unknown != candidate.effect.startswith("unknown."):
                 continue
             seen.add(candidate.effect)
+            if self.among and candidate.effect not in self.among:
+                continue
             direction = catalogue.draw_direction(self.rng, candidate.effect, len(self.bound.columns[i]))
             amplitude = self.level * self.bound.sigma(i, direction)
             if amplitude <= BEYOND_LARGEST * catalogue.largest(self.scene, self.channel, candidate):
