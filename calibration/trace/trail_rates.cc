@@ -14,6 +14,7 @@ constexpr double kNoiseSigmas = 4.0;
 // Rates that are steady over so many intervals either way.
 constexpr std::size_t kReach = 4;
 constexpr double kAlike_deg_s = 0.5, kAlikeShare = 0.03;
+constexpr std::size_t kNone = 3;  // of the table's axes
 
 // Mean rate of each channel [deg/s] over the rest a node is in, or the last one before; of the
 // first one for what comes before all. NaN where the channel never rests.
@@ -104,15 +105,17 @@ class RateMaker {
 
   // Turns of the table's axes, summed up, and the way there.
   void TableByGyro(const MeasurementInfo& info) {
+    const std::vector<std::size_t> next = NextToTurn();
     Vector3 sum = {};
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       TrackPoint& point = trail_.nodes[k];
       if (k > 0 && !trail_.still[k - 1]) {
         auto about = [&](const Vector3& z, double since_s) {
           Vector3 turned = AboutAxes(info, Turned(k, z, since_s), k);
-          // What is felt of the turns of other axes is misalignment.
+          // What is felt of the turns of other axes is misalignment. While the play of an axis is
+          // crossed its reference stands.
           for (std::size_t a = 0; a < 3; ++a) {
-            if (!Turns(k, a) && !Turns(k + 1, a)) turned[a] = 0.0;
+            if (!Turns(k, a) && !Turns(k + 1, a) && a != next[k]) turned[a] = 0.0;
           }
           return turned;
         };
@@ -178,6 +181,22 @@ class RateMaker {
     }
     const double angle_deg = trail_.nodes[k].table_by_gyro_deg[axis] + sum / count;
     return std::isfinite(angle_deg) ? angle_deg : trail_.nodes[k].table_deg[axis];
+  }
+
+  // Of each node: the axis that turns there or, before the next rest, after it.
+  std::vector<std::size_t> NextToTurn() const {
+    std::vector<std::size_t> next(nodes_.size(), kNone);
+    for (std::size_t k = nodes_.size(); k-- > 1;) {
+      if (k + 1 < nodes_.size() && !trail_.still[k]) next[k] = next[k + 1];
+      double most = std::max(kLeastMotion_deg_s, RateNoise(k - 1));
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double rate = std::fabs(trail_.nodes[k].table_rate_deg_s[a]);
+        if (!(rate > most)) continue;
+        most = rate;
+        next[k] = a;
+      }
+    }
+    return next;
   }
 
   // The reference says that the axis turned up to node k.
