@@ -15,6 +15,7 @@
 #include "calibration/trace/noise_search.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/scaled_ldlt.h"
+#include "calibration/trace/scans.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -25,6 +26,9 @@ constexpr double kNearlyDependent = 1e-3;
 // Of the logarithms of the noise's ratios, which are known to some tenths.
 constexpr double kRough = 0.1;
 constexpr std::ptrdiff_t kCrowd = 3;
+// Of the bias random walk: under so much of it steps and tones show that the whole of it hides.
+constexpr double kLessWalk = 0.1;
+constexpr int kMostForWalk = 3;
 // Below this no stand's angle means anything: rounding and sampling are what is left.
 constexpr double kLeastAngle_deg = 1e-3;
 // Of the deviance: the noise by the chosen model is not the one by everything that may act (chi
@@ -70,7 +74,8 @@ class ChannelSearcher {
       return std::nullopt;
     }
     own_ = *first;
-    SearchedChannel found{candidates_, Select(first->noise), first->noise};
+    TakeInWhatPassesForWalk();
+    SearchedChannel found{candidates_, Select(own_.noise), own_.noise};
     if (BaselineIsPerfect(found.selection)) return found;
     for (int pass = 0; pass < kPasses; ++pass) {
       found.selection.Run();
@@ -112,6 +117,57 @@ class ChannelSearcher {
       used += columns->cols();
     }
   }
+
+  // A step or a tone, which have no grid, make the bias random walk look larger and are then hidden
+  // by it. They are looked for under a smaller one; what is worth it under any noise is known to
+  // the noise from then on.
+  void TakeInWhatPassesForWalk() {
+    for (int round = 0; round < kMostForWalk; ++round) {
+      const std::optional<Candidate> found = BestUnderLessWalk();
+      if (!found) return;
+      AppendColumns(&saturated_, Raw(*found));
+      own_ = Everything().Best(own_.noise, kRough).value_or(own_);
+    }
+  }
+
+  std::optional<Candidate> BestUnderLessWalk() const {
+    IntervalNoise quiet = own_.noise;
+    quiet.bias_random_walk_deg_s_sqrt_s *= kLessWalk;
+    const Whitener whitener(problem_.intervals(), quiet);
+    Eigen::MatrixXd model = baseline_.columns, output = problem_.output_deg();
+    whitener.Apply(model);
+    whitener.Apply(output);
+    const Eigen::VectorXd residual = Projection(model).Off(output);
+    std::optional<Candidate> best;
+    double most = 0.0;
+    for (const ScanPeak& peak : Scan(problem_, whitener, model, residual)) {
+      if (peak.id != "bias.step" && peak.id != "bias.tone") continue;
+      Candidate candidate =
+          ScannedCandidate(problem_, peak.id, peak.table_axis, peak.nonlinear, peak.row);
+      const double excess =
+          std::log(request_.false_discovery / peak.tried) - LogChanceBesideBaseline(candidate);
+      if (excess <= most) continue;
+      most = excess;
+      best = std::move(candidate);
+    }
+    return best;
+  }
+
+  // Of what it gains beside the baseline when each of both models has the noise that suits it.
+  double LogChanceBesideBaseline(const Candidate& candidate) const {
+    Eigen::MatrixXd model = baseline_.columns;
+    const Eigen::MatrixXd raw = Raw(candidate);
+    std::vector<Eigen::Index> group;
+    for (Eigen::Index j = 0; j < raw.cols(); ++j) group.push_back(model.cols() + j);
+    AppendColumns(&model, raw);
+    const NoiseSearch search(problem_.intervals(), model, problem_.output_deg(),
+                             NoiseSearch::kDependent, PieceFor(candidate.id == "bias.tone"));
+    return LogChiSquareTail(search.Worth({group}, own_.noise).front(),
+                            static_cast<double>(group.size()));
+  }
+
+  // Tones would not outlive their sums over a second.
+  static double PieceFor(bool tones) { return tones ? 0.0 : NoiseSearch::kPiece_s; }
 
   Eigen::MatrixXd Raw(const Candidate& candidate) const {
     return ColumnsOf(problem_, candidate, request_.covariates);
@@ -185,9 +241,8 @@ class ChannelSearcher {
       for (std::size_t k = 0; k < member.columns.size(); ++k) groups.back().push_back(column++);
       fast = fast || member.id == "bias.tone";
     }
-    // Tones would not outlive their sums over a second.
     const NoiseSearch search(problem_.intervals(), ModelOf(found.selection), problem_.output_deg(),
-                             NoiseSearch::kDependent, fast ? 0.0 : NoiseSearch::kPiece_s);
+                             NoiseSearch::kDependent, PieceFor(fast));
     return search.Worth(groups, found.noise);
   }
 
