@@ -174,6 +174,14 @@ double ChannelProblem::gear_ratio() const {
   return kMissing;
 }
 
+double ChannelProblem::rounding_deg() const {
+  double rounding_deg = 0.0;
+  for (const Trail& trail : trails_) {
+    if (trail.coarse_steps) rounding_deg = std::max(rounding_deg, trail.angle_error_deg);
+  }
+  return rounding_deg;
+}
+
 void ChannelProblem::Survey() {
   constexpr double kFelt = 0.2;  // as a lever
   Vector3 table_path = {};

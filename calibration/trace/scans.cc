@@ -183,11 +183,10 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
 // function of the angle itself, from which no wave can be told.
 int MostPeriods(const ChannelProblem& problem) {
   constexpr double kLargestError_rad = 0.1;
+  if (problem.rounding_deg() > 0.0) return 0;
   double error_deg = 0.0;
-  for (const Trail& trail : problem.trails()) {
-    if (trail.coarse_steps) return 0;
+  for (const Trail& trail : problem.trails())
     error_deg = std::max(error_deg, trail.angle_error_deg);
-  }
   const double most = kLargestError_rad * 180.0 / std::numbers::pi / error_deg;
   return most < kMostPeriods ? static_cast<int>(most) : kMostPeriods;
 }

@@ -56,6 +56,16 @@ std::string WhyUnseen(const Effect& effect, const Sight& sight) {
                      sight.bound, effect.terms[0].unit, effect.typical_size);
 }
 
+// Of a coarse encoder.
+void ListRounding(const ChannelProblem& problem, std::vector<Unidentifiable>* out) {
+  if (!(problem.rounding_deg() > 0.0) || problem.table_axes().empty()) return;
+  out->push_back({"angle.ripple",
+                  fmt::format("the steps of the encoder, {:.2g} deg, are coarser than its noise: "
+                              "their rounding is a ripple of the angle itself",
+                              2.0 * problem.rounding_deg()),
+                  "take an encoder of finer steps"});
+}
+
 // Of a reference without a second one beside it.
 void ListAlwaysUnseen(const ChannelProblem& problem, std::vector<Unidentifiable>* out) {
   if ((problem.knows() & kNeedsRate) == 0) return;
@@ -98,6 +108,7 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
     if (effect.id == "bias.earth_rate" && earth_rate_known) continue;
     list(effect.id, effect, WhatIsMissing(lacks));
   }
+  ListRounding(problem, &out);
   ListAlwaysUnseen(problem, &out);
   return out;
 }
