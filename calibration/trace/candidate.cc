@@ -141,7 +141,8 @@ double Candidate::LogChance(double gain, double degrees) const {
 
 double Candidate::handicap() const {
   // A name of the catalogue comes before a description.
-  constexpr double kProduct = 10.0, kCurve = 14.0;
+  // The knots of a curve are free, hundreds of pairs of them.
+  constexpr double kProduct = 14.0, kCurve = 20.0;
   if (effect != nullptr) return effect->handicap;
   return empirical() ? kCurve : kProduct;
 }

@@ -197,6 +197,12 @@ Effect Integral(Effect effect) {
   return effect;
 }
 
+// By a constant of nature.
+Effect Limited(Effect effect, double limit) {
+  effect.limit = limit;
+  return effect;
+}
+
 Effect With(Effect effect, std::vector<NonlinearParameter> nonlinear) {
   effect.nonlinear = std::move(nonlinear);
   return effect;
@@ -251,17 +257,20 @@ std::vector<Effect> RateEffects() {
                 "vibration of the steps rectified by the element, at the stand's resonance",
                 "sweep the speed through the stand's resonance", kNeedsRate, {{"A", "deg/s"}}, 0.5,
                 Make<ResonanceBasis>),
-           {{"f0", "deg/s", 1.0, 500.0, {3, 5, 7, 9, 11, 14, 18, 22, 27, 33, 40}},
+           {{"f0", "deg/s", 1.0, 500.0, {3,  5,  7,  9,  11, 14,  18,  22,  27,  33,
+                                         40, 48, 58, 70, 84, 100, 120, 150, 180, 220}},
             {"width", "deg/s", 0.3, 30.0, {1.0, 3.0}}}),
       Rate("bias.of", "c (x - mean)", "whatever moves with the column", "vary the column",
            kNeedsCovariate, {{"c", "deg/s per unit"}}, 0.0, Make<CovariateBasis>),
       Rate("scale.of", "c w (x - mean)", "whatever moves with the column",
            "vary the column while turning", kNeedsCovariate | kNeedsRate, {{"c", "1 per unit"}},
            0.0, Make<ScaleCovariateBasis>),
-      Rate("bias.earth_rate", "w_E in the sensor's frame",
-           "Earth's rotation, where the site's latitude is not configured",
-           "configure the site's latitude and heading", kNeedsGravity,
-           {{"up", "deg/s"}, {"world_x", "deg/s"}, {"world_y", "deg/s"}}, 0.0042, Make<EarthBasis>),
+      Limited(Rate("bias.earth_rate", "w_E in the sensor's frame",
+                   "Earth's rotation, where the site's latitude is not configured",
+                   "configure the site's latitude and heading", kNeedsGravity,
+                   {{"up", "deg/s"}, {"world_x", "deg/s"}, {"world_y", "deg/s"}}, 0.0042,
+                   Make<EarthBasis>),
+              0.0042),
       With(Rate("bias.step", "b 1(t >= t0)", "stress, supply or a restart",
                 "none: it is found where it happens", kNeedsNothing, {{"b", "deg/s"}}, 0.5,
                 Make<BiasStepBasis>),

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <span>
@@ -35,7 +36,12 @@ constexpr double kStartGain = 10.0;
 constexpr double kAbsorbed = 1e-6;
 // Of the largest size that a part of this class shows: more is something else.
 constexpr double kImplausible = 10.0;
+// Standard errors beyond which a coefficient is above a limit.
+constexpr double kSure = 4.0;
 constexpr double kLeastScale = 1e-3;
+// Of half a step of a coarse encoder: its rounding, met at evenly spaced angles, leaves waves of
+// many periods a turn that are as large.
+constexpr double kRoundingInWave = 0.25;
 
 // Columns of the store, with some for what scans and refinement add.
 Eigen::Index RoomFor(const Baseline& baseline, const CandidateSet& candidates) {
@@ -155,6 +161,14 @@ bool Selection::Visible(const Candidate& candidate) const {
   return false;
 }
 
+// Of the candidate's j-th coefficient in a model that it is in.
+double Selection::StdError(const Candidate& candidate, std::size_t j,
+                           WhiteStore::Columns model) const {
+  const Eigen::Index column = candidate.columns[j];
+  std::erase(model, column);
+  return 1.0 / std::sqrt(store_.Left(column, model) * store_.column(column).squaredNorm());
+}
+
 // Whether its coefficients may be what the effect says, among the others of a model.
 bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const {
   if (candidate.effect == nullptr) return true;
@@ -163,11 +177,17 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   WhiteStore::Columns model = others;
   model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
   const Eigen::VectorXd values = store_.Solve(model);
+  const auto own = static_cast<Eigen::Index>(candidate.columns.size());
+  if (effect.id == "angle.worm_period" &&
+      values.tail(own).norm() < kRoundingInWave * problem_->rounding_deg() * std::fabs(own_scale_))
+    return false;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
     double value = values(static_cast<Eigen::Index>(others.size() + j));
     if (effect.domain == EffectDomain::kAngle) value /= own_scale_;
     if (effect.positive && value < 0.0) return false;
     if (effect.typical_size > 0 && std::fabs(value) > kImplausible * effect.typical_size)
+      return false;
+    if (effect.limit > 0 && std::fabs(value) > effect.limit + kSure * StdError(candidate, j, model))
       return false;
   }
   return true;
@@ -331,21 +351,25 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
   }
 }
 
-// Within the nodes around: what a node is the mean of may lie on both sides of the step.
+// Within the nodes around: what a node is the mean of may lie on both sides of the step. Roughly
+// first, then closely.
 void Selection::PlaceStep(const WhiteStore::Columns& model, Candidate* candidate) const {
   constexpr int kPlaces = 8;  // on either side
-  constexpr double kStep_s = 0.0125;
+  constexpr std::array kSteps_s = {0.0125, 0.0015};
   const Projection model_off(store_.Take(model));
   const Eigen::VectorXd residual = Residual();
-  const double middle_s = candidate->context.nonlinear[0];
-  double most = 0.0, best_s = middle_s;
-  for (int place = -kPlaces; place <= kPlaces; ++place) {
-    SetNonlinear({middle_s + place * kStep_s}, candidate);
-    const Eigen::VectorXd left = model_off.Off(White(*candidate));
-    const double gain = std::pow(left.dot(residual), 2) / left.squaredNorm();
-    if (!(gain > most)) continue;
-    most = gain;
-    best_s = candidate->context.nonlinear[0];
+  double best_s = candidate->context.nonlinear[0];
+  for (const double step_s : kSteps_s) {
+    const double middle_s = best_s;
+    double most = 0.0;
+    for (int place = -kPlaces; place <= kPlaces; ++place) {
+      SetNonlinear({middle_s + place * step_s}, candidate);
+      const Eigen::VectorXd left = model_off.Off(White(*candidate));
+      const double gain = std::pow(left.dot(residual), 2) / left.squaredNorm();
+      if (!(gain > most)) continue;
+      most = gain;
+      best_s = candidate->context.nonlinear[0];
+    }
   }
   SetNonlinear({best_s}, candidate);
 }
@@ -555,18 +579,24 @@ double Selection::PValue(std::size_t member) const {
   return std::min(1.0, std::exp(log_p - candidate.log_level) * options_.false_discovery);
 }
 
+// A description is no rival of a name on which it has no clear lead: what it must be ahead by to be
+// chosen counts here too.
 std::vector<std::string> Selection::Rivals(std::size_t member) const {
   const WhiteStore::Columns others = ModelWithout(member);
   const double mine = Cost(ModelColumns());
+  auto rivals = [&](const Candidate& candidate, double cost) {
+    const bool describes = candidate.effect == nullptr && members_[member].effect != nullptr;
+    return cost + (describes ? candidate.handicap() : 0.0) - mine < kRivalGain;
+  };
   std::set<std::string> names;
   for (const Candidate& candidate : pool_) {
     if (candidate.id == members_[member].id || InModel(candidate.family)) continue;
     WhiteStore::Columns with = others;
     with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
-    if (Cost(with) - mine < kRivalGain && Plausible(candidate, others)) names.insert(candidate.id);
+    if (rivals(candidate, Cost(with)) && Plausible(candidate, others)) names.insert(candidate.id);
   }
   for (const Ramp& ramp : RampsFor(members_[member], others)) {
-    if (Cost(others) - ramp.gain + kCostOfColumn - mine < kRivalGain)
+    if (rivals(ramp.candidate, Cost(others) - ramp.gain + kCostOfColumn))
       names.insert(ramp.candidate.id);
   }
   return {names.begin(), names.end()};

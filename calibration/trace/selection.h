@@ -66,6 +66,7 @@ class Selection {
   void ShareLevels();
   bool Visible(const Candidate& candidate) const;
   bool Barred(const std::string& family) const;
+  double StdError(const Candidate& candidate, std::size_t j, WhiteStore::Columns model) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool AddBest();
   void TryPool(const WhiteStore::Columns& model, Best* best) const;
