@@ -70,18 +70,20 @@ class ChannelSearcher {
       return std::nullopt;
     }
     own_ = *first;
-    SearchedChannel found{candidates_, Select(first->noise), first->noise};
-    if (BaselineIsPerfect(found.selection)) return found;
+    std::optional<SearchedChannel> found;
+    found.emplace(SearchedChannel{candidates_, Select(first->noise), first->noise});
+    if (BaselineIsPerfect(found->selection)) return found;
     for (int pass = 0; pass < kPasses; ++pass) {
-      found.selection.Run();
-      DropDoubtful(&found);
-      const std::optional<IntervalNoise> better = Reestimate(found);
+      found->selection.Run();
+      DropDoubtful(&*found);
+      const std::optional<IntervalNoise> better = Reestimate(*found);
       if (!better || pass + 1 == kPasses) break;
-      found = {candidates_, Select(*better), *better};
+      found.reset();  // its columns are the most of the memory: one store at a time
+      found.emplace(SearchedChannel{candidates_, Select(*better), *better});
     }
-    DropCrowd(&found.selection);
-    DropUseless(&found.selection);
-    DropUncertain(&found.selection);
+    DropCrowd(&found->selection);
+    DropUseless(&found->selection);
+    DropUncertain(&found->selection);
     return found;
   }
 
