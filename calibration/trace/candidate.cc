@@ -212,11 +212,7 @@ Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candid
                           const std::vector<std::string>& covariates) {
   if (candidate.raw != nullptr) return *candidate.raw;
   if (candidate.effect != nullptr) {
-    Eigen::MatrixXd out = problem.Columns(*candidate.effect, candidate.context);
-    for (Eigen::Index i = 0; candidate.power_on && i < problem.rows(); ++i) {
-      if (problem.power_on(i) != *candidate.power_on) out.row(i).setZero();
-    }
-    return out;
+    return problem.Columns(*candidate.effect, candidate.context, candidate.power_on);
   }
   std::vector<Factor> factors;
   for (const std::string& name : candidate.factors)

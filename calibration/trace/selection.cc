@@ -183,7 +183,11 @@ void Selection::SetGainByAnyNoise(std::size_t member, double gain) {
 
 Eigen::MatrixXd Selection::White(const Candidate& candidate) const {
   Eigen::MatrixXd columns = ColumnsOf(*problem_, candidate, covariates());
-  whitener_.Apply(columns);
+  // Beyond its own power-on it is 0, and stays so.
+  const Eigen::Index first = candidate.power_on ? problem_->begin_of(*candidate.power_on) : 0;
+  const Eigen::Index end =
+      candidate.power_on ? problem_->end_of(*candidate.power_on) : problem_->rows();
+  whitener_.Apply(columns.middleRows(first, end - first), first);
   return columns;
 }
 

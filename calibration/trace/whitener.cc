@@ -9,7 +9,7 @@ namespace {
 // Several columns at once: each waits for its own innovation before the next row, together they
 // fill the pipeline.
 template <std::size_t kColumns>
-void Pass(const std::vector<Step>& steps, double* const* column) {
+void Pass(std::span<const Step> steps, double* const* column) {
   double bias[kColumns] = {}, reference[kColumns] = {};
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const Step& step = steps[i];
@@ -83,7 +83,9 @@ Eigen::MatrixXd Whitener::Products(const RowMajor& columns) const {
   return gram.selfadjointView<Eigen::Lower>();
 }
 
-void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns) const {
+void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns, Eigen::Index first) const {
+  const std::span<const Step> steps(&steps_[static_cast<std::size_t>(first)],
+                                    static_cast<std::size_t>(columns.rows()));
   constexpr std::size_t kTogether = 8;
   constexpr auto kStep = static_cast<Eigen::Index>(kTogether);
   Eigen::Index j = 0;
@@ -91,11 +93,11 @@ void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns) const {
     double* pointers[kTogether];
     for (std::size_t k = 0; k < kTogether; ++k)
       pointers[k] = columns.col(j + static_cast<Eigen::Index>(k)).data();
-    Pass<kTogether>(steps_, pointers);
+    Pass<kTogether>(steps, pointers);
   }
   for (; j < columns.cols(); ++j) {
     double* pointer = columns.col(j).data();
-    Pass<1>(steps_, &pointer);
+    Pass<1>(steps, &pointer);
   }
 }
 

@@ -19,8 +19,9 @@ class Whitener {
 
   std::size_t rows() const { return steps_.size(); }
   double log_det() const { return log_det_; }  // of the covariance of the output
-  // columns: rows() x p; each becomes the filter's innovations, white under the noise.
-  void Apply(Eigen::Ref<Eigen::MatrixXd> columns) const;
+  // columns: rows x p; each becomes the filter's innovations, white under the noise. `first`: their
+  // first row, at which a power-on begins.
+  void Apply(Eigen::Ref<Eigen::MatrixXd> columns, Eigen::Index first = 0) const;
   // Products of all columns with each other once they are white; the columns stay as they are.
   Eigen::MatrixXd Products(const RowMajor& columns) const;
 
