@@ -210,7 +210,7 @@ Candidate ScannedCandidate(const ChannelProblem& problem, const std::string& id,
 
 Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candidate,
                           const std::vector<std::string>& covariates) {
-  if (candidate.raw != nullptr) return *candidate.raw;
+  if (candidate.raw) return candidate.raw->Copy();
   if (candidate.effect != nullptr) {
     return problem.Columns(*candidate.effect, candidate.context, candidate.power_on);
   }
@@ -252,13 +252,15 @@ std::vector<CurveCells> CellsOfCurves(const ChannelProblem& problem,
     cells.factor = name;
     for (std::size_t e = 0; e <= kCells; ++e)
       cells.edges.push_back(low + (high - low) * static_cast<double>(e) / kCells);
-    cells.raw.resize(problem.rows(), kCells);
+    Eigen::MatrixXd raw(problem.rows(), static_cast<Eigen::Index>(kCells));
     for (std::size_t cell = 0; cell < kCells; ++cell) {
-      cells.raw.col(static_cast<Eigen::Index>(cell)) = ColumnsOf(
+      raw.col(static_cast<Eigen::Index>(cell)) = ColumnsOf(
           problem, EmpiricalCandidate(problem, name, cells.edges[cell], cells.edges[cell + 1]),
           covariates);
     }
-    if (cells.raw.allFinite()) out.push_back(std::move(cells));
+    if (!raw.allFinite()) continue;
+    cells.raw = RawColumns(std::move(raw));
+    out.push_back(std::move(cells));
   }
   return out;
 }
@@ -283,8 +285,7 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
   out.products = ComposedCandidates(problem, out.covariates);
   for (std::vector<Candidate>* list : {&out.grid, &out.products}) {
     for (Candidate& candidate : *list) {
-      candidate.raw =
-          std::make_shared<const Eigen::MatrixXd>(ColumnsOf(problem, candidate, out.covariates));
+      candidate.raw = RawColumns(ColumnsOf(problem, candidate, out.covariates));
     }
     std::erase_if(*list, [](const Candidate& candidate) { return !candidate.raw->allFinite(); });
   }
@@ -294,11 +295,11 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
 
 CandidateSet CandidateSet::Part(const std::vector<Eigen::Index>& rows) const {
   CandidateSet out = *this;
+  const auto picked = std::make_shared<const std::vector<Eigen::Index>>(rows);
   for (std::vector<Candidate>* list : {&out.grid, &out.products}) {
-    for (Candidate& candidate : *list)
-      candidate.raw = std::make_shared<const Eigen::MatrixXd>((*candidate.raw)(rows, Eigen::all));
+    for (Candidate& candidate : *list) candidate.raw = candidate.raw->Part(picked);
   }
-  for (CurveCells& curve : out.cells) curve.raw = curve.raw(rows, Eigen::all).eval();
+  for (CurveCells& curve : out.cells) curve.raw = curve.raw.Part(picked);
   return out;
 }
 

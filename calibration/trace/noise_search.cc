@@ -58,15 +58,27 @@ struct NoiseSearch::Deviances {
   double with = kInfinity, without = kInfinity;
 };
 
-NoiseSearch::NoiseSearch(std::span<const Interval> intervals, const Eigen::MatrixXd& columns,
+NoiseSearch::NoiseSearch(std::span<const Interval> intervals, std::span<const RawColumns> columns,
                          const Eigen::VectorXd& output, double tolerance, double piece_s) {
   for (const Interval& interval : intervals) moving_ = moving_ || !interval.still;
   const std::vector<Eigen::Index> piece = Merge(intervals, piece_s, &intervals_);
-  const Eigen::Index p = columns.cols();
+  Eigen::Index p = 0;
+  for (const RawColumns& some : columns) p += some.cols();
   columns_ = RowMajor::Zero(static_cast<Eigen::Index>(intervals_.size()), p + 1);
-  for (Eigen::Index j = 0; j <= p; ++j) {
-    const double* in = j < p ? columns.col(j).data() : output.data();
-    for (std::size_t i = 0; i < intervals.size(); ++i) columns_(piece[i], j) += in[i];
+  // Rows that stay in the cache while every column fills its place in them.
+  constexpr Eigen::Index kRows = 256;
+  const auto rows = static_cast<Eigen::Index>(intervals.size());
+  for (Eigen::Index begin = 0; begin < rows; begin += kRows) {
+    const Eigen::Index end = std::min(begin + kRows, rows);
+    Eigen::Index place = 0;
+    for (const RawColumns& some : columns) {
+      for (Eigen::Index j = 0; j < some.cols(); ++j, ++place) {
+        for (Eigen::Index i = begin; i < end; ++i)
+          columns_(piece[static_cast<std::size_t>(i)], place) += some(i, j);
+      }
+    }
+    for (Eigen::Index i = begin; i < end; ++i)
+      columns_(piece[static_cast<std::size_t>(i)], p) += output(i);
   }
   Prepare(tolerance);
 }

@@ -52,14 +52,23 @@ WhiteStore::WhiteStore(const Eigen::VectorXd& output, Eigen::Index capacity)
   gram_(0, 0) = output.squaredNorm();
 }
 
-WhiteStore::Columns WhiteStore::Add(const Eigen::Ref<const Eigen::MatrixXd>& columns) {
-  const Eigen::Index first = used_ + 1, count = columns.cols();
+Eigen::Ref<Eigen::MatrixXd> WhiteStore::Places(Eigen::Index count) {
+  const Eigen::Index first = used_ + 1;
   if (first + count > white_.cols()) {
     const Eigen::Index size = 2 * (first + count);
     white_.conservativeResize(Eigen::NoChange, size);
     gram_.conservativeResize(size, size);
   }
-  white_.middleCols(first, count) = columns;
+  return white_.middleCols(first, count);
+}
+
+WhiteStore::Columns WhiteStore::Add(const Eigen::Ref<const Eigen::MatrixXd>& columns) {
+  Places(columns.cols()) = columns;
+  return Add(columns.cols());
+}
+
+WhiteStore::Columns WhiteStore::Add(Eigen::Index count) {
+  const Eigen::Index first = used_ + 1;
   gram_.block(0, first, first + count, count).noalias() =
       white_.leftCols(first + count).transpose() * white_.middleCols(first, count);
   gram_.block(first, 0, count, first) = gram_.block(0, first, first, count).transpose();
