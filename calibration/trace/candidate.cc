@@ -80,6 +80,12 @@ Candidate WarmGravity(const ChannelProblem& problem) {
   return candidate;
 }
 
+// From 0 at `from` to 1.
+double Ramp(double value, double from, double length) {
+  const double x = (value - from) / length;
+  return std::isnan(x) ? x : std::clamp(x, 0.0, 1.0);
+}
+
 // What makes no sense for the data at hand.
 bool BeyondData(const ChannelProblem& problem, const Effect& effect,
                 const std::vector<double>& point) {
@@ -219,10 +225,8 @@ Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candid
     factors.push_back(*Factor::Make(name, problem.channel(), covariates));
   if (candidate.empirical()) {
     const double from = candidate.knots[0], length = candidate.knots[1] - candidate.knots[0];
-    return problem.RateColumn([&](const TrackPoint& point) {
-      const double x = (factors[0].At(point) - from) / length;
-      return std::isnan(x) ? x : std::clamp(x, 0.0, 1.0);
-    });
+    return problem.RateColumn(
+        [&](const TrackPoint& point) { return Ramp(factors[0].At(point), from, length); });
   }
   Eigen::MatrixXd out(problem.rows(), static_cast<Eigen::Index>(factors.size() / 2));
   for (std::size_t k = 0; k < factors.size(); k += 2) {
@@ -243,9 +247,12 @@ std::vector<CurveCells> CellsOfCurves(const ChannelProblem& problem,
   for (const std::string& name : names) {
     const Factor factor = *Factor::Make(name, problem.channel(), covariates);
     double low = kMissing, high = kMissing;
+    std::vector<double> values;  // two a row
     for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-      low = std::fmin(low, factor.At(problem.half(i, 0)));
-      high = std::fmax(high, factor.At(problem.half(i, 0)));
+      values.push_back(factor.At(problem.half(i, 0)));
+      values.push_back(factor.At(problem.half(i, 1)));
+      low = std::fmin(low, values[values.size() - 2]);
+      high = std::fmax(high, values[values.size() - 2]);
     }
     if (!(high > low)) continue;
     CurveCells cells;
@@ -254,9 +261,12 @@ std::vector<CurveCells> CellsOfCurves(const ChannelProblem& problem,
       cells.edges.push_back(low + (high - low) * static_cast<double>(e) / kCells);
     Eigen::MatrixXd raw(problem.rows(), static_cast<Eigen::Index>(kCells));
     for (std::size_t cell = 0; cell < kCells; ++cell) {
-      raw.col(static_cast<Eigen::Index>(cell)) = ColumnsOf(
-          problem, EmpiricalCandidate(problem, name, cells.edges[cell], cells.edges[cell + 1]),
-          covariates);
+      const double from = cells.edges[cell], length = cells.edges[cell + 1] - from;
+      for (std::size_t i = 0; i < problem.intervals().size(); ++i) {
+        const double half_s = 0.5 * problem.intervals()[i].duration_s;
+        raw(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(cell)) =
+            half_s * (Ramp(values[2 * i], from, length) + Ramp(values[2 * i + 1], from, length));
+      }
     }
     if (!raw.allFinite()) continue;
     cells.raw = RawColumns(std::move(raw));

@@ -340,14 +340,22 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
 void Selection::PlaceStep(const WhiteStore::Columns& model, Candidate* candidate) const {
   constexpr int kPlaces = 8;  // on either side
   constexpr double kStep_s = 0.0125;
-  const Projection model_off(store_.Take(model));
-  const Eigen::VectorXd residual = Residual();
+  // Beyond its own power-on a step is nothing, and the model is off the residual.
+  const Eigen::Index first = candidate->power_on ? problem_->begin_of(*candidate->power_on) : 0;
+  const Eigen::Index rows =
+      candidate->power_on ? problem_->end_of(*candidate->power_on) - first : problem_->rows();
+  const Eigen::MatrixXd white = store_.Take(model);
+  const ScaledLdlt products(white.transpose() * white);
+  const Eigen::MatrixXd own = white.middleRows(first, rows);
+  const Eigen::VectorXd residual = Residual().segment(first, rows);
   const double middle_s = candidate->context.nonlinear[0];
   double most = 0.0, best_s = middle_s;
   for (int place = -kPlaces; place <= kPlaces; ++place) {
     SetNonlinear({middle_s + place * kStep_s}, candidate);
-    const Eigen::VectorXd left = model_off.Off(White(*candidate));
-    const double gain = std::pow(left.dot(residual), 2) / left.squaredNorm();
+    const Eigen::VectorXd column = White(*candidate).col(0).segment(first, rows);
+    const Eigen::VectorXd with = own.transpose() * column;
+    const double left = column.squaredNorm() - with.dot(products.Solve(with).col(0));
+    const double gain = std::pow(column.dot(residual), 2) / left;
     if (!(gain > most)) continue;
     most = gain;
     best_s = candidate->context.nonlinear[0];

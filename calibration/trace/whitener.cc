@@ -26,16 +26,20 @@ void Pass(std::span<const Step> steps, double* const* column) {
 
 // Columns that are 0 here (constants of other measurements) cost nothing.
 void AddProducts(const Eigen::Ref<const RowMajor>& white, Eigen::MatrixXd* gram) {
+  Eigen::ArrayXd largest = Eigen::ArrayXd::Zero(white.cols());
+  for (Eigen::Index i = 0; i < white.rows(); ++i)
+    largest = largest.max(white.row(i).transpose().array().abs());
   std::vector<Eigen::Index> some;
   for (Eigen::Index j = 0; j < white.cols(); ++j) {
-    if (white.col(j).cwiseAbs().maxCoeff() > 0.0) some.push_back(j);
+    if (largest(j) > 0.0) some.push_back(j);
   }
   if (static_cast<Eigen::Index>(some.size()) == white.cols()) {
     gram->selfadjointView<Eigen::Lower>().rankUpdate(white.transpose());
     return;
   }
-  const Eigen::MatrixXd part = white(Eigen::all, some);
-  const Eigen::MatrixXd products = part.transpose() * part;
+  const RowMajor part = white(Eigen::all, some);
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(part.cols(), part.cols());
+  products.selfadjointView<Eigen::Lower>().rankUpdate(part.transpose());
   for (std::size_t i = 0; i < some.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j)
       (*gram)(some[i], some[j]) +=
