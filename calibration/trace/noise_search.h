@@ -54,10 +54,10 @@ class NoiseSearch {
   double Profile(const Products& products, double* n) const;
   Deviances Contest(const Products& products, const std::vector<Eigen::Index>& group) const;
   std::vector<double> Start(const IntervalNoise& noise) const;
-  void Prepare(double tolerance);
+  void Prepare(RowMajor columns, double tolerance);
 
   std::vector<Interval> intervals_;  // merged
-  RowMajor columns_;                 // the output last
+  ColumnsInChunks columns_;          // the output last
   Eigen::VectorXd bulk_;             // that was taken off the output, by columns
   std::vector<Eigen::Index> kept_;   // their indices among those that were given
   bool moving_ = false, solvable_ = false;
