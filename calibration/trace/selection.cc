@@ -354,7 +354,7 @@ void Selection::PlaceStep(const WhiteStore::Columns& model, Candidate* candidate
     SetNonlinear({middle_s + place * kStep_s}, candidate);
     const Eigen::VectorXd column = White(*candidate).col(0).segment(first, rows);
     const Eigen::VectorXd with = own.transpose() * column;
-    const double left = column.squaredNorm() - with.dot(products.Solve(with).col(0));
+    const double left = column.squaredNorm() - products.Square(with);
     const double gain = std::pow(column.dot(residual), 2) / left;
     if (!(gain > most)) continue;
     most = gain;
