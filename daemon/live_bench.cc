@@ -298,7 +298,7 @@ procedures::Estimate LiveBench::ReadEstimate(const std::string& what) {
 }
 
 std::vector<procedures::AxisVerdict> LiveBench::Trace() {
-  traced_ = TraceRun(context_.telemetry.Recorded(), false);
+  traced_ = TraceRun(context_.telemetry.Recorded(), TraceFor::kProcedure);
   std::vector<procedures::AxisVerdict> verdicts;
   if (!traced_) return verdicts;
   context_.telemetry.SendTrace(traced_->result, context_.clock.Now(), false);
@@ -309,7 +309,7 @@ std::vector<procedures::AxisVerdict> LiveBench::Trace() {
 
 procedures::Choice LiveBench::Choose(const std::vector<procedures::Rehearsal>& menu) {
   const calibration::Recording recording = context_.telemetry.Recorded();
-  if (!traced_) traced_ = TraceRun(recording, false);
+  if (!traced_) traced_ = TraceRun(recording, TraceFor::kProcedure);
   if (!traced_) throw DataError("nothing has been measured yet that could be traced");
   const procedures::Choice choice = ChooseAmong(menu, recording, *traced_, loop_);
   if (!choice.best) return choice;

@@ -378,7 +378,8 @@ void RunEngine::Finish(Job& job, Outcome& outcome, std::string& message) {
   context_.telemetry.SendResults(results, end, true);
   // What ended before its time is not judged by what it did not do.
   const bool complete = outcome == Outcome::kDone || outcome == Outcome::kFailedLimits;
-  const auto trace = complete ? TraceRun(context_.telemetry.Recorded(), true) : std::nullopt;
+  const auto trace =
+      complete ? TraceRun(context_.telemetry.Recorded(), TraceFor::kRecord) : std::nullopt;
   if (trace) context_.telemetry.SendTrace(trace->result, end, true);
   const std::vector<std::string> implausible = calibration::Implausible(results);
   if (complete && !implausible.empty()) {

@@ -46,9 +46,10 @@ report::Provenance ProvenanceOf(const recording::RunDirectory& directory, const 
 
 }  // namespace
 
-std::optional<calibration::Traced> TraceRun(const calibration::Recording& recording, bool curves) {
+std::optional<calibration::Traced> TraceRun(const calibration::Recording& recording,
+                                            TraceFor purpose) {
   calibration::TraceOptions options;
-  options.curves = curves;
+  options.curves = options.try_on_rest = purpose == TraceFor::kRecord;
   try {
     const calibration::Recording* one = &recording;
     return calibration::Trace(std::span(&one, 1), options);

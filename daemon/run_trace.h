@@ -13,8 +13,11 @@
 namespace gyrobench::daemon {
 
 // nullopt, with a line in the daemon's log, when there is nothing that could be traced.
-// `curves`: those of the report as well.
-std::optional<calibration::Traced> TraceRun(const calibration::Recording& recording, bool curves);
+// For a procedure on its way, which reads verdicts, or for the record: the curves of the report,
+// and the method tried on what it has not seen, which takes as long again.
+enum class TraceFor { kProcedure, kRecord };
+std::optional<calibration::Traced> TraceRun(const calibration::Recording& recording,
+                                            TraceFor purpose);
 
 procedures::AxisVerdict VerdictOf(const calibration::ChannelTrace& channel);
 

@@ -80,6 +80,12 @@ Candidate WarmGravity(const ChannelProblem& problem) {
   return candidate;
 }
 
+// From 0 at `from` to 1.
+double Ramp(double value, double from, double length) {
+  const double x = (value - from) / length;
+  return std::isnan(x) ? x : std::clamp(x, 0.0, 1.0);
+}
+
 // What makes no sense for the data at hand.
 bool BeyondData(const ChannelProblem& problem, const Effect& effect,
                 const std::vector<double>& point) {
@@ -211,23 +217,17 @@ Candidate ScannedCandidate(const ChannelProblem& problem, const std::string& id,
 
 Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candidate,
                           const std::vector<std::string>& covariates) {
-  if (candidate.raw != nullptr) return *candidate.raw;
+  if (candidate.raw) return candidate.raw->Copy();
   if (candidate.effect != nullptr) {
-    Eigen::MatrixXd out = problem.Columns(*candidate.effect, candidate.context);
-    for (Eigen::Index i = 0; candidate.power_on && i < problem.rows(); ++i) {
-      if (problem.power_on(i) != *candidate.power_on) out.row(i).setZero();
-    }
-    return out;
+    return problem.Columns(*candidate.effect, candidate.context, candidate.power_on);
   }
   std::vector<Factor> factors;
   for (const std::string& name : candidate.factors)
     factors.push_back(*Factor::Make(name, problem.channel(), covariates));
   if (candidate.empirical()) {
     const double from = candidate.knots[0], length = candidate.knots[1] - candidate.knots[0];
-    return problem.RateColumn([&](const TrackPoint& point) {
-      const double x = (factors[0].At(point) - from) / length;
-      return std::isnan(x) ? x : std::clamp(x, 0.0, 1.0);
-    });
+    return problem.RateColumn(
+        [&](const TrackPoint& point) { return Ramp(factors[0].At(point), from, length); });
   }
   Eigen::MatrixXd out(problem.rows(), static_cast<Eigen::Index>(factors.size() / 2));
   for (std::size_t k = 0; k < factors.size(); k += 2) {
@@ -248,22 +248,30 @@ std::vector<CurveCells> CellsOfCurves(const ChannelProblem& problem,
   for (const std::string& name : names) {
     const Factor factor = *Factor::Make(name, problem.channel(), covariates);
     double low = kMissing, high = kMissing;
+    std::vector<double> values;  // two a row
     for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-      low = std::fmin(low, factor.At(problem.half(i, 0)));
-      high = std::fmax(high, factor.At(problem.half(i, 0)));
+      values.push_back(factor.At(problem.half(i, 0)));
+      values.push_back(factor.At(problem.half(i, 1)));
+      low = std::fmin(low, values[values.size() - 2]);
+      high = std::fmax(high, values[values.size() - 2]);
     }
     if (!(high > low)) continue;
     CurveCells cells;
     cells.factor = name;
     for (std::size_t e = 0; e <= kCells; ++e)
       cells.edges.push_back(low + (high - low) * static_cast<double>(e) / kCells);
-    cells.raw.resize(problem.rows(), kCells);
+    Eigen::MatrixXd raw(problem.rows(), static_cast<Eigen::Index>(kCells));
     for (std::size_t cell = 0; cell < kCells; ++cell) {
-      cells.raw.col(static_cast<Eigen::Index>(cell)) = ColumnsOf(
-          problem, EmpiricalCandidate(problem, name, cells.edges[cell], cells.edges[cell + 1]),
-          covariates);
+      const double from = cells.edges[cell], length = cells.edges[cell + 1] - from;
+      for (std::size_t i = 0; i < problem.intervals().size(); ++i) {
+        const double half_s = 0.5 * problem.intervals()[i].duration_s;
+        raw(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(cell)) =
+            half_s * (Ramp(values[2 * i], from, length) + Ramp(values[2 * i + 1], from, length));
+      }
     }
-    if (cells.raw.allFinite()) out.push_back(std::move(cells));
+    if (!raw.allFinite()) continue;
+    cells.raw = RawColumns(std::move(raw));
+    out.push_back(std::move(cells));
   }
   return out;
 }
@@ -288,8 +296,7 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
   out.products = ComposedCandidates(problem, out.covariates);
   for (std::vector<Candidate>* list : {&out.grid, &out.products}) {
     for (Candidate& candidate : *list) {
-      candidate.raw =
-          std::make_shared<const Eigen::MatrixXd>(ColumnsOf(problem, candidate, out.covariates));
+      candidate.raw = RawColumns(ColumnsOf(problem, candidate, out.covariates));
     }
     std::erase_if(*list, [](const Candidate& candidate) { return !candidate.raw->allFinite(); });
   }
@@ -299,11 +306,11 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
 
 CandidateSet CandidateSet::Part(const std::vector<Eigen::Index>& rows) const {
   CandidateSet out = *this;
+  const auto picked = std::make_shared<const std::vector<Eigen::Index>>(rows);
   for (std::vector<Candidate>* list : {&out.grid, &out.products}) {
-    for (Candidate& candidate : *list)
-      candidate.raw = std::make_shared<const Eigen::MatrixXd>((*candidate.raw)(rows, Eigen::all));
+    for (Candidate& candidate : *list) candidate.raw = candidate.raw->Part(picked);
   }
-  for (CurveCells& curve : out.cells) curve.raw = curve.raw(rows, Eigen::all).eval();
+  for (CurveCells& curve : out.cells) curve.raw = curve.raw.Part(picked);
   return out;
 }
 

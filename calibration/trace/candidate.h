@@ -10,6 +10,7 @@
 #include "calibration/trace/effect.h"
 #include "calibration/trace/factor.h"
 #include "calibration/trace/problem.h"
+#include "calibration/trace/raw_columns.h"
 
 namespace gyrobench::calibration {
 
@@ -31,8 +32,8 @@ struct Candidate {
   // What it gained of -2 log L when each of both models had the noise that suits it; not less than
   // what it gains under one noise, where that has not been worked out.
   double gain_by_any_noise = std::numeric_limits<double>::infinity();
-  std::vector<Eigen::Index> columns;           // in the WhiteStore
-  std::shared_ptr<const Eigen::MatrixXd> raw;  // ColumnsOf, where they have been worked out
+  std::vector<Eigen::Index> columns;  // in the WhiteStore
+  std::optional<RawColumns> raw;      // ColumnsOf, where they have been worked out
 
   // Logarithm of the chance that it gains so much of -2 log L by its columns without being there.
   double LogChance(double gain, double degrees) const;
@@ -65,7 +66,7 @@ struct CurveCells {
   std::string factor;
   std::vector<double> edges;  // one more than the cells
   // rows x cells: int over each row of a ramp from 0 to 1 across the cell [deg per deg/s].
-  Eigen::MatrixXd raw;
+  RawColumns raw;
 };
 std::vector<CurveCells> CellsOfCurves(const ChannelProblem& problem,
                                       const std::vector<std::string>& covariates);
@@ -84,7 +85,7 @@ struct CandidateSet {
   std::vector<Candidate> products;
   std::vector<CurveCells> cells;
 
-  // For ChannelProblem::Part(rows).
+  // For ChannelProblem::Part(rows); of the set of all rows.
   CandidateSet Part(const std::vector<Eigen::Index>& rows) const;
 };
 CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::string> covariates,

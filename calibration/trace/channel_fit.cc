@@ -25,7 +25,8 @@ Eigen::MatrixXd Slopes(const ChannelProblem& problem, const std::vector<std::str
     const double step = kSlopeStep * (range.high[k] - range.low[k]);
     above.context.nonlinear[k] += step;
     below.context.nonlinear[k] -= step;
-    above.raw = below.raw = nullptr;
+    above.raw.reset();
+    below.raw.reset();
     out.col(static_cast<Eigen::Index>(k)) =
         (ColumnsOf(problem, above, covariates) - ColumnsOf(problem, below, covariates)) *
         coefficients / (2.0 * step);

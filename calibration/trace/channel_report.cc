@@ -184,10 +184,15 @@ class ChannelTracer {
     RemarkOnBaseline();
     candidates_ = std::make_shared<const CandidateSet>(
         AllCandidates(problem_, request_.covariates, request_.earth_rate_known));
-    const std::optional<SearchedChannel> found =
+    std::optional<SearchedChannel> found =
         SearchChannel(problem_, baseline_, candidates_, request_, &trace_.remarks);
     if (found) {
-      Fill(found->selection, found->noise);
+      const ChannelFit fit = FitChannel(problem_, baseline_, found->selection);
+      Fill(found->selection, found->noise, fit);
+      const std::vector<NamedEffect> effects = NamedEffects(found->selection, fit);
+      found.reset();  // the parts of the data take as much memory again
+      FillHeldOut(effects, fit);
+      Decide();
     } else {
       trace_.summary = "Not traced: " + trace_.remarks.back() + ".";
     }
@@ -229,10 +234,9 @@ class ChannelTracer {
     }
   }
 
-  void Fill(const Selection& selection, const IntervalNoise& noise) {
+  void Fill(const Selection& selection, const IntervalNoise& noise, const ChannelFit& fit) {
     trace_.noise = {noise.angle_random_walk_deg_sqrt_s, noise.bias_random_walk_deg_s_sqrt_s,
                     noise.reference_deg};
-    const ChannelFit fit = FitChannel(problem_, baseline_, selection);
     // Under a noise that is right the white residual has a size of 1; where it is larger, errors
     // grow with it.
     const double grow = std::max(1.0, fit.whitened_rms());
@@ -241,14 +245,12 @@ class ChannelTracer {
     trace_.fitted_whitened_rms.after = fit.whitened_rms();
     trace_.fitted_angle_rms_deg.before = trace_.baseline.angle_rms_deg;
     trace_.fitted_angle_rms_deg.after = AngleRms(fit.raw * fit.linear);
-    const std::optional<PartTrial> trial = TryOnRests(selection, fit);
     for (std::size_t i = 0; i < selection.members().size(); ++i)
-      FillEffect(selection, fit, i, grow, trial ? trial->same[i] : std::nullopt);
+      FillEffect(selection, fit, i, grow);
     std::set<std::string> named;
     for (const TracedEffect& effect : trace_.effects) named.insert(effect.id);
     trace_.unidentifiable = Unidentifiables(problem_, selection, named, request_.earth_rate_known);
     trace_.remaining = WhatRemains(problem_, fit, request_.covariates);
-    Decide();
     FillModel(selection, fit);
     row_ = MakeChannelRow(problem_, baseline_, selection, fit, grow);
     row_.unit = model_.unit;
@@ -291,12 +293,12 @@ class ChannelTracer {
   }
 
   // Of the blocks; the forecast's figure alone is of use.
-  std::optional<PartTrial> TryOnRests(const Selection& selection, const ChannelFit& fit) {
+  std::optional<PartTrial> TryOnRests(const std::vector<NamedEffect>& effects) {
     if (!request_.try_on_rest) return std::nullopt;
     const auto on = [&](const std::optional<Split>& split, RestOf rest_of) {
-      return split ? TryOnRest(problem_, baseline_, *candidates_, request_, selection, fit, *split,
-                               rest_of)
-                   : std::nullopt;
+      return split
+                 ? TryOnRest(problem_, baseline_, *candidates_, request_, effects, *split, rest_of)
+                 : std::nullopt;
     };
     if (const auto forecast = on(FirstPart(problem_, baseline_), RestOf::kForecast))
       trace_.forecast_angle_rms_deg = forecast->all.angle_rms_deg;
@@ -309,9 +311,22 @@ class ChannelTracer {
     return trial;
   }
 
-  // `tried`: on data that had no part in its choice.
-  void FillEffect(const Selection& selection, const ChannelFit& fit, std::size_t i, double grow,
-                  const std::optional<HeldOutFigures>& tried) {
+  // Of an effect on data that had no part in its choice; where the training part does not choose
+  // it, on data that its coefficients did not see.
+  void FillHeldOut(const std::vector<NamedEffect>& effects, const ChannelFit& fit) {
+    const std::optional<PartTrial> trial = TryOnRests(effects);
+    for (std::size_t i = 0; i < effects.size(); ++i) {
+      TracedEffect& effect = trace_.effects[i];
+      const bool tried = trial && trial->same[i];
+      const HeldOutFigures figures =
+          tried ? *trial->same[i] : HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed);
+      effect.chosen_on_training = tried;
+      effect.heldout_whitened_rms = figures.whitened_rms;
+      effect.heldout_angle_rms_deg = figures.angle_rms_deg;
+    }
+  }
+
+  void FillEffect(const Selection& selection, const ChannelFit& fit, std::size_t i, double grow) {
     const Candidate& member = selection.members()[i];
     TracedEffect effect;
     effect.id = member.id;
@@ -336,11 +351,6 @@ class ChannelTracer {
     if (!effect.rivals.empty()) ways.insert(ManoeuvreOf(effect.id));
     ways.erase("");
     effect.settled_by = fmt::format("{}", fmt::join(ways, "; "));
-    effect.chosen_on_training = tried.has_value();
-    const HeldOutFigures figures =
-        tried ? *tried : HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed);
-    effect.heldout_whitened_rms = figures.whitened_rms;
-    effect.heldout_angle_rms_deg = figures.angle_rms_deg;
     trace_.effects.push_back(std::move(effect));
   }
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "calibration/trace/angle_windows.h"
-#include "calibration/trace/append_columns.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/hold_out.h"
 #include "calibration/trace/likelihood.h"
@@ -64,7 +63,7 @@ class ChannelSearcher {
 
   std::optional<SearchedChannel> Run() {
     Saturate();
-    if (!saturated_.allFinite() || !problem_.output_deg().allFinite()) {
+    if (!baseline_.columns.allFinite() || !problem_.output_deg().allFinite()) {
       remarks_.push_back("values that are not finite numbers are left: not traced");
       return std::nullopt;
     }
@@ -75,18 +74,20 @@ class ChannelSearcher {
     }
     own_ = *first;
     TakeInWhatPassesForWalk();
-    SearchedChannel found{candidates_, Select(own_.noise), own_.noise};
-    if (BaselineIsPerfect(found.selection)) return found;
+    std::optional<SearchedChannel> found;
+    found.emplace(SearchedChannel{candidates_, Select(own_.noise), own_.noise});
+    if (BaselineIsPerfect(found->selection)) return found;
     for (int pass = 0; pass < kPasses; ++pass) {
-      found.selection.Run();
-      DropDoubtful(&found);
-      const std::optional<IntervalNoise> better = Reestimate(found);
+      found->selection.Run();
+      DropDoubtful(&*found);
+      const std::optional<IntervalNoise> better = Reestimate(*found);
       if (!better || pass + 1 == kPasses) break;
-      found = {candidates_, Select(*better), *better};
+      found.reset();  // its columns are the most of the memory: one store at a time
+      found.emplace(SearchedChannel{candidates_, Select(*better), *better});
     }
-    DropCrowd(&found.selection);
-    DropUseless(&found.selection);
-    DropUncertain(&found.selection);
+    DropCrowd(&found->selection);
+    DropUseless(&found->selection);
+    DropUncertain(&found->selection);
     return found;
   }
 
@@ -99,22 +100,13 @@ class ChannelSearcher {
   // Every grid point of the catalogue. One column in three of a long grid spans what the others
   // do, nearly.
   void Saturate() {
-    std::vector<const Eigen::MatrixXd*> chosen = {&baseline_.columns};
+    saturated_ = {RawColumns(baseline_.columns)};
     std::string family;
     int place = 0;
-    Eigen::Index count = baseline_.columns.cols();
     for (const Candidate& candidate : candidates_->grid) {
       place = candidate.family == family ? place + 1 : 0;
       family = candidate.family;
-      if (place % 3 != 0) continue;
-      chosen.push_back(candidate.raw.get());
-      count += candidate.raw->cols();
-    }
-    saturated_.resize(problem_.rows(), count);
-    Eigen::Index used = 0;
-    for (const Eigen::MatrixXd* columns : chosen) {
-      saturated_.middleCols(used, columns->cols()) = *columns;
-      used += columns->cols();
+      if (place % 3 == 0) saturated_.push_back(*candidate.raw);
     }
   }
 
@@ -174,9 +166,10 @@ class ChannelSearcher {
   }
 
   // Raw columns of the baseline and of the members.
-  Eigen::MatrixXd ModelOf(const Selection& selection) const {
-    Eigen::MatrixXd model = baseline_.columns;
-    for (const Candidate& member : selection.members()) AppendColumns(&model, Raw(member));
+  std::vector<RawColumns> ModelOf(const Selection& selection) const {
+    std::vector<RawColumns> model = {saturated_.front()};
+    for (const Candidate& member : selection.members())
+      model.push_back(member.raw ? *member.raw : RawColumns(Raw(member)));
     return model;
   }
 
@@ -194,7 +187,7 @@ class ChannelSearcher {
       const bool on_grid = member.effect != nullptr && member.context.start_sides.empty() &&
                            (member.effect->nonlinear.empty() || member.effect->tied);
       if (on_grid || !judged_.insert(member.family).second) continue;
-      AppendColumns(&saturated_, Raw(member));
+      saturated_.push_back(RawColumns(Raw(member)));
       outside = true;
     }
     const NoiseSearch everything = Everything();
@@ -345,9 +338,9 @@ class ChannelSearcher {
   const ChannelRequest& request_;
   std::vector<std::string>& remarks_;
   std::shared_ptr<const CandidateSet> candidates_;
-  Eigen::MatrixXd saturated_;
-  NoiseEstimate own_;             // by `saturated_`
-  std::set<std::string> judged_;  // families beyond the grid that `saturated_` has
+  std::vector<RawColumns> saturated_;  // the baseline's first
+  NoiseEstimate own_;                  // by `saturated_`
+  std::set<std::string> judged_;       // families beyond the grid that `saturated_` has
 };
 
 }  // namespace

@@ -58,37 +58,50 @@ struct NoiseSearch::Deviances {
   double with = kInfinity, without = kInfinity;
 };
 
-NoiseSearch::NoiseSearch(std::span<const Interval> intervals, const Eigen::MatrixXd& columns,
+NoiseSearch::NoiseSearch(std::span<const Interval> intervals, std::span<const RawColumns> columns,
                          const Eigen::VectorXd& output, double tolerance, double piece_s) {
   for (const Interval& interval : intervals) moving_ = moving_ || !interval.still;
   const std::vector<Eigen::Index> piece = Merge(intervals, piece_s, &intervals_);
-  const Eigen::Index p = columns.cols();
-  columns_ = RowMajor::Zero(static_cast<Eigen::Index>(intervals_.size()), p + 1);
-  for (Eigen::Index j = 0; j <= p; ++j) {
-    const double* in = j < p ? columns.col(j).data() : output.data();
-    for (std::size_t i = 0; i < intervals.size(); ++i) columns_(piece[i], j) += in[i];
+  Eigen::Index p = 0;
+  for (const RawColumns& some : columns) p += some.cols();
+  RowMajor merged = RowMajor::Zero(static_cast<Eigen::Index>(intervals_.size()), p + 1);
+  // Rows that stay in the cache while every column fills its place in them.
+  constexpr Eigen::Index kRows = 256;
+  const auto rows = static_cast<Eigen::Index>(intervals.size());
+  for (Eigen::Index begin = 0; begin < rows; begin += kRows) {
+    const Eigen::Index end = std::min(begin + kRows, rows);
+    Eigen::Index place = 0;
+    for (const RawColumns& some : columns) {
+      for (Eigen::Index j = 0; j < some.cols(); ++j, ++place) {
+        for (Eigen::Index i = begin; i < end; ++i)
+          merged(piece[static_cast<std::size_t>(i)], place) += some(i, j);
+      }
+    }
+    for (Eigen::Index i = begin; i < end; ++i)
+      merged(piece[static_cast<std::size_t>(i)], p) += output(i);
   }
-  Prepare(tolerance);
+  Prepare(std::move(merged), tolerance);
 }
 
 // Keeps only independent columns; takes the bulk off the output so that products keep digits.
-void NoiseSearch::Prepare(double tolerance) {
-  const Eigen::Index p = columns_.cols() - 1;
+void NoiseSearch::Prepare(RowMajor columns, double tolerance) {
+  const Eigen::Index p = columns.cols() - 1;
+  columns_ = ColumnsInChunks(std::move(columns));
   const Eigen::MatrixXd gram =
       Whitener(intervals_, {1.0, 0.01, moving_ ? 1.0 : 0.0}).Products(columns_);
   kept_ = IndependentColumns(gram.topLeftCorner(p, p), tolerance);
   const auto kept = static_cast<Eigen::Index>(kept_.size());
-  solvable_ = columns_.rows() >= kept + 2;
+  solvable_ = columns_.all().rows() >= kept + 2;
   if (!solvable_) return;
   const Eigen::MatrixXd chosen = gram(kept_, kept_);
   const Eigen::VectorXd scale = chosen.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * chosen * scale.asDiagonal();
   const Eigen::VectorXd right = gram.col(p)(kept_);
   bulk_ = scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * right);
-  RowMajor left(columns_.rows(), kept + 1);
-  left << columns_(Eigen::all, kept_), columns_.col(p);
+  RowMajor left(columns_.all().rows(), kept + 1);
+  left << columns_.all()(Eigen::all, kept_), columns_.all().col(p);
   left.rightCols(1) -= left.leftCols(kept) * bulk_;
-  columns_ = std::move(left);
+  columns_ = ColumnsInChunks(std::move(left));
 }
 
 NoiseSearch::Products NoiseSearch::At(double walk, double reference) const {
@@ -106,7 +119,7 @@ double NoiseSearch::Profile(const Products& products, double* n) const {
   if (factor.info() != Eigen::Success) return kInfinity;
   const Eigen::VectorXd projected = factor.matrixL().solve(products.scaled.col(p).head(p));
   const double square = std::max(1.0 - projected.squaredNorm(), 0.0) * products.output_square;
-  const auto freedom = static_cast<double>(columns_.rows() - p);
+  const auto freedom = static_cast<double>(columns_.all().rows() - p);
   *n = std::max(std::sqrt(square / freedom), kLeastN);
   const double information =
       factor.matrixLLT().diagonal().array().log().sum() - products.log_scale.head(p).sum();
@@ -128,7 +141,7 @@ NoiseSearch::Deviances NoiseSearch::Contest(const Products& products,
   const Eigen::VectorXd scales = products.log_scale(order);
   const double information =
       factor.matrixLLT().diagonal().head(others).array().log().sum() - scales.head(others).sum();
-  const auto freedom = static_cast<double>(columns_.rows() - others);
+  const auto freedom = static_cast<double>(columns_.all().rows() - others);
   auto deviance = [&](double share) {
     const double n2 = std::max(share * products.output_square / freedom, kLeastN * kLeastN);
     return products.log_det + 2.0 * information + freedom * (std::log(n2) + 1.0);
@@ -151,7 +164,7 @@ double NoiseSearch::Deviance(const IntervalNoise& noise) const {
   const Products products = At(noise.bias_random_walk_deg_s_sqrt_s / n, noise.reference_deg / n);
   double best_n = 0.0;
   const double best = Profile(products, &best_n);
-  const auto freedom = static_cast<double>(columns_.rows() - products.scaled.cols() + 1);
+  const auto freedom = static_cast<double>(columns_.all().rows() - products.scaled.cols() + 1);
   const double ratio = best_n * best_n / (n * n);
   return best + freedom * (ratio - 1.0 - std::log(ratio));
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/interval_gls.h"
+#include "calibration/trace/raw_columns.h"
 #include "calibration/trace/whitener.h"
 
 namespace gyrobench::calibration {
@@ -19,13 +20,17 @@ struct NoiseEstimate {
 
 class NoiseSearch {
  public:
-  // `columns`: rows x p, everything that may act; a missing effect would otherwise pass for noise.
-  // Columns of which those before leave less than `tolerance` of the square are left out.
-  // `piece_s`: stretches at rest are taken in pieces of this length, which changes nothing that the
-  // noise could be told from.
-  NoiseSearch(std::span<const Interval> intervals, const Eigen::MatrixXd& columns,
+  // `columns`: rows x p together, everything that may act; a missing effect would otherwise pass
+  // for noise. Columns of which those before leave less than `tolerance` of the square are left
+  // out. `piece_s`: stretches at rest are taken in pieces of this length, which changes nothing
+  // that the noise could be told from.
+  NoiseSearch(std::span<const Interval> intervals, std::span<const RawColumns> columns,
               const Eigen::VectorXd& output, double tolerance = kDependent,
               double piece_s = kPiece_s);
+  NoiseSearch(std::span<const Interval> intervals, const RawColumns& columns,
+              const Eigen::VectorXd& output, double tolerance = kDependent,
+              double piece_s = kPiece_s)
+      : NoiseSearch(intervals, std::span(&columns, 1), output, tolerance, piece_s) {}
 
   // N in closed form, K/N and s/N by search, from `start` where something is known; both ratios to
   // within `tolerance` of their logarithm. nullopt with fewer rows than columns.
@@ -49,10 +54,10 @@ class NoiseSearch {
   double Profile(const Products& products, double* n) const;
   Deviances Contest(const Products& products, const std::vector<Eigen::Index>& group) const;
   std::vector<double> Start(const IntervalNoise& noise) const;
-  void Prepare(double tolerance);
+  void Prepare(RowMajor columns, double tolerance);
 
   std::vector<Interval> intervals_;  // merged
-  RowMajor columns_;                 // the output last
+  ColumnsInChunks columns_;          // the output last
   Eigen::VectorXd bulk_;             // that was taken off the output, by columns
   std::vector<Eigen::Index> kept_;   // their indices among those that were given
   bool moving_ = false, solvable_ = false;

@@ -42,7 +42,7 @@ class TrainedModel {
         fit_(FitChannel(part, part_baseline, found.selection)) {
     std::vector<Candidate> members = found.selection.members();
     // Columns that were worked out are those of the part.
-    for (Candidate& member : members) member.raw = nullptr;
+    for (Candidate& member : members) member.raw.reset();
     columns_ =
         ColumnsOfModel(problem, baseline, members, fit_.linear, found.selection.covariates());
   }
@@ -117,10 +117,20 @@ double Explained(const Eigen::MatrixXd& by, const Eigen::VectorXd& column) {
 
 }  // namespace
 
+std::vector<NamedEffect> NamedEffects(const Selection& model, const ChannelFit& fit) {
+  std::vector<NamedEffect> out;
+  for (std::size_t i = 0; i < model.members().size(); ++i) {
+    const std::vector<Eigen::Index> columns = fit.ColumnsOf(i);
+    out.push_back({model.members()[i].id, model.Rivals(i),
+                   fit.raw(Eigen::all, columns) * fit.linear(columns)});
+  }
+  return out;
+}
+
 std::optional<PartTrial> TryOnRest(const ChannelProblem& problem, const Baseline& baseline,
                                    const CandidateSet& candidates, const ChannelRequest& request,
-                                   const Selection& model, const ChannelFit& fit,
-                                   const Split& split, RestOf rest_of) {
+                                   const std::vector<NamedEffect>& effects, const Split& split,
+                                   RestOf rest_of) {
   std::vector<std::string> unsaid;  // holds for all data alike
   const ChannelProblem part = problem.Part(split.training);
   const Baseline part_baseline = baseline.Part(split.training);
@@ -140,16 +150,13 @@ std::optional<PartTrial> TryOnRest(const ChannelProblem& problem, const Baseline
   out.all = Compare(trained.Try(every, split, rest_of), after, request.seed);
   if (rest_of == RestOf::kForecast) return out;
   std::vector<bool> taken(chosen.size(), false);
-  for (std::size_t i = 0; i < model.members().size(); ++i) {
-    const std::string& id = model.members()[i].id;
-    const std::vector<std::string> rivals = model.Rivals(i);
-    const std::vector<Eigen::Index> columns = fit.ColumnsOf(i);
-    const Eigen::VectorXd does =
-        trained.White(fit.raw(Eigen::all, columns) * fit.linear(columns)).col(0);
+  for (const NamedEffect& effect : effects) {
+    const std::vector<std::string>& rivals = effect.rivals;
+    const Eigen::VectorXd does = trained.White(effect.does).col(0);
     std::optional<std::size_t> same;
     double most = kSame;
     for (std::size_t k = 0; k < chosen.size(); ++k) {
-      const bool named = chosen[k].id == id ||
+      const bool named = chosen[k].id == effect.id ||
                          std::find(rivals.begin(), rivals.end(), chosen[k].id) != rivals.end();
       const double share = named && !taken[k] ? Explained(trained.White(k), does) : 0.0;
       if (!(share > most)) continue;

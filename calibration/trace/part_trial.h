@@ -27,12 +27,21 @@ struct PartTrial {
   std::vector<std::optional<HeldOutFigures>> same;
 };
 
-// nullopt where the training part is too small. `model`, `fit`: of all data. Baseline and
-// candidates depend on what happened and are those of all data; so are the edges of rests and the
-// shape of the motion between readings, to which the gyro itself has contributed.
+// What the trial knows of an effect of all data.
+struct NamedEffect {
+  std::string id;
+  std::vector<std::string> rivals;
+  Eigen::VectorXd does;  // in each row [deg]
+};
+// Of each member of a model.
+std::vector<NamedEffect> NamedEffects(const Selection& model, const ChannelFit& fit);
+
+// nullopt where the training part is too small. `effects`: of all data. Baseline and candidates
+// depend on what happened and are those of all data; so are the edges of rests and the shape of the
+// motion between readings, to which the gyro itself has contributed.
 std::optional<PartTrial> TryOnRest(const ChannelProblem& problem, const Baseline& baseline,
                                    const CandidateSet& candidates, const ChannelRequest& request,
-                                   const Selection& model, const ChannelFit& fit,
-                                   const Split& split, RestOf rest_of);
+                                   const std::vector<NamedEffect>& effects, const Split& split,
+                                   RestOf rest_of);
 
 }  // namespace gyrobench::calibration

@@ -120,6 +120,7 @@ ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const
   out.rows_.clear();
   out.intervals_.clear();
   out.feels_table_.clear();
+  out.levers_.clear();
   out.run_begins_.clear();
   out.power_on_begins_.clear();
   out.output_ = output_(rows);
@@ -144,6 +145,7 @@ ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const
     out.intervals_.push_back(interval);
     out.rows_.push_back(ref(row));
     out.feels_table_.push_back(FeelsTable(row));
+    out.levers_.push_back(levers_[static_cast<std::size_t>(row)]);
   }
   // By what these rows say of M.
   out.ShareReferenceErrors();
@@ -186,6 +188,7 @@ void ChannelProblem::Survey() {
   constexpr double kFelt = 0.2;  // as a lever
   Vector3 table_path = {};
   feels_table_.assign(rows_.size(), false);
+  levers_.reserve(rows_.size());
   bool gravity = !trails_.empty(), temperature = gravity, vibration = gravity;
   for (const Trail& trail : trails_) {
     gravity = gravity && trail.gravity_known;
@@ -194,6 +197,7 @@ void ChannelProblem::Survey() {
   }
   for (Eigen::Index i = 0; i < rows(); ++i) {
     const double dt = intervals_[static_cast<std::size_t>(i)].duration_s;
+    levers_.push_back(LeversAt(i));
     for (std::size_t h = 0; h < 2; ++h) {
       const TrackPoint& point = half(i, h);
       max_rate_ = std::max(max_rate_, std::fabs(point.rate_deg_s[channel_]));
@@ -269,24 +273,30 @@ Eigen::VectorXd ChannelProblem::TemperaturePower(int power) const {
   });
 }
 
-double ChannelProblem::Lever(Eigen::Index row, std::size_t table_axis) const {
+Vector3 ChannelProblem::LeversAt(Eigen::Index row) const {
   const MeasurementInfo& info = trail(row).recording->info;
-  if (info.reference == ReferenceKind::kSensorAngle) {
-    const auto axis = static_cast<std::size_t>(info.reference_axis);
-    return table_axis == axis && channel_ == axis ? 1.0 : 0.0;
-  }
-  if (info.reference != ReferenceKind::kStandAngles) return 0.0;
-  return trail(row).stand.Rates(half(row, 0).table_deg)[channel_][table_axis];
+  if (info.reference == ReferenceKind::kStandAngles)
+    return trail(row).stand.Rates(half(row, 0).table_deg)[channel_];
+  Vector3 levers = {};
+  const auto axis = static_cast<std::size_t>(info.reference_axis);
+  if (info.reference == ReferenceKind::kSensorAngle && channel_ == axis) levers[axis] = 1.0;
+  return levers;
 }
 
-Eigen::MatrixXd ChannelProblem::Columns(const Effect& effect, const BasisContext& context) const {
+Eigen::MatrixXd ChannelProblem::Columns(const Effect& effect, const BasisContext& context,
+                                        std::optional<std::size_t> power_on) const {
   const std::size_t terms = effect.terms.size();
   Eigen::MatrixXd out(rows(), static_cast<Eigen::Index>(terms));
+  if (power_on) out.setZero();
   const std::unique_ptr<Basis> basis = effect.basis(context);
   std::vector<double> a(terms), b(terms);
   const bool table = (effect.needs & kNeedsTableAxis) != 0;
   for (std::size_t t = 0, row = 0; t < trails_.size(); ++t) {
     const Trail& trail = trails_[t];
+    if (power_on && power_on_of_trail_[t] != *power_on) {
+      while (row < rows_.size() && rows_[row].trail == t) ++row;
+      continue;
+    }
     if (effect.domain != EffectDomain::kRate && !trail.nodes.empty())
       basis->At(trail.nodes.front(), b.data());
     for (std::size_t i = 0; i < trail.still.size(); ++i) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -58,14 +59,21 @@ class ChannelProblem {
   const std::vector<Eigen::Index>& power_on_begins() const { return power_on_begins_; }
   // Of a row: index of its power-on.
   std::size_t power_on(Eigen::Index row) const { return power_on_of_trail_[ref(row).trail]; }
+  // Its rows.
+  Eigen::Index begin_of(std::size_t power_on) const { return power_on_begins_[power_on]; }
+  Eigen::Index end_of(std::size_t power_on) const {
+    return power_on + 1 < power_on_begins_.size() ? power_on_begins_[power_on + 1] : rows();
+  }
   // Of the first measurement of a power-on, as they were given, from 1.
   std::size_t first_number(std::size_t power_on) const {
     return trail(power_on_begins_[power_on]).number;
   }
 
   Baseline MakeBaseline() const;
-  // rows() x terms: what each term of the effect adds to each row's output, per unit.
-  Eigen::MatrixXd Columns(const Effect& effect, const BasisContext& context) const;
+  // rows() x terms: what each term of the effect adds to each row's output, per unit. `power_on`:
+  // of an effect without a memory that acts in this one alone.
+  Eigen::MatrixXd Columns(const Effect& effect, const BasisContext& context,
+                          std::optional<std::size_t> power_on = {}) const;
   // The same for a rate [deg/s per unit] that is a function of the state.
   template <typename RateOf>
   Eigen::VectorXd RateColumn(RateOf rate_of) const {
@@ -89,7 +97,9 @@ class ChannelProblem {
   // [deg]: its error is a function of the angle.
   double rounding_deg() const;
   // How much of a turn of the table's axis the channel feels in a row.
-  double Lever(Eigen::Index row, std::size_t table_axis) const;
+  double Lever(Eigen::Index row, std::size_t table_axis) const {
+    return levers_[static_cast<std::size_t>(row)][table_axis];
+  }
   // An axis of the table turns in a row, and the channel feels it.
   bool FeelsTable(Eigen::Index row) const { return feels_table_[static_cast<std::size_t>(row)]; }
 
@@ -101,6 +111,7 @@ class ChannelProblem {
     return trail(row).rotation_deg[ref(row).interval];
   }
   std::vector<std::size_t> Turned() const;
+  Vector3 LeversAt(Eigen::Index row) const;
   void Survey();
   void TakeOffEarth();
   void ShareReferenceErrors();
@@ -117,6 +128,7 @@ class ChannelProblem {
   bool temperature_known_ = false;
   std::vector<std::size_t> table_axes_;
   std::vector<bool> feels_table_;
+  std::vector<Vector3> levers_;  // of each row; every effect of the table asks for them
   Vector3 path_ = {};
   double min_temperature_ = kMissing, max_temperature_ = kMissing, mean_temperature_ = kMissing;
   double max_rate_ = 0.0;

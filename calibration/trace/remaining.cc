@@ -76,8 +76,9 @@ Test Whiteness(const Eigen::VectorXd& residual, Eigen::Index pool) {
   return test;
 }
 
-// Means of the residual in bins of a quantity: together, against the model's fit.
-Test Dependence(const ChannelProblem& problem, const ChannelFit& fit,
+// Means of the residual in bins of a quantity: together, against the model's fit. `gram`: products
+// of its white columns.
+Test Dependence(const ChannelProblem& problem, const ChannelFit& fit, const Eigen::MatrixXd& gram,
                 const Eigen::VectorXd& residual, const std::string& name,
                 const std::function<double(Eigen::Index)>& value) {
   Test test;
@@ -95,7 +96,6 @@ Test Dependence(const ChannelProblem& problem, const ChannelFit& fit,
     bins(order[k].second, static_cast<Eigen::Index>(k * kBins / order.size())) = 1.0;
   // The columns that were fitted can hide a part of it.
   const Eigen::MatrixXd shared = fit.white.transpose() * bins;
-  const Eigen::MatrixXd gram = fit.white.transpose() * fit.white;
   const Eigen::VectorXd scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled_shared = scale.asDiagonal() * shared;
   const Eigen::LDLT<Eigen::MatrixXd> factor(
@@ -163,8 +163,9 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
     if (problem.rows() / pool > 10 * kLags) tests.push_back(Whiteness(residual, pool));
   }
   const std::size_t c = problem.channel();
+  const Eigen::MatrixXd gram = fit.white.transpose() * fit.white;
   auto depends = [&](const std::string& name, const std::function<double(Eigen::Index)>& value) {
-    tests.push_back(Dependence(problem, fit, residual, name, value));
+    tests.push_back(Dependence(problem, fit, gram, residual, name, value));
   };
   depends("time [s]", [&](Eigen::Index i) { return problem.begin_s(i); });
   depends("temperature [degC]",

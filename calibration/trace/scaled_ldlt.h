@@ -19,6 +19,12 @@ class ScaledLdlt {
     return scale_.asDiagonal() * factor_.solve(scale_.asDiagonal() * right);
   }
 
+  // right' gram^-1 right
+  double Square(const Eigen::VectorXd& right) const {
+    const Eigen::VectorXd scaled = scale_.cwiseProduct(right);
+    return scaled.dot(factor_.solve(scaled));
+  }
+
  private:
   Eigen::VectorXd scale_;
   Eigen::LDLT<Eigen::MatrixXd> factor_;

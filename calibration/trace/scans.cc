@@ -44,7 +44,7 @@ class Steps {
         // The model can only take information away: most places need no closer look.
         if (s * s < peak.gain * kLeastInformation * information(i)) continue;
         const Eigen::VectorXd with = score.row(i).head(p_).transpose();
-        const double left = information(i) - with.dot(factor_.Solve(with).col(0));
+        const double left = information(i) - factor_.Square(with);
         if (!(left > kLeastInformation * information(i)) || s * s / left <= peak.gain) continue;
         peak.gain = s * s / left;
         peak.nonlinear = problem_.begin_s(i) +

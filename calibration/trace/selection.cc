@@ -59,20 +59,21 @@ bool IsSlowBias(const Candidate& candidate) {
 // A term of which these data would not see an implausible size is left at 0: its coefficient would
 // be noise, and a part that is corrected by it would be wrong wherever the term does act. `white`:
 // all columns of the store.
-void DropBlindTerms(const Projection& baseline, Candidate* candidate, Eigen::MatrixXd* white) {
+void DropBlindTerms(const Projection& baseline, Candidate* candidate,
+                    Eigen::Ref<Eigen::MatrixXd> white) {
   const Effect* effect = candidate->effect;
   if (effect == nullptr || effect->terms.size() < 2 || !effect->nonlinear.empty() ||
       !(effect->typical_size > 0))
     return;
   const double least_square = std::pow(kImplausible * effect->typical_size, -2);
-  std::shared_ptr<Eigen::MatrixXd> raw;
+  std::optional<Eigen::MatrixXd> raw;
   for (std::size_t k = 0; k < candidate->columns.size(); ++k) {
-    if (baseline.Off(white->col(candidate->columns[k])).squaredNorm() > least_square) continue;
-    if (!raw) raw = std::make_shared<Eigen::MatrixXd>(*candidate->raw);
+    if (baseline.Off(white.col(candidate->columns[k])).squaredNorm() > least_square) continue;
+    if (!raw) raw = candidate->raw->Copy();
     raw->col(static_cast<Eigen::Index>(k)).setZero();
-    white->col(candidate->columns[k]).setZero();
+    white.col(candidate->columns[k]).setZero();
   }
-  if (raw) candidate->raw = raw;
+  if (raw) candidate->raw = RawColumns(std::move(*raw));
 }
 
 }  // namespace
@@ -96,21 +97,21 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   Eigen::Index count = baseline.columns.cols();
   for (const CurveCells& cells : candidates.cells) count += cells.raw.cols();
   for (const Candidate& candidate : pool_) count += candidate.raw->cols();
-  Eigen::MatrixXd all(problem.rows(), count);
+  Eigen::Ref<Eigen::MatrixXd> all = store_.Places(count);
   Eigen::Index used = 0;
-  auto place = [&](const Eigen::MatrixXd& raw) {
-    all.middleCols(used, raw.cols()) = raw;
+  auto place = [&](const RawColumns& raw) {
+    raw.CopyTo(all.middleCols(used, raw.cols()));
     WhiteStore::Columns columns;
     for (Eigen::Index j = 0; j < raw.cols(); ++j) columns.push_back(used++);
     return columns;
   };
-  base_ = place(baseline.columns);
+  base_ = place(RawColumns(baseline.columns));
   for (const CurveCells& cells : candidates.cells) cells_.push_back(place(cells.raw));
   for (Candidate& candidate : pool_) candidate.columns = place(*candidate.raw);
   whitener_.Apply(all);
   const Projection baseline_off(all.leftCols(baseline.columns.cols()));
-  for (Candidate& candidate : pool_) DropBlindTerms(baseline_off, &candidate, &all);
-  store_.Add(all);
+  for (Candidate& candidate : pool_) DropBlindTerms(baseline_off, &candidate, all);
+  store_.Add(count);
   if (!baseline.turned.empty() && baseline.turned.front() == problem.channel()) {
     const double scale = store_.Solve(base_)(0);
     if (std::fabs(scale) > kLeastScale) own_scale_ = scale;
@@ -203,7 +204,11 @@ void Selection::SetGainByAnyNoise(std::size_t member, double gain) {
 
 Eigen::MatrixXd Selection::White(const Candidate& candidate) const {
   Eigen::MatrixXd columns = ColumnsOf(*problem_, candidate, covariates());
-  whitener_.Apply(columns);
+  // Beyond its own power-on it is 0, and stays so.
+  const Eigen::Index first = candidate.power_on ? problem_->begin_of(*candidate.power_on) : 0;
+  const Eigen::Index end =
+      candidate.power_on ? problem_->end_of(*candidate.power_on) : problem_->rows();
+  whitener_.Apply(columns.middleRows(first, end - first), first);
   return columns;
 }
 
@@ -286,7 +291,7 @@ std::vector<double> Selection::StartSides(Candidate candidate, const Projection&
   sides.assign(static_cast<std::size_t>(std::ranges::count_if(
                    trails, [](const Trail& trail) { return trail.new_power_on; })),
                0.0);
-  candidate.raw = nullptr;
+  candidate.raw.reset();
   const auto gain = [&] {
     const Eigen::VectorXd x = others_off.Off(White(candidate)).col(0);
     const double with = x.dot(residual);
@@ -356,16 +361,24 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
 void Selection::PlaceStep(const WhiteStore::Columns& model, Candidate* candidate) const {
   constexpr int kPlaces = 8;  // on either side
   constexpr std::array kSteps_s = {0.0125, 0.0015};
-  const Projection model_off(store_.Take(model));
-  const Eigen::VectorXd residual = Residual();
+  // Beyond its own power-on a step is nothing, and the model is off the residual.
+  const Eigen::Index first = candidate->power_on ? problem_->begin_of(*candidate->power_on) : 0;
+  const Eigen::Index rows =
+      candidate->power_on ? problem_->end_of(*candidate->power_on) - first : problem_->rows();
+  const Eigen::MatrixXd white = store_.Take(model);
+  const ScaledLdlt products(white.transpose() * white);
+  const Eigen::MatrixXd own = white.middleRows(first, rows);
+  const Eigen::VectorXd residual = Residual().segment(first, rows);
   double best_s = candidate->context.nonlinear[0];
   for (const double step_s : kSteps_s) {
     const double middle_s = best_s;
     double most = 0.0;
     for (int place = -kPlaces; place <= kPlaces; ++place) {
       SetNonlinear({middle_s + place * step_s}, candidate);
-      const Eigen::VectorXd left = model_off.Off(White(*candidate));
-      const double gain = std::pow(left.dot(residual), 2) / left.squaredNorm();
+      const Eigen::VectorXd column = White(*candidate).col(0).segment(first, rows);
+      const Eigen::VectorXd with = own.transpose() * column;
+      const double left = column.squaredNorm() - products.Square(with);
+      const double gain = std::pow(column.dot(residual), 2) / left;
       if (!(gain > most)) continue;
       most = gain;
       best_s = candidate->context.nonlinear[0];
@@ -409,7 +422,7 @@ void Selection::TryProducts(Best* best) const {
   if (open.empty()) return;
   Eigen::MatrixXd columns(problem_->rows(), static_cast<Eigen::Index>(open.size()));
   for (std::size_t k = 0; k < open.size(); ++k)
-    columns.col(static_cast<Eigen::Index>(k)) = *open[k]->raw;
+    open[k]->raw->CopyTo(columns.col(static_cast<Eigen::Index>(k)));
   whitener_.Apply(columns);
   const Eigen::VectorXd whole = columns.colwise().squaredNorm();
   columns = Projection(store_.Take(ModelColumns())).Off(columns);

@@ -1,5 +1,6 @@
 #include "calibration/trace/white_store.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "calibration/trace/scaled_ldlt.h"
@@ -8,6 +9,8 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kDependent = 1e-9;
+// Columns whose products with those after them are worked out at once.
+constexpr Eigen::Index kPanel = 24;
 
 // Gram-Schmidt on products, column by column: what is left of each after those before it.
 class Elimination {
@@ -52,16 +55,39 @@ WhiteStore::WhiteStore(const Eigen::VectorXd& output, Eigen::Index capacity)
   gram_(0, 0) = output.squaredNorm();
 }
 
-WhiteStore::Columns WhiteStore::Add(const Eigen::Ref<const Eigen::MatrixXd>& columns) {
-  const Eigen::Index first = used_ + 1, count = columns.cols();
+Eigen::Ref<Eigen::MatrixXd> WhiteStore::Places(Eigen::Index count) {
+  const Eigen::Index first = used_ + 1;
   if (first + count > white_.cols()) {
     const Eigen::Index size = 2 * (first + count);
     white_.conservativeResize(Eigen::NoChange, size);
     gram_.conservativeResize(size, size);
   }
-  white_.middleCols(first, count) = columns;
-  gram_.block(0, first, first + count, count).noalias() =
-      white_.leftCols(first + count).transpose() * white_.middleCols(first, count);
+  return white_.middleCols(first, count);
+}
+
+WhiteStore::Columns WhiteStore::Add(const Eigen::Ref<const Eigen::MatrixXd>& columns) {
+  Places(columns.cols()) = columns;
+  return Add(columns.cols());
+}
+
+WhiteStore::Columns WhiteStore::Add(Eigen::Index count) {
+  const Eigen::Index first = used_ + 1;
+  const Eigen::Index end = first + count, top = std::min(end, std::max(first, kPanel));
+  const auto products = [&](Eigen::Index row, Eigen::Index row_end, Eigen::Index column,
+                            Eigen::Index column_end) {
+    gram_.block(row, column, row_end - row, column_end - column).noalias() =
+        white_.middleCols(row, row_end - row).transpose() *
+        white_.middleCols(column, column_end - column);
+  };
+  // Of many columns with each other what lies below the diagonal is enough.
+  Eigen::Index column = first;
+  for (; end - column >= 2 * kPanel; column += kPanel)
+    products(column - first, end, column, column + kPanel);
+  products(0, end, column, end);
+  if (column > first) products(0, top, first, column);
+  for (Eigen::Index j = first; j < column; ++j)
+    gram_.col(j).segment(top, std::max(j - top, Eigen::Index{0})) =
+        gram_.row(j).segment(top, std::max(j - top, Eigen::Index{0}));
   gram_.block(first, 0, count, first) = gram_.block(0, first, first, count).transpose();
   Columns out;
   for (Eigen::Index j = 0; j < count; ++j) out.push_back(used_ + j);

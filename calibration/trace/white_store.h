@@ -17,6 +17,9 @@ class WhiteStore {
 
   // Adds white columns; returns the indices they got. Grows when it must.
   Columns Add(const Eigen::Ref<const Eigen::MatrixXd>& columns);
+  // The same of columns that are made where they stay: places to fill, which Add(count) then adds.
+  Eigen::Ref<Eigen::MatrixXd> Places(Eigen::Index count);
+  Columns Add(Eigen::Index count);
   // Takes columns away again, those from `first` on.
   void DropFrom(Eigen::Index first) { used_ = first; }
   Eigen::Index used() const { return used_; }

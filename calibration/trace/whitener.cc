@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gyrobench::calibration {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 // Several columns at once: each waits for its own innovation before the next row, together they
 // fill the pipeline.
 template <std::size_t kColumns>
-void Pass(const std::vector<Step>& steps, double* const* column) {
+void Pass(std::span<const Step> steps, double* const* column) {
   double bias[kColumns] = {}, reference[kColumns] = {};
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const Step& step = steps[i];
@@ -24,21 +25,76 @@ void Pass(const std::vector<Step>& steps, double* const* column) {
   }
 }
 
-// Columns that are 0 here (constants of other measurements) cost nothing.
-void AddProducts(const Eigen::Ref<const RowMajor>& white, Eigen::MatrixXd* gram) {
-  std::vector<Eigen::Index> some;
-  for (Eigen::Index j = 0; j < white.cols(); ++j) {
-    if (white.col(j).cwiseAbs().maxCoeff() > 0.0) some.push_back(j);
+// The same of rows that lie one after the other, from one column on. `bias`, `reference`: the
+// states, of each column.
+template <int kColumns>
+void PassRows(std::span<const Step> steps, Eigen::Index column, RowMajor* rows,
+              Eigen::ArrayXd* bias, Eigen::ArrayXd* reference) {
+  using Some = Eigen::Array<double, kColumns, 1>;
+  Some b = bias->segment<kColumns>(column), r = reference->segment<kColumns>(column);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const Step& step = steps[i];
+    Eigen::Map<Some> values(&(*rows)(static_cast<Eigen::Index>(i), column));
+    b *= step.bias_keep;
+    const Some innovation = values - step.bias_factor * b - step.reference_factor * r;
+    b += step.gain_bias * innovation;
+    r = step.reference_keep * r + step.gain_reference * innovation;
+    values = step.inverse_sigma * innovation;
   }
-  if (static_cast<Eigen::Index>(some.size()) == white.cols()) {
+  bias->segment<kColumns>(column) = b;
+  reference->segment<kColumns>(column) = r;
+}
+
+void PassAllRows(std::span<const Step> steps, RowMajor* rows, Eigen::ArrayXd* bias,
+                 Eigen::ArrayXd* reference) {
+  constexpr int kTogether = 8;
+  Eigen::Index j = 0;
+  for (; j + kTogether <= rows->cols(); j += kTogether)
+    PassRows<kTogether>(steps, j, rows, bias, reference);
+  for (; j + 2 <= rows->cols(); j += 2) PassRows<2>(steps, j, rows, bias, reference);
+  if (j < rows->cols()) PassRows<1>(steps, j, rows, bias, reference);
+}
+
+// Columns that are not 0 in some rows, or of which the filter remembers something.
+std::vector<Eigen::Index> Active(const std::vector<Eigen::Index>& not_zero,
+                                 const Eigen::ArrayXd& bias, const Eigen::ArrayXd& reference) {
+  std::vector<Eigen::Index> out;
+  std::size_t next = 0;
+  for (Eigen::Index j = 0; j < bias.size(); ++j) {
+    const bool here = next < not_zero.size() && not_zero[next] == j;
+    if (here) ++next;
+    if (here || bias(j) != 0.0 || reference(j) != 0.0) out.push_back(j);
+  }
+  return out;
+}
+
+// Neighbours are copied together.
+RowMajor Copied(const Eigen::Ref<const RowMajor>& rows, const std::vector<Eigen::Index>& columns) {
+  const auto count = static_cast<Eigen::Index>(columns.size());
+  RowMajor out(rows.rows(), count);
+  for (Eigen::Index begin = 0; begin < count;) {
+    const Eigen::Index from = columns[static_cast<std::size_t>(begin)];
+    Eigen::Index length = 1;
+    while (begin + length < count &&
+           columns[static_cast<std::size_t>(begin + length)] == from + length)
+      ++length;
+    out.middleCols(begin, length) = rows.middleCols(from, length);
+    begin += length;
+  }
+  return out;
+}
+
+void AddProducts(const RowMajor& white, const std::vector<Eigen::Index>& places,
+                 Eigen::MatrixXd* gram) {
+  if (white.cols() == gram->cols()) {
     gram->selfadjointView<Eigen::Lower>().rankUpdate(white.transpose());
     return;
   }
-  const Eigen::MatrixXd part = white(Eigen::all, some);
-  const Eigen::MatrixXd products = part.transpose() * part;
-  for (std::size_t i = 0; i < some.size(); ++i) {
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(white.cols(), white.cols());
+  products.selfadjointView<Eigen::Lower>().rankUpdate(white.transpose());
+  for (std::size_t i = 0; i < places.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j)
-      (*gram)(some[i], some[j]) +=
+      (*gram)(places[i], places[j]) +=
           products(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
   }
 }
@@ -61,29 +117,41 @@ Whitener::Whitener(std::span<const Interval> intervals, const IntervalNoise& noi
   log_det_ += std::log(product);
 }
 
-Eigen::MatrixXd Whitener::Products(const RowMajor& columns) const {
-  constexpr Eigen::Index kChunk = 256;  // rows, that stay in the cache
-  const Eigen::Index p = columns.cols();
-  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(p, p);
-  Eigen::ArrayXd bias = Eigen::ArrayXd::Zero(p), reference = bias, innovation = bias;
-  RowMajor white(kChunk, p);
-  for (Eigen::Index begin = 0; begin < columns.rows(); begin += kChunk) {
-    const Eigen::Index count = std::min(kChunk, columns.rows() - begin);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Step& step = steps_[static_cast<std::size_t>(begin + i)];
-      bias *= step.bias_keep;
-      innovation = columns.row(begin + i).transpose().array() - step.bias_factor * bias -
-                   step.reference_factor * reference;
-      bias += step.gain_bias * innovation;
-      reference = step.reference_keep * reference + step.gain_reference * innovation;
-      white.row(i) = (step.inverse_sigma * innovation).matrix().transpose();
+ColumnsInChunks::ColumnsInChunks(RowMajor columns) : columns_(std::move(columns)) {
+  for (Eigen::Index begin = 0; begin < columns_.rows(); begin += kChunk) {
+    const Eigen::Index end = std::min(begin + kChunk, columns_.rows());
+    Eigen::ArrayXd largest = Eigen::ArrayXd::Zero(columns_.cols());
+    for (Eigen::Index i = begin; i < end; ++i)
+      largest = largest.max(columns_.row(i).transpose().array().abs());
+    not_zero_.emplace_back();
+    for (Eigen::Index j = 0; j < columns_.cols(); ++j) {
+      if (largest(j) > 0.0) not_zero_.back().push_back(j);
     }
-    AddProducts(white.topRows(count), &gram);
+  }
+}
+
+Eigen::MatrixXd Whitener::Products(const ColumnsInChunks& columns) const {
+  const Eigen::Index p = columns.all().cols();
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(p, p);
+  Eigen::ArrayXd bias = Eigen::ArrayXd::Zero(p), reference = bias;
+  const std::span<const Step> steps = steps_;
+  for (std::size_t chunk = 0; chunk < columns.chunks(); ++chunk) {
+    const std::vector<Eigen::Index> active = Active(columns.not_zero(chunk), bias, reference);
+    RowMajor white = Copied(columns.rows(chunk), active);
+    Eigen::ArrayXd some_bias = bias(active), some_reference = reference(active);
+    PassAllRows(
+        steps.subspan(chunk * ColumnsInChunks::kChunk, static_cast<std::size_t>(white.rows())),
+        &white, &some_bias, &some_reference);
+    bias(active) = some_bias;
+    reference(active) = some_reference;
+    AddProducts(white, active, &gram);
   }
   return gram.selfadjointView<Eigen::Lower>();
 }
 
-void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns) const {
+void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns, Eigen::Index first) const {
+  const std::span<const Step> steps(&steps_[static_cast<std::size_t>(first)],
+                                    static_cast<std::size_t>(columns.rows()));
   constexpr std::size_t kTogether = 8;
   constexpr auto kStep = static_cast<Eigen::Index>(kTogether);
   Eigen::Index j = 0;
@@ -91,11 +159,11 @@ void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns) const {
     double* pointers[kTogether];
     for (std::size_t k = 0; k < kTogether; ++k)
       pointers[k] = columns.col(j + static_cast<Eigen::Index>(k)).data();
-    Pass<kTogether>(steps_, pointers);
+    Pass<kTogether>(steps, pointers);
   }
   for (; j < columns.cols(); ++j) {
     double* pointer = columns.col(j).data();
-    Pass<1>(steps_, &pointer);
+    Pass<1>(steps, &pointer);
   }
 }
 

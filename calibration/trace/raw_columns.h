@@ -1,0 +1,52 @@
+// Raw columns of a problem or of a part of its rows. A part keeps no copy: it picks its rows out of
+// the columns of the whole.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace gyrobench::calibration {
+
+using SharedRows = std::shared_ptr<const std::vector<Eigen::Index>>;
+
+class RawColumns {
+ public:
+  RawColumns() = default;
+  RawColumns(Eigen::MatrixXd columns)  // NOLINT(google-explicit-constructor): a matrix is columns
+      : whole_(std::make_shared<const Eigen::MatrixXd>(std::move(columns))) {}
+  // Of columns that have all rows.
+  RawColumns Part(SharedRows rows) const {
+    RawColumns out = *this;
+    out.picked_ = std::move(rows);
+    return out;
+  }
+
+  Eigen::Index rows() const {
+    return picked_ ? static_cast<Eigen::Index>(picked_->size()) : whole_->rows();
+  }
+  Eigen::Index cols() const { return whole_->cols(); }
+  double operator()(Eigen::Index row, Eigen::Index column) const {
+    return (*whole_)(picked_ ? (*picked_)[static_cast<std::size_t>(row)] : row, column);
+  }
+  void CopyTo(Eigen::Ref<Eigen::MatrixXd> out) const {
+    if (picked_) {
+      out = (*whole_)(*picked_, Eigen::all);
+    } else {
+      out = *whole_;
+    }
+  }
+  Eigen::MatrixXd Copy() const {
+    Eigen::MatrixXd out(rows(), cols());
+    CopyTo(out);
+    return out;
+  }
+  bool allFinite() const { return whole_->allFinite(); }
+
+ private:
+  std::shared_ptr<const Eigen::MatrixXd> whole_;
+  SharedRows picked_;  // nullptr: all
+};
+
+}  // namespace gyrobench::calibration
