@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/version.h"
 #include "calibration/analyzer.h"
+#include "calibration/intake_remarks.h"
 #include "calibration/plausibility.h"
 #include "cli/inputs.h"
 #include "cli/json_field.h"
@@ -55,8 +56,9 @@ void RefuseWithoutScale(const std::vector<calibration::Recording>& recordings) {
   }
   throw DataError(
       fmt::format("{}: the gyro is in LSB, its sensitivity is not given, and there is no reference "
-                  "that could say it: {}; gyrobench analyze works in LSB without it",
-                  recordings.front().info.source, kGiveSensitivity));
+                  "that could say it: {}; gyrobench analyze works in LSB without it; {}",
+                  recordings.front().info.source, kGiveSensitivity,
+                  calibration::WithoutReference(recordings.front().info)));
 }
 
 // What s0 was taken to be, where no input gives it.

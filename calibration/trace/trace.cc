@@ -65,6 +65,16 @@ double Units(std::span<const Recording* const> recordings, const std::vector<Vec
 }
 
 void RemarkOnEarthRate(const std::vector<Trail>& trails, std::vector<std::string>* remarks) {
+void RemarkOnMissingReference(std::span<const Recording* const> recordings,
+                              std::vector<std::string>* remarks) {
+  const auto lacks = [](const Recording* r) { return r->info.reference == ReferenceKind::kNone; };
+  if (!std::ranges::all_of(recordings, lacks)) return;
+  remarks->push_back(
+      "there is no reference angle (columns ref_inner_deg, ref_angle_z_deg, ref_qw and the like): "
+      "the sensor is taken to be at rest, what moves is left out, and there is no scale factor; " +
+      WithoutReference(recordings.front()->info));
+}
+
   std::vector<std::string> known, unknown;
   for (const Trail& trail : trails) {
     (trail.earth_rate_known ? known : unknown).push_back(trail.name);
@@ -146,6 +156,7 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
   const SharedColumns columns = FindSharedColumns(recordings, &out.result.remarks);
   const Runs runs = MakeRuns(recordings, columns.names, &out.result);
   const std::vector<std::size_t> channels = ChannelsOf(recordings, &out.result.remarks);
+  RemarkOnMissingReference(recordings, &out.result.remarks);
   std::vector<ChannelRow> rows;
   std::vector<ChannelRequest> requests;
   for (const std::size_t c : channels) {

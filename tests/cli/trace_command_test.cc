@@ -181,6 +181,7 @@ TEST_F(Trace, WithoutASensitivityTakesItFromTurnsAndSaysSoAndRefusesRest) {
   EXPECT_THAT(refused.err, HasSubstr("sensitivity is not given"));
   EXPECT_THAT(refused.err, HasSubstr("gyro_lsb_per_deg_s"));
 }
+  EXPECT_THAT(refused.err, HasSubstr("gyrobench hold"));
 
 TEST_F(Trace, ReportsBadFilesByNameAndEndsAsAFailure) {
   const std::string report = folder_ / "report.html";
