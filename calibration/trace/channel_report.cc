@@ -200,11 +200,11 @@ class ChannelTracer {
     for (const Interval& interval : problem_.intervals()) time_s += interval.duration_s;
     if (problem_.rows() >= kLeastRows && time_s >= kLeastTime_s) return true;
     const bool none = request_.trails.front().recording->info.reference == ReferenceKind::kNone;
-    trace_.remarks.push_back(fmt::format(
-        "{:.3g} s of usable data{}, at least {:.0f} s and {} intervals of 0.1 s are needed: not "
-        "traced",
-        time_s, none ? " at rest" : "", kLeastTime_s, kLeastRows));
-    trace_.summary = "Too little data to trace anything.";
+    const std::string lacks = fmt::format(
+        "{:.3g} s of usable data{}, at least {:.0f} s and {} intervals of 0.1 s are needed", time_s,
+        none ? " at rest" : "", kLeastTime_s, kLeastRows);
+    trace_.remarks.push_back(lacks + ": not traced");
+    trace_.summary = fmt::format("Not traced: {}.", lacks);
     return false;
   }
 

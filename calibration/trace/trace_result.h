@@ -140,6 +140,9 @@ struct ChannelTrace {
 struct TraceInput {
   std::string file;
   std::int64_t samples = 0;
+// Where nothing was fitted, nothing was looked at: the verdict "none" is no verdict.
+bool IsTraced(const ChannelTrace& channel);
+
   double duration_s = 0.0;
   std::vector<Defect> defects;
 };

@@ -179,9 +179,9 @@ TEST_F(Trace, WithoutASensitivityTakesItFromTurnsAndSaysSoAndRefusesRest) {
   const Finished refused = Gyrobench({"trace", folder_.Write("rest.csv", rest)});
   EXPECT_EQ(refused.status, 1);
   EXPECT_THAT(refused.err, HasSubstr("sensitivity is not given"));
+  EXPECT_THAT(refused.err, HasSubstr("gyrobench hold"));
   EXPECT_THAT(refused.err, HasSubstr("gyro_lsb_per_deg_s"));
 }
-  EXPECT_THAT(refused.err, HasSubstr("gyrobench hold"));
 
 TEST_F(Trace, ReportsBadFilesByNameAndEndsAsAFailure) {
   const std::string report = folder_ / "report.html";
@@ -202,16 +202,40 @@ TEST_F(Trace, ReportsBadFilesByNameAndEndsAsAFailure) {
   EXPECT_EQ(Gyrobench({"trace"}).status, 2);
 }
 
-TEST_F(Trace, SaysOfTooLittleDataWhatCannotBeEstimated) {
+// A script that goes by the status must not take "nothing was looked at" for "nothing is there".
+TEST_F(Trace, OfTooLittleDataFailsAndSaysWhyInJsonAsWell) {
   std::string table = "t_s,gyro_z_deg_s,ref_angle_z_deg\n";
-  for (int i = 0; i < 300; ++i) table += std::to_string(i * 0.01) + ",0.1,5\n";
-  const Finished finished = Gyrobench({"trace", folder_.Write("still.csv", table), "--json"});
-  if (finished.status != 0) {
-    EXPECT_THAT(finished.err, HasSubstr("still.csv"));
-    return;
+  for (int i = 0; i < 300; ++i)
+    table += std::to_string(i * 0.01) + "," + std::to_string(0.1 + 1e-3 * (i % 7)) + ",5\n";
+  const auto file = folder_.Write("still.csv", table);
+  const auto calibration = folder_ / "cal.json", report = folder_ / "report.html";
+  const Finished finished =
+      Gyrobench({"trace", file, "--json", "--calibration", calibration, "--report", report});
+  EXPECT_EQ(finished.status, 1);
+  EXPECT_THAT(finished.err, HasSubstr("no axis could be traced"));
+  EXPECT_THAT(finished.err, HasSubstr("s of usable data"));
+  const json channel = json::parse(finished.out).at("channels").at(0);
+  EXPECT_TRUE(channel.at("effects").empty());
+  EXPECT_TRUE(channel.at("baseline").at("whitened_rms").is_null());
+  EXPECT_FALSE(std::filesystem::exists(calibration));
+  EXPECT_TRUE(std::filesystem::exists(report));
+}
+
+TEST_F(Trace, OfOneAxisOutOfTwoIsDoneAndTheOtherHasARemark) {
+  std::istringstream turns(Turns(0.0, "A", 1));
+  std::string table, line;
+  for (int i = 0; std::getline(turns, line); ++i) {
+    const bool head = line.starts_with('#'), names = line.starts_with('t');
+    table += line + (head      ? ""
+                     : names   ? ",gyro_x_lsb"
+                     : i < 300 ? "," + std::to_string(i % 5)
+                               : ",");
+    table += '\n';
   }
-  const json trace = json::parse(finished.out);
-  EXPECT_TRUE(trace.at("channels").at(0).at("effects").empty());
+  const json trace = TraceOf(folder_.Write("one.csv", table));
+  EXPECT_TRUE(trace.at("channels").at(0).at("baseline").at("whitened_rms").is_null());
+  EXPECT_THAT(trace.at("channels").at(0).at("remarks").dump(), HasSubstr("not traced"));
+  EXPECT_TRUE(trace.at("channels").at(1).at("baseline").at("whitened_rms").is_number());
 }
 
 // The certificate of the reference enters the error of the scale factor as a relative variance of
