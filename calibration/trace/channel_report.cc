@@ -336,7 +336,7 @@ class ChannelTracer {
     if (!effect.rivals.empty()) ways.insert(ManoeuvreOf(effect.id));
     ways.erase("");
     effect.settled_by = fmt::format("{}", fmt::join(ways, "; "));
-    effect.chosen_on_training = tried.has_value();
+    effect.chosen_on = tried ? ChosenOn::kTrainingPart : ChosenOn::kAllData;
     const HeldOutFigures figures =
         tried ? *tried : HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed);
     effect.heldout_whitened_rms = figures.whitened_rms;
@@ -382,7 +382,7 @@ class ChannelTracer {
   std::string ChosenOnAllOnly() const {
     std::vector<std::string> names;
     for (const TracedEffect& effect : trace_.effects) {
-      if (!effect.chosen_on_training) names.push_back(effect.id);
+      if (effect.chosen_on == ChosenOn::kAllData) names.push_back(effect.id);
     }
     if (names.empty() || !std::isfinite(trace_.heldout_angle_rms_deg.after)) return "";
     return fmt::format(
@@ -406,9 +406,12 @@ class ChannelTracer {
     model_.bias_deg_s.push_back(sum / static_cast<double>(baseline_.constants));
     for (int k = 0; k < baseline_.temperature_order; ++k)
       model_.bias_deg_s.push_back(fit.values(j++));
-    for (std::size_t i = 0; i < selection.members().size(); ++i)
-      for (ModelTerm& term : TermsOf(selection.members()[i], fit, i, request_.covariates))
+    for (std::size_t i = 0; i < selection.members().size(); ++i) {
+      for (ModelTerm& term : TermsOf(selection.members()[i], fit, i, request_.covariates)) {
+        term.chosen_on = trace_.effects[i].chosen_on;
         model_.terms.push_back(std::move(term));
+      }
+    }
     for (const ModelParameter& parameter : trace_.baseline.parameters)
       model_.parameter_names.push_back(parameter.name);
     for (const Candidate& member : selection.members()) AppendNames(member);

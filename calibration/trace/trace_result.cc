@@ -42,6 +42,10 @@ const char* Name(EffectOrigin origin) {
   return "";
 }
 
+const char* Name(ChosenOn chosen_on) {
+  return chosen_on == ChosenOn::kTrainingPart ? "training_part" : "all_data";
+}
+
 bool IsTraced(const ChannelTrace& channel) {
   return channel.verdict != Verdict::kNone || std::isfinite(channel.baseline.whitened_rms);
 }

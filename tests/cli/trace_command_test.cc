@@ -88,6 +88,8 @@ TEST_F(Trace, WritesACalibrationWithTheHashesOfItsFilesThatApplyTakes) {
   const json calibration = json::parse(in);
   EXPECT_EQ(calibration.at("sensor"), "A");
   EXPECT_EQ(calibration.at("inputs").at(0).at("file"), "turns.csv");
+  EXPECT_EQ(calibration.at("channels").at(0).at("terms").at(0).at("chosen_on"),
+            TraceOf(table).at("channels").at(0).at("effects").at(0).at("chosen_on"));
   const Finished sum = RunToEnd({"sha256sum", table});
   EXPECT_EQ(calibration.at("inputs").at(0).at("sha256"), sum.out.substr(0, 64));
   const auto other = folder_.Write("other.csv", Turns(0.5, "A", 2));
