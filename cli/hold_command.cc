@@ -53,6 +53,7 @@ calibration::Calibration MakeCalibration(const calibration::HoldResult& result,
                                     result.inputs[i].samples, result.inputs[i].duration_s});
   }
   calibration.channels = result.channels;
+  calibration.gyro_lsb_zero = result.gyro_lsb_zero;
   calibration.vector = result.vector;
   return calibration;
 }

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 
 #include "base/error.h"
@@ -151,6 +152,15 @@ calibration::Recording Read(const fs::path& path, WorkBar& bar) {
   return collector.Take();
 }
 
+// What was taken off the counts, as one table at least says it (the others give the same, or were
+// centred by who logged them); empty of what is no count.
+std::optional<double> CountOfZero(const std::vector<calibration::Recording>& recordings) {
+  if (recordings.front().info.gyro_unit != GyroUnit::kLsb) return std::nullopt;
+  for (const calibration::Recording& recording : recordings)
+    if (recording.info.gyro_lsb_zero) return recording.info.gyro_lsb_zero;
+  return 0.0;
+}
+
 std::int64_t NowUtime() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
              std::chrono::system_clock::now().time_since_epoch())
@@ -251,6 +261,7 @@ calibration::Calibration MakeCalibration(const TracedInputs& inputs,
                                   recording.samples,
                                   recording.last_time_s - recording.first_time_s});
   }
+  calibration.gyro_lsb_zero = CountOfZero(inputs.recordings);
   calibration.vector = inputs.traced.result.vector;
   const auto& channels = inputs.traced.result.channels;
   for (std::size_t i = 0; i < channels.size(); ++i) {

@@ -128,6 +128,8 @@ json ToJson(const Calibration& calibration) {
       {"version", calibration.version},
       {"inputs", inputs},
       {"configuration", calibration.configuration},
+      {"gyro_lsb_zero",
+       calibration.gyro_lsb_zero ? Number(*calibration.gyro_lsb_zero) : json(nullptr)},
       {"channels", channels}};
   if (calibration.vector) file["vector"] = ToJson(*calibration.vector);
   return file;

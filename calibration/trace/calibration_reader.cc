@@ -199,10 +199,10 @@ void CheckFormat(const json& value, const std::string& file) {
 Calibration CalibrationFromJson(const json& value, const std::string& file) {
   CheckFormat(value, file);
   const Place top(value, file);
-  // Files written before the axes were joined stay readable.
+  // Files written before the axes were joined, or before the zero was carried, stay readable.
   top.Keys(
       {"format", "model", "sensor", "created", "version", "inputs", "configuration", "channels"},
-      {"vector"});
+      {"vector", "gyro_lsb_zero"});
   Calibration calibration;
   calibration.sensor = top["sensor"].Text();
   calibration.created = top["created"].Text();
@@ -222,6 +222,8 @@ Calibration CalibrationFromJson(const json& value, const std::string& file) {
     }
   }
   if (calibration.channels.empty()) top["channels"].Expected("at least one channel");
+  if (value.contains("gyro_lsb_zero") && !value["gyro_lsb_zero"].is_null())
+    calibration.gyro_lsb_zero = top["gyro_lsb_zero"].Number();
   if (value.contains("vector")) calibration.vector = VectorFromJson(top["vector"]);
   return calibration;
 }

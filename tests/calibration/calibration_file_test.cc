@@ -144,6 +144,19 @@ TEST(CalibrationFile, SaysWhatAnEffectWasChosenOnWhereThatIsKnown) {
   EXPECT_THAT(ErrorOf(written), HasSubstr("terms[0].chosen_on"));
 }
 
+// Who corrects raw counts by the file has to know what to take off first.
+TEST(CalibrationFile, SaysWhichCountStandsForZeroWhereThatIsKnown) {
+  Calibration before = Full();
+  EXPECT_TRUE(ToJson(before)["gyro_lsb_zero"].is_null());
+  before.gyro_lsb_zero = 32768.0;
+  json written = json::parse(ToJson(before).dump());
+  EXPECT_EQ(CalibrationFromJson(written, "cal.json").gyro_lsb_zero, 32768.0);
+  written["gyro_lsb_zero"] = "half";
+  EXPECT_THAT(ErrorOf(written), HasSubstr("gyro_lsb_zero: expected a number"));
+  written.erase("gyro_lsb_zero");
+  EXPECT_FALSE(CalibrationFromJson(written, "cal.json").gyro_lsb_zero.has_value());
+}
+
 // Older files have no such key, and stay readable.
 TEST(CalibrationFile, GivesTheThreeAxesBackWhereTheyAreThere) {
   EXPECT_FALSE(CalibrationFromJson(Written(), "cal.json").vector);
