@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "calibration/trace/trace_json.h"
+#include "cli/calibration_output.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
@@ -82,13 +83,9 @@ int Trace(const Options& options) {
   const std::string why_nothing = WhyNothingWasTraced(inputs.traced.result);
   const std::vector<HashedFile> hashed = options.calibration.empty() && options.report.empty()
                                              ? std::vector<HashedFile>()
-                                             : HashFiles(inputs);
-  if (!options.calibration.empty() && why_nothing.empty()) {
-    const std::string line = TargetLine("calibration", options.calibration);
-    recording::WriteJsonAtomically(options.calibration,
-                                   calibration::ToJson(MakeCalibration(inputs, hashed, options)));
-    Say(options, line);
-  }
+                                             : HashFiles(inputs.inputs);
+  if (!options.calibration.empty() && why_nothing.empty())
+    WriteCalibration(MakeCalibration(inputs, hashed, options), options);
   if (!options.report.empty()) {
     const std::string line = TargetLine("report", options.report);
     report::WriteReport(MakeReportContent(inputs, hashed), options.report);
@@ -104,7 +101,7 @@ int Report(const Options& options) {
   CheckTarget("report", file, AllFiles(files));
   const TracedInputs inputs = TraceInputs(files, options);
   const std::string line = TargetLine("report", file);
-  report::WriteReport(MakeReportContent(inputs, HashFiles(inputs)), file);
+  report::WriteReport(MakeReportContent(inputs, HashFiles(inputs.inputs)), file);
   if (options.json) {
     fmt::print("{}\n", nlohmann::json{{"report", file.string()}}.dump(2));
   } else {
