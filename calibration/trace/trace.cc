@@ -11,6 +11,7 @@
 #include "calibration/intake_remarks.h"
 #include "calibration/schedule.h"
 #include "calibration/trace/channel_report.h"
+#include "calibration/trace/clock_offset.h"
 #include "calibration/trace/inputs_together.h"
 #include "calibration/trace/reference_in_trace.h"
 #include "calibration/trace/run_order.h"
@@ -64,7 +65,6 @@ double Units(std::span<const Recording* const> recordings, const std::vector<Vec
   return 1.0;
 }
 
-void RemarkOnEarthRate(const std::vector<Trail>& trails, std::vector<std::string>* remarks) {
 void RemarkOnMissingReference(std::span<const Recording* const> recordings,
                               std::vector<std::string>* remarks) {
   const auto lacks = [](const Recording* r) { return r->info.reference == ReferenceKind::kNone; };
@@ -75,6 +75,7 @@ void RemarkOnMissingReference(std::span<const Recording* const> recordings,
       WithoutReference(recordings.front()->info));
 }
 
+void RemarkOnEarthRate(const std::vector<Trail>& trails, std::vector<std::string>* remarks) {
   std::vector<std::string> known, unknown;
   for (const Trail& trail : trails) {
     (trail.earth_rate_known ? known : unknown).push_back(trail.name);
@@ -142,6 +143,8 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
     for (const std::string& remark : trail.remarks) result->remarks.push_back(remark);
     for (const std::string& remark : IntakeRemarks(recording))
       result->remarks.push_back(trail.name + ": " + remark);
+    if (const std::string clocks = RemarkOnClocks(recording); !clocks.empty())
+      result->remarks.push_back(trail.name + ": " + clocks);
   }
   RemarkOnEarthRate(runs.trails, &result->remarks);
   return runs;
@@ -153,10 +156,10 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
   CheckUsable(recordings);
   Traced out;
   for (const Recording* recording : recordings) out.result.inputs.push_back(InputOf(*recording));
+  RemarkOnMissingReference(recordings, &out.result.remarks);
   const SharedColumns columns = FindSharedColumns(recordings, &out.result.remarks);
   const Runs runs = MakeRuns(recordings, columns.names, &out.result);
   const std::vector<std::size_t> channels = ChannelsOf(recordings, &out.result.remarks);
-  RemarkOnMissingReference(recordings, &out.result.remarks);
   std::vector<ChannelRow> rows;
   std::vector<ChannelRequest> requests;
   for (const std::size_t c : channels) {

@@ -1,0 +1,27 @@
+// Whether the clocks of the gyro's and the reference's loggers were started together.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "calibration/collector.h"
+
+namespace gyrobench::calibration {
+
+struct ClockOffset {
+  double reference_late_s = 0.0;  // the reference's motion comes so long after the gyro's
+  double correlation = 0.0;       // of both rates, with that taken off
+  double correlation_as_is = 0.0;
+};
+
+// The offset, within 5 s either way, at which the gyro's rate and the reference's correlate best,
+// of the axis that turned most, on a grid of 0.1 s. Nothing where there is too little motion, where
+// the rates hardly correlate, or where they have a peak within 0.1 s of 0 as well: latencies and
+// filters so short are effects, and the trace finds them.
+std::optional<ClockOffset> FindClockOffset(const Recording& recording);
+
+// What to say of it and to do about it, without the measurement's name; empty where no offset was
+// found. Nothing is shifted here: which clock is right is not known.
+std::string RemarkOnClocks(const Recording& recording);
+
+}  // namespace gyrobench::calibration
