@@ -21,8 +21,10 @@ constexpr double kLongestInterval_s = 1.0;
 // offset: latencies, filters and the noise of coarse encoders leave no such difference.
 constexpr double kLeastCorrelation = 0.9;
 constexpr double kLeftOfIt = 0.5;
-// Motion that repeats has several offsets that do: those as good as the best within this factor.
-constexpr double kAsGood = 1.3;
+// Motion that repeats has several offsets that do: those that leave up to so many times as much as
+// the best. To and fro by a stepper, half a period off is better by a factor of 3 than the truth,
+// as backlash and lag are the same in both directions.
+constexpr double kAsGood = 5.0;
 // Odds, in nats.
 constexpr double kClear = 25.0;
 
@@ -150,7 +152,8 @@ std::size_t BestOf(const std::vector<double>& r) {
   double nearest = static_cast<double>(r.size());
   for (std::size_t i = 1; i + 1 < r.size(); ++i) {
     const double far = std::fabs(static_cast<double>(i) - static_cast<double>(middle));
-    if (!IsPeak(r, i) || Left(r[i]) > kAsGood * least || far >= nearest) continue;
+    if (!IsPeak(r, i) || r[i] < kLeastCorrelation || Left(r[i]) > kAsGood * least || far >= nearest)
+      continue;
     best = i;
     nearest = far;
   }

@@ -114,6 +114,18 @@ TEST(ClocksNotStartedTogether, AreFoundInBadData) {
   }
 }
 
+// To and fro, half a period off fits as well, of an axis mounted the other way round.
+TEST(ClocksNotStartedTogether, AreTakenForTheLeastOffWhereMotionRepeats) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Story story = Offset(0.0, seed);
+    story.rate_deg_s = [](double t_s) { return 60.0 * std::sin(t_s); };
+    story.angle_deg = [](double t_s) { return -60.0 * std::cos(t_s - 0.3); };
+    const auto found = FindClockOffset(story.Collect());
+    ASSERT_TRUE(found) << seed;
+    EXPECT_NEAR(found->reference_late_s, 0.3, 0.02) << seed;
+  }
+}
+
 TEST(ClocksNotStartedTogether, AreARemarkOfTheTraceThatSaysWhatToDo) {
   const auto remarks_of = [](double late_s) {
     Story story = Offset(late_s, 1);
