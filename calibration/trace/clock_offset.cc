@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 #include <limits>
 #include <vector>
@@ -22,9 +23,9 @@ constexpr double kLongestInterval_s = 1.0;
 constexpr double kLeastCorrelation = 0.9;
 constexpr double kLeftOfIt = 0.5;
 // Motion that repeats has several offsets that do: those that leave up to so many times as much as
-// the best. To and fro by a stepper, half a period off is better by a factor of 3 than the truth,
-// as backlash and lag are the same in both directions.
-constexpr double kAsGood = 5.0;
+// the best. Of a stepper that goes to and fro, half a period off leaves a third of what the truth
+// does, as backlash and lag are the same in both directions.
+constexpr double kAsGood = 8.0;
 // Odds, in nats.
 constexpr double kClear = 25.0;
 
@@ -140,39 +141,24 @@ Correlation CorrelationAt(const Rates& rates, std::ptrdiff_t lag) {
 // Share of the variance that is left.
 double Left(double r) { return std::max(1e-12, 1.0 - r * r); }
 
-bool IsPeak(const std::vector<double>& r, std::size_t i) {
-  return r[i] >= r[i - 1] && r[i] >= r[i + 1];
-}
-
-// The offset of all that are as good as the best which is the nearest to 0, as an index.
-std::size_t BestOf(const std::vector<double>& r) {
-  const std::size_t middle = r.size() / 2;
+// Peaks that are about as good as the best, as indices, the nearest to 0 first.
+std::vector<std::size_t> GoodPeaks(const std::vector<double>& r) {
   const double least = Left(*std::ranges::max_element(r));
-  std::size_t best = middle;
-  double nearest = static_cast<double>(r.size());
+  std::vector<std::size_t> peaks;
   for (std::size_t i = 1; i + 1 < r.size(); ++i) {
-    const double far = std::fabs(static_cast<double>(i) - static_cast<double>(middle));
-    if (!IsPeak(r, i) || r[i] < kLeastCorrelation || Left(r[i]) > kAsGood * least || far >= nearest)
-      continue;
-    best = i;
-    nearest = far;
+    const bool peak = r[i] >= r[i - 1] && r[i] >= r[i + 1];
+    if (peak && r[i] >= kLeastCorrelation && Left(r[i]) <= kAsGood * least) peaks.push_back(i);
   }
-  return best;
+  std::ranges::stable_sort(
+      peaks, {}, [](std::size_t i) { return std::abs(static_cast<std::ptrdiff_t>(i) - kLags); });
+  return peaks;
 }
 
-// Clocks that agree leave a peak at 0, within a step of the grid, however well motion that repeats
-// fits elsewhere too. What is nearer to 0 is a latency, which has effects of its own.
-bool HasPeakAtZero(const std::vector<double>& r) {
-  const std::size_t middle = r.size() / 2;
-  for (std::size_t i = middle - 1; i <= middle + 1; ++i)
-    if (IsPeak(r, i) && r[i] >= kLeastCorrelation) return true;
-  return false;
-}
-
-// Of a parabola through the peak and its neighbours, in steps from the peak.
-double PeakBetween(double before, double at, double after) {
-  const double bend = before - 2.0 * at + after;
-  return bend < 0.0 ? 0.5 * (before - after) / bend : 0.0;
+// Of a parabola through a peak and its neighbours [s].
+double OffsetAt_s(const std::vector<double>& r, std::size_t peak) {
+  const double before = r[peak - 1], after = r[peak + 1], bend = before - 2.0 * r[peak] + after;
+  const double beside = bend < 0.0 ? 0.5 * (before - after) / bend : 0.0;
+  return kStep_s * (static_cast<double>(peak) - static_cast<double>(kLags) + beside);
 }
 
 bool MovesEnough(const Rates& rates) {
@@ -198,38 +184,55 @@ std::optional<ClockOffset> FindClockOffset(const Recording& recording) {
   std::vector<double> r;
   for (std::ptrdiff_t lag = -kLags; lag <= kLags; ++lag)
     r.push_back(std::fabs(CorrelationAt(rates, lag).r));
-  if (HasPeakAtZero(r)) return std::nullopt;
-  const std::size_t best = BestOf(r);
-  const double steps = static_cast<double>(best) - static_cast<double>(kLags) +
-                       PeakBetween(r[best - 1], r[best], r[best + 1]);
-  const double as_is = r[static_cast<std::size_t>(kLags)];
-  const double nats = 0.5 * CorrelationAt(rates, 0).pairs * std::log(Left(as_is) / Left(r[best]));
-  const bool clear =
-      r[best] >= kLeastCorrelation && nats > kClear && Left(r[best]) < kLeftOfIt * Left(as_is);
-  if (!clear) return std::nullopt;
-  return ClockOffset{steps * kStep_s, r[best], as_is};
+  const std::vector<std::size_t> peaks = GoodPeaks(r);
+  constexpr std::ptrdiff_t kLatency = 1;  // step of the grid
+  if (peaks.empty() || std::abs(static_cast<std::ptrdiff_t>(peaks[0]) - kLags) <= kLatency)
+    return std::nullopt;
+  const double best = r[peaks[0]], as_is = r[static_cast<std::size_t>(kLags)];
+  const double nats = 0.5 * CorrelationAt(rates, 0).pairs * std::log(Left(as_is) / Left(best));
+  if (!(nats > kClear && Left(best) < kLeftOfIt * Left(as_is))) return std::nullopt;
+  ClockOffset found{OffsetAt_s(r, peaks[0]), best, as_is, {}};
+  for (std::size_t i = 1; i < peaks.size(); ++i)
+    found.others_late_s.push_back(OffsetAt_s(r, peaks[i]));
+  return found;
 }
+
+namespace {
+
+std::string InWords(double late_s) {
+  return fmt::format("{:.2f} s {} the gyro does", std::fabs(late_s),
+                     late_s > 0.0 ? "after" : "before");
+}
+
+// "take 0.50 s off the t column of the reference ...".
+std::string WhatToDo(const MeasurementInfo& info, double late_s) {
+  constexpr double kLargestDelay_s = 1.0;  // that a table may declare
+  const bool late = late_s > 0.0;
+  const double declared_s = std::fabs(late_s) + (late ? info.reference_delay_s : info.gyro_delay_s);
+  std::string text = fmt::format("take {:.2f} s off the t column of the {}, as its logger wrote it",
+                                 std::fabs(late_s), late ? "reference" : "gyro");
+  if (info.first_row_line > 0 && declared_s <= kLargestDelay_s) {
+    text += fmt::format(", or write \"# {} = {:.2f}\" above the header",
+                        late ? "ref_delay_s" : "gyro_delay_s", declared_s);
+  }
+  return text;
+}
+
+}  // namespace
 
 std::string RemarkOnClocks(const Recording& recording) {
   const std::optional<ClockOffset> offset = FindClockOffset(recording);
   if (!offset) return "";
-  constexpr double kLargestDelay_s = 1.0;  // that a table may declare
-  const MeasurementInfo& info = recording.info;
-  const bool late = offset->reference_late_s > 0.0;
-  const double size_s = std::fabs(offset->reference_late_s);
-  const double declared_s = size_s + (late ? info.reference_delay_s : info.gyro_delay_s);
-  std::string key;
-  if (info.first_row_line > 0 && declared_s <= kLargestDelay_s) {
-    key = fmt::format(", or write \"# {} = {:.2f}\" above the header",
-                      late ? "ref_delay_s" : "gyro_delay_s", declared_s);
-  }
+  std::string others;
+  for (const double late_s : offset->others_late_s) others += ", or " + InWords(late_s);
+  if (!others.empty()) others += ", as the motion repeats,";
   return fmt::format(
-      "the reference turns {:.2f} s {} the gyro does (their rates correlate by {:.3f} with this "
-      "taken off, by {:.3f} as they are): the clocks of the two loggers were probably not started "
-      "together, and nothing that is traced here can be relied on; take {:.2f} s off "
-      "the t column of the {}, as its logger wrote it{}, and trace again",
-      size_s, late ? "after" : "before", offset->correlation, offset->correlation_as_is, size_s,
-      late ? "reference" : "gyro", key);
+      "the reference turns {}{} (their rates correlate by {:.3f} with this taken off, by {:.3f} as "
+      "they are): the clocks of the two loggers were probably not started together, and nothing "
+      "that is traced here can be relied on; {}{}, and trace again",
+      InWords(offset->reference_late_s), others, offset->correlation, offset->correlation_as_is,
+      others.empty() ? "" : "where the first is right, ",
+      WhatToDo(recording.info, offset->reference_late_s));
 }
 
 }  // namespace gyrobench::calibration

@@ -64,6 +64,7 @@ TEST(ClocksNotStartedTogether, AreFoundToAFewHundredthsOfASecond) {
       ASSERT_TRUE(found) << late_s << " s, seed " << seed;
       EXPECT_NEAR(found->reference_late_s, late_s, 0.03) << "seed " << seed;
       EXPECT_GT(found->correlation, found->correlation_as_is);
+      EXPECT_TRUE(found->others_late_s.empty());
     }
   }
 }
@@ -123,6 +124,9 @@ TEST(ClocksNotStartedTogether, AreTakenForTheLeastOffWhereMotionRepeats) {
     const auto found = FindClockOffset(story.Collect());
     ASSERT_TRUE(found) << seed;
     EXPECT_NEAR(found->reference_late_s, 0.3, 0.02) << seed;
+    ASSERT_EQ(found->others_late_s.size(), 2u) << "half a period of 6.28 s before and after";
+    EXPECT_NEAR(found->others_late_s[0], 0.3 - std::numbers::pi, 0.02);
+    EXPECT_NEAR(found->others_late_s[1], 0.3 + std::numbers::pi, 0.02);
   }
 }
 
