@@ -101,6 +101,36 @@ TEST_F(Trace, WritesACalibrationWithTheHashesOfItsFilesThatApplyTakes) {
   EXPECT_EQ(again.at("channels").at(0).at("verdict"), "none") << again.dump(2);
 }
 
+// Raw counts of an unsigned converter, from the table of the trace and from one that says nothing.
+TEST_F(Trace, WritesTheCountOfZeroThatApplyTakesOffAgain) {
+  std::istringstream turns(Turns(0.0, "A", 1));
+  std::string rows, line;
+  while (std::getline(turns, line)) {
+    const std::size_t from = line.find(',') + 1, to = line.find(',', from);
+    if (!line.starts_with('#') && !line.starts_with('t'))
+      line.replace(from, to - from,
+                   std::to_string(32768 + std::stoi(line.substr(from, to - from))));
+    rows += line + '\n';
+  }
+  const auto said = folder_.Write("said.csv", "# gyro_lsb_zero = 32768\n" + rows);
+  const auto silent = folder_.Write("silent.csv", rows);
+  const std::string calibration = folder_ / "cal.json";
+  ASSERT_EQ(Gyrobench({"trace", said, "-q", "--calibration", calibration}).status, 0);
+  std::ifstream in(calibration);
+  EXPECT_EQ(json::parse(in).at("gyro_lsb_zero"), 32768.0);
+  const auto applied = [&](const std::filesystem::path& table, const char* out) {
+    const Finished finished = Gyrobench({"apply", calibration, table, "-o", folder_ / out});
+    EXPECT_EQ(finished.status, 0) << finished.err;
+    std::ifstream corrected(folder_ / out);
+    const std::string text(std::istreambuf_iterator<char>(corrected), {});
+    return std::pair(finished.out, text.substr(text.find("t_s,")));
+  };
+  const auto with_key = applied(said, "a.csv"), without_key = applied(silent, "b.csv");
+  EXPECT_EQ(with_key.second, without_key.second);
+  EXPECT_THAT(with_key.first, Not(HasSubstr("counts less")));
+  EXPECT_THAT(without_key.first, HasSubstr("counts less 32768"));
+}
+
 TEST_F(Trace, TakesManyRunsOfOneSensorAsOneProblemAndRefusesTwoSensors) {
   const auto a = folder_.Write("a.csv", Turns(0.5, "A", 1));
   const auto b = folder_.Write("b.csv", Turns(0.5, "A", 2));
