@@ -49,6 +49,9 @@ class GyroStream {
   // that come later.
   std::vector<Defect> defects() const;
   std::vector<BadStretch> bad() const;
+  // So far: the output is in counts of an unsigned converter (base/unsigned_counts.h) whose zero
+  // nobody gave, and which is in the integral.
+  bool unsigned_counts() const { return saturation_.unsigned_counts(); }
   // The latest samples, mended.
   const GyroRing& ring() const { return ring_; }
 

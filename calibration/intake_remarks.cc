@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace gyrobench::calibration {
 
 std::vector<std::string> IntakeRemarks(const Recording& recording) {
@@ -16,6 +18,17 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
         defect.where, accel ? "specific force" : "zero-rate offset", accel ? "accel" : "gyro"));
   }
   return remarks;
+}
+
+std::string WithoutReference(const MeasurementInfo& info) {
+  const auto all = [](const std::array<bool, 3>& axes) {
+    return std::ranges::all_of(axes, [](bool present) { return present; });
+  };
+  if (all(info.gyro_present) && all(info.accel_present)) {
+    return "poses held still with turns by hand between them are calibrated by gyrobench hold";
+  }
+  return "gyrobench hold calibrates without a reference, by poses held still, where the table has "
+         "all three axes of gyro and accelerometer";
 }
 
 }  // namespace gyrobench::calibration

@@ -46,24 +46,43 @@ void ReferenceTrack::Start(const MeasurementInfo& info) {
 }
 
 // Common to all kinds. False: this reading repeats or precedes the last of its kind.
-bool ReferenceTrack::BeginUpdate(double t_s, double interval_mean_s, double last_s, bool known) {
+bool ReferenceTrack::BeginUpdate(double t_s, Pace* pace) {
   updated_ = false;
   rest_began_ = false;
   rest_ended_ = false;
   lost_since_s_.reset();
-  if (!known) return true;
-  if (t_s <= last_s) {
+  if (pace->intervals >= 0 && t_s <= pace->last_s) {
     defects_.Add("repeated_time", "reference", t_s);
     return false;
   }
   const bool orientation = info_.reference == ReferenceKind::kOrientation;
-  const double limit_s =
-      std::max(orientation ? kOrientationLost_s : kLost_s, kLostIntervals * interval_mean_s);
-  if (t_s - last_s > limit_s) {
-    defects_.Add("lost_reference", "", last_s);
-    Lose(last_s);
+  if (const auto since_s = pace->LostSince(t_s, orientation ? kOrientationLost_s : kLost_s)) {
+    defects_.Add("lost_reference", "", *since_s);
+    Lose(*since_s);
   }
   return true;
+}
+
+// The first interval alone does not say whether the reference is slow or was lost in it: the second
+// one does.
+std::optional<double> ReferenceTrack::Pace::LostSince(double t_s, double least_s) const {
+  if (intervals < 1) return std::nullopt;
+  const double since_s = t_s - last_s;
+  if (since_s > std::max(least_s, kLostIntervals * interval_s)) return last_s;
+  if (intervals == 1 && interval_s > std::max(least_s, kLostIntervals * since_s))
+    return last_s - interval_s;
+  return std::nullopt;
+}
+
+void ReferenceTrack::Pace::Take(double t_s) {
+  constexpr double kNewestCounts = 0.1;
+  const double since_s = t_s - last_s;
+  if (intervals == 0) interval_s = since_s;
+  // A first interval in which the reference was lost is none of its usual ones.
+  if (intervals == 1 && interval_s > kLostIntervals * since_s) interval_s = since_s;
+  if (intervals > 0) interval_s += (since_s - interval_s) * kNewestCounts;
+  ++intervals;
+  last_s = t_s;
 }
 
 void ReferenceTrack::Lose(double since_s) {
@@ -101,7 +120,7 @@ void ReferenceTrack::Add(const AngleSample& sample) {
     return;
   }
   StandAngle& angle = angle_[axis];
-  if (!BeginUpdate(sample.t_s, angle.interval_s, angle.t_s, angle.known)) return;
+  if (!BeginUpdate(sample.t_s, &angle.pace)) return;
   if (!Accepts(&angle, sample)) return;
   if (!started_) first_s_ = time_s_ = sample.t_s;
   started_ = true;
@@ -170,8 +189,8 @@ void ReferenceTrack::StandAngle::Take(double now_s, double now_deg) {
   if (known) {
     const double since_s = now_s - t_s;
     rate_deg_s = since_s < 0.5 ? (now_deg - angle_deg) / since_s : 0.0;
-    interval_s += (since_s - interval_s) * (interval_s > 0 ? 0.1 : 1.0);
   }
+  pace.Take(now_s);
   if (!known) {
     seen_s.fill(now_s);
   } else if (now_s - seen_s[0] >= RestFinder::kClosestReadings_s) {
@@ -196,15 +215,13 @@ void ReferenceTrack::Add(const OrientationSample& sample) {
     return;
   }
   for (double& part : q) part /= norm;
-  if (!BeginUpdate(sample.t_s, q_interval_s_, q_time_s_, q_known_)) return;
+  if (!BeginUpdate(sample.t_s, &q_pace_)) return;
   if (!Accepts(q, sample.t_s)) return;
   started_ = true;
   time_s_ = sample.t_s;
   if (info_.site_latitude_deg) AddEarth(sample.t_s, QuaternionOrientation(q));
   if (q_known_ && !lost_since_s_) Turn(RotationBetween(q_, q));
-  if (q_known_) {
-    q_interval_s_ += (sample.t_s - q_time_s_ - q_interval_s_) * (q_interval_s_ > 0 ? 0.1 : 1.0);
-  }
+  q_pace_.Take(sample.t_s);
   q_ = q;
   q_known_ = true;
   q_time_s_ = sample.t_s;

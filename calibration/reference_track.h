@@ -78,13 +78,23 @@ class ReferenceTrack {
   const DefectLog& defects() const { return defects_; }
 
  private:
+  // How often a reference is read.
+  struct Pace {
+    std::int64_t intervals = -1;  // so far; -1 before the first reading
+    double last_s = 0.0;
+    double interval_s = 0.0;  // mean of late
+    // Where the silence before a reading at `t_s`, or the one before it, was too long for this
+    // pace and longer than `least_s`: its begin.
+    std::optional<double> LostSince(double t_s, double least_s) const;
+    void Take(double t_s);
+  };
   struct StandAngle {
     bool known = false;
+    Pace pace;
     double t_s = 0.0;
     std::array<double, 4> seen_s = {};  // times that a rest finder judges by, the last first
     double angle_deg = 0.0;
     double rate_deg_s = 0.0;
-    double interval_s = 0.0;            // mean of late
     std::optional<double> suspect_deg;  // the reading before was left out
     double suspect_s = 0.0;
     // Time of the last reading before `time_s`, or of the earliest that is remembered.
@@ -103,7 +113,7 @@ class ReferenceTrack {
   bool Accepts(StandAngle* angle, const AngleSample& sample);
   bool Accepts(const std::array<double, 4>& q, double t_s);
   void Lose(double since_s);
-  bool BeginUpdate(double t_s, double interval_mean_s, double last_s, bool known);
+  bool BeginUpdate(double t_s, Pace* pace);
   void Turn(const Vector3& increment_deg);
   void TurnStand(double t_s, std::size_t axis, double angle_deg);
   void AddEarth(double t_s, const Matrix3& orientation);
@@ -128,7 +138,7 @@ class ReferenceTrack {
   bool q_known_ = false;
   std::optional<std::array<double, 4>> suspect_q_;
   double suspect_s_ = 0.0;
-  double q_interval_s_ = 0.0;  // mean of late
+  Pace q_pace_;
   double q_time_s_ = 0.0;
   std::array<RestFinder, 3> finder_ = {};
   std::array<bool, 3> watched_ = {};

@@ -72,7 +72,7 @@ void SaturationWatch::Watch(End* end, double signed_value, double t_s, double in
 }
 
 bool SaturationWatch::IsUnsignedRail(double count) const {
-  const double zero = zero_.value_or(gyrobench::UnsignedCounts::kZero);
+  const double zero = zero_.value_or(UnsignedCounts::kZero);
   return std::any_of(kBits.begin(), kBits.end(), [&](int bits) {
     const double top = std::ldexp(1.0, bits) - 1.0;
     const bool middle = std::fabs(zero / (0.5 * top) - 1.0) < 0.25;

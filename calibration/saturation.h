@@ -42,6 +42,8 @@ class SaturationWatch {
   void Add(double t_s, const Vector3& value);
   // So far.
   std::vector<Finding> Found() const;
+  // So far: counts of an unsigned converter whose zero nobody gave.
+  bool unsigned_counts() const { return counts_ && !zero_ && range_.Recognised(); }
 
  private:
   struct End {
@@ -62,8 +64,8 @@ class SaturationWatch {
   bool IsStuck(const Channel& channel, const End& end) const;
 
   bool counts_ = true;
-  std::optional<double> zero_;       // given
-  gyrobench::UnsignedCounts range_;  // of all channels, in counts of the converter
+  std::optional<double> zero_;  // given
+  UnsignedCounts range_;        // of all channels, in counts of the converter
   std::array<Channel, 3> channels_;
 };
 

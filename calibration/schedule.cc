@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/intake_remarks.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -270,9 +272,7 @@ void RemarkOnReference(const Estimation& estimation, std::vector<std::string>* r
       remarks->push_back("no stretch at rest of 2 s was found: no bias");
     }
     if (WasTurnedOver(info, nodes)) {
-      remarks->push_back(
-          "gravity turned through the sensor: poses held still with turns by hand between them are "
-          "calibrated by gyrobench hold");
+      remarks->push_back("gravity turned through the sensor: " + WithoutReference(info));
     }
     return;
   }

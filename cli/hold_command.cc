@@ -1,29 +1,22 @@
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "base/version.h"
 #include "calibration/hold/calibrate_hold.h"
 #include "calibration/hold/epoch_collector.h"
 #include "calibration/hold/hold_json.h"
-#include "calibration/trace/calibration_file.h"
+#include "cli/calibration_output.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/hold_text.h"
+#include "cli/input_files.h"
 #include "cli/inputs.h"
 #include "cli/targets.h"
-#include "cli/traced_inputs.h"
-#include "recording/file_hash.h"
 #include "recording/replay.h"
-#include "recording/run_directory.h"
 
 namespace gyrobench::cli {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::vector<calibration::HoldRecording> ReadAll(const std::vector<InputFiles>& inputs,
                                                 const Options& options) {
@@ -41,28 +34,17 @@ std::vector<calibration::HoldRecording> ReadAll(const std::vector<InputFiles>& i
 calibration::Calibration MakeCalibration(const calibration::HoldResult& result,
                                          const std::vector<InputFiles>& inputs,
                                          const Options& options) {
-  calibration::Calibration calibration;
-  calibration.sensor = result.sensor;
-  calibration.created = fmt::format("{:%Y-%m-%dT%H:%M:%S}Z", fmt::gmtime(std::time(nullptr)));
-  calibration.version = kVersion;
+  std::vector<InputExtent> extents;
+  for (const calibration::HoldInput& input : result.inputs)
+    extents.push_back({input.samples, input.duration_s});
+  calibration::Calibration calibration =
+      BeginCalibration(result.sensor, inputs, HashFiles(inputs), extents);
   calibration.configuration["method"] = "held poses";
   calibration.configuration["g_sensitivity"] = options.g_sensitivity ? "asked for" : "when seen";
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    for (const fs::path& file : inputs[i].on_disk.files)
-      calibration.inputs.push_back({file.filename().string(), recording::Sha256OfFile(file),
-                                    result.inputs[i].samples, result.inputs[i].duration_s});
-  }
   calibration.channels = result.channels;
+  calibration.gyro_lsb_zero = result.gyro_lsb_zero;
   calibration.vector = result.vector;
   return calibration;
-}
-
-void WriteCalibration(const calibration::HoldResult& result, const std::vector<InputFiles>& inputs,
-                      const Options& options) {
-  const std::string line = TargetLine("calibration", options.calibration);
-  recording::WriteJsonAtomically(options.calibration,
-                                 calibration::ToJson(MakeCalibration(result, inputs, options)));
-  if (!options.json && !options.quiet) fmt::print("{}\n", line);
 }
 
 }  // namespace
@@ -89,7 +71,8 @@ int Hold(const Options& options) {
         fmt::print(stderr, "gyrobench hold: no calibration: {}\n", reason);
     return kFailed;
   }
-  if (!options.calibration.empty()) WriteCalibration(result, inputs, options);
+  if (!options.calibration.empty())
+    WriteCalibration(MakeCalibration(result, inputs, options), options);
   return kDone;
 }
 

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "calibration/trace/trace_json.h"
+#include "cli/calibration_output.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
@@ -49,6 +50,17 @@ void CheckTargets(const std::vector<InputFiles>& inputs, const Options& options)
   }
 }
 
+// Why no axis was traced, each reason once; empty where one was.
+std::string WhyNothingWasTraced(const calibration::TraceResult& result) {
+  std::string reasons;
+  for (const calibration::ChannelTrace& channel : result.channels) {
+    if (calibration::IsTraced(channel)) return "";
+    if (reasons.find(channel.summary) == std::string::npos) reasons += ' ' + channel.summary;
+  }
+  for (const std::string& remark : result.remarks) reasons += ' ' + remark + '.';
+  return "no axis could be traced, and there is no verdict." + reasons;
+}
+
 // Where the report of one input goes when nobody says.
 fs::path ReportFile(const InputFiles& input, const Options& options) {
   if (!options.output.empty()) return options.output;
@@ -68,19 +80,18 @@ int Trace(const Options& options) {
     throw DataError(fmt::format("{}: no calibration is written; {}", options.calibration.string(),
                                 inputs.implausible.front()));
   }
-  if (options.calibration.empty() && options.report.empty()) return kDone;
-  const std::vector<HashedFile> hashed = HashFiles(inputs);
-  if (!options.calibration.empty()) {
-    const std::string line = TargetLine("calibration", options.calibration);
-    recording::WriteJsonAtomically(options.calibration,
-                                   calibration::ToJson(MakeCalibration(inputs, hashed, options)));
-    Say(options, line);
-  }
+  const std::string why_nothing = WhyNothingWasTraced(inputs.traced.result);
+  const std::vector<HashedFile> hashed = options.calibration.empty() && options.report.empty()
+                                             ? std::vector<HashedFile>()
+                                             : HashFiles(inputs.inputs);
+  if (!options.calibration.empty() && why_nothing.empty())
+    WriteCalibration(MakeCalibration(inputs, hashed, options), options);
   if (!options.report.empty()) {
     const std::string line = TargetLine("report", options.report);
     report::WriteReport(MakeReportContent(inputs, hashed), options.report);
     Say(options, line);
   }
+  if (!why_nothing.empty()) throw DataError(why_nothing);
   return kDone;
 }
 
@@ -90,7 +101,7 @@ int Report(const Options& options) {
   CheckTarget("report", file, AllFiles(files));
   const TracedInputs inputs = TraceInputs(files, options);
   const std::string line = TargetLine("report", file);
-  report::WriteReport(MakeReportContent(inputs, HashFiles(inputs)), file);
+  report::WriteReport(MakeReportContent(inputs, HashFiles(inputs.inputs)), file);
   if (options.json) {
     fmt::print("{}\n", nlohmann::json{{"report", file.string()}}.dump(2));
   } else {

@@ -1,21 +1,22 @@
 #include "cli/traced_inputs.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 
 #include "base/error.h"
 #include "base/version.h"
 #include "calibration/analyzer.h"
+#include "calibration/intake_remarks.h"
 #include "calibration/plausibility.h"
+#include "cli/calibration_output.h"
 #include "cli/inputs.h"
 #include "cli/json_field.h"
-#include "recording/file_hash.h"
 #include "recording/replay.h"
 #include "recording/run_directory.h"
 
@@ -55,8 +56,9 @@ void RefuseWithoutScale(const std::vector<calibration::Recording>& recordings) {
   }
   throw DataError(
       fmt::format("{}: the gyro is in LSB, its sensitivity is not given, and there is no reference "
-                  "that could say it: {}; gyrobench analyze works in LSB without it",
-                  recordings.front().info.source, kGiveSensitivity));
+                  "that could say it: {}; gyrobench analyze works in LSB without it; {}",
+                  recordings.front().info.source, kGiveSensitivity,
+                  calibration::WithoutReference(recordings.front().info)));
 }
 
 // What s0 was taken to be, where no input gives it.
@@ -149,6 +151,15 @@ calibration::Recording Read(const fs::path& path, WorkBar& bar) {
   return collector.Take();
 }
 
+// What was taken off the counts, as one table at least says it (the others give the same, or were
+// centred by who logged them); empty of what is no count.
+std::optional<double> CountOfZero(const std::vector<calibration::Recording>& recordings) {
+  if (recordings.front().info.gyro_unit != GyroUnit::kLsb) return std::nullopt;
+  for (const calibration::Recording& recording : recordings)
+    if (recording.info.gyro_lsb_zero) return recording.info.gyro_lsb_zero;
+  return 0.0;
+}
+
 std::int64_t NowUtime() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
              std::chrono::system_clock::now().time_since_epoch())
@@ -181,23 +192,6 @@ void AddRun(const recording::MeasurementFiles& record, report::Provenance* prove
 
 }  // namespace
 
-std::vector<InputFiles> LocateInputs(const std::vector<std::string>& inputs,
-                                     const Options& options) {
-  std::vector<InputFiles> found;
-  for (const std::string& input : inputs) {
-    const fs::path path = LocateInput(input, options.bench);
-    found.push_back({path, recording::FilesOfMeasurement(path)});
-  }
-  return found;
-}
-
-std::vector<fs::path> AllFiles(const std::vector<InputFiles>& inputs) {
-  std::vector<fs::path> all;
-  for (const InputFiles& input : inputs)
-    all.insert(all.end(), input.on_disk.files.begin(), input.on_disk.files.end());
-  return all;
-}
-
 TracedInputs TraceInputs(const std::vector<InputFiles>& inputs, const Options& options) {
   TracedInputs out;
   out.inputs = inputs;
@@ -219,36 +213,20 @@ TracedInputs TraceInputs(const std::vector<InputFiles>& inputs, const Options& o
   return out;
 }
 
-std::vector<HashedFile> HashFiles(const TracedInputs& inputs) {
-  std::vector<HashedFile> files;
-  for (std::size_t i = 0; i < inputs.inputs.size(); ++i) {
-    for (const fs::path& file : inputs.inputs[i].on_disk.files)
-      files.push_back({i, file, recording::Sha256OfFile(file)});
-  }
-  return files;
-}
-
 calibration::Calibration MakeCalibration(const TracedInputs& inputs,
                                          const std::vector<HashedFile>& files,
                                          const Options& options) {
-  calibration::Calibration calibration;
-  calibration.sensor = inputs.sensor;
-  calibration.created = fmt::format("{:%Y-%m-%dT%H:%M:%S}Z", fmt::gmtime(std::time(nullptr)));
-  calibration.version = kVersion;
+  std::vector<InputExtent> extents;
+  for (const calibration::Recording& recording : inputs.recordings)
+    extents.push_back({recording.samples, recording.last_time_s - recording.first_time_s});
+  calibration::Calibration calibration =
+      BeginCalibration(inputs.sensor, inputs.inputs, files, extents);
   calibration.configuration["seed"] = std::to_string(options.seed);
   calibration.configuration["false_discovery"] =
       fmt::format("{}", calibration::TraceOptions{}.false_discovery);
   if (const std::string& says = inputs.traced.result.reference_error; !says.empty())
     calibration.configuration["reference_error"] = says;
-  for (const HashedFile& file : files) {
-    const calibration::Recording& recording = inputs.recordings[file.input];
-    const recording::MeasurementFiles& on_disk = inputs.inputs[file.input].on_disk;
-    const fs::path folder =
-        on_disk.is_record ? fs::weakly_canonical(on_disk.folder).filename() : fs::path();
-    calibration.inputs.push_back({(folder / file.path.filename()).string(), file.sha256,
-                                  recording.samples,
-                                  recording.last_time_s - recording.first_time_s});
-  }
+  calibration.gyro_lsb_zero = CountOfZero(inputs.recordings);
   calibration.vector = inputs.traced.result.vector;
   const auto& channels = inputs.traced.result.channels;
   for (std::size_t i = 0; i < channels.size(); ++i) {

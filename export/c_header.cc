@@ -19,10 +19,11 @@ Lines AboutLines(const LinearModel& model, const HeldTerms& held) {
       "Formula, of the axes c = x, y, z:",
       "  y_c = xi_c / s0_c - b_c(T) - effects_c",
       "  w = A y",
-      fmt::format("xi: output of the gyro [{}]; s0: its nominal sensitivity [{} per deg/s]; T: its "
-                  "temperature [degC]; b: polynomial in T [deg/s]; A: inverse of the matrix of "
-                  "scale factors and misalignment; w: rate about the sensor's axes [deg/s].",
-                  unit, unit),
+      fmt::format(
+          "xi: output of the gyro [{}]{}; s0: its nominal sensitivity [{} per deg/s]; T: its "
+          "temperature [degC]; b: polynomial in T [deg/s]; A: inverse of the matrix of "
+          "scale factors and misalignment; w: rate about the sensor's axes [deg/s].",
+          unit, ZeroClause(held.calibration), unit),
       "Temperatures beyond the range that an axis saw count as its ends."};
   if (held.rates()) {
     lines.push_back(fmt::format(

@@ -55,7 +55,9 @@ Example WorkedExample(const calibration::Calibration& calibration) {
   example.temperature_degC = TemperatureOf(model);
   example.xi = OutputOf(model);
   const calibration::CorrectorOptions options{.any_sensor = true};
-  calibration::Corrector corrector(calibration, SensorOf(model), options);
+  MeasurementInfo sensor = SensorOf(model);
+  sensor.gyro_lsb_zero = calibration.gyro_lsb_zero;
+  calibration::Corrector corrector(calibration, sensor, options);
   for (int i = 0; i < kSamples; ++i) {
     GyroSample sample;
     sample.t_s = i * kInterval_s;

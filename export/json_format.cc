@@ -68,6 +68,7 @@ Json AxisJson(const LinearModel& model, std::size_t c) {
 
 Json FormulaJson() {
   return {
+      "xi_c = count of the converter - lsb_zero, where that is known",
       "y_c = xi_c / units_per_deg_s_c - sum_k bias_k (T - reference_degC)^k - sum of effects",
       "w_c = sum_d matrix[c][d] y_d   [deg/s, about the sensor's axes x, y, z]",
       "effects that depend on w: repeat both lines, from the w before, until w stays",
@@ -102,18 +103,20 @@ Exported WriteJson(const calibration::Calibration& calibration, const Origin& or
          {"angle_random_walk_deg_sqrt_s", Number(channel.noise.angle_random_walk_deg_sqrt_s)},
          {"bias_random_walk_deg_s_sqrt_s", Number(channel.noise.bias_random_walk_deg_s_sqrt_s)}});
   }
-  const Json file = {{"format", "gyrobench.correction/1"},
-                     {"formula", FormulaJson()},
-                     {"written_by", "gyrobench " + origin.version},
-                     {"calibration", {{"file", origin.file}, {"sha256", origin.sha256}}},
-                     {"sensor", calibration.sensor},
-                     {"calibrated", calibration.created},
-                     {"unit", model.unit},
-                     {"matrix", model.inverse},
-                     {"axes", axes},
-                     {"noise", noise},
-                     {"example", ExampleJson(calibration)},
-                     {"left_out", out.notes}};
+  const Json file = {
+      {"format", "gyrobench.correction/1"},
+      {"formula", FormulaJson()},
+      {"written_by", "gyrobench " + origin.version},
+      {"calibration", {{"file", origin.file}, {"sha256", origin.sha256}}},
+      {"sensor", calibration.sensor},
+      {"calibrated", calibration.created},
+      {"unit", model.unit},
+      {"lsb_zero", calibration.gyro_lsb_zero ? Json(*calibration.gyro_lsb_zero) : Json(nullptr)},
+      {"matrix", model.inverse},
+      {"axes", axes},
+      {"noise", noise},
+      {"example", ExampleJson(calibration)},
+      {"left_out", out.notes}};
   out.text = file.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   return out;
 }

@@ -62,6 +62,13 @@ Lines OriginLines(const calibration::Calibration& calibration, const Origin& ori
           "  calibrated: " + (calibration.created.empty() ? "not said" : calibration.created)};
 }
 
+std::string ZeroClause(const calibration::Calibration& calibration) {
+  const double zero = calibration.gyro_lsb_zero.value_or(0.0);
+  if (zero == 0.0) return "";
+  return fmt::format(", less {:g}: the converter's count of zero, which is to be taken off first",
+                     zero);
+}
+
 Lines ValidityLines(const LinearModel& model) {
   Lines lines = {"Valid for:"};
   for (std::size_t c = 0; c < 3; ++c) {

@@ -13,6 +13,8 @@ using Lines = std::vector<std::string>;
 
 // Where the file comes from and of which sensor it is.
 Lines OriginLines(const calibration::Calibration& calibration, const Origin& origin);
+// What xi is: ", less 32768, ..." of counts of an unsigned converter, else nothing.
+std::string ZeroClause(const calibration::Calibration& calibration);
 // For each axis, the temperatures and rates that the calibration saw.
 Lines ValidityLines(const LinearModel& model);
 // Effects that a file does not hold, gathered by axis and reason.

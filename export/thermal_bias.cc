@@ -108,7 +108,7 @@ void NoteRange(const LinearModel& model, ThermalBias* out) {
   }
 }
 
-Lines DriverLines(const LinearModel& model) {
+Lines DriverLines(const LinearModel& model, const calibration::Calibration& calibration) {
   Lines lines = {
       "Axes: those of the calibration's table. Where the autopilot's driver turns the chip's axes "
       "(it often negates two), exchange the axes and signs of these values alike."};
@@ -117,6 +117,12 @@ Lines DriverLines(const LinearModel& model) {
         fmt::format("Range: that of {:.6g} LSB per deg/s. The offset at another range of the "
                     "sensor is another.",
                     model.units_per_deg_s[0]));
+  }
+  if (const double zero = calibration.gyro_lsb_zero.value_or(0.0); zero != 0.0) {
+    lines.push_back(
+        fmt::format("Zero: the offset is of counts less {:g}, the converter's count of zero, which "
+                    "the driver has to take off.",
+                    zero));
   }
   return lines;
 }
@@ -188,8 +194,8 @@ Lines AutopilotLines(const std::string& autopilot, const calibration::Calibratio
   const LinearModel model = MakeLinearModel(calibration);
   Lines about = OriginLines(calibration, origin);
   about[0] = fmt::format("Gyro offset for {}. {}", autopilot, about[0]);
-  for (const Lines& more : {Lines{""}, formula, DriverLines(model), Lines{""}, ValidityLines(model),
-                            ExampleLines(bias), NoteLines(notes)}) {
+  for (const Lines& more : {Lines{""}, formula, DriverLines(model, calibration), Lines{""},
+                            ValidityLines(model), ExampleLines(bias), NoteLines(notes)}) {
     Append(&about, more);
   }
   return about;

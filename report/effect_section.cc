@@ -59,7 +59,7 @@ std::string Gain(const HeldOut& figure, const std::string& unit, bool ratio) {
 }
 
 std::string ChosenOn(const TracedEffect& effect) {
-  return effect.chosen_on_training
+  return effect.chosen_on == calibration::ChosenOn::kTrainingPart
              ? "on the part of the data that it was then not tried on, too"
              : "on all data only: two thirds of them alone do not ask for it, or are too few; the "
                "figures held out are of data that its coefficients did not see, but its choice did";
@@ -87,12 +87,14 @@ Markup Instances(const EffectGroup& group, double largest_rate_deg_s) {
                {"Residual / noise", true}});
   for (std::size_t i = 0; i < group.size(); ++i) {
     const TracedEffect& effect = *group[i];
-    table.AddRow({Markup::Text(fmt::format("{}", i + 1)),
-                  Markup::Text(ParameterText(effect, largest_rate_deg_s)),
-                  Markup::Text(FormatPValue(effect.p_value)),
-                  Markup::Text(effect.chosen_on_training ? "a part" : "all data only"),
-                  Markup::Text(BeforeAfter(effect.heldout_angle_rms_deg, "", false)),
-                  Markup::Text(BeforeAfter(effect.heldout_whitened_rms, "", true))});
+    table.AddRow(
+        {Markup::Text(fmt::format("{}", i + 1)),
+         Markup::Text(ParameterText(effect, largest_rate_deg_s)),
+         Markup::Text(FormatPValue(effect.p_value)),
+         Markup::Text(effect.chosen_on == calibration::ChosenOn::kTrainingPart ? "a part"
+                                                                               : "all data only"),
+         Markup::Text(BeforeAfter(effect.heldout_angle_rms_deg, "", false)),
+         Markup::Text(BeforeAfter(effect.heldout_whitened_rms, "", true))});
   }
   return table.ToMarkup();
 }

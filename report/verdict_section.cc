@@ -84,11 +84,6 @@ Markup NamesOfEffects(const ChannelTrace& channel) {
   return names;
 }
 
-// Where nothing was fitted, nothing was looked at, and there is no verdict.
-bool IsTraced(const ChannelTrace& channel) {
-  return channel.verdict != Verdict::kNone || std::isfinite(channel.baseline.whitened_rms);
-}
-
 VerdictWords WordsFor(const ChannelTrace& channel) {
   if (IsTraced(channel)) return WordsFor(channel.verdict);
   return {"–", "Not traced", "none",

@@ -57,6 +57,17 @@ std::optional<double> UnitsPerDegS(const MeasurementInfo& info) {
   return info.gyro_units_per_deg_s;
 }
 
+// Counts about two zeros would be two offsets.
+void CheckZero(const HoldRecording& first, const HoldRecording& other) {
+  const bool given = first.info.gyro_lsb_zero && other.info.gyro_lsb_zero;
+  if (given || first.gyro_lsb_zero == other.gyro_lsb_zero) return;
+  throw DataError(fmt::format(
+      "the gyro's counts lie about {:g} in {} and about {:g} in {}: give the converter's count of "
+      "zero above the header of both, such as \"# gyro_lsb_zero = 32768\", or calibrate them apart",
+      first.gyro_lsb_zero.value_or(0.0), first.info.source, other.gyro_lsb_zero.value_or(0.0),
+      other.info.source));
+}
+
 void CheckTogether(std::span<const HoldRecording* const> recordings) {
   const MeasurementInfo& first = recordings.front()->info;
   for (const HoldRecording* recording : recordings) {
@@ -72,6 +83,7 @@ void CheckTogether(std::span<const HoldRecording* const> recordings) {
           fmt::format("{} and {} have another unit or sensitivity of the gyro: "
                       "calibrate them apart",
                       first.source, info.source));
+    CheckZero(*recordings.front(), *recording);
   }
 }
 
@@ -118,10 +130,11 @@ class Calibrator {
       out_.duration_s += input.duration_s;
       out_.inputs.push_back(input);
       if (out_.sensor.empty()) out_.sensor = input.info.sensor;
-      if (recording->unsigned_counts)
+      if (recording->gyro_lsb_zero != recording->info.gyro_lsb_zero.value_or(0.0) &&
+          recording->gyro_lsb_zero)
         out_.remarks.push_back(fmt::format(
-            "{}: the gyro's counts lie about 32768 and are taken as unsigned, with 32768 as zero",
-            input.info.source));
+            "{}: the gyro's counts lie about {:.0f} and are taken as unsigned, with {:.0f} as zero",
+            input.info.source, *recording->gyro_lsb_zero, *recording->gyro_lsb_zero));
       if (input.info.reference != ReferenceKind::kNone)
         out_.remarks.push_back(fmt::format(
             "{} has a reference of angle or orientation, which is not looked at here: gyrobench "
@@ -129,6 +142,7 @@ class Calibrator {
             input.info.source));
     }
     CheckTogether(recordings_);
+    out_.gyro_lsb_zero = recordings_.front()->gyro_lsb_zero;
     out_.sensitivity_given = UnitsPerDegS(recordings_.front()->info).has_value();
   }
 

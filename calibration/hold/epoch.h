@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/measurement.h"
@@ -30,6 +31,14 @@ struct Epoch {
   Eigen::Vector3d rate() const { return angle / duration_s(); }
 };
 
+// Takes a constant off the output that an epoch was integrated from, exactly.
+inline void TakeOff(const Eigen::Vector3d& constant, Epoch* epoch) {
+  const double h = epoch->duration_s();
+  epoch->coning += constant.cross(epoch->moment) - 0.5 * h * constant.cross(epoch->angle);
+  epoch->moment -= 0.5 * h * h * constant;
+  epoch->angle -= h * constant;
+}
+
 struct HoldRecording {
   MeasurementInfo info;
   std::vector<Epoch> epochs;
@@ -40,7 +49,9 @@ struct HoldRecording {
   std::int64_t accel_samples = 0;  // with all three axes
   double first_time_s = 0.0, last_time_s = 0.0;
   double median_interval_s = kMissing;
-  bool unsigned_counts = false;  // 32768 was taken off
+  // The converter's count of zero, which the epochs are free of: as given, else that of an unsigned
+  // converter where the counts show one, else 0; empty where the output is no count.
+  std::optional<double> gyro_lsb_zero;
 };
 
 }  // namespace gyrobench::calibration

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/unsigned_counts.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -25,20 +27,23 @@ void MarkUnusable(const std::vector<BadStretch>& bad, std::vector<Epoch>* epochs
   }
 }
 
+// All samples together say whether the converter is an unsigned one, so that this comes last. Gaps
+// hold nothing that a zero could be taken off.
+void TakeZeroOff(std::vector<Epoch>* epochs) {
+  const Vector3d zero = Vector3d::Constant(UnsignedCounts::kZero);
+  for (Epoch& epoch : *epochs)
+    if (!epoch.angle.isZero(0.0)) TakeOff(zero, &epoch);
+}
+
 }  // namespace
 
 void EpochCollector::OnInfo(const MeasurementInfo& info) {
   info_ = info;
-  counts_.Start(info);
   gyro_.Start(info);
   epochs_.reserve(8192);
 }
 
 void EpochCollector::OnGyro(const GyroSample& sample) {
-  for (const GyroSample& ready : counts_.Add(sample)) Take(ready);
-}
-
-void EpochCollector::Take(const GyroSample& sample) {
   gyro_.Add(sample);
   const Vector3d accel_g = Vector(sample.accel_g);
   if (accel_g.allFinite()) ++accel_samples_;
@@ -59,8 +64,9 @@ void EpochCollector::TakeSettled() {
 }
 
 // Rotations compose by exp(a) exp(b) = exp(a + b + a x b / 2 + ...). Within one interval the rate
-// goes straight from one sample to the next, which adds h^2 / 12 xi_0 x xi_1; its integral is the
-// spline's (gyro_ring.h).
+// goes straight from one sample to the next, which adds h^2 / 12 xi_0 x xi_1 to the coning and
+// takes h^2 / 12 (xi_1 - xi_0) off the first moment, so that an offset can be taken off exactly;
+// its integral is the spline's (gyro_ring.h).
 void EpochCollector::AddInterval(const GyroRing::Point& from, const GyroRing::Point& to) {
   const double h = to.t_s - from.t_s;
   if (to.gap) {
@@ -81,7 +87,7 @@ void EpochCollector::AddInterval(const GyroRing::Point& from, const GyroRing::Po
   const Vector3d step = Vector(to.z) - Vector(from.z);
   open_.coning +=
       0.5 * open_.angle.cross(step) + h * h / 12.0 * Vector(from.xi).cross(Vector(to.xi));
-  open_.moment += h * (open_.angle + 0.5 * step);
+  open_.moment += h * (open_.angle + 0.5 * step) - h * h / 12.0 * (Vector(to.xi) - Vector(from.xi));
   open_.angle += step;
   open_.end_s = to.t_s;
   // Half an interval of tolerance, so that epochs of equal samples have equally many.
@@ -116,7 +122,6 @@ void EpochCollector::MeansUntil(double end_s, Epoch* epoch) {
 
 HoldRecording EpochCollector::Take() const {
   EpochCollector rest = *this;  // with the epoch that is still open
-  for (const GyroSample& ready : rest.counts_.Flush()) rest.Take(ready);
   if (rest.is_open_) rest.Close();
   HoldRecording out;
   out.info = info_;
@@ -135,7 +140,11 @@ HoldRecording EpochCollector::Take() const {
   for (const Defect& defect : rest.gyro_.defects())
     all.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
   out.defects = all.defects();
-  out.unsigned_counts = counts_.recognised();
+  if (info_.gyro_unit == GyroUnit::kLsb) {
+    const bool found = rest.gyro_.unsigned_counts();
+    out.gyro_lsb_zero = found ? UnsignedCounts::kZero : info_.gyro_lsb_zero.value_or(0.0);
+    if (found) TakeZeroOff(&out.epochs);
+  }
   return out;
 }
 

@@ -7,7 +7,6 @@
 #include "calibration/defect_log.h"
 #include "calibration/gyro_stream.h"
 #include "calibration/hold/epoch.h"
-#include "calibration/hold/unsigned_counts.h"
 
 namespace gyrobench::calibration {
 
@@ -38,14 +37,12 @@ class EpochCollector : public MeasurementSink {
     double temperature_degC = kMissing;
   };
 
-  void Take(const GyroSample& sample);
   void TakeSettled();
   void AddInterval(const GyroRing::Point& from, const GyroRing::Point& to);
   void Close();
   void MeansUntil(double end_s, Epoch* epoch);
 
   MeasurementInfo info_;
-  UnsignedCounts counts_;
   GyroStream gyro_;
   DefectLog reported_;
   std::vector<Epoch> epochs_;

@@ -5,6 +5,8 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <string>
 
 namespace gyrobench::calibration {
 namespace {
@@ -30,6 +32,27 @@ Index Largest(const WaldTest& test) {
   return largest;
 }
 
+// Further columns beside the fit's own, as seen: nothing where they may as well be zero.
+std::optional<WaldTest> SeenBeside(const HeldChain& chain, const HoldFit& fit,
+                                   const ModelExtent& extent, double latitude_rad,
+                                   const std::vector<Index>& columns, double degrees_of_noise) {
+  const LinearModel model = Linearize(chain, fit.state, extent, latitude_rad);
+  const ArrowSystem::Solution solution = SolveModel(model, fit.noise);
+  if (!solution.positive) return std::nullopt;
+  const WaldTest test =
+      TestColumns(solution, solution.parameters(columns), columns, degrees_of_noise);
+  if (!(test.p_value < kSeen)) return std::nullopt;
+  return test;
+}
+
+HoldFinding FindingOf(const std::string& name, Index channel, const WaldTest& test) {
+  HoldFinding finding;
+  finding.test = name;
+  finding.channels = std::string(1, "xyz"[channel]);
+  finding.p_value = test.p_value;
+  return finding;
+}
+
 void AddBentGyro(const HeldChain& chain, const HoldFit& fit, double latitude_rad,
                  std::vector<HoldFinding>* out) {
   constexpr std::array<const char*, 3> kShapes = {"differs between the two directions (|w|)",
@@ -37,19 +60,11 @@ void AddBentGyro(const HeldChain& chain, const HoldFit& fit, double latitude_rad
                                                   "changes with the size of the rate (w |w|)"};
   ModelExtent extent = fit.extent;
   extent.bent_gyro = true;
-  HoldFit copy = fit;
-  copy.model = Linearize(chain, fit.state, extent, latitude_rad);
-  const ArrowSystem::Solution solution = SolveModel(copy.model, fit.noise);
-  if (!solution.positive) return;
-  const std::vector<Index> columns = ColumnsFrom(extent.AtBentGyro(), 9);
-  const WaldTest test =
-      TestColumns(solution, solution.parameters(columns), columns, TurnFreedom(fit) - 9.0);
-  if (!(test.p_value < kSeen)) return;
-  const Index worst = Largest(test);
-  HoldFinding finding;
-  finding.test = "scale.bent";
-  finding.channels = std::string(1, "xyz"[worst % 3]);
-  finding.p_value = test.p_value;
+  const auto test = SeenBeside(chain, fit, extent, latitude_rad,
+                               ColumnsFrom(extent.AtBentGyro(), 9), TurnFreedom(fit) - 9.0);
+  if (!test) return;
+  const Index worst = Largest(*test);
+  HoldFinding finding = FindingOf("scale.bent", worst % 3, *test);
   finding.says = fmt::format(
       "the gyro's scale factor is not constant, mostly that of {}, which {}: turn on a stand at "
       "several rates both ways and trace it",
@@ -61,23 +76,17 @@ void AddBentAccel(const HeldChain& chain, const HoldFit& fit, double latitude_ra
                   std::vector<HoldFinding>* out) {
   ModelExtent extent = fit.extent;
   extent.bent_accel = true;
-  const LinearModel model = Linearize(chain, fit.state, extent, latitude_rad);
-  const ArrowSystem::Solution solution = SolveModel(model, fit.noise);
-  if (!solution.positive) return;
-  const std::vector<Index> columns = ColumnsFrom(extent.AtBentAccel(), 6);
-  const double freedom = 3.0 * static_cast<double>(chain.rests.size()) -
-                         2.0 * static_cast<double>(chain.rests.size()) + TurnFreedom(fit) - 15.0;
-  const WaldTest test = TestColumns(solution, solution.parameters(columns), columns, freedom);
-  if (!(test.p_value < kSeen)) return;
-  const Index worst = Largest(test);
-  HoldFinding finding;
-  finding.test = "accel.bent";
-  finding.channels = std::string(1, "xyz"[worst % 3]);
-  finding.p_value = test.p_value;
+  // Each rest tells three numbers, of which two are how the sensor was held.
+  const double freedom = static_cast<double>(chain.rests.size()) + TurnFreedom(fit) - 15.0;
+  const auto test =
+      SeenBeside(chain, fit, extent, latitude_rad, ColumnsFrom(extent.AtBentAccel(), 6), freedom);
+  if (!test) return;
+  const Index worst = Largest(*test);
+  HoldFinding finding = FindingOf("accel.bent", worst % 3, *test);
   finding.says = fmt::format(
       "the accelerometer is not linear, mostly {}: {:.2g} g at 1 g beyond scale and offset ({}); "
       "the matrix takes it for a straight one",
-      finding.channels, test.values[worst], worst < 3 ? "even, a^2" : "odd, a^3");
+      finding.channels, test->values[worst], worst < 3 ? "even, a^2" : "odd, a^3");
   out->push_back(finding);
 }
 
@@ -125,10 +134,7 @@ std::vector<HoldFinding> GSensitivitySeen(const HoldFit& fit) {
     const WaldTest test = TestColumns(fit.solution, fit.state.g_sensitivity.row(c).transpose(),
                                       columns, TurnFreedom(fit) - 9.0);
     if (!(test.p_value < kSeen)) continue;
-    HoldFinding finding;
-    finding.test = "bias.g_linear";
-    finding.channels = std::string(1, "xyz"[c]);
-    finding.p_value = test.p_value;
+    HoldFinding finding = FindingOf("bias.g_linear", c, test);
     finding.in_model = true;
     finding.says =
         fmt::format("g-sensitivity seen on {}: {:.3g} deg/s/g at most, along {}", finding.channels,

@@ -79,6 +79,7 @@ json ToJson(const HoldResult& result) {
   return {{"format", kHoldFormat},
           {"inputs", inputs},
           {"sensor", result.sensor},
+          {"gyro_lsb_zero", result.gyro_lsb_zero ? Number(*result.gyro_lsb_zero) : json(nullptr)},
           {"rests", result.rests},
           {"turns", result.turns},
           {"duration_s", Number(result.duration_s)},

@@ -241,6 +241,7 @@ class Reporter {
     if (with_gravity) {
       ModelTerm term;
       term.id = "bias.g_linear";
+      term.chosen_on = ChosenOn::kAllData;
       for (std::size_t j = 0; j < 3; ++j) {
         const auto k = static_cast<Index>(j);
         term.coefficients.push_back(factor_[i] * fit_.state.g_sensitivity(i, k));

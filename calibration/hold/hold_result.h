@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,8 +58,9 @@ struct HoldFinding {
 struct HoldResult {
   std::vector<HoldInput> inputs;
   std::string sensor;
-  std::int64_t rests = 0, turns = 0;  // used
-  double duration_s = 0.0;            // of all inputs
+  std::optional<double> gyro_lsb_zero;  // that was taken off the gyro's counts; empty: no counts
+  std::int64_t rests = 0, turns = 0;    // used
+  double duration_s = 0.0;              // of all inputs
   std::vector<HoldFace> faces;
   std::array<double, 3> turned_deg = {};  // about each axis of the sensor, there and back, in all
   std::vector<HoldLeftOut> left_out;

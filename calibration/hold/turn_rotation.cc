@@ -40,13 +40,10 @@ EpochRotation RotationVector(const Epoch& epoch, const GyroParameters& gyro, con
   out.force_g = Vector3d::Zero();
   if (epoch.accel_g.allFinite())
     out.force_g = gyro.accel_inverse * (epoch.accel_g - gyro.accel_offset_g);
-  const double h = epoch.duration_s();
   // The offset in units of xi.
-  const Vector3d offset = (beta + gyro.g_sensitivity * out.force_g) / gyro.unit;
-  const Vector3d angle = epoch.angle - h * offset;
-  const Vector3d coning =
-      epoch.coning + offset.cross(epoch.moment) - 0.5 * h * offset.cross(epoch.angle);
-  out.vector = gyro.unit * (a * angle) + gyro.unit * gyro.unit * (cofactor * coning);
+  Epoch freed = epoch;
+  TakeOff((beta + gyro.g_sensitivity * out.force_g) / gyro.unit, &freed);
+  out.vector = gyro.unit * (a * freed.angle) + gyro.unit * gyro.unit * (cofactor * freed.coning);
   return out;
 }
 

@@ -45,7 +45,8 @@ json ToJson(const ModelTerm& term) {
           {"covariate_mean", Number(term.covariate_mean)},
           {"factors", term.factors},
           {"offsets", Numbers(term.offsets)},
-          {"knots", Numbers(term.knots)}};
+          {"knots", Numbers(term.knots)},
+          {"chosen_on", term.chosen_on ? json(Name(*term.chosen_on)) : json(nullptr)}};
 }
 
 json Covariance(const ChannelModel& model) {
@@ -127,6 +128,8 @@ json ToJson(const Calibration& calibration) {
       {"version", calibration.version},
       {"inputs", inputs},
       {"configuration", calibration.configuration},
+      {"gyro_lsb_zero",
+       calibration.gyro_lsb_zero ? Number(*calibration.gyro_lsb_zero) : json(nullptr)},
       {"channels", channels}};
   if (calibration.vector) file["vector"] = ToJson(*calibration.vector);
   return file;

@@ -42,6 +42,9 @@ struct Calibration {
   std::map<std::string, std::string> configuration;  // of the trace: seed ...
   std::vector<ChannelCalibration> channels;
   std::optional<VectorCalibration> vector = {};  // the channels as one sensor
+  // The model's xi is the converter's count less this. Empty: no counts, or a file that does not
+  // say it.
+  std::optional<double> gyro_lsb_zero = {};
 };
 
 // The id that the catalogue knows: "bias.of" of the term "bias.of(supply_v)".

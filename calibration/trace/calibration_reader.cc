@@ -63,10 +63,18 @@ void CheckTerm(const ModelTerm& term, const Place& place) {
   }
 }
 
+std::optional<ChosenOn> ReadChosenOn(const Place& place) {
+  if (place.value().is_null()) return std::nullopt;
+  return static_cast<ChosenOn>(
+      place.Choice({Name(ChosenOn::kTrainingPart), Name(ChosenOn::kAllData)}));
+}
+
 ModelTerm ReadTerm(const Place& place) {
-  place.Keys({"id", "origin", "owner", "applied", "because", "coefficients", "nonlinear",
-              "table_axis", "reference_degC", "covariate", "covariate_mean", "factors", "offsets",
-              "knots"});
+  // Files written before it was carried do not say what an effect was chosen on.
+  place.Keys(
+      {"id", "origin", "owner", "applied", "because", "coefficients", "nonlinear", "table_axis",
+       "reference_degC", "covariate", "covariate_mean", "factors", "offsets", "knots"},
+      {"chosen_on"});
   ModelTerm term;
   term.id = place["id"].Text();
   term.origin = static_cast<EffectOrigin>(
@@ -83,6 +91,7 @@ ModelTerm ReadTerm(const Place& place) {
   term.factors = place["factors"].Texts();
   term.offsets = place["offsets"].Numbers();
   term.knots = place["knots"].Numbers();
+  if (place.value().contains("chosen_on")) term.chosen_on = ReadChosenOn(place["chosen_on"]);
   CheckTerm(term, place);
   if (place["applied"].Flag() != WhyNotApplied(term).empty()) {
     place["applied"].Fail(fmt::format(
@@ -190,10 +199,10 @@ void CheckFormat(const json& value, const std::string& file) {
 Calibration CalibrationFromJson(const json& value, const std::string& file) {
   CheckFormat(value, file);
   const Place top(value, file);
-  // Files written before the axes were joined stay readable.
+  // Files written before the axes were joined, or before the zero was carried, stay readable.
   top.Keys(
       {"format", "model", "sensor", "created", "version", "inputs", "configuration", "channels"},
-      {"vector"});
+      {"vector", "gyro_lsb_zero"});
   Calibration calibration;
   calibration.sensor = top["sensor"].Text();
   calibration.created = top["created"].Text();
@@ -213,6 +222,8 @@ Calibration CalibrationFromJson(const json& value, const std::string& file) {
     }
   }
   if (calibration.channels.empty()) top["channels"].Expected("at least one channel");
+  if (value.contains("gyro_lsb_zero") && !value["gyro_lsb_zero"].is_null())
+    calibration.gyro_lsb_zero = top["gyro_lsb_zero"].Number();
   if (value.contains("vector")) calibration.vector = VectorFromJson(top["vector"]);
   return calibration;
 }

@@ -33,6 +33,7 @@ struct ModelTerm {
   std::vector<std::string> factors;
   std::vector<double> offsets;
   std::vector<double> knots;
+  std::optional<ChosenOn> chosen_on = {};  // empty: of a file that does not say it
 };
 
 struct ChannelModel {

@@ -205,11 +205,11 @@ class ChannelTracer {
     for (const Interval& interval : problem_.intervals()) time_s += interval.duration_s;
     if (problem_.rows() >= kLeastRows && time_s >= kLeastTime_s) return true;
     const bool none = request_.trails.front().recording->info.reference == ReferenceKind::kNone;
-    trace_.remarks.push_back(fmt::format(
-        "{:.3g} s of usable data{}, at least {:.0f} s and {} intervals of 0.1 s are needed: not "
-        "traced",
-        time_s, none ? " at rest" : "", kLeastTime_s, kLeastRows));
-    trace_.summary = "Too little data to trace anything.";
+    const std::string lacks = fmt::format(
+        "{:.3g} s of usable data{}, at least {:.0f} s and {} intervals of 0.1 s are needed", time_s,
+        none ? " at rest" : "", kLeastTime_s, kLeastRows);
+    trace_.remarks.push_back(lacks + ": not traced");
+    trace_.summary = fmt::format("Not traced: {}.", lacks);
     return false;
   }
 
@@ -320,7 +320,7 @@ class ChannelTracer {
       const bool tried = trial && trial->same[i];
       const HeldOutFigures figures =
           tried ? *trial->same[i] : HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed);
-      effect.chosen_on_training = tried;
+      effect.chosen_on = tried ? ChosenOn::kTrainingPart : ChosenOn::kAllData;
       effect.heldout_whitened_rms = figures.whitened_rms;
       effect.heldout_angle_rms_deg = figures.angle_rms_deg;
     }
@@ -392,7 +392,7 @@ class ChannelTracer {
   std::string ChosenOnAllOnly() const {
     std::vector<std::string> names;
     for (const TracedEffect& effect : trace_.effects) {
-      if (!effect.chosen_on_training) names.push_back(effect.id);
+      if (effect.chosen_on == ChosenOn::kAllData) names.push_back(effect.id);
     }
     if (names.empty() || !std::isfinite(trace_.heldout_angle_rms_deg.after)) return "";
     return fmt::format(
@@ -416,9 +416,12 @@ class ChannelTracer {
     model_.bias_deg_s.push_back(sum / static_cast<double>(baseline_.constants));
     for (int k = 0; k < baseline_.temperature_order; ++k)
       model_.bias_deg_s.push_back(fit.values(j++));
-    for (std::size_t i = 0; i < selection.members().size(); ++i)
-      for (ModelTerm& term : TermsOf(selection.members()[i], fit, i, request_.covariates))
+    for (std::size_t i = 0; i < selection.members().size(); ++i) {
+      for (ModelTerm& term : TermsOf(selection.members()[i], fit, i, request_.covariates)) {
+        term.chosen_on = trace_.effects[i].chosen_on;
         model_.terms.push_back(std::move(term));
+      }
+    }
     for (const ModelParameter& parameter : trace_.baseline.parameters)
       model_.parameter_names.push_back(parameter.name);
     for (const Candidate& member : selection.members()) AppendNames(member);

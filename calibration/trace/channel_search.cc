@@ -117,7 +117,7 @@ class ChannelSearcher {
     for (int round = 0; round < kMostForWalk; ++round) {
       const std::optional<Candidate> found = BestUnderLessWalk();
       if (!found) return;
-      AppendColumns(&saturated_, Raw(*found));
+      saturated_.push_back(RawColumns(Raw(*found)));
       own_ = Everything().Best(own_.noise, kRough).value_or(own_);
     }
   }
@@ -147,11 +147,9 @@ class ChannelSearcher {
 
   // Of what it gains beside the baseline when each of both models has the noise that suits it.
   double LogChanceBesideBaseline(const Candidate& candidate) const {
-    Eigen::MatrixXd model = baseline_.columns;
-    const Eigen::MatrixXd raw = Raw(candidate);
+    const std::vector<RawColumns> model = {saturated_.front(), RawColumns(Raw(candidate))};
     std::vector<Eigen::Index> group;
-    for (Eigen::Index j = 0; j < raw.cols(); ++j) group.push_back(model.cols() + j);
-    AppendColumns(&model, raw);
+    for (Eigen::Index j = 0; j < model[1].cols(); ++j) group.push_back(model[0].cols() + j);
     const NoiseSearch search(problem_.intervals(), model, problem_.output_deg(),
                              NoiseSearch::kDependent, PieceFor(candidate.id == "bias.tone"));
     return LogChiSquareTail(search.Worth({group}, own_.noise).front(),

@@ -14,6 +14,7 @@
 #include "calibration/trace/corrector_channel.h"
 #include "calibration/trace/model_terms.h"
 #include "calibration/trace/slow_state.h"
+#include "calibration/trace/zero_match.h"
 #include "calibration/vector/accel_correction.h"
 
 namespace gyrobench::calibration {
@@ -88,7 +89,8 @@ class Corrector::Impl {
         info_(info),
         to_output_(info.gyro_unit == GyroUnit::kRadPerSecond ? 180.0 / std::numbers::pi : 1.0),
         accel_(calibration.vector),
-        slow_(info.covariates.size()) {
+        slow_(info.covariates.size()),
+        zero_(calibration, info) {
     CheckSensor(calibration_, info, options.any_sensor);
     std::string unknown = OneSensorUnknown(calibration_, info);
     if (!unknown.empty() && !options.any_sensor) remarks_.push_back(std::move(unknown));
@@ -108,13 +110,19 @@ class Corrector::Impl {
     slow_.Add(sample, covariates);
     waiting_.push_back({sample.t_s, sample.xi});
     for (double& xi : waiting_.back().xi) xi *= to_output_;
+    zero_.Watch(waiting_.back().xi);
+    if (waiting_.size() > kMaxWaiting) zero_.Decide();
   }
 
-  void End() { slow_.End(); }
+  void End() {
+    slow_.End();
+    zero_.Decide();
+  }
 
   bool Next(Vector3* rate_deg_s) {
     if (waiting_.empty()) return false;
-    if (!slow_.Knows(waiting_.front().t_s) && waiting_.size() <= kMaxWaiting) return false;
+    const bool known = slow_.Knows(waiting_.front().t_s) && zero_.decided();
+    if (!known && waiting_.size() <= kMaxWaiting) return false;
     Correct(waiting_.front(), rate_deg_s);
     waiting_.pop_front();
     ++samples_;
@@ -129,6 +137,7 @@ class Corrector::Impl {
       if (channel.present) report.channels.push_back(channel.count);
     }
     report.remarks = remarks_;
+    if (std::string zero = zero_.Remark(); !zero.empty()) report.remarks.push_back(std::move(zero));
     if (cold_ > 0) {
       report.remarks.push_back(fmt::format(
           "{} samples without a temperature: the bias is that at the calibration's reference "
@@ -242,7 +251,8 @@ class Corrector::Impl {
       const bool value = channels_[c].present && std::isfinite(sample.xi[c]);
       mask |= value ? 1U << c : 0U;
       right[static_cast<Eigen::Index>(c)] =
-          value ? sample.xi[c] / channels_[c].units_per_deg_s : channels_[c].last_deg_s;
+          value ? (sample.xi[c] - zero_.off()) / channels_[c].units_per_deg_s
+                : channels_[c].last_deg_s;
     }
     unsigned unsolved = 0;
     const Eigen::Vector3d w = mask == 0 ? right : Solve(mask, right, &unsolved);
@@ -335,6 +345,7 @@ class Corrector::Impl {
   std::array<Eigen::Matrix3d, 8> inverse_;
   const AccelCorrection accel_;
   SlowState slow_;
+  ZeroMatch zero_;
   std::deque<Waiting> waiting_;
   TrackPoint point_;
   std::int64_t samples_ = 0, outside_ = 0, cold_ = 0, left_out_ = 0;

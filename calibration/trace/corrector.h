@@ -44,6 +44,7 @@ struct CorrectorOptions {
 // Solves, for the rates w of all axes that have a value at that time together,
 //   xi_c / s0 = sum_j M_cj w_j + sum_k b_k (T - T0)^k + sum of the gyro's rate effects(state, w)
 // by  w <- M^-1 (xi / s0 - b - effects(w)),  which converges while the effects are small beside w.
+// xi is a count less the zero that the calibration was made with (trace/zero_match.h).
 // An axis without a value has the rate that it had last, one that is not there at all 0. An axis
 // whose effects have no solution takes part without them, and has no value.
 //

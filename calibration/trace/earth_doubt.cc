@@ -24,13 +24,15 @@ bool Names(const TracedEffect& effect, const std::string& id) {
 
 void AddEarthAsRival(TracedEffect* effect) {
   if (effect->id != "bias.g_linear" || Names(*effect, kEarth)) return;
-  double square = 0.0, variance = 0.0;
+  // What one axis shows beyond doubt, another that is hardly seen does not bring into question.
+  double square = 0.0, variance = 0.0, most = 0.0;
   for (const ModelParameter& parameter : effect->parameters) {
     if (!std::isfinite(parameter.std_error)) continue;  // not determined, and left at 0
     square += parameter.value * parameter.value;
     variance += parameter.std_error * parameter.std_error;
+    most = std::max(most, std::fabs(parameter.value) - kCertain * parameter.std_error);
   }
-  if (std::sqrt(square) - kCertain * std::sqrt(variance) > Earth_deg_s()) return;
+  if (std::max(most, std::sqrt(square) - kCertain * std::sqrt(variance)) > Earth_deg_s()) return;
   effect->rivals.insert(std::ranges::upper_bound(effect->rivals, kEarth), kEarth);
 }
 

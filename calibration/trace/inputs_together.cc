@@ -67,6 +67,14 @@ bool IsUnsigned(const Recording& recording) {
 
 // What one table takes off, the other has in its zero-rate offset.
 void CheckZero(const Recording& with, const Recording& without) {
+  const std::string key = "gyro_lsb_zero";
+  const std::optional<double>&first = with.info.gyro_lsb_zero, &other = without.info.gyro_lsb_zero;
+  if (first && other && *first != *other) {
+    throw DataError(fmt::format(
+        "{}: expected {} as count of zero, as in {}, found {}: a converter has one zero; give the "
+        "same in all tables of one sensor, or trace them one by one",
+        PlaceOf(without.info, key), *first, PlaceOf(with.info, key), *other));
+  }
   if (!with.info.gyro_lsb_zero || without.info.gyro_lsb_zero || !IsUnsigned(without)) return;
   throw DataError(fmt::format(
       "{}: expected the key gyro_lsb_zero, as in {} (= {}), found unsigned counts without it: give "

@@ -11,6 +11,7 @@
 #include "calibration/intake_remarks.h"
 #include "calibration/schedule.h"
 #include "calibration/trace/channel_report.h"
+#include "calibration/trace/clock_offset.h"
 #include "calibration/trace/inputs_together.h"
 #include "calibration/trace/reference_in_trace.h"
 #include "calibration/trace/run_order.h"
@@ -62,6 +63,16 @@ double Units(std::span<const Recording* const> recordings, const std::vector<Vec
     if (std::isfinite(sensitivity[channel])) return std::fabs(sensitivity[channel]);
   }
   return 1.0;
+}
+
+void RemarkOnMissingReference(std::span<const Recording* const> recordings,
+                              std::vector<std::string>* remarks) {
+  const auto lacks = [](const Recording* r) { return r->info.reference == ReferenceKind::kNone; };
+  if (!std::ranges::all_of(recordings, lacks)) return;
+  remarks->push_back(
+      "there is no reference angle (columns ref_inner_deg, ref_angle_z_deg, ref_qw and the like): "
+      "the sensor is taken to be at rest, what moves is left out, and there is no scale factor; " +
+      WithoutReference(recordings.front()->info));
 }
 
 void RemarkOnEarthRate(const std::vector<Trail>& trails, std::vector<std::string>* remarks) {
@@ -132,6 +143,8 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
     for (const std::string& remark : trail.remarks) result->remarks.push_back(remark);
     for (const std::string& remark : IntakeRemarks(recording))
       result->remarks.push_back(trail.name + ": " + remark);
+    if (const std::string clocks = RemarkOnClocks(recording); !clocks.empty())
+      result->remarks.push_back(trail.name + ": " + clocks);
   }
   RemarkOnEarthRate(runs.trails, &result->remarks);
   return runs;
@@ -143,6 +156,7 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
   CheckUsable(recordings);
   Traced out;
   for (const Recording* recording : recordings) out.result.inputs.push_back(InputOf(*recording));
+  RemarkOnMissingReference(recordings, &out.result.remarks);
   const SharedColumns columns = FindSharedColumns(recordings, &out.result.remarks);
   const Runs runs = MakeRuns(recordings, columns.names, &out.result);
   const std::vector<std::size_t> channels = ChannelsOf(recordings, &out.result.remarks);

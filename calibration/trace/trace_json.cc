@@ -75,7 +75,7 @@ json ToJson(const TracedEffect& effect) {
           {"p_value", Number(effect.p_value)},
           {"rivals", effect.rivals},
           {"settled_by", effect.settled_by},
-          {"chosen_on", effect.chosen_on_training ? "training_part" : "all_data"},
+          {"chosen_on", Name(effect.chosen_on)},
           {"heldout_whitened_rms", ToJson(effect.heldout_whitened_rms)},
           {"heldout_angle_rms_deg", ToJson(effect.heldout_angle_rms_deg)}};
 }

@@ -1,5 +1,7 @@
 #include "calibration/trace/trace_result.h"
 
+#include <cmath>
+
 namespace gyrobench::calibration {
 
 const char* Name(Verdict verdict) {
@@ -38,6 +40,14 @@ const char* Name(EffectOrigin origin) {
       return "empirical";
   }
   return "";
+}
+
+const char* Name(ChosenOn chosen_on) {
+  return chosen_on == ChosenOn::kTrainingPart ? "training_part" : "all_data";
+}
+
+bool IsTraced(const ChannelTrace& channel) {
+  return channel.verdict != Verdict::kNone || std::isfinite(channel.baseline.whitened_rms);
 }
 
 }  // namespace gyrobench::calibration

@@ -41,6 +41,12 @@ struct HeldOut {
   std::array<double, 2> reduction_ci95 = {kMissing, kMissing};
 };
 
+// Which data an effect was chosen on. Training part: that alone asks for it, or for a rival that
+// does the same there. All data: only they do, and what is held out speaks for its coefficients,
+// not for its choice.
+enum class ChosenOn { kTrainingPart, kAllData };
+const char* Name(ChosenOn chosen_on);
+
 struct TracedEffect {
   std::string id;
   EffectOrigin origin = EffectOrigin::kCatalogue;
@@ -54,10 +60,7 @@ struct TracedEffect {
   // Held out: the model without this effect, and with it.
   HeldOut heldout_whitened_rms;
   HeldOut heldout_angle_rms_deg;  // angle error in windows of 10 s, mean of each removed
-  // The training part alone asks for it, or for a rival that does the same there. false: it was
-  // chosen on all data only, and what is held out speaks for its coefficients, not for its
-  // choice.
-  bool chosen_on_training = false;
+  ChosenOn chosen_on = ChosenOn::kAllData;
 };
 
 struct Unidentifiable {
@@ -136,6 +139,9 @@ struct ChannelTrace {
   ResidualCurves curves;
   std::vector<std::string> remarks;  // what could not be estimated, and why
 };
+
+// Where nothing was fitted, nothing was looked at: the verdict "none" is no verdict.
+bool IsTraced(const ChannelTrace& channel);
 
 struct TraceInput {
   std::string file;

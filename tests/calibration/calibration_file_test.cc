@@ -36,7 +36,9 @@ ChannelModel FullModel() {
   model.bias_deg_s = {0.1, -1.0 / 3.0, 1e-5};
   model.terms.push_back(Term("scale.temperature", EffectOwner::kGyro, {2.5e-4}));
   model.terms.back().reference_degC = 30.5;
+  model.terms.back().chosen_on = ChosenOn::kTrainingPart;
   model.terms.push_back(Term("bias.hysteresis", EffectOwner::kGyro, {0.02}, {2.25}));
+  model.terms.back().chosen_on = ChosenOn::kAllData;
   model.terms.push_back(Term("angle.eccentricity_1", EffectOwner::kReference, {0.01, 0.02}));
   model.terms.back().table_axis = 1;
   model.terms.push_back(Term("bias.of(supply_v)", EffectOwner::kGyro, {0.7}));
@@ -121,6 +123,38 @@ TEST(CalibrationFile, GivesEveryFieldBackToTheLastBit) {
   ExpectSame(a.bias_deg_s, b.bias_deg_s);
   EXPECT_EQ(a.parameter_names, b.parameter_names);
   ExpectSame(a.covariance, b.covariance);
+}
+
+// Nobody who goes by an effect should have to find the trace again to know what it rests on.
+TEST(CalibrationFile, SaysWhatAnEffectWasChosenOnWhereThatIsKnown) {
+  json written = Written();
+  const auto read = [&](std::size_t term) {
+    return CalibrationFromJson(written, "cal.json").channels[0].model.terms[term].chosen_on;
+  };
+  json& terms = written["channels"][0]["terms"];
+  EXPECT_EQ(terms[0]["chosen_on"], "training_part");
+  EXPECT_EQ(terms[1]["chosen_on"], "all_data");
+  EXPECT_TRUE(terms[2]["chosen_on"].is_null());
+  EXPECT_EQ(read(0), ChosenOn::kTrainingPart);
+  EXPECT_EQ(read(1), ChosenOn::kAllData);
+  EXPECT_FALSE(read(2).has_value());
+  terms[0].erase("chosen_on");
+  EXPECT_FALSE(read(0).has_value()) << "an older file";
+  terms[0]["chosen_on"] = "some";
+  EXPECT_THAT(ErrorOf(written), HasSubstr("terms[0].chosen_on"));
+}
+
+// Who corrects raw counts by the file has to know what to take off first.
+TEST(CalibrationFile, SaysWhichCountStandsForZeroWhereThatIsKnown) {
+  Calibration before = Full();
+  EXPECT_TRUE(ToJson(before)["gyro_lsb_zero"].is_null());
+  before.gyro_lsb_zero = 32768.0;
+  json written = json::parse(ToJson(before).dump());
+  EXPECT_EQ(CalibrationFromJson(written, "cal.json").gyro_lsb_zero, 32768.0);
+  written["gyro_lsb_zero"] = "half";
+  EXPECT_THAT(ErrorOf(written), HasSubstr("gyro_lsb_zero: expected a number"));
+  written.erase("gyro_lsb_zero");
+  EXPECT_FALSE(CalibrationFromJson(written, "cal.json").gyro_lsb_zero.has_value());
 }
 
 // Older files have no such key, and stay readable.

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 
 #include "base/error.h"
 
@@ -422,6 +423,55 @@ TEST(Corrector, TakesRatesInRadiansAsTheTracerDoes) {
     return sample;
   });
   EXPECT_LT(LargestError(out.rates), 1e-6);
+}
+
+// Counts about `zero` of a table that gives `given`, by a calibration of counts less `calibrated`
+// whose bias holds `held` counts besides.
+Corrected CountsAbout(double zero, std::optional<double> given, std::optional<double> calibrated,
+                      double held) {
+  Calibration calibration = ThreeAxes();
+  const Calibration truth = calibration;
+  for (ChannelCalibration& channel : calibration.channels)
+    channel.model.bias_deg_s[0] += held / kUnits;
+  calibration.gyro_lsb_zero = calibrated;
+  MeasurementInfo info = Info();
+  info.gyro_lsb_zero = given;
+  return Correct(calibration, info, [&](double t) {
+    GyroSample sample = Sample(t, truth);
+    for (double& xi : sample.xi) xi += zero - given.value_or(0.0);
+    return sample;
+  });
+}
+
+// Whoever centred the counts, and whether somebody said so: the rate is the same.
+TEST(Corrector, TakesTheZeroOffThatTheCalibrationWasMadeWith) {
+  constexpr double kZero = 32768.0;
+  struct Case {
+    const char* what;
+    double zero;
+    std::optional<double> given, calibrated;
+    double held;
+    const char* remark;
+  };
+  for (const Case& one :
+       {Case{"signed", 0.0, {}, 0.0, 0.0, ""}, Case{"given in both", kZero, kZero, kZero, 0.0, ""},
+        Case{"recognised, and raw counts", kZero, {}, kZero, 0.0, "32768 is taken off those of"},
+        Case{"given, and counts that were centred", 0.0, {}, kZero, 0.0, "centred already"},
+        Case{"held in the bias", kZero, {}, 0.0, kZero, ""},
+        Case{"held in the bias, and given", kZero, kZero, 0.0, kZero, "32768 is put back"},
+        Case{"signed, and an unsigned logger", kZero, kZero, 0.0, 0.0, ""},
+        Case{"another zero given", kZero, 32760.0, kZero, 0.0, "8 is taken off those of"},
+        Case{"an older file, zero in its bias", kZero, {}, {}, kZero, ""}}) {
+    SCOPED_TRACE(one.what);
+    const Corrected out = CountsAbout(one.zero, one.given, one.calibrated, one.held);
+    ASSERT_EQ(out.rates.size(), kSamples);
+    EXPECT_LT(LargestError(out.rates), 1e-6);
+    if (*one.remark == '\0') {
+      EXPECT_TRUE(out.report.remarks.empty());
+    } else {
+      EXPECT_THAT(out.report.remarks, Contains(HasSubstr(one.remark)));
+    }
+  }
 }
 
 std::string RefusalOf(const Calibration& calibration, const MeasurementInfo& info,

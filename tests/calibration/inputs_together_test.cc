@@ -112,6 +112,15 @@ TEST(TablesTogether, HaveOneUnitOneRangeAndOneZero) {
               AllOf(HasSubstr("a.csv:4: expected the key gyro_lsb_zero"), HasSubstr("b.csv:1")));
 }
 
+TEST(TablesTogether, HaveOneZeroWhereSeveralSayIt) {
+  Recording a = Table("a.csv", 0, 100), b = Table("b.csv", 100, 200);
+  a.info.gyro_lsb_zero = 32768.0;
+  b.info.gyro_lsb_zero = 32760.0;
+  a.info.key_lines["gyro_lsb_zero"] = b.info.key_lines["gyro_lsb_zero"] = 1;
+  EXPECT_THAT(MessageOf(a, b),
+              AllOf(HasSubstr("b.csv:1: expected 32768"), HasSubstr("a.csv:1, found 32760")));
+}
+
 TEST(TablesTogether, AreNotTheSameOneTwice) {
   Story story;
   story.duration_s = 30.0;

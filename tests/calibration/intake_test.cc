@@ -230,6 +230,26 @@ TEST(SoundSamples, OfConvertersOfEveryWidthAreNotSaturated) {
   }
 }
 
+// The stream tells those who keep no sample.
+TEST(UnsignedCounts, AreRecognisedInTheStreamWhereNobodyGaveTheirZero) {
+  const auto stream = [](double zero, std::optional<double> given) {
+    MeasurementInfo info;
+    info.gyro_present = {true, true, true};
+    info.gyro_lsb_zero = given;
+    GyroStream out;
+    out.Start(info);
+    for (int i = 0; i < 200; ++i) {
+      const double count = zero - given.value_or(0.0) + 50.0 * std::sin(0.1 * i);
+      out.Add({0.01 * i, {count, count, count}});
+    }
+    return out.unsigned_counts();
+  };
+  EXPECT_TRUE(stream(32768.0, {}));
+  EXPECT_FALSE(stream(32768.0, 32768.0));
+  EXPECT_FALSE(stream(0.0, {}));
+  EXPECT_FALSE(stream(30000.0, {})) << "never on both sides";
+}
+
 TEST(UnsignedCounts, AreNotSaturatedBecauseTheyPassTheEndOfASignedRange) {
   Bench bench = Unsigned16();
   ExpectSound(bench, "undeclared");

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "calibration/trace/clock_offset.h"
 #include "calibration/trace/trace.h"
 #include "recording/replay.h"
 
@@ -32,6 +33,19 @@ TEST(TraceOfAMeasuredTurn, NamesNoEffectOfTheReferenceOnTheAxesThatDoNotTurn) {
           << effect.id << " of gyro "
           << "xyz"[static_cast<std::size_t>(channel.axis)];
     }
+  }
+}
+
+// One clock for both: motion that repeats with the encoder of a stepper and a hand's are no
+// occasion for a remark.
+TEST(TraceOfMeasuredData, SaysNothingOfClocks) {
+  const auto folder = std::filesystem::path(GYROBENCH_SOURCE_DIR) / "../shared/datasets";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no recordings at ../shared/datasets";
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".gz") continue;
+    calibration::Collector collector;
+    recording::ReplayTable(entry.path(), collector);
+    EXPECT_EQ(calibration::RemarkOnClocks(collector.Take()), "") << entry.path();
   }
 }
 

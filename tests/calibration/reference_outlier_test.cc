@@ -94,8 +94,36 @@ TEST(SlowOrientation, IsNotLost) {
   ReferenceTrack track;
   track.Start(Info(ReferenceKind::kOrientation));
   for (int i = 0; i < 100; ++i) track.Add(OrientationSample{0.5 * i, AboutZ(3.0 * i)});
-  EXPECT_LE(Count(track, "lost_reference"), 1);
-  EXPECT_NEAR(track.rotation_deg()[2], 3.0 * 99, 3.1);
+  EXPECT_EQ(Count(track, "lost_reference"), 0);
+  EXPECT_NEAR(track.rotation_deg()[2], 3.0 * 99, 1e-9);
+}
+
+// A reading every 3 s or so: how often it comes is not known before the second interval.
+TEST(SlowAngle, IsNotLost) {
+  for (const ReferenceKind kind : {ReferenceKind::kSensorAngle, ReferenceKind::kStandAngles}) {
+    ReferenceTrack track;
+    track.Start(Info(kind));
+    for (int i = 0; i < 100; ++i) track.Add(AngleSample{3.0 * i + 0.4 * std::sin(i), 2, 2.0 * i});
+    EXPECT_EQ(Count(track, "lost_reference"), 0);
+    EXPECT_NEAR(track.rotation_deg()[2], 2.0 * 99, 1e-9);
+  }
+}
+
+// The second interval says that the first was no usual one, and every later one is judged by those
+// after it.
+TEST(AngleThatIsSilentAfterItsFirstReading, WasLostThere) {
+  ReferenceTrack track;
+  track.Start(Info(ReferenceKind::kSensorAngle));
+  track.Add(AngleSample{0.0, 2, 0.0});
+  track.Add(AngleSample{30.0, 2, 100.0});
+  EXPECT_EQ(Count(track, "lost_reference"), 0);
+  track.Add(AngleSample{30.1, 2, 100.0});
+  EXPECT_EQ(Count(track, "lost_reference"), 1);
+  EXPECT_EQ(track.lost_since_s(), 0.0);
+  track.Add(AngleSample{30.2, 2, 100.0});
+  EXPECT_FALSE(track.lost_since_s().has_value());
+  track.Add(AngleSample{33.2, 2, 100.0});
+  EXPECT_EQ(Count(track, "lost_reference"), 2);
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ using calibration::Traced;
 using calibration::TraceResult;
 using calibration::Verdict;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // All that is said in words, of the measurement and of its channels.
 std::string Words(const TraceResult& result) {
@@ -177,6 +178,20 @@ TEST(TraceOfAStoryWithoutReference, TakesTheRestsAndNamesNoEffect) {
   TraceOrMessage(story);
   story.rate_deg_s = story.angle_deg = [](double) { return 0.0; };
   TraceOrMessage(story);
+}
+
+// Who has no angle sensor is told what does without one.
+TEST(TraceOfAStoryWithoutReference, PointsAtHeldPosesAndSaysWhatTheyTake) {
+  Story story;
+  story.info.reference = ReferenceKind::kNone;
+  story.info.accel_present = {true, true, true};
+  ExpectSays(TraceOrMessage(story), "there is no reference angle");
+  ExpectSays(TraceOrMessage(story), "are calibrated by gyrobench hold");
+  story.info.accel_present = {true, true, false};
+  ExpectSays(TraceOrMessage(story), "where the table has all three axes of gyro and accelerometer");
+  const auto with_reference = TraceOrMessage(Story());
+  ASSERT_TRUE(with_reference);
+  EXPECT_THAT(Words(with_reference->result), Not(HasSubstr("there is no reference angle")));
 }
 
 // The gyro turns, the reference says that it does not: nothing in the gyro explains that.

@@ -88,6 +88,8 @@ TEST_F(Trace, WritesACalibrationWithTheHashesOfItsFilesThatApplyTakes) {
   const json calibration = json::parse(in);
   EXPECT_EQ(calibration.at("sensor"), "A");
   EXPECT_EQ(calibration.at("inputs").at(0).at("file"), "turns.csv");
+  EXPECT_EQ(calibration.at("channels").at(0).at("terms").at(0).at("chosen_on"),
+            TraceOf(table).at("channels").at(0).at("effects").at(0).at("chosen_on"));
   const Finished sum = RunToEnd({"sha256sum", table});
   EXPECT_EQ(calibration.at("inputs").at(0).at("sha256"), sum.out.substr(0, 64));
   const auto other = folder_.Write("other.csv", Turns(0.5, "A", 2));
@@ -97,6 +99,36 @@ TEST_F(Trace, WritesACalibrationWithTheHashesOfItsFilesThatApplyTakes) {
   // What was explained is gone: what is left of it is below what can be seen.
   const json again = TraceOf(folder_ / "corrected.csv");
   EXPECT_EQ(again.at("channels").at(0).at("verdict"), "none") << again.dump(2);
+}
+
+// Raw counts of an unsigned converter, from the table of the trace and from one that says nothing.
+TEST_F(Trace, WritesTheCountOfZeroThatApplyTakesOffAgain) {
+  std::istringstream turns(Turns(0.0, "A", 1));
+  std::string rows, line;
+  while (std::getline(turns, line)) {
+    const std::size_t from = line.find(',') + 1, to = line.find(',', from);
+    if (!line.starts_with('#') && !line.starts_with('t'))
+      line.replace(from, to - from,
+                   std::to_string(32768 + std::stoi(line.substr(from, to - from))));
+    rows += line + '\n';
+  }
+  const auto said = folder_.Write("said.csv", "# gyro_lsb_zero = 32768\n" + rows);
+  const auto silent = folder_.Write("silent.csv", rows);
+  const std::string calibration = folder_ / "cal.json";
+  ASSERT_EQ(Gyrobench({"trace", said, "-q", "--calibration", calibration}).status, 0);
+  std::ifstream in(calibration);
+  EXPECT_EQ(json::parse(in).at("gyro_lsb_zero"), 32768.0);
+  const auto applied = [&](const std::filesystem::path& table, const char* out) {
+    const Finished finished = Gyrobench({"apply", calibration, table, "-o", folder_ / out});
+    EXPECT_EQ(finished.status, 0) << finished.err;
+    std::ifstream corrected(folder_ / out);
+    const std::string text(std::istreambuf_iterator<char>(corrected), {});
+    return std::pair(finished.out, text.substr(text.find("t_s,")));
+  };
+  const auto with_key = applied(said, "a.csv"), without_key = applied(silent, "b.csv");
+  EXPECT_EQ(with_key.second, without_key.second);
+  EXPECT_THAT(with_key.first, Not(HasSubstr("counts less")));
+  EXPECT_THAT(without_key.first, HasSubstr("counts less 32768"));
 }
 
 TEST_F(Trace, TakesManyRunsOfOneSensorAsOneProblemAndRefusesTwoSensors) {
@@ -179,6 +211,7 @@ TEST_F(Trace, WithoutASensitivityTakesItFromTurnsAndSaysSoAndRefusesRest) {
   const Finished refused = Gyrobench({"trace", folder_.Write("rest.csv", rest)});
   EXPECT_EQ(refused.status, 1);
   EXPECT_THAT(refused.err, HasSubstr("sensitivity is not given"));
+  EXPECT_THAT(refused.err, HasSubstr("gyrobench hold"));
   EXPECT_THAT(refused.err, HasSubstr("gyro_lsb_per_deg_s"));
 }
 
@@ -201,16 +234,40 @@ TEST_F(Trace, ReportsBadFilesByNameAndEndsAsAFailure) {
   EXPECT_EQ(Gyrobench({"trace"}).status, 2);
 }
 
-TEST_F(Trace, SaysOfTooLittleDataWhatCannotBeEstimated) {
+// A script that goes by the status must not take "nothing was looked at" for "nothing is there".
+TEST_F(Trace, OfTooLittleDataFailsAndSaysWhyInJsonAsWell) {
   std::string table = "t_s,gyro_z_deg_s,ref_angle_z_deg\n";
-  for (int i = 0; i < 300; ++i) table += std::to_string(i * 0.01) + ",0.1,5\n";
-  const Finished finished = Gyrobench({"trace", folder_.Write("still.csv", table), "--json"});
-  if (finished.status != 0) {
-    EXPECT_THAT(finished.err, HasSubstr("still.csv"));
-    return;
+  for (int i = 0; i < 300; ++i)
+    table += std::to_string(i * 0.01) + "," + std::to_string(0.1 + 1e-3 * (i % 7)) + ",5\n";
+  const auto file = folder_.Write("still.csv", table);
+  const auto calibration = folder_ / "cal.json", report = folder_ / "report.html";
+  const Finished finished =
+      Gyrobench({"trace", file, "--json", "--calibration", calibration, "--report", report});
+  EXPECT_EQ(finished.status, 1);
+  EXPECT_THAT(finished.err, HasSubstr("no axis could be traced"));
+  EXPECT_THAT(finished.err, HasSubstr("s of usable data"));
+  const json channel = json::parse(finished.out).at("channels").at(0);
+  EXPECT_TRUE(channel.at("effects").empty());
+  EXPECT_TRUE(channel.at("baseline").at("whitened_rms").is_null());
+  EXPECT_FALSE(std::filesystem::exists(calibration));
+  EXPECT_TRUE(std::filesystem::exists(report));
+}
+
+TEST_F(Trace, OfOneAxisOutOfTwoIsDoneAndTheOtherHasARemark) {
+  std::istringstream turns(Turns(0.0, "A", 1));
+  std::string table, line;
+  for (int i = 0; std::getline(turns, line); ++i) {
+    const bool head = line.starts_with('#'), names = line.starts_with('t');
+    table += line + (head      ? ""
+                     : names   ? ",gyro_x_lsb"
+                     : i < 300 ? "," + std::to_string(i % 5)
+                               : ",");
+    table += '\n';
   }
-  const json trace = json::parse(finished.out);
-  EXPECT_TRUE(trace.at("channels").at(0).at("effects").empty());
+  const json trace = TraceOf(folder_.Write("one.csv", table));
+  EXPECT_TRUE(trace.at("channels").at(0).at("baseline").at("whitened_rms").is_null());
+  EXPECT_THAT(trace.at("channels").at(0).at("remarks").dump(), HasSubstr("not traced"));
+  EXPECT_TRUE(trace.at("channels").at(1).at("baseline").at("whitened_rms").is_number());
 }
 
 // The certificate of the reference enters the error of the scale factor as a relative variance of

@@ -165,6 +165,14 @@ TEST_P(Autopilots, TakeEffectsOfTheTemperatureIntoTheCubicAsFarAsItGoes) {
   EXPECT_GT(LargestDifference(calibration, exported.text), 0.3 * promised);
 }
 
+// The rate that the offset is of is the driver's.
+TEST_P(Autopilots, SayWhichZeroTheDriverHasToTakeOff) {
+  Calibration calibration = WithoutMatrix();
+  EXPECT_THAT(Flat(Written(calibration).text), testing::Not(HasSubstr("count of zero")));
+  calibration.gyro_lsb_zero = 32768.0;
+  EXPECT_THAT(Flat(Written(calibration).text), HasSubstr("counts less 32768"));
+}
+
 TEST_P(Autopilots, SayWhichEffectsTheyCannotHold) {
   Calibration calibration = WithoutMatrix();
   calibration.channels[0].model.terms = {CatalogueTerm("bias.g_linear", {0.1, 0.2, -0.3}),

@@ -171,6 +171,15 @@ TEST(CHeader, SaysWhatItDoesNotHoldInTheFileAndInItsNotes) {
   ExpectAsCorrected(ThreeAxes(), Firmware(exported.text, {"GYROBENCH_DOUBLE"}), 1e-10);
 }
 
+// Firmware reads the converter, whose counts nobody has centred.
+TEST(CHeader, SaysWhatIsToBeTakenOffCountsOfAnUnsignedConverter) {
+  Calibration calibration = ThreeAxes();
+  EXPECT_THAT(Flat(Write(calibration, Format::kC).text), Not(HasSubstr("count of zero")));
+  calibration.gyro_lsb_zero = 32768.0;
+  EXPECT_THAT(Flat(Write(calibration, Format::kC).text),
+              HasSubstr("xi: output of the gyro [LSB], less 32768: the converter's count of zero"));
+}
+
 TEST(CHeader, ItsWorkedExampleIsRight) {
   const std::string header = Write(ThreeAxes(), Format::kC).text;
   const std::vector<double> xi = NumbersAfter(header, "Worked example: xi =");

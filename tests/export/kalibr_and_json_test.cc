@@ -109,6 +109,16 @@ Vector3 ByFormula(const json& file, const State& state) {
   return w;
 }
 
+TEST(Json, SaysWhichCountStandsForZero) {
+  Calibration calibration = ThreeAxes();
+  EXPECT_TRUE(json::parse(Write(calibration, Format::kJson).text)["lsb_zero"].is_null());
+  const json before = json::parse(Write(calibration, Format::kJson).text)["example"];
+  calibration.gyro_lsb_zero = 32768.0;
+  const json file = json::parse(Write(calibration, Format::kJson).text);
+  EXPECT_EQ(file["lsb_zero"], 32768.0);
+  EXPECT_EQ(file["example"], before) << "xi has the zero off";
+}
+
 TEST(Json, HoldsAllThatItsFormulaNeeds) {
   Calibration calibration = ThreeAxes();
   for (auto& channel : calibration.channels)

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "base/error.h"
@@ -15,7 +16,6 @@
 #include "calibration/hold/epoch_collector.h"
 #include "calibration/hold/rest_search.h"
 #include "calibration/hold/turn_rotation.h"
-#include "calibration/hold/unsigned_counts.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -259,21 +259,39 @@ TEST(EpochCollector, MarksEpochsOfAGapAndOfNoNumberAsUnusable) {
   EXPECT_TRUE(usable);
 }
 
-TEST(UnsignedCounts, TakesTheMiddleOffWhereCountsLieAboutIt) {
+// The same motion in counts about `zero`, at 100 per deg/s.
+HoldRecording Counts(double zero, std::optional<double> given = {}) {
   MeasurementInfo info = SixAxes();
   info.gyro_unit = GyroUnit::kLsb;
-  UnsignedCounts counts;
-  counts.Start(info);
-  std::vector<GyroSample> ready;
-  for (int i = 0; i < 40; ++i) {
-    const auto now = counts.Add(Sample(i, Vector3d(32768.0 + i, 30000.0, i), Vector3d::Zero()));
-    ready.insert(ready.end(), now.begin(), now.end());
+  info.gyro_units_per_deg_s = 100.0;
+  info.gyro_lsb_zero = given;
+  EpochCollector collector;
+  collector.OnInfo(info);
+  for (int i = 0; i <= 600; ++i) {
+    const double t_s = 0.005 * i;
+    const bool turns = t_s > 0.5 && t_s < 2.5;
+    const Vector3d rate = turns ? Rate_deg_s(t_s - 0.5) : Vector3d::Zero();
+    const Vector3d counts = (100.0 * rate.array() + (i % 5) - 2.0 + zero).round();
+    collector.OnGyro(Sample(t_s, counts, Vector3d(0.3, 0.2, 0.9)));
   }
-  ASSERT_EQ(ready.size(), 40U);
-  EXPECT_EQ(ready[5].xi[0], 5.0);
-  EXPECT_EQ(ready[39].xi[1], -2768.0);
-  EXPECT_EQ(ready[39].xi[2], 39.0) << "a signed channel stays";
-  EXPECT_TRUE(counts.recognised());
+  return collector.Take();
+}
+
+// Whose converter is unsigned is known when all samples are there; the epochs are as if each of
+// them had been centred.
+TEST(EpochCollector, FreesCountsOfAnUnsignedConverterOfItsZero) {
+  const HoldRecording centred = Counts(0.0), raw = Counts(32768.0);
+  EXPECT_EQ(centred.gyro_lsb_zero, 0.0);
+  EXPECT_EQ(raw.gyro_lsb_zero, 32768.0);
+  ASSERT_EQ(raw.epochs.size(), centred.epochs.size());
+  for (std::size_t k = 0; k < raw.epochs.size(); ++k) {
+    const Epoch &a = raw.epochs[k], &b = centred.epochs[k];
+    EXPECT_LT((a.angle - b.angle).norm(), 1e-7);
+    EXPECT_LT((a.moment - b.moment).norm(), 1e-7);
+    EXPECT_LT((a.coning - b.coning).norm(), 1e-6);
+  }
+  EXPECT_EQ(Counts(0.0, 32760.0).gyro_lsb_zero, 32760.0) << "given: taken off before";
+  EXPECT_EQ(Counts(20000.0).gyro_lsb_zero, 0.0) << "a signed one far off zero";
 }
 
 TEST(CalibrateHold, SaysWhatIsMissingAndGivesNoNumber) {

@@ -60,6 +60,20 @@ class AnyTable(Folder):
         self.assertTrue(any("unsigned" in remark for remark in result["remarks"]))
         self.assertEqual(result["left_out"], [])
 
+    def test_what_was_recognised_is_taken_off_again_where_the_calibration_is_applied(self):
+        calibration, corrected = f"{self.folder.name}/cal.json", f"{self.folder.name}/corrected.csv"
+        for zero in (32768, 0):
+            with self.subTest(zero=zero):
+                self.write(hands.Hand(seed=3), zero=zero)
+                self.assertEqual(self.hold("--calibration", calibration)["gyro_lsb_zero"], zero)
+                self.assertEqual(json.loads(pathlib.Path(calibration).read_text())["gyro_lsb_zero"], zero)
+                done = self.call("apply", calibration, self.table, "-o", corrected, "--overwrite")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                rows = [row for row in pathlib.Path(corrected).read_text().splitlines() if not row.startswith("#")]
+                rates = np.genfromtxt(rows, delimiter=",", names=True)
+                for axis in "xyz":
+                    self.assertLess(abs(np.median(rates[f"gyro_{axis}_deg_s"])), 1.0)
+
     def test_a_sensitivity_that_is_not_given_comes_from_the_turns(self):
         truth = self.write(hands.Hand(seed=4), give_sensitivity=False)
         result = self.hold()

@@ -33,7 +33,7 @@ TIME_LIMIT_S = 300
 
 
 def trace(program, tables):
-    """The tracer's JSON, or None and why not; seconds that it took."""
+    """The tracer's JSON, or None and why not; seconds that it took. A trace of no axis at all is no answer."""
     begin = time.monotonic()
     try:
         done = subprocess.run([program, "trace", *tables, "--json"], capture_output=True, timeout=TIME_LIMIT_S,
