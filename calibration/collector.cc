@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/beside_gyro.h"
 #include "calibration/gyro_stream.h"
 #include "calibration/node_readings.h"
 #include "calibration/reference_track.h"
@@ -10,47 +11,6 @@
 
 namespace gyrobench::calibration {
 namespace {
-
-// Mean of what came since the last node; values that are not a number do not count.
-struct RunningMean {
-  double sum = 0.0;
-  std::int64_t n = 0;
-  void Add(double value) {
-    if (!std::isfinite(value)) return;
-    sum += value;
-    ++n;
-  }
-  double Take() {
-    const double mean = n > 0 ? sum / static_cast<double>(n) : kMissing;
-    sum = 0.0;
-    n = 0;
-    return mean;
-  }
-};
-
-// Mean square about the mean of what came since the last node, of three channels together.
-struct RunningScatter {
-  Vector3 origin = {}, sum = {}, square = {};
-  std::int64_t n = 0;
-  void Add(const Vector3& value) {
-    if (n == 0) origin = value;
-    ++n;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double offset = value[c] - origin[c];
-      sum[c] += offset;
-      square[c] += offset * offset;
-    }
-  }
-  // NaN where a channel is missing, or fewer than four samples came.
-  double Take() {
-    double total = 0.0;
-    const auto count = static_cast<double>(n);
-    for (std::size_t c = 0; c < 3; ++c) total += (square[c] - sum[c] * sum[c] / count) / count;
-    const double out = n >= 4 ? total : kMissing;
-    *this = {};
-    return out;
-  }
-};
 
 // What waits for the gyro's samples to reach its time.
 struct Pending {
@@ -128,16 +88,14 @@ class Collector::Impl {
     info_ = info;
     gyro_.Start(info);
     track_.Start(info);
-    covariates_.resize(info.covariates.size());
+    beside_.Start(info.covariates.size());
     columns_.nodes.reserve(4096);
     columns_.rests.reserve(256);
   }
 
   void Gyro(const GyroSample& sample) {
     gyro_.Add(sample);
-    temperature_.Add(sample.temperature_degC);
-    for (std::size_t c = 0; c < 3; ++c) accel_[c].Add(sample.accel_g[c]);
-    vibration_.Add(sample.accel_g);
+    beside_.Add(sample);
     if (!gyro_.started()) return;
     if (info_.reference == ReferenceKind::kNone) {
       if (gyro_.last_time_s() >= next_node_s_ || columns_.nodes.empty())
@@ -146,9 +104,8 @@ class Collector::Impl {
     if (!nodes_.empty() || !rests_.empty()) Work();
   }
 
-  void Covariates(std::span<const double> values) {
-    const std::size_t known = std::min(values.size(), covariates_.size());
-    for (std::size_t i = 0; i < known; ++i) covariates_[i].Add(values[i]);
+  void Covariates(double t_s, std::span<const double> values) {
+    beside_.AddCovariates(t_s, values);
   }
 
   template <typename Sample>
@@ -278,14 +235,13 @@ class Collector::Impl {
     }
   }
 
-  // Means over what has come since the node before, as soon as the node's time is over: whether it
-  // is used is known later.
+  // Means of what was sampled since the node before: whether it is used is known later.
   void Average(Pending* job) {
     job->averaged = true;
-    job->node.temperature_degC = temperature_.Take();
-    job->node.vibration_g2 = vibration_.Take();
-    for (RunningMean& covariate : covariates_) job->covariates.push_back(covariate.Take());
-    for (std::size_t c = 0; c < 3; ++c) job->node.accel_g[c] = accel_[c].Take();
+    const BesideGyro::Means means = beside_.TakeUpTo(job->node.at.t_s, &job->covariates);
+    job->node.temperature_degC = means.temperature_degC;
+    job->node.vibration_g2 = means.vibration_g2;
+    job->node.accel_g = means.accel_g;
   }
 
   void FinishNode(const Pending& job) {
@@ -358,10 +314,7 @@ class Collector::Impl {
   bool any_node_ = false, rest_begin_known_ = false;
   double next_node_s_ = 0.0;
   IntegralMark rest_begin_;
-  RunningMean temperature_;
-  RunningScatter vibration_;
-  std::vector<RunningMean> covariates_;
-  std::array<RunningMean, 3> accel_;
+  BesideGyro beside_;
   DefectLog reported_;
 };
 
@@ -439,8 +392,8 @@ void Collector::OnGyro(const GyroSample& sample) {
   undelayed.t_s -= gyro_delay_s_;
   impl_->Gyro(undelayed);
 }
-void Collector::OnCovariates(double /*t_s*/, std::span<const double> values) {
-  impl_->Covariates(values);
+void Collector::OnCovariates(double t_s, std::span<const double> values) {
+  impl_->Covariates(t_s, values);
 }
 void Collector::OnAngle(const AngleSample& sample) {
   AngleSample undelayed = sample;
