@@ -43,14 +43,30 @@ Smoothed SmoothTemperature(const std::vector<double>& t_s, std::vector<double> v
   return smooth;
 }
 
+// Of means since the node before, `value`: those since the epoch before. In motion an epoch is the
+// mean time of its readings, half an interval before its node.
+std::vector<double> SinceEpochs(const std::vector<Node>& nodes, const std::vector<Node>& epochs,
+                                std::vector<double> value) {
+  for (std::size_t k = value.size(); k-- > 1;) {
+    const double length_s = epochs[k].at.t_s - epochs[k - 1].at.t_s;
+    const double before_s = nodes[k - 1].at.t_s - epochs[k - 1].at.t_s;
+    if (!(before_s > 0.0) || !std::isfinite(value[k - 1])) continue;
+    const double part = std::min(before_s / length_s, 1.0);
+    value[k] = part * value[k - 1] + (1.0 - part) * value[k];
+  }
+  return value;
+}
+
 void FillVibration(const std::vector<Node>& nodes, Trail* trail) {
   trail->vibration_known = true;
+  std::vector<double> value;
+  for (const Node& node : nodes) value.push_back(node.vibration_g2);
+  value = SinceEpochs(nodes, trail->epochs, std::move(value));
   for (std::size_t k = 0; k < nodes.size(); ++k) {
-    trail->nodes[k].vibration_g2 = nodes[k].vibration_g2;
+    trail->nodes[k].vibration_g2 = value[k];
     if (k == 0) continue;
-    if (!std::isfinite(nodes[k].vibration_g2)) trail->vibration_known = false;
-    for (std::size_t h = 0; h < 2; ++h)
-      trail->halves[2 * (k - 1) + h].vibration_g2 = nodes[k].vibration_g2;
+    if (!std::isfinite(value[k])) trail->vibration_known = false;
+    for (std::size_t h = 0; h < 2; ++h) trail->halves[2 * (k - 1) + h].vibration_g2 = value[k];
   }
 }
 
@@ -140,11 +156,12 @@ void FillCovariates(const Recording& recording, const std::vector<std::string>& 
   for (std::size_t j = 0; j < count; ++j) {
     std::vector<double> value = CovariateOf(recording, covariates[j]);
     const std::vector<bool> tellable = TellableTimes(t_s, value);
-    value = WithoutGaps(t_s, std::move(value), tellable);
+    value = SinceEpochs(recording.columns.nodes, trail->epochs,
+                        WithoutGaps(t_s, std::move(value), tellable));
     for (std::size_t k = 0; k < t_s.size(); ++k) trail->covariates[k * count + j] = value[k];
     LeaveOut(t_s, tellable, "column " + covariates[j], "column_missing", trail);
   }
-  // The mean up to a node is that of its interval: both halves have it.
+  // The mean up to an epoch is that of its interval: both halves have it.
   for (std::size_t k = 0; k < t_s.size(); ++k) {
     const double* values = trail->covariates.data() + k * count;
     trail->nodes[k].covariates = values;
