@@ -324,6 +324,8 @@ class ChannelTracer {
       effect.heldout_whitened_rms = figures.whitened_rms;
       effect.heldout_angle_rms_deg = figures.angle_rms_deg;
     }
+    for (std::size_t k = 0; k < model_.terms.size(); ++k)
+      model_.terms[k].chosen_on = trace_.effects[effect_of_term_[k]].chosen_on;
   }
 
   void FillEffect(const Selection& selection, const ChannelFit& fit, std::size_t i, double grow) {
@@ -418,8 +420,8 @@ class ChannelTracer {
       model_.bias_deg_s.push_back(fit.values(j++));
     for (std::size_t i = 0; i < selection.members().size(); ++i) {
       for (ModelTerm& term : TermsOf(selection.members()[i], fit, i, request_.covariates)) {
-        term.chosen_on = trace_.effects[i].chosen_on;
         model_.terms.push_back(std::move(term));
+        effect_of_term_.push_back(i);
       }
     }
     for (const ModelParameter& parameter : trace_.baseline.parameters)
@@ -452,6 +454,7 @@ class ChannelTracer {
   std::shared_ptr<const CandidateSet> candidates_;
   ChannelTrace trace_;
   ChannelModel model_;
+  std::vector<std::size_t> effect_of_term_;  // of the model
   ChannelRow row_;
 };
 
