@@ -190,13 +190,14 @@ class ChannelSearcher {
     }
     const NoiseSearch everything = Everything();
     const NoiseSearch chosen(problem_.intervals(), ModelOf(found.selection), problem_.output_deg());
-    const std::optional<NoiseEstimate> better = chosen.Best(found.noise);
+    std::optional<NoiseEstimate> better = chosen.Best(found.noise);
     if (outside) own_ = everything.Best(found.noise, kRough).value_or(own_);
     if (!better) return std::nullopt;
+    better = chosen.WithMeanWalk(*better);
     const bool agrees = everything.Deviance(better->noise) - own_.deviance < kOtherNoise;
     const NoiseSearch& by = agrees ? chosen : everything;
     const NoiseEstimate& best = agrees ? *better : own_;
-    if (by.Deviance(found.noise) - best.deviance < kSameNoise) return std::nullopt;
+    if (std::fabs(by.Deviance(found.noise) - best.deviance) < kSameNoise) return std::nullopt;
     return best.noise;
   }
 

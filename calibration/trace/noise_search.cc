@@ -214,6 +214,32 @@ std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<IntervalNoise
       {n, n * std::exp(minimum.at[0]), moving_ ? n * std::exp(minimum.at[1]) : 0.0}, deviance};
 }
 
+NoiseEstimate NoiseSearch::WithMeanWalk(const NoiseEstimate& best) const {
+  constexpr double kStep = 0.4, kHardlyAny = -8.0;  // of the logarithm of K/N
+  constexpr double kUnlikely = 12.0;                // of the deviance
+  constexpr int kMost = 24;
+  const std::vector<double> start = Start(best.noise);
+  const double reference = moving_ ? std::exp(start[1]) : 0.0;
+  const double middle = std::max(start[0], kHardlyAny);
+  double sum = 0.0, moment = 0.0;
+  // Whether there may be more that counts beyond.
+  auto add = [&](double u) {
+    double n = 0.0;
+    const double over = Profile(At(std::exp(u), reference), &n) - best.deviance;
+    const double weight = std::exp(u - 0.5 * over);  // even in K: du times K
+    sum += weight;
+    moment += weight * std::exp(u);
+    return over < kUnlikely;
+  };
+  for (int i = 0; i < kMost && add(middle + i * kStep);) ++i;
+  for (int i = 1; i < kMost / 3 && add(middle - i * kStep);) ++i;
+  if (!(sum > 0.0) || !std::isfinite(moment)) return best;
+  double n = 0.0;
+  const double walk = moment / sum;
+  const double deviance = Profile(At(walk, reference), &n);
+  return {{n, n * walk, n * reference}, deviance};
+}
+
 std::vector<double> NoiseSearch::Worth(const std::vector<std::vector<Eigen::Index>>& groups,
                                        const IntervalNoise& start) const {
   // Any bias random walk, as a missing effect may ask for, closely where it usually is; more noise

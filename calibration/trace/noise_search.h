@@ -36,6 +36,10 @@ class NoiseSearch {
   // within `tolerance` of their logarithm. nullopt with fewer rows than columns.
   std::optional<NoiseEstimate> Best(const std::optional<IntervalNoise>& start = {},
                                     double tolerance = 0.02) const;
+  // The best noise with the mean of the bias random walk that the likelihood leaves open, every
+  // size from 0 being as likely before, in place of the likeliest one: that is 0 for many data in
+  // which there is a walk, and slow effects would be known better than they are.
+  NoiseEstimate WithMeanWalk(const NoiseEstimate& best) const;
   // Deviance of a given noise.
   double Deviance(const IntervalNoise& noise) const;
   // By how much the deviance grows, for each group of columns, when the model goes without them and
