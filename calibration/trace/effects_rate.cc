@@ -253,7 +253,7 @@ std::vector<Effect> RateEffects() {
       Rate("bias.vibration", "c rms^2(a)", "vibration rectified by the element",
            "sweep the speed through the stand's resonance", kNeedsVibration, {{"c", "deg/s/g^2"}},
            10.0, Make<VibrationBasis>),
-      With(Rate("bias.vibration", "A / (1 + ((|w| - f0) / width)^2)",
+      With(Rate("bias.vibration", "A / (1 + ((|w| - f0) / width)^2) while the table turns",
                 "vibration of the steps rectified by the element, at the stand's resonance",
                 "sweep the speed through the stand's resonance", kNeedsRate, {{"A", "deg/s"}}, 0.5,
                 Make<ResonanceBasis>),

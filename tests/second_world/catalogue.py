@@ -43,6 +43,11 @@ def wave(phase):
     return [np.sin(phase), np.cos(phase)]
 
 
+def turns(scene):
+    """1 while any axis turns: a motor that rests makes no steps, and nothing shakes."""
+    return (np.abs(scene.w_deg_s).max(axis=0) > 1e-6).astype(float)
+
+
 def centred(values):
     return values - values.mean()
 
@@ -69,7 +74,7 @@ def rate_terms(scene, channel, effect, p):
         "bias.warm_up": lambda: [np.exp(-scene.t_s / p["tau_s"])],
         "bias.step": lambda: [after(scene, p["table"], p["t0_s"])],
         "bias.tone": lambda: wave(2 * np.pi * p["f_hz"] * scene.t_s),
-        "bias.vibration": lambda: [1.0 / (1.0 + ((np.abs(w) - p["f0_deg_s"]) / p["width_deg_s"]) ** 2)],
+        "bias.vibration": lambda: [turns(scene) / (1.0 + ((np.abs(w) - p["f0_deg_s"]) / p["width_deg_s"]) ** 2)],
     }[effect]()
 
 
