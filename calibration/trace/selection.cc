@@ -2,15 +2,12 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
-#include <span>
 #include <utility>
 
 #include "calibration/trace/likelihood.h"
 #include "calibration/trace/ramp_search.h"
-#include "calibration/trace/refine.h"
 #include "calibration/trace/scaled_ldlt.h"
 #include "calibration/trace/scans.h"
 #include "calibration/trace/stability.h"
@@ -30,8 +27,6 @@ constexpr std::ptrdiff_t kMostScanned = 6;
 constexpr double kCostOfColumn = 8.0;
 // Ten of -2 log L, with the same for what a column costs: rivals.
 constexpr double kRivalGain = 10.0;
-// Of -2 log L: less is no reason to let a power-on begin at a side of the play.
-constexpr double kStartGain = 10.0;
 // Less of a column's square left by the model: it is absorbed.
 constexpr double kAbsorbed = 1e-6;
 // Of the largest size that a part of this class shows: more is something else.
@@ -254,66 +249,6 @@ void Selection::Insert(Candidate candidate) {
   members_.push_back(std::move(candidate));
 }
 
-// Variable projection against everything else in the model.
-void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) {
-  const std::optional<RefineRange> range = RangeOf(*problem_, *candidate);
-  if (!range) return;
-  const Projection others_off(store_.Take(others));
-  const Eigen::VectorXd residual = others_off.Off(store_.output());
-  Candidate trial = *candidate;
-  auto columns = [&](const std::vector<double>& theta) {
-    SetNonlinear(theta, &trial);
-    return others_off.Off(White(trial));
-  };
-  std::vector<double> theta = range->start;
-  if (range->tied) {
-    for (int i = 0; i < 6; ++i) {
-      const Eigen::MatrixXd x = columns(theta);
-      const double seen = x.col(0).dot(residual) / x.col(0).squaredNorm();
-      theta[0] = std::clamp(seen / own_scale_, range->low[0], range->high[0]);
-    }
-  } else {
-    theta = RefineNonlinear(columns, residual, theta, range->low, range->high);
-  }
-  if (theta == range->start) return;
-  SetNonlinear(theta, candidate);
-  if (candidate->id == "angle.backlash") {
-    candidate->context.start_sides = StartSides(*candidate, others_off, residual);
-  }
-  candidate->columns.clear();
-}
-
-// Where in the play a power-on begins nobody knows; its first motion shows it.
-std::vector<double> Selection::StartSides(Candidate candidate, const Projection& others_off,
-                                          const Eigen::VectorXd& residual) const {
-  std::vector<double>& sides = candidate.context.start_sides;
-  const std::span<const Trail> trails = problem_->trails();
-  sides.assign(static_cast<std::size_t>(std::ranges::count_if(
-                   trails, [](const Trail& trail) { return trail.new_power_on; })),
-               0.0);
-  candidate.raw.reset();
-  const auto gain = [&] {
-    const Eigen::VectorXd x = others_off.Off(White(candidate)).col(0);
-    const double with = x.dot(residual);
-    return with * with / x.squaredNorm();
-  };
-  double best = gain();
-  for (double& side : sides) {
-    double chosen = 0.0, with = best + kStartGain;
-    for (const double start : {-0.5, 0.5}) {
-      side = start;
-      if (const double here = gain(); here > with) {
-        with = here;
-        chosen = start;
-      }
-    }
-    side = chosen;
-    if (chosen != 0.0) best = with;
-  }
-  if (std::ranges::all_of(sides, [](double side) { return side == 0.0; })) sides.clear();
-  return sides;
-}
-
 void Selection::TryPool(const WhiteStore::Columns& model, Best* best) const {
   for (const Candidate& candidate : pool_) {
     if (Barred(candidate.family)) continue;
@@ -354,37 +289,6 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
       store_.DropFrom(mark);
     }
   }
-}
-
-// Within the nodes around: what a node is the mean of may lie on both sides of the step. Roughly
-// first, then closely.
-void Selection::PlaceStep(const WhiteStore::Columns& model, Candidate* candidate) const {
-  constexpr int kPlaces = 8;  // on either side
-  constexpr std::array kSteps_s = {0.0125, 0.0015};
-  // Beyond its own power-on a step is nothing, and the model is off the residual.
-  const Eigen::Index first = candidate->power_on ? problem_->begin_of(*candidate->power_on) : 0;
-  const Eigen::Index rows =
-      candidate->power_on ? problem_->end_of(*candidate->power_on) - first : problem_->rows();
-  const Eigen::MatrixXd white = store_.Take(model);
-  const ScaledLdlt products(white.transpose() * white);
-  const Eigen::MatrixXd own = white.middleRows(first, rows);
-  const Eigen::VectorXd residual = Residual().segment(first, rows);
-  double best_s = candidate->context.nonlinear[0];
-  for (const double step_s : kSteps_s) {
-    const double middle_s = best_s;
-    double most = 0.0;
-    for (int place = -kPlaces; place <= kPlaces; ++place) {
-      SetNonlinear({middle_s + place * step_s}, candidate);
-      const Eigen::VectorXd column = White(*candidate).col(0).segment(first, rows);
-      const Eigen::VectorXd with = own.transpose() * column;
-      const double left = column.squaredNorm() - products.Square(with);
-      const double gain = std::pow(column.dot(residual), 2) / left;
-      if (!(gain > most)) continue;
-      most = gain;
-      best_s = candidate->context.nonlinear[0];
-    }
-  }
-  SetNonlinear({best_s}, candidate);
 }
 
 // The best ramp of each quantity that curves are sought in.
