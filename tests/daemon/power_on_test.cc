@@ -23,7 +23,7 @@ TEST(PowerOnWatch, KeepsOneMomentUntilTheUnitStartsAnew) {
   watch.Take(1001, Block(1.0));
   ASSERT_TRUE(watch.power_on());
   EXPECT_EQ(watch.power_on()->utime, kBoot);
-  EXPECT_NE(watch.power_on()->name.find("sensor 1001, start 7"), std::string::npos);
+  EXPECT_EQ(watch.power_on()->name, "2026-11-18T11:06:40.123457Z, sensor 1001, start 7");
   const std::string name = watch.power_on()->name;
   // Opened again after an hour, by a clock that is 0.25 % off: the same power-on.
   watch.Take(1001, Block(3600.0, 7, kBoot + FromSeconds(9.0)));
