@@ -76,6 +76,9 @@ struct MeasurementInfo {
   double reference_delay_s = 0.0;
   std::string sensor;    // serial number
   std::string power_on;  // measurements with the same value share one power-on
+  // Of a run: host time of the power-on from which t_s counts [us since the epoch], its begin or
+  // before. Empty: not known, and t_s counts from the begin of the run.
+  std::optional<std::int64_t> power_on_utime;
   std::map<std::string, std::string>
       notes;  // keys of the source with no meaning here, kept and shown
   // Of a table: lines on which keys of its head stand, and the first line of data (0: no table).
@@ -86,7 +89,8 @@ struct MeasurementInfo {
 
 // One sample of the sensor. Missing values are NaN.
 struct GyroSample {
-  double t_s = 0.0;  // since the start of the measurement, host clock
+  // Since the power-on where the measurement says when that was, else since its start; host clock.
+  double t_s = 0.0;
   // Output xi, frame S, in MeasurementInfo::gyro_unit.
   std::array<double, 3> xi = {kMissing, kMissing, kMissing};
   // Specific force, frame S, in g.
@@ -120,6 +124,9 @@ struct SegmentMark {
   std::string kind;
   std::string name;
 };
+
+// Kind of the defect that the sensor's unit began anew within the measurement.
+inline constexpr const char* kUnitRestarted = "unit_restarted";
 
 // Something wrong with the data, counted and placed; never explained by an effect.
 struct Defect {

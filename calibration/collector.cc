@@ -157,6 +157,8 @@ class Collector::Impl {
     reported_.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
   }
 
+  void ForgetPowerOn() { info_.power_on.clear(); }
+
   Recording Take() const;
 
  private:
@@ -407,7 +409,12 @@ void Collector::OnOrientation(const OrientationSample& sample) {
 }
 void Collector::OnTickPair(const TickPair& pair) { impl_->Tick(pair); }
 void Collector::OnSegment(const SegmentMark& /*mark*/) {}
-void Collector::OnDefect(const Defect& defect) { impl_->Defect(defect); }
+// A unit that restarted in the middle may have switched the sensor off as well: what is measured
+// then shares no zero-rate offset with what lies before and after.
+void Collector::OnDefect(const Defect& defect) {
+  if (defect.kind == kUnitRestarted) impl_->ForgetPowerOn();
+  impl_->Defect(defect);
+}
 Recording Collector::Take() const { return impl_->Take(); }
 
 }  // namespace gyrobench::calibration

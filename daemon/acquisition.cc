@@ -239,8 +239,10 @@ void Acquisition::ReadGyro() {
     first_tick_s_ = tick_s;
   }
   tick_fit_.Add({tick_s, ToSeconds(block_.utime)});
+  power_on_watch_.Take(sensor_.identity.serial_number, block_);
   {
     const std::lock_guard lock(mutex_);
+    sensor_.power_on = power_on_watch_.power_on();
     sensor_.tick_ratio = tick_fit_.ratio();
     sensor_.tick_span_s = tick_s - first_tick_s_;
     sensor_.samples += static_cast<std::int64_t>(block_.samples.size());
@@ -298,7 +300,8 @@ SensorView Acquisition::Sensor() const {
 }
 
 MeasurementInfo Acquisition::Info() const {
-  const drivers::GyroIdentity identity = Sensor().identity;
+  const SensorView sensor = Sensor();
+  const drivers::GyroIdentity& identity = sensor.identity;
   MeasurementInfo info;
   info.gyro_unit = GyroUnit::kLsb;
   info.gyro_present = info.accel_present = {true, true, true};
@@ -322,6 +325,10 @@ MeasurementInfo Acquisition::Info() const {
   info.site_latitude_deg = stand_.site.latitude_deg;
   info.site_heading_deg = stand_.site.heading_deg;
   info.sensor = fmt::format("{}", identity.serial_number);
+  if (sensor.power_on) {
+    info.power_on = sensor.power_on->name;
+    info.power_on_utime = sensor.power_on->utime;
+  }
   return info;
 }
 

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "daemon/bus_worker.h"
 #include "daemon/outputs.h"
 #include "daemon/polled_device.h"
+#include "daemon/power_on.h"
 #include "daemon/telemetry.h"
 #include "drivers/angle_sensor.h"
 #include "drivers/axis.h"
@@ -38,8 +40,9 @@ struct SensorView {
   drivers::GyroIdentity identity;
   double temperature_degC = kMissing;
   double tick_ratio = kMissing;
-  double tick_span_s = 0.0;  // that the tick's fit rests on
-  std::int64_t samples = 0;  // since the daemon started
+  double tick_span_s = 0.0;         // that the tick's fit rests on
+  std::int64_t samples = 0;         // since the daemon started
+  std::optional<PowerOn> power_on;  // empty where it is not known
 };
 
 // Runs one BusWorker a bus. Views may be asked from any thread; motion is commanded by a thread
@@ -123,6 +126,7 @@ class Acquisition {
   // Of the gyro's bus thread.
   drivers::GyroBlock block_;
   gyro_t gyro_message_;
+  PowerOnWatch power_on_watch_;
   TickFit tick_fit_;
   int boot_count_ = 0;
   Utime last_sample_ = 0;  // when one came, or the unit was opened

@@ -397,6 +397,8 @@ void RunEngine::Finish(Job& job, Outcome& outcome, std::string& message) {
   context_.telemetry.Send(stop);
   const std::string failure = context_.telemetry.EndRun();
   DescribeEnd(job.description, outcome, message, job.bench.get(), end);
+  const MeasurementInfo at_end = context_.acquisition.Info();
+  DescribePowerOnAtEnd(job.description, at_end.power_on);
   job.directory->WriteResult(calibration::ToJson(results));
   job.directory->WriteRun(job.description);
   if (trace) WriteTrace(*job.directory, job.description, trace->result, results);

@@ -68,4 +68,9 @@ void DescribeEnd(json& run, Outcome outcome, const std::string& message, const L
   }
 }
 
+void DescribePowerOnAtEnd(json& run, const std::string& power_on) {
+  json& name = run[recording::kMeasurementKey]["power_on"];
+  if (name != power_on) name = "";
+}
+
 }  // namespace gyrobench::daemon

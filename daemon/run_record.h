@@ -21,6 +21,10 @@ nlohmann::json DescribeRun(const std::string& run_id, const procedures::Procedur
 void DescribeEnd(nlohmann::json& run, Outcome outcome, const std::string& message,
                  const LiveBench* bench, Utime end);
 
+// A run in which the unit started anew belongs to no one power-on: its name is taken back. Its
+// times count on from the power-on at its begin. `power_on`: the name at its end.
+void DescribePowerOnAtEnd(nlohmann::json& run, const std::string& power_on);
+
 nlohmann::json ToJson(const procedures::Parameters& parameters);
 // "2026-11-21T15:30:12.000Z"
 std::string IsoTime(Utime utime);

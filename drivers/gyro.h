@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,9 @@ struct GyroBlock {
   Utime utime = 0;        // host time at which the unit took `tick`
   std::int64_t tick = 0;  // unit's tick at the read, unwrapped
   int boot_count = 0;
+  // Host time at which the unit started, as its tick told when it was opened (nominal rate, so
+  // that it errs by that of the tick). Empty where the tick may have wrapped since.
+  std::optional<Utime> boot_utime;
   std::int64_t missed =
       0;  // samples that were overwritten before they were read, since the last block
   std::uint32_t sensor_bus_errors = 0;  // counters of the unit since its boot

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "drivers/unit_age.h"
 #include "drivers/words.h"
 
 namespace gyrobench::drivers {
@@ -18,6 +19,7 @@ constexpr double kCountersPeriod_s = 5.0;
 constexpr int kStaleTries = 3;
 constexpr Utime kTickMustMove_us = 10'000;
 constexpr std::uint16_t kDeltaOverflow = 0xFFFF;
+constexpr double kTickWrap = 4294967296.0;
 
 std::uint16_t IndexOf(double value, const std::vector<double>& choices, const char* key) {
   const auto found = std::find(choices.begin(), choices.end(), value);
@@ -103,6 +105,7 @@ void GyroUnit::Identify() {
   identity_.serial_number = FromWords(words[3], words[4]);
   identity_.boot_count = words[5];
   identity_.tick_rate_hz = FromWords(words[7], words[8]);
+  rate_before_hz_ = words[9];
   identity_.sample_rate_hz = 1000.0 / (1 + settings_[2]);
   identity_.gyro_lsb_per_deg_s = map_.gyro_lsb_per_deg_s[settings_[0]];
   identity_.accel_lsb_per_g = map_.accel_lsb_per_g[settings_[3]];
@@ -157,12 +160,20 @@ void GyroUnit::Begin() {
   tick_ = tick0_ = head.tick;
   next_ = wanted_ = head.next;
   utime_ = utime0_ = timing.utime_latched;
+  boot_utime_ = BootTime();
   // A sample that is being taken now has its tick already, but not its number.
   last_sample_tick_ = tick_ - static_cast<std::int64_t>(map_.tick_rate_hz);
   fit_ = TickFit(kFitMemory_s);
   begun_ = true;
   Advance(head, timing);
   ReadCounters();
+}
+
+// Tick and sample number as the unit has them now, and the rate that was in force until now.
+std::optional<Utime> GyroUnit::BootTime() const {
+  const auto up_s = SecondsSinceBoot(static_cast<double>(tick_) / map_.tick_rate_hz,
+                                     kTickWrap / map_.tick_rate_hz, next_, rate_before_hz_);
+  return up_s ? std::optional(utime_ - FromSeconds(*up_s)) : std::nullopt;
 }
 
 // Sample number wanted_ is the first asked for.
@@ -255,6 +266,7 @@ void GyroUnit::Publish(GyroBlock& block) const {
   block.utime = utime_;
   block.tick = tick_;
   block.boot_count = identity_.boot_count;
+  block.boot_utime = boot_utime_;
   block.samples_lost = counters_[0];
   block.sensor_bus_errors = counters_[1];
   block.frames_rejected = counters_[2];

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "base/tick_fit.h"
@@ -55,6 +56,7 @@ class GyroUnit final : public Gyro {
   void Take(const Head& head, GyroBlock& block);
   void Append(std::int64_t number, std::int64_t tick, std::size_t word, GyroBlock& block);
   void ReadCounters();
+  std::optional<Utime> BootTime() const;
   Utime HostTime(std::int64_t tick) const;
   [[noreturn]] void Fail(const std::string& text) const;
 
@@ -64,6 +66,8 @@ class GyroUnit final : public Gyro {
   ModbusBus& bus_;
   const std::array<std::uint16_t, 4> settings_;  // range, filter, rate divider, accelerometer range
   GyroIdentity identity_;
+  double rate_before_hz_ = 0.0;  // of samples, when the unit was opened
+  std::optional<Utime> boot_utime_;
   bool begun_ = false;
   int capacity_ = 0;  // of the unit's ring, samples
 

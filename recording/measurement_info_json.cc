@@ -125,6 +125,7 @@ json ToJson(const MeasurementInfo& info) {
   add("ref_alignment_deg", info.reference_uncertainty.alignment_deg);
   add("gear_ratio", info.gear_ratio);
   add("stop_accuracy_deg", info.stop_accuracy_deg);
+  if (info.power_on_utime) out["power_on_utime"] = *info.power_on_utime;
   return out;
 }
 
@@ -146,6 +147,8 @@ MeasurementInfo MeasurementInfoFromJson(const json& object) {
   fields.ReadNumber("ref_delay_s", 0.0, kLongestDelay_s, info.reference_delay_s);
   fields.Read("sensor", info.sensor);
   fields.Read("power_on", info.power_on);
+  if (object.contains("power_on_utime"))
+    fields.Read("power_on_utime", info.power_on_utime.emplace(0));
   fields.Read("notes", info.notes);
   fields.Read("covariates", info.covariates);
   fields.ReadNumber("gyro_units_per_deg_s", kSmallestFactor, kLargestFactor,

@@ -42,6 +42,7 @@ MessageDecoder::MessageDecoder(const MeasurementInfo& info, Utime run_start, Mea
       accel_present_(info.accel_present),
       axis_present_(info.stand_axis_present),
       run_start_(run_start),
+      origin_(info.power_on_utime.value_or(run_start)),
       sink_(sink),
       run_id_(std::move(run_id)) {
   sink_.OnInfo(info);
@@ -72,7 +73,7 @@ bool MessageDecoder::IsInOrder(Utime utime, Utime& last, const char* channel, st
 void MessageDecoder::CheckContinuity(const gyro_t& message) {
   const bool restarted = boot_count_ && *boot_count_ != message.boot_count;
   if (restarted) {
-    Report("unit_restarted", 1, message.utime, "_GYRO", message.seq);
+    Report(kUnitRestarted, 1, message.utime, "_GYRO", message.seq);
     next_counter_.reset();
   }
   std::int64_t lost = boot_count_ ? message.missed : 0;

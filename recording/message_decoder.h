@@ -19,7 +19,8 @@ class run_t;
 
 namespace gyrobench::recording {
 
-// Turns the messages of one run into the events of a measurement: t_s = (utime - run_start) * 1e-6.
+// Turns the messages of one run into the events of a measurement: t_s = (utime - origin) * 1e-6.
+// The origin is the power-on of the sensor, where `info` says when that was, else the run's start.
 //
 // Left out in silence: what lies before the run's start, and messages of another run or of none.
 // Left out and reported as a defect: a sample whose time is not after that of the one before
@@ -40,7 +41,7 @@ class MessageDecoder {
 
  private:
   bool IsOurs(const std::string& run_id, Utime utime);
-  double Seconds(Utime utime) const { return ToSeconds(utime - run_start_); }
+  double Seconds(Utime utime) const { return ToSeconds(utime - origin_); }
   bool IsInOrder(Utime utime, Utime& last, const char* channel, std::int64_t seq);
   void CheckContinuity(const gyro_t& message);
   void Sample(const gyro_t& message, std::size_t i);
@@ -53,6 +54,7 @@ class MessageDecoder {
   const std::array<bool, 3> accel_present_;
   const std::array<bool, 3> axis_present_;
   const Utime run_start_;
+  const Utime origin_;  // of t_s
   MeasurementSink& sink_;
   std::string run_id_;
   Utime last_gyro_ = kNever;

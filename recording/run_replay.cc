@@ -92,6 +92,17 @@ Utime StartFrom(const nlohmann::json& value) {
                               kStartUtimeKey, start, kLatestUtime));
 }
 
+// No run begins before its sensor is on.
+void CheckPowerOn(const RunFacts& facts) {
+  if (!facts.info.power_on_utime) return;
+  const Utime power_on = *facts.info.power_on_utime, latest = facts.start.value_or(kLatestUtime);
+  if (IsPlausible(power_on) && power_on <= latest) return;
+  throw DataError(fmt::format(
+      "{}.power_on_utime = {}: expected microseconds since the epoch, at most {} ({})",
+      kMeasurementKey, power_on, latest,
+      facts.start ? fmt::format("{} of the run", kStartUtimeKey) : "what a clock can give"));
+}
+
 void ReadRunJson(const fs::path& file, RunFacts& facts) {
   const nlohmann::json json = ReadJson(file);
   const auto id = json.find(kRunIdKey);
@@ -101,6 +112,7 @@ void ReadRunJson(const fs::path& file, RunFacts& facts) {
   const auto measurement = json.find(kMeasurementKey);
   if (measurement == json.end()) return;
   facts.info = MeasurementInfoFromJson(*measurement);
+  CheckPowerOn(facts);
   facts.has_measurement = true;
 }
 

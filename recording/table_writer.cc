@@ -115,7 +115,10 @@ void TableWriter::WriteHead(const MeasurementInfo& info) {
   if (info.gyro_delay_s != 0.0) number("gyro_delay_s", info.gyro_delay_s);
   if (info.reference_delay_s != 0.0) number("ref_delay_s", info.reference_delay_s);
   if (!info.sensor.empty()) key("sensor", info.sensor);
-  if (!info.power_on.empty()) key("power_on", info.power_on);
+  // A table whose times run on over a restart of the unit belongs to no one power-on.
+  const bool restarted = std::ranges::any_of(
+      extras_.defects, [](const Defect& defect) { return defect.kind == kUnitRestarted; });
+  if (!info.power_on.empty() && !restarted) key("power_on", info.power_on);
   for (const auto& [name, value] : info.notes) key(name, value);
   for (const SegmentMark& mark : extras_.segments) {
     key("segment",

@@ -110,7 +110,8 @@ void CheckPowerOns(std::span<const InputSpan> inputs) {
     throw DataError(fmt::format(
         "{}: power_on = {}: expected times after those of {}, which names the same power-on and "
         "ends at t_s = {:.9g}; found a first row at t_s = {:.9g} ({}). Times of one power-on count "
-        "from it in all of its tables: give each power-on a name of its own, or let t_s run on",
+        "from it in all of its tables: give each power-on a name of its own, let t_s run "
+        "on, or leave one out where both are one measurement",
         PlaceOf(*after.info, "power_on"), power_on, PlaceOf(*before.info, "power_on"),
         before.last_time_s, after.first_time_s, FirstRowOf(*after.info)));
   }

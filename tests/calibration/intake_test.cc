@@ -360,5 +360,15 @@ TEST(Freeze, OfACoarseSensorIsFoundWhereItWakesInTheMiddleOfAMotion) {
   EXPECT_NEAR(Masked_s(recording), 2.7, 0.3);
 }
 
+TEST(Recording, InWhichTheUnitStartedAnewBelongsToNoOnePowerOn) {
+  MeasurementInfo info;
+  info.power_on = "A";
+  Collector collector;
+  collector.OnInfo(info);
+  EXPECT_EQ(collector.Take().info.power_on, "A");
+  collector.OnDefect({kUnitRestarted, 1, 7.0, ""});
+  EXPECT_EQ(collector.Take().info.power_on, "");
+}
+
 }  // namespace
 }  // namespace gyrobench::testing

@@ -409,6 +409,36 @@ TEST_F(GyroUnitTest, TheBlocksTickAndTimeBelongTogether) {
   EXPECT_NEAR(static_cast<double>(block.utime - request), 998, 1);
 }
 
+TEST_F(GyroUnitTest, ABlockSaysWhenTheUnitStarted) {
+  model_.SetIdentity(9, 200);
+  model_.StartAt(720'000, 3600U * 250'000U);  // an hour at 200 Hz
+  gyro_->Open();
+  GyroBlock block;
+  Pass(3);
+  ReadInto(block);
+  ASSERT_TRUE(block.boot_utime);
+  const Utime first = *block.boot_utime;
+  EXPECT_NEAR(ToSeconds(block.utime - first), 3600.0, 0.1);
+  Pass(1000);
+  ReadInto(block);
+  EXPECT_EQ(block.boot_utime, first) << "one moment, whatever the clocks do later";
+  model_.Restart();
+  Pass(4);
+  ReadInto(block);
+  ASSERT_TRUE(block.boot_utime);
+  EXPECT_NEAR(ToSeconds(block.utime - *block.boot_utime), 0.02, 0.05);
+}
+
+TEST_F(GyroUnitTest, WhereTickAndSampleNumberDisagreeTheStartIsNotKnown) {
+  model_.SetIdentity(9, 200);
+  model_.StartAt(2'000'000, 3600U * 250'000U);
+  gyro_->Open();
+  GyroBlock block;
+  Pass(3);
+  ReadInto(block);
+  EXPECT_FALSE(block.boot_utime);
+}
+
 TEST_F(GyroUnitTest, AReadBeforeOpenIsAnError) {
   GyroBlock block;
   EXPECT_THROW(gyro_->Read(block), DeviceError);

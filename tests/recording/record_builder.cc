@@ -33,7 +33,7 @@ class Log {
     message.run_id = run_id;
     message.seq = block;
     message.tick_rate_hz = 250'000.0;
-    message.boot_count = 3;
+    message.boot_count = plan_.restart_at_block >= 0 && block >= plan_.restart_at_block ? 4 : 3;
     message.missed = 0;
     message.gyro_lsb_per_deg_s = 131.0;
     message.accel_lsb_per_g = 16384.0;
@@ -111,6 +111,7 @@ MeasurementInfo PlannedInfo(const RecordPlan& plan) {
   info.reference_delay_s = 0.0005;
   info.sensor = "GB-0017";
   info.power_on = "boot 3";
+  info.power_on_utime = plan.power_on_utime;
   info.notes = {{"operator", "A. Osadchiy"}};
   return info;
 }

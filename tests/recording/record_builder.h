@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "base/clock.h"
@@ -16,6 +17,8 @@ struct RecordPlan {
   std::string channel_prefix = "BENCH_7";
   std::string run_id = "20261121-153012-scale";
   Utime start = 1'795'000'000'123'457;  // no round number, so that a lost microsecond shows
+  std::optional<Utime> power_on_utime;
+  int restart_at_block = -1;  // the unit's boot counter is one more from there on
 };
 
 // What a record of the plan says of itself.

@@ -53,6 +53,34 @@ TEST(ReplayRun, GivesTheRunsOwnSamplesOnItsOwnTime) {
   EXPECT_TRUE(sink.defects.empty());
 }
 
+TEST(ReplayRun, TimesCountFromThePowerOnWhereTheRecordSaysWhenThatWas) {
+  const TemporaryFolder folder;
+  RecordPlan plan;
+  BuildRecord(folder / "before", plan);
+  plan.power_on_utime = plan.start - 100 * kMicrosecondsPerSecond;
+  BuildRecord(folder / "run", plan);
+  const KeepingSink before = ReplayOf(folder / "before"), sink = ReplayOf(folder / "run");
+  EXPECT_EQ(sink.info.power_on_utime, plan.power_on_utime);
+  ASSERT_EQ(sink.gyro.size(), before.gyro.size());
+  EXPECT_NEAR(sink.gyro[0].t_s, 100.0 + before.gyro[0].t_s, 1e-9);
+  EXPECT_NEAR(sink.angles[1].t_s, 100.0 + before.angles[1].t_s, 1e-9);
+  EXPECT_NEAR(sink.ticks[0].host_s, 100.0 + before.ticks[0].host_s, 1e-9);
+  EXPECT_NEAR(sink.segments[0].begin_s, 100.0, 1e-9);
+}
+
+TEST(ReplayRun, APowerOnAfterTheRunBeganIsADamagedRunJson) {
+  const TemporaryFolder folder;
+  RecordPlan plan;
+  plan.power_on_utime = plan.start + 1;
+  BuildRecord(folder / "run", plan);
+  const KeepingSink sink = ReplayOf(folder / "run");
+  EXPECT_EQ(sink.Count("damaged_run_json"), 1);
+  ASSERT_FALSE(sink.defects.empty());
+  EXPECT_THAT(sink.defects[0].where,
+              testing::AllOf(HasSubstr("measurement.power_on_utime = 1795000000123458"),
+                             HasSubstr("at most 1795000000123457 (start_utime of the run)")));
+}
+
 TEST(ReplayRun, ARecordIsFoundByItsFolderItsJsonOrItsLog) {
   const TemporaryFolder folder;
   BuildRecord(folder / "run", {});

@@ -124,6 +124,7 @@ TEST(MeasurementInfoJson, IsUndoneByItsInverseForEveryField) {
   info.reference = ReferenceKind::kSensorAngle;
   info.reference_axis = SensorAxis::kY;
   info.covariates = {"supply_v", "fan"};
+  info.power_on_utime = 1'795'000'000'123'457;
   info.gyro_lsb_zero = 32768.0;
   info.accel_lsb_zero = 32760.0;
   info.reference_uncertainty = {0.0001, 0.02, 0.3};
@@ -150,6 +151,7 @@ TEST(MeasurementInfoJson, IsUndoneByItsInverseForEveryField) {
     EXPECT_EQ(out.reference_delay_s, in.reference_delay_s);
     EXPECT_EQ(out.sensor, in.sensor);
     EXPECT_EQ(out.power_on, in.power_on);
+    EXPECT_EQ(out.power_on_utime, in.power_on_utime);
     EXPECT_EQ(out.notes, in.notes);
     EXPECT_EQ(out.covariates, in.covariates);
   }

@@ -92,6 +92,16 @@ TEST(TableWriter, ATableOfARecordGivesTheRecordsEventsAgain) {
   }
 }
 
+TEST(TableWriter, ATableOfARecordInWhichTheUnitRestartedNamesNoPowerOn) {
+  const TemporaryFolder folder;
+  RecordPlan plan;
+  plan.restart_at_block = 50;
+  BuildRecord(folder / "run", plan);
+  ExportTable(folder / "run", folder / "table.csv");
+  EXPECT_EQ(ReplayOf(folder / "table.csv").info.power_on, "");
+  EXPECT_THAT(ReadFile(folder / "table.csv"), HasSubstr("# defect = unit_restarted 1"));
+}
+
 TEST(TableWriter, ATableOfATableIsTheSameText) {
   const TemporaryFolder folder;
   BuildRecord(folder / "run", {});
