@@ -59,8 +59,7 @@ std::optional<double> UnitsPerDegS(const MeasurementInfo& info) {
 
 // Counts about two zeros would be two offsets.
 void CheckZero(const HoldRecording& first, const HoldRecording& other) {
-  const bool given = first.info.gyro_lsb_zero && other.info.gyro_lsb_zero;
-  if (given || first.gyro_lsb_zero == other.gyro_lsb_zero) return;
+  if (first.gyro_lsb_zero == other.gyro_lsb_zero) return;
   throw DataError(fmt::format(
       "the gyro's counts lie about {:g} in {} and about {:g} in {}: give the converter's count of "
       "zero above the header of both, such as \"# gyro_lsb_zero = 32768\", or calibrate them apart",

@@ -28,6 +28,11 @@ constexpr std::ptrdiff_t kCrowd = 3;
 // Of the bias random walk: under so much of it steps and tones show that the whole of it hides.
 constexpr double kLessWalk = 0.1;
 constexpr int kMostForWalk = 3;
+// Of the chance of a false discovery.
+constexpr double kShareForWalk = 0.01;
+// So much more walk is another noise, however flat the likelihood is there, unless it is next to
+// none beside the angle random walk.
+constexpr double kMoreWalk = 1.5, kSomeWalk_per_s = 1e-3;
 // Below this no stand's angle means anything: rounding and sampling are what is left.
 constexpr double kLeastAngle_deg = 1e-3;
 // Of the deviance: the noise by the chosen model is not the one by everything that may act (chi
@@ -117,7 +122,8 @@ class ChannelSearcher {
     for (int round = 0; round < kMostForWalk; ++round) {
       const std::optional<Candidate> found = BestUnderLessWalk();
       if (!found) return;
-      saturated_.push_back(RawColumns(Raw(*found)));
+      beside_.push_back(RawColumns(Raw(*found)));
+      saturated_.push_back(beside_.back());
       own_ = Everything().Best(own_.noise, kRough).value_or(own_);
     }
   }
@@ -127,6 +133,10 @@ class ChannelSearcher {
     quiet.bias_random_walk_deg_s_sqrt_s *= kLessWalk;
     const Whitener whitener(problem_.intervals(), quiet);
     Eigen::MatrixXd model = baseline_.columns, output = problem_.output_deg();
+    for (const RawColumns& taken : beside_) {
+      model.conservativeResize(Eigen::NoChange, model.cols() + taken.cols());
+      taken.CopyTo(model.rightCols(taken.cols()));
+    }
     whitener.Apply(model);
     whitener.Apply(output);
     const Eigen::VectorXd residual = Projection(model).Off(output);
@@ -137,7 +147,7 @@ class ChannelSearcher {
       Candidate candidate =
           ScannedCandidate(problem_, peak.id, peak.table_axis, peak.nonlinear, peak.row);
       const double excess =
-          std::log(request_.false_discovery / peak.tried) - LogChanceBesideBaseline(candidate);
+          std::log(request_.false_discovery * kShareForWalk / peak.tried) - LogChance(candidate);
       if (excess <= most) continue;
       most = excess;
       best = std::move(candidate);
@@ -145,11 +155,16 @@ class ChannelSearcher {
     return best;
   }
 
-  // Of what it gains beside the baseline when each of both models has the noise that suits it.
-  double LogChanceBesideBaseline(const Candidate& candidate) const {
-    const std::vector<RawColumns> model = {saturated_.front(), RawColumns(Raw(candidate))};
+  // Of what it gains beside the baseline and what was taken in before, when each of both models has
+  // the noise that suits it. With the whole grid beside it this would take as long as all the rest.
+  double LogChance(const Candidate& candidate) const {
+    std::vector<RawColumns> model = {saturated_.front()};
+    model.insert(model.end(), beside_.begin(), beside_.end());
+    Eigen::Index column = 0;
+    for (const RawColumns& columns : model) column += columns.cols();
+    model.push_back(RawColumns(Raw(candidate)));
     std::vector<Eigen::Index> group;
-    for (Eigen::Index j = 0; j < model[1].cols(); ++j) group.push_back(model[0].cols() + j);
+    for (Eigen::Index j = 0; j < model.back().cols(); ++j) group.push_back(column++);
     const NoiseSearch search(problem_.intervals(), model, problem_.output_deg(),
                              NoiseSearch::kDependent, PieceFor(candidate.id == "bias.tone"));
     return LogChiSquareTail(search.Worth({group}, own_.noise).front(),
@@ -197,7 +212,11 @@ class ChannelSearcher {
     const bool agrees = everything.Deviance(better->noise) - own_.deviance < kOtherNoise;
     const NoiseSearch& by = agrees ? chosen : everything;
     const NoiseEstimate& best = agrees ? *better : own_;
-    if (std::fabs(by.Deviance(found.noise) - best.deviance) < kSameNoise) return std::nullopt;
+    const double walk = best.noise.bias_random_walk_deg_s_sqrt_s;
+    const bool more_walk = walk > kMoreWalk * found.noise.bias_random_walk_deg_s_sqrt_s &&
+                           walk > kSomeWalk_per_s * best.noise.angle_random_walk_deg_sqrt_s;
+    const bool same = std::fabs(by.Deviance(found.noise) - best.deviance) < kSameNoise;
+    if (same && !more_walk) return std::nullopt;
     return best.noise;
   }
 
@@ -337,6 +356,7 @@ class ChannelSearcher {
   const ChannelRequest& request_;
   std::vector<std::string>& remarks_;
   std::shared_ptr<const CandidateSet> candidates_;
+  std::vector<RawColumns> beside_;     // that passed for bias random walk; in `saturated_` as well
   std::vector<RawColumns> saturated_;  // the baseline's first
   NoiseEstimate own_;                  // by `saturated_`
   std::set<std::string> judged_;       // families beyond the grid that `saturated_` has

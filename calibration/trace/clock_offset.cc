@@ -70,13 +70,15 @@ Rates RatesOnGrid(const Recording& recording, std::size_t c) {
   const std::vector<Node>& nodes = recording.columns.nodes;
   BadTimes bad(recording.columns.bad, c);
   Rates rates;
+  bool parted = false;  // once is enough, however many silences follow
   double t_s = nodes[0].at.t_s, z = nodes[0].at.z[c], turned_deg = nodes[0].rotation_deg[c];
   for (std::size_t k = 1; k < nodes.size(); ++k) {
     const Node &before = nodes[k - 1], &after = nodes[k];
     const double length_s = after.at.t_s - before.at.t_s;
     if (length_s > kLongestInterval_s) {
-      rates.gyro.resize(rates.gyro.size() + kLags, kMissing);
+      if (!parted) rates.gyro.resize(rates.gyro.size() + kLags, kMissing);
       rates.reference.resize(rates.gyro.size(), kMissing);
+      parted = true;
       t_s = after.at.t_s;
       z = after.at.z[c];
       turned_deg = after.rotation_deg[c];
@@ -90,6 +92,7 @@ Rates RatesOnGrid(const Recording& recording, std::size_t c) {
       rates.reference.push_back(known ? (next_deg - turned_deg) / kStep_s : kMissing);
       z = next_z;
       turned_deg = next_deg;
+      parted = false;
     }
   }
   return rates;

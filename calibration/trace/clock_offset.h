@@ -19,8 +19,9 @@ struct ClockOffset {
 
 // The offset, within 5 s either way, at which the gyro's rate and the reference's correlate best,
 // of the axis that turned most, on a grid of 0.1 s; the least of those that fit about as well.
-// Nothing where there is too little motion, where the rates hardly correlate, or where one of these
-// is within 0.1 s of 0: latencies and filters so short are effects, and the trace finds them.
+// Nothing where there is too little motion, where readings come more than 1 s apart, where the
+// rates hardly correlate, or where one of these is within 0.15 s of 0: latencies and filters so
+// short are effects, and the trace finds them.
 std::optional<ClockOffset> FindClockOffset(const Recording& recording);
 
 // What to say of it and to do about it, without the measurement's name; empty where no offset was

@@ -93,8 +93,8 @@ class ChannelProblem {
   double min_temperature_degC() const { return min_temperature_; }
   double max_temperature_degC() const { return max_temperature_; }
   double max_rate_deg_s() const { return max_rate_; }
-  // Half a step of the coarsest encoder whose steps are coarser than its noise, 0 where none is
-  // [deg]: its error is a function of the angle.
+  // What rounding errs by in motion where the steps of an encoder are coarser than its noise, the
+  // largest; 0 where they are not [deg]. It is a function of the angle.
   double rounding_deg() const;
   // How much of a turn of the table's axis the channel feels in a row.
   double Lever(Eigen::Index row, std::size_t table_axis) const {

@@ -34,8 +34,8 @@ constexpr double kImplausible = 10.0;
 // Standard errors beyond which a coefficient is above a limit.
 constexpr double kSure = 4.0;
 constexpr double kLeastScale = 1e-3;
-// Of half a step of a coarse encoder: its rounding, met at evenly spaced angles, leaves waves of
-// many periods a turn that are as large.
+// Of what a coarse encoder's rounding errs by: met at evenly spaced angles it leaves waves of many
+// periods a turn that are as large.
 constexpr double kRoundingInWave = 0.25;
 
 // Columns of the store, with some for what scans and refinement add.

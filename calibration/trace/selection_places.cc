@@ -14,6 +14,8 @@
 namespace gyrobench::calibration {
 namespace {
 
+// Less of a column's square left by the model: it is absorbed.
+constexpr double kAbsorbed = 1e-6;
 // Of -2 log L: less is no reason to let a power-on begin at a side of the play.
 constexpr double kStartGain = 10.0;
 
@@ -84,7 +86,7 @@ std::vector<double> Selection::StartSides(Candidate candidate, const Projection&
 void Selection::PlaceStep(const WhiteStore::Columns& model, Candidate* candidate) const {
   constexpr int kPlaces = 8;  // on either side
   constexpr std::array kSteps_s = {0.0125, 0.0015};
-  // Beyond its own power-on a step is nothing, and the model is off the residual.
+  // A step is 0 in other power-ons: its own rows do.
   const Eigen::Index first = candidate->power_on ? problem_->begin_of(*candidate->power_on) : 0;
   const Eigen::Index rows =
       candidate->power_on ? problem_->end_of(*candidate->power_on) - first : problem_->rows();
@@ -101,6 +103,7 @@ void Selection::PlaceStep(const WhiteStore::Columns& model, Candidate* candidate
       const Eigen::VectorXd column = White(*candidate).col(0).segment(first, rows);
       const Eigen::VectorXd with = own.transpose() * column;
       const double left = column.squaredNorm() - products.Square(with);
+      if (!(left > kAbsorbed * column.squaredNorm())) continue;
       const double gain = std::pow(column.dot(residual), 2) / left;
       if (!(gain > most)) continue;
       most = gain;

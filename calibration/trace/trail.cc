@@ -67,7 +67,7 @@ class TrailMaker {
   double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
 
   // A moving node is the mean of its readings. Earth's rotation, the table's angles and the world's
-  // axes go with them; temperature and the like are means since the node before anyway.
+  // axes go with them; what is sampled beside the gyro follows in trail_columns.cc.
   void ChooseEpochs() {
     trail_.epochs = recording_.columns.nodes;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {

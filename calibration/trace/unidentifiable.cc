@@ -60,9 +60,8 @@ std::string WhyUnseen(const Effect& effect, const Sight& sight) {
 void ListRounding(const ChannelProblem& problem, std::vector<Unidentifiable>* out) {
   if (!(problem.rounding_deg() > 0.0) || problem.table_axes().empty()) return;
   out->push_back({"angle.ripple",
-                  fmt::format("the steps of the encoder, {:.2g} deg, are coarser than its noise: "
-                              "their rounding is a ripple of the angle itself",
-                              2.0 * problem.rounding_deg()),
+                  "the steps of the encoder are coarser than its noise: their rounding is a ripple "
+                  "of the angle itself",
                   "take an encoder of finer steps"});
 }
 

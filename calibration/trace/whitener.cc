@@ -120,12 +120,12 @@ Whitener::Whitener(std::span<const Interval> intervals, const IntervalNoise& noi
 ColumnsInChunks::ColumnsInChunks(RowMajor columns) : columns_(std::move(columns)) {
   for (Eigen::Index begin = 0; begin < columns_.rows(); begin += kChunk) {
     const Eigen::Index end = std::min(begin + kChunk, columns_.rows());
-    Eigen::ArrayXd largest = Eigen::ArrayXd::Zero(columns_.cols());
-    for (Eigen::Index i = begin; i < end; ++i)
-      largest = largest.max(columns_.row(i).transpose().array().abs());
+    // Sums, in which a value that is not a number stays one.
+    Eigen::ArrayXd size = Eigen::ArrayXd::Zero(columns_.cols());
+    for (Eigen::Index i = begin; i < end; ++i) size += columns_.row(i).transpose().array().abs();
     not_zero_.emplace_back();
     for (Eigen::Index j = 0; j < columns_.cols(); ++j) {
-      if (largest(j) > 0.0) not_zero_.back().push_back(j);
+      if (!(size(j) == 0.0)) not_zero_.back().push_back(j);
     }
   }
 }

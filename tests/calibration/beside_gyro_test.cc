@@ -115,18 +115,20 @@ TEST(BesideGyro, WhatIsNoNumberDoesNotCountAndNothingIsNoNumber) {
   EXPECT_TRUE(std::isnan(covariates.at(0)));
 }
 
-// More than can wait is not lost.
+// 512 rows wait; what came before them counts although its time is later.
 TEST(BesideGyro, TheOldestOfTooManyCountForTheNextMean) {
   BesideGyro beside;
   beside.Start(1);
   std::vector<double> covariates;
   constexpr int kMany = 5000;
   for (int i = 0; i < kMany; ++i) {
-    const double value = 1.0;
+    const double value = i;
     beside.AddCovariates(1e9 + i, std::span(&value, 1));
   }
   beside.TakeUpTo(0.0, &covariates);
-  EXPECT_DOUBLE_EQ(covariates.at(0), 1.0);
+  EXPECT_DOUBLE_EQ(covariates.at(0), 0.5 * (kMany - 512 - 1));
+  beside.TakeUpTo(2e9, &covariates);
+  EXPECT_DOUBLE_EQ(covariates.at(0), 0.5 * (kMany - 512 + kMany - 1));
 }
 
 }  // namespace
