@@ -1,6 +1,5 @@
 #include "calibration/beside_gyro.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace gyrobench::calibration {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "calibration/trace/angle_windows.h"
+#include "calibration/trace/append_columns.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/hold_out.h"
 #include "calibration/trace/likelihood.h"
@@ -105,7 +106,7 @@ class ChannelSearcher {
   // Every grid point of the catalogue. One column in three of a long grid spans what the others
   // do, nearly.
   void Saturate() {
-    saturated_ = {RawColumns(baseline_.columns)};
+    plain_ = saturated_ = {RawColumns(baseline_.columns)};
     std::string family;
     int place = 0;
     for (const Candidate& candidate : candidates_->grid) {
@@ -122,8 +123,8 @@ class ChannelSearcher {
     for (int round = 0; round < kMostForWalk; ++round) {
       const std::optional<Candidate> found = BestUnderLessWalk();
       if (!found) return;
-      beside_.push_back(RawColumns(Raw(*found)));
-      saturated_.push_back(beside_.back());
+      plain_.push_back(RawColumns(Raw(*found)));
+      saturated_.push_back(plain_.back());
       own_ = Everything().Best(own_.noise, kRough).value_or(own_);
     }
   }
@@ -132,18 +133,14 @@ class ChannelSearcher {
     IntervalNoise quiet = own_.noise;
     quiet.bias_random_walk_deg_s_sqrt_s *= kLessWalk;
     const Whitener whitener(problem_.intervals(), quiet);
-    Eigen::MatrixXd model = baseline_.columns, output = problem_.output_deg();
-    for (const RawColumns& taken : beside_) {
-      model.conservativeResize(Eigen::NoChange, model.cols() + taken.cols());
-      taken.CopyTo(model.rightCols(taken.cols()));
-    }
+    Eigen::MatrixXd model(problem_.rows(), 0), output = problem_.output_deg();
+    for (const RawColumns& columns : plain_) AppendColumns(&model, columns.Copy());
     whitener.Apply(model);
     whitener.Apply(output);
     const Eigen::VectorXd residual = Projection(model).Off(output);
     std::optional<Candidate> best;
     double most = 0.0;
-    for (const ScanPeak& peak : Scan(problem_, whitener, model, residual)) {
-      if (peak.id != "bias.step" && peak.id != "bias.tone") continue;
+    for (const ScanPeak& peak : ScanBias(problem_, whitener, model, residual)) {
       Candidate candidate =
           ScannedCandidate(problem_, peak.id, peak.table_axis, peak.nonlinear, peak.row);
       const double excess =
@@ -158,8 +155,7 @@ class ChannelSearcher {
   // Of what it gains beside the baseline and what was taken in before, when each of both models has
   // the noise that suits it. With the whole grid beside it this would take as long as all the rest.
   double LogChance(const Candidate& candidate) const {
-    std::vector<RawColumns> model = {saturated_.front()};
-    model.insert(model.end(), beside_.begin(), beside_.end());
+    std::vector<RawColumns> model = plain_;
     Eigen::Index column = 0;
     for (const RawColumns& columns : model) column += columns.cols();
     model.push_back(RawColumns(Raw(candidate)));
@@ -167,8 +163,8 @@ class ChannelSearcher {
     for (Eigen::Index j = 0; j < model.back().cols(); ++j) group.push_back(column++);
     const NoiseSearch search(problem_.intervals(), model, problem_.output_deg(),
                              NoiseSearch::kDependent, PieceFor(candidate.id == "bias.tone"));
-    return LogChiSquareTail(search.Worth({group}, own_.noise).front(),
-                            static_cast<double>(group.size()));
+    return candidate.LogChance(search.Worth({group}, own_.noise).front(),
+                               static_cast<double>(group.size()));
   }
 
   // Tones would not outlive their sums over a second.
@@ -356,7 +352,7 @@ class ChannelSearcher {
   const ChannelRequest& request_;
   std::vector<std::string>& remarks_;
   std::shared_ptr<const CandidateSet> candidates_;
-  std::vector<RawColumns> beside_;     // that passed for bias random walk; in `saturated_` as well
+  std::vector<RawColumns> plain_;      // the baseline and what passed for bias random walk
   std::vector<RawColumns> saturated_;  // the baseline's first
   NoiseEstimate own_;                  // by `saturated_`
   std::set<std::string> judged_;       // families beyond the grid that `saturated_` has

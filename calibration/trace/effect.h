@@ -85,8 +85,8 @@ struct Effect {
   double handicap = 0.0;
   // Largest size that a part of the MPU-6050's class shows, in units of the terms.
   double typical_size = 0.0;
-  // No coefficient can be larger: a constant of nature; 0 where there is none.
-  double limit = 0.0;
+  // That is no experience but a constant of nature: no coefficient can be larger.
+  bool limited = false;
   std::unique_ptr<Basis> (*basis)(const BasisContext& context) = nullptr;
 };
 

@@ -197,9 +197,8 @@ Effect Integral(Effect effect) {
   return effect;
 }
 
-// By a constant of nature.
-Effect Limited(Effect effect, double limit) {
-  effect.limit = limit;
+Effect Limited(Effect effect) {
+  effect.limited = true;
   return effect;
 }
 
@@ -269,8 +268,7 @@ std::vector<Effect> RateEffects() {
                    "Earth's rotation, where the site's latitude is not configured",
                    "configure the site's latitude and heading", kNeedsGravity,
                    {{"up", "deg/s"}, {"world_x", "deg/s"}, {"world_y", "deg/s"}}, 0.0042,
-                   Make<EarthBasis>),
-              0.0042),
+                   Make<EarthBasis>)),
       With(Rate("bias.step", "b 1(t >= t0)", "stress, supply or a restart",
                 "none: it is found where it happens", kNeedsNothing, {{"b", "deg/s"}}, 0.5,
                 Make<BiasStepBasis>),

@@ -5,6 +5,7 @@
 #include <complex>
 #include <numbers>
 #include <unsupported/Eigen/FFT>
+#include <utility>
 
 #include "calibration/trace/basis.h"
 #include "calibration/trace/likelihood.h"
@@ -249,12 +250,25 @@ ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_sco
   return peak;
 }
 
+bool TooShort(const ChannelProblem& problem) { return problem.rows() < 4 * kEdgeRows; }
+
+std::vector<ScanPeak> Found(std::vector<ScanPeak> peaks) {
+  std::erase_if(peaks, [](const ScanPeak& peak) { return !(peak.gain > 0); });
+  return peaks;
+}
+
 }  // namespace
+
+std::vector<ScanPeak> ScanBias(const ChannelProblem& problem, const Whitener& whitener,
+                               const Eigen::MatrixXd& model, const Eigen::VectorXd& residual) {
+  if (TooShort(problem)) return {};
+  return Found({Steps(problem, whitener, model, residual).Bias(), Tone(problem, residual)});
+}
 
 std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whitener,
                            const Eigen::MatrixXd& model, const Eigen::VectorXd& residual) {
+  if (TooShort(problem)) return {};
   std::vector<ScanPeak> peaks;
-  if (problem.rows() < 4 * kEdgeRows) return peaks;
   const Steps steps(problem, whitener, model, residual);
   peaks.push_back(steps.Bias());
   if (!problem.table_axes().empty()) peaks.push_back(steps.Angle());
@@ -264,8 +278,7 @@ std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whiten
     peaks.push_back(Ripple(problem, output, axis));
     peaks.back().tried *= static_cast<double>(problem.table_axes().size());
   }
-  std::erase_if(peaks, [](const ScanPeak& peak) { return !(peak.gain > 0); });
-  return peaks;
+  return Found(std::move(peaks));
 }
 
 }  // namespace gyrobench::calibration

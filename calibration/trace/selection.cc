@@ -183,7 +183,8 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
     if (effect.positive && value < 0.0) return false;
     if (effect.typical_size > 0 && std::fabs(value) > kImplausible * effect.typical_size)
       return false;
-    if (effect.limit > 0 && std::fabs(value) > effect.limit + kSure * StdError(candidate, j, model))
+    if (effect.limited &&
+        std::fabs(value) > effect.typical_size + kSure * StdError(candidate, j, model))
       return false;
   }
   return true;
