@@ -11,29 +11,12 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr std::size_t kFolds = 10, kRunsToHoldOut = 3;
-// Of a column's square: less in the training rows is the whitener's memory of what happened in the
-// others.
-constexpr double kSeen = 1e-2;
-// What only one moment knows is trained where more than this is to be seen of it.
-constexpr double kMostOf = 0.5;
+// Weight of the rows that are held out. What the others know is next to untouched by it: a tenth of
+// the rows has a hundredth of the say. What these rows alone know, as a constant of their own or a
+// resonance that is passed once, they tell; without it they would be met by an extrapolation.
+constexpr double kWeightOfTest = 0.1;
 // A variance that grows by more when a measurement is held out: that one alone knew.
 constexpr double kLostSight = 4.0;
-
-// Least squares from products; dependent columns get 0, those that training cannot see too.
-Eigen::VectorXd SolveProducts(const Eigen::MatrixXd& gram, const Eigen::VectorXd& right,
-                              const Eigen::VectorXd& whole, std::vector<Eigen::Index>* unseen) {
-  std::vector<Eigen::Index> seen;
-  for (Eigen::Index j = 0; j < gram.rows(); ++j) {
-    if (gram(j, j) > kSeen * whole(j)) {
-      seen.push_back(j);
-    } else if (unseen != nullptr) {
-      unseen->push_back(j);
-    }
-  }
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(gram.rows());
-  out(seen) = SolveIndependent(gram(seen, seen), right(seen));
-  return out;
-}
 
 std::vector<Eigen::Index> AllBut(Eigen::Index count, const std::vector<Eigen::Index>& without) {
   std::vector<Eigen::Index> out;
@@ -49,7 +32,7 @@ class Splitter {
  public:
   // `without`: linear columns that the model goes without.
   Splitter(const ChannelFit& fit, const std::vector<Eigen::Index>& without)
-      : baseline_(fit.baseline_columns), output_(fit.white_output) {
+      : output_(fit.white_output) {
     const std::vector<Eigen::Index> columns = AllBut(fit.raw.cols(), without);
     for (const Eigen::Index j : columns) local_.push_back(fit.local[static_cast<std::size_t>(j)]);
     std::vector<Eigen::Index> slopes;
@@ -69,32 +52,17 @@ class Splitter {
     right_ = white_.transpose() * output_;
   }
 
-  // Coefficients from all rows but those of the ranges. What only these know, as a measurement's
-  // own constant, is fitted on them where that is asked for, and is 0 otherwise.
-  Eigen::VectorXd TrainWithout(const RowRanges& ranges, bool fit_local) const {
-    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(gram_.rows(), gram_.cols());
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(gram_.rows());
+  // Coefficients from all rows, those of the ranges with next to no weight.
+  Eigen::VectorXd TrainWithout(const RowRanges& ranges) const {
+    constexpr double kTaken = 1.0 - kWeightOfTest;
+    Eigen::MatrixXd gram = gram_;
+    Eigen::VectorXd right = right_;
     for (const RowRange& range : ranges) {
       const auto test = white_.middleRows(range.begin, range.size());
-      gram.noalias() += test.transpose() * test;
-      right.noalias() += test.transpose() * output_.segment(range.begin, range.size());
+      gram.noalias() -= kTaken * test.transpose() * test;
+      right.noalias() -= kTaken * test.transpose() * output_.segment(range.begin, range.size());
     }
-    std::vector<Eigen::Index> unseen;
-    // The filter carries some of a moment into other rows: too little to train by.
-    Eigen::VectorXd whole = gram_.diagonal();
-    for (Eigen::Index j = 0; fit_local && j < whole.size(); ++j) {
-      if (local_[static_cast<std::size_t>(j)] && j >= baseline_) whole(j) *= kMostOf / kSeen;
-    }
-    Eigen::VectorXd theta = SolveProducts(gram_ - gram, right_ - right, whole, &unseen);
-    std::erase_if(unseen, [&](Eigen::Index j) { return !local_[static_cast<std::size_t>(j)]; });
-    if (unseen.empty() || !fit_local) return theta;
-    const Eigen::VectorXd left = right - gram * theta;
-    const Eigen::MatrixXd sub = gram(unseen, unseen);
-    const Eigen::VectorXd part = left(unseen);
-    const Eigen::VectorXd own = SolveProducts(sub, part, sub.diagonal(), nullptr);
-    for (std::size_t i = 0; i < unseen.size(); ++i)
-      theta(unseen[i]) = own(static_cast<Eigen::Index>(i));
-    return theta;
+    return SolveIndependent(gram, right);
   }
   // Without these rows every column that is not their own is known nearly as well.
   bool SeesWithout(const RowRanges& ranges) const {
@@ -123,7 +91,6 @@ class Splitter {
   }
 
  private:
-  Eigen::Index baseline_;  // columns that belong to it
   Eigen::MatrixXd white_, raw_;
   std::vector<bool> local_;  // of each column
   const Eigen::VectorXd& output_;
@@ -167,7 +134,7 @@ HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
   if (folds.size() < 2) return {};
   TriedRows tried_before, tried_after;
   auto test = [&](const Splitter& splitter, const RowRanges& fold, TriedRows* tried) {
-    const Eigen::VectorXd theta = splitter.TrainWithout(fold, true);
+    const Eigen::VectorXd theta = splitter.TrainWithout(fold);
     const Eigen::VectorXd residual = splitter.RawResidual(problem.output_deg(), theta);
     for (const RowRange& range : fold) {
       tried->rows += static_cast<double>(range.size());

@@ -250,14 +250,37 @@ void Selection::Insert(Candidate candidate) {
   members_.push_back(std::move(candidate));
 }
 
-void Selection::TryPool(const WhiteStore::Columns& model, Best* best) const {
+void Selection::TryPool(const WhiteStore::Columns& model, Best* best) {
+  std::map<std::string, std::pair<double, const Candidate*>> near;
   for (const Candidate& candidate : pool_) {
     if (Barred(candidate.family)) continue;
     double excess = candidate.log_level - LogP(candidate, model);
-    if (excess <= 0.0) continue;
+    if (excess <= 0.0) {
+      if (!candidate.searched() || excess < -kNearLevel) continue;
+      auto& [nearest, point] = near[candidate.family];
+      if (point != nullptr && excess <= nearest) continue;
+      nearest = excess;
+      point = &candidate;
+      continue;
+    }
     excess = std::max(excess - 0.5 * candidate.handicap(), 1e-9);
     if (excess <= best->excess || !Plausible(candidate, model)) continue;
     *best = {candidate, excess};
+  }
+  if (best->candidate) return;
+  for (const auto& [family, nearest] : near) TryBetween(*nearest.second, model, best);
+}
+
+// What is nearly there at a point of its grid may be there between the points.
+void Selection::TryBetween(Candidate candidate, const WhiteStore::Columns& model, Best* best) {
+  const Eigen::Index mark = store_.used();
+  Refine(&candidate, model);
+  if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
+  const double excess = candidate.log_level - LogP(candidate, model);
+  if (excess > best->excess && Plausible(candidate, model)) {
+    *best = {std::move(candidate), excess};
+  } else {
+    store_.DropFrom(mark);
   }
 }
 

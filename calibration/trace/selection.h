@@ -69,7 +69,8 @@ class Selection {
   double StdError(const Candidate& candidate, std::size_t j, WhiteStore::Columns model) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool AddBest();
-  void TryPool(const WhiteStore::Columns& model, Best* best) const;
+  void TryPool(const WhiteStore::Columns& model, Best* best);
+  void TryBetween(Candidate candidate, const WhiteStore::Columns& model, Best* best);
   void TryScans(const WhiteStore::Columns& model, Best* best);
   void PlaceStep(const WhiteStore::Columns& model, Candidate* candidate) const;
   void TryProducts(Best* best) const;

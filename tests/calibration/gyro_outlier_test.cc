@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <numbers>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "calibration/collector.h"
 #include "calibration/gyro_stream.h"
@@ -156,6 +158,42 @@ TEST_F(WildSamples, AreNotMadeOfStepsOrPulsesOfMotion) {
     stream_.Add(sample);
   }
   EXPECT_EQ(Outliers(stream_.defects()), 0);
+}
+
+// 300 to 5000 deg/s2: a sample that is 12 bends off where the rate is quiet is wild, once; what
+// comes again soon, lasts longer or has a restless neighbour is motion.
+TEST_F(WildSamples, AreSmallerOnesInQuietSurroundings) {
+  struct Case {
+    std::vector<std::pair<int, double>> wild;  // sample, deg/s
+    std::int64_t outliers;
+  };
+  const Case cases[] = {
+      {{{800, 3.0}}, 1},               // 600 deg/s2, 24 bends
+      {{{800, 1.0}}, 0},               // 200 deg/s2: a hand does that
+      {{{800, 3.0}, {801, 3.0}}, 0},   // two samples
+      {{{799, 0.5}, {800, 3.0}}, 0},   // it grows
+      {{{800, 3.0}, {2200, 3.0}}, 2},  // 7 s later
+      {{{800, 3.0}, {1000, 3.0}}, 1},  // 1 s later: the second stays
+  };
+  for (const double rate_deg_s : {0.0, 60.0}) {
+    for (const Case& one : cases) {
+      std::mt19937 random(11);
+      std::normal_distribution<double> noise(0.0, 4.0);
+      stream_ = GyroStream();
+      stream_.Start(Counts());
+      for (int i = 0; i < 3000; ++i) {
+        GyroSample sample;
+        sample.t_s = kInterval_s * i;
+        sample.xi[0] = std::round(131.0 * rate_deg_s + noise(random));
+        for (const auto& [where, wild_deg_s] : one.wild) {
+          if (i == where) sample.xi[0] += 131.0 * wild_deg_s;
+        }
+        stream_.Add(sample);
+      }
+      EXPECT_EQ(Outliers(stream_.defects()), one.outliers)
+          << one.wild.front().second << " deg/s, first of " << one.wild.size();
+    }
+  }
 }
 
 TEST(MeasuredData, HasNoWildSample) {

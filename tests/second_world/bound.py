@@ -16,7 +16,7 @@ import numpy as np
 import catalogue
 from whitening import Whitener
 
-FALSE_DISCOVERY = 0.01
+FALSE_DISCOVERY = 0.01 / 3.0  # a channel: a false name in 1 % of runs, and a run has three channels
 ALONE = 10.0  # 2 x log-likelihood between the best and the next, to be named alone
 
 
@@ -180,7 +180,7 @@ class Bound:
 
 
 def threshold(tests, freedom=1):
-    """Gain that chance passes in 1 % of channels over all tests of an effect of so many parameters."""
+    """Gain that chance passes in FALSE_DISCOVERY of channels over all tests of an effect of so many parameters."""
     tail = FALSE_DISCOVERY / tests
     low, high = 0.0, 200.0
     for _ in range(60):
