@@ -78,13 +78,15 @@ class RestTrimmer {
     return out;
   }
 
-  // A noisy reference shows the slow end of a motion as a rest, all of which turns alike. A long
-  // rest beside it, in the same pose, says what the sensor shows at rest.
+  // A noisy reference shows a reversal as a rest, in which the rate changes, and the slow end of a
+  // motion, all of which turns alike: there a long rest beside it, in the same pose, says what the
+  // sensor shows at rest. Of a few nodes nothing can be said.
   void DropThoseThatTurn() {
     const std::vector<Stretch> rests = Stretches();
     for (std::size_t r = 0; r < rests.size(); ++r) {
       if (Length(rests[r]) > kShortRest_s) continue;
-      const bool turns = (r > 0 && TurnsBeside(rests[r], rests[r - 1])) ||
+      const bool turns = rests[r].end - rests[r].begin <= kLeastQuiet || TurnsWithin(rests[r]) ||
+                         (r > 0 && TurnsBeside(rests[r], rests[r - 1])) ||
                          (r + 1 < rests.size() && TurnsBeside(rests[r], rests[r + 1]));
       for (std::size_t k = rests[r].begin; turns && k < rests[r].end; ++k) rest_of_[k] = kNoRest;
     }
@@ -92,6 +94,14 @@ class RestTrimmer {
 
   double Length(const Stretch& rest) const {
     return nodes_[rest.end - 1].at.t_s - nodes_[rest.begin].at.t_s;
+  }
+
+  bool TurnsWithin(const Stretch& rest) const {
+    const Vector3 mean = Quiet(rest.begin, rest.end - 1);
+    for (std::size_t i = rest.begin; i + 1 < rest.end; ++i) {
+      if (Turns(i, mean)) return true;
+    }
+    return false;
   }
 
   bool TurnsBeside(const Stretch& rest, const Stretch& beside) const {
