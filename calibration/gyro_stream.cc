@@ -17,9 +17,9 @@ constexpr double kBridgedIntervals = 4.5;
 constexpr double kShortestGap_s = 0.05;
 
 // Wild samples (see the class).
-constexpr double kWildBends = 8.0, kWildInQuietBends = 12.0;
-constexpr double kWildAcceleration_deg_s2 = 5000.0, kWildInQuiet_deg_s2 = 300.0;
-constexpr double kNeighboursAgree = 0.25, kQuietApart = 2.0;
+constexpr double kWildBends = 8.0, kSmallWildBends = 40.0, kWildInQuietBends = 12.0;
+constexpr double kWildAcceleration_deg_s2 = 5000.0, kSmallWild_deg_s2 = 300.0;
+constexpr double kNeighboursAgree = 0.25, kQuietBends = 2.0;
 constexpr double kSmallWildApart_s = 5.0;
 constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity is not known
 // Beyond these a number is no measurement; squares of it would overflow.
@@ -122,14 +122,15 @@ void GyroStream::MendNewest(double next_t_s, const Vector3& next) {
 }
 
 bool GyroStream::IsWild(std::size_t c, double off, double off_deg_s2, double next) {
-  if (off_deg_s2 < kWildInQuiet_deg_s2) return false;
+  if (off_deg_s2 < kSmallWild_deg_s2) return false;
   const double before = back(2).xi[c];
   const double apart = std::max(std::fabs(next - before), std::fabs(before - back(3).xi[c]));
   if (apart > kNeighboursAgree * off) return false;
   const double largest = *std::max_element(bend_[c].begin(), bend_[c].end());
   const double bend = std::max(digit_, largest);
   if (off_deg_s2 > kWildAcceleration_deg_s2) return off > kWildBends * bend;
-  if (off < kWildInQuietBends * bend || apart > kQuietApart * bend) return false;
+  const bool quiet = apart <= kQuietBends * bend;
+  if (off < (quiet ? kWildInQuietBends : kSmallWildBends) * bend) return false;
   // What comes again is the motion of something that steps.
   const double since_s = back(1).t_s - std::exchange(last_small_wild_s_[c], back(1).t_s);
   return !(since_s < kSmallWildApart_s);

@@ -1,4 +1,4 @@
-// The numbers of a chosen model, their errors, and what the model is worth on data it did not see.
+// The numbers of a chosen model, their errors.
 #pragma once
 
 #include <Eigen/Core>

@@ -11,10 +11,10 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr std::size_t kFolds = 10, kRunsToHoldOut = 3;
-// Weight of the rows that are held out. What the others know is next to untouched by it: a tenth of
-// the rows has a hundredth of the say. What these rows alone know, as a constant of their own or a
-// resonance that is passed once, they tell; without it they would be met by an extrapolation.
-constexpr double kWeightOfTest = 0.1;
+// Weight of the rows that are held out: next to none, which fits what is theirs alone, as a
+// constant of their own; and a tenth where they know more of something than the others do, as of a
+// resonance that is passed once: by the others alone they would be met by an extrapolation.
+constexpr double kWeight = 1e-3, kWeightOfThoseWhoKnow = 0.1;
 // A variance that grows by more when a measurement is held out: that one alone knew.
 constexpr double kLostSight = 4.0;
 
@@ -52,15 +52,15 @@ class Splitter {
     right_ = white_.transpose() * output_;
   }
 
-  // Coefficients from all rows, those of the ranges with next to no weight.
-  Eigen::VectorXd TrainWithout(const RowRanges& ranges) const {
-    constexpr double kTaken = 1.0 - kWeightOfTest;
+  // Coefficients from all rows, those of the ranges with a weight of their own.
+  Eigen::VectorXd TrainWithout(const RowRanges& ranges, double weight) const {
     Eigen::MatrixXd gram = gram_;
     Eigen::VectorXd right = right_;
     for (const RowRange& range : ranges) {
       const auto test = white_.middleRows(range.begin, range.size());
-      gram.noalias() -= kTaken * test.transpose() * test;
-      right.noalias() -= kTaken * test.transpose() * output_.segment(range.begin, range.size());
+      gram.noalias() -= (1.0 - weight) * test.transpose() * test;
+      right.noalias() -=
+          (1.0 - weight) * test.transpose() * output_.segment(range.begin, range.size());
     }
     return SolveIndependent(gram, right);
   }
@@ -133,8 +133,9 @@ HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
   if (folds.empty()) folds = FoldsOfBlocks(problem);
   if (folds.size() < 2) return {};
   TriedRows tried_before, tried_after;
-  auto test = [&](const Splitter& splitter, const RowRanges& fold, TriedRows* tried) {
-    const Eigen::VectorXd theta = splitter.TrainWithout(fold);
+  auto test = [&](const Splitter& splitter, const RowRanges& fold, double weight,
+                  TriedRows* tried) {
+    const Eigen::VectorXd theta = splitter.TrainWithout(fold, weight);
     const Eigen::VectorXd residual = splitter.RawResidual(problem.output_deg(), theta);
     for (const RowRange& range : fold) {
       tried->rows += static_cast<double>(range.size());
@@ -143,8 +144,9 @@ HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
     }
   };
   for (const RowRanges& fold : folds) {
-    test(before, fold, &tried_before);
-    test(after, fold, &tried_after);
+    const double weight = after.SeesWithout(fold) ? kWeight : kWeightOfThoseWhoKnow;
+    test(before, fold, weight, &tried_before);
+    test(after, fold, weight, &tried_after);
   }
   return Compare(tried_before, tried_after, seed);
 }

@@ -13,11 +13,12 @@ namespace gyrobench::calibration {
 
 // Whitened RMS and angle error on data that the coefficients did not see: by whole measurements
 // where there are three and more, and none of them alone knows what a column does; else ten times a
-// tenth of short blocks in time, which cover what the rest of the blocks do. `without`: columns of
-// `fit.raw` that the model before leaves out; the model after has all. NaN where the data are too
-// short to be divided. Which effects there are, where a step, a tone or a curve's bend is, and the
-// noise, was chosen on all data: only sizes, shapes and constants are trained anew. PartTrial has
-// the choice on a part as well.
+// tenth of short blocks in time, which cover what the rest of the blocks do. Blocks that know more
+// of a column than the rest, as of a resonance that is passed once, have a tenth of their weight in
+// the coefficients. `without`: columns of `fit.raw` that the model before leaves out; the model
+// after has all. NaN where the data are too short to be divided. Which effects there are, where a
+// step, a tone or a curve's bend is, and the noise, was chosen on all data: only sizes, shapes and
+// constants are trained anew. PartTrial has the choice on a part as well.
 HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
                        const std::vector<Eigen::Index>& without, std::uint64_t seed);
 

@@ -18,8 +18,11 @@ namespace {
 // How the chance of a false discovery is shared out; there may be a scan of ripple for each axis.
 constexpr double kShareOfCatalogue = 0.65, kShareOfProducts = 0.1, kShareOfCurves = 0.05,
                  kShareOfScan = 0.016;
-// A scan's place so near to its level may pass it when it is refined.
+// A scan's place, or a point of a grid, so near to its level may pass it when it is refined.
 constexpr double kNearLevel = 4.0;
+// Logarithm of how much more often, for each parameter that is refined: at the gains that are asked
+// for, by the tails of chi square with one degree more and the width of a cell of the grid.
+constexpr double kBetweenPoints = 0.85;
 constexpr std::size_t kMostEffects = 12;
 // Many steps and tones are no cause but a residual that is not understood.
 constexpr std::ptrdiff_t kMostScanned = 6;
@@ -271,14 +274,16 @@ void Selection::TryPool(const WhiteStore::Columns& model, Best* best) {
   for (const auto& [family, nearest] : near) TryBetween(*nearest.second, model, best);
 }
 
-// What is nearly there at a point of its grid may be there between the points.
+// What is nearly there at a point of its grid may be there between the points. The best of all
+// places between passes a level more often than the points do, which were counted.
 void Selection::TryBetween(Candidate candidate, const WhiteStore::Columns& model, Best* best) {
+  candidate.log_level -= kBetweenPoints * static_cast<double>(candidate.context.nonlinear.size());
   const Eigen::Index mark = store_.used();
   Refine(&candidate, model);
   if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
   const double excess = candidate.log_level - LogP(candidate, model);
   if (excess > best->excess && Plausible(candidate, model)) {
-    *best = {std::move(candidate), excess};
+    *best = {std::move(candidate), excess, true};
   } else {
     store_.DropFrom(mark);
   }
@@ -308,7 +313,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
       excess = level - LogP(candidate, model);
     }
     if (excess > best->excess && Plausible(candidate, model)) {
-      *best = {candidate, excess};
+      *best = {candidate, excess, true};
     } else {
       store_.DropFrom(mark);
     }
@@ -399,7 +404,7 @@ bool Selection::Add(Best best, const WhiteStore::Columns& model) {
   Candidate& candidate = *best.candidate;
   const bool placed =
       candidate.effect != nullptr && candidate.family.find('@') != std::string::npos;
-  if (!placed) Refine(&candidate, model);
+  if (!placed && !best.refined) Refine(&candidate, model);
   Insert(std::move(candidate));
   return true;
 }

@@ -55,6 +55,7 @@ class Selection {
   struct Best {
     std::optional<Candidate> candidate;
     double excess = 0.0;  // of the logarithm of its level over that of its p-value
+    bool refined = false;
   };
   struct Ramp {
     Candidate candidate;

@@ -14,6 +14,8 @@ inline constexpr std::size_t kNoRest = static_cast<std::size_t>(-1);
 
 // Of each node: index of the rest that it is in, or kNoRest. A rest ends where the gyro feels the
 // motion, or the reference shows it, less the time for which neither would.
+// A short one in which the rate changes, or of two or three nodes, is none: a noisy reference shows
+// reversals and the ends of motions so.
 std::vector<std::size_t> RestsOfNodes(const Recording& recording);
 // Makes two of a rest in which the reference steps: those after the step get indices beyond those
 // of the recording's rests.

@@ -15,8 +15,8 @@ constexpr double kTurnSigmas = 4.0;
 // So long before the end (after the begin) of a rest a motion may have begun that neither single
 // readings nor single samples show; what comes before is what the sensor shows at rest.
 constexpr double kEdge_s = 1.5, kMostOfRest = 0.4;
-// A rest that is no longer may be the end of a motion; so near to it another in the same pose has
-// the same offset.
+// A rest that is no longer may be a reversal or the end of a motion; so near to it another in the
+// same pose has the same offset.
 constexpr double kShortRest_s = 1.5, kBeside_s = 10.0, kSamePose_deg = 1.0;
 constexpr std::size_t kLeastQuiet = 3, kMostQuiet = 30;
 
@@ -73,14 +73,14 @@ class RestTrimmer {
     std::vector<Stretch> out;
     for (std::size_t begin = 0, end = 0; begin < rest_of_.size(); begin = end) {
       for (end = begin + 1; end < rest_of_.size() && rest_of_[end] == rest_of_[begin];) ++end;
-      if (rest_of_[begin] != kNoRest && end > begin + 1) out.push_back({begin, end});
+      if (rest_of_[begin] != kNoRest) out.push_back({begin, end});
     }
     return out;
   }
 
   // A noisy reference shows a reversal as a rest, in which the rate changes, and the slow end of a
   // motion, all of which turns alike: there a long rest beside it, in the same pose, says what the
-  // sensor shows at rest. Of a few nodes nothing can be said.
+  // sensor shows at rest. Of a few nodes no rate is known well enough.
   void DropThoseThatTurn() {
     const std::vector<Stretch> rests = Stretches();
     for (std::size_t r = 0; r < rests.size(); ++r) {

@@ -78,6 +78,16 @@ TEST_F(WildSamples, AreBridgedAtRestAndInEveryKindOfMotion) {
   }
 }
 
+// 3000 deg/s2, at rest, on a ramp, at constant rate, while it slows down.
+TEST_F(WildSamples, AreBridgedInMotionFromFortyBendsOn) {
+  const double clean = Run(0, 0.0);
+  for (const std::size_t where : {100u, 450u, 600u, 1140u, 1500u}) {
+    const double mended = Run(where, 2000.0);
+    EXPECT_EQ(Outliers(stream_.defects()), 1) << where;
+    EXPECT_NEAR(mended, clean, kInterval_s * 131.0 * 1.2) << where;
+  }
+}
+
 // Between two samples the integral bends with the one after them: two before the newest it is
 // settled.
 TEST_F(WildSamples, AreKnownWithTheSampleAfterThem) {
@@ -127,7 +137,7 @@ TEST_F(WildSamples, DoNotHideASaturation) {
 // Noise is not to be mended: it would look smaller than it is.
 TEST_F(WildSamples, AreNotMadeOfHeavyTails) {
   constexpr int kSamples = 400'000;
-  for (const double sigma : {4.0, 400.0, 4000.0}) {
+  for (const double sigma : {4.0, 100.0, 400.0, 4000.0}) {
     stream_ = GyroStream();
     stream_.Start(Counts());
     std::mt19937 random(6);

@@ -16,7 +16,7 @@ import numpy as np
 import catalogue
 from whitening import Whitener
 
-FALSE_DISCOVERY = 0.01 / 3.0  # a channel: a false name in 1 % of runs, and a run has three channels
+FALSE_DISCOVERY = 0.009  # of all channels of a set together
 ALONE = 10.0  # 2 x log-likelihood between the best and the next, to be named alone
 
 
@@ -84,7 +84,8 @@ class Bound:
 
     def __init__(self, scene, channel, noise, candidates):
         self.candidates = candidates
-        self.places = [max(1.0, catalogue.places(scene, c)) for c in candidates]
+        self.places = [max(1.0, catalogue.places(scene, c, channel)) for c in candidates]
+        self.false_discovery = FALSE_DISCOVERY / len(scene.bench["gyro_axes"])
         groups = [catalogue.responses(scene, channel, c) for c in candidates]
         sizes = np.cumsum([0] + [len(g) for g in groups])
         self.columns = [np.arange(a, b) for a, b in zip(sizes[:-1], sizes[1:])]
@@ -138,8 +139,8 @@ class Bound:
         """How often an ideal tracer names the one true effect: alone, or among rivals.
 
         truth: (index, vector of parameters). Scores are drawn from N(G theta, G); each candidate gains
-        u' G^-1 u; the best must pass a Bonferroni threshold, over all places where one is looked for, and be ahead of
-        every other id by ALONE.
+        u' G^-1 u; the best must pass a Bonferroni threshold, over all ids and all places and axes where one is
+        looked for, and be ahead of every other id by ALONE.
         """
         i, theta = truth
         mean = self.gram[:, self.columns[i]] @ theta
@@ -159,12 +160,14 @@ class Bound:
 
     def _thresholds(self, ids):
         """Of the gain of each id, (ids, 1)."""
-        tests, freedom = {}, {}
-        for candidate, places, columns in zip(self.candidates, self.places, self.columns):
-            tests[candidate.effect] = max(tests.get(candidate.effect, 1.0), places)
-            seen = int((self.kept[columns] > 1e-7).sum())
-            freedom[candidate.effect] = max(freedom.get(candidate.effect, 1), seen)
-        return np.array([[threshold(len(self.candidates) * tests[i], freedom[i])] for i in ids])
+        places, axes, freedom = {}, {}, {}
+        for candidate, own, columns in zip(self.candidates, self.places, self.columns):
+            effect = candidate.effect
+            places[effect] = max(places.get(effect, 1.0), own)
+            axes.setdefault(effect, set()).add(candidate.axis)
+            freedom[effect] = max(freedom.get(effect, 1), int((self.kept[columns] > 1e-7).sum()))
+        return np.array([[threshold(len(ids) * places[i] * len(axes[i]), freedom[i], self.false_discovery)]
+                         for i in ids])
 
     def _gains(self, scores, correlation):
         """Likelihood gain (2 log) of each id and draw: the best of its candidates."""
@@ -179,9 +182,9 @@ class Bound:
         return list(gains), np.array(list(gains.values()))
 
 
-def threshold(tests, freedom=1):
-    """Gain that chance passes in FALSE_DISCOVERY of channels over all tests of an effect of so many parameters."""
-    tail = FALSE_DISCOVERY / tests
+def threshold(tests, freedom=1, false_discovery=FALSE_DISCOVERY):
+    """Gain that chance passes in that share of channels over all tests of an effect of so many parameters."""
+    tail = false_discovery / tests
     low, high = 0.0, 200.0
     for _ in range(60):
         middle = 0.5 * (low + high)

@@ -176,9 +176,10 @@ class Bounds(unittest.TestCase):
         theta = np.array([20.0 * world.bound.sigma(at, np.ones(1))])
         self.assertGreater(world.bound.permitted(np.random.default_rng(1), (at, theta))[1], 0.99)
 
-    def test_a_chance_of_one_percent_of_runs_over_sixty_candidates(self):
-        three_channels = 1.0 - (1.0 - bound.chi_square_tail(bound.threshold(1), 1)) ** 3
-        self.assertAlmostEqual(three_channels, 0.01, places=4)
+    def test_the_chance_is_of_all_channels_and_of_all_that_is_tried(self):
+        self.assertAlmostEqual(bound.threshold(1, 1, 0.01), 6.6349, places=3)
+        one = bound.chi_square_tail(bound.threshold(1, 1, bound.FALSE_DISCOVERY / 3.0), 1)
+        self.assertAlmostEqual(1.0 - (1.0 - one) ** 3, 0.009, places=4)
         self.assertGreater(bound.threshold(60), bound.threshold(1))
         self.assertGreater(bound.threshold(60, 3), bound.threshold(60, 2))
 
