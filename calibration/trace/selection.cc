@@ -254,24 +254,32 @@ void Selection::Insert(Candidate candidate) {
 }
 
 void Selection::TryPool(const WhiteStore::Columns& model, Best* best) {
-  std::map<std::string, std::pair<double, const Candidate*>> near;
   for (const Candidate& candidate : pool_) {
     if (Barred(candidate.family)) continue;
     double excess = candidate.log_level - LogP(candidate, model);
-    if (excess <= 0.0) {
-      if (!candidate.searched() || excess < -kNearLevel) continue;
-      auto& [nearest, point] = near[candidate.family];
-      if (point != nullptr && excess <= nearest) continue;
-      nearest = excess;
-      point = &candidate;
-      continue;
-    }
+    if (excess <= 0.0) continue;
     excess = std::max(excess - 0.5 * candidate.handicap(), 1e-9);
     if (excess <= best->excess || !Plausible(candidate, model)) continue;
     *best = {candidate, excess};
   }
   if (best->candidate) return;
-  for (const auto& [family, nearest] : near) TryBetween(*nearest.second, model, best);
+  for (const Candidate* point : NearlyFound(model)) TryBetween(*point, model, best);
+}
+
+// Of each family whose parameters are searched for, the point that comes nearest to its level.
+std::vector<const Candidate*> Selection::NearlyFound(const WhiteStore::Columns& model) const {
+  std::map<std::string, std::pair<double, const Candidate*>> nearest;
+  for (const Candidate& candidate : pool_) {
+    if (!candidate.searched() || Barred(candidate.family)) continue;
+    const double excess = candidate.log_level - LogP(candidate, model);
+    auto [place, first] = nearest.try_emplace(candidate.family, excess, &candidate);
+    if (!first && excess > place->second.first) place->second = {excess, &candidate};
+  }
+  std::vector<const Candidate*> out;
+  for (const auto& [family, point] : nearest) {
+    if (point.first >= -kNearLevel) out.push_back(point.second);
+  }
+  return out;
 }
 
 // What is nearly there at a point of its grid may be there between the points. The best of all

@@ -71,6 +71,7 @@ class Selection {
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool AddBest();
   void TryPool(const WhiteStore::Columns& model, Best* best);
+  std::vector<const Candidate*> NearlyFound(const WhiteStore::Columns& model) const;
   void TryBetween(Candidate candidate, const WhiteStore::Columns& model, Best* best);
   void TryScans(const WhiteStore::Columns& model, Best* best);
   void PlaceStep(const WhiteStore::Columns& model, Candidate* candidate) const;

@@ -237,8 +237,8 @@ class TrailMaker {
   bool Errs(std::size_t k, std::size_t a) const {
     if (!AtRest(k)) return !settled_.is_settled[k][a];
     const double angle = settled_.angle_deg[k][a];
-    return (k > 0 && settled_.angle_deg[k - 1][a] != angle) ||
-           (k + 1 < nodes_.size() && settled_.angle_deg[k + 1][a] != angle);
+    return (k > 0 && TurnedTo(k - 1, a) != angle) ||
+           (k + 1 < nodes_.size() && TurnedTo(k + 1, a) != angle);
   }
 
   void AxisErrors() {

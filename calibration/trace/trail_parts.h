@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,17 @@ inline constexpr std::size_t kNoRest = static_cast<std::size_t>(-1);
 // A short one in which the rate changes, or of two or three nodes, is none: a noisy reference shows
 // reversals and the ends of motions so.
 std::vector<std::size_t> RestsOfNodes(const Recording& recording);
+struct NodeRange {
+  std::size_t begin = 0, end = 0;
+};
+struct ReferenceStep {
+  std::size_t at = 0;   // first node after it
+  double sigmas = 0.0;  // of the two means' difference
+};
+// The clear step of an axis that stands still, if there is one: over 7 standard deviations, and
+// more than rounding to counts of `count_deg` makes. Three nodes on either side are needed.
+std::optional<ReferenceStep> LargestStep(const std::vector<Node>& nodes, const NodeRange& rest,
+                                         std::size_t axis, double count_deg);
 // Makes two of a rest in which the reference steps: those after the step get indices beyond those
 // of the recording's rests.
 void SplitRestsAtSteps(const Recording& recording, std::vector<std::size_t>* rest_of);

@@ -77,11 +77,17 @@ void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, double error_
   }
 }
 
-// Nodes [begin, end) of one axis.
-void Settle(const std::vector<Node>& nodes, std::size_t axis, double error_deg, std::size_t begin,
-            std::size_t end, SettledAngles* out) {
-  if (end < begin + kShortestSettled) return;
-  CutSoftEnds(nodes, axis, error_deg, &begin, &end);
+// Nodes of one axis that stay within the tolerance. Where the reference steps there are two angles.
+void Settle(const std::vector<Node>& nodes, std::size_t axis, double error_deg, double count_deg,
+            NodeRange range, SettledAngles* out) {
+  if (range.end < range.begin + kShortestSettled) return;
+  CutSoftEnds(nodes, axis, error_deg, &range.begin, &range.end);
+  if (const std::optional<ReferenceStep> step = LargestStep(nodes, range, axis, count_deg)) {
+    Settle(nodes, axis, error_deg, count_deg, {range.begin, step->at}, out);
+    Settle(nodes, axis, error_deg, count_deg, {step->at, range.end}, out);
+    return;
+  }
+  const auto& [begin, end] = range;
   if (end < begin + kShortestSettled + 2 * kEnds) return;
   double sum = 0.0;
   for (std::size_t k = begin + kEnds; k < end - kEnds; ++k) sum += Angle(nodes[k], axis);
@@ -111,7 +117,7 @@ SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& no
                          std::fabs(Angle(nodes[k], a) - Angle(nodes[begin], a)) < 2.0 * tolerance &&
                          std::fabs(Angle(nodes[k], a) - Angle(nodes[k - 1], a)) < tolerance;
       if (stays) continue;
-      Settle(nodes, a, error_deg, begin, k, &out);
+      Settle(nodes, a, error_deg, recording.reference_step_deg[a], {begin, k}, &out);
       begin = k;
     }
   }

@@ -135,6 +135,22 @@ class Bound:
         mine = len(self.columns[i])
         return inverse[:mine, :mine]
 
+    def copies(self, i, theta):
+        """Ids of the catalogue of which one does what candidate i does, but for less than ALONE of its gain."""
+        scores = self.gram[:, self.columns[i]] @ theta
+        whole = float(scores[self.columns[i]] @ theta)
+        found = set()
+        for candidate, columns in zip(self.candidates, self.columns):
+            index = columns[self.kept[columns] > 1e-7]
+            if candidate.effect.startswith("unknown.") or not index.size:
+                continue
+            unit = 1.0 / np.sqrt(np.diag(self.gram)[index])
+            inverse = np.linalg.pinv(self.gram[np.ix_(index, index)] * np.outer(unit, unit), rcond=1e-9, hermitian=True)
+            own = scores[index] * unit
+            if whole - float(own @ inverse @ own) < ALONE:
+                found.add(candidate.effect)
+        return sorted(found)
+
     def permitted(self, rng, truth, draws=200):
         """How often an ideal tracer names the one true effect: alone, or among rivals.
 

@@ -44,11 +44,15 @@ def verdict_on(channel, truth_ids):
     return "among" if any(effect.get("rivals") for effect in effects) else "exact"
 
 
-def verdict_on_unknown(channel):
-    """Of an effect out of the catalogue: recognised, false (a physical name alone), or nothing."""
-    def physical(effect):
-        return all(not n.startswith(("composed", "empirical", "unexplained")) for n in names_of(effect))
-    if any(physical(e) for e in channel["effects"]):
+def verdict_on_unknown(channel, copies):
+    """Of an effect out of the catalogue: recognised, false (a physical name alone), or nothing.
+
+    copies: names that are as right on these data, as a step in time of a jump at a temperature that is passed once.
+    """
+    def invented(effect):
+        return all(not n.startswith(("composed", "empirical", "unexplained")) and n not in copies
+                   for n in names_of(effect))
+    if any(invented(e) for e in channel["effects"]):
         return "false"
     if channel["effects"] or channel["verdict"] in ("unexplained", "partly_explained"):
         return "recognised"
@@ -115,7 +119,7 @@ def _word(truth, channel):
     if not truth["effects"]:
         return "false" if channel["effects"] else "silent"
     if truth["kind"] == "unknown":
-        return verdict_on_unknown(channel)
+        return verdict_on_unknown(channel, truth["copies"])
     return verdict_on(channel, [e["id"] for e in truth["effects"]])
 
 

@@ -176,6 +176,13 @@ class Bounds(unittest.TestCase):
         theta = np.array([20.0 * world.bound.sigma(at, np.ones(1))])
         self.assertGreater(world.bound.permitted(np.random.default_rng(1), (at, theta))[1], 0.99)
 
+    def test_a_jump_at_a_temperature_that_is_passed_once_is_a_step_in_time(self):
+        warming = worlds.World("fast_reference", "unknown", 20.0, 140069)
+        self.assertEqual(warming.truth["effects"][0]["id"], "unknown.bias_jump")
+        self.assertIn("bias.step", warming.truth["copies"])
+        swaying = worlds.World("own_clock_reference", "unknown", 20.0, 140048)  # flat between two temperatures
+        self.assertEqual(swaying.truth["copies"], [])
+
     def test_the_chance_is_of_all_channels_and_of_all_that_is_tried(self):
         self.assertAlmostEqual(bound.threshold(1, 1, 0.01), 6.6349, places=3)
         one = bound.chi_square_tail(bound.threshold(1, 1, bound.FALSE_DISCOVERY / 3.0), 1)

@@ -58,10 +58,12 @@ class World:
                      channel=CHANNELS[self.channel], effects=effects, wanted=wanted,
                      bench={k: v for k, v in self.bench.items()}, noise=self.sensor.noise(self.bench),
                      m=self.sensor.m.tolist(), b=[b.tolist() for b in self.sensor.b],
-                     permitted_alone=None, permitted_among=None, cannot_show=self._cannot_show(),
+                     permitted_alone=None, permitted_among=None, copies=[], cannot_show=self._cannot_show(),
                      tolerated=classes.OF_A_LAG if self.bench["temp_lag_s"] else [])
         if self.kind == "single" and chosen:
             truth["permitted_alone"], truth["permitted_among"] = self.bound.permitted(self.rng, chosen[0])
+        if self.kind == "unknown" and chosen:
+            truth["copies"] = self.bound.copies(*chosen[0])
         self.bound.given = None  # a hundred megabytes, of no more use
         return hidden, truth
 
