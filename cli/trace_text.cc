@@ -111,8 +111,6 @@ void AddErrors(Rows& rows, const Json& channel) {
          "deg", "from the first 60 %, tried on the last 40 %");
   AddRow(rows, "angle error, all data", BeforeAfter(Field(channel, "fitted_angle_rms_deg")), "deg",
          "of the data that it was fitted to");
-  if (const std::string found = TrainingEffects(channel); !found.empty())
-    AddRow(rows, "held out is of", found, "");
 }
 
 std::string FiguresText(const Json& channel, const Terminal& terminal, double duration_s) {
@@ -121,8 +119,12 @@ std::string FiguresText(const Json& channel, const Terminal& terminal, double du
   for (const NoiseLine& line : NoiseLines(Field(channel, "noise"), duration_s))
     AddRow(rows, line.name, line.value, line.unit, line.note);
   if (rows.empty()) return "";
-  return "  figures\n" +
-         FitLines(AlignColumns(rows, std::vector<Align>(4, Align::kLeft), 4), terminal);
+  const std::string figures =
+      "  figures\n" +
+      FitLines(AlignColumns(rows, std::vector<Align>(4, Align::kLeft), 4), terminal);
+  const std::string found = HasEffects(channel) ? TrainingEffects(channel) : "";
+  return found.empty() ? figures
+                       : figures + Paragraph("held out is the error of " + found, terminal, 4);
 }
 
 std::string BaselineText(const Json& channel, const Terminal& terminal) {

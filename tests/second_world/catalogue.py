@@ -251,13 +251,14 @@ def unknown_candidates(rng, scene, channel):
     low, high = np.quantile(scene.temp_degC, [0.25, 0.75])
     at = rng.uniform(low, high)
     return order[:1] + [Candidate("unknown.bias_jump", at_degC=at),
-                        Candidate("unknown.bias_flat", from_degC=at, to_degC=at + 2.0), crossing(scene, at)]
+                        Candidate("unknown.bias_flat", from_degC=at, to_degC=at + 2.0), *crossing(scene, at)]
 
 
 def crossing(scene, at_degC):
-    """The step of the offset that a jump at a temperature is where that temperature is passed once."""
-    i = int(np.flatnonzero((scene.temp_degC > at_degC) != (scene.temp_degC[0] > at_degC))[0])
-    return Candidate("bias.step", table=int(scene.table[i]), t0_s=float(scene.t_s[i]))
+    """The step of the offset that a jump at a temperature is where that temperature is passed once; none where it is
+    not passed."""
+    passed = np.flatnonzero((scene.temp_degC > at_degC) != (scene.temp_degC[0] > at_degC))
+    return [Candidate("bias.step", table=int(scene.table[i]), t0_s=float(scene.t_s[i])) for i in passed[:1]]
 
 
 def unknown_terms(scene, channel, effect, p):
