@@ -130,7 +130,8 @@ HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
   // A measurement that alone shows what a column does cannot be held out by itself.
   if (!std::ranges::all_of(folds, [&](const RowRanges& fold) { return after.SeesWithout(fold); }))
     folds.clear();
-  if (folds.empty()) folds = FoldsOfBlocks(problem);
+  const bool whole_runs = !folds.empty();
+  if (!whole_runs) folds = FoldsOfBlocks(problem);
   if (folds.size() < 2) return {};
   TriedRows tried_before, tried_after;
   auto test = [&](const Splitter& splitter, const RowRanges& fold, double weight,
@@ -144,7 +145,7 @@ HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
     }
   };
   for (const RowRanges& fold : folds) {
-    const double weight = after.SeesWithout(fold) ? kWeight : kWeightOfThoseWhoKnow;
+    const double weight = whole_runs || after.SeesWithout(fold) ? kWeight : kWeightOfThoseWhoKnow;
     test(before, fold, weight, &tried_before);
     test(after, fold, weight, &tried_after);
   }

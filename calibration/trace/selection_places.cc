@@ -14,8 +14,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-// Less of a column's square left by the model: it is absorbed.
-constexpr double kAbsorbed = 1e-6;
 // Of -2 log L: less is no reason to let a power-on begin at a side of the play.
 constexpr double kStartGain = 10.0;
 

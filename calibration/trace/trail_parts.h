@@ -29,6 +29,8 @@ struct ReferenceStep {
 // more than rounding to counts of `count_deg` makes. Three nodes on either side are needed.
 std::optional<ReferenceStep> LargestStep(const std::vector<Node>& nodes, const NodeRange& rest,
                                          std::size_t axis, double count_deg);
+// The rests in their order.
+std::vector<NodeRange> RangesOfRests(const std::vector<std::size_t>& rest_of);
 // Makes two of a rest in which the reference steps: those after the step get indices beyond those
 // of the recording's rests.
 void SplitRestsAtSteps(const Recording& recording, std::vector<std::size_t>* rest_of);

@@ -41,11 +41,7 @@ class RestSplitter {
         next_(recording.columns.rests.size()) {}
 
   void Run() {
-    std::vector<NodeRange> open;
-    for (std::size_t begin = 0, end = 0; begin < rest_of_.size(); begin = end) {
-      for (end = begin + 1; end < rest_of_.size() && rest_of_[end] == rest_of_[begin];) ++end;
-      if (rest_of_[begin] != kNoRest) open.push_back({begin, end});
-    }
+    std::vector<NodeRange> open = RangesOfRests(rest_of_);
     while (!open.empty()) {
       const NodeRange rest = open.back();
       open.pop_back();

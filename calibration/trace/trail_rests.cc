@@ -29,18 +29,11 @@ class RestTrimmer {
         sigma_(Scatter()) {}
 
   void Run() {
-    for (std::size_t begin = 0, end = 0; begin < rest_of_.size(); begin = end) {
-      for (end = begin + 1; end < rest_of_.size() && rest_of_[end] == rest_of_[begin];) ++end;
-      if (rest_of_[begin] != kNoRest) Trim(begin, end);
-    }
+    for (const NodeRange& rest : RangesOfRests(rest_of_)) Trim(rest.begin, rest.end);
     DropThoseThatTurn();
   }
 
  private:
-  struct Stretch {
-    std::size_t begin = 0, end = 0;
-  };
-
   double Rate(std::size_t i, std::size_t c) const {
     return (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / (nodes_[i + 1].at.t_s - nodes_[i].at.t_s);
   }
@@ -68,21 +61,11 @@ class RestTrimmer {
     return sigma;
   }
 
-  // What is left of the rests.
-  std::vector<Stretch> Stretches() const {
-    std::vector<Stretch> out;
-    for (std::size_t begin = 0, end = 0; begin < rest_of_.size(); begin = end) {
-      for (end = begin + 1; end < rest_of_.size() && rest_of_[end] == rest_of_[begin];) ++end;
-      if (rest_of_[begin] != kNoRest) out.push_back({begin, end});
-    }
-    return out;
-  }
-
   // A noisy reference shows a reversal as a rest, in which the rate changes, and the slow end of a
   // motion, all of which turns alike: there a long rest beside it, in the same pose, says what the
   // sensor shows at rest. Of a few nodes no rate is known well enough.
   void DropThoseThatTurn() {
-    const std::vector<Stretch> rests = Stretches();
+    const std::vector<NodeRange> rests = RangesOfRests(rest_of_);
     for (std::size_t r = 0; r < rests.size(); ++r) {
       if (Length(rests[r]) > kShortRest_s) continue;
       const bool turns = rests[r].end - rests[r].begin <= kLeastQuiet || TurnsWithin(rests[r]) ||
@@ -92,11 +75,11 @@ class RestTrimmer {
     }
   }
 
-  double Length(const Stretch& rest) const {
+  double Length(const NodeRange& rest) const {
     return nodes_[rest.end - 1].at.t_s - nodes_[rest.begin].at.t_s;
   }
 
-  bool TurnsWithin(const Stretch& rest) const {
+  bool TurnsWithin(const NodeRange& rest) const {
     const Vector3 mean = Quiet(rest.begin, rest.end - 1);
     for (std::size_t i = rest.begin; i + 1 < rest.end; ++i) {
       if (Turns(i, mean)) return true;
@@ -104,7 +87,7 @@ class RestTrimmer {
     return false;
   }
 
-  bool TurnsBeside(const Stretch& rest, const Stretch& beside) const {
+  bool TurnsBeside(const NodeRange& rest, const NodeRange& beside) const {
     const double apart_s = std::max(nodes_[beside.begin].at.t_s - nodes_[rest.end - 1].at.t_s,
                                     nodes_[rest.begin].at.t_s - nodes_[beside.end - 1].at.t_s);
     if (Length(beside) <= kShortRest_s || apart_s > kBeside_s || !SamePose(rest, beside))
@@ -120,7 +103,7 @@ class RestTrimmer {
     return false;
   }
 
-  bool SamePose(const Stretch& rest, const Stretch& beside) const {
+  bool SamePose(const NodeRange& rest, const NodeRange& beside) const {
     for (std::size_t a = 0; a < 3; ++a) {
       if (!recording_.info.stand_axis_present[a]) continue;
       const double off_deg = nodes_[rest.begin].table_deg[a] - nodes_[beside.begin].table_deg[a];
@@ -200,6 +183,15 @@ class RestTrimmer {
 };
 
 }  // namespace
+
+std::vector<NodeRange> RangesOfRests(const std::vector<std::size_t>& rest_of) {
+  std::vector<NodeRange> out;
+  for (std::size_t begin = 0, end = 0; begin < rest_of.size(); begin = end) {
+    for (end = begin + 1; end < rest_of.size() && rest_of[end] == rest_of[begin];) ++end;
+    if (rest_of[begin] != kNoRest) out.push_back({begin, end});
+  }
+  return out;
+}
 
 std::vector<std::size_t> RestsOfNodes(const Recording& recording) {
   const std::vector<Node>& nodes = recording.columns.nodes;

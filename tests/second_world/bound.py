@@ -135,21 +135,20 @@ class Bound:
         mine = len(self.columns[i])
         return inverse[:mine, :mine]
 
+    def _correlation(self):
+        """What scales every column to length 1, absorbed ones to 0, and their products then."""
+        seen = self.kept > 1e-7  # an absorbed column is rounding, and takes no part
+        unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, np.diag(self.gram), 1.0)), 0.0)
+        return unit, self.gram * np.outer(unit, unit)
+
     def copies(self, i, theta):
         """Ids of the catalogue of which one does what candidate i does, but for less than ALONE of its gain."""
+        unit, correlation = self._correlation()
         scores = self.gram[:, self.columns[i]] @ theta
         whole = float(scores[self.columns[i]] @ theta)
-        found = set()
-        for candidate, columns in zip(self.candidates, self.columns):
-            index = columns[self.kept[columns] > 1e-7]
-            if candidate.effect.startswith("unknown.") or not index.size:
-                continue
-            unit = 1.0 / np.sqrt(np.diag(self.gram)[index])
-            inverse = np.linalg.pinv(self.gram[np.ix_(index, index)] * np.outer(unit, unit), rcond=1e-9, hermitian=True)
-            own = scores[index] * unit
-            if whole - float(own @ inverse @ own) < ALONE:
-                found.add(candidate.effect)
-        return sorted(found)
+        ids, gains = self._gains((scores * unit)[:, None], correlation)
+        return sorted(effect for effect, gain in zip(ids, gains[:, 0])
+                      if not effect.startswith("unknown.") and whole - gain < ALONE)
 
     def permitted(self, rng, truth, draws=200):
         """How often an ideal tracer names the one true effect: alone, or among rivals.
@@ -160,9 +159,7 @@ class Bound:
         """
         i, theta = truth
         mean = self.gram[:, self.columns[i]] @ theta
-        seen = self.kept > 1e-7  # an absorbed column is rounding, and takes no part
-        unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, np.diag(self.gram), 1.0)), 0.0)
-        correlation = self.gram * np.outer(unit, unit)
+        unit, correlation = self._correlation()
         values, vectors = np.linalg.eigh(correlation)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         scores = (mean * unit)[:, None] + root @ rng.standard_normal((unit.size, draws))

@@ -1,0 +1,164 @@
+// What may be added to a model: points of the grid and what lies between them, what scans find,
+// ramps and products.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "calibration/trace/likelihood.h"
+#include "calibration/trace/ramp_search.h"
+#include "calibration/trace/scaled_ldlt.h"
+#include "calibration/trace/scans.h"
+#include "calibration/trace/selection.h"
+#include "calibration/trace/stability.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// A scan's place, or a point of a grid, so near to its level may pass it when it is refined.
+constexpr double kNearLevel = 4.0;
+// Logarithm of how much more often, for each parameter that is refined: at the gains that are asked
+// for, by the tails of chi square with one degree more and the width of a cell of the grid.
+constexpr double kBetweenPoints = 0.85;
+// Many steps and tones are no cause but a residual that is not understood.
+constexpr std::ptrdiff_t kMostScanned = 6;
+
+}  // namespace
+
+void Selection::TryPool(const WhiteStore::Columns& model, Best* best) {
+  for (const Candidate& candidate : pool_) {
+    if (Barred(candidate.family)) continue;
+    double excess = candidate.log_level - LogP(candidate, model);
+    if (excess <= 0.0) continue;
+    excess = std::max(excess - 0.5 * candidate.handicap(), 1e-9);
+    if (excess <= best->excess || !Plausible(candidate, model)) continue;
+    *best = {candidate, excess};
+  }
+  if (best->candidate) return;
+  for (const Candidate* point : NearlyFound(model)) TryBetween(*point, model, best);
+}
+
+// Of each family whose parameters are searched for, the point that comes nearest to its level.
+std::vector<const Candidate*> Selection::NearlyFound(const WhiteStore::Columns& model) const {
+  std::map<std::string, std::pair<double, const Candidate*>> nearest;
+  for (const Candidate& candidate : pool_) {
+    if (!candidate.searched() || Barred(candidate.family)) continue;
+    const double excess = candidate.log_level - LogP(candidate, model);
+    auto [place, first] = nearest.try_emplace(candidate.family, excess, &candidate);
+    if (!first && excess > place->second.first) place->second = {excess, &candidate};
+  }
+  std::vector<const Candidate*> out;
+  for (const auto& [family, point] : nearest) {
+    if (point.first >= -kNearLevel) out.push_back(point.second);
+  }
+  return out;
+}
+
+// What is nearly there at a point of its grid may be there between the points. The best of all
+// places between passes a level more often than the points do, which were counted.
+void Selection::TryBetween(Candidate candidate, const WhiteStore::Columns& model, Best* best) {
+  candidate.log_level -= kBetweenPoints * static_cast<double>(candidate.context.nonlinear.size());
+  const Eigen::Index mark = store_.used();
+  Refine(&candidate, model);
+  if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
+  const double excess = candidate.log_level - LogP(candidate, model);
+  if (excess > best->excess && Plausible(candidate, model)) {
+    *best = {std::move(candidate), excess, true};
+  } else {
+    store_.DropFrom(mark);
+  }
+}
+
+void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
+  const auto scanned = std::count_if(members_.begin(), members_.end(), [](const Candidate& member) {
+    return member.effect != nullptr && member.family.find('@') != std::string::npos;
+  });
+  if (scanned >= kMostScanned) return;
+  for (const ScanPeak& peak : Scan(*problem_, whitener_, store_.Take(model), Residual())) {
+    const double level = std::log(options_.false_discovery * kShareOfScan / peak.tried);
+    // The scan's own figure is rough: what comes near is worked out.
+    if (peak.gain < 0.5 * ChiSquareQuantile(level, 2.0)) continue;
+    Candidate candidate =
+        ScannedCandidate(*problem_, peak.id, peak.table_axis, peak.nonlinear, peak.row);
+    candidate.log_level = level;
+    candidate.tail_freedom = peak.tail_freedom;
+    if (Barred(candidate.family)) continue;
+    if (peak.id == "angle.step") PlaceStep(model, &candidate);
+    const Eigen::Index mark = store_.used();
+    candidate.columns = store_.Add(White(candidate));
+    double excess = level - LogP(candidate, model);
+    if (excess > -kNearLevel && excess + kNearLevel > best->excess) {
+      Refine(&candidate, model);
+      if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
+      excess = level - LogP(candidate, model);
+    }
+    if (excess > best->excess && Plausible(candidate, model)) {
+      *best = {candidate, excess, true};
+    } else {
+      store_.DropFrom(mark);
+    }
+  }
+}
+
+// The best ramp of each quantity that curves are sought in.
+std::vector<Selection::Ramp> Selection::BestRamps(const WhiteStore::Columns& model) const {
+  std::vector<Ramp> out;
+  for (std::size_t f = 0; f < cells_.size(); ++f) {
+    const CurveCells& cells = candidates_->cells[f];
+    const RampPeak peak = SearchRamps(store_.RemainderOf(cells_[f], model));
+    if (!(peak.gain > 0.0)) continue;
+    out.push_back(
+        {EmpiricalCandidate(*problem_, cells.factor, cells.edges[peak.from], cells.edges[peak.to]),
+         peak.gain, peak.tried * static_cast<double>(cells_.size())});
+    out.back().candidate.log_level =
+        std::log(options_.false_discovery * kShareOfCurves / out.back().tried);
+  }
+  return out;
+}
+
+void Selection::TryRamps(const WhiteStore::Columns& model, Best* best) const {
+  for (Ramp& ramp : BestRamps(model)) {
+    double excess = ramp.candidate.log_level - LogChiSquareTail(ramp.gain, 1.0);
+    if (excess <= 0.0 || Barred(ramp.candidate.family)) continue;
+    excess = std::max(excess - 0.5 * ramp.candidate.handicap(), 1e-9);
+    if (excess > best->excess) *best = {std::move(ramp.candidate), excess};
+  }
+}
+
+// A product must be clearly ahead: the others may still be refined.
+void Selection::TryProducts(Best* best) const {
+  constexpr double kClearly = 1.1;
+  std::vector<const Candidate*> open;
+  for (const Candidate& product : candidates_->products) {
+    if (!Barred(product.family)) open.push_back(&product);
+  }
+  if (open.empty()) return;
+  Eigen::MatrixXd columns(problem_->rows(), static_cast<Eigen::Index>(open.size()));
+  for (std::size_t k = 0; k < open.size(); ++k)
+    open[k]->raw->CopyTo(columns.col(static_cast<Eigen::Index>(k)));
+  whitener_.Apply(columns);
+  const Eigen::VectorXd whole = columns.colwise().squaredNorm();
+  columns = Projection(store_.Take(ModelColumns())).Off(columns);
+  const Eigen::VectorXd residual = Residual();
+  const double level = std::log(options_.false_discovery * kShareOfProducts /
+                                static_cast<double>(candidates_->products.size()));
+  Eigen::Index chosen = -1;
+  double most = kClearly * best->excess;
+  for (Eigen::Index k = 0; k < columns.cols(); ++k) {
+    const double left = columns.col(k).squaredNorm();
+    if (!(left > kAbsorbed * whole(k))) {
+      columns.col(k).setZero();
+      continue;
+    }
+    const double gain = std::pow(columns.col(k).dot(residual), 2) / left;
+    const double excess = level - LogChiSquareTail(gain, 1.0);
+    if (excess <= most) continue;
+    most = excess;
+    chosen = k;
+  }
+  if (chosen < 0 || !StaysBest(columns, residual, chosen)) return;
+  *best = {*open[static_cast<std::size_t>(chosen)], most};
+  best->candidate->log_level = level;
+}
+
+}  // namespace gyrobench::calibration
