@@ -10,6 +10,7 @@
 #include "calibration/trace/angle_windows.h"
 #include "calibration/trace/append_columns.h"
 #include "calibration/trace/channel_fit.h"
+#include "calibration/trace/correlated.h"
 #include "calibration/trace/hold_out.h"
 #include "calibration/trace/likelihood.h"
 #include "calibration/trace/noise_search.h"
@@ -39,6 +40,8 @@ constexpr double kLeastAngle_deg = 1e-3;
 // Of the deviance: the noise by the chosen model is not the one by everything that may act (chi
 // square of three degrees, about 0.7 %); two noises differ so little that it is no matter.
 constexpr double kOtherNoise = 12.0, kSameNoise = 0.5;
+// Residuals correlate over the sensor's filter, a motion or a pose, not over several of them.
+constexpr double kReach_s = 5.0;
 
 // Two standard errors of one value: the logarithm of the chance of more.
 const double kUncertain = LogChiSquareTail(4.0, 1.0);
@@ -93,6 +96,7 @@ class ChannelSearcher {
     }
     DropCrowd(&found->selection);
     DropUseless(&found->selection);
+    DropBorneByCorrelation(&found->selection);
     DropUncertain(&found->selection);
     return found;
   }
@@ -307,6 +311,44 @@ class ChannelSearcher {
     if (WhatRemains(problem_, fit, request_.covariates).findings.empty()) return;
     while (DropMostHarmful(selection, HarmOfAngle)) {
     }
+  }
+
+  // Where residuals correlate, the level is asked for by errors that allow for it: what is slow has
+  // larger ones there than beside a white residual.
+  void DropBorneByCorrelation(Selection* selection) const {
+    while (!selection->members().empty()) {
+      const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
+      if (WhatRemains(problem_, fit, request_.covariates).white) return;
+      std::size_t weakest = selection->members().size();
+      double lack = 0.0;
+      for (std::size_t i = 0; i < selection->members().size(); ++i) {
+        const Candidate& member = selection->members()[i];
+        const double gain =
+            std::min(member.gain_by_any_noise, GainWhereCorrelated(fit, fit.ColumnsOf(i)));
+        selection->SetGainByAnyNoise(i, gain);
+        const double over =
+            member.LogChance(gain, static_cast<double>(member.columns.size())) - member.log_level;
+        if (over <= lack) continue;
+        lack = over;
+        weakest = i;
+      }
+      if (weakest == selection->members().size()) return;
+      selection->Remove(weakest);
+    }
+  }
+
+  double GainWhereCorrelated(const ChannelFit& fit, const std::vector<Eigen::Index>& own) const {
+    std::vector<Eigen::Index> others;
+    for (Eigen::Index j = 0; j < fit.white.cols(); ++j) {
+      if (std::find(own.begin(), own.end(), j) == own.end()) others.push_back(j);
+    }
+    const Projection others_off(fit.white(Eigen::all, others));
+    double time_s = 0.0;
+    for (const Interval& interval : problem_.intervals()) time_s += interval.duration_s;
+    const double rows_per_s = static_cast<double>(problem_.rows()) / time_s;
+    return calibration::GainWhereCorrelated(
+        others_off.Off(fit.white(Eigen::all, own)), fit.white_output, fit.WhiteResidual(),
+        problem_.run_begins(), static_cast<Eigen::Index>(std::ceil(kReach_s * rows_per_s)));
   }
 
   // A value that is not clear of zero by its own standard errors, those of its non-linear

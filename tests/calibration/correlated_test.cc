@@ -1,0 +1,123 @@
+#include "calibration/trace/correlated.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <cmath>
+#include <random>
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr Eigen::Index kRows = 1000, kReach = 40;
+constexpr int kSeeds = 600;
+// Of chi square of one degree: one in twenty is beyond.
+constexpr double kOneInTwenty = 3.841;
+
+class Noise {
+ public:
+  explicit Noise(unsigned seed) : random_(seed) {}
+
+  // Each value holds `memory` of the one before; variance 1.
+  Eigen::VectorXd Draw(double memory) {
+    Eigen::VectorXd v(kRows);
+    double value = normal_(random_);
+    for (double& x : v) {
+      x = value;
+      value = memory * value + std::sqrt(1.0 - memory * memory) * normal_(random_);
+    }
+    return v;
+  }
+
+ private:
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+};
+
+struct Fitted {
+  Eigen::VectorXd residual;
+  double gain_if_white = 0.0;
+};
+
+Fitted Fit(const Eigen::MatrixXd& columns, const Eigen::VectorXd& output) {
+  const Eigen::VectorXd values = columns.colPivHouseholderQr().solve(output);
+  const Eigen::VectorXd explained = columns * values;
+  return {output - explained, explained.squaredNorm()};
+}
+
+// How often a column that has no part in the output is beyond one in twenty.
+struct Rates {
+  double white = 0.0, correlated = 0.0;
+};
+Rates FalseRates(double memory_of_column, double memory_of_output) {
+  Rates rates;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    Noise noise(static_cast<unsigned>(seed));
+    const Eigen::VectorXd column = noise.Draw(memory_of_column);
+    const Eigen::VectorXd output = noise.Draw(memory_of_output);
+    const Fitted fit = Fit(column, output);
+    const double gain = GainWhereCorrelated(column, output, fit.residual, {0}, kReach);
+    rates.white += fit.gain_if_white > kOneInTwenty;
+    rates.correlated += gain > kOneInTwenty;
+  }
+  rates.white /= kSeeds;
+  rates.correlated /= kSeeds;
+  return rates;
+}
+
+TEST(Correlated, KeepsTheOddsWhereASlowColumnMeetsASlowResidual) {
+  const Rates rates = FalseRates(0.9, 0.8);
+  EXPECT_GT(rates.white, 0.25);
+  // 0.05, four standard deviations of a share of 600, and what 40 rows of 1000 leave uncertain.
+  EXPECT_LT(rates.correlated, 0.12);
+}
+
+TEST(Correlated, AsksNoMoreOfAWhiteResidual) {
+  const Rates rates = FalseRates(0.9, 0.0);
+  EXPECT_NEAR(rates.correlated, 0.05, 0.036);
+}
+
+TEST(Correlated, NeverGainsMoreThanBesideAWhiteResidual) {
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    Noise noise(seed);
+    const Eigen::VectorXd column = noise.Draw(0.9);
+    // Neighbours differ: errors that allow for it are smaller.
+    const Eigen::VectorXd output = noise.Draw(-0.8) + column;
+    const Fitted fit = Fit(column, output);
+    EXPECT_LE(GainWhereCorrelated(column, output, fit.residual, {0}, kReach),
+              fit.gain_if_white * (1.0 + 1e-9));
+  }
+}
+
+TEST(Correlated, HangsOnWhatTheColumnsSpanAlone) {
+  Noise noise(1);
+  Eigen::MatrixXd columns(kRows, 2);
+  columns << noise.Draw(0.9), noise.Draw(0.5);
+  const Eigen::VectorXd output = noise.Draw(0.8) + 0.2 * columns.col(0);
+  const Fitted fit = Fit(columns, output);
+  Eigen::MatrixXd mixed(kRows, 3);
+  mixed << 1e4 * columns.col(0) - 3e3 * columns.col(1), 1e-5 * columns.col(1),
+      Eigen::VectorXd::Zero(kRows);
+  const std::vector<Eigen::Index> runs = {0, 300};
+  const double gain = GainWhereCorrelated(columns, output, fit.residual, runs, kReach);
+  EXPECT_NEAR(GainWhereCorrelated(mixed, output, fit.residual, runs, kReach), gain, 1e-6 * gain);
+}
+
+// The end of one run says nothing of the begin of the next: another sign of one run's columns and
+// output together changes nothing, though products across the boundary change their sign.
+TEST(Correlated, KnowsWhereARunEnds) {
+  Noise noise(2);
+  Eigen::VectorXd column = noise.Draw(0.95), output = noise.Draw(0.9);
+  const std::vector<Eigen::Index> runs = {0, 400};
+  auto gain = [&](const std::vector<Eigen::Index>& begins) {
+    return GainWhereCorrelated(column, output, Fit(column, output).residual, begins, kReach);
+  };
+  const double before = gain(runs), joined = gain({0});
+  EXPECT_GT(std::fabs(joined - before), 1e-6 * before);
+  column.tail(600) *= -1.0;
+  output.tail(600) *= -1.0;
+  EXPECT_NEAR(gain(runs), before, 1e-9 * before);
+}
+
+}  // namespace
+}  // namespace gyrobench::calibration
