@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
@@ -39,6 +40,16 @@ double FreedomOfTails(double beyond_three, double values) {
     (LogHeavyTail(9.0, middle) > log_share ? low : high) = middle;
   }
   return low;
+}
+
+double TestsFromNeighbour(double square, double apart) {
+  // Of the overshoot of a random walk with steps of this size.
+  const double half = std::sqrt(0.5 * apart * square);
+  if (half < 1e-6) return square * apart;
+  const boost::math::normal normal;
+  const double below = boost::math::cdf(normal, half);
+  const double overshoot = (below - 0.5) / half / (half * below + boost::math::pdf(normal, half));
+  return std::min(1.0, square * apart * overshoot);
 }
 
 double ChiSquareQuantile(double log_p, double degrees) {

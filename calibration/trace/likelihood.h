@@ -14,6 +14,10 @@ double LogHeavyTail(double square, double freedom);
 // beyond three standard deviations, at least 4.5; infinity where as many normal values may be
 // there.
 double FreedomOfTails(double beyond_three, double values);
+// How many independent tests are worth a scan whose highest peak's square is `square`: the chance
+// that chance alone makes one as high, over that at one place (Siegmund 1985; Siegmund and Yakir
+// 2007). `apart`: of one place and the next, 1 less their correlation.
+double TestsFromNeighbour(double square, double apart);
 // x with P(chi^2_degrees > x) = exp(log_p).
 double ChiSquareQuantile(double log_p, double degrees);
 

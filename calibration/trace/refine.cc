@@ -50,6 +50,8 @@ struct Residual {
 
 }  // namespace
 
+double OffWholePeriods(double periods) { return std::min(kReferenceScale * periods, 0.5); }
+
 std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidate& candidate) {
   if (candidate.empirical()) {
     const double from = candidate.knots[0], to = candidate.knots[1], width = to - from;
@@ -71,9 +73,7 @@ std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidat
       low = std::max(range.start[i] - width, 1e-6);
       high = range.start[i] + width;
     } else if (effect.id == "angle.ripple") {
-      // Of what turns a whole number fits into a turn, within what the scale of the reference is
-      // off.
-      const double width = std::min(kReferenceScale * range.start[i], 0.5);
+      const double width = OffWholePeriods(range.start[i]);
       low = std::round(range.start[i]) - width;
       high = std::round(range.start[i]) + width;
     }

@@ -18,6 +18,9 @@ struct RefineRange {
 };
 // nullopt where there is nothing to refine.
 std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidate& candidate);
+// Of what turns a whole number fits into a turn of the table: by how much the periods a turn of a
+// ripple may be off it, by what the scale of the reference is off [periods a turn].
+double OffWholePeriods(double periods);
 void SetNonlinear(const std::vector<double>& theta, Candidate* candidate);
 
 // Minimises |r - X(theta) c|^2 over theta and c, r and X(theta) with the rest of the model taken

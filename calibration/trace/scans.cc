@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
 #include "calibration/trace/basis.h"
 #include "calibration/trace/likelihood.h"
+#include "calibration/trace/refine.h"
 #include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
@@ -18,8 +20,9 @@ using Complex = std::complex<double>;
 
 // Steps nearer to an end of a measurement than this are not told from its beginning.
 constexpr Eigen::Index kEdgeRows = 20;
-constexpr double kLeastInformation = 0.02;  // share left after the model
-constexpr int kMostPeriods = 1440;          // per turn of the table
+constexpr double kLeastInformation = 0.02;             // share left after the model
+constexpr int kMostPeriods = 1440, kLeastPeriods = 3;  // per turn of the table
+constexpr Eigen::Index kLooked = 16;  // one row in so many tells how alike neighbouring steps are
 constexpr std::size_t kAngleBins = 8192;
 
 class Steps {
@@ -36,36 +39,44 @@ class Steps {
   ScanPeak Best(const Eigen::MatrixXd& score, const Eigen::VectorXd& information,
                 bool moving_only) const {
     ScanPeak peak;
-    const std::vector<Eigen::Index>& begins = problem_.run_begins();
-    for (std::size_t run = 0; run < begins.size(); ++run) {
-      const Eigen::Index end = run + 1 < begins.size() ? begins[run + 1] : problem_.rows();
-      for (Eigen::Index i = begins[run] + kEdgeRows; i + kEdgeRows < end; ++i) {
-        if (moving_only && !problem_.FeelsTable(i)) continue;
-        const double s = score(i, p_);
-        // The model can only take information away: most places need no closer look.
-        if (s * s < peak.gain * kLeastInformation * information(i)) continue;
-        const Eigen::VectorXd with = score.row(i).head(p_).transpose();
-        const double left = information(i) - factor_.Square(with);
-        if (!(left > kLeastInformation * information(i)) || s * s / left <= peak.gain) continue;
-        peak.gain = s * s / left;
-        peak.nonlinear = problem_.begin_s(i) +
-                         (moving_only ? 0.5 * (problem_.end_s(i) - problem_.begin_s(i)) : 0.0);
-        peak.row = row_ = i;
-      }
-    }
+    ForEachPlace(1, moving_only, [&](Eigen::Index i, Eigen::Index) {
+      const double s = score(i, p_);
+      // The model can only take information away: most places need no closer look.
+      if (s * s < peak.gain * kLeastInformation * information(i)) return;
+      const double left = Left(score, information, i);
+      if (!(left > kLeastInformation * information(i)) || s * s / left <= peak.gain) return;
+      peak.gain = s * s / left;
+      peak.nonlinear = problem_.begin_s(i) +
+                       (moving_only ? 0.5 * (problem_.end_s(i) - problem_.begin_s(i)) : 0.0);
+      peak.row = row_ = i;
+    });
     return peak;
   }
 
   ScanPeak Bias() const {
     ScanPeak peak = Best(shocks_.bias, shocks_.bias_information, false);
     peak.id = "bias.step";
-    peak.tried = static_cast<double>(problem_.rows());
+    peak.tried = TestsOfBias(peak.gain);
     return peak;
+  }
+  // A step and that of the next row differ by what one row says of the bias.
+  double TestsOfBias(double gain) const {
+    double tests = 1.0;
+    ForEachPlace(kLooked, false, [&](Eigen::Index i, Eigen::Index rows) {
+      const double left = Left(shocks_.bias, shocks_.bias_information, i);
+      if (!(left > kLeastInformation * shocks_.bias_information(i))) return;
+      const double duration_s = problem_.intervals()[static_cast<std::size_t>(i)].duration_s;
+      const double one_row = duration_s * duration_s * shocks_.output_information(i);
+      tests +=
+          static_cast<double>(rows) * TestsFromNeighbour(gain, std::min(1.0, 0.5 * one_row / left));
+    });
+    return tests;
   }
   ScanPeak Angle() const {
     ScanPeak peak = Best(shocks_.output, shocks_.output_information, true);
     peak.id = "angle.step";
-    peak.tried = static_cast<double>(problem_.rows());
+    peak.tried = 0.0;
+    ForEachPlace(1, true, [&](Eigen::Index, Eigen::Index) { peak.tried += 1.0; });
     peak.tail_freedom = TailFreedom();
     // Of the axis whose turning was felt most then.
     double most = -1.0;
@@ -102,6 +113,24 @@ class Steps {
   Eigen::VectorXd Output() const { return shocks_.output.col(p_); }
 
  private:
+  // Rows where a step is looked for, each `stride`-th of a run, and for how many it stands.
+  template <typename Do>
+  void ForEachPlace(Eigen::Index stride, bool moving_only, Do&& at) const {
+    const std::vector<Eigen::Index>& begins = problem_.run_begins();
+    for (std::size_t run = 0; run < begins.size(); ++run) {
+      const Eigen::Index end =
+          (run + 1 < begins.size() ? begins[run + 1] : problem_.rows()) - kEdgeRows;
+      for (Eigen::Index i = begins[run] + kEdgeRows; i < end; i += stride) {
+        if (!moving_only || problem_.FeelsTable(i)) at(i, std::min(stride, end - i));
+      }
+    }
+  }
+  // Information on a step that the model leaves.
+  double Left(const Eigen::MatrixXd& score, const Eigen::VectorXd& information,
+              Eigen::Index i) const {
+    return information(i) - factor_.Square(score.row(i).head(p_).transpose());
+  }
+
   const ChannelProblem& problem_;
   const Whitener& whitener_;
   const Eigen::VectorXd& residual_;
@@ -195,6 +224,26 @@ int MostPeriods(const ChannelProblem& problem) {
   return most < kMostPeriods ? static_cast<int>(most) : kMostPeriods;
 }
 
+// From the least to the largest angle of an axis.
+double TurnsSpanned(const ChannelProblem& problem, std::size_t axis) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    const double angle_deg = problem.half(i, 0).table_deg[axis];
+    if (!std::isfinite(angle_deg)) continue;
+    low = std::min(low, angle_deg);
+    high = std::max(high, angle_deg);
+  }
+  return high > low ? (high - low) / 360.0 : 0.0;
+}
+
+// Each octave of periods a turn has the same share of the chance of a false discovery: no number
+// of teeth or steps is the usual one. About each whole number lie others, which the refinement
+// reaches and a measurement tells apart when it spans several turns.
+double PlacesOfRipple(int periods, int most, double turns) {
+  return periods * std::log(static_cast<double>(most) / kLeastPeriods) *
+         (1.0 + 2.0 * OffWholePeriods(periods) * turns);
+}
+
 // Sums sum_i f(phi_i) (u_i - u_i+1) for all harmonics at once: the weights go into bins of the
 // table's angle, and the bins through one Fourier transform.
 ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
@@ -241,15 +290,19 @@ ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_sco
   std::vector<Complex> spectrum;
   fft.fwd(spectrum, bins);
   const int most = MostPeriods(problem);
-  for (int k = 3; k < most; ++k) {
+  const double span = TurnsSpanned(problem, axis);
+  double best = -std::numeric_limits<double>::infinity();
+  for (int k = kLeastPeriods; k < most; ++k) {
     // The variance of the sum at this k is about that of its neighbours.
     const double gain = std::norm(spectrum[static_cast<std::size_t>(k)]) / (0.5 * square);
-    if (gain <= peak.gain) continue;
+    const double tried = PlacesOfRipple(k, most, span);
+    const double worth = 0.5 * gain - std::log(tried);
+    if (worth <= best) continue;
+    best = worth;
     peak.gain = gain;
     peak.nonlinear = k;
+    peak.tried = tried;
   }
-  // About each whole number of periods lie others, which the refinement reaches.
-  peak.tried = 4.0 * most;
   return peak;
 }
 
@@ -277,10 +330,8 @@ std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whiten
   if (!problem.table_axes().empty()) peaks.push_back(steps.Angle());
   peaks.push_back(Tone(problem, residual));
   const Eigen::VectorXd output = steps.Output();
-  for (const std::size_t axis : problem.table_axes()) {
+  for (const std::size_t axis : problem.table_axes())
     peaks.push_back(Ripple(problem, output, axis));
-    peaks.back().tried *= static_cast<double>(problem.table_axes().size());
-  }
   return Found(std::move(peaks));
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "calibration/trace/likelihood.h"
 #include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
@@ -382,7 +383,8 @@ double Selection::PValue(std::size_t member) const {
 }
 
 // A description is no rival of a name on which it has no clear lead: what it must be ahead by to be
-// chosen counts here too.
+// chosen counts here too. And a rival is found in the member's place, or nearly so: that it has
+// fewer coefficients makes none of what explains nothing.
 std::vector<std::string> Selection::Rivals(std::size_t member) const {
   const WhiteStore::Columns others = ModelWithout(member);
   const double mine = Cost(ModelColumns());
@@ -390,15 +392,21 @@ std::vector<std::string> Selection::Rivals(std::size_t member) const {
     const bool describes = candidate.effect == nullptr && members_[member].effect != nullptr;
     return cost + (describes ? candidate.handicap() : 0.0) - mine < kRivalGain;
   };
+  auto found = [](const Candidate& candidate, double log_p) {
+    return log_p - candidate.log_level < 0.5 * kRivalGain;
+  };
   std::set<std::string> names;
   for (const Candidate& candidate : pool_) {
     if (candidate.id == members_[member].id || InModel(candidate.family)) continue;
     WhiteStore::Columns with = others;
     with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
-    if (rivals(candidate, Cost(with)) && Plausible(candidate, others)) names.insert(candidate.id);
+    if (rivals(candidate, Cost(with)) && found(candidate, LogP(candidate, others)) &&
+        Plausible(candidate, others))
+      names.insert(candidate.id);
   }
   for (const Ramp& ramp : RampsFor(members_[member], others)) {
-    if (rivals(ramp.candidate, Cost(others) - ramp.gain + kCostOfColumn))
+    if (rivals(ramp.candidate, Cost(others) - ramp.gain + kCostOfColumn) &&
+        found(ramp.candidate, LogChiSquareTail(ramp.gain, 1.0)))
       names.insert(ramp.candidate.id);
   }
   return {names.begin(), names.end()};

@@ -54,7 +54,7 @@ class Selection {
   // The best so far of what may be added.
   // How the chance of a false discovery is shared out; there may be a scan of ripple for each axis.
   static constexpr double kShareOfCatalogue = 0.65, kShareOfProducts = 0.1, kShareOfCurves = 0.05,
-                          kShareOfScan = 0.016;
+                          kShareOfScan = 0.03;
   // Less of a column's square left by the model: it is absorbed.
   static constexpr double kAbsorbed = 1e-6;
 
