@@ -88,6 +88,7 @@ class ChannelSearcher {
     if (BaselineIsPerfect(found->selection)) return found;
     for (int pass = 0; pass < kPasses; ++pass) {
       found->selection.Run();
+      found->selection.JoinOrigins();
       DropDoubtful(&*found);
       const std::optional<IntervalNoise> better = Reestimate(*found);
       if (!better || pass + 1 == kPasses) break;

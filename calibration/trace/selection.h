@@ -28,6 +28,9 @@ class Selection {
             const CandidateSet& candidates, const SelectionOptions& options);
 
   void Run();
+  // Products of temperature that were found together with what they are multiplied by: one member
+  // instead of the two, counted from the temperature at which it is nothing.
+  void JoinOrigins();
   void Remove(std::size_t member);
   // Candidate::gain_by_any_noise
   void SetGainByAnyNoise(std::size_t member, double gain);
@@ -96,6 +99,7 @@ class Selection {
   void Refine(Candidate* candidate, const WhiteStore::Columns& others);
   void Insert(Candidate candidate);
   bool InModel(const std::string& family) const;
+  std::optional<Candidate> Joined(std::size_t product, std::size_t part) const;
   double Cost(const WhiteStore::Columns& columns) const;
   double LogP(const Candidate& candidate, const WhiteStore::Columns& others) const;
 

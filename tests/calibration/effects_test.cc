@@ -379,6 +379,31 @@ TEST(Baseline, RecoversTheCrossAxisTermsAndTheScaleFactorWithinTheirIntervals) {
   }
 }
 
+// |w| (T - T0) is |w| T and a part of |w|, an asymmetry, however the product is counted.
+TEST(AProductOfTemperature, IsOneEffectCountedFromWhereItIsNothing) {
+  const SyntheticBench bench(EveryMotion());
+  for (const double share : {0.3, 0.7}) {
+    double low = bench.At(0.0).temperature_degC, high = low;
+    for (double t_s = 0.0; t_s < bench.motion().duration_s(); t_s += 1.0) {
+      low = std::min(low, bench.At(t_s).temperature_degC);
+      high = std::max(high, bench.At(t_s).temperature_degC);
+    }
+    const double origin_degC = low + share * (high - low);
+    const calibration::Recording recording =
+        bench.Measure(Rate([=](const BenchState& s) {
+                        return 3e-4 * std::fabs(Wz(s)) * (s.temperature_degC - origin_degC);
+                      }),
+                      7);
+    const calibration::Recording* const inputs[] = {&recording};
+    const calibration::Traced traced = calibration::Trace(inputs, {});
+    const ChannelTrace& channel = traced.result.channels.at(0);
+    ASSERT_THAT(NamesOf(channel), ::testing::ElementsAre("composed(abs_w*T)")) << channel.summary;
+    const calibration::ModelTerm& term = traced.models.at(0).terms.at(0);
+    EXPECT_NEAR(term.coefficients.at(0), 3e-4, 1e-5);
+    EXPECT_NEAR(term.offsets.at(1), origin_degC, 0.1);
+  }
+}
+
 TEST(NoEffect, IsNamedInTwentyOfTwentyMeasurementsThatHaveNone) {
   const SyntheticBench bench(ManySpeeds());
   for (std::uint64_t seed = 100; seed < 120; ++seed) {

@@ -32,6 +32,7 @@ MENDED = {
     "noisy_slow_reference:single:20:130222": "two steps of the bias: readings before and after a step had one mean",
     "noisy_slow_reference:single:100:130068": "no tone but steps: a reversal of 0.1 s was taken for a rest",
     "noisy_slow_reference:single:100:130112": "an eccentricity on another channel: as in 130046",
+    "own_clock_reference:unknown:20:200048": "an asymmetry beside a product: the product's temperature had another zero",
     "own_clock_reference:silent:0:62158": "steps of the angle: readings were moved when their stamp met a sample's",
     "poor_thermometer:single:100:91056": "two steps of the angle for one: it was placed to 12 ms",
     "poses_at_rest:single:5:121036": "no hysteresis: a fold was met by an extrapolation, so that it seemed useless",
@@ -51,7 +52,7 @@ def mended(program):
         bench, kind, level, seed = name.split(":")
         record = campaign.run_set((program, bench, kind, float(level), int(seed), None, ()))
         false = [f"{c['channel']}: {', '.join(c['false'])}" for c in record["silent"] if c["false"]]
-        if record["word"] not in ("silent", "exact", "among") or false:
+        if record["word"] not in ("silent", "exact", "among", "recognised") or false:
             failures.append(f"{name} ({what}): {record['word']}, said {record['said']}; falsely {false}")
     return failures
 
