@@ -21,6 +21,8 @@ constexpr double kWildBends = 8.0, kSmallWildBends = 40.0, kWildInQuietBends = 1
 constexpr double kWildAcceleration_deg_s2 = 5000.0, kSmallWild_deg_s2 = 300.0;
 constexpr double kNeighboursAgree = 0.25, kQuietBends = 2.0;
 constexpr double kSmallWildApart_s = 5.0;
+// A recording may begin with a large one: so few bends tell it, but no small one.
+constexpr std::int64_t kBendsForLargeWild = 8;
 constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity is not known
 // Beyond these a number is no measurement; squares of it would overflow.
 constexpr double kLargestOutput = 1e30;
@@ -110,7 +112,7 @@ void GyroStream::MendNewest(double next_t_s, const Vector3& next) {
     if (!info_.gyro_present[c]) continue;
     const double line = before.xi[c] + (next[c] - before.xi[c]) * before_s / (before_s + after_s);
     const double off = std::fabs(newest.xi[c] - line);
-    if (bends_ >= static_cast<std::int64_t>(kBends) &&
+    if (bends_ >= kBendsForLargeWild &&
         IsWild(c, off, off / (per_deg_s_ * std::max(before_s, after_s)), next[c])) {
       Bridge(c, line);
     }
@@ -129,6 +131,7 @@ bool GyroStream::IsWild(std::size_t c, double off, double off_deg_s2, double nex
   const double largest = *std::max_element(bend_[c].begin(), bend_[c].end());
   const double bend = std::max(digit_, largest);
   if (off_deg_s2 > kWildAcceleration_deg_s2) return off > kWildBends * bend;
+  if (bends_ < static_cast<std::int64_t>(kBends)) return false;
   const bool quiet = apart <= kQuietBends * bend;
   if (off < (quiet ? kWildInQuietBends : kSmallWildBends) * bend) return false;
   // What comes again is the motion of something that steps.

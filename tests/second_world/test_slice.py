@@ -24,6 +24,7 @@ ARGUMENTS = ["--sets", "8", "--seed", "40", "--classes", CLASSES, "--kinds", "si
 MENDED = {
     "coarse_encoder:silent:0:60045": "ripples: means of rounded readings looked finer than they are, no axis rested",
     "data_defects:single:5:121169": "a step of the angle: a wild gyro sample of 4 deg/s passed",
+    "data_defects:single:20:200411": "no tone: a wild gyro sample was among the first 32 of a table",
     "data_defects:silent:0:60103": "steps of the angle: wild gyro samples in motion passed",
     "fast_gyro:single:20:91327": "no tone: it passed for bias random walk",
     "fast_reference:single:20:61047": "a step of the angle at rest: as two halves at the rest's ends",
