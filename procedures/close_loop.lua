@@ -166,11 +166,20 @@ local function rehearse(p, left_s)
   return items, any
 end
 
+-- Of an effect and its rivals the first by the alphabet: which of them leads a little is no change of the verdict.
+local function name_of(effect)
+  local first = effect.id
+  for _, rival in ipairs(effect.rivals or {}) do
+    if rival < first then first = rival end
+  end
+  return first
+end
+
 local function names_of(traced)
   local names, steps = {}, false
   for _, axis in ipairs{ "x", "y", "z" } do
     for _, effect in ipairs(traced and traced[axis] and traced[axis].effects or {}) do
-      names[#names + 1] = axis .. " " .. effect.id
+      names[#names + 1] = axis .. " " .. name_of(effect)
       steps = steps or effect.id == "bias.step" or effect.id == "angle.step"
     end
   end

@@ -31,8 +31,8 @@ ChannelOutlook::ChannelOutlook(std::span<const Trail> trails, const ChannelModel
                                const TraceNoise& noise) {
   const ChannelProblem problem(trails, static_cast<std::size_t>(model.axis), model.units_per_deg_s);
   const Baseline baseline = problem.MakeBaseline();
-  baseline_columns_ =
-      static_cast<Eigen::Index>(baseline.turned.size()) + baseline.temperature_order;
+  baseline_columns_ = static_cast<Eigen::Index>(baseline.turned.size()) +
+                      baseline.temperature_order + baseline.filter_shapes;
   Eigen::Index next = baseline_columns_;
   std::vector<Eigen::MatrixXd> raw;
   const auto take = [&](const Eigen::MatrixXd& columns) {
@@ -77,8 +77,8 @@ void ChannelOutlook::Fill(const ChannelProblem& problem, const Baseline& baselin
   for (const Eigen::MatrixXd& matrix : columns) count += matrix.cols();
   Eigen::MatrixXd all(problem.rows(), count);
   all.leftCols(turned) = baseline.columns.leftCols(turned);
-  all.middleCols(turned, baseline.temperature_order) =
-      baseline.columns.rightCols(baseline.temperature_order);
+  const Eigen::Index after = baseline.temperature_order + baseline.filter_shapes;
+  all.middleCols(turned, after) = baseline.columns.rightCols(after);
   Eigen::Index next = baseline_columns_;
   for (const Eigen::MatrixXd& matrix : columns) {
     all.middleCols(next, matrix.cols()) = matrix;

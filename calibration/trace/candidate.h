@@ -20,8 +20,9 @@ struct Candidate {
   std::string id;      // as it is reported: bias.of(supply_v)
   std::string family;  // id and axis: of one family one member is enough
   std::string suffix;  // of its parameters' names: _inner
-  // Composed: two factors a term, one term after the other, and their offsets. Empirical: one, and
-  // two knots: the curve rises from 0 at the first to its coefficient at the second.
+  // Composed: two factors a term, one term after the other, and their offsets; where the
+  // temperature from which they are counted was found, it is context.nonlinear too. Empirical: one,
+  // and two knots: the curve rises from 0 at the first to its coefficient at the second.
   std::vector<std::string> factors;
   std::vector<double> offsets, knots;
   std::optional<std::size_t> power_on;  // steps and tones: acts in this power-on alone
@@ -29,8 +30,9 @@ struct Candidate {
   double log_level = 0.0;
   // Of what one row decides (ScanPeak).
   double tail_freedom = std::numeric_limits<double>::infinity();
-  // What it gained of -2 log L when each of both models had the noise that suits it; not less than
-  // what it gains under one noise, where that has not been worked out.
+  // What it gained of -2 log L when each of both models had the noise that suits it and, beside a
+  // residual that is not white, with errors that allow for that; not less than what it gains under
+  // one noise, where that has not been worked out.
   double gain_by_any_noise = std::numeric_limits<double>::infinity();
   std::vector<Eigen::Index> columns;  // in the WhiteStore
   std::optional<RawColumns> raw;      // ColumnsOf, where they have been worked out
@@ -44,7 +46,8 @@ struct Candidate {
   // Its non-linear parameters are searched for: they are no places of a scan or a grid, and not
   // the coefficient.
   bool searched() const {
-    if (effect == nullptr || effect->nonlinear.empty() || effect->tied) return false;
+    if (effect == nullptr) return !context.nonlinear.empty();
+    if (effect->nonlinear.empty() || effect->tied) return false;
     return effect->nonlinear[0].high > effect->nonlinear[0].low || id == "bias.tone" ||
            id == "angle.ripple";
   }

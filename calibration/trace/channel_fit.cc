@@ -23,10 +23,11 @@ Eigen::MatrixXd Slopes(const ChannelProblem& problem, const std::vector<std::str
   for (std::size_t k = 0; k < range.start.size(); ++k) {
     Candidate above = member, below = member;
     const double step = kSlopeStep * (range.high[k] - range.low[k]);
-    above.context.nonlinear[k] += step;
-    below.context.nonlinear[k] -= step;
-    above.raw.reset();
-    below.raw.reset();
+    std::vector<double> theta = range.start;
+    theta[k] += step;
+    SetNonlinear(theta, &above);
+    theta[k] -= 2.0 * step;
+    SetNonlinear(theta, &below);
     out.col(static_cast<Eigen::Index>(k)) =
         (ColumnsOf(problem, above, covariates) - ColumnsOf(problem, below, covariates)) *
         coefficients / (2.0 * step);

@@ -83,6 +83,7 @@ std::vector<ModelParameter> EffectParameters(const Candidate& member, const Chan
       const std::string name = member.columns.size() == 1 ? "c" : "c_" + member.factors[2 * k];
       out.push_back(Parameter(fit, j, name, "deg/s per unit", grow));
     }
+    if (j < end) out.push_back(Parameter(fit, j, "T0", "degC", grow));
     return out;
   }
   const Effect& effect = *member.effect;
@@ -159,9 +160,10 @@ std::string EquationOf(const Candidate& member) {
   for (std::size_t k = 0; k < member.factors.size(); k += 2) {
     std::string product = "c";
     for (std::size_t f = k; f < k + 2; ++f) {
-      product += member.offsets[f] == 0.0
-                     ? " " + member.factors[f]
-                     : fmt::format(" ({} - {:.4g})", member.factors[f], member.offsets[f]);
+      const bool found = member.searched() && member.factors[f] == "T";
+      product += member.offsets[f] == 0.0 ? " " + member.factors[f]
+                 : found                  ? " (T - T0)"
+                         : fmt::format(" ({} - {:.4g})", member.factors[f], member.offsets[f]);
     }
     products.push_back(product);
   }
@@ -438,6 +440,7 @@ class ChannelTracer {
     if (member.effect == nullptr) {
       for (std::size_t k = 0; k < member.columns.size(); ++k)
         model_.parameter_names.push_back(fmt::format("{}.{}", member.id, k));
+      if (member.searched()) model_.parameter_names.push_back(member.id + ".T0");
       return;
     }
     for (const EffectTerm& term : member.effect->terms)

@@ -40,8 +40,6 @@ constexpr double kLeastAngle_deg = 1e-3;
 // Of the deviance: the noise by the chosen model is not the one by everything that may act (chi
 // square of three degrees, about 0.7 %); two noises differ so little that it is no matter.
 constexpr double kOtherNoise = 12.0, kSameNoise = 0.5;
-// Residuals correlate over the sensor's filter, a motion or a pose, not over several of them.
-constexpr double kReach_s = 5.0;
 
 // Two standard errors of one value: the logarithm of the chance of more.
 const double kUncertain = LogChiSquareTail(4.0, 1.0);
@@ -97,7 +95,7 @@ class ChannelSearcher {
     }
     DropCrowd(&found->selection);
     DropUseless(&found->selection);
-    DropBorneByCorrelation(&found->selection);
+    DropWhereResidualsCorrelate(&*found);
     DropUncertain(&found->selection);
     return found;
   }
@@ -226,13 +224,13 @@ class ChannelSearcher {
   void DropDoubtful(SearchedChannel* found) const {
     while (!found->selection.members().empty()) {
       const std::vector<Candidate>& members = found->selection.members();
-      const std::vector<double> worth = Worth(*found);
+      SetGainsByAnyNoise(found);
       std::size_t weakest = members.size();
       double lack = 0.0;
       for (std::size_t i = 0; i < members.size(); ++i) {
         const auto degrees = static_cast<double>(members[i].columns.size());
-        found->selection.SetGainByAnyNoise(i, worth[i]);
-        const double over = members[i].LogChance(worth[i], degrees) - members[i].log_level;
+        const double over =
+            members[i].LogChance(members[i].gain_by_any_noise, degrees) - members[i].log_level;
         if (over <= lack) continue;
         lack = over;
         weakest = i;
@@ -240,6 +238,11 @@ class ChannelSearcher {
       if (weakest == members.size()) return;
       found->selection.Remove(weakest);
     }
+  }
+
+  void SetGainsByAnyNoise(SearchedChannel* found) const {
+    const std::vector<double> worth = Worth(*found);
+    for (std::size_t i = 0; i < worth.size(); ++i) found->selection.SetGainByAnyNoise(i, worth[i]);
   }
 
   // What each member gains when each of both models has the noise that suits it.
@@ -314,42 +317,71 @@ class ChannelSearcher {
     }
   }
 
-  // Where residuals correlate, the level is asked for by errors that allow for it: what is slow has
-  // larger ones there than beside a white residual.
-  void DropBorneByCorrelation(Selection* selection) const {
-    while (!selection->members().empty()) {
-      const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
+  // Beside a residual that is not white an effect must reach its level with errors that allow for
+  // that: those of a slow effect are larger there than a white residual would have them.
+  void DropWhereResidualsCorrelate(SearchedChannel* found) const {
+    Selection& selection = found->selection;
+    while (!selection.members().empty()) {
+      const ChannelFit fit = FitChannel(problem_, baseline_, selection);
       if (WhatRemains(problem_, fit, request_.covariates).white) return;
-      std::size_t weakest = selection->members().size();
+      std::vector<double> gains;
+      std::size_t weakest = selection.members().size();
       double lack = 0.0;
-      for (std::size_t i = 0; i < selection->members().size(); ++i) {
-        const Candidate& member = selection->members()[i];
-        const double gain =
-            std::min(member.gain_by_any_noise, GainWhereCorrelated(fit, fit.ColumnsOf(i)));
-        selection->SetGainByAnyNoise(i, gain);
-        const double over =
-            member.LogChance(gain, static_cast<double>(member.columns.size())) - member.log_level;
+      for (std::size_t i = 0; i < selection.members().size(); ++i) {
+        const Candidate& member = selection.members()[i];
+        CorrelatedGain least = LeastWhereCorrelated(fit, fit.ColumnsOf(i));
+        least.gain = std::min(least.gain, member.gain_by_any_noise);
+        gains.push_back(least.gain);
+        const double over = member.LogChance(least.gain, least.rank) - member.log_level;
         if (over <= lack) continue;
         lack = over;
         weakest = i;
       }
-      if (weakest == selection->members().size()) return;
-      selection->Remove(weakest);
+      if (weakest == selection.members().size()) {
+        for (std::size_t i = 0; i < gains.size(); ++i) selection.SetGainByAnyNoise(i, gains[i]);
+        return;
+      }
+      selection.Remove(weakest);
+      // What explained the same as the one that is gone gains more now.
+      SetGainsByAnyNoise(found);
     }
   }
 
-  double GainWhereCorrelated(const ChannelFit& fit, const std::vector<Eigen::Index>& own) const {
+  // The least over every distance at which whiteness is tested.
+  CorrelatedGain LeastWhereCorrelated(const ChannelFit& fit,
+                                      const std::vector<Eigen::Index>& own) const {
+    constexpr double kAbsorbed = 1e-6;  // share of a column's square: what is left is rounding
     std::vector<Eigen::Index> others;
     for (Eigen::Index j = 0; j < fit.white.cols(); ++j) {
       if (std::find(own.begin(), own.end(), j) == own.end()) others.push_back(j);
     }
     const Projection others_off(fit.white(Eigen::all, others));
-    double time_s = 0.0;
-    for (const Interval& interval : problem_.intervals()) time_s += interval.duration_s;
-    const double rows_per_s = static_cast<double>(problem_.rows()) / time_s;
-    return calibration::GainWhereCorrelated(
-        others_off.Off(fit.white(Eigen::all, own)), fit.white_output, fit.WhiteResidual(),
-        problem_.run_begins(), static_cast<Eigen::Index>(std::ceil(kReach_s * rows_per_s)));
+    const Eigen::MatrixXd whole = fit.white(Eigen::all, own);
+    Eigen::MatrixXd left = others_off.Off(whole);
+    for (Eigen::Index j = 0; j < left.cols(); ++j) {
+      if (!(left.col(j).squaredNorm() > kAbsorbed * whole.col(j).squaredNorm()))
+        left.col(j).setZero();
+    }
+    const Eigen::VectorXd output = others_off.Off(fit.white_output), residual = fit.WhiteResidual();
+    const std::vector<Eigen::Index> runs = UnbrokenRuns();
+    std::optional<CorrelatedGain> least;
+    for (const Eigen::Index block : kWhitenessBlocks) {
+      if (!WhitenessIsTested(problem_, block)) continue;
+      const CorrelatedGain here = GainWhereCorrelated(left, output, residual, runs, block);
+      if (!least || here.gain < least->gain) least = here;
+    }
+    return least.value_or(CorrelatedGain{});
+  }
+
+  // First rows of stretches without a gap.
+  std::vector<Eigen::Index> UnbrokenRuns() const {
+    std::vector<Eigen::Index> begins;
+    for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
+      const Interval& interval = problem_.intervals()[static_cast<std::size_t>(i)];
+      if (i == 0 || interval.new_run || interval.gap_before_s > interval.duration_s)
+        begins.push_back(i);
+    }
+    return begins;
   }
 
   // A value that is not clear of zero by its own standard errors, those of its non-linear

@@ -43,7 +43,6 @@ double FreedomOfTails(double beyond_three, double values) {
 }
 
 double TestsFromNeighbour(double square, double apart) {
-  // Of the overshoot of a random walk with steps of this size.
   const double half = std::sqrt(0.5 * apart * square);
   if (half < 1e-6) return square * apart;
   const boost::math::normal normal;

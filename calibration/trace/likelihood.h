@@ -14,9 +14,12 @@ double LogHeavyTail(double square, double freedom);
 // beyond three standard deviations, at least 4.5; infinity where as many normal values may be
 // there.
 double FreedomOfTails(double beyond_three, double values);
-// How many independent tests are worth a scan whose highest peak's square is `square`: the chance
-// that chance alone makes one as high, over that at one place (Siegmund 1985; Siegmund and Yakir
-// 2007). `apart`: of one place and the next, 1 less their correlation.
+// Share of an independent test that one place of a scan adds:
+//   b^2 d nu(b sqrt(2 d)),   nu(x) = (2/x) (Phi(x/2) - 1/2) / ((x/2) Phi(x/2) + phi(x/2))
+// for a peak of square b^2 = `square`, and d = `apart`, 1 less the correlation of this place's
+// statistic with that of the next. Summed over a scan, and one added for its end, it is the chance
+// that noise alone makes as high a peak over the chance at one place (Siegmund 1985; Siegmund and
+// Yakir 2007). 0 to 1.
 double TestsFromNeighbour(double square, double apart);
 // x with P(chi^2_degrees > x) = exp(log_p).
 double ChiSquareQuantile(double log_p, double degrees);

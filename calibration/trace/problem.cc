@@ -25,6 +25,16 @@ int TemperatureOrder(double range_degC) {
   return range_degC < 6.0 ? 2 : 3;
 }
 
+// That the gyro shows about a channel's axis, over 10 ms either way [deg/s^2]; 0 where the samples
+// about the time are not known.
+double Acceleration(const TrackPoint& point, std::size_t channel) {
+  constexpr std::size_t kAfter = kNear_s.size() / 2, kBefore = kAfter - 1;
+  if (point.turned_near_deg == nullptr) return 0.0;
+  const double change_deg =
+      (*point.turned_near_deg)[kAfter][channel] + (*point.turned_near_deg)[kBefore][channel];
+  return std::isfinite(change_deg) ? change_deg / (kNearStep_s * kNearStep_s) : 0.0;
+}
+
 }  // namespace
 
 ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channel,
@@ -250,7 +260,9 @@ Baseline ChannelProblem::MakeBaseline() const {
   out.reference_degC = mean_temperature_;
   const auto turned = static_cast<Eigen::Index>(out.turned.size());
   const auto constants = static_cast<Eigen::Index>(out.constants);
-  out.columns = Eigen::MatrixXd::Zero(rows(), turned + constants + out.temperature_order);
+  out.filter_shapes = DelayIsDeclared() ? 1 : 0;
+  out.columns =
+      Eigen::MatrixXd::Zero(rows(), turned + constants + out.temperature_order + out.filter_shapes);
   Eigen::Index power_on = -1;
   for (Eigen::Index i = 0; i < rows(); ++i) {
     if (power_on + 1 < constants && power_on_begins_[static_cast<std::size_t>(power_on + 1)] == i)
@@ -263,6 +275,28 @@ Baseline ChannelProblem::MakeBaseline() const {
   }
   for (int k = 0; k < out.temperature_order; ++k)
     out.columns.col(turned + constants + k) = TemperaturePower(k + 1);
+  if (out.filter_shapes > 0) out.columns.rightCols(1) = FilterShape();
+  return out;
+}
+
+bool ChannelProblem::DelayIsDeclared() const {
+  return (knows() & kNeedsRate) != 0 && std::ranges::any_of(trails_, [](const Trail& trail) {
+           return trail.recording->info.gyro_delay_s > 0.0;
+         });
+}
+
+// Change of the angular acceleration that the gyro shows over each row in motion [deg/s^2].
+Eigen::VectorXd ChannelProblem::FilterShape() const {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(rows());
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    const Trail& history = trail(i);
+    if (!(history.recording->info.gyro_delay_s > 0.0) ||
+        intervals_[static_cast<std::size_t>(i)].still)
+      continue;
+    const std::size_t interval = row_refs()[static_cast<std::size_t>(i)].interval;
+    out(i) = Acceleration(history.nodes[interval + 1], channel_) -
+             Acceleration(history.nodes[interval], channel_);
+  }
   return out;
 }
 

@@ -22,13 +22,17 @@ struct ProblemRow {
   std::uint32_t interval = 0;
 };
 
-// Columns of the baseline: M w + b(T).
+// Columns of the baseline: M w + b(T), and the shape of the filter whose delay is declared: a
+// filter that is late by d shows the angle Phi(t - d) + c dw/dt, with c = 0 for a pure delay, d^2/2
+// for a lag of first order. The turns of a short motion would else have another scale factor.
 struct Baseline {
   std::vector<std::size_t> turned;   // sensor axes with a column of M, its own first; may be empty
   std::size_t constants = 0;         // zero-rate offsets: one a power-on
   int temperature_order = 0;         // of b(T) beyond the constant
   double reference_degC = kMissing;  // T0
-  Eigen::MatrixXd columns;           // rows x (turned + constants + temperature_order)
+  int filter_shapes = 0;             // 1 where a delay of the gyro is declared: c [deg per deg/s^2]
+  // rows x (turned + constants + temperature_order + filter_shapes)
+  Eigen::MatrixXd columns;
 
   Baseline Part(const std::vector<Eigen::Index>& rows) const;
 };
@@ -106,6 +110,8 @@ class ChannelProblem {
  private:
   const ProblemRow& ref(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)]; }
   Eigen::VectorXd TemperaturePower(int power) const;
+  bool DelayIsDeclared() const;
+  Eigen::VectorXd FilterShape() const;
   // Of the reference about the sensor's axes in a row [deg].
   const Vector3& Rotation(Eigen::Index row) const {
     return trail(row).rotation_deg[ref(row).interval];

@@ -18,8 +18,8 @@ struct RefineRange {
 };
 // nullopt where there is nothing to refine.
 std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidate& candidate);
-// Of what turns a whole number fits into a turn of the table: by how much the periods a turn of a
-// ripple may be off it, by what the scale of the reference is off [periods a turn].
+// How far the number of a ripple's periods in a turn of the table may be from a whole number
+// [periods a turn]: by the scale error that a reference may have.
 double OffWholePeriods(double periods);
 void SetNonlinear(const std::vector<double>& theta, Candidate* candidate);
 

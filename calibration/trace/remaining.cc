@@ -8,6 +8,7 @@
 #include <functional>
 #include <numeric>
 
+#include "calibration/trace/correlated.h"
 #include "calibration/trace/likelihood.h"
 
 namespace gyrobench::calibration {
@@ -15,7 +16,7 @@ namespace {
 
 constexpr double kLevel = 0.01;
 constexpr int kBins = 12;
-constexpr Eigen::Index kLags = 10;
+constexpr Eigen::Index kLags = kCorrelatedBlocks;
 constexpr Eigen::Index kLeastRows = 200;
 
 // What explains less of the residual's square than this is no matter for a user, however
@@ -151,16 +152,20 @@ Test Variance(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
 
 }  // namespace
 
+bool WhitenessIsTested(const ChannelProblem& problem, Eigen::Index block) {
+  // At rest alone the filter of the sensor shows from interval to interval: that is its noise.
+  if (block == 1 && (problem.knows() & kNeedsRate) == 0) return false;
+  return problem.rows() / block > 10 * kLags;
+}
+
 ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const ChannelFit& fit,
                                     const std::vector<std::string>& covariates) {
   ChannelTrace::Remaining out;
   if (problem.rows() < kLeastRows) return out;
   const Eigen::VectorXd residual = fit.WhiteResidual();
   std::vector<Test> tests;
-  for (const Eigen::Index pool : {1, 10, 100}) {
-    // At rest alone the filter of the sensor shows from interval to interval: that is its noise.
-    if (pool == 1 && (problem.knows() & kNeedsRate) == 0) continue;
-    if (problem.rows() / pool > 10 * kLags) tests.push_back(Whiteness(residual, pool));
+  for (const Eigen::Index block : kWhitenessBlocks) {
+    if (WhitenessIsTested(problem, block)) tests.push_back(Whiteness(residual, block));
   }
   const std::size_t c = problem.channel();
   const Eigen::MatrixXd gram = fit.white.transpose() * fit.white;

@@ -240,8 +240,9 @@ double TurnsSpanned(const ChannelProblem& problem, std::size_t axis) {
 // of teeth or steps is the usual one. About each whole number lie others, which the refinement
 // reaches and a measurement tells apart when it spans several turns.
 double PlacesOfRipple(int periods, int most, double turns) {
-  return periods * std::log(static_cast<double>(most) / kLeastPeriods) *
-         (1.0 + 2.0 * OffWholePeriods(periods) * turns);
+  // The sum of 1/k from kLeastPeriods to most - 1.
+  const double octaves = std::log((most - 0.5) / (kLeastPeriods - 0.5));
+  return periods * octaves * (1.0 + 2.0 * OffWholePeriods(periods) * turns);
 }
 
 // Sums sum_i f(phi_i) (u_i - u_i+1) for all harmonics at once: the weights go into bins of the

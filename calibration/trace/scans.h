@@ -18,7 +18,9 @@ struct ScanPeak {
   double nonlinear = 0.0;  // t0 [s], f [Hz], k [periods per turn]
   Eigen::Index row = 0;    // where it is, for steps and tones
   double gain = 0.0;       // about what the peak takes off the residual's square
-  double tried = 1.0;      // independent places that were looked at
+  // By which the chance of a false discovery is divided at this place: independent places that were
+  // looked at or, where places have unequal shares of the chance, one over the share.
+  double tried = 1.0;
   // What a single row decides is as likely as the tails of all rows say: degrees of freedom of
   // their Student's distribution.
   double tail_freedom = std::numeric_limits<double>::infinity();

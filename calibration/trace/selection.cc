@@ -383,8 +383,8 @@ double Selection::PValue(std::size_t member) const {
 }
 
 // A description is no rival of a name on which it has no clear lead: what it must be ahead by to be
-// chosen counts here too. And a rival is found in the member's place, or nearly so: that it has
-// fewer coefficients makes none of what explains nothing.
+// chosen counts here too. In the member's place a rival must pass its own level, or nearly so: the
+// credit for fewer coefficients alone makes no rival of what explains hardly anything.
 std::vector<std::string> Selection::Rivals(std::size_t member) const {
   const WhiteStore::Columns others = ModelWithout(member);
   const double mine = Cost(ModelColumns());

@@ -28,8 +28,8 @@ class Selection {
             const CandidateSet& candidates, const SelectionOptions& options);
 
   void Run();
-  // Products of temperature that were found together with what they are multiplied by: one member
-  // instead of the two, counted from the temperature at which it is nothing.
+  // Puts one member in the place of a product of temperature and an effect that does what the
+  // product's other factor does: the same product, counted from another temperature.
   void JoinOrigins();
   void Remove(std::size_t member);
   // Candidate::gain_by_any_noise
@@ -57,7 +57,7 @@ class Selection {
   // The best so far of what may be added.
   // How the chance of a false discovery is shared out; there may be a scan of ripple for each axis.
   static constexpr double kShareOfCatalogue = 0.65, kShareOfProducts = 0.1, kShareOfCurves = 0.05,
-                          kShareOfScan = 0.03;
+                          kShareOfScan = 0.016;
   // Less of a column's square left by the model: it is absorbed.
   static constexpr double kAbsorbed = 1e-6;
 

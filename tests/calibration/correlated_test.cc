@@ -9,7 +9,7 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr Eigen::Index kRows = 1000, kReach = 40;
+constexpr Eigen::Index kRows = 1000, kBlock = 4;
 constexpr int kSeeds = 600;
 // Of chi square of one degree: one in twenty is beyond.
 constexpr double kOneInTwenty = 3.841;
@@ -56,7 +56,7 @@ Rates FalseRates(double memory_of_column, double memory_of_output) {
     const Eigen::VectorXd column = noise.Draw(memory_of_column);
     const Eigen::VectorXd output = noise.Draw(memory_of_output);
     const Fitted fit = Fit(column, output);
-    const double gain = GainWhereCorrelated(column, output, fit.residual, {0}, kReach);
+    const double gain = GainWhereCorrelated(column, output, fit.residual, {0}, kBlock).gain;
     rates.white += fit.gain_if_white > kOneInTwenty;
     rates.correlated += gain > kOneInTwenty;
   }
@@ -68,7 +68,7 @@ Rates FalseRates(double memory_of_column, double memory_of_output) {
 TEST(Correlated, KeepsTheOddsWhereASlowColumnMeetsASlowResidual) {
   const Rates rates = FalseRates(0.9, 0.8);
   EXPECT_GT(rates.white, 0.25);
-  // 0.05, four standard deviations of a share of 600, and what 40 rows of 1000 leave uncertain.
+  // 0.05, four standard deviations of a share of 600, and what ten blocks of 250 leave uncertain.
   EXPECT_LT(rates.correlated, 0.12);
 }
 
@@ -84,12 +84,12 @@ TEST(Correlated, NeverGainsMoreThanBesideAWhiteResidual) {
     // Neighbours differ: errors that allow for it are smaller.
     const Eigen::VectorXd output = noise.Draw(-0.8) + column;
     const Fitted fit = Fit(column, output);
-    EXPECT_LE(GainWhereCorrelated(column, output, fit.residual, {0}, kReach),
+    EXPECT_LE(GainWhereCorrelated(column, output, fit.residual, {0}, kBlock).gain,
               fit.gain_if_white * (1.0 + 1e-9));
   }
 }
 
-TEST(Correlated, HangsOnWhatTheColumnsSpanAlone) {
+TEST(Correlated, DependsOnTheSpanOfTheColumnsOnly) {
   Noise noise(1);
   Eigen::MatrixXd columns(kRows, 2);
   columns << noise.Draw(0.9), noise.Draw(0.5);
@@ -99,8 +99,11 @@ TEST(Correlated, HangsOnWhatTheColumnsSpanAlone) {
   mixed << 1e4 * columns.col(0) - 3e3 * columns.col(1), 1e-5 * columns.col(1),
       Eigen::VectorXd::Zero(kRows);
   const std::vector<Eigen::Index> runs = {0, 300};
-  const double gain = GainWhereCorrelated(columns, output, fit.residual, runs, kReach);
-  EXPECT_NEAR(GainWhereCorrelated(mixed, output, fit.residual, runs, kReach), gain, 1e-6 * gain);
+  const CorrelatedGain plain = GainWhereCorrelated(columns, output, fit.residual, runs, kBlock);
+  const CorrelatedGain other = GainWhereCorrelated(mixed, output, fit.residual, runs, kBlock);
+  EXPECT_NEAR(other.gain, plain.gain, 1e-6 * plain.gain);
+  EXPECT_EQ(plain.rank, 2);
+  EXPECT_EQ(other.rank, 2);
 }
 
 // The end of one run says nothing of the begin of the next: another sign of one run's columns and
@@ -108,14 +111,14 @@ TEST(Correlated, HangsOnWhatTheColumnsSpanAlone) {
 TEST(Correlated, KnowsWhereARunEnds) {
   Noise noise(2);
   Eigen::VectorXd column = noise.Draw(0.95), output = noise.Draw(0.9);
-  const std::vector<Eigen::Index> runs = {0, 400};
+  const std::vector<Eigen::Index> runs = {0, 398};
   auto gain = [&](const std::vector<Eigen::Index>& begins) {
-    return GainWhereCorrelated(column, output, Fit(column, output).residual, begins, kReach);
+    return GainWhereCorrelated(column, output, Fit(column, output).residual, begins, kBlock).gain;
   };
   const double before = gain(runs), joined = gain({0});
   EXPECT_GT(std::fabs(joined - before), 1e-6 * before);
-  column.tail(600) *= -1.0;
-  output.tail(600) *= -1.0;
+  column.tail(602) *= -1.0;
+  output.tail(602) *= -1.0;
   EXPECT_NEAR(gain(runs), before, 1e-9 * before);
 }
 

@@ -398,9 +398,30 @@ TEST(AProductOfTemperature, IsOneEffectCountedFromWhereItIsNothing) {
     const calibration::Traced traced = calibration::Trace(inputs, {});
     const ChannelTrace& channel = traced.result.channels.at(0);
     ASSERT_THAT(NamesOf(channel), ::testing::ElementsAre("composed(abs_w*T)")) << channel.summary;
+    ExpectWithinItsInterval(channel.effects[0].parameters, {"c", 3e-4});
+    ExpectWithinItsInterval(channel.effects[0].parameters, {"T0", origin_degC});
     const calibration::ModelTerm& term = traced.models.at(0).terms.at(0);
-    EXPECT_NEAR(term.coefficients.at(0), 3e-4, 1e-5);
-    EXPECT_NEAR(term.offsets.at(1), origin_degC, 0.1);
+    EXPECT_EQ(term.offsets.at(1), channel.effects[0].parameters.at(1).value);
+  }
+}
+
+// The three parts of a sensitivity to gravity agree in one temperature; where it is none that the
+// data have, the sensitivity that is left is an effect of its own.
+TEST(AProductOfTemperature, IsOneEffectOnlyWithinTheTemperaturesOfTheData) {
+  const SyntheticBench bench(EveryMotion());
+  for (const double origin_degC : {bench.At(60.0).temperature_degC, -20.0}) {
+    const calibration::Recording recording =
+        bench.Measure(Rate([=](const BenchState& s) {
+                        return (4e-3 * s.g[0] - 6e-3 * s.g[1] + 2e-3 * s.g[2]) *
+                               (s.temperature_degC - origin_degC);
+                      }),
+                      7);
+    const std::vector<std::string> names = NamesOf(TraceOf(recording, 1));
+    if (origin_degC > 0.0) {
+      EXPECT_THAT(names, ::testing::ElementsAre("composed(g*T)"));
+    } else {
+      EXPECT_THAT(names, ::testing::Contains("bias.g_linear"));
+    }
   }
 }
 

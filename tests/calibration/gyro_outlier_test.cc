@@ -79,6 +79,16 @@ TEST_F(WildSamples, AreBridgedAtRestAndInEveryKindOfMotion) {
   }
 }
 
+TEST_F(WildSamples, NeedEightBendsBeforeThemAndSmallOnesThirtyTwo) {
+  // Two samples are needed for the first bend, and one more for the first that is judged.
+  Run(10, 16384.0);
+  EXPECT_EQ(Outliers(stream_.defects()), 1);
+  Run(9, 16384.0);
+  EXPECT_EQ(Outliers(stream_.defects()), 0);
+  Run(20, 2000.0);
+  EXPECT_EQ(Outliers(stream_.defects()), 0);
+}
+
 // 3000 deg/s2, at rest, on a ramp, at constant rate, while it slows down.
 TEST_F(WildSamples, AreBridgedInMotionFromFortyBendsOn) {
   const double clean = Run(0, 0.0);
@@ -215,6 +225,44 @@ TEST(MeasuredData, HasNoWildSample) {
     calibration::Collector collector;
     recording::Replay(file.path(), collector);
     EXPECT_EQ(Outliers(collector.Take().defects), 0) << file.path();
+  }
+}
+
+class GyroSamples final : public MeasurementSink {
+ public:
+  void OnInfo(const MeasurementInfo& info) override { info_ = info; }
+  void OnGyro(const GyroSample& sample) override { samples_.push_back(sample); }
+  void OnAngle(const AngleSample&) override {}
+  void OnOrientation(const OrientationSample&) override {}
+  void OnTickPair(const TickPair&) override {}
+  void OnSegment(const SegmentMark&) override {}
+  void OnDefect(const Defect&) override {}
+
+  const MeasurementInfo& info() const { return info_; }
+  const std::vector<GyroSample>& samples() const { return samples_; }
+
+ private:
+  MeasurementInfo info_;
+  std::vector<GyroSample> samples_;
+};
+
+// In motion and at rest, the first samples of a recording know little of what is usual.
+TEST(MeasuredData, HasNoWildSampleWhereverItBegins) {
+  constexpr std::size_t kStride = 7, kFirst = 34;
+  const auto folder = std::filesystem::path(GYROBENCH_SOURCE_DIR) / "../shared/datasets";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no ../shared/datasets";
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    if (file.path().extension() != ".gz") continue;
+    GyroSamples measured;
+    recording::Replay(file.path(), measured);
+    std::int64_t outliers = 0;
+    for (std::size_t begin = 0; begin + kFirst < measured.samples().size(); begin += kStride) {
+      GyroStream stream;
+      stream.Start(measured.info());
+      for (std::size_t i = begin; i < begin + kFirst; ++i) stream.Add(measured.samples()[i]);
+      outliers += Outliers(stream.defects());
+    }
+    EXPECT_EQ(outliers, 0) << file.path();
   }
 }
 

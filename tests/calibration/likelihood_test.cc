@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -10,32 +9,35 @@
 namespace gyrobench::calibration {
 namespace {
 
-// Means before and after each place of white noise, compared: a step is looked for everywhere.
-TEST(Likelihood, TestsOfAScanForAStepAreAsManyAsChanceShows) {
-  constexpr int kRows = 400, kEdge = 20, kSeeds = 6000;
-  constexpr double kSquare = 12.0;
-  double tests = 0.0;
-  auto correlation = [](double i, double j) {
-    return std::sqrt(i * (kRows - j) / (j * (kRows - i)));
-  };
-  for (int i = kEdge; i < kRows - kEdge; ++i)
-    tests += TestsFromNeighbour(kSquare, 1.0 - correlation(i, i + 1));
-  int beyond = 0;
+// The highest of a chain of values, each of which holds a share of the one before: how often it is
+// beyond a level, over how often one value is.
+double TestsByChance(double correlation, int places, double square, int seeds) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
-  Eigen::VectorXd sums = Eigen::VectorXd::Zero(kRows + 1);
-  for (int seed = 0; seed < kSeeds; ++seed) {
-    for (int i = 0; i < kRows; ++i) sums[i + 1] = sums[i] + normal(random);
-    double highest = 0.0;
-    for (int i = kEdge; i <= kRows - kEdge; ++i) {
-      const double apart = sums[i] - sums[kRows] * i / kRows;
-      highest = std::max(highest, apart * apart * kRows / (i * (kRows - i)));
+  const double fresh = std::sqrt(1.0 - correlation * correlation);
+  int beyond = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    double value = normal(random), highest = value * value;
+    for (int i = 1; i < places; ++i) {
+      value = correlation * value + fresh * normal(random);
+      highest = std::max(highest, value * value);
     }
-    beyond += highest > kSquare;
+    beyond += highest > square;
   }
-  const double expected = kSeeds * tests * std::exp(LogChiSquareTail(kSquare, 1.0));
-  // Four standard deviations of the count, and what the law leaves out at so low a level.
-  EXPECT_NEAR(beyond, expected, 4.0 * std::sqrt(expected) + 0.1 * expected);
+  return beyond / (seeds * std::exp(LogChiSquareTail(square, 1.0)));
+}
+
+TEST(Likelihood, TestsOfAScanAreAsManyAsChanceShows) {
+  constexpr int kPlaces = 60, kSeeds = 40000;
+  constexpr double kSquare = 16.0;
+  for (const double apart : {0.02, 0.1, 0.3}) {
+    const double expected = 1.0 + kPlaces * TestsFromNeighbour(kSquare, apart);
+    // 4 standard deviations of the count, about 70 to 150, and 5 % for the law's own error.
+    const double counted = expected * kSeeds * std::exp(LogChiSquareTail(kSquare, 1.0));
+    EXPECT_NEAR(TestsByChance(1.0 - apart, kPlaces, kSquare, kSeeds) / expected, 1.0,
+                4.0 / std::sqrt(counted) + 0.05)
+        << apart;
+  }
 }
 
 TEST(Likelihood, PlacesThatHaveNothingInCommonAreATestEach) {

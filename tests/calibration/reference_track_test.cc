@@ -63,6 +63,35 @@ TEST(ReferenceTrack, AMotionThatBeginsBetweenTwoReadingsIsInNoNodeTooLate) {
   }
 }
 
+// A recording that begins with a motion, the turning axis read once and then not for a while.
+TEST(ReferenceTrack, AnAxisThatWasReadOnceIsNotTakenForOneAtRest) {
+  constexpr double kBegin_s = 0.02, kSilentUntil_s = 0.18, kStep_s = 1e-4;
+  Collector collector;
+  MeasurementInfo info = Stand();
+  info.gyro_present = {true, true, true};
+  collector.OnInfo(info);
+  int sample_number = 0;
+  for (int reading = 0; reading < 1500; ++reading) {
+    const double read_s = 0.02 / 3.0 * reading;
+    for (; 0.005 * sample_number <= read_s + 0.02; ++sample_number) {
+      GyroSample sample;
+      sample.t_s = 0.005 * sample_number;
+      sample.xi[2] =
+          (InnerAngle_deg(sample.t_s + kStep_s, kBegin_s) - InnerAngle_deg(sample.t_s, kBegin_s)) /
+          kStep_s;
+      collector.OnGyro(sample);
+    }
+    const int axis = (reading + 2) % 3;
+    if (axis == 2 && reading > 0 && read_s < kSilentUntil_s) continue;
+    collector.OnAngle(
+        AngleSample{read_s, axis, axis == 2 ? InnerAngle_deg(read_s, kBegin_s) : 0.0});
+  }
+  const Recording recording = collector.Take();
+  ASSERT_GT(recording.columns.nodes.size(), 60u);
+  for (const Node& node : recording.columns.nodes)
+    EXPECT_NEAR(node.table_deg[2], InnerAngle_deg(node.at.t_s, kBegin_s), 0.01) << node.at.t_s;
+}
+
 // Three axes that turn at once, each read at its own times; the true rotation by fine integration.
 TEST(ReferenceTrack, AddsUpRotationAboutTheSensorsAxesFromThreeMovingAngles) {
   auto angles = [](double t) -> Vector3 {

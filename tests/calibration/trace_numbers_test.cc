@@ -69,6 +69,84 @@ TEST(TraceOfABiasThatFallsWithTemperature, HasANegativeSlope) {
   }
 }
 
+// Turns of 9 deg and back, seen through a lag of first order and a delay.
+class LaggedTurns {
+ public:
+  static constexpr double kLag_s = 0.0036, kDelay_s = 0.0012;
+
+  LaggedTurns() {
+    const auto rate = [](double t_s) {
+      return std::max(0.0, std::min({20.0, 80.0 * t_s, 80.0 * (kTurn_s - t_s)}));
+    };
+    double angle = 0.0, shown = 0.0;
+    for (int k = 0; k < kSteps; ++k) {
+      angle_.push_back(angle);
+      shown_.push_back(shown);
+      const double middle = rate((k + 0.5) * kStep_s);
+      angle += kStep_s * middle;
+      shown += -std::expm1(-kStep_s / kLag_s) * (middle - shown);
+    }
+  }
+  double ShownRate(double t_s) const {
+    const auto [turns, in_turn_s, back] = At(t_s - kDelay_s);
+    return (back ? -1.0 : 1.0) * Value(shown_, in_turn_s);
+  }
+  double Angle(double t_s) const {
+    const auto [turns, in_turn_s, back] = At(t_s);
+    const double made = turns * angle_.back() + Value(angle_, in_turn_s);
+    return back ? 2.0 * kTurns * angle_.back() - made : made;
+  }
+  static double duration_s() { return 2.0 * kTurns * kPeriod_s; }
+
+ private:
+  static constexpr int kTurns = 40, kSteps = 16000;
+  static constexpr double kStep_s = 5e-5, kTurn_s = 0.7, kRest_s = 2.0,
+                          kPeriod_s = kTurn_s + kRest_s;
+  struct Place {
+    double turns, in_turn_s;
+    bool back;
+  };
+  static Place At(double t_s) {
+    const double turns = std::floor(std::max(t_s, 0.0) / kPeriod_s);
+    return {turns, t_s - turns * kPeriod_s - kRest_s, turns >= kTurns};
+  }
+  static double Value(const std::vector<double>& values, double t_s) {
+    const double place = std::clamp(t_s / kStep_s, 0.0, kSteps - 2.0), below = std::floor(place);
+    const auto k = static_cast<std::size_t>(below);
+    return values[k] + (place - below) * (values[k + 1] - values[k]);
+  }
+  std::vector<double> angle_, shown_;
+};
+
+// What is declared is the delay; the shape of the filter is in the angles within a turn, and must
+// not come out as another scale factor.
+TEST(TraceOfAFilterWhoseDelayIsDeclared, HasTheScaleFactorOfTheSensor) {
+  constexpr int kSeeds = 6;
+  const LaggedTurns turns;
+  double sum = 0.0, variance = 0.0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    Story story;
+    story.seed = seed;
+    story.duration_s = LaggedTurns::duration_s();
+    story.gyro_hz = 200.0;
+    story.reference_hz = 50.0;
+    story.white_deg_s = 0.05;
+    story.info.gyro_delay_s = LaggedTurns::kLag_s + LaggedTurns::kDelay_s;
+    story.rate_deg_s = [&](double t_s) { return turns.ShownRate(t_s); };
+    story.angle_deg = [&](double t_s) { return turns.Angle(t_s); };
+    const Traced traced = TraceOf({&story});
+    ExpectNoEffect(traced);
+    const auto& parameters = traced.result.channels[2].baseline.parameters;
+    const auto scale = std::ranges::find(parameters, "scale_factor", &ModelParameter::name);
+    ASSERT_NE(scale, parameters.end());
+    sum += scale->value;
+    variance += scale->std_error * scale->std_error;
+  }
+  const double std_error = std::sqrt(variance) / kSeeds;
+  EXPECT_LT(std_error, 3e-5);
+  EXPECT_NEAR(sum / kSeeds, 1.012, 4.0 * std_error);
+}
+
 TEST(TraceOfATableOfOneChannel, GivesThatChannelsNumbersWhicheverItIs) {
   for (std::size_t c = 0; c < 3; ++c) {
     Story story;
