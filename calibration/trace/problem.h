@@ -91,6 +91,8 @@ class ChannelProblem {
 
   // What the measurements allow: Needs, as bits.
   unsigned knows() const { return knows_; }
+  // The gyro's delay is stated, with which its filter's shape is free in the baseline.
+  bool DelayIsDeclared() const;
   // Axes of the table whose turning the channel feels; their paths [deg].
   const std::vector<std::size_t>& table_axes() const { return table_axes_; }
   double gear_ratio() const;
@@ -110,7 +112,6 @@ class ChannelProblem {
  private:
   const ProblemRow& ref(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)]; }
   Eigen::VectorXd TemperaturePower(int power) const;
-  bool DelayIsDeclared() const;
   Eigen::VectorXd FilterShape() const;
   // Of the reference about the sensor's axes in a row [deg].
   const Vector3& Rotation(Eigen::Index row) const {

@@ -75,8 +75,7 @@ class Steps {
   ScanPeak Angle() const {
     ScanPeak peak = Best(shocks_.output, shocks_.output_information, true);
     peak.id = "angle.step";
-    peak.tried = 0.0;
-    ForEachPlace(1, true, [&](Eigen::Index, Eigen::Index) { peak.tried += 1.0; });
+    peak.tried = static_cast<double>(problem_.rows());
     peak.tail_freedom = TailFreedom();
     // Of the axis whose turning was felt most then.
     double most = -1.0;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calibration/trace/likelihood.h"
+#include "calibration/trace/refine.h"
 #include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
@@ -37,6 +38,15 @@ Eigen::Index RoomFor(const Baseline& baseline, const CandidateSet& candidates) {
 bool IsSlowBias(const Candidate& candidate) {
   return candidate.effect != nullptr && candidate.id.starts_with("bias.") &&
          candidate.id != "bias.tone" && candidate.id != "bias.vibration";
+}
+
+// The best number of periods a turn may be as far from a whole number as any may be: then it is
+// farther, and fits nothing that turns. Of many periods any number is near enough to a whole one.
+bool AtTheEndOfItsRange(const Candidate& ripple) {
+  constexpr double kNearlyAll = 0.999;
+  const double periods = ripple.context.nonlinear[0], whole = std::round(periods);
+  const double may_be_off = OffWholePeriods(whole);
+  return may_be_off < 0.5 && std::fabs(periods - whole) > kNearlyAll * may_be_off;
 }
 
 // A term of which these data would not see an implausible size is left at 0: its coefficient would
@@ -157,6 +167,7 @@ double Selection::StdError(const Candidate& candidate, std::size_t j,
 bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const {
   if (candidate.effect == nullptr) return true;
   const Effect& effect = *candidate.effect;
+  if (effect.id == "angle.ripple" && AtTheEndOfItsRange(candidate)) return false;
   if (!(effect.typical_size > 0) && !effect.positive) return true;
   WhiteStore::Columns model = others;
   model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());

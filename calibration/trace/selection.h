@@ -76,6 +76,7 @@ class Selection {
   void ShareLevels();
   bool Visible(const Candidate& candidate) const;
   bool Barred(const std::string& family) const;
+  bool InFilterShape(const Candidate& candidate) const;
   double StdError(const Candidate& candidate, std::size_t j, WhiteStore::Columns model) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool AddBest();

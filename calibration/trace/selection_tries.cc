@@ -27,7 +27,7 @@ constexpr std::ptrdiff_t kMostScanned = 6;
 
 void Selection::TryPool(const WhiteStore::Columns& model, Best* best) {
   for (const Candidate& candidate : pool_) {
-    if (Barred(candidate.family)) continue;
+    if (Barred(candidate.family) || InFilterShape(candidate)) continue;
     double excess = candidate.log_level - LogP(candidate, model);
     if (excess <= 0.0) continue;
     excess = std::max(excess - 0.5 * candidate.handicap(), 1e-9);
@@ -38,11 +38,19 @@ void Selection::TryPool(const WhiteStore::Columns& model, Best* best) {
   for (const Candidate* point : NearlyFound(model)) TryBetween(*point, model, best);
 }
 
+// A delay and a lag of first order differ by the shape of the filter. Where that is free, as beside
+// a declared delay, the two are one: each may stand for both, and not beside the other.
+bool Selection::InFilterShape(const Candidate& candidate) const {
+  constexpr const char *kDelay = "angle.latency", *kLag = "bandwidth.first_order";
+  return problem_->DelayIsDeclared() &&
+         ((candidate.id == kLag && InModel(kDelay)) || (candidate.id == kDelay && InModel(kLag)));
+}
+
 // Of each family whose parameters are searched for, the point that comes nearest to its level.
 std::vector<const Candidate*> Selection::NearlyFound(const WhiteStore::Columns& model) const {
   std::map<std::string, std::pair<double, const Candidate*>> nearest;
   for (const Candidate& candidate : pool_) {
-    if (!candidate.searched() || Barred(candidate.family)) continue;
+    if (!candidate.searched() || Barred(candidate.family) || InFilterShape(candidate)) continue;
     const double excess = candidate.log_level - LogP(candidate, model);
     auto [place, first] = nearest.try_emplace(candidate.family, excess, &candidate);
     if (!first && excess > place->second.first) place->second = {excess, &candidate};
