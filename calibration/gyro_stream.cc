@@ -22,7 +22,7 @@ constexpr double kWildAcceleration_deg_s2 = 5000.0, kSmallWild_deg_s2 = 300.0;
 constexpr double kNeighboursAgree = 0.25, kQuietBends = 2.0;
 constexpr double kSmallWildApart_s = 5.0;
 // Where fewer than kBends are known yet, so many must be for a large wild sample to be told. No
-// motion of the measured data, each begun again at every sample, is taken for one (test
+// motion of the measured data, each begun again at every seventh sample, is taken for one (test
 // HasNoWildSampleWhereverItBegins).
 constexpr std::int64_t kBendsForLargeWild = 8;
 constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity is not known

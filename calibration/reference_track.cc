@@ -126,10 +126,10 @@ void ReferenceTrack::Add(const AngleSample& sample) {
   started_ = true;
   time_s_ = std::max(time_s_, sample.t_s);
   // Of an axis that has been read once nobody knows whether it rests.
-  std::optional<double> first_s;
-  if (angle.pace.intervals == 0 &&
-      std::fabs(sample.angle_deg - angle.angle_deg) > finder_[axis].tolerance_deg())
-    first_s = angle.t_s;
+  const bool turned_unseen =
+      angle.pace.intervals == 0 &&
+      std::fabs(sample.angle_deg - angle.angle_deg) > finder_[axis].tolerance_deg();
+  const double before_s = angle.t_s;
   if (stand) {
     TurnStand(sample.t_s, axis, sample.angle_deg);
   } else if (angle.known) {
@@ -148,7 +148,7 @@ void ReferenceTrack::Add(const AngleSample& sample) {
   // The last reading that counts as rest may have been of motion already, too little to be seen.
   if (stand && rested && !finder_[axis].resting())
     turns_since_s_ = angle.LastBefore(finder_[axis].last_at_rest_s());
-  if (stand && first_s) turns_since_s_ = first_s;
+  if (stand && turned_unseen) turns_since_s_ = before_s;
 }
 
 bool ReferenceTrack::Accepts(StandAngle* angle, const AngleSample& sample) {

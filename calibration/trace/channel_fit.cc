@@ -86,6 +86,14 @@ std::vector<Eigen::Index> ChannelFit::SlopesOf(std::size_t member) const {
   return Owned(slope_begin, member, raw_slopes.cols());
 }
 
+std::vector<Eigen::Index> ChannelFit::ColumnsBut(const std::vector<Eigen::Index>& without) const {
+  std::vector<Eigen::Index> out;
+  for (Eigen::Index j = 0; j < white.cols(); ++j) {
+    if (std::find(without.begin(), without.end(), j) == without.end()) out.push_back(j);
+  }
+  return out;
+}
+
 ModelColumns ColumnsOfModel(const ChannelProblem& problem, const Baseline& baseline,
                             const std::vector<Candidate>& members,
                             const Eigen::VectorXd& coefficients,

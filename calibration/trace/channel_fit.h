@@ -46,6 +46,8 @@ struct ChannelFit {
   // Columns of raw and white, and of their slopes, that belong to a member.
   std::vector<Eigen::Index> ColumnsOf(std::size_t member) const;
   std::vector<Eigen::Index> SlopesOf(std::size_t member) const;
+  // Columns of raw and white that are not in `without`.
+  std::vector<Eigen::Index> ColumnsBut(const std::vector<Eigen::Index>& without) const;
 };
 
 ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,

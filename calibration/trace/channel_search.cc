@@ -94,8 +94,7 @@ class ChannelSearcher {
       found.emplace(SearchedChannel{candidates_, Select(*better), *better});
     }
     DropCrowd(&found->selection);
-    DropUseless(&found->selection);
-    DropWhereResidualsCorrelate(&*found);
+    if (DropUseless(&found->selection)) DropWhereResidualsCorrelate(&*found);
     DropUncertain(&found->selection);
     return found;
   }
@@ -306,15 +305,17 @@ class ChannelSearcher {
     return true;
   }
 
-  void DropUseless(Selection* selection) const {
+  // Whether structure is left.
+  bool DropUseless(Selection* selection) const {
     while (DropMostHarmful(selection, Harm)) {
     }
-    if (selection->members().empty()) return;
+    if (selection->members().empty()) return false;
     // Where structure is left an effect may have been fitted to a part of it.
     const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
-    if (WhatRemains(problem_, fit, request_.covariates).findings.empty()) return;
+    if (WhatRemains(problem_, fit, request_.covariates).findings.empty()) return false;
     while (DropMostHarmful(selection, HarmOfAngle)) {
     }
+    return true;
   }
 
   // Beside a residual that is not white an effect must reach its level with errors that allow for
@@ -350,16 +351,11 @@ class ChannelSearcher {
   // The least over every distance at which whiteness is tested.
   CorrelatedGain LeastWhereCorrelated(const ChannelFit& fit,
                                       const std::vector<Eigen::Index>& own) const {
-    constexpr double kAbsorbed = 1e-6;  // share of a column's square: what is left is rounding
-    std::vector<Eigen::Index> others;
-    for (Eigen::Index j = 0; j < fit.white.cols(); ++j) {
-      if (std::find(own.begin(), own.end(), j) == own.end()) others.push_back(j);
-    }
-    const Projection others_off(fit.white(Eigen::all, others));
+    const Projection others_off(fit.white(Eigen::all, fit.ColumnsBut(own)));
     const Eigen::MatrixXd whole = fit.white(Eigen::all, own);
     Eigen::MatrixXd left = others_off.Off(whole);
     for (Eigen::Index j = 0; j < left.cols(); ++j) {
-      if (!(left.col(j).squaredNorm() > kAbsorbed * whole.col(j).squaredNorm()))
+      if (!(left.col(j).squaredNorm() > Selection::kAbsorbed * whole.col(j).squaredNorm()))
         left.col(j).setZero();
     }
     const Eigen::VectorXd output = others_off.Off(fit.white_output), residual = fit.WhiteResidual();

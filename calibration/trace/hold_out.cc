@@ -18,14 +18,6 @@ constexpr double kWeight = 1e-3, kWeightOfThoseWhoKnow = 0.1;
 // A variance that grows by more when a measurement is held out: that one alone knew.
 constexpr double kLostSight = 4.0;
 
-std::vector<Eigen::Index> AllBut(Eigen::Index count, const std::vector<Eigen::Index>& without) {
-  std::vector<Eigen::Index> out;
-  for (Eigen::Index j = 0; j < count; ++j) {
-    if (std::find(without.begin(), without.end(), j) == without.end()) out.push_back(j);
-  }
-  return out;
-}
-
 // A model on part of the rows, applied to another part. Non-linear parameters move along their
 // slopes: they are trained like the others.
 class Splitter {
@@ -33,7 +25,7 @@ class Splitter {
   // `without`: linear columns that the model goes without.
   Splitter(const ChannelFit& fit, const std::vector<Eigen::Index>& without)
       : output_(fit.white_output) {
-    const std::vector<Eigen::Index> columns = AllBut(fit.raw.cols(), without);
+    const std::vector<Eigen::Index> columns = fit.ColumnsBut(without);
     for (const Eigen::Index j : columns) local_.push_back(fit.local[static_cast<std::size_t>(j)]);
     std::vector<Eigen::Index> slopes;
     for (std::size_t i = 0; i < fit.column_begin.size(); ++i) {

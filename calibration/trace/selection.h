@@ -23,6 +23,9 @@ struct SelectionOptions {
 // non-linear parameters refined as they come. Everything is compared under one noise.
 class Selection {
  public:
+  // Less of a column's square left by the model: it is absorbed.
+  static constexpr double kAbsorbed = 1e-6;
+
   // `problem` and `candidates` must outlive the selection.
   Selection(const ChannelProblem& problem, const Baseline& baseline, const IntervalNoise& noise,
             const CandidateSet& candidates, const SelectionOptions& options);
@@ -58,9 +61,6 @@ class Selection {
   // How the chance of a false discovery is shared out; there may be a scan of ripple for each axis.
   static constexpr double kShareOfCatalogue = 0.65, kShareOfProducts = 0.1, kShareOfCurves = 0.05,
                           kShareOfScan = 0.016;
-  // Less of a column's square left by the model: it is absorbed.
-  static constexpr double kAbsorbed = 1e-6;
-
   struct Best {
     std::optional<Candidate> candidate;
     double excess = 0.0;  // of the logarithm of its level over that of its p-value

@@ -12,8 +12,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr double kAbsorbed = 1e-6;
-
 std::string WhatIsMissing(unsigned lacks) {
   if ((lacks & kNeedsRate) != 0) return "there is no motion about this axis";
   if ((lacks & kNeedsGravity) != 0) return "gravity in the sensor's frame is not known";
@@ -50,7 +48,7 @@ std::map<std::string, Sight> SightsOf(const Selection& selection) {
 
 // Why these data cannot show an effect that was looked for; empty where they can.
 std::string WhyUnseen(const Effect& effect, const Sight& sight) {
-  if (sight.left < kAbsorbed) return "the baseline explains it just as well (absorbed)";
+  if (sight.left < Selection::kAbsorbed) return "the baseline explains it just as well (absorbed)";
   if (!(effect.typical_size > 0) || sight.bound <= effect.typical_size) return "";
   return fmt::format("its bound here, {:.2g} {}, is beyond the largest size of such parts, {:.2g}",
                      sight.bound, effect.terms[0].unit, effect.typical_size);
