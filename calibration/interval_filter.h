@@ -61,10 +61,11 @@ class CovarianceFilter {
     const double cov_yc = cov_ic + g * ec;
     const double cov_ye = interval.still ? cov_ie : -g * end_s2;
     variance_ = variance;
-    step.inverse_sigma = 1.0 / std::sqrt(variance);
-    step.gain_bias = cov_yb / variance;
-    step.gain_reference = cov_ye / variance;
-    step.gain_integral = cov_yc / variance;
+    const double inverse = 1.0 / variance;
+    step.inverse_sigma = std::sqrt(inverse);
+    step.gain_bias = cov_yb * inverse;
+    step.gain_reference = cov_ye * inverse;
+    step.gain_integral = cov_yc * inverse;
     bb_ = bb - step.gain_bias * cov_yb;
     bc_ = bc - step.gain_bias * cov_yc;
     cc_ = cc - step.gain_integral * cov_yc;

@@ -3,11 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <exception>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <span>
+#include <thread>
 
 #include "base/error.h"
 #include "base/version.h"
@@ -144,12 +149,60 @@ void RemarkOnInputsThatDoNotBelongTogether(TracedInputs* out, calibration::Trace
   }
 }
 
-calibration::Recording Read(const fs::path& path, WorkBar& bar) {
-  calibration::Collector collector;
-  const std::string doing = "reading " + path.filename().string();
-  recording::Replay(path, collector, [&](double fraction) { bar.Show(fraction, doing); });
-  return collector.Take();
-}
+// The files side by side, one for each core. Of several that cannot be read the first is complained
+// of: every file before one that fails has been begun.
+class Reader {
+ public:
+  Reader(const std::vector<InputFiles>& inputs, WorkBar& bar)
+      : inputs_(inputs),
+        bar_(bar),
+        recordings_(inputs.size()),
+        failures_(inputs.size()),
+        fractions_(inputs.size()) {}
+
+  std::vector<calibration::Recording> ReadAll() {
+    const std::size_t cores = std::max(std::thread::hardware_concurrency(), 1U);
+    {
+      std::vector<std::jthread> others;
+      for (std::size_t i = 1; i < std::min(cores, inputs_.size()); ++i)
+        others.emplace_back([this] { ReadNext(); });
+      ReadNext();
+    }
+    for (const std::exception_ptr& failure : failures_)
+      if (failure) std::rethrow_exception(failure);
+    return std::move(recordings_);
+  }
+
+ private:
+  void ReadNext() {
+    for (std::size_t i = next_++; i < inputs_.size(); i = next_++) {
+      try {
+        calibration::Collector collector;
+        recording::Replay(inputs_[i].path, collector, [&](double f) { Show(i, f); });
+        recordings_[i] = collector.Take();
+      } catch (...) {
+        failures_[i] = std::current_exception();
+        next_ = inputs_.size();
+      }
+    }
+  }
+
+  void Show(std::size_t file, double fraction) {
+    const std::lock_guard lock(showing_);
+    fractions_[file] = fraction;
+    const double sum = std::accumulate(fractions_.begin(), fractions_.end(), 0.0);
+    bar_.Show(sum / static_cast<double>(fractions_.size()),
+              "reading " + inputs_[file].path.filename().string());
+  }
+
+  const std::vector<InputFiles>& inputs_;
+  WorkBar& bar_;
+  std::vector<calibration::Recording> recordings_;
+  std::vector<std::exception_ptr> failures_;
+  std::vector<double> fractions_;
+  std::mutex showing_;
+  std::atomic<std::size_t> next_ = 0;
+};
 
 // What was taken off the counts, as one table at least says it (the others give the same, or were
 // centred by who logged them); empty of what is no count.
@@ -196,7 +249,7 @@ TracedInputs TraceInputs(const std::vector<InputFiles>& inputs, const Options& o
   TracedInputs out;
   out.inputs = inputs;
   WorkBar bar(options.quiet);
-  for (const InputFiles& input : inputs) out.recordings.push_back(Read(input.path, bar));
+  out.recordings = Reader(inputs, bar).ReadAll();
   out.sensor = SensorOf(out.recordings);
   RefuseWithoutScale(out.recordings);
   std::vector<const calibration::Recording*> all;

@@ -86,7 +86,6 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
           }(),
           RoomFor(baseline, candidates)),
       pool_(candidates.grid) {
-  // All at once: their products are one pass over the rows.
   Eigen::Index count = baseline.columns.cols();
   for (const CurveCells& cells : candidates.cells) count += cells.raw.cols();
   for (const Candidate& candidate : pool_) count += candidate.raw->cols();
@@ -105,6 +104,8 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   const Projection baseline_off(all.leftCols(baseline.columns.cols()));
   for (Candidate& candidate : pool_) DropBlindTerms(baseline_off, &candidate, all);
   store_.Add(count);
+  store_.MultiplyFirst(static_cast<Eigen::Index>(base_.size()));
+  for (const WhiteStore::Columns& cells : cells_) store_.MultiplyEachOther(cells);
   if (!baseline.turned.empty() && baseline.turned.front() == problem.channel()) {
     const double scale = store_.Solve(base_)(0);
     if (std::fabs(scale) > kLeastScale) own_scale_ = scale;

@@ -1,5 +1,6 @@
 // White columns of everything that is compared, and their products: every model among them is then
-// a small linear problem.
+// a small linear problem. A product is worked out when it is first asked for, as most of them never
+// are: not for use by two threads at once.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,6 +21,10 @@ class WhiteStore {
   // The same of columns that are made where they stay: places to fill, which Add(count) then adds.
   Eigen::Ref<Eigen::MatrixXd> Places(Eigen::Index count);
   Columns Add(Eigen::Index count);
+  // Products that are asked for anyway, in one pass over the rows: of the output and the first
+  // columns with all; of neighbouring columns with each other.
+  void MultiplyFirst(Eigen::Index count);
+  void MultiplyEachOther(const Columns& columns);
   // Takes columns away again, those from `first` on.
   void DropFrom(Eigen::Index first) { used_ = first; }
   Eigen::Index used() const { return used_; }
@@ -46,7 +51,19 @@ class WhiteStore {
   double Left(Eigen::Index column, std::span<const Eigen::Index> model) const;
 
  private:
-  Eigen::MatrixXd white_, gram_;  // the output is column 0
+  class Elimination;
+  using Known = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
+
+  // By places, of which the output has the first.
+  void Multiply(Eigen::Index row, Eigen::Index row_end, Eigen::Index column,
+                Eigen::Index column_end);
+  double Product(Eigen::Index i, Eigen::Index j) const;
+  Eigen::MatrixXd Products(const std::vector<Eigen::Index>& rows,
+                           const std::vector<Eigen::Index>& columns) const;
+
+  Eigen::MatrixXd white_;  // the output is column 0
+  mutable Eigen::MatrixXd gram_;
+  mutable Known known_;  // of `gram_`
   Eigen::Index used_ = 0;
 };
 

@@ -7,6 +7,8 @@
 namespace gyrobench::calibration {
 namespace {
 
+using RawRows = Eigen::Ref<const RowMajor>;
+
 // Several columns at once: each waits for its own innovation before the next row, together they
 // fill the pipeline.
 template <std::size_t kColumns>
@@ -25,34 +27,51 @@ void Pass(std::span<const Step> steps, double* const* column) {
   }
 }
 
-// The same of rows that lie one after the other, from one column on. `bias`, `reference`: the
-// states, of each column.
+// The same of rows that lie one after the other, of a few neighbouring columns: from `from` of the
+// raw rows to `to` of the white ones. `bias`, `reference`: the states of the white ones' columns.
 template <int kColumns>
-void PassRows(std::span<const Step> steps, Eigen::Index column, RowMajor* rows,
-              Eigen::ArrayXd* bias, Eigen::ArrayXd* reference) {
+void PassRows(std::span<const Step> steps, const RawRows& raw, Eigen::Index from, Eigen::Index to,
+              RowMajor* white, Eigen::ArrayXd* bias, Eigen::ArrayXd* reference) {
   using Some = Eigen::Array<double, kColumns, 1>;
-  Some b = bias->segment<kColumns>(column), r = reference->segment<kColumns>(column);
+  Some b = bias->segment<kColumns>(to), r = reference->segment<kColumns>(to);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const Step& step = steps[i];
-    Eigen::Map<Some> values(&(*rows)(static_cast<Eigen::Index>(i), column));
+    const auto row = static_cast<Eigen::Index>(i);
     b *= step.bias_keep;
-    const Some innovation = values - step.bias_factor * b - step.reference_factor * r;
+    const Some innovation = Eigen::Map<const Some>(raw.data() + row * raw.outerStride() + from) -
+                            step.bias_factor * b - step.reference_factor * r;
     b += step.gain_bias * innovation;
     r = step.reference_keep * r + step.gain_reference * innovation;
-    values = step.inverse_sigma * innovation;
+    Eigen::Map<Some>(&(*white)(row, to)) = step.inverse_sigma * innovation;
   }
-  bias->segment<kColumns>(column) = b;
-  reference->segment<kColumns>(column) = r;
+  bias->segment<kColumns>(to) = b;
+  reference->segment<kColumns>(to) = r;
 }
 
-void PassAllRows(std::span<const Step> steps, RowMajor* rows, Eigen::ArrayXd* bias,
+// `columns`: of the raw rows, in rising order; the white ones have these alone. Neighbours pass
+// together.
+void PassAllRows(std::span<const Step> steps, const RawRows& raw,
+                 const std::vector<Eigen::Index>& columns, RowMajor* white, Eigen::ArrayXd* bias,
                  Eigen::ArrayXd* reference) {
-  constexpr int kTogether = 8;
-  Eigen::Index j = 0;
-  for (; j + kTogether <= rows->cols(); j += kTogether)
-    PassRows<kTogether>(steps, j, rows, bias, reference);
-  for (; j + 2 <= rows->cols(); j += 2) PassRows<2>(steps, j, rows, bias, reference);
-  if (j < rows->cols()) PassRows<1>(steps, j, rows, bias, reference);
+  constexpr Eigen::Index kTogether = 8;
+  const auto count = static_cast<Eigen::Index>(columns.size());
+  for (Eigen::Index to = 0; to < count;) {
+    const Eigen::Index from = columns[static_cast<std::size_t>(to)];
+    const auto neighbours = [&](Eigen::Index wanted) {
+      return to + wanted <= count &&
+             columns[static_cast<std::size_t>(to + wanted - 1)] == from + wanted - 1;
+    };
+    if (neighbours(kTogether)) {
+      PassRows<kTogether>(steps, raw, from, to, white, bias, reference);
+      to += kTogether;
+    } else if (neighbours(2)) {
+      PassRows<2>(steps, raw, from, to, white, bias, reference);
+      to += 2;
+    } else {
+      PassRows<1>(steps, raw, from, to, white, bias, reference);
+      to += 1;
+    }
+  }
 }
 
 // Columns that are not 0 in some rows, or of which the filter remembers something.
@@ -64,22 +83,6 @@ std::vector<Eigen::Index> Active(const std::vector<Eigen::Index>& not_zero,
     const bool here = next < not_zero.size() && not_zero[next] == j;
     if (here) ++next;
     if (here || bias(j) != 0.0 || reference(j) != 0.0) out.push_back(j);
-  }
-  return out;
-}
-
-// Neighbours are copied together.
-RowMajor Copied(const Eigen::Ref<const RowMajor>& rows, const std::vector<Eigen::Index>& columns) {
-  const auto count = static_cast<Eigen::Index>(columns.size());
-  RowMajor out(rows.rows(), count);
-  for (Eigen::Index begin = 0; begin < count;) {
-    const Eigen::Index from = columns[static_cast<std::size_t>(begin)];
-    Eigen::Index length = 1;
-    while (begin + length < count &&
-           columns[static_cast<std::size_t>(begin + length)] == from + length)
-      ++length;
-    out.middleCols(begin, length) = rows.middleCols(from, length);
-    begin += length;
   }
   return out;
 }
@@ -135,13 +138,15 @@ Eigen::MatrixXd Whitener::Products(const ColumnsInChunks& columns) const {
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(p, p);
   Eigen::ArrayXd bias = Eigen::ArrayXd::Zero(p), reference = bias;
   const std::span<const Step> steps = steps_;
+  RowMajor white;
   for (std::size_t chunk = 0; chunk < columns.chunks(); ++chunk) {
     const std::vector<Eigen::Index> active = Active(columns.not_zero(chunk), bias, reference);
-    RowMajor white = Copied(columns.rows(chunk), active);
+    const RawRows raw = columns.rows(chunk);
+    white.resize(raw.rows(), static_cast<Eigen::Index>(active.size()));
     Eigen::ArrayXd some_bias = bias(active), some_reference = reference(active);
     PassAllRows(
-        steps.subspan(chunk * ColumnsInChunks::kChunk, static_cast<std::size_t>(white.rows())),
-        &white, &some_bias, &some_reference);
+        steps.subspan(chunk * ColumnsInChunks::kChunk, static_cast<std::size_t>(raw.rows())), raw,
+        active, &white, &some_bias, &some_reference);
     bias(active) = some_bias;
     reference(active) = some_reference;
     AddProducts(white, active, &gram);

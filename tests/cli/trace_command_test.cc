@@ -19,6 +19,7 @@ namespace gyrobench::cli {
 namespace {
 
 using nlohmann::json;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -232,6 +233,22 @@ TEST_F(Trace, ReportsBadFilesByNameAndEndsAsAFailure) {
     fails(folder_.Write("empty.csv", "t_s,gyro_z_lsb\n"), "empty.csv");
   }
   EXPECT_EQ(Gyrobench({"trace"}).status, 2);
+}
+
+// Files are read side by side; which of them ends first is no matter.
+TEST_F(Trace, OfSeveralBadFilesComplainsOfTheFirst) {
+  const std::string good = folder_.Write("good.csv", Turns(0.0, "unit-7", 1));
+  const std::string bad = "t_s,temp_degC\n0,1\n";
+  std::string long_head;
+  for (int i = 0; i < 20000; ++i) long_head += "# a line of the head that takes its time\n";
+  const std::string late = folder_.Write("late.csv", long_head + bad);
+  const std::string early = folder_.Write("early.csv", bad);
+  for (int again = 0; again < 5; ++again) {
+    EXPECT_THAT(Gyrobench({"trace", good, late, early, early}).err,
+                AllOf(HasSubstr("late.csv"), Not(HasSubstr("early.csv"))));
+    EXPECT_THAT(Gyrobench({"trace", early, late, good}).err,
+                AllOf(HasSubstr("early.csv"), Not(HasSubstr("late.csv"))));
+  }
 }
 
 // A script that goes by the status must not take "nothing was looked at" for "nothing is there".
