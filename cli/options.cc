@@ -6,6 +6,7 @@
 #include <charconv>
 #include <iostream>
 
+#include "base/nearest_word.h"
 #include "base/version.h"
 #include "cli/exit_status.h"
 #include "export/exporter.h"
@@ -228,14 +229,27 @@ class CommandLine {
     if (error.get_exit_code() == 0) return app_.exit(error, std::cout, std::cerr);
     const std::vector<std::string> rest = app_.remaining();
     if (app_.get_subcommands().empty() && !rest.empty()) {
-      std::cerr << "gyrobench: no command '" << rest.front() << "'\nTry: gyrobench --help\n";
+      std::vector<std::string> known;
+      for (const CLI::App* command : app_.get_subcommands({})) known.push_back(command->get_name());
+      std::cerr << "gyrobench: no command '" << rest.front()
+                << "': " << Suggestion(rest.front(), known) << "\nTry: gyrobench --help\n";
       return kUsage;
     }
     std::string command = "gyrobench";
     if (!app_.get_subcommands().empty())
       command += " " + app_.get_subcommands().front()->get_name();
-    std::cerr << command << ": " << error.what() << "\nTry: " << command << " --help\n";
+    std::cerr << command << ": " << error.what() << "\n"
+              << HintOnParameter() << "Try: " << command << " --help\n";
     return kUsage;
+  }
+
+  // `run scale turns=20`, as many a program takes it.
+  std::string HintOnParameter() const {
+    for (const std::string& word : app_.remaining(true)) {
+      if (word.starts_with('-') || word.find('=') == std::string::npos) continue;
+      return fmt::format("A parameter follows -p: -p {}\n", word);
+    }
+    return "";
   }
 
   CLI::App app_;

@@ -110,7 +110,7 @@ std::string ScaleText(const Json& scale, double duration_s, const Terminal& term
             "s/s", "host over gyro unit");
   sheet.Add("valid for",
             RangeText(Number(scale, "min_rate_deg_s"), Number(scale, "max_rate_deg_s"), 1, "deg/s"),
-            "");
+            "", "mean rate of each turn, from rest to rest");
   sheet.Add("",
             RangeText(Number(scale, "min_temperature_degC"), Number(scale, "max_temperature_degC"),
                       1, "degC"),

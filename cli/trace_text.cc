@@ -128,9 +128,18 @@ std::string FiguresText(const Json& channel, const Terminal& terminal, double du
 }
 
 std::string BaselineText(const Json& channel, const Terminal& terminal) {
-  const std::string parameters =
-      ParametersText(Field(Field(channel, "baseline"), "parameters"), terminal, kMissing);
-  return parameters.empty() ? "" : "  baseline\n" + parameters;
+  const Json& baseline = Field(channel, "baseline");
+  const std::string parameters = ParametersText(Field(baseline, "parameters"), terminal, kMissing);
+  if (parameters.empty()) return "";
+  const double reference_degC = Number(baseline, "reference_degC");
+  const std::string origin =
+      std::isfinite(reference_degC)
+          ? Paragraph(fmt::format("zero_rate_offset is that at {:.2f} degC, from which the powers "
+                                  "of the temperature are counted",
+                                  reference_degC),
+                      terminal, 4)
+          : "";
+  return "  baseline\n" + parameters + origin;
 }
 
 std::string FindingText(const Json& finding) {

@@ -65,7 +65,8 @@ class LiveBench final : public procedures::Bench {
   std::string Ask(const procedures::Question& question) override;
   procedures::Estimate ReadEstimate(const std::string& what) override;
   std::vector<procedures::AxisVerdict> Trace() override;
-  procedures::Choice Choose(const std::vector<procedures::Rehearsal>& menu) override;
+  procedures::Choice Choose(const std::vector<procedures::Rehearsal>& menu,
+                            double small_below) override;
   void RecordLimit(const procedures::LimitCheck& check) override;
   void Say(const std::string& text) override;
   void Progress(double fraction) override;

@@ -36,7 +36,7 @@ calibration::Manoeuvre ToManoeuvre(const procedures::Rehearsal& rehearsal) {
 
 }  // namespace
 
-procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu,
+procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu, double small_below,
                                const calibration::Recording& so_far,
                                const calibration::Traced& traced, calibration::LoopMemory& memory) {
   std::vector<calibration::Manoeuvre> manoeuvres;
@@ -45,12 +45,14 @@ procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu,
   memory.left_min = 0.0;
   for (const procedures::Rehearsal& rehearsal : menu)
     memory.left_min = std::max(memory.left_min, rehearsal.at_most_s / 60.0);
+  memory.small_below = small_below;
   const calibration::NextManoeuvre next = ChooseManoeuvre(so_far, traced, manoeuvres, memory);
   procedures::Choice choice;
   choice.settled = next.settled;
   choice.open = next.open;
   choice.never = next.never;
   choice.newly_closed = next.newly_closed;
+  choice.small = next.small;
   choice.best = next.best;
   if (next.best) {
     choice.because = next.worths[*next.best].because;

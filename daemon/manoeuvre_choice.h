@@ -9,9 +9,9 @@
 
 namespace gyrobench::daemon {
 
-// `traced`: of `so_far`. `memory`: one for each run. Throws DataError where the reference is not
-// that of a stand.
-procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu,
+// `small_below`: as LoopMemory has it. `traced`: of `so_far`. `memory`: one for each run. Throws
+// DataError where the reference is not that of a stand.
+procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu, double small_below,
                                const calibration::Recording& so_far,
                                const calibration::Traced& traced, calibration::LoopMemory& memory);
 

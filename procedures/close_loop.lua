@@ -14,7 +14,11 @@ procedure = {
     { name = "budget_min", type = "number", default = 30, unit = "min", min = 3, max = 1440,
       help = "time from the begin to the end of the last manoeuvre, an operator's included" },
     { name = "confirmations", type = "integer", default = 3, min = 0, max = 100,
-      help = "manoeuvres that a settled verdict must outlive; twice as many for a step, which may be another effect's work" },
+      help = "manoeuvres that an effect must be named through for the verdict to be settled; twice as many for a step, "
+        .. "which may be another effect's work" },
+    { name = "small_percent", type = "number", default = 5, unit = "%", min = 0, max = 100,
+      help = "an effect without which the angle error is larger by less than this is named, and holds no verdict up beside "
+        .. "others that are not so small; 0: every effect counts" },
     { name = "initial_rest_s", type = "number", default = 120, unit = "s", min = 10, max = 7200,
       help = "rest before the first turn" },
     { name = "rest_s", type = "number", default = 2, unit = "s", min = 0.5, max = 600,
@@ -166,25 +170,56 @@ local function rehearse(p, left_s)
   return items, any
 end
 
--- Of an effect and its rivals the first by the alphabet: which of them leads a little is no change of the verdict.
-local function name_of(effect)
-  local first = effect.id
-  for _, rival in ipairs(effect.rivals or {}) do
-    if rival < first then first = rival end
+-- Whether two effects of one axis may be one: the same name, or one that stands for the other.
+local function may_be_one(one, other)
+  local names = { [one.id] = true }
+  for _, rival in ipairs(one.rivals) do names[rival] = true end
+  if names[other.id] then return true end
+  for _, rival in ipairs(other.rivals) do
+    if names[rival] then return true end
   end
-  return first
+  return false
 end
 
-local function names_of(traced)
-  local names, steps = {}, false
+-- The effects of a trace, each with how many manoeuvres it has been named through. `before`: of the trace before.
+local function named_in(traced, before)
+  local out = {}
   for _, axis in ipairs{ "x", "y", "z" } do
     for _, effect in ipairs(traced and traced[axis] and traced[axis].effects or {}) do
-      names[#names + 1] = axis .. " " .. name_of(effect)
-      steps = steps or effect.id == "bias.step" or effect.id == "angle.step"
+      local outlived = 0
+      for _, known in ipairs(before) do
+        if known.axis == axis and may_be_one(known.effect, effect) then
+          outlived = math.max(outlived, known.outlived + 1)
+        end
+      end
+      out[#out + 1] = { axis = axis, effect = effect, outlived = outlived }
     end
   end
-  table.sort(names)
-  return table.concat(names, ", "), steps
+  return out
+end
+
+-- Whether each effect that counts has been named for long enough. Small ones count where there is no other.
+local function all_outlived(p, named)
+  local function is_small(one)
+    return one.effect.error_share and 100 * one.effect.error_share < p.small_percent
+  end
+  local only_small = true
+  for _, one in ipairs(named) do only_small = only_small and is_small(one) end
+  for _, one in ipairs(named) do
+    local step = one.effect.id == "bias.step" or one.effect.id == "angle.step"
+    if (only_small or not is_small(one)) and one.outlived < p.confirmations * (step and 2 or 1) then return false end
+  end
+  return true
+end
+
+local function settled_but_for(choice)
+  local words = {}
+  if choice.never ~= "" then
+    words[#words + 1] = "what is not to be separated on this stand in the time that there was: " .. choice.never
+  end
+  if choice.small ~= "" then words[#words + 1] = "what hardly matters: " .. choice.small end
+  return #words == 0 and "settled: nothing else of the catalogue explains the same"
+    or "settled but for " .. table.concat(words, "; and for ")
 end
 
 local function verdict_of(traced)
@@ -202,12 +237,10 @@ function run(p)
     return 60 * p.budget_min - (bench.elapsed() - begin_s)
   end
   baseline(p)
-  local number, outlived, last_names = 0, 0, nil
+  local number, named = 0, {}
   while true do
     local traced = bench.trace()
-    local names, steps = names_of(traced)
-    outlived = names == last_names and outlived + 1 or 0
-    last_names = names
+    named = named_in(traced, named)
     bench.say(string.format("after %.1f min: %s", (bench.elapsed() - begin_s) / 60, verdict_of(traced)))
     if not traced then
       bench.fail("the rest and the first turn gave nothing that can be traced: is the gyro sampled, and the reference?")
@@ -217,14 +250,13 @@ function run(p)
       bench.say("the stand can make no manoeuvre of the menu")
       return
     end
-    local choice = bench.choose()
+    local choice = bench.choose{ small_below = p.small_percent / 100 }
     if choice.newly_closed ~= "" then
       bench.say(string.format("not to be separated on this stand in the %.1f min that are left, and not asked for again: %s",
         left_s() / 60, choice.newly_closed))
     end
-    if choice.settled and outlived >= p.confirmations * (steps and 2 or 1) then
-      bench.say(choice.never == "" and "settled: nothing else of the catalogue explains the same"
-        or "settled but for what is not to be separated on this stand in the time that there was: " .. choice.never)
+    if choice.settled and all_outlived(p, named) then
+      bench.say(settled_but_for(choice))
       return
     end
     if not choice.index then

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "base/error.h"
 #include "calibration/plan/channel_outlook.h"
@@ -67,9 +68,10 @@ class Chooser {
       recordings.push_back(Foresee(manoeuvre, so_far, units));
       trails.push_back(MakeTrail(recordings.back(), units, false, {}));
     }
+    FindSmall(traced.result);
     for (std::size_t i = 0; i < traced.models.size(); ++i) {
       const ChannelTrace& channel = traced.result.channels[i];
-      const std::string axis(1, "xyz"[static_cast<std::size_t>(channel.axis)]);
+      const std::string axis = Axis(channel);
       std::set<std::string> judged;
       if (IsKnown(channel.noise)) {
         outlooks_.emplace_back(trails, traced.models[i], channel.noise);
@@ -96,16 +98,18 @@ class Chooser {
       const std::string pair = Pair(one.axis, one.rivalry.named, one.rivalry.other);
       const bool told = std::find(not_told_.begin(), not_told_.end(), pair) == not_told_.end();
       if (one.rivalry.now >= (told ? kTold_nats : kDecided_nats)) return true;
-      return close(pair, Hopeless(one.rivalry));
+      if (close(pair, Hopeless(one.rivalry))) return true;
+      const bool small = IsSmall(one.axis, one.rivalry.named);
+      (small ? small_pairs_ : open_).insert(pair);
+      return small;
     });
-    for (const AxisRivalry& one : rivalries_)
-      open_.insert(Pair(one.axis, one.rivalry.named, one.rivalry.other));
     // What the data do not tell apart yet, whatever was to be expected.
     std::set<std::string> overdue;
     for (const std::string& pair : not_told_) {
-      if (close(pair, false)) continue;
+      if (small_pairs_.contains(pair) || close(pair, false)) continue;
       if (open_.insert(pair).second) overdue.insert(pair);
     }
+    out.small = fmt::format("{}", fmt::join(small_pairs_, "; "));
     out.never = fmt::format("{}", fmt::join(closed, "; "));
     out.newly_closed = fmt::format("{}", fmt::join(newly_closed, "; "));
     out.settled = any_named_ && open_.empty();
@@ -137,14 +141,39 @@ class Chooser {
     return fmt::format("{}: {} or {}", axis, named, other);
   }
 
+  static std::string Axis(const ChannelTrace& channel) {
+    return std::string(1, "xyz"[static_cast<std::size_t>(channel.axis)]);
+  }
+
+  // Where all are small, none is: they are what there is to be told.
+  void FindSmall(const TraceResult& result) {
+    std::size_t named = 0;
+    for (const ChannelTrace& channel : result.channels) {
+      for (const TracedEffect& effect : channel.effects) {
+        ++named;
+        if (ShareOfError(effect) < memory_.small_below) small_.insert({Axis(channel), effect.id});
+      }
+    }
+    if (small_.size() == named) small_.clear();
+  }
+  bool IsSmall(const std::string& axis, const std::string& id) const {
+    return small_.contains({axis, id});
+  }
+
   void AddNamed(const std::string& axis, const ChannelTrace& channel,
                 const std::set<std::string>& judged) {
     for (const TracedEffect& effect : channel.effects) {
       any_named_ = true;
-      if (!judged.contains(effect.id))
-        open_.insert(fmt::format("{}: what is behind {}", axis, effect.id));
-      for (const std::string& rival : effect.rivals)
-        not_told_.push_back(Pair(axis, effect.id, rival));
+      const bool small = IsSmall(axis, effect.id);
+      if (!judged.contains(effect.id)) {
+        (small ? small_pairs_ : open_)
+            .insert(fmt::format("{}: what is behind {}", axis, effect.id));
+      }
+      for (const std::string& rival : effect.rivals) {
+        const std::string pair = Pair(axis, effect.id, rival);
+        not_told_.push_back(pair);
+        if (small) small_pairs_.insert(pair);
+      }
     }
   }
 
@@ -225,7 +254,8 @@ class Chooser {
   std::vector<AxisRivalry> rivalries_;
   std::vector<ChannelOutlook::Knowledge> knowledge_;
   std::vector<std::string> not_told_;  // pairs, by the trace
-  std::set<std::string> open_;
+  std::set<std::string> open_, small_pairs_;
+  std::set<std::pair<std::string, std::string>> small_;  // axis, effect
   bool any_named_ = false;
 };
 

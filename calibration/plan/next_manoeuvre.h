@@ -29,6 +29,9 @@ struct NextManoeuvre {
   // there is time, would not tell them apart, or what was made for it did not. They do not count.
   std::string never;
   std::string newly_closed;  // those of them that were open until now
+  // Pairs that are open, but of an effect that is small beside others that are not: they hold no
+  // verdict up and are not asked for.
+  std::string small;
   // Of the menu, also when all is settled; none where nothing more would be known by any of it.
   std::optional<std::size_t> best;
   std::vector<ManoeuvreWorth> worths;  // in the menu's order

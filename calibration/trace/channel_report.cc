@@ -283,6 +283,7 @@ class ChannelTracer {
                                      k == 1 ? "deg/s/degC" : fmt::format("deg/s/degC^{}", k),
                                      grow));
     }
+    if (baseline_.temperature_order > 0) trace_.baseline.reference_degC = baseline_.reference_degC;
     const WhiteStore::Fit alone = selection.store().FitTo(selection.baseline_columns());
     trace_.baseline.whitened_rms =
         std::sqrt(alone.residual_square / static_cast<double>(problem_.rows()));

@@ -96,6 +96,7 @@ json ToJson(const ChannelTrace& channel) {
           {"summary", channel.summary},
           {"baseline",
            {{"parameters", List(channel.baseline.parameters)},
+            {"reference_degC", Number(channel.baseline.reference_degC)},
             {"whitened_rms", Number(channel.baseline.whitened_rms)},
             {"angle_rms_deg", Number(channel.baseline.angle_rms_deg)}}},
           {"effects", List(channel.effects)},

@@ -4,6 +4,11 @@
 
 namespace gyrobench::calibration {
 
+double ShareOfError(const TracedEffect& effect) {
+  const HeldOut& angle = effect.heldout_angle_rms_deg;
+  return angle.after > 0.0 ? angle.before / angle.after - 1.0 : kMissing;
+}
+
 const char* Name(Verdict verdict) {
   switch (verdict) {
     case Verdict::kNone:

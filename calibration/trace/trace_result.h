@@ -63,6 +63,10 @@ struct TracedEffect {
   ChosenOn chosen_on = ChosenOn::kAllData;
 };
 
+// By how much the angle error grows without the effect, as a share of what it is with it; NaN where
+// that was not tried.
+double ShareOfError(const TracedEffect& effect);
+
 struct Unidentifiable {
   std::string id;
   std::string because;
@@ -115,6 +119,7 @@ struct ChannelTrace {
   std::string summary;  // the verdict in one or two sentences
   struct Baseline {
     std::vector<ModelParameter> parameters;
+    double reference_degC = kMissing;  // at which the zero-rate offset holds; NaN: any temperature
     double whitened_rms = kMissing;  // under the noise of the saturated model; 1 is the floor
     double angle_rms_deg = kMissing;
   } baseline;

@@ -20,15 +20,18 @@ int Rehearsed(const Call& call) {
 }
 
 int Choose(const Call& call) {
-  call.CheckNothing();
+  double small_below = 0.0;
+  if (!lua_isnil(call.state, call.argument))
+    small_below = call.Fields({"small_below"}).Number("small_below").value_or(0.0);
   const std::vector<Rehearsal> menu = call.stage.TakeMenu();
-  const Choice choice = call.bench.Choose(menu);
-  lua_createtable(call.state, 0, 8);
+  const Choice choice = call.bench.Choose(menu, small_below);
+  lua_createtable(call.state, 0, 9);
   lua_pushboolean(call.state, choice.settled ? 1 : 0);
   lua_setfield(call.state, -2, "settled");
   SetField(call.state, "open", choice.open);
   SetField(call.state, "never", choice.never);
   SetField(call.state, "newly_closed", choice.newly_closed);
+  SetField(call.state, "small", choice.small);
   if (!choice.best) return 1;
   const Rehearsal& best = menu.at(*choice.best);
   SetField(call.state, "index", static_cast<double>(*choice.best + 1));

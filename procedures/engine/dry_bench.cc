@@ -126,7 +126,7 @@ std::vector<AxisVerdict> DryBench::Trace() {
   return {{"x", "none", says, {}}, {"y", "none", says, {}}, {"z", "none", says, {}}};
 }
 
-Choice DryBench::Choose(const std::vector<Rehearsal>& menu) {
+Choice DryBench::Choose(const std::vector<Rehearsal>& menu, double /*small_below*/) {
   Choice choice;
   choice.open = "everything, before it is measured";
   choice.because = "stands for whichever is chosen";

@@ -85,7 +85,7 @@ class DryBench final : public Bench {
   // Nothing beyond the baseline, on all axes: takes no time.
   std::vector<AxisVerdict> Trace() override;
   // One after the other, again and again: what a run takes at worst.
-  Choice Choose(const std::vector<Rehearsal>& menu) override;
+  Choice Choose(const std::vector<Rehearsal>& menu, double small_below) override;
   void RecordLimit(const LimitCheck& /*check*/) override {}
   void Say(const std::string& text) override;
   void Progress(double /*fraction*/) override {}

@@ -93,8 +93,9 @@ std::vector<procedures::AxisVerdict> TrialBench::Trace() {
   return verdicts;
 }
 
-procedures::Choice TrialBench::Choose(const std::vector<procedures::Rehearsal>& menu) {
-  return daemon::ChooseAmong(menu, collector_.Take(), Traced(), loop_);
+procedures::Choice TrialBench::Choose(const std::vector<procedures::Rehearsal>& menu,
+                                      double small_below) {
+  return daemon::ChooseAmong(menu, small_below, collector_.Take(), Traced(), loop_);
 }
 
 }  // namespace gyrobench::blind_trials

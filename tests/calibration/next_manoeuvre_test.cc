@@ -12,6 +12,7 @@ namespace gyrobench::calibration {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double kUnits = 131.0;
 
@@ -207,6 +208,31 @@ TEST(NextManoeuvre, WhatTheDataDoNotTellApartIsOpenWhateverWasToBeExpected) {
   const NextManoeuvre next = ChooseManoeuvre(so_far, traced, menu);
   EXPECT_FALSE(next.settled);
   EXPECT_THAT(next.open, HasSubstr("z: scale.asymmetry or scale.quadratic_even"));
+}
+
+TEST(NextManoeuvre, WhatIsOpenOfASmallEffectIsSaidAndHoldsNothingUp) {
+  const Recording so_far = Recorded(Turns("so far", 0.0, {20.0, 40.0}));
+  const std::vector<Manoeuvre> menu = {Turns("other speeds", 0.0, {5.0, 30.0})};
+  Traced traced = Verdict({Term("scale.asymmetry", {1.0}), Term("scale.g", {0.0, 0.0, 1.0})});
+  std::vector<TracedEffect>& effects = traced.result.channels[0].effects;
+  effects[0].heldout_angle_rms_deg = {2.0, 1.0, {}};
+  effects[1].heldout_angle_rms_deg = {1.02, 1.0, {}};
+  effects[1].rivals = {"angle.clock_drift"};
+  LoopMemory memory;
+  EXPECT_THAT(ChooseManoeuvre(so_far, traced, menu, memory).open, HasSubstr("clock_drift"));
+  LoopMemory with_limit;
+  with_limit.small_below = 0.05;
+  const NextManoeuvre next = ChooseManoeuvre(so_far, traced, menu, with_limit);
+  EXPECT_THAT(next.open, Not(HasSubstr("scale.g or")));
+  EXPECT_THAT(next.small, HasSubstr("z: scale.g or angle.clock_drift"));
+  EXPECT_THAT(next.worths[0].because, Not(HasSubstr("tells scale.g")));
+  // Where every effect is small, each of them counts.
+  effects[0].heldout_angle_rms_deg = {1.01, 1.0, {}};
+  LoopMemory all_small;
+  all_small.small_below = 0.05;
+  const NextManoeuvre again = ChooseManoeuvre(so_far, traced, menu, all_small);
+  EXPECT_THAT(again.open, HasSubstr("scale.g or angle.clock_drift"));
+  EXPECT_EQ(again.small, "");
 }
 
 TEST(NextManoeuvre, WhatTheMenuWouldNeverTellApartDoesNotCount) {

@@ -108,6 +108,16 @@ TEST(Gyrobench, RefusesAParameterThatIsNoKeyAndValue) {
   EXPECT_THAT(finished.err, HasSubstr("key=value"));
 }
 
+TEST(Gyrobench, KnowsWhatAMistypedCommandWasMeantToBe) {
+  EXPECT_THAT(Gyrobench({"trase", "x.csv"}).err, HasSubstr("did you mean \"trace\"?"));
+}
+
+TEST(Gyrobench, SaysHowAParameterIsGiven) {
+  const Finished finished = Gyrobench({"run", "scale", "turns=20"});
+  EXPECT_EQ(finished.status, 2);
+  EXPECT_THAT(finished.err, HasSubstr("-p turns=20"));
+}
+
 TEST(Gyrobench, SaysWhatASeedIs) {
   for (const char* command : {"trace", "report"}) {
     for (const char* seed : {"x", "1.5", "7 ", "-1", "99999999999999999999"}) {

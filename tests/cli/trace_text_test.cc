@@ -218,6 +218,17 @@ TEST(TraceText, ShowsCurvesOfOneQuantityEachWithItsEndsAndWithoutErrors) {
   EXPECT_THAT(text, Not(HasSubstr("nan")));
 }
 
+TEST(TraceText, SaysAtWhichTemperatureAnOffsetHoldsThatDependsOnIt) {
+  json trace = ThreeAxes();
+  json& baseline = trace["channels"][0]["baseline"];
+  baseline["parameters"] = {
+      {{"name", "zero_rate_offset"}, {"value", 1.0}, {"unit", "deg/s"}, {"std_error", 0.1}}};
+  baseline["reference_degC"] = nullptr;
+  EXPECT_THAT(TraceText(trace, Plain()), Not(HasSubstr("degC")));
+  baseline["reference_degC"] = 31.25;
+  EXPECT_THAT(TraceText(trace, Plain()), HasSubstr("zero_rate_offset is that at 31.25 degC"));
+}
+
 TEST(TraceText, GivesNoVerdictOnAnAxisThatWasNotFitted) {
   json trace = ThreeAxes();
   trace["channels"][0]["baseline"]["whitened_rms"] = nullptr;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "tests/procedures/motion.h"
 #include "tests/procedures/shipped.h"
@@ -13,6 +14,8 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 constexpr const char* kTwo =
     "bench.rehearse()\n"
@@ -137,6 +140,78 @@ TEST(CloseLoop, MakesWhatWasChosenAndEndsWhenTheVerdictOutlivesIt) {
   EXPECT_EQ(said("manoeuvre 1: " + bench.offered[0][2].name), 1);
   EXPECT_EQ(said("scale.g or scale.cubic"), 1);
   EXPECT_EQ(said("settled"), 1);
+}
+
+// A loop whose n-th trace finds the n-th of `found`, and whose every verdict is settled: how many
+// choices it makes.
+std::size_t ChoicesUntilSettled(const std::vector<std::vector<TracedEffect>>& found,
+                                const Parameters& parameters) {
+  class Bench : public FakeBench {
+   public:
+    explicit Bench(const std::vector<std::vector<TracedEffect>>& found) : found_(found) {}
+    std::vector<AxisVerdict> Trace() override {
+      const std::size_t last = found_.size() - 1;
+      return {{"z", "explained", "", found_[std::min(traces_++, last)]}};
+    }
+
+   private:
+    const std::vector<std::vector<TracedEffect>>& found_;
+    std::size_t traces_ = 0;
+  };
+  Bench bench(found);
+  bench.axes = Roomy({"outer", "middle", "inner"});
+  bench.choices.assign(20, {.settled = true, .open = "", .best = 0, .because = "would show all"});
+  RunProcedure(Shipped("close_loop"), parameters, bench);
+  return bench.offered.size();
+}
+
+TracedEffect Named(const std::string& id, double error_share,
+                   std::vector<std::string> rivals = {}) {
+  TracedEffect effect;
+  effect.id = id;
+  effect.error_share = error_share;
+  effect.rivals = std::move(rivals);
+  return effect;
+}
+
+TEST(CloseLoop, EachEffectThatCountsMustBeNamedThroughSoManyManoeuvres) {
+  const TracedEffect early = Named("scale.cubic", 0.5), late = Named("scale.g", 0.3);
+  const TracedEffect step = Named("bias.step", 0.3);
+  const Parameters two = {{"confirmations", 2.0}};
+  EXPECT_EQ(ChoicesUntilSettled({{early}}, two), 3U);
+  EXPECT_EQ(ChoicesUntilSettled({{early}, {early}, {early, late}}, two), 5U);
+  EXPECT_EQ(ChoicesUntilSettled({{step}}, two), 5U);
+  // What is gone again leaves the others as they were.
+  EXPECT_EQ(ChoicesUntilSettled({{early}, {early, late}, {early}}, two), 3U);
+}
+
+TEST(CloseLoop, ARivalsNameIsNoOtherEffect) {
+  const TracedEffect first = Named("scale.cubic", 0.5, {"scale.g"});
+  const TracedEffect second = Named("scale.g", 0.5, {"scale.cubic"});
+  const TracedEffect other = Named("scale.asymmetry", 0.5);
+  const Parameters two = {{"confirmations", 2.0}};
+  EXPECT_EQ(ChoicesUntilSettled({{first}, {second}, {first}}, two), 3U);
+  EXPECT_EQ(ChoicesUntilSettled({{first}, {other}}, two), 4U);
+}
+
+TEST(CloseLoop, ASmallEffectHoldsNothingUpBesideALargerOne) {
+  const TracedEffect large = Named("scale.cubic", 0.5), small = Named("scale.g", 0.03);
+  const TracedEffect unknown = Named("scale.g", kUnknown);
+  const Parameters two = {{"confirmations", 2.0}};
+  const Parameters all = {{"confirmations", 2.0}, {"small_percent", 0.0}};
+  EXPECT_EQ(ChoicesUntilSettled({{large}, {large}, {large, small}}, two), 3U);
+  EXPECT_EQ(ChoicesUntilSettled({{large}, {large}, {large, small}}, all), 5U);
+  EXPECT_EQ(ChoicesUntilSettled({{large}, {large}, {large, unknown}}, two), 5U);
+  EXPECT_EQ(ChoicesUntilSettled({{small}}, two), 3U);
+}
+
+TEST(CloseLoop, PassesItsLimitOfWhatIsSmallOn) {
+  FakeBench bench;
+  bench.axes = Roomy({"outer", "middle", "inner"});
+  bench.verdicts = {{"z", "none", "", {}}};
+  RunProcedure(Shipped("close_loop"), {{"small_percent", 12.5}}, bench);
+  ASSERT_THAT(bench.small_limits, SizeIs(1));
+  EXPECT_EQ(bench.small_limits[0], 0.125);
 }
 
 TEST(CloseLoop, AOneAxisTableHasAShorterMenuAndAStandWithoutTurnsAboutZIsRefused) {

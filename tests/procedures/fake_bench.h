@@ -25,6 +25,7 @@ class FakeBench : public Bench {
  public:
   std::vector<Choice> choices;                  // answers of Choose, one after the other
   std::vector<std::vector<Rehearsal>> offered;  // what it was asked
+  std::vector<double> small_limits;             // and below which share an effect is small
   // What was called, in order: "turn inner 9", "rest 2", "say hello".
   std::vector<std::string> calls;
   std::vector<TurnCommand> turns;
@@ -104,8 +105,9 @@ class FakeBench : public Bench {
   }
 
   Estimate ReadEstimate(const std::string& what) override { return estimates[what]; }
-  Choice Choose(const std::vector<Rehearsal>& menu) override {
+  Choice Choose(const std::vector<Rehearsal>& menu, double small_below) override {
     offered.push_back(menu);
+    small_limits.push_back(small_below);
     if (choices.empty()) return {};
     const Choice choice = choices.front();
     choices.erase(choices.begin());

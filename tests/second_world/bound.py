@@ -14,9 +14,11 @@ import math
 import numpy as np
 
 import catalogue
+import unknown_walk
 from whitening import Whitener
 
 FALSE_DISCOVERY = 0.009  # of all channels of a set together
+TOO_FAST = 0.8  # of the gain: less is left in some of the readings
 ALONE = 10.0  # 2 x log-likelihood between the best and the next, to be named alone
 
 
@@ -53,16 +55,21 @@ def rest_lengths(scene, count_deg):
     return np.where(still, np.minimum(lengths, longest), 1.0)
 
 
-def whitener_of(scene, channel, noise):
-    """The filter of one channel's readings. noise: arw [deg/sqrt(s)], brw [deg/s/sqrt(s)]."""
+def timing(scene):
+    """Of the readings: time since the one before [s], and what starts with each: 0 nothing, 1 a table, 2 a power-on."""
     power_on = np.array(scene.plan.power_on)[scene.table_read]
     starts = np.zeros(scene.t_read_s.size, dtype=np.int8)
     starts[scene.first_read[:-1]] = 1
     starts[0] = 2
     starts[1:][np.diff(power_on) != 0] = 2
     dt_s = np.diff(scene.t_read_s, prepend=scene.t_read_s[0])
-    return Whitener(np.maximum(dt_s, 0.0), reading_variance(scene, channel), starts, noise["arw_effective"],
-                    noise["brw"])
+    return np.maximum(dt_s, 0.0), starts
+
+
+def whitener_of(scene, channel, noise):
+    """The filter of one channel's readings. noise: arw [deg/sqrt(s)], brw [deg/s/sqrt(s)]."""
+    dt_s, starts = timing(scene)
+    return Whitener(dt_s, reading_variance(scene, channel), starts, noise["arw_effective"], noise["brw"])
 
 
 def nuisance(scene, channel):
@@ -170,6 +177,25 @@ class Bound:
         near = (gains > best - ALONE) & found
         alone = near[mine] & (near.sum(axis=0) == 1)
         return float(alone.mean()), float(near[mine].mean())
+
+    def kept_by_an_unknown_walk(self, rng, scene, channel, noise, truth):
+        """Of how often candidate truth[0] passes its threshold, the share that is left where the tracer has to
+        estimate the noise from the same data: a random walk of unknown size explains a part of what is slow. 1 for
+        what is too fast to be seen in some of the readings, as it is no walk."""
+        i, theta = truth
+        first = len(self.given) - len(self.gram)
+        seen = self.kept[self.columns[i]] > 1e-7
+        dt_s, starts = timing(scene)
+        some = unknown_walk.some_readings(starts)
+        readings = unknown_walk.Readings(np.diff(np.cumsum(dt_s)[some], prepend=0.0), starts[some],
+                                         reading_variance(scene, channel)[some], noise["arw_effective"], noise["brw"])
+        known, unknown = unknown_walk.gains(rng, readings, [column[some] for column in self.given[:first]],
+                                            [self.given[first + k][some] for k in self.columns[i][seen]], theta[seen])
+        if known.mean() < TOO_FAST * float(theta @ self.information(i) @ theta):
+            return 1.0
+        ids = [c.effect for c in self.candidates]
+        level = self._thresholds(sorted(set(ids)))[sorted(set(ids)).index(ids[i])]
+        return float(np.mean(unknown > level) / max(np.mean(known > level), 1.0 / known.size))
 
     def _thresholds(self, ids):
         """Of the gain of each id, (ids, 1)."""

@@ -22,6 +22,7 @@ import scoring  # noqa: E402
 import simulate  # noqa: E402
 import tables  # noqa: E402
 import thermal  # noqa: E402
+import unknown_walk  # noqa: E402
 import whitening  # noqa: E402
 import worlds  # noqa: E402
 
@@ -169,6 +170,35 @@ class Bounds(unittest.TestCase):
         self.assertLess(shares[0], 0.02)
         self.assertLess(shares[0], shares[1])
         self.assertGreater(shares[2], 0.98)
+
+    def test_a_walk_of_unknown_size_takes_from_slow_effects_alone(self):
+        rng, times_s = np.random.default_rng(4), np.arange(0.0, 1200.0, 0.2)
+        starts = np.zeros(times_s.size, dtype=int)
+        starts[0] = 2
+        readings = unknown_walk.Readings(np.diff(times_s, prepend=0.0), starts, np.full(times_s.size, 1e-6), 0.0035,
+                                         1e-4)
+        slow = 300.0 * np.exp(-times_s / 300.0)  # integral of an offset that dies away
+        fast = np.sin(2.0 * np.pi * times_s / 3.0)
+        shares = []
+        for column in (slow, fast):
+            white = whitening.Whitener(readings.dt_s, readings.variance_deg2, starts, 0.0035, 1e-4)([column])
+            theta = 7.0 / np.linalg.norm(white)
+            known, unknown = unknown_walk.gains(rng, readings, [], [column], np.array([theta]))
+            self.assertAlmostEqual(known.mean(), 7.0 ** 2 + 1.0, delta=4.0)
+            shares.append(unknown.mean() / known.mean())
+        self.assertLess(shares[0], 0.8)
+        self.assertGreater(shares[1], 0.9)
+
+    def test_the_drawn_noise_is_white_under_the_noise_that_it_was_drawn_with(self):
+        starts = np.zeros(4000, dtype=int)
+        starts[[0, 1500]] = [2, 1]
+        readings = unknown_walk.Readings(np.full(4000, 0.1), starts, np.full(4000, 1e-5), 0.0035, 1e-3)
+        noise = readings.noise(np.random.default_rng(5), 20)
+        whiten = whitening.Whitener(readings.dt_s, readings.variance_deg2, starts, 0.0035, 1e-3)
+        white = whitening.Whitener.in_order(whiten(list(noise)), 4000)
+        keep = np.abs(np.arange(4000) - 750) < 740  # within the first table, past its begin
+        self.assertAlmostEqual(white[keep].var(), 1.0, delta=0.03)
+        self.assertAlmostEqual((white[keep][1:] * white[keep][:-1]).mean(), 0.0, delta=0.03)
 
     def test_what_the_baseline_absorbs_does_not_spoil_what_is_permitted(self):
         world = worlds.World("single_axis_table", "single", 20.0, 7005)  # g-dependent scale is absorbed there
