@@ -12,9 +12,7 @@ namespace {
 NoiseLine Line(const std::string& name, const report::NoiseFigure& figure,
                const std::string& unit) {
   if (!figure.hidden()) return {name, FormatNumber(figure.value, 3), unit, ""};
-  const bool limit = figure.limit > 0.0;
-  return {name, limit ? "< " + FormatNumber(figure.limit, 1) : "not seen", limit ? unit : "",
-          "not seen: " + figure.why};
+  return {name, "not seen", "", figure.why};
 }
 
 }  // namespace

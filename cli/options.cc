@@ -229,6 +229,7 @@ class CommandLine {
     if (error.get_exit_code() == 0) return app_.exit(error, std::cout, std::cerr);
     const std::vector<std::string> rest = app_.remaining();
     if (app_.get_subcommands().empty() && !rest.empty()) {
+      if (rest.front() == "help") return app_.exit(CLI::CallForHelp(), std::cout, std::cerr);
       std::vector<std::string> known;
       for (const CLI::App* command : app_.get_subcommands({})) known.push_back(command->get_name());
       std::cerr << "gyrobench: no command '" << rest.front()
@@ -243,11 +244,15 @@ class CommandLine {
     return kUsage;
   }
 
-  // `run scale turns=20`, as many a program takes it.
+  // `run scale turns=20` or `--turns=20`, as many a program takes it.
   std::string HintOnParameter() const {
+    const std::vector<CLI::App*> commands = app_.get_subcommands();
+    if (commands.empty() || commands.front()->get_option_no_throw("--parameter") == nullptr)
+      return "";
     for (const std::string& word : app_.remaining(true)) {
-      if (word.starts_with('-') || word.find('=') == std::string::npos) continue;
-      return fmt::format("A parameter follows -p: -p {}\n", word);
+      const std::size_t equals = word.find('='), name = word.find_first_not_of('-');
+      if (equals == std::string::npos || name >= equals || equals + 1 == word.size()) continue;
+      return fmt::format("A parameter follows -p: -p {}\n", word.substr(name));
     }
     return "";
   }

@@ -45,14 +45,15 @@ procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu, d
   memory.left_min = 0.0;
   for (const procedures::Rehearsal& rehearsal : menu)
     memory.left_min = std::max(memory.left_min, rehearsal.at_most_s / 60.0);
-  memory.small_below = small_below;
-  const calibration::NextManoeuvre next = ChooseManoeuvre(so_far, traced, manoeuvres, memory);
+  const calibration::NextManoeuvre next =
+      ChooseManoeuvre(so_far, traced, manoeuvres, memory, small_below);
   procedures::Choice choice;
   choice.settled = next.settled;
   choice.open = next.open;
   choice.never = next.never;
   choice.newly_closed = next.newly_closed;
   choice.small = next.small;
+  choice.small_pairs = next.small_pairs;
   choice.best = next.best;
   if (next.best) {
     choice.because = next.worths[*next.best].because;

@@ -9,8 +9,8 @@
 
 namespace gyrobench::daemon {
 
-// `small_below`: as LoopMemory has it. `traced`: of `so_far`. `memory`: one for each run. Throws
-// DataError where the reference is not that of a stand.
+// `small_below`: as ChooseManoeuvre has it. `traced`: of `so_far`. `memory`: one for each run.
+// Throws DataError where the reference is not that of a stand.
 procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu, double small_below,
                                const calibration::Recording& so_far,
                                const calibration::Traced& traced, calibration::LoopMemory& memory);

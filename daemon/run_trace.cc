@@ -67,8 +67,8 @@ procedures::AxisVerdict VerdictOf(const calibration::ChannelTrace& channel) {
   verdict.verdict = Name(channel.verdict);
   verdict.summary = channel.summary;
   for (const calibration::TracedEffect& effect : channel.effects) {
-    procedures::TracedEffect traced{effect.id,     Name(effect.owner), {},
-                                    effect.rivals, effect.settled_by,  ShareOfError(effect)};
+    procedures::TracedEffect traced{
+        effect.id, Name(effect.owner), {}, effect.rivals, effect.settled_by};
     for (const calibration::ModelParameter& parameter : effect.parameters) {
       traced.parameters.push_back(
           {parameter.name, parameter.value, parameter.std_error, parameter.unit});

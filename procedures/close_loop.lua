@@ -3,7 +3,8 @@
 -- It begins with a short sequence that cannot tell much. Every manoeuvre of the menu is then rehearsed from where the
 -- stand is, and the one is made from which the most is expected per minute: between the effects that still explain the
 -- same and, with less weight, of every effect that could be there unseen. What is not to be separated on this stand is
--- said and not asked for again. It ends when the verdict is settled, when no manoeuvre tells anything more, or when the budget of bench time is spent.
+-- said and not asked for again. It ends when the verdict is settled, when no manoeuvre tells anything more, or when the
+-- budget of bench time is spent.
 
 procedure = {
   summary = "Traces, chooses the next manoeuvre and makes it, until the verdict is settled",
@@ -16,9 +17,9 @@ procedure = {
     { name = "confirmations", type = "integer", default = 3, min = 0, max = 100,
       help = "manoeuvres that an effect must be named through for the verdict to be settled; twice as many for a step, "
         .. "which may be another effect's work" },
-    { name = "small_percent", type = "number", default = 5, unit = "%", min = 0, max = 100,
-      help = "an effect without which the angle error is larger by less than this is named, and holds no verdict up beside "
-        .. "others that are not so small; 0: every effect counts" },
+    { name = "small_percent", type = "number", default = 30, unit = "%", min = 0, max = 1000,
+      help = "an effect whose own angle error is less than this share of the one that is left is named, and holds no "
+        .. "verdict up beside larger ones; 0: every effect counts" },
     { name = "initial_rest_s", type = "number", default = 120, unit = "s", min = 10, max = 7200,
       help = "rest before the first turn" },
     { name = "rest_s", type = "number", default = 2, unit = "s", min = 0.5, max = 600,
@@ -170,54 +171,69 @@ local function rehearse(p, left_s)
   return items, any
 end
 
--- Whether two effects of one axis may be one: the same name, or one that stands for the other.
+-- Whether one effect is called what the other is, or what the other might be instead.
 local function may_be_one(one, other)
-  local names = { [one.id] = true }
-  for _, rival in ipairs(one.rivals) do names[rival] = true end
-  if names[other.id] then return true end
+  if one.id == other.id then return true end
+  for _, rival in ipairs(one.rivals) do
+    if rival == other.id then return true end
+  end
   for _, rival in ipairs(other.rivals) do
-    if names[rival] then return true end
+    if rival == one.id then return true end
   end
   return false
 end
 
--- The effects of a trace, each with how many manoeuvres it has been named through. `before`: of the trace before.
+local function same_name(one, other) return one.id == other.id end
+
+-- The effects of a trace, each with how many manoeuvres it has been named through. `before`: of the trace before, each
+-- of which goes on as one effect at most, under its own name if that is there.
 local function named_in(traced, before)
-  local out = {}
+  local out, taken = {}, {}
   for _, axis in ipairs{ "x", "y", "z" } do
     for _, effect in ipairs(traced and traced[axis] and traced[axis].effects or {}) do
-      local outlived = 0
-      for _, known in ipairs(before) do
-        if known.axis == axis and may_be_one(known.effect, effect) then
-          outlived = math.max(outlived, known.outlived + 1)
-        end
-      end
-      out[#out + 1] = { axis = axis, effect = effect, outlived = outlived }
+      out[#out + 1] = { axis = axis, effect = effect }
     end
   end
+  for _, is_one in ipairs{ same_name, may_be_one } do
+    for _, one in ipairs(out) do
+      for _, known in ipairs(before) do
+        if not one.outlived and not taken[known] and known.axis == one.axis and is_one(known.effect, one.effect) then
+          one.outlived, taken[known] = known.outlived + 1, true
+        end
+      end
+    end
+  end
+  for _, one in ipairs(out) do one.outlived = one.outlived or 0 end
   return out
 end
 
--- Whether each effect that counts has been named for long enough. Small ones count where there is no other.
-local function all_outlived(p, named)
-  local function is_small(one)
-    return one.effect.error_share and 100 * one.effect.error_share < p.small_percent
+local function may_be_a_step(effect)
+  for _, id in ipairs{ effect.id, table.unpack(effect.rivals) } do
+    if id == "bias.step" or id == "angle.step" then return true end
   end
-  local only_small = true
-  for _, one in ipairs(named) do only_small = only_small and is_small(one) end
+  return false
+end
+
+-- Whether each effect that is not small has been named for long enough.
+local function all_outlived(p, named, small)
   for _, one in ipairs(named) do
-    local step = one.effect.id == "bias.step" or one.effect.id == "angle.step"
-    if (only_small or not is_small(one)) and one.outlived < p.confirmations * (step and 2 or 1) then return false end
+    local wanted = p.confirmations * (may_be_a_step(one.effect) and 2 or 1)
+    if not small[one.axis .. " " .. one.effect.id] and one.outlived < wanted then return false end
   end
   return true
 end
 
-local function settled_but_for(choice)
+local function small_in_words(p, choice)
+  return string.format("effects of which each makes less than %g %% of the angle error that is left (small_percent): %s",
+    p.small_percent, choice.small_pairs)
+end
+
+local function settled_but_for(p, choice)
   local words = {}
   if choice.never ~= "" then
-    words[#words + 1] = "what is not to be separated on this stand in the time that there was: " .. choice.never
+    words[#words + 1] = "what no manoeuvre was expected to tell apart in the time that there was: " .. choice.never
   end
-  if choice.small ~= "" then words[#words + 1] = "what hardly matters: " .. choice.small end
+  if choice.small_pairs ~= "" then words[#words + 1] = small_in_words(p, choice) end
   return #words == 0 and "settled: nothing else of the catalogue explains the same"
     or "settled but for " .. table.concat(words, "; and for ")
 end
@@ -252,17 +268,19 @@ function run(p)
     end
     local choice = bench.choose{ small_below = p.small_percent / 100 }
     if choice.newly_closed ~= "" then
-      bench.say(string.format("not to be separated on this stand in the %.1f min that are left, and not asked for again: %s",
+      bench.say(string.format("no manoeuvre is expected to tell them apart in the %.1f min that are left, and none is made for "
+        .. "it as long as the first of them is what is named: %s",
         left_s() / 60, choice.newly_closed))
     end
-    if choice.settled and all_outlived(p, named) then
-      bench.say(settled_but_for(choice))
+    if choice.settled and all_outlived(p, named, choice.small) then
+      bench.say(settled_but_for(p, choice))
       return
     end
     if not choice.index then
       bench.say((any and "no manoeuvre of the menu tells more" or "the budget of bench time is spent")
         .. (choice.open ~= "" and "; open: " .. choice.open or "")
-        .. (choice.never ~= "" and "; not to be separated on this stand: " .. choice.never or ""))
+        .. (choice.never ~= "" and "; no manoeuvre tells these apart: " .. choice.never or "")
+        .. (choice.small_pairs ~= "" and "; open, of " .. small_in_words(p, choice) or ""))
       return
     end
     number = number + 1

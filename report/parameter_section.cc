@@ -85,8 +85,7 @@ Markup BaselineNote(const ChannelTrace& channel) {
 }
 
 std::string NoiseText(const NoiseFigure& figure) {
-  if (!figure.hidden()) return FormatNumber(figure.value, 3);
-  return figure.limit > 0.0 ? "not seen, < " + FormatNumber(figure.limit, 1) : "not seen";
+  return figure.hidden() ? "not seen" : FormatNumber(figure.value, 3);
 }
 
 }  // namespace

@@ -45,8 +45,12 @@ ChannelOutlook::ChannelOutlook(std::span<const Trail> trails, const ChannelModel
        CatalogueCandidates(problem, {}, trails.front().earth_rate_known)) {
     const Eigen::MatrixXd columns = problem.Columns(*candidate.effect, candidate.context);
     if (!columns.allFinite()) continue;
-    catalogue_.push_back(
-        {candidate.id, candidate.family, candidate.effect->typical_size, take(columns), {}});
+    catalogue_.push_back({candidate.id,
+                          candidate.family,
+                          candidate.effect->typical_size,
+                          candidate.effect->positive,
+                          take(columns),
+                          {}});
   }
   for (const ModelTerm& term : model.terms) {
     const Effect* effect = term.origin == EffectOrigin::kCatalogue
@@ -61,7 +65,7 @@ ChannelOutlook::ChannelOutlook(std::span<const Trail> trails, const ChannelModel
     context.nonlinear = term.nonlinear;
     const Eigen::MatrixXd columns = problem.Columns(*effect, context);
     if (!columns.allFinite()) continue;
-    Member member = {term.id, term.id, effect->typical_size, take(columns), {}};
+    Member member = {term.id, term.id, effect->typical_size, effect->positive, take(columns), {}};
     member.coefficients = Eigen::Map<const Eigen::VectorXd>(
         term.coefficients.data(), static_cast<Eigen::Index>(member.columns.size()));
     named_.push_back(std::move(member));
@@ -105,6 +109,18 @@ Eigen::MatrixXd ChannelOutlook::With(std::size_t manoeuvre) const {
   return grams_.front() + grams_[manoeuvre + 1];
 }
 
+// Whether the other, which may only be positive, would have to be negative to do what is named.
+bool ChannelOutlook::WouldBeNegative(const Eigen::MatrixXd& gram, const Columns& rest,
+                                     const Member& named, const Member& other) const {
+  if (!other.positive) return false;
+  Columns both = other.columns;
+  both.insert(both.end(), named.columns.begin(), named.columns.end());
+  const auto own = static_cast<Eigen::Index>(other.columns.size());
+  const Eigen::MatrixXd left = Left(gram, both, rest);
+  const Eigen::VectorXd score = left.topRightCorner(own, left.cols() - own) * named.coefficients;
+  return ScaledLdlt(left.topLeftCorner(own, own)).Solve(score).minCoeff() < 0.0;
+}
+
 double ChannelOutlook::Odds(const Eigen::MatrixXd& gram, const Member& named,
                             const Member& other) const {
   Columns rest;
@@ -112,7 +128,8 @@ double ChannelOutlook::Odds(const Eigen::MatrixXd& gram, const Member& named,
   for (const Member& member : named_) {
     if (&member != &named) rest.insert(rest.end(), member.columns.begin(), member.columns.end());
   }
-  rest.insert(rest.end(), other.columns.begin(), other.columns.end());
+  if (!WouldBeNegative(gram, rest, named, other))
+    rest.insert(rest.end(), other.columns.begin(), other.columns.end());
   const Eigen::MatrixXd left = Left(gram, named.columns, rest);
   return 0.5 * named.coefficients.dot(left * named.coefficients);
 }

@@ -46,12 +46,15 @@ class ChannelOutlook {
   struct Member {
     std::string id, family;
     double typical_size = 0.0;
+    bool positive = false;  // other coefficients make no sense
     Columns columns;
     Eigen::VectorXd coefficients;  // of a named one
   };
   void Fill(const ChannelProblem& problem, const Baseline& baseline, const TraceNoise& noise,
             const std::vector<Eigen::MatrixXd>& columns);
   Eigen::MatrixXd With(std::size_t manoeuvre) const;
+  bool WouldBeNegative(const Eigen::MatrixXd& gram, const Columns& rest, const Member& named,
+                       const Member& other) const;
   double Odds(const Eigen::MatrixXd& gram, const Member& named, const Member& other) const;
   double KnownOf(const Eigen::MatrixXd& gram, const Member& member) const;
 

@@ -13,8 +13,6 @@ namespace gyrobench::calibration {
 struct LoopMemory {
   // Bench time that is left for manoeuvres.
   double left_min = std::numeric_limits<double>::infinity();
-  // Effects without which the angle error is larger by less than this share of it are small.
-  double small_below = 0.0;
   // Pairs that are not to be separated on this stand: they are not asked for again.
   std::set<std::string> closed;
   // What was expected, in sum, of the manoeuvres that were chosen while the pair was open [nats].

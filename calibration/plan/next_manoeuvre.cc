@@ -52,7 +52,7 @@ std::string Join(std::vector<Reason> reasons) {
 class Chooser {
  public:
   Chooser(const Recording& so_far, const Traced& traced, std::span<const Manoeuvre> menu,
-          LoopMemory& memory)
+          LoopMemory& memory, double small_below)
       : menu_(menu), memory_(memory) {
     const Vector3 rough = RoughSensitivity(so_far);
     std::vector<Recording> recordings;
@@ -68,7 +68,7 @@ class Chooser {
       recordings.push_back(Foresee(manoeuvre, so_far, units));
       trails.push_back(MakeTrail(recordings.back(), units, false, {}));
     }
-    FindSmall(traced.result);
+    FindSmall(traced.result, small_below);
     for (std::size_t i = 0; i < traced.models.size(); ++i) {
       const ChannelTrace& channel = traced.result.channels[i];
       const std::string axis = Axis(channel);
@@ -98,10 +98,13 @@ class Chooser {
       const std::string pair = Pair(one.axis, one.rivalry.named, one.rivalry.other);
       const bool told = std::find(not_told_.begin(), not_told_.end(), pair) == not_told_.end();
       if (one.rivalry.now >= (told ? kTold_nats : kDecided_nats)) return true;
+      if (IsSmall(one.axis, one.rivalry.named)) {
+        small_pairs_.insert(pair);
+        return true;
+      }
       if (close(pair, Hopeless(one.rivalry))) return true;
-      const bool small = IsSmall(one.axis, one.rivalry.named);
-      (small ? small_pairs_ : open_).insert(pair);
-      return small;
+      open_.insert(pair);
+      return false;
     });
     // What the data do not tell apart yet, whatever was to be expected.
     std::set<std::string> overdue;
@@ -109,7 +112,8 @@ class Chooser {
       if (small_pairs_.contains(pair) || close(pair, false)) continue;
       if (open_.insert(pair).second) overdue.insert(pair);
     }
-    out.small = fmt::format("{}", fmt::join(small_pairs_, "; "));
+    out.small = small_;
+    out.small_pairs = fmt::format("{}", fmt::join(small_pairs_, "; "));
     out.never = fmt::format("{}", fmt::join(closed, "; "));
     out.newly_closed = fmt::format("{}", fmt::join(newly_closed, "; "));
     out.settled = any_named_ && open_.empty();
@@ -146,15 +150,16 @@ class Chooser {
   }
 
   // Where all are small, none is: they are what there is to be told.
-  void FindSmall(const TraceResult& result) {
-    std::size_t named = 0;
+  void FindSmall(const TraceResult& result, double small_below) {
+    std::set<std::pair<std::string, std::string>> large;
     for (const ChannelTrace& channel : result.channels) {
       for (const TracedEffect& effect : channel.effects) {
-        ++named;
-        if (ShareOfError(effect) < memory_.small_below) small_.insert({Axis(channel), effect.id});
+        const bool small = ShareOfError(effect) < small_below;
+        (small ? small_ : large).insert({Axis(channel), effect.id});
       }
     }
-    if (small_.size() == named) small_.clear();
+    if (large.empty()) small_.clear();
+    for (const auto& one : large) small_.erase(one);
   }
   bool IsSmall(const std::string& axis, const std::string& id) const {
     return small_.contains({axis, id});
@@ -268,14 +273,15 @@ NextManoeuvre ChooseManoeuvre(const Recording& so_far, const Traced& traced,
 }
 
 NextManoeuvre ChooseManoeuvre(const Recording& so_far, const Traced& traced,
-                              std::span<const Manoeuvre> menu, LoopMemory& memory) {
+                              std::span<const Manoeuvre> menu, LoopMemory& memory,
+                              double small_below) {
   if (so_far.info.reference != ReferenceKind::kStandAngles) {
     throw DataError(
         fmt::format("{}: manoeuvres are chosen for the angles of a stand; this "
                     "measurement has another reference",
                     so_far.info.source));
   }
-  return Chooser(so_far, traced, menu, memory).Choose();
+  return Chooser(so_far, traced, menu, memory, small_below).Choose();
 }
 
 }  // namespace gyrobench::calibration

@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "calibration/plan/foresee.h"
@@ -29,9 +31,10 @@ struct NextManoeuvre {
   // there is time, would not tell them apart, or what was made for it did not. They do not count.
   std::string never;
   std::string newly_closed;  // those of them that were open until now
-  // Pairs that are open, but of an effect that is small beside others that are not: they hold no
-  // verdict up and are not asked for.
-  std::string small;
+  // Effects that are small beside others that are not, as axis and id ("x", "angle.ripple"), and
+  // the pairs of them that are open, in words: they hold no verdict up and are not asked for.
+  std::set<std::pair<std::string, std::string>> small;
+  std::string small_pairs;
   // Of the menu, also when all is settled; none where nothing more would be known by any of it.
   std::optional<std::size_t> best;
   std::vector<ManoeuvreWorth> worths;  // in the menu's order
@@ -43,10 +46,13 @@ struct NextManoeuvre {
 // the catalogue, from the largest size of such parts down to a hundredth of it; in full where
 // nothing is to be told apart. Both under the noise that the trace found,
 // the baseline free; non-linear effects at the points of their grids. `traced`: of `so_far` alone.
-// `memory`: of the run's choices before, brought up to date with this one. Throws DataError where
+// `memory`: of the run's choices before, brought up to date with this one. `small_below`: effects
+// of one id are small where ShareOfError of each of them is less; where all effects are, none is.
+// Throws DataError where
 // the reference is not that of a stand.
 NextManoeuvre ChooseManoeuvre(const Recording& so_far, const Traced& traced,
-                              std::span<const Manoeuvre> menu, LoopMemory& memory);
+                              std::span<const Manoeuvre> menu, LoopMemory& memory,
+                              double small_below = 0.0);
 // The same as a run's first choice, without an end of bench time.
 NextManoeuvre ChooseManoeuvre(const Recording& so_far, const Traced& traced,
                               std::span<const Manoeuvre> menu);

@@ -151,7 +151,12 @@ bool HasMember(const Selection& selection, const std::string& id) {
 }
 
 std::string EquationOf(const Candidate& member) {
-  if (member.effect != nullptr) return member.effect->equation;
+  if (member.effect != nullptr) {
+    const std::string& equation = member.effect->equation;
+    return equation.find("T0") == std::string::npos
+               ? equation
+               : fmt::format("{}, T0 = {:.2f} degC", equation, member.context.reference_degC);
+  }
   if (member.empirical()) {
     return fmt::format("0 below {0} = {1:.4g}, c above {0} = {2:.4g}, straight between",
                        member.factors[0], member.knots[0], member.knots[1]);

@@ -228,7 +228,8 @@ std::vector<Effect> AngleEffects() {
   using enum EffectOwner;
   const std::vector<EffectTerm> sine = {{"a", "deg"}, {"b", "deg"}};
   return {
-      Angle("angle.latency", kBench, "-tau w", "delay of the bus, the filter or the encoder",
+      Angle("angle.latency", kBench, "-tau w",
+            "delay of the bus or the filter; negative: of the encoder",
             "accelerate, reverse, or swing in a sine", kNeedsRate, {{"tau", "s"}}, 0.02,
             Make<LatencyBasis>, {{"tau", "s", -0.2, 0.2, {0.0}}}),
       Angle("bandwidth.first_order", kGyro, "1 / (1 + s tau)", "the gyro's filter or its mechanics",

@@ -1,12 +1,15 @@
 #include "calibration/trace/trace_result.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace gyrobench::calibration {
 
 double ShareOfError(const TracedEffect& effect) {
   const HeldOut& angle = effect.heldout_angle_rms_deg;
-  return angle.after > 0.0 ? angle.before / angle.after - 1.0 : kMissing;
+  if (!(angle.after > 0.0) || std::isnan(angle.before)) return kMissing;
+  const double ratio = angle.before / angle.after;
+  return std::sqrt(std::max(ratio * ratio - 1.0, 0.0));
 }
 
 const char* Name(Verdict verdict) {

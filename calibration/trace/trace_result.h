@@ -63,8 +63,8 @@ struct TracedEffect {
   ChosenOn chosen_on = ChosenOn::kAllData;
 };
 
-// By how much the angle error grows without the effect, as a share of what it is with it; NaN where
-// that was not tried.
+// The effect's own angle error over the one that is left with it, held out: errors add in squares.
+// 0 where the error is no larger without it, NaN where that was not tried.
 double ShareOfError(const TracedEffect& effect);
 
 struct Unidentifiable {
@@ -120,7 +120,7 @@ struct ChannelTrace {
   struct Baseline {
     std::vector<ModelParameter> parameters;
     double reference_degC = kMissing;  // at which the zero-rate offset holds; NaN: any temperature
-    double whitened_rms = kMissing;  // under the noise of the saturated model; 1 is the floor
+    double whitened_rms = kMissing;    // under the noise of the saturated model; 1 is the floor
     double angle_rms_deg = kMissing;
   } baseline;
   std::vector<TracedEffect> effects;

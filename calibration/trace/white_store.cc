@@ -1,6 +1,8 @@
 #include "calibration/trace/white_store.h"
 
+#include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "calibration/trace/scaled_ldlt.h"
 
@@ -26,7 +28,8 @@ class WhiteStore::Elimination {
   // Square of what is left of the column at `place` of the store.
   double Left(Eigen::Index place) const {
     Eigen::VectorXd row;
-    return std::fmax(Left(place, &row), 0.0);
+    const double left = Left(place, &row);
+    return left < 0.0 ? 0.0 : left;  // rounding; what is not a number stays none
   }
   // Places in the store of those that do not depend on the ones before them.
   const std::vector<Eigen::Index>& kept() const { return kept_; }
@@ -75,7 +78,9 @@ Eigen::Ref<Eigen::MatrixXd> WhiteStore::Places(Eigen::Index count) {
     const Eigen::Index size = 2 * (first + count);
     white_.conservativeResize(Eigen::NoChange, size);
     gram_.conservativeResize(size, size);
-    known_.conservativeResize(size, size);
+    Known known = Known::Constant(size, size, false);
+    known.topLeftCorner(first, first) = known_.topLeftCorner(first, first);
+    known_ = std::move(known);
   }
   known_.middleCols(first, count).setConstant(false);
   known_.middleRows(first, count).setConstant(false);
@@ -98,6 +103,7 @@ void WhiteStore::MultiplyFirst(Eigen::Index count) { Multiply(0, count + 1, 0, u
 
 void WhiteStore::MultiplyEachOther(const Columns& columns) {
   if (columns.empty()) return;
+  assert(columns.back() - columns.front() + 1 == static_cast<Eigen::Index>(columns.size()));
   Multiply(columns.front() + 1, columns.back() + 2, columns.front() + 1, columns.back() + 2);
 }
 

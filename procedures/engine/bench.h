@@ -4,7 +4,9 @@
 
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kinematics/stand_frame.h"
@@ -93,8 +95,6 @@ struct TracedEffect {
   std::vector<TracedParameter> parameters;
   std::vector<std::string> rivals;  // ids that the data so far cannot tell from it
   std::string settled_by;           // the manoeuvre that would; empty when certain
-  // By how much the angle error grows without it, as a share; NaN: not known.
-  double error_share = std::numeric_limits<double>::quiet_NaN();
 };
 
 // What the residual of one gyro axis is traced to.
@@ -129,11 +129,14 @@ struct Rehearsal {
 
 // Which of some manoeuvres tells the most, and what is open.
 struct Choice {
-  bool settled = false;             // effects are named, and nothing else explains the same
-  std::string open;                 // what is not settled, in words
-  std::string never = {};           // what no manoeuvre tells apart within reason: not counted
-  std::string newly_closed = {};    // what of it was open until now
-  std::string small = {};           // what is open of effects that are small: not counted either
+  bool settled = false;           // effects are named, and nothing else explains the same
+  std::string open;               // what is not settled, in words
+  std::string never = {};         // what no manoeuvre tells apart within reason: not counted
+  std::string newly_closed = {};  // what of it was open until now
+  // Effects that are small beside others, as axis and id, and what is open of them, in words: that
+  // does not count either.
+  std::set<std::pair<std::string, std::string>> small = {};
+  std::string small_pairs = {};
   std::optional<std::size_t> best;  // none: no manoeuvre tells anything more
   std::string because;              // "tells angle.latency from bandwidth.first_order"
   double nats = 0.0;                // expected, of the logarithm of odds
@@ -180,7 +183,7 @@ class Bench {
   // Traces what has been measured so far. Empty while there is nothing that could be traced.
   virtual std::vector<AxisVerdict> Trace() = 0;
   // The manoeuvre that tells the most per minute of what has been measured and traced so far.
-  // Effects without which the angle error is larger by less than the share `small_below` are small.
+  // `small_below`: share of the angle error that is left, below which an effect's own is small.
   virtual Choice Choose(const std::vector<Rehearsal>& menu, double small_below) = 0;
   // The engine has judged the check; here it is shown and recorded.
   virtual void RecordLimit(const LimitCheck& check) = 0;

@@ -19,19 +19,34 @@ int Rehearsed(const Call& call) {
   return 1;
 }
 
+namespace {
+
+// small["x angle.ripple"] = true
+void PushSmall(lua_State* state, const Choice& choice) {
+  lua_newtable(state);
+  for (const auto& [axis, id] : choice.small) {
+    lua_pushboolean(state, 1);
+    lua_setfield(state, -2, (axis + " " + id).c_str());
+  }
+}
+
+}  // namespace
+
 int Choose(const Call& call) {
   double small_below = 0.0;
   if (!lua_isnil(call.state, call.argument))
     small_below = call.Fields({"small_below"}).Number("small_below").value_or(0.0);
   const std::vector<Rehearsal> menu = call.stage.TakeMenu();
   const Choice choice = call.bench.Choose(menu, small_below);
-  lua_createtable(call.state, 0, 9);
+  lua_createtable(call.state, 0, 10);
   lua_pushboolean(call.state, choice.settled ? 1 : 0);
   lua_setfield(call.state, -2, "settled");
   SetField(call.state, "open", choice.open);
   SetField(call.state, "never", choice.never);
   SetField(call.state, "newly_closed", choice.newly_closed);
-  SetField(call.state, "small", choice.small);
+  SetField(call.state, "small_pairs", choice.small_pairs);
+  PushSmall(call.state, choice);
+  lua_setfield(call.state, -2, "small");
   if (!choice.best) return 1;
   const Rehearsal& best = menu.at(*choice.best);
   SetField(call.state, "index", static_cast<double>(*choice.best + 1));

@@ -77,11 +77,10 @@ void SetList(lua_State* state, const char* field, const std::vector<Item>& items
 }
 
 void PushEffect(lua_State* state, const TracedEffect& effect) {
-  lua_createtable(state, 0, 6);
+  lua_createtable(state, 0, 5);
   SetField(state, "id", effect.id);
   SetField(state, "owner", effect.owner);
   SetField(state, "settled_by", effect.settled_by);
-  if (std::isfinite(effect.error_share)) SetField(state, "error_share", effect.error_share);
   SetList(state, "parameters", effect.parameters, PushParameter);
   SetList(state, "rivals", effect.rivals, PushText);
 }

@@ -11,8 +11,13 @@
 namespace gyrobench::calibration {
 namespace {
 
+using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::Pair;
+using ::testing::SizeIs;
 
 constexpr double kUnits = 131.0;
 
@@ -210,29 +215,82 @@ TEST(NextManoeuvre, WhatTheDataDoNotTellApartIsOpenWhateverWasToBeExpected) {
   EXPECT_THAT(next.open, HasSubstr("z: scale.asymmetry or scale.quadratic_even"));
 }
 
+// Of the effects in their order: how much larger the angle error is without each.
+void SetShares(Traced* traced, const std::vector<double>& before) {
+  std::vector<TracedEffect>& effects = traced->result.channels[0].effects;
+  for (std::size_t i = 0; i < before.size(); ++i)
+    effects[i].heldout_angle_rms_deg = {before[i], 1.0, {}};
+}
+
+TEST(ShareOfError, AddsInSquaresAndIsNothingWhereTheErrorDoesNotGrow) {
+  TracedEffect effect;
+  EXPECT_TRUE(std::isnan(ShareOfError(effect)));
+  for (const double share : {0.0, 0.3, 4.0}) {
+    effect.heldout_angle_rms_deg = {2.0 * std::hypot(1.0, share), 2.0, {}};
+    EXPECT_NEAR(ShareOfError(effect), share, 1e-12);
+  }
+  effect.heldout_angle_rms_deg = {0.9, 1.0, {}};
+  EXPECT_EQ(ShareOfError(effect), 0.0);
+}
+
 TEST(NextManoeuvre, WhatIsOpenOfASmallEffectIsSaidAndHoldsNothingUp) {
   const Recording so_far = Recorded(Turns("so far", 0.0, {20.0, 40.0}));
   const std::vector<Manoeuvre> menu = {Turns("other speeds", 0.0, {5.0, 30.0})};
-  Traced traced = Verdict({Term("scale.asymmetry", {1.0}), Term("scale.g", {0.0, 0.0, 1.0})});
-  std::vector<TracedEffect>& effects = traced.result.channels[0].effects;
-  effects[0].heldout_angle_rms_deg = {2.0, 1.0, {}};
-  effects[1].heldout_angle_rms_deg = {1.02, 1.0, {}};
-  effects[1].rivals = {"angle.clock_drift"};
+  Traced traced = Verdict({Term("scale.asymmetry", {1.0}), Term("scale.g", {0.0, 0.0, 1e-6})});
+  traced.result.channels[0].effects[1].rivals = {"angle.clock_drift"};
+  SetShares(&traced, {2.0, 1.02});
   LoopMemory memory;
-  EXPECT_THAT(ChooseManoeuvre(so_far, traced, menu, memory).open, HasSubstr("clock_drift"));
-  LoopMemory with_limit;
-  with_limit.small_below = 0.05;
-  const NextManoeuvre next = ChooseManoeuvre(so_far, traced, menu, with_limit);
+  const NextManoeuvre next = ChooseManoeuvre(so_far, traced, menu, memory, 0.3);
   EXPECT_THAT(next.open, Not(HasSubstr("scale.g or")));
-  EXPECT_THAT(next.small, HasSubstr("z: scale.g or angle.clock_drift"));
+  EXPECT_THAT(next.small_pairs, HasSubstr("z: scale.g or angle.clock_drift"));
+  EXPECT_THAT(next.small, ElementsAre(Pair("z", "scale.g")));
   EXPECT_THAT(next.worths[0].because, Not(HasSubstr("tells scale.g")));
-  // Where every effect is small, each of them counts.
-  effects[0].heldout_angle_rms_deg = {1.01, 1.0, {}};
-  LoopMemory all_small;
-  all_small.small_below = 0.05;
-  const NextManoeuvre again = ChooseManoeuvre(so_far, traced, menu, all_small);
-  EXPECT_THAT(again.open, HasSubstr("scale.g or angle.clock_drift"));
-  EXPECT_EQ(again.small, "");
+  // It may yet become large: nothing of it is closed, hopeless as it is.
+  EXPECT_THAT(next.never, Not(HasSubstr("scale.g or")));
+  EXPECT_THAT(memory.closed, Not(Contains(HasSubstr("scale.g or"))));
+}
+
+TEST(NextManoeuvre, NothingIsSmallWhereAllIsOrWhereEveryEffectCounts) {
+  const Recording so_far = Recorded(Turns("so far", 0.0, {20.0, 40.0}));
+  Traced traced = Verdict({Term("scale.asymmetry", {1.0}), Term("scale.g", {0.0, 0.0, 1.0})});
+  const auto small = [&](double small_below) {
+    LoopMemory memory;
+    return ChooseManoeuvre(so_far, traced, {}, memory, small_below).small;
+  };
+  SetShares(&traced, {1.01, 1.02});
+  EXPECT_THAT(small(0.3), IsEmpty());
+  SetShares(&traced, {2.0, 0.99});
+  EXPECT_THAT(small(0.3), SizeIs(1));
+  EXPECT_THAT(small(0.0), IsEmpty());
+}
+
+TEST(NextManoeuvre, AnIdIsSmallWhereAllEffectsOfItAre) {
+  const Recording so_far = Recorded(Turns("so far", 0.0, {20.0, 40.0}));
+  Traced traced =
+      Verdict({Term("scale.asymmetry", {1.0}), Term("bias.step", {1.0}), Term("bias.step", {1.0})});
+  const auto small = [&] {
+    LoopMemory memory;
+    return ChooseManoeuvre(so_far, traced, {}, memory, 0.3).small;
+  };
+  SetShares(&traced, {2.0, 2.0, 1.01});
+  EXPECT_THAT(small(), IsEmpty());
+  SetShares(&traced, {2.0, 1.01, 1.01});
+  EXPECT_THAT(small(), SizeIs(1));
+  SetShares(&traced, {1.01, 1.01, 1.01});
+  EXPECT_THAT(small(), IsEmpty());
+}
+
+TEST(NextManoeuvre, WhatMayOnlyBePositiveIsNoRivalOfWhatWouldTakeANegativeOne) {
+  const Recording so_far = Recorded(Turns("so far", 0.0, {20.0, 40.0}));
+  const std::vector<Manoeuvre> menu = {Turns("again", 0.0, {20.0})};
+  const auto spoken_of = [&](double latency_s) {
+    ModelTerm latency = Term("angle.latency", {latency_s});
+    latency.nonlinear = {latency_s};
+    const NextManoeuvre next = ChooseManoeuvre(so_far, Verdict({latency}), menu);
+    return next.open + next.never;
+  };
+  EXPECT_THAT(spoken_of(0.002), HasSubstr("bandwidth.first_order"));
+  EXPECT_THAT(spoken_of(-0.002), Not(HasSubstr("bandwidth.first_order")));
 }
 
 TEST(NextManoeuvre, WhatTheMenuWouldNeverTellApartDoesNotCount) {

@@ -51,7 +51,8 @@ TEST(TraceJson, HoldsEveryKeyOfTheFormat) {
   const json& channel = trace["channels"][0];
   ExpectKeys(channel,
              {"gyro", "verdict", "baseline", "effects", "unidentifiable", "remaining", "noise"});
-  ExpectKeys(channel["baseline"], {"parameters", "reference_degC", "whitened_rms", "angle_rms_deg"});
+  ExpectKeys(channel["baseline"],
+             {"parameters", "reference_degC", "whitened_rms", "angle_rms_deg"});
   ExpectKeys(channel["baseline"]["parameters"][0], {"name", "value", "unit", "std_error"});
   ExpectKeys(channel["effects"][0],
              {"id", "origin", "equation", "parameters", "p_value", "rivals", "settled_by",

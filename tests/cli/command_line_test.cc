@@ -116,6 +116,17 @@ TEST(Gyrobench, SaysHowAParameterIsGiven) {
   const Finished finished = Gyrobench({"run", "scale", "turns=20"});
   EXPECT_EQ(finished.status, 2);
   EXPECT_THAT(finished.err, HasSubstr("-p turns=20"));
+  EXPECT_THAT(Gyrobench({"run", "scale", "--turns=20"}).err, HasSubstr("-p turns=20"));
+}
+
+TEST(Gyrobench, OffersAParameterToCommandsThatTakeOneOnly) {
+  EXPECT_THAT(Gyrobench({"watch", "x=1"}).err, Not(HasSubstr("-p ")));
+}
+
+TEST(Gyrobench, TakesTheWordHelpForAQuestion) {
+  const Finished finished = Gyrobench({"help"});
+  EXPECT_EQ(finished.status, 0);
+  EXPECT_EQ(finished.out, Gyrobench({"--help"}).out);
 }
 
 TEST(Gyrobench, SaysWhatASeedIs) {

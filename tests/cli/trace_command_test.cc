@@ -246,6 +246,8 @@ TEST_F(Trace, OfSeveralBadFilesComplainsOfTheFirst) {
   for (int again = 0; again < 5; ++again) {
     EXPECT_THAT(Gyrobench({"trace", good, late, early, early}).err,
                 AllOf(HasSubstr("late.csv"), Not(HasSubstr("early.csv"))));
+    EXPECT_THAT(Gyrobench({"trace", late, early, good}).err,
+                AllOf(HasSubstr("late.csv"), Not(HasSubstr("early.csv"))));
     EXPECT_THAT(Gyrobench({"trace", early, late, good}).err,
                 AllOf(HasSubstr("early.csv"), Not(HasSubstr("late.csv"))));
   }

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <limits>
+#include <optional>
+#include <set>
+#include <string>
 
 #include "tests/procedures/motion.h"
 #include "tests/procedures/shipped.h"
@@ -14,8 +16,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
-
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 constexpr const char* kTwo =
     "bench.rehearse()\n"
@@ -142,67 +142,90 @@ TEST(CloseLoop, MakesWhatWasChosenAndEndsWhenTheVerdictOutlivesIt) {
   EXPECT_EQ(said("settled"), 1);
 }
 
-// A loop whose n-th trace finds the n-th of `found`, and whose every verdict is settled: how many
-// choices it makes.
-std::size_t ChoicesUntilSettled(const std::vector<std::vector<TracedEffect>>& found,
-                                const Parameters& parameters) {
+using Effects = std::vector<TracedEffect>;
+
+// A loop whose n-th trace finds the n-th of `found` about z, and whose every verdict is settled:
+// how many choices it makes.
+std::size_t ChoicesUntilSettled(const std::vector<Effects>& found,
+                                const std::set<std::string>& small = {}) {
   class Bench : public FakeBench {
    public:
-    explicit Bench(const std::vector<std::vector<TracedEffect>>& found) : found_(found) {}
+    explicit Bench(const std::vector<Effects>& found) : found_(found) {}
     std::vector<AxisVerdict> Trace() override {
       const std::size_t last = found_.size() - 1;
       return {{"z", "explained", "", found_[std::min(traces_++, last)]}};
     }
 
    private:
-    const std::vector<std::vector<TracedEffect>>& found_;
+    const std::vector<Effects>& found_;
     std::size_t traces_ = 0;
   };
   Bench bench(found);
   bench.axes = Roomy({"outer", "middle", "inner"});
-  bench.choices.assign(20, {.settled = true, .open = "", .best = 0, .because = "would show all"});
-  RunProcedure(Shipped("close_loop"), parameters, bench);
+  Choice choice = {.settled = true, .open = "", .best = 0, .because = "would show all"};
+  for (const std::string& id : small) choice.small.insert({"z", id});
+  bench.choices.assign(20, choice);
+  RunProcedure(Shipped("close_loop"), {{"confirmations", 2.0}}, bench);
   return bench.offered.size();
 }
 
-TracedEffect Named(const std::string& id, double error_share,
-                   std::vector<std::string> rivals = {}) {
+TracedEffect Named(const std::string& id, std::vector<std::string> rivals = {}) {
   TracedEffect effect;
   effect.id = id;
-  effect.error_share = error_share;
   effect.rivals = std::move(rivals);
   return effect;
 }
 
-TEST(CloseLoop, EachEffectThatCountsMustBeNamedThroughSoManyManoeuvres) {
-  const TracedEffect early = Named("scale.cubic", 0.5), late = Named("scale.g", 0.3);
-  const TracedEffect step = Named("bias.step", 0.3);
-  const Parameters two = {{"confirmations", 2.0}};
-  EXPECT_EQ(ChoicesUntilSettled({{early}}, two), 3U);
-  EXPECT_EQ(ChoicesUntilSettled({{early}, {early}, {early, late}}, two), 5U);
-  EXPECT_EQ(ChoicesUntilSettled({{step}}, two), 5U);
+TEST(CloseLoop, EachEffectMustBeNamedThroughSoManyManoeuvres) {
+  const TracedEffect early = Named("scale.cubic"), late = Named("scale.g");
+  EXPECT_EQ(ChoicesUntilSettled({{early}}), 3U);
+  EXPECT_EQ(ChoicesUntilSettled({{early}, {early}, {early, late}}), 5U);
   // What is gone again leaves the others as they were.
-  EXPECT_EQ(ChoicesUntilSettled({{early}, {early, late}, {early}}, two), 3U);
+  EXPECT_EQ(ChoicesUntilSettled({{early}, {early, late}, {early}}), 3U);
+}
+
+TEST(CloseLoop, WhatMayBeAStepMustBeNamedThroughTwiceAsMany) {
+  EXPECT_EQ(ChoicesUntilSettled({{Named("bias.step")}}), 5U);
+  EXPECT_EQ(ChoicesUntilSettled({{Named("bias.warm_up", {"bias.step"})}}), 5U);
 }
 
 TEST(CloseLoop, ARivalsNameIsNoOtherEffect) {
-  const TracedEffect first = Named("scale.cubic", 0.5, {"scale.g"});
-  const TracedEffect second = Named("scale.g", 0.5, {"scale.cubic"});
-  const TracedEffect other = Named("scale.asymmetry", 0.5);
-  const Parameters two = {{"confirmations", 2.0}};
-  EXPECT_EQ(ChoicesUntilSettled({{first}, {second}, {first}}, two), 3U);
-  EXPECT_EQ(ChoicesUntilSettled({{first}, {other}}, two), 4U);
+  const TracedEffect first = Named("scale.cubic", {"scale.g"});
+  const TracedEffect second = Named("scale.g", {"scale.cubic"});
+  EXPECT_EQ(ChoicesUntilSettled({{first}, {second}, {first}}), 3U);
+  EXPECT_EQ(ChoicesUntilSettled({{first}, {Named("scale.g")}}), 3U);
+  EXPECT_EQ(ChoicesUntilSettled({{first}, {Named("scale.asymmetry")}}), 4U);
+  // That both might be a third is no reason.
+  EXPECT_EQ(ChoicesUntilSettled({{first}, {Named("scale.asymmetry", {"scale.g"})}}), 4U);
 }
 
-TEST(CloseLoop, ASmallEffectHoldsNothingUpBesideALargerOne) {
-  const TracedEffect large = Named("scale.cubic", 0.5), small = Named("scale.g", 0.03);
-  const TracedEffect unknown = Named("scale.g", kUnknown);
-  const Parameters two = {{"confirmations", 2.0}};
-  const Parameters all = {{"confirmations", 2.0}, {"small_percent", 0.0}};
-  EXPECT_EQ(ChoicesUntilSettled({{large}, {large}, {large, small}}, two), 3U);
-  EXPECT_EQ(ChoicesUntilSettled({{large}, {large}, {large, small}}, all), 5U);
-  EXPECT_EQ(ChoicesUntilSettled({{large}, {large}, {large, unknown}}, two), 5U);
-  EXPECT_EQ(ChoicesUntilSettled({{small}}, two), 3U);
+TEST(CloseLoop, AnEffectGoesOnAsOneAndTheOtherBeginsAnew) {
+  const TracedEffect either = Named("scale.cubic", {"scale.g"});
+  const Effects both = {Named("scale.g"), Named("scale.cubic")};
+  EXPECT_EQ(ChoicesUntilSettled({{either}, {either}, both}), 5U);
+  const TracedEffect step = Named("angle.step");
+  EXPECT_EQ(ChoicesUntilSettled({{step}, {step}, {step}, {step}, {step, step}}), 9U);
+}
+
+TEST(CloseLoop, ASmallEffectHoldsNothingUp) {
+  const TracedEffect large = Named("scale.cubic"), small = Named("scale.g");
+  const std::vector<Effects> late = {{large}, {large}, {large, small}};
+  EXPECT_EQ(ChoicesUntilSettled(late), 5U);
+  EXPECT_EQ(ChoicesUntilSettled(late, {"scale.g"}), 3U);
+}
+
+TEST(CloseLoop, SaysAtEveryEndWhatIsOpenOfSmallEffects) {
+  for (const bool settled : {true, false}) {
+    FakeBench bench;
+    bench.axes = Roomy({"inner"});
+    bench.verdicts = {{"z", "explained", "", {Named("scale.g")}}};
+    bench.choices = {{.settled = settled, .open = "", .best = std::nullopt, .because = ""}};
+    bench.choices[0].never = "x: a or b";
+    bench.choices[0].small_pairs = "z: scale.g or scale.cubic";
+    RunProcedure(Shipped("close_loop"), {{"confirmations", 0.0}}, bench);
+    EXPECT_THAT(bench.LastSaid(), AllOf(HasSubstr("x: a or b"), HasSubstr("less than 30 %"),
+                                        HasSubstr("z: scale.g or scale.cubic")));
+  }
 }
 
 TEST(CloseLoop, PassesItsLimitOfWhatIsSmallOn) {

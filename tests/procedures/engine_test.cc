@@ -347,17 +347,6 @@ TEST(TraceCommand, GivesTheScriptVerdictsEffectsParametersAndRivals) {
             "2 angle.clock_drift angle.backlash");
 }
 
-TEST(TraceCommand, SaysWhatAnEffectMattersWhereThatIsKnown) {
-  FakeBench bench;
-  TracedEffect known, unknown;
-  known.error_share = 0.25;
-  bench.verdicts = {{"x", "explained", "", {known, unknown}}};
-  EXPECT_NO_THROW(RunProcedure(Script("local effects = bench.trace().x.effects\n"
-                                      "assert(effects[1].error_share == 0.25)\n"
-                                      "assert(effects[2].error_share == nil)"),
-                               {}, bench));
-}
-
 TEST(TraceCommand, IsNilWhileThereIsNothingToTraceAndTakesNoArgument) {
   FakeBench bench;
   RunProcedure(Script("bench.say(tostring(bench.trace()))"), {}, bench);

@@ -191,11 +191,12 @@ class Bound:
                                          reading_variance(scene, channel)[some], noise["arw_effective"], noise["brw"])
         known, unknown = unknown_walk.gains(rng, readings, [column[some] for column in self.given[:first]],
                                             [self.given[first + k][some] for k in self.columns[i][seen]], theta[seen])
-        if known.mean() < TOO_FAST * float(theta @ self.information(i) @ theta):
+        if known.mean() - seen.sum() < TOO_FAST * float(theta @ self.information(i) @ theta):
             return 1.0
-        ids = [c.effect for c in self.candidates]
-        level = self._thresholds(sorted(set(ids)))[sorted(set(ids)).index(ids[i])]
-        return float(np.mean(unknown > level) / max(np.mean(known > level), 1.0 / known.size))
+        ids = sorted({c.effect for c in self.candidates})
+        level = self._thresholds(ids)[ids.index(self.candidates[i].effect)]
+        passed = known > level
+        return float(np.mean(unknown[passed] > level)) if passed.any() else 1.0
 
     def _thresholds(self, ids):
         """Of the gain of each id, (ids, 1)."""

@@ -190,15 +190,37 @@ class Bounds(unittest.TestCase):
         self.assertGreater(shares[1], 0.9)
 
     def test_the_drawn_noise_is_white_under_the_noise_that_it_was_drawn_with(self):
-        starts = np.zeros(4000, dtype=int)
-        starts[[0, 1500]] = [2, 1]
-        readings = unknown_walk.Readings(np.full(4000, 0.1), starts, np.full(4000, 1e-5), 0.0035, 1e-3)
-        noise = readings.noise(np.random.default_rng(5), 20)
-        whiten = whitening.Whitener(readings.dt_s, readings.variance_deg2, starts, 0.0035, 1e-3)
-        white = whitening.Whitener.in_order(whiten(list(noise)), 4000)
-        keep = np.abs(np.arange(4000) - 750) < 740  # within the first table, past its begin
-        self.assertAlmostEqual(white[keep].var(), 1.0, delta=0.03)
-        self.assertAlmostEqual((white[keep][1:] * white[keep][:-1]).mean(), 0.0, delta=0.03)
+        for dt_s, brw in ((0.1, 1e-3), (20.0, 1e-3)):  # the second: the bias walks much within a step
+            starts = np.zeros(4000, dtype=int)
+            starts[[0, 1500]] = [2, 1]
+            steps_s = np.full(4000, dt_s)
+            steps_s[1500] = 50.0 * dt_s  # a gap
+            readings = unknown_walk.Readings(steps_s, starts, np.full(4000, 1e-5), 0.0035, brw)
+            noise = readings.noise(np.random.default_rng(5), 20)
+            whiten = whitening.Whitener(steps_s, readings.variance_deg2, starts, 0.0035, brw)
+            white = whitening.Whitener.in_order(whiten(list(noise)), 4000)
+            for first, last in ((10, 1490), (1510, 3990), (1501, 1510)):
+                part = white[first:last]
+                self.assertAlmostEqual(part.var(), 1.0, delta=5.0 * np.sqrt(2.0 / part.size))
+                self.assertAlmostEqual((part[1:] * part[:-1]).mean(), 0.0, delta=5.0 / np.sqrt(part.size))
+
+    def test_some_readings_are_spread_evenly_and_keep_every_start(self):
+        starts = np.zeros(100000, dtype=int)
+        starts[[0, 777, 50001]] = [2, 1, 2]
+        some = unknown_walk.some_readings(starts)
+        self.assertLessEqual(some.size, unknown_walk.MOST_READINGS + 3)
+        self.assertTrue({0, 777, 50001} <= set(some))
+        self.assertLessEqual(np.diff(some).max(), 7)
+
+    def test_a_set_keeps_its_fast_effects_and_loses_slow_ones_to_an_unknown_walk(self):
+        kept = {}
+        for wanted in ("bias.warm_up", "scale.quadratic_even"):
+            world = worlds.World("short_run", "single", 5.0, 4, among=[wanted])
+            self.assertEqual([e["id"] for e in world.truth["effects"]], [wanted])
+            kept[wanted] = world.truth["kept_by_walk"]
+        self.assertGreater(kept["scale.quadratic_even"], 0.85)
+        self.assertLess(kept["bias.warm_up"], 0.6)
+        self.assertIsNone(worlds.World("short_run", "single", 100.0, 4).truth["kept_by_walk"])
 
     def test_what_the_baseline_absorbs_does_not_spoil_what_is_permitted(self):
         world = worlds.World("single_axis_table", "single", 20.0, 7005)  # g-dependent scale is absorbed there

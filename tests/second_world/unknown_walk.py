@@ -53,12 +53,13 @@ def gains(rng, readings, baseline, effect, theta, draws=200):
     scale = [max(np.abs(column).max(), 1e-300) for column in [*baseline, *effect]]
     columns[:len(scale)] = [column / size for column, size in zip(columns, scale)]
     deviances = np.array([_deviances(readings, walk, columns, len(baseline), len(effect)) for walk in WALKS])
-    without, with_it = deviances[:, 0], deviances[:, 1]  # (walks, draws)
-    return without[KNOWN] - with_it[KNOWN], without.min(axis=0) - with_it.min(axis=0)
+    without, with_it, known = deviances[:, 0], deviances[:, 1], deviances[KNOWN, 2]  # (walks, draws)
+    return known, without.min(axis=0) - with_it.min(axis=0)
 
 
 def _deviances(readings, walk, columns, free, own):
-    """-2 log of the restricted likelihood without and with the effect, (2, draws), but for a common constant."""
+    """-2 log of the restricted likelihood without and with the effect, but for a common constant, and what the effect
+    gains where this noise is known to be the true one: (3, draws)."""
     whiten = Whitener(readings.dt_s, readings.variance_deg2, readings.starts, readings.arw_deg_sqrt_s,
                       walk * readings.brw_deg_s_sqrt_s)
     white = whiten(columns)
@@ -70,8 +71,9 @@ def _deviances(readings, walk, columns, free, own):
     outputs = outputs - basis @ (basis.T @ outputs)
     own_basis, _ = _basis(white[:, free:free + own] - basis @ (basis.T @ white[:, free:free + own]))
     left = (outputs ** 2).sum(axis=0)
-    left_with = left - ((own_basis.T @ outputs) ** 2).sum(axis=0)
-    return [noise + information + freedom * np.log(square / freedom) for square in (left, left_with)]
+    gain = ((own_basis.T @ outputs) ** 2).sum(axis=0)
+    by_scale = [noise + information + freedom * np.log(square / freedom) for square in (left, left - gain)]
+    return [*by_scale, gain]
 
 
 def _basis(columns):

@@ -16,7 +16,7 @@ from geometry import AXES, CHANNELS
 from tables import Column, write_table
 
 BEYOND_LARGEST = 3.0  # an effect stronger than so many times the largest known size is not hidden
-WALK_MATTERS_BELOW = 10.0  # standard deviations: what is larger passes its level whatever the walk
+WALK_MATTERS_BELOW = 30.0  # standard deviations; a warm-up in a short run is hidden up to there
 
 
 class World:
@@ -59,7 +59,8 @@ class World:
                      channel=CHANNELS[self.channel], effects=effects, wanted=wanted,
                      bench={k: v for k, v in self.bench.items()}, noise=self.sensor.noise(self.bench),
                      m=self.sensor.m.tolist(), b=[b.tolist() for b in self.sensor.b],
-                     permitted_alone=None, permitted_among=None, kept_by_walk=None, copies=[], cannot_show=self._cannot_show(),
+                     permitted_alone=None, permitted_among=None, kept_by_walk=None, copies=[],
+                     cannot_show=self._cannot_show(),
                      tolerated=classes.OF_A_LAG if self.bench["temp_lag_s"] else [])
         if self.kind == "single" and chosen:
             truth["permitted_alone"], truth["permitted_among"] = self.bound.permitted(self.rng, chosen[0])
