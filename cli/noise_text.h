@@ -13,7 +13,7 @@ struct NoiseLine {
 };
 
 // Angle random walk, bias random walk and reference noise. What the data could not have shown
-// (report/noise_limits.h) is a bound, "< 7e-05", or "not seen" where none is known.
+// (report/noise_limits.h) is "not seen": the limit is that of the best analysis, and no bound.
 std::array<NoiseLine, 3> NoiseLines(const nlohmann::json& noise, double duration_s);
 
 }  // namespace gyrobench::cli
