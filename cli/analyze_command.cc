@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "calibration/analyzer.h"
-#include "calibration/result_json.h"
-#include "calibration/trace/inputs_together.h"
+#include "calibration/estimators/analyzer.h"
+#include "calibration/estimators/result_json.h"
+#include "calibration/state/inputs_together.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/version.h"
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
 #include "cli/calibration_input.h"
 #include "cli/commands.h"
 #include "cli/corrected_table.h"

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
 
 namespace gyrobench::cli {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
 #include "cli/input_files.h"
 #include "cli/options.h"
 

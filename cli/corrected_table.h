@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-#include "calibration/trace/corrector.h"
+#include "calibration/artefact/corrector.h"
 
 namespace gyrobench::cli {
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "calibration/trace/trace_json.h"
+#include "calibration/artefact/trace_json.h"
 #include "cli/calibration_output.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"

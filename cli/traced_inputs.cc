@@ -16,9 +16,9 @@
 
 #include "base/error.h"
 #include "base/version.h"
-#include "calibration/analyzer.h"
-#include "calibration/intake_remarks.h"
-#include "calibration/plausibility.h"
+#include "calibration/estimators/analyzer.h"
+#include "calibration/estimators/plausibility.h"
+#include "calibration/signal/intake_remarks.h"
 #include "cli/calibration_output.h"
 #include "cli/inputs.h"
 #include "cli/json_field.h"

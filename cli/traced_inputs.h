@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/collector.h"
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
+#include "calibration/signal/collector.h"
 #include "calibration/trace/trace.h"
 #include "cli/input_files.h"
 #include "cli/options.h"

@@ -3,13 +3,16 @@
 # gyrobench_test(<name> SOURCES ... DEPENDS room... [LINK target...])
 # gyrobench_benchmark(<name> SOURCES ... DEPENDS room... [LINK target...])
 #
-# A room is one static library, gyrobench::<name>, in the folder of that name. Which room may use which
+# gyrobench_rooms_as_one(<name> room...)
+#
+# A room is one static library, gyrobench::<name>, in the folder of that name; one in another's folder is
+# <outer>/<inner>, its library gyrobench::<outer>_<inner>. Which room may use which
 # is the one table below; configuring fails where DEPENDS breaks it, and the test `layers` reads the
 # #include lines against the same table (cmake/layers.txt).
 
 file(STRINGS ${PROJECT_SOURCE_DIR}/cmake/layers.txt gyrobench_layer_lines REGEX "^[a-z]")
 foreach(line IN LISTS gyrobench_layer_lines)
-  string(REGEX MATCH "^([a-z_]+):(.*)$" _ "${line}")
+  string(REGEX MATCH "^([a-z_/]+):(.*)$" _ "${line}")
   string(STRIP "${CMAKE_MATCH_2}" allowed)
   string(REPLACE " " ";" GYROBENCH_LAYER_${CMAKE_MATCH_1} "${allowed}")
   set(GYROBENCH_HAS_LAYER_${CMAKE_MATCH_1} TRUE)
@@ -44,6 +47,7 @@ endfunction()
 
 function(gyrobench_link target)
   cmake_parse_arguments(arg "" "" "DEPENDS;LINK" ${ARGN})
+  list(TRANSFORM arg_DEPENDS REPLACE "/" "_")
   list(TRANSFORM arg_DEPENDS PREPEND gyrobench::)
   target_link_libraries(${target} PUBLIC ${arg_DEPENDS} ${arg_LINK} PRIVATE gyrobench_flags)
   target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
@@ -52,9 +56,19 @@ endfunction()
 function(gyrobench_room name)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LINK" ${ARGN})
   gyrobench_check_layers(${name} ${arg_DEPENDS})
-  add_library(gyrobench_${name} STATIC ${arg_SOURCES})
+  string(REPLACE "/" "_" target ${name})
+  add_library(gyrobench_${target} STATIC ${arg_SOURCES})
+  add_library(gyrobench::${target} ALIAS gyrobench_${target})
+  gyrobench_link(gyrobench_${target} DEPENDS ${arg_DEPENDS} LINK ${arg_LINK})
+endfunction()
+
+# For those outside who want the whole of a room that is made of rooms.
+function(gyrobench_rooms_as_one name)
+  add_library(gyrobench_${name} INTERFACE)
   add_library(gyrobench::${name} ALIAS gyrobench_${name})
-  gyrobench_link(gyrobench_${name} DEPENDS ${arg_DEPENDS} LINK ${arg_LINK})
+  list(TRANSFORM ARGN REPLACE "/" "_")
+  list(TRANSFORM ARGN PREPEND gyrobench::)
+  target_link_libraries(gyrobench_${name} INTERFACE ${ARGN})
 endfunction()
 
 function(gyrobench_program name)

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "calibration/estimators/results.h"
 #include "calibration/plan/loop_memory.h"
-#include "calibration/results.h"
 #include "calibration/trace/trace.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "calibration/results.h"
+#include "calibration/estimators/results.h"
 #include "calibration/trace/trace_result.h"
 #include "gyrobench/bias_result_t.hpp"
 #include "gyrobench/scale_result_t.hpp"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "calibration/plausibility.h"
-#include "calibration/result_json.h"
+#include "calibration/estimators/plausibility.h"
+#include "calibration/estimators/result_json.h"
 #include "daemon/axis_facts.h"
 #include "daemon/run_record.h"
 #include "daemon/run_trace.h"

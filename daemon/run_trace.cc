@@ -7,8 +7,8 @@
 
 #include "base/error.h"
 #include "base/version.h"
+#include "calibration/artefact/trace_json.h"
 #include "calibration/trace/trace.h"
-#include "calibration/trace/trace_json.h"
 #include "recording/file_hash.h"
 #include "recording/measurement_files.h"
 #include "report/report.h"

@@ -4,8 +4,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 
-#include "calibration/collector.h"
-#include "calibration/results.h"
+#include "calibration/estimators/results.h"
+#include "calibration/signal/collector.h"
 #include "calibration/trace/trace.h"
 #include "procedures/engine/bench.h"
 #include "recording/run_directory.h"

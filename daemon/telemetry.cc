@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "calibration/analyzer.h"
+#include "calibration/estimators/analyzer.h"
 #include "daemon/result_messages.h"
 #include "recording/event_log.h"
 #include "recording/message_decoder.h"

@@ -12,8 +12,8 @@
 
 #include "base/clock.h"
 #include "base/measurement.h"
-#include "calibration/collector.h"
-#include "calibration/results.h"
+#include "calibration/estimators/results.h"
+#include "calibration/signal/collector.h"
 #include "calibration/trace/trace_result.h"
 #include "daemon/lcm_publisher.h"
 #include "gyrobench/angle_t.hpp"

@@ -8,9 +8,9 @@
 #include <memory>
 #include <utility>
 
-#include "calibration/trace/calibration_file.h"
-#include "calibration/trace/corrector_channel.h"
-#include "calibration/trace/model_terms.h"
+#include "calibration/artefact/calibration_file.h"
+#include "calibration/artefact/corrector_channel.h"
+#include "calibration/artefact/model_terms.h"
 #include "export/text.h"
 
 namespace gyrobench::exporting {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "calibration/trace/channel_model.h"
+#include "calibration/effects/channel_model.h"
 
 namespace gyrobench::exporting {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "calibration/trace/corrector.h"
+#include "calibration/artefact/corrector.h"
 #include "export/linear_model.h"
 
 namespace gyrobench::exporting {

@@ -1,8 +1,8 @@
 // The worked example of a written file, computed by the corrector, not by what it is to show.
 #pragma once
 
-#include "calibration/geometry.h"
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
+#include "calibration/signal/geometry.h"
 
 namespace gyrobench::exporting {
 

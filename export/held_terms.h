@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
 #include "export/c_term.h"
 #include "export/text.h"
 

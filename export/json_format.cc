@@ -3,7 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calibration/trace/effect.h"
+#include "calibration/effects/effect.h"
 #include "export/example.h"
 #include "export/formats.h"
 #include "export/text.h"

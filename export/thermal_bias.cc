@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-#include "calibration/trace/model_terms.h"
+#include "calibration/artefact/model_terms.h"
 
 namespace gyrobench::exporting {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/results.h"
+#include "calibration/estimators/results.h"
 #include "calibration/trace/trace_result.h"
 
 namespace gyrobench::report {

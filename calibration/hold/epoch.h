@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/measurement.h"
-#include "calibration/columns.h"
+#include "calibration/signal/columns.h"
 
 namespace gyrobench::calibration {
 

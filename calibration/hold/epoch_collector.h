@@ -4,9 +4,9 @@
 #include <deque>
 #include <optional>
 
-#include "calibration/defect_log.h"
-#include "calibration/gyro_stream.h"
 #include "calibration/hold/epoch.h"
+#include "calibration/signal/defect_log.h"
+#include "calibration/signal/gyro_stream.h"
 
 namespace gyrobench::calibration {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calibration/vector/vector_json.h"
+#include "calibration/artefact/vector_json.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calibration/minimize.h"
+#include "calibration/gls/minimize.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "calibration/statistics.h"
-#include "calibration/vector/axis_split.h"
-#include "calibration/vector/matrix_inverse.h"
+#include "calibration/gls/statistics.h"
+#include "calibration/sensor/axis_split.h"
+#include "calibration/sensor/matrix_inverse.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "base/measurement.h"
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
+#include "calibration/sensor/vector_calibration.h"
 #include "calibration/trace/trace_result.h"
-#include "calibration/vector/vector_calibration.h"
 
 namespace gyrobench::calibration {
 

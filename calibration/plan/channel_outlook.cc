@@ -6,9 +6,9 @@
 #include <limits>
 #include <map>
 
-#include "calibration/trace/noise_search.h"
-#include "calibration/trace/scaled_ldlt.h"
-#include "calibration/trace/whitener.h"
+#include "calibration/gls/noise_search.h"
+#include "calibration/gls/scaled_ldlt.h"
+#include "calibration/gls/whitener.h"
 
 namespace gyrobench::calibration {
 namespace {

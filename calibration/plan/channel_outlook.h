@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "calibration/effects/channel_model.h"
 #include "calibration/trace/candidate.h"
-#include "calibration/trace/channel_model.h"
 #include "calibration/trace/problem.h"
+#include "calibration/trace/trace_result.h"
 
 namespace gyrobench::calibration {
 

@@ -8,7 +8,7 @@
 #include <memory>
 #include <utility>
 
-#include "calibration/trace/likelihood.h"
+#include "calibration/gls/likelihood.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "calibration/trace/effect.h"
-#include "calibration/trace/factor.h"
+#include "calibration/effects/effect.h"
+#include "calibration/effects/factor.h"
+#include "calibration/gls/raw_columns.h"
 #include "calibration/trace/problem.h"
-#include "calibration/trace/raw_columns.h"
 
 namespace gyrobench::calibration {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/trace/append_columns.h"
-#include "calibration/trace/noise_search.h"
+#include "calibration/gls/append_columns.h"
+#include "calibration/gls/noise_search.h"
+#include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/refine.h"
-#include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,10 +1,10 @@
 // One channel from problem to verdict.
 #pragma once
 
-#include "calibration/trace/channel_model.h"
+#include "calibration/effects/channel_model.h"
+#include "calibration/sensor/channel_row.h"
 #include "calibration/trace/channel_request.h"
 #include "calibration/trace/trace_result.h"
-#include "calibration/vector/channel_row.h"
 
 namespace gyrobench::calibration {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/trace/trail.h"
+#include "calibration/state/trail.h"
 
 namespace gyrobench::calibration {
 

@@ -7,15 +7,15 @@
 #include <set>
 #include <utility>
 
+#include "calibration/gls/append_columns.h"
+#include "calibration/gls/correlated.h"
+#include "calibration/gls/likelihood.h"
+#include "calibration/gls/noise_search.h"
+#include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/angle_windows.h"
-#include "calibration/trace/append_columns.h"
 #include "calibration/trace/channel_fit.h"
-#include "calibration/trace/correlated.h"
 #include "calibration/trace/hold_out.h"
-#include "calibration/trace/likelihood.h"
-#include "calibration/trace/noise_search.h"
 #include "calibration/trace/remaining.h"
-#include "calibration/trace/scaled_ldlt.h"
 #include "calibration/trace/scans.h"
 
 namespace gyrobench::calibration {

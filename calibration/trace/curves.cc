@@ -9,7 +9,7 @@
 #include <optional>
 #include <unsupported/Eigen/FFT>
 
-#include "calibration/trace/factor.h"
+#include "calibration/effects/factor.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,7 +1,7 @@
 // What the report draws: residuals before and after, spectrum, Allan deviation.
 #pragma once
 
-#include "calibration/interval_gls.h"
+#include "calibration/gls/interval_gls.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/selection.h"

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "calibration/gls/noise_search.h"
+#include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/angle_windows.h"
-#include "calibration/trace/noise_search.h"
-#include "calibration/trace/scaled_ldlt.h"
 #include "calibration/trace/split.h"
 
 namespace gyrobench::calibration {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "calibration/trace/noise_search.h"
-#include "calibration/trace/scaled_ldlt.h"
+#include "calibration/gls/noise_search.h"
+#include "calibration/gls/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {

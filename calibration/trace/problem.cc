@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/trace/scaled_ldlt.h"
+#include "calibration/gls/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "calibration/interval_gls.h"
-#include "calibration/trace/effect.h"
-#include "calibration/trace/factor.h"
-#include "calibration/trace/trail.h"
+#include "calibration/effects/effect.h"
+#include "calibration/effects/factor.h"
+#include "calibration/gls/interval_gls.h"
+#include "calibration/state/trail.h"
 
 namespace gyrobench::calibration {
 

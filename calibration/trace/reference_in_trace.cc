@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "calibration/reference_error.h"
+#include "calibration/signal/reference_error.h"
 
 namespace gyrobench::calibration {
 namespace {

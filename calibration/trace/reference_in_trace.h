@@ -3,9 +3,9 @@
 
 #include <span>
 
+#include "calibration/state/trail.h"
 #include "calibration/trace/channel_report.h"
 #include "calibration/trace/trace_result.h"
-#include "calibration/trace/trail.h"
 
 namespace gyrobench::calibration {
 

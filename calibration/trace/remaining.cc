@@ -8,8 +8,8 @@
 #include <functional>
 #include <numeric>
 
-#include "calibration/trace/correlated.h"
-#include "calibration/trace/likelihood.h"
+#include "calibration/gls/correlated.h"
+#include "calibration/gls/likelihood.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -8,10 +8,10 @@
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
-#include "calibration/trace/basis.h"
-#include "calibration/trace/likelihood.h"
+#include "calibration/effects/basis.h"
+#include "calibration/gls/likelihood.h"
+#include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/refine.h"
-#include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "calibration/gls/whitener.h"
 #include "calibration/trace/problem.h"
-#include "calibration/trace/whitener.h"
 
 namespace gyrobench::calibration {
 

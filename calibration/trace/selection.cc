@@ -6,9 +6,9 @@
 #include <map>
 #include <utility>
 
-#include "calibration/trace/likelihood.h"
+#include "calibration/gls/likelihood.h"
+#include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/refine.h"
-#include "calibration/trace/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {

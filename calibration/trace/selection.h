@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "calibration/gls/scaled_ldlt.h"
+#include "calibration/gls/white_store.h"
+#include "calibration/gls/whitener.h"
 #include "calibration/trace/candidate.h"
 #include "calibration/trace/problem.h"
-#include "calibration/trace/scaled_ldlt.h"
-#include "calibration/trace/white_store.h"
-#include "calibration/trace/whitener.h"
 
 namespace gyrobench::calibration {
 

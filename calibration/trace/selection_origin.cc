@@ -6,9 +6,9 @@
 #include <optional>
 #include <utility>
 
-#include "calibration/trace/likelihood.h"
+#include "calibration/gls/likelihood.h"
+#include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/refine.h"
-#include "calibration/trace/scaled_ldlt.h"
 #include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {

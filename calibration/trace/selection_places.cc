@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/refine.h"
-#include "calibration/trace/scaled_ldlt.h"
 #include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {

@@ -5,12 +5,12 @@
 #include <map>
 #include <utility>
 
-#include "calibration/trace/likelihood.h"
-#include "calibration/trace/ramp_search.h"
-#include "calibration/trace/scaled_ldlt.h"
+#include "calibration/gls/likelihood.h"
+#include "calibration/gls/ramp_search.h"
+#include "calibration/gls/scaled_ldlt.h"
+#include "calibration/gls/stability.h"
 #include "calibration/trace/scans.h"
 #include "calibration/trace/selection.h"
-#include "calibration/trace/stability.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "calibration/trace/gaps.h"
-#include "calibration/trace/trail_parts.h"
+#include "calibration/state/gaps.h"
+#include "calibration/state/trail_parts.h"
 
 namespace gyrobench::calibration {
 namespace {

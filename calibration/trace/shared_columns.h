@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/collector.h"
+#include "calibration/signal/collector.h"
 #include "calibration/trace/trace_result.h"
 
 namespace gyrobench::calibration {

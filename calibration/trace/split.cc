@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "calibration/trace/noise_search.h"
-#include "calibration/trace/scaled_ldlt.h"
+#include "calibration/gls/noise_search.h"
+#include "calibration/gls/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {

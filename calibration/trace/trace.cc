@@ -8,16 +8,16 @@
 #include <future>
 
 #include "base/error.h"
-#include "calibration/intake_remarks.h"
-#include "calibration/schedule.h"
+#include "calibration/sensor/make_vector.h"
+#include "calibration/signal/intake_remarks.h"
+#include "calibration/signal/output_unit.h"
+#include "calibration/state/clock_offset.h"
+#include "calibration/state/inputs_together.h"
+#include "calibration/state/run_order.h"
+#include "calibration/state/trail.h"
 #include "calibration/trace/channel_report.h"
-#include "calibration/trace/clock_offset.h"
-#include "calibration/trace/inputs_together.h"
 #include "calibration/trace/reference_in_trace.h"
-#include "calibration/trace/run_order.h"
 #include "calibration/trace/shared_columns.h"
-#include "calibration/trace/trail.h"
-#include "calibration/vector/make_vector.h"
 
 namespace gyrobench::calibration {
 namespace {

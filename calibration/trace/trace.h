@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/collector.h"
-#include "calibration/trace/channel_model.h"
+#include "calibration/effects/channel_model.h"
+#include "calibration/signal/collector.h"
 #include "calibration/trace/trace_result.h"
 
 namespace gyrobench::calibration {

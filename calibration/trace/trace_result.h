@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "base/measurement.h"
-#include "calibration/vector/vector_calibration.h"
+#include "calibration/effects/effect_kind.h"
+#include "calibration/sensor/vector_calibration.h"
 
 namespace gyrobench::calibration {
 
@@ -15,13 +16,8 @@ namespace gyrobench::calibration {
 // that was to be seen. partly_explained: effects were named and structure remains. unexplained:
 // structure remains and no effect could be named.
 enum class Verdict { kNone, kExplained, kPartlyExplained, kUnexplained };
-// Whose an effect is. Only the gyro's own enter a calibration.
-enum class EffectOwner { kGyro, kReference, kBench };
-enum class EffectOrigin { kCatalogue, kComposed, kEmpirical };
 
 const char* Name(Verdict verdict);
-const char* Name(EffectOwner owner);
-const char* Name(EffectOrigin origin);
 
 // A number of the model.
 struct ModelParameter {
@@ -40,12 +36,6 @@ struct HeldOut {
   // Of the reduction, 1 - after / before; block or run bootstrap.
   std::array<double, 2> reduction_ci95 = {kMissing, kMissing};
 };
-
-// Which data an effect was chosen on. Training part: that alone asks for it, or for a rival that
-// does the same there. All data: only they do, and what is held out speaks for its coefficients,
-// not for its choice.
-enum class ChosenOn { kTrainingPart, kAllData };
-const char* Name(ChosenOn chosen_on);
 
 struct TracedEffect {
   std::string id;

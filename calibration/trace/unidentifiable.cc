@@ -7,7 +7,7 @@
 #include <limits>
 #include <map>
 
-#include "calibration/trace/scaled_ldlt.h"
+#include "calibration/gls/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 namespace {

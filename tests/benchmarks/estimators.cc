@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/analyzer.h"
+#include "calibration/estimators/analyzer.h"
 #include "tests/calibration/simulated_run.h"
 
 namespace {

@@ -5,11 +5,11 @@
 #include <functional>
 #include <vector>
 
-#include "calibration/collector.h"
-#include "calibration/trace/corrector.h"
+#include "calibration/artefact/corrector.h"
+#include "calibration/gls/whitener.h"
+#include "calibration/signal/collector.h"
+#include "calibration/state/trail.h"
 #include "calibration/trace/problem.h"
-#include "calibration/trace/trail.h"
-#include "calibration/trace/whitener.h"
 
 namespace gyrobench::blind_trials {
 namespace {

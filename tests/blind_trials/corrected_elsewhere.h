@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
 #include "tests/blind_trials/trial.h"
 
 namespace gyrobench::blind_trials {

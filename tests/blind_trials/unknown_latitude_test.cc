@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "calibration/collector.h"
+#include "calibration/signal/collector.h"
 #include "calibration/trace/trace.h"
 #include "tests/blind_trials/trial.h"
 

@@ -1,11 +1,11 @@
-#include "calibration/analyzer.h"
+#include "calibration/estimators/analyzer.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calibration/result_json.h"
+#include "calibration/estimators/result_json.h"
 #include "tests/calibration/simulated_run.h"
 
 namespace gyrobench::testing {

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "base/error.h"
-#include "calibration/analyzer.h"
+#include "calibration/estimators/analyzer.h"
 #include "tests/calibration/simulated_run.h"
 
 namespace gyrobench::testing {

@@ -1,5 +1,5 @@
 // What is sampled beside the gyro is of the node's own time, whenever it came.
-#include "calibration/beside_gyro.h"
+#include "calibration/signal/beside_gyro.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "calibration/collector.h"
+#include "calibration/signal/collector.h"
 
 namespace gyrobench::testing {
 namespace {

@@ -1,4 +1,4 @@
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

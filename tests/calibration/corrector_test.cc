@@ -1,6 +1,6 @@
 // Law: what the forward model does to a rate, the correction undoes. The forward model here is
 // written out by hand; no basis of an effect is used.
-#include "calibration/trace/corrector.h"
+#include "calibration/artefact/corrector.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "calibration/trace/correlated.h"
+#include "calibration/gls/correlated.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calibration/collector.h"
+#include "calibration/signal/collector.h"
 #include "tests/calibration/simulated_run.h"
 
 namespace gyrobench::calibration {

@@ -1,4 +1,4 @@
-#include "calibration/trace/empirical_curve.h"
+#include "calibration/effects/empirical_curve.h"
 
 #include <gtest/gtest.h>
 

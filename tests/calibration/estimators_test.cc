@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "calibration/analyzer.h"
+#include "calibration/estimators/analyzer.h"
 #include "tests/calibration/simulated_run.h"
 
 namespace gyrobench::testing {

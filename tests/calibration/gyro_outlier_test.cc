@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/collector.h"
-#include "calibration/gyro_stream.h"
+#include "calibration/signal/collector.h"
+#include "calibration/signal/gyro_stream.h"
 #include "recording/replay.h"
 
 namespace gyrobench::testing {

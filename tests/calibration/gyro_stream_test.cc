@@ -1,4 +1,4 @@
-#include "calibration/gyro_stream.h"
+#include "calibration/signal/gyro_stream.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Measurements that are given together and do not go together: named by file and line.
-#include "calibration/trace/inputs_together.h"
+#include "calibration/state/inputs_together.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

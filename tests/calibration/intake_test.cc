@@ -11,8 +11,8 @@
 #include <set>
 #include <string>
 
-#include "calibration/collector.h"
-#include "calibration/gyro_stream.h"
+#include "calibration/signal/collector.h"
+#include "calibration/signal/gyro_stream.h"
 
 namespace gyrobench::testing {
 namespace {

@@ -1,4 +1,4 @@
-#include "calibration/interval_gls.h"
+#include "calibration/gls/interval_gls.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numeric>
 #include <random>
 
-#include "calibration/noise_fit.h"
+#include "calibration/gls/noise_fit.h"
 #include "tests/calibration/dense_gls.h"
 
 namespace gyrobench::calibration {

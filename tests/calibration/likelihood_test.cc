@@ -1,4 +1,4 @@
-#include "calibration/trace/likelihood.h"
+#include "calibration/gls/likelihood.h"
 
 #include <gtest/gtest.h>
 

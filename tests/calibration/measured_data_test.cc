@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/analyzer.h"
+#include "calibration/estimators/analyzer.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "calibration/trace/clock_offset.h"
+#include "calibration/state/clock_offset.h"
 #include "calibration/trace/trace.h"
 #include "recording/replay.h"
 

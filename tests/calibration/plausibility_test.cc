@@ -1,5 +1,5 @@
 // A result that cannot be must not leave the bench without a word.
-#include "calibration/plausibility.h"
+#include "calibration/estimators/plausibility.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "calibration/polynomial.h"
+#include "calibration/gls/polynomial.h"
 
 #include <gtest/gtest.h>
 

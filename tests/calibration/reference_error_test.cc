@@ -1,5 +1,5 @@
 // The reference's own uncertainty in what is measured against it.
-#include "calibration/reference_error.h"
+#include "calibration/signal/reference_error.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <numbers>
 #include <random>
 
-#include "calibration/analyzer.h"
-#include "calibration/vector/make_vector.h"
+#include "calibration/estimators/analyzer.h"
+#include "calibration/sensor/make_vector.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calibration/reference_track.h"
+#include "calibration/signal/reference_track.h"
 
 namespace gyrobench::testing {
 namespace {

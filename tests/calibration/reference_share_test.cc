@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include "calibration/trace/likelihood.h"
-#include "calibration/trace/noise_search.h"
+#include "calibration/gls/likelihood.h"
+#include "calibration/gls/noise_search.h"
+#include "calibration/state/trail.h"
 #include "calibration/trace/problem.h"
-#include "calibration/trace/trail.h"
 #include "tests/calibration/synthetic_bench.h"
 
 namespace gyrobench::testing {

@@ -1,4 +1,4 @@
-#include "calibration/reference_track.h"
+#include "calibration/signal/reference_track.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "calibration/collector.h"
+#include "calibration/signal/collector.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,4 +1,4 @@
-#include "calibration/rest_finder.h"
+#include "calibration/signal/rest_finder.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/result_json.h"
+#include "calibration/estimators/result_json.h"
 
 #include <gtest/gtest.h>
 

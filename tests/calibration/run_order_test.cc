@@ -1,6 +1,6 @@
 // Several measurements of one sensor: the result is that of the set, not of the order in which they
 // were given.
-#include "calibration/trace/run_order.h"
+#include "calibration/state/run_order.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

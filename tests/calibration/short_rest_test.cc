@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "calibration/analyzer.h"
+#include "calibration/estimators/analyzer.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,5 +1,5 @@
 // The state for the correction, where columns are missing for a time.
-#include "calibration/trace/slow_state.h"
+#include "calibration/state/slow_state.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/statistics.h"
+#include "calibration/gls/statistics.h"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/collector.h"
+#include "calibration/signal/collector.h"
 
 namespace gyrobench::testing {
 

@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "base/error.h"
+#include "calibration/artefact/trace_json.h"
 #include "calibration/trace/trace.h"
-#include "calibration/trace/trace_json.h"
 #include "tests/calibration/trace_story.h"
 
 namespace gyrobench::testing {

@@ -1,4 +1,4 @@
-#include "calibration/trace/trace_json.h"
+#include "calibration/artefact/trace_json.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/measurement.h"
-#include "calibration/collector.h"
+#include "calibration/signal/collector.h"
 
 namespace gyrobench::testing {
 

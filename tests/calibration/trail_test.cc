@@ -1,5 +1,5 @@
 // The state along a measurement where columns are missing for a time.
-#include "calibration/trace/trail.h"
+#include "calibration/state/trail.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -9,13 +9,13 @@
 #include <random>
 
 #include "base/error.h"
-#include "calibration/trace/json_place.h"
-#include "calibration/vector/accelerometer.h"
-#include "calibration/vector/axis_split.h"
-#include "calibration/vector/equal_parameters.h"
-#include "calibration/vector/make_vector.h"
-#include "calibration/vector/matrix_inverse.h"
-#include "calibration/vector/vector_json.h"
+#include "calibration/artefact/json_place.h"
+#include "calibration/artefact/vector_json.h"
+#include "calibration/sensor/accelerometer.h"
+#include "calibration/sensor/axis_split.h"
+#include "calibration/sensor/equal_parameters.h"
+#include "calibration/sensor/make_vector.h"
+#include "calibration/sensor/matrix_inverse.h"
 
 namespace gyrobench::calibration {
 namespace {

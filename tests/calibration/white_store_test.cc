@@ -1,4 +1,4 @@
-#include "calibration/trace/white_store.h"
+#include "calibration/gls/white_store.h"
 
 #include <gtest/gtest.h>
 

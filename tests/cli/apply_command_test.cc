@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
 #include "tests/cli/child_process.h"
 #include "tests/cli/gyro_z.h"
 #include "tests/cli/program.h"

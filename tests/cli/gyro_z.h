@@ -1,7 +1,7 @@
 // A calibration that commands are given.
 #pragma once
 
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
 
 namespace gyrobench::cli {
 

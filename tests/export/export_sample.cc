@@ -4,7 +4,7 @@
 #include <sstream>
 #include <utility>
 
-#include "calibration/trace/corrector.h"
+#include "calibration/artefact/corrector.h"
 
 namespace gyrobench::exporting {
 

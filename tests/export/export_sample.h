@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/geometry.h"
-#include "calibration/trace/calibration_file.h"
+#include "calibration/artefact/calibration_file.h"
+#include "calibration/signal/geometry.h"
 #include "export/exporter.h"
 
 namespace gyrobench::exporting {

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "calibration/trace/calibration_file.h"
-#include "calibration/trace/corrector.h"
+#include "calibration/artefact/calibration_file.h"
+#include "calibration/artefact/corrector.h"
 #include "export/exporter.h"
 #include "recording/run_directory.h"
 #include "tests/fuzz/laws.h"

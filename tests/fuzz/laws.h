@@ -6,7 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "calibration/collector.h"
+#include "calibration/signal/collector.h"
 
 namespace gyrobench::testing {
 

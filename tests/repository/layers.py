@@ -9,9 +9,20 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 def read_layers():
     layers = {}
     for line in (ROOT / "cmake/layers.txt").read_text().splitlines():
-        if match := re.match(r"([a-z_]+):(.*)", line):
+        if match := re.match(r"([a-z_/]+):(.*)", line):
             layers[match[1]] = match[2].split()
     return layers
+
+
+def room_of(path, layers):
+    """The innermost room that a file, or what an #include names, is in; None where there is no such room."""
+    folders = path.split("/")[:-1]
+    return next((room for n in range(len(folders), 0, -1) if (room := "/".join(folders[:n])) in layers), None)
+
+
+def may_use(used, room, allowed):
+    """A room uses itself, what its line allows, and all of a room that is allowed as a whole."""
+    return used == room or used in allowed or any(used.startswith(whole + "/") for whole in allowed)
 
 
 def find_cycle(layers):
@@ -37,15 +48,17 @@ def main():
     if cycle := find_cycle(layers):
         problems.append("cmake/layers.txt: a cycle: " + " -> ".join(cycle))
     files = 0
-    for room, allowed in layers.items():
-        for path in sorted((ROOT / room).rglob("*")):
+    for outer in [room for room in layers if "/" not in room]:
+        for path in sorted((ROOT / outer).rglob("*")):
             if path.suffix not in (".h", ".cc"):
                 continue
             files += 1
+            room = room_of(str(path.relative_to(ROOT)), layers)
+            allowed = layers[room]
             for number, line in enumerate(path.read_text().splitlines(), 1):
-                match = re.match(r'#include "([a-z_]+)/', line)
-                used = "msgs" if match and match[1] == "gyrobench" else match and match[1]
-                if used and used in layers and used != room and used not in allowed:
+                match = re.match(r'#include "([a-z_]+/[^"]*)"', line)
+                used = room_of(re.sub("^gyrobench/", "msgs/", match[1]), layers) if match else None
+                if used and not may_use(used, room, allowed):
                     problems.append(f"{path.relative_to(ROOT)}:{number}: room '{room}' may not use room "
                                     f"'{used}' (cmake/layers.txt allows: {' '.join(allowed) or 'none'})")
     print("\n".join(problems) or f"layers: {files} files keep to cmake/layers.txt")

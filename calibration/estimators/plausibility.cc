@@ -1,0 +1,101 @@
+#include "calibration/estimators/plausibility.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace gyrobench::calibration {
+namespace {
+
+// MPU-6050 data sheet: 3 % at 25 degC and 2 % more over temperature; no MEMS gyro on the market has
+// more than 10 %.
+constexpr double kLargestScaleError = 0.2;
+// How near a factor must be to one that a wrong setting makes: beyond what parts differ by.
+constexpr double kNear = 0.1;
+
+bool IsNear(double value, double factor) { return std::fabs(value / factor - 1.0) < kNear; }
+
+// Ratio of true rate to felt rate where nothing is felt.
+constexpr double kFeelsNothing = std::numeric_limits<double>::infinity();
+
+// Ranges of one sensor are each twice the next.
+std::optional<int> PowerOfTwo(double factor) {
+  for (const int power : {-3, -2, -1, 1, 2, 3}) {
+    if (IsNear(factor, std::exp2(power))) return power;
+  }
+  return std::nullopt;
+}
+
+// `ratio`: true rate by the reference over rate by the gyro's nominal sensitivity.
+std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info) {
+  if (IsNear(ratio, -1.0)) {
+    return fmt::format(
+        "the two turn opposite ways: the {} axis points the other way than declared, or the "
+        "reference counts the wrong way. Check the mounting (mount_x_deg, mount_y_deg, "
+        "mount_z_deg) and the encoder's sign",
+        axis);
+  }
+  if (PowerOfTwo(std::fabs(ratio))) {
+    return "a factor of 2, 4 or 8: the sensor's range, and with it its sensitivity, is another "
+           "than declared. Check range_deg_s, and gyro_lsb_per_deg_s of the device map or table";
+  }
+  constexpr double kDegPerRad = 57.29578;
+  if (IsNear(ratio, kDegPerRad) || IsNear(ratio, 1.0 / kDegPerRad)) {
+    return "the factor is that of degrees and radians: the values are in the other unit than the "
+           "columns' names say. Check gyro_x_rad_s, gyro_x_deg_s and the like";
+  }
+  if (info.gear_ratio && (IsNear(std::fabs(ratio), std::fabs(*info.gear_ratio)) ||
+                          IsNear(std::fabs(ratio), 1.0 / std::fabs(*info.gear_ratio)))) {
+    return "the factor is the gear ratio: the reference counts turns of the shaft where turns of "
+           "the table are expected, or the other way round. Check the encoder's place and "
+           "counts_per_turn";
+  }
+  if (std::fabs(ratio) > 1.0) {
+    return fmt::format(
+        "the {} axis hardly feels what the reference turns: the sensor is not mounted as declared, "
+        "or not on the table that turns. Check the mounting (mount_x_deg, mount_y_deg, "
+        "mount_z_deg) and the wiring of the gyro",
+        axis);
+  }
+  return fmt::format(
+      "the {} axis feels more than the reference turns: the reference is loose or counts too few "
+      "counts a turn, or the sensitivity is not the declared one. Check the encoder's coupling, "
+      "counts_per_turn and range_deg_s",
+      axis);
+}
+
+}  // namespace
+
+std::optional<std::string> ImplausibleScale(double ratio, SensorAxis axis,
+                                            const MeasurementInfo& info) {
+  const double scale_error = ratio - 1.0;
+  if (std::isnan(scale_error) || std::fabs(scale_error) <= kLargestScaleError) return std::nullopt;
+  const char name = "xyz"[static_cast<std::size_t>(axis)];
+  return fmt::format(
+      "this result cannot be: the scale error of gyro {} is {:.4g} %, at most {:g} % was expected "
+      "of any part. Most likely {}",
+      name, 100.0 * scale_error, 100.0 * kLargestScaleError, LikeliestCause(ratio, name, info));
+}
+
+std::vector<std::string> Implausible(const AnalysisResult& result) {
+  std::vector<std::string> out;
+  for (const ScaleResult& scale : result.scale) {
+    if (std::optional<std::string> says =
+            ImplausibleScale(1.0 + scale.scale_error, scale.axis, result.info)) {
+      out.push_back(std::move(*says));
+    }
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (result.unfollowed_deg[c] <= 0.0) continue;
+    out.push_back(fmt::format(
+        "this result cannot be: the {0} axis of the sensor turned by {1:.4g} deg by the reference, "
+        "and the gyro's output did not follow it. Most likely {2}",
+        "xyz"[c], result.unfollowed_deg[c], LikeliestCause(kFeelsNothing, "xyz"[c], result.info)));
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration

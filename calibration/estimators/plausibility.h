@@ -1,0 +1,22 @@
+// Results that cannot be: what is likelier wrong than the part.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/measurement.h"
+#include "calibration/estimators/results.h"
+
+namespace gyrobench::calibration {
+
+// A sentence or two for each scale factor that is off by more than any MEMS gyro is, as far as a
+// nominal sensitivity is known to compare with, and for each axis that turned while its output did
+// not follow: what was found, the likeliest cause, what to check. Empty where all can be.
+std::vector<std::string> Implausible(const AnalysisResult& result);
+// The same of one axis. `ratio`: true rate by the reference over the rate by the gyro's nominal
+// sensitivity; NaN where one of them is not known. nullopt where it can be.
+std::optional<std::string> ImplausibleScale(double ratio, SensorAxis axis,
+                                            const MeasurementInfo& info);
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,292 @@
+#include "calibration/estimators/scale.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/estimators/paper.h"
+#include "calibration/estimators/scale_problem.h"
+#include "calibration/gls/noise_fit.h"
+#include "calibration/gls/statistics.h"
+#include "calibration/signal/output_unit.h"
+#include "calibration/signal/reference_error.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// Fewer turns than this beyond the parameters say too little of the reference's error.
+constexpr int kTurnsForReference = 5;
+constexpr double kNotWhite = 1e-3;
+constexpr std::size_t kWhitenessLags = 10;
+constexpr std::size_t kMaxBiasOrder = 2;
+// Other axes' rotation that cannot be told from this axis's: beyond this growth of the variance.
+constexpr double kInseparable = 100.0;
+
+// Residual of the moving intervals, and their rates.
+void DescribeMotion(const std::vector<Row>& rows, std::size_t channel, double units,
+                    double bias_units, double floor_deg, ScaleResult* result) {
+  double square = 0.0;
+  std::int64_t moving = 0;
+  for (const Row& row : rows) {
+    if (row.still || !row.usable[channel]) continue;
+    const double turned = row.rotation_deg[channel] + row.earth_deg[channel];
+    const double measured = (row.z[channel] - bias_units * row.duration_s()) / units;
+    square += (measured - turned) * (measured - turned);
+    ++moving;
+    if (std::fabs(turned) < floor_deg) continue;
+    const double rate = turned / row.duration_s();
+    result->min_rate_deg_s = std::fmin(result->min_rate_deg_s, rate);
+    result->max_rate_deg_s = std::fmax(result->max_rate_deg_s, rate);
+  }
+  if (moving > 0) result->residual_rms_deg = std::sqrt(square / static_cast<double>(moving));
+}
+
+double WhitenedRms(const IntervalSeries& series, const FitOptions& options, IntervalNoise noise,
+                   double most_reference_deg) {
+  noise.reference_deg = std::fmin(noise.reference_deg, most_reference_deg);
+  const GlsSolution solution = Solve(Whiten(series, noise), options.regressors, options.output);
+  const double freedom =
+      static_cast<double>(series.rows()) - static_cast<double>(options.regressors.size());
+  return solution.solvable && freedom > 0 ? std::sqrt(solution.residual_square / freedom)
+                                          : kMissing;
+}
+
+class ChannelScale {
+ public:
+  ChannelScale(const Estimation& estimation, std::size_t channel)
+      : estimation_(estimation), info_(estimation.info), channel_(channel) {}
+
+  // False, with a reason, when nothing can be said.
+  bool Run(ScaleResult* result, std::string* reason);
+  // What the axis turned while the output did not follow; 0 where it did.
+  double unfollowed_deg() const { return unfollowed_deg_; }
+
+ private:
+  void ChooseColumns();
+  void ChooseReference(FitOptions* options, ScaleResult* result) const;
+  bool Separable(const IntervalSeries& series) const;
+  double AllowForStructure(const GlsFit& fit, const FitOptions& options,
+                           const IntervalSeries& series, double variance,
+                           ScaleResult* result) const;
+  void Report(const GlsFit& fit, const FitOptions& options, const IntervalSeries& series,
+              ScaleResult* result);
+  double AddReference(ScaleResult* result) const;
+  void ReportPaper(ScaleResult* result) const;
+
+  const Estimation& estimation_;
+  const MeasurementInfo& info_;
+  std::size_t channel_;
+  ScalePlan plan_;
+  ScaleProblem problem_;
+  double gain_ = kMissing;
+  double unfollowed_deg_ = 0.0;
+};
+
+void ChannelScale::ChooseColumns() {
+  for (std::size_t other = 0; other < 3; ++other) {
+    if (other == channel_) continue;
+    const bool turned =
+        plan_.stops
+            ? CountTurns(plan_.rows, other).rotation_deg >= estimation_.options.min_rotation_deg
+            : RotationRange(estimation_.columns, other) >= estimation_.options.min_rotation_deg;
+    if (turned) problem_.others.push_back(other);
+  }
+  const TemperatureRange range = Temperatures(plan_.rows, channel_);
+  problem_.mean_degC = range.mean;
+  if (range.max - range.min < estimation_.options.min_temperature_range_degC ||
+      !std::isfinite(range.mean))
+    return;
+  const bool everywhere = std::all_of(plan_.rows.begin(), plan_.rows.end(), [](const Row& row) {
+    return std::isfinite(row.temperature_degC);
+  });
+  if (everywhere) problem_.bias_orders = kMaxBiasOrder;
+}
+
+// Whether this axis's rotation can be told from the others'.
+bool ChannelScale::Separable(const IntervalSeries& series) const {
+  const WhiteGram gram = Whiten(series, IntervalNoise{1.0, 0.0, 0.0});
+  const GlsSolution with = Solve(gram, problem_.Options(0).regressors, problem_.output());
+  const std::array<int, 2> own = {0, problem_.bias_column()};
+  const GlsSolution without = Solve(gram, own, problem_.output());
+  return with.solvable && without.solvable && with.variance(0) < kInseparable * without.variance(0);
+}
+
+void ChannelScale::ChooseReference(FitOptions* options, ScaleResult* result) const {
+  if (!plan_.stops) return;
+  int moving = 0;
+  for (const Row& row : plan_.rows) moving += !row.still && row.usable[channel_] ? 1 : 0;
+  if (moving - 1 - static_cast<int>(problem_.others.size()) >= kTurnsForReference) return;
+  if (info_.stop_accuracy_deg) {
+    // Uniform over +- the stop's accuracy.
+    options->known_reference_deg = *info_.stop_accuracy_deg / std::sqrt(3.0);
+    result->remarks.push_back(
+        fmt::format("{} turns are too few to see the reference's error: +-{:.3g} deg of the "
+                    "shaft's accuracy is used",
+                    result->turns, *info_.stop_accuracy_deg));
+    return;
+  }
+  double scatter = 0.0;
+  for (const Rest& rest : estimation_.columns.rests) scatter = std::max(scatter, rest.scatter_deg);
+  options->known_reference_deg = scatter;
+  result->remarks.push_back(
+      fmt::format("{} turns are too few to see the reference's error, and the shaft's accuracy is "
+                  "not given: the standard "
+                  "error allows only for the scatter of its readings at rest, {:.2g} deg",
+                  result->turns, scatter));
+}
+
+// The relative uncertainty of the reference, 0 where it is not said.
+double ChannelScale::AddReference(ScaleResult* result) const {
+  Vector3 range_deg = {};
+  range_deg[channel_] = RotationRange(estimation_.columns, channel_);
+  const ReferenceError error = MakeReferenceError(info_.reference_uncertainty, range_deg);
+  if (!error.said) return 0.0;
+  result->reference_uncertainty = error.OfScale(channel_);
+  return result->reference_uncertainty;
+}
+
+void ChannelScale::ReportPaper(ScaleResult* result) const {
+  if (!plan_.stops) {
+    result->remarks.push_back("no rests between turns: the paper's eq. (4), (5) do not apply");
+    return;
+  }
+  const PaperScale paper = EstimatePaperScale(plan_.rows, channel_);
+  result->paper_alpha = paper.alpha;
+  result->paper_alpha_std_error = paper.alpha_std_error;
+  result->paper_first_rest_alpha = paper.first_rest_alpha;
+}
+
+// What the scale's variance must grow by where the model leaves structure in the residuals: to that
+// of the scores by blocks, and by what another weighting of the same data changes in the estimate.
+double ChannelScale::AllowForStructure(const GlsFit& fit, const FitOptions& options,
+                                       const IntervalSeries& series, double variance,
+                                       ScaleResult* result) const {
+  const double p_white = WhitenessPValue(fit.residuals, kWhitenessLags);
+  if (p_white >= kNotWhite) return 0.0;
+  double more = std::fmax(0.0, SandwichVariance(fit, 0) - variance);
+  const std::vector<double> angles = SolveAngles(series, options.regressors, options.output);
+  if (!plan_.stops && !angles.empty())
+    more += std::pow(angles[0] - fit.solution.coefficients[0], 2);
+  result->remarks.push_back(fmt::format(
+      "the whitened residuals are not white (p {}): the model leaves structure; the standard "
+      "error allows for it and is {:.2f} times the model's",
+      p_white < 1e-9 ? "< 1e-9" : fmt::format("= {:.1e}", p_white),
+      std::sqrt(1.0 + more / variance)));
+  return more;
+}
+
+void ChannelScale::Report(const GlsFit& fit, const FitOptions& options,
+                          const IntervalSeries& series, ScaleResult* result) {
+  const GlsSolution& solution = fit.solution;
+  const double m = solution.coefficients[0];
+  double variance = solution.variance(0) * fit.inflation[0] * fit.inflation[0];
+  variance += AllowForStructure(fit, options, series, variance, result);
+  const double units = gain_ * m;
+  result->alpha = 1.0 / units;
+  const double relative = std::sqrt(variance) / std::fabs(m);
+  result->tick_ratio = estimation_.ticks.ratio();
+  result->tick_ratio_std_error = estimation_.ticks.ratio_std_error();
+  const double clock =
+      std::isfinite(result->tick_ratio_std_error) ? result->tick_ratio_std_error : 0.0;
+  result->alpha_statistical_std_error = std::fabs(result->alpha) * std::hypot(relative, clock);
+  const double reference = AddReference(result);
+  result->alpha_std_error = std::fabs(result->alpha) * std::hypot(relative, clock, reference);
+  const double nominal = NominalUnitsPerDegPerS(info_);
+  if (std::isfinite(nominal)) result->scale_error = result->alpha * nominal - 1.0;
+  const auto bias_index = static_cast<std::size_t>(problem_.bias_column());
+  const MeanBias mean = AverageBias(fit, options, bias_index);
+  result->bias = gain_ * mean.value;
+  result->bias_std_error = std::fabs(gain_) * std::sqrt(mean.variance) * fit.inflation[bias_index];
+  // d alpha = -alpha dM / M
+  result->alpha_bias_covariance = -result->alpha / m * gain_ * mean.covariance[0] *
+                                  fit.inflation[0] * fit.inflation[bias_index];
+  const TemperatureRange range = Temperatures(plan_.rows, channel_);
+  result->bias_temperature_degC = range.mean;
+  result->min_temperature_degC = range.min;
+  result->max_temperature_degC = range.max;
+  const double to_deg = 1.0 / std::fabs(m);
+  result->noise = {fit.noise.noise.angle_random_walk_deg_sqrt_s * to_deg,
+                   fit.noise.noise.bias_random_walk_deg_s_sqrt_s * to_deg,
+                   fit.noise.noise.reference_deg * to_deg};
+  const double most = plan_.stops && info_.stop_accuracy_deg
+                          ? *info_.stop_accuracy_deg / std::sqrt(3.0) * std::fabs(m)
+                          : kMissing;
+  result->whitened_rms = WhitenedRms(series, options, fit.noise.noise, most);
+  DescribeMotion(plan_.rows, channel_, units, result->bias, plan_.stops ? kLeastTurn_deg : 0.0,
+                 result);
+}
+
+bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
+  plan_ = MakeScalePlan(estimation_.columns, channel_);
+  const Turns turns =
+      CountTurns(plan_.stops ? plan_.rows : StopRows(estimation_.columns, kScalePiece_s), channel_);
+  const double turned = std::max(turns.rotation_deg, RotationRange(estimation_.columns, channel_));
+  if (turned < estimation_.options.min_rotation_deg) {
+    *reason = fmt::format("its axis turned by {:.3g} deg, at least {:.3g} is needed", turned,
+                          estimation_.options.min_rotation_deg);
+    return false;
+  }
+  gain_ = RoughGain(plan_.rows, channel_);
+  if (!std::isfinite(gain_)) {
+    *reason = fmt::format("its output does not follow the {:.3g} deg that its axis turned", turned);
+    unfollowed_deg_ = turned;
+    return false;
+  }
+  result->axis = static_cast<SensorAxis>(channel_);
+  result->unit = OutputUnit(info_);
+  result->turns = turns.count;
+  result->schedule = plan_.stops ? "stops" : "continuous";
+  ChooseColumns();
+  IntervalSeries series = problem_.Series(plan_.rows, channel_, gain_);
+  if (!problem_.others.empty() && !Separable(series)) {
+    problem_.others.clear();
+    series = problem_.Series(plan_.rows, channel_, gain_);
+    result->remarks.push_back(
+        "the axes turned only together: cross-axis sensitivity is contained in the scale factor");
+  }
+  FitOptions options = problem_.Options(problem_.bias_orders);
+  ChooseReference(&options, result);
+  GlsFit fit = FitIntervals(series, options);
+  if (fit.solvable && problem_.bias_orders > 0) {
+    const std::size_t order = ChooseBiasOrder(series, problem_, fit.noise.noise);
+    FitOptions chosen = problem_.Options(order);
+    chosen.known_reference_deg = options.known_reference_deg;
+    if (order < problem_.bias_orders) fit = FitIntervals(series, chosen);
+    options = chosen;
+  }
+  if (!fit.solvable) {
+    *reason = fmt::format(
+        "{} usable intervals are too few, or too alike, to tell scale factor and bias apart",
+        series.rows());
+    return false;
+  }
+  Report(fit, options, series, result);
+  ReportPaper(result);
+  return true;
+}
+
+}  // namespace
+
+std::vector<ScaleResult> EstimateScale(const Estimation& estimation,
+                                       std::vector<std::string>* remarks,
+                                       std::array<double, 3>* unfollowed_deg) {
+  std::vector<ScaleResult> out;
+  if (estimation.info.reference == ReferenceKind::kNone || estimation.columns.nodes.size() < 4)
+    return out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!estimation.usable[c]) continue;
+    ScaleResult result;
+    std::string reason;
+    ChannelScale channel(estimation, c);
+    if (channel.Run(&result, &reason)) {
+      out.push_back(std::move(result));
+    } else {
+      (*unfollowed_deg)[c] = channel.unfollowed_deg();
+      remarks->push_back(fmt::format("scale of {}: not estimated, {}", "xyz"[c], reason));
+    }
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,110 @@
+#include "calibration/estimators/scale_problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr double kLongestTurn_s = 120.0;
+
+double MovingPath(const std::vector<Row>& rows, std::size_t channel) {
+  double path = 0.0;
+  for (const Row& row : rows) {
+    if (!row.still && row.usable[channel]) path += std::fabs(row.rotation_deg[channel]);
+  }
+  return path;
+}
+
+}  // namespace
+
+Turns CountTurns(const std::vector<Row>& rows, std::size_t channel) {
+  Turns out;
+  for (const Row& row : rows) {
+    if (row.still || !row.usable[channel]) continue;
+    if (std::fabs(row.rotation_deg[channel]) < kLeastTurn_deg) continue;
+    ++out.count;
+    out.rotation_deg += std::fabs(row.rotation_deg[channel]);
+    out.longest_s = std::max(out.longest_s, row.duration_s());
+  }
+  return out;
+}
+
+double RotationRange(const Columns& columns, std::size_t channel) {
+  double low = 0.0, high = 0.0;
+  if (columns.nodes.empty()) return 0.0;
+  low = high = columns.nodes.front().rotation_deg[channel];
+  for (const Node& node : columns.nodes) {
+    low = std::min(low, node.rotation_deg[channel]);
+    high = std::max(high, node.rotation_deg[channel]);
+  }
+  return high - low;
+}
+
+ScalePlan MakeScalePlan(const Columns& columns, std::size_t channel) {
+  ScalePlan plan{StopRows(columns, kScalePiece_s), true};
+  const Turns turns = CountTurns(plan.rows, channel);
+  std::vector<Row> nodes = NodeRows(columns, kScalePiece_s);
+  const bool all_motion = turns.rotation_deg >= 0.5 * MovingPath(nodes, channel);
+  if (turns.count >= 1 && turns.longest_s <= kLongestTurn_s && all_motion) return plan;
+  return {std::move(nodes), false};
+}
+
+IntervalSeries ScaleProblem::Series(const std::vector<Row>& rows, std::size_t channel,
+                                    double gain) const {
+  return MakeSeries(rows, channel, output() + 1, [&](const Row& row, double* out) {
+    *out++ = row.rotation_deg[channel] + row.earth_deg[channel];
+    for (const std::size_t other : others) *out++ = row.rotation_deg[other] + row.earth_deg[other];
+    double power = row.duration_s();
+    for (std::size_t k = 0; k <= bias_orders; ++k) {
+      *out++ = power;
+      power *= row.temperature_degC - mean_degC;
+    }
+    *out = row.z[channel] / gain;
+  });
+}
+
+FitOptions ScaleProblem::Options(std::size_t order) const {
+  FitOptions options;
+  for (int i = 0; i < bias_column(); ++i) options.regressors.push_back(i);
+  for (int i = 0; i <= static_cast<int>(order); ++i) {
+    options.regressors.push_back(bias_column() + i);
+    options.rest_regressors.push_back(bias_column() + i);
+  }
+  options.output = output();
+  return options;
+}
+
+double RoughGain(const std::vector<Row>& rows, std::size_t channel) {
+  const ScaleProblem simple;
+  const IntervalSeries series = simple.Series(rows, channel, 1.0);
+  const WhiteGram gram = Whiten(series, IntervalNoise{1.0, 0.0, 0.0});
+  const GlsSolution solution = Solve(gram, simple.Options(0).regressors, simple.output());
+  if (!solution.solvable || series.rows() < 4) return kMissing;
+  const double freedom = static_cast<double>(series.rows()) - 2.0;
+  const double std_error = std::sqrt(solution.variance(0) * solution.residual_square / freedom);
+  const double gain = solution.coefficients[0];
+  return std::fabs(gain) > 4.0 * std_error ? gain : kMissing;
+}
+
+std::size_t ChooseBiasOrder(const IntervalSeries& series, const ScaleProblem& problem,
+                            const IntervalNoise& noise) {
+  const WhiteGram gram = Whiten(series, noise);
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t order = 0; order <= problem.bias_orders; ++order) {
+    const FitOptions options = problem.Options(order);
+    const GlsSolution solution = Solve(gram, options.regressors, options.output);
+    if (!solution.solvable) continue;
+    const double bic = solution.residual_square +
+                       static_cast<double>(order) * std::log(static_cast<double>(series.rows()));
+    if (bic < least) {
+      least = bic;
+      best = order;
+    }
+  }
+  return best;
+}
+
+}  // namespace gyrobench::calibration

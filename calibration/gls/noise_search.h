@@ -1,0 +1,75 @@
+// Noise of a problem by restricted maximum likelihood, and what an effect is worth when the noise
+// may answer for it instead.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "calibration/gls/interval_gls.h"
+#include "calibration/gls/raw_columns.h"
+#include "calibration/gls/whitener.h"
+
+namespace gyrobench::calibration {
+
+struct NoiseEstimate {
+  IntervalNoise noise;
+  double deviance = 0.0;  // -2 log of the restricted likelihood, without its constants
+};
+
+class NoiseSearch {
+ public:
+  // `columns`: rows x p together, everything that may act; a missing effect would otherwise pass
+  // for noise. Columns of which those before leave less than `tolerance` of the square are left
+  // out. `piece_s`: stretches at rest are taken in pieces of this length, which changes nothing
+  // that the noise could be told from.
+  NoiseSearch(std::span<const Interval> intervals, std::span<const RawColumns> columns,
+              const Eigen::VectorXd& output, double tolerance = kDependent,
+              double piece_s = kPiece_s);
+  NoiseSearch(std::span<const Interval> intervals, const RawColumns& columns,
+              const Eigen::VectorXd& output, double tolerance = kDependent,
+              double piece_s = kPiece_s)
+      : NoiseSearch(intervals, std::span(&columns, 1), output, tolerance, piece_s) {}
+
+  // N in closed form, K/N and s/N by search, from `start` where something is known; both ratios to
+  // within `tolerance` of their logarithm. nullopt with fewer rows than columns.
+  std::optional<NoiseEstimate> Best(const std::optional<IntervalNoise>& start = {},
+                                    double tolerance = 0.02) const;
+  // The best noise with the mean of the bias random walk that the likelihood leaves open, every
+  // size from 0 being as likely before, in place of the likeliest one: that is 0 for many data in
+  // which there is a walk, and slow effects would be known better than they are.
+  NoiseEstimate WithMeanWalk(const NoiseEstimate& best) const;
+  // Deviance of a given noise.
+  double Deviance(const IntervalNoise& noise) const;
+  // By how much the deviance grows, for each group of columns, when the model goes without them and
+  // each of both models has the noise that suits it: under the likelihood that is restricted by all
+  // other columns (Welham and Thompson 1997), on a grid of noises around `start`. Groups: indices
+  // of `columns`.
+  std::vector<double> Worth(const std::vector<std::vector<Eigen::Index>>& groups,
+                            const IntervalNoise& start) const;
+
+  static constexpr double kDependent = 1e-9, kPiece_s = 1.0;
+
+ private:
+  struct Products;   // of the white columns
+  struct Deviances;  // with and without a group
+  Products At(double walk, double reference) const;
+  double Profile(const Products& products, double* n) const;
+  Deviances Contest(const Products& products, const std::vector<Eigen::Index>& group) const;
+  std::vector<double> Start(const IntervalNoise& noise) const;
+  void Prepare(RowMajor columns, double tolerance);
+
+  std::vector<Interval> intervals_;  // merged
+  ColumnsInChunks columns_;          // the output last
+  Eigen::VectorXd bulk_;             // that was taken off the output, by columns
+  std::vector<Eigen::Index> kept_;   // their indices among those that were given
+  bool moving_ = false, solvable_ = false;
+};
+
+// Those of the columns that are independent of the ones before them, `gram` being their products.
+std::vector<Eigen::Index> IndependentColumns(const Eigen::MatrixXd& gram, double tolerance = 1e-9);
+// Least squares from products; columns that depend on others get 0.
+Eigen::VectorXd SolveIndependent(const Eigen::MatrixXd& gram, const Eigen::VectorXd& right);
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,214 @@
+#include "calibration/gls/whitener.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace gyrobench::calibration {
+namespace {
+
+using RawRows = Eigen::Ref<const RowMajor>;
+
+// Several columns at once: each waits for its own innovation before the next row, together they
+// fill the pipeline.
+template <std::size_t kColumns>
+void Pass(std::span<const Step> steps, double* const* column) {
+  double bias[kColumns] = {}, reference[kColumns] = {};
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const Step& step = steps[i];
+    for (std::size_t j = 0; j < kColumns; ++j) {
+      bias[j] *= step.bias_keep;
+      const double innovation =
+          column[j][i] - step.bias_factor * bias[j] - step.reference_factor * reference[j];
+      bias[j] += step.gain_bias * innovation;
+      reference[j] = step.reference_keep * reference[j] + step.gain_reference * innovation;
+      column[j][i] = step.inverse_sigma * innovation;
+    }
+  }
+}
+
+// The same of rows that lie one after the other, of a few neighbouring columns: from `from` of the
+// raw rows to `to` of the white ones. `bias`, `reference`: the states of the white ones' columns.
+template <int kColumns>
+void PassRows(std::span<const Step> steps, const RawRows& raw, Eigen::Index from, Eigen::Index to,
+              RowMajor* white, Eigen::ArrayXd* bias, Eigen::ArrayXd* reference) {
+  using Some = Eigen::Array<double, kColumns, 1>;
+  Some b = bias->segment<kColumns>(to), r = reference->segment<kColumns>(to);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const Step& step = steps[i];
+    const auto row = static_cast<Eigen::Index>(i);
+    b *= step.bias_keep;
+    const Some innovation = Eigen::Map<const Some>(raw.data() + row * raw.outerStride() + from) -
+                            step.bias_factor * b - step.reference_factor * r;
+    b += step.gain_bias * innovation;
+    r = step.reference_keep * r + step.gain_reference * innovation;
+    Eigen::Map<Some>(&(*white)(row, to)) = step.inverse_sigma * innovation;
+  }
+  bias->segment<kColumns>(to) = b;
+  reference->segment<kColumns>(to) = r;
+}
+
+// `columns`: of the raw rows, in rising order; the white ones have these alone. Neighbours pass
+// together.
+void PassAllRows(std::span<const Step> steps, const RawRows& raw,
+                 const std::vector<Eigen::Index>& columns, RowMajor* white, Eigen::ArrayXd* bias,
+                 Eigen::ArrayXd* reference) {
+  constexpr Eigen::Index kTogether = 8;
+  const auto count = static_cast<Eigen::Index>(columns.size());
+  for (Eigen::Index to = 0; to < count;) {
+    const Eigen::Index from = columns[static_cast<std::size_t>(to)];
+    const auto neighbours = [&](Eigen::Index wanted) {
+      return to + wanted <= count &&
+             columns[static_cast<std::size_t>(to + wanted - 1)] == from + wanted - 1;
+    };
+    if (neighbours(kTogether)) {
+      PassRows<kTogether>(steps, raw, from, to, white, bias, reference);
+      to += kTogether;
+    } else if (neighbours(2)) {
+      PassRows<2>(steps, raw, from, to, white, bias, reference);
+      to += 2;
+    } else {
+      PassRows<1>(steps, raw, from, to, white, bias, reference);
+      to += 1;
+    }
+  }
+}
+
+// Columns that are not 0 in some rows, or of which the filter remembers something.
+std::vector<Eigen::Index> Active(const std::vector<Eigen::Index>& not_zero,
+                                 const Eigen::ArrayXd& bias, const Eigen::ArrayXd& reference) {
+  std::vector<Eigen::Index> out;
+  std::size_t next = 0;
+  for (Eigen::Index j = 0; j < bias.size(); ++j) {
+    const bool here = next < not_zero.size() && not_zero[next] == j;
+    if (here) ++next;
+    if (here || bias(j) != 0.0 || reference(j) != 0.0) out.push_back(j);
+  }
+  return out;
+}
+
+void AddProducts(const RowMajor& white, const std::vector<Eigen::Index>& places,
+                 Eigen::MatrixXd* gram) {
+  if (white.cols() == gram->cols()) {
+    gram->selfadjointView<Eigen::Lower>().rankUpdate(white.transpose());
+    return;
+  }
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(white.cols(), white.cols());
+  products.selfadjointView<Eigen::Lower>().rankUpdate(white.transpose());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j)
+      (*gram)(places[i], places[j]) +=
+          products(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+  }
+}
+
+}  // namespace
+
+Whitener::Whitener(std::span<const Interval> intervals, const IntervalNoise& noise) {
+  CovarianceFilter filter(noise, 1.0);
+  steps_.reserve(intervals.size());
+  // A logarithm of a few variances at once.
+  constexpr std::size_t kTogether = 4;
+  double product = 1.0;
+  for (const Interval& interval : intervals) {
+    steps_.push_back(filter.Advance(interval));
+    product *= filter.variance();
+    if (steps_.size() % kTogether != 0) continue;
+    log_det_ += std::log(product);
+    product = 1.0;
+  }
+  log_det_ += std::log(product);
+}
+
+ColumnsInChunks::ColumnsInChunks(RowMajor columns) : columns_(std::move(columns)) {
+  for (Eigen::Index begin = 0; begin < columns_.rows(); begin += kChunk) {
+    const Eigen::Index end = std::min(begin + kChunk, columns_.rows());
+    // Sums, in which a value that is not a number stays one.
+    Eigen::ArrayXd size = Eigen::ArrayXd::Zero(columns_.cols());
+    for (Eigen::Index i = begin; i < end; ++i) size += columns_.row(i).transpose().array().abs();
+    not_zero_.emplace_back();
+    for (Eigen::Index j = 0; j < columns_.cols(); ++j) {
+      if (!(size(j) == 0.0)) not_zero_.back().push_back(j);
+    }
+  }
+}
+
+Eigen::MatrixXd Whitener::Products(const ColumnsInChunks& columns) const {
+  const Eigen::Index p = columns.all().cols();
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(p, p);
+  Eigen::ArrayXd bias = Eigen::ArrayXd::Zero(p), reference = bias;
+  const std::span<const Step> steps = steps_;
+  RowMajor white;
+  for (std::size_t chunk = 0; chunk < columns.chunks(); ++chunk) {
+    const std::vector<Eigen::Index> active = Active(columns.not_zero(chunk), bias, reference);
+    const RawRows raw = columns.rows(chunk);
+    white.resize(raw.rows(), static_cast<Eigen::Index>(active.size()));
+    Eigen::ArrayXd some_bias = bias(active), some_reference = reference(active);
+    PassAllRows(
+        steps.subspan(chunk * ColumnsInChunks::kChunk, static_cast<std::size_t>(raw.rows())), raw,
+        active, &white, &some_bias, &some_reference);
+    bias(active) = some_bias;
+    reference(active) = some_reference;
+    AddProducts(white, active, &gram);
+  }
+  return gram.selfadjointView<Eigen::Lower>();
+}
+
+void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns, Eigen::Index first) const {
+  const std::span<const Step> steps(&steps_[static_cast<std::size_t>(first)],
+                                    static_cast<std::size_t>(columns.rows()));
+  constexpr std::size_t kTogether = 8;
+  constexpr auto kStep = static_cast<Eigen::Index>(kTogether);
+  Eigen::Index j = 0;
+  for (; j + kStep <= columns.cols(); j += kStep) {
+    double* pointers[kTogether];
+    for (std::size_t k = 0; k < kTogether; ++k)
+      pointers[k] = columns.col(j + static_cast<Eigen::Index>(k)).data();
+    Pass<kTogether>(steps, pointers);
+  }
+  for (; j < columns.cols(); ++j) {
+    double* pointer = columns.col(j).data();
+    Pass<1>(steps, &pointer);
+  }
+}
+
+// Backwards: r is what the states before a row are worth for all rows from it on.
+//   r_i-1 = Z_i' v_i / s_i^2 + L_i' r_i,   u_i = v_i / s_i^2 - K_i' r_i,   L = T - K Z
+Whitener::Shocks Whitener::Scores(const Eigen::MatrixXd& white) const {
+  const auto n = static_cast<Eigen::Index>(rows());
+  const Eigen::Index p = white.cols();
+  Shocks out;
+  out.bias.resize(n, p);
+  out.output.resize(n, p);
+  out.bias_information.resize(n);
+  out.output_information.resize(n);
+  Eigen::RowVectorXd bias = Eigen::RowVectorXd::Zero(p), reference = bias;
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  for (Eigen::Index i = n; i-- > 0;) {
+    const Step& step = steps_[static_cast<std::size_t>(i)];
+    const Eigen::Vector2d z(step.bias_factor, step.reference_factor);
+    const Eigen::Vector2d k(step.gain_bias, step.gain_reference);
+    Eigen::Matrix2d l = -k * z.transpose();
+    l(0, 0) += 1.0;
+    l(1, 1) += step.reference_keep;
+    const double weight = step.inverse_sigma * step.inverse_sigma;
+    out.output.row(i) = white.row(i) * step.inverse_sigma - k(0) * bias - k(1) * reference;
+    out.output_information(i) = weight + k.dot(information * k);
+    const Eigen::RowVectorXd innovation = out.output.row(i);
+    // L' r + Z' v / s^2 = T' r + Z' u
+    bias = bias + z(0) * innovation;
+    reference = step.reference_keep * reference + z(1) * innovation;
+    information = z * z.transpose() * weight + l.transpose() * information * l;
+    out.bias.row(i) = bias;
+    out.bias_information(i) = information(0, 0);
+    // What comes before is nothing to a measurement that begins here.
+    if (step.bias_keep == 0.0) {
+      bias.setZero();
+      reference.setZero();
+      information.setZero();
+    }
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,66 @@
+// Whitening of single columns under one noise, and the scores of shocks at every time.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "calibration/gls/interval_filter.h"
+#include "calibration/gls/interval_gls.h"
+
+namespace gyrobench::calibration {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Columns in pieces of some rows, and which of them are not 0 there: constants of other power-ons
+// cost nothing.
+class ColumnsInChunks {
+ public:
+  static constexpr Eigen::Index kChunk = 256;  // rows, that stay in the cache
+
+  ColumnsInChunks() = default;
+  explicit ColumnsInChunks(RowMajor columns);
+
+  const RowMajor& all() const { return columns_; }
+  std::size_t chunks() const { return not_zero_.size(); }
+  auto rows(std::size_t chunk) const {
+    const Eigen::Index begin = static_cast<Eigen::Index>(chunk) * kChunk;
+    return columns_.middleRows(begin, std::min(kChunk, columns_.rows() - begin));
+  }
+  const std::vector<Eigen::Index>& not_zero(std::size_t chunk) const { return not_zero_[chunk]; }
+
+ private:
+  RowMajor columns_;
+  std::vector<std::vector<Eigen::Index>> not_zero_;  // of each chunk
+};
+
+// The filter's steps are worked out once; every column then passes in O(n).
+class Whitener {
+ public:
+  Whitener(std::span<const Interval> intervals, const IntervalNoise& noise);
+
+  std::size_t rows() const { return steps_.size(); }
+  double log_det() const { return log_det_; }  // of the covariance of the output
+  // columns: rows x p; each becomes the filter's innovations, white under the noise. `first`: their
+  // first row, at which a power-on begins.
+  void Apply(Eigen::Ref<Eigen::MatrixXd> columns, Eigen::Index first = 0) const;
+  // Products of all columns with each other once they are white; the columns stay as they are.
+  Eigen::MatrixXd Products(const ColumnsInChunks& columns) const;
+
+  // Scores of shocks, for white columns (disturbance smoother; Harvey and Koopman 1992): row i of
+  //   bias    score of a bias that is higher by 1 deg/s from interval i on
+  //   output  score of interval i's output being higher by 1 deg
+  // Their variances under the noise, before anything is fitted.
+  struct Shocks {
+    Eigen::MatrixXd bias, output;  // rows() x p
+    Eigen::VectorXd bias_information, output_information;
+  };
+  Shocks Scores(const Eigen::MatrixXd& white) const;
+
+ private:
+  std::vector<Step> steps_;
+  double log_det_ = 0.0;
+};
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,217 @@
+#include "calibration/sensor/make_vector.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "calibration/gls/likelihood.h"
+#include "calibration/sensor/accelerometer.h"
+#include "calibration/sensor/axis_split.h"
+#include "calibration/sensor/equal_parameters.h"
+#include "calibration/sensor/matrix_inverse.h"
+#include "calibration/sensor/poses.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+using RowOf = std::array<const ChannelRow*, 3>;
+
+void ListMissing(const RowOf& rows, std::vector<std::string>* missing) {
+  std::vector<std::string> absent, unturned;
+  for (std::size_t c = 0; c < 3; ++c)
+    if (rows[c] == nullptr) absent.push_back(std::string(1, "xyz"[c]));
+  if (!absent.empty()) {
+    missing->push_back(fmt::format(
+        "gyro {} {} not traced: the matrix takes three axes, measured and turned together",
+        fmt::join(absent, " and "), absent.size() == 1 ? "was" : "were"));
+  }
+  for (std::size_t j = 0; j < 3; ++j) {
+    const bool seen = std::all_of(rows.begin(), rows.end(), [j](const ChannelRow* row) {
+      return row == nullptr || std::isfinite(row->values[static_cast<Eigen::Index>(j)]);
+    });
+    if (!seen) unturned.push_back(std::string(1, "xyz"[j]));
+  }
+  if (!unturned.empty()) {
+    missing->push_back(fmt::format(
+        "the sensor never turned about {0}: what the axes feel of it is not known; turn about {0} "
+        "against the reference",
+        fmt::join(unturned, " and ")));
+  }
+}
+
+void FillMatrix(const RowOf& rows, VectorCalibration* out) {
+  MatrixWithCovariance m;
+  Eigen::Vector3d s0;
+  ReferenceError reference;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto i = static_cast<Eigen::Index>(c);
+    m.value.row(i) = rows[c]->values.head<3>().transpose();
+    m.covariance.block<3, 3>(3 * i, 3 * i) = rows[c]->covariance.topLeftCorner<3, 3>();
+    s0[i] = rows[c]->units_per_deg_s;
+    // One reference for all three: where channels took different parts of its error off, the
+    // larger rest.
+    const ReferenceError& own = rows[c]->reference;
+    reference.said = reference.said || own.said;
+    reference.common = std::max(reference.common, own.common);
+    reference.across = std::max(reference.across, own.across);
+    for (std::size_t j = 0; j < 3; ++j) reference.own[j] = std::max(reference.own[j], own.own[j]);
+  }
+  const MatrixWithCovariance statistical = InverseOver(m, s0);
+  const Matrix9 m_statistical = m.covariance;
+  m.covariance += ReferenceCovariance(m.value, reference);
+  const MatrixWithCovariance a = InverseOver(m, s0);
+  if (!a.value.allFinite()) {
+    out->missing.emplace_back("the matrix has no inverse: its axes do not span space");
+    return;
+  }
+  VectorMatrix& matrix = out->matrix.emplace();
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const auto row = static_cast<Eigen::Index>(i), column = static_cast<Eigen::Index>(j);
+      const Eigen::Index k = 3 * row + column;
+      matrix.m[i][j] = m.value(row, column);
+      matrix.a[i][j] = a.value(row, column);
+      matrix.m_std_error[i][j] = std::sqrt(m.covariance(k, k));
+      matrix.a_std_error[i][j] = std::sqrt(a.covariance(k, k));
+      matrix.m_statistical_std_error[i][j] = std::sqrt(m_statistical(k, k));
+      matrix.a_statistical_std_error[i][j] = std::sqrt(statistical.covariance(k, k));
+    }
+  }
+  matrix.m_covariance.assign(m.covariance.data(), m.covariance.data() + 81);
+  matrix.a_covariance.assign(a.covariance.data(), a.covariance.data() + 81);
+  out->split = SplitAxes(m);
+  if (!out->split) {
+    out->remarks.emplace_back(
+        "the gyro's axes are left-handed or nearly in one plane: there is no mounting rotation; is "
+        "the sign of one axis reversed?");
+  }
+}
+
+void FillGravity(const RowOf& rows, VectorCalibration* out) {
+  GSensitivity g;
+  std::map<std::string, std::string> axes_by_reason;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (rows[c] == nullptr) continue;
+    const GravityRow& row = rows[c]->gravity;
+    for (std::size_t j = 0; j < 3; ++j) {
+      g.value[c][j] = row.value[static_cast<Eigen::Index>(j)];
+      g.std_error[c][j] = row.std_error[static_cast<Eigen::Index>(j)];
+    }
+    g.in_model[c] = row.in_model;
+    if (!row.because.empty()) axes_by_reason[row.because] += "xyz"[c];
+  }
+  for (const auto& [reason, axes] : axes_by_reason)
+    g.because.push_back(fmt::format("gyro {}: {}", fmt::join(axes, ", "), reason));
+  out->g_sensitivity = std::move(g);
+}
+
+// Where a channel's values are in those of all.
+struct Joint {
+  JointEstimate separate;
+  std::vector<Eigen::Index> matrix;  // elements of M
+  struct Group {
+    std::string unit, channels;
+    std::vector<Eigen::Index> members;
+  };
+  std::map<std::string, Group> groups;
+};
+
+Joint Stack(const RowOf& rows) {
+  Joint joint;
+  Eigen::Index total = 0;
+  for (const ChannelRow* row : rows) total += row == nullptr ? 0 : row->values.size();
+  joint.separate.values.resize(total);
+  joint.separate.covariance = Eigen::MatrixXd::Zero(total, total);
+  Eigen::Index begin = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (rows[c] == nullptr) continue;
+    const ChannelRow& row = *rows[c];
+    const Eigen::Index count = row.values.size();
+    joint.separate.values.segment(begin, count) = row.values;
+    joint.separate.covariance.block(begin, begin, count, count) = row.covariance;
+    for (Eigen::Index j = 0; j < 3; ++j)
+      if (std::isfinite(row.values[j])) joint.matrix.push_back(begin + j);
+    for (std::size_t k = 0; k < row.shared.size(); ++k) {
+      const Eigen::Index at = begin + 3 + static_cast<Eigen::Index>(k);
+      if (!(row.covariance(3 + static_cast<Eigen::Index>(k), 3 + static_cast<Eigen::Index>(k)) > 0))
+        continue;
+      Joint::Group& group = joint.groups[row.shared[k].name];
+      group.unit = row.shared[k].unit;
+      group.channels += "xyz"[c];
+      group.members.push_back(at);
+    }
+    begin += count;
+  }
+  return joint;
+}
+
+// Without what is not known; `kept` in the order of the values.
+JointEstimate Kept(const JointEstimate& all, const std::vector<Eigen::Index>& kept) {
+  return {all.values(kept), all.covariance(kept, kept), 0.0, 0};
+}
+
+void FillShared(const RowOf& rows, VectorCalibration* out) {
+  const Joint joint = Stack(rows);
+  std::vector<Eigen::Index> kept = joint.matrix;
+  std::vector<std::vector<Eigen::Index>> groups;
+  for (const auto& [name, group] : joint.groups) {
+    if (group.members.size() < 2) continue;
+    std::vector<Eigen::Index> places, alone(group.members.size());
+    for (const Eigen::Index member : group.members) {
+      places.push_back(static_cast<Eigen::Index>(kept.size()));
+      kept.push_back(member);
+    }
+    for (std::size_t k = 0; k < alone.size(); ++k) alone[k] = static_cast<Eigen::Index>(k);
+    const JointEstimate one = HoldEqual(Kept(joint.separate, group.members), {alone});
+    out->shared.push_back(
+        {name, group.unit, group.channels, one.values[0], std::sqrt(one.covariance(0, 0)),
+         std::exp(LogChiSquareTail(one.misfit, static_cast<double>(one.constraints)))});
+    groups.push_back(places);
+  }
+  if (groups.empty()) return;
+  const JointEstimate before = Kept(joint.separate, kept), after = HoldEqual(before, groups);
+  out->shared_gain = 0.0;
+  for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(joint.matrix.size()); ++k) {
+    const double share = 1.0 - std::sqrt(after.covariance(k, k) / before.covariance(k, k));
+    out->shared_gain = std::max(out->shared_gain, share);
+  }
+}
+
+}  // namespace
+
+VectorCalibration JoinChannels(std::span<const ChannelRow> rows) {
+  VectorCalibration out;
+  RowOf by_channel = {};
+  for (const ChannelRow& row : rows) {
+    if (row.fitted) by_channel.at(row.channel) = &row;
+    out.unit = row.unit;
+  }
+  ListMissing(by_channel, &out.missing);
+  if (out.missing.empty()) FillMatrix(by_channel, &out);
+  FillGravity(by_channel, &out);
+  FillShared(by_channel, &out);
+  return out;
+}
+
+VectorCalibration MakeVectorCalibration(std::span<const ChannelRow> rows,
+                                        std::span<const Trail> trails) {
+  VectorCalibration out = JoinChannels(rows);
+  const std::vector<Pose> poses = FindPoses(trails);
+  out.accelerometer = CalibrateAccelerometer(poses);
+  const bool earth = std::all_of(trails.begin(), trails.end(),
+                                 [](const Trail& trail) { return trail.earth_rate_known; });
+  if (!earth && out.g_sensitivity) {
+    out.remarks.emplace_back(
+        "Earth's rotation is not taken off: up to 0.0042 deg/s/g of the g-sensitivity may be it; "
+        "give the site's latitude");
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,420 @@
+#include "calibration/signal/collector.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/signal/beside_gyro.h"
+#include "calibration/signal/gyro_stream.h"
+#include "calibration/signal/node_readings.h"
+#include "calibration/signal/reference_track.h"
+#include "calibration/signal/rests_without_reference.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// What waits for the gyro's samples to reach its time.
+struct Pending {
+  enum class Kind { kNode, kRestBegin, kRestEnd };
+  Kind kind = Kind::kNode;
+  double ready_s = 0.0;           // when the gyro has come so far, it can be done
+  Node node;                      // kNode
+  std::array<bool, 3> read = {};  // the axes that were read at its time
+  bool stale = false;             // another had begun to turn, and was not read yet
+  bool averaged = false;          // the means are those of its time
+  bool moves = false;             // an axis of the reference turns
+  NodeReadings readings;          // since the node before
+  std::vector<double> covariates;
+  double coarse_s = 0.0, moving_s = 0.0;
+  OpenRest rest;  // kRestEnd
+};
+
+// Waiting jobs, in order. Bounded: a gyro that stays away cannot fill the memory.
+class PendingQueue {
+ public:
+  bool empty() const { return size_ == 0; }
+  const Pending& front() const { return jobs_[head_]; }
+  std::size_t size() const { return size_; }
+  Pending& operator[](std::size_t i) { return jobs_[(head_ + i) % kCapacity]; }
+  void pop() {
+    head_ = (head_ + 1) % kCapacity;
+    --size_;
+  }
+  // Of nodes since then at readings of other axes.
+  void MarkStale(double since_s, std::size_t axis) {
+    for (std::size_t i = 0; i < size_; ++i) {
+      Pending& job = (*this)[i];
+      if (!job.read[axis] && job.node.at.t_s > since_s) job.stale = true;
+      job.readings.ForgetFrom(since_s);
+    }
+  }
+  Pending& back() { return jobs_[(head_ + size_ - 1) % kCapacity]; }
+  bool push(const Pending& job) {
+    if (size_ == kCapacity) return false;
+    jobs_[(head_ + size_) % kCapacity] = job;
+    ++size_;
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t kCapacity = 256;
+  std::vector<Pending> jobs_ = std::vector<Pending>(kCapacity);
+  std::size_t head_ = 0, size_ = 0;
+};
+
+Rest MakeRest(const IntegralMark& begin, const IntegralMark& end, const OpenRest& readings) {
+  Rest rest;
+  rest.begin = begin;
+  rest.end = end;
+  rest.readings = readings.readings;
+  rest.reference_begin_s = readings.coarse_begin_s;
+  rest.reference_end_s = readings.last_at_rest_s;
+  const double n = std::max<double>(1.0, static_cast<double>(readings.readings));
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double mean = readings.sum_deg[c] / n;
+    rest.rotation_deg[c] = readings.origin_deg[c] + mean;
+    const double variance = std::max(0.0, readings.square_deg2[c] / n - mean * mean);
+    rest.scatter_deg = std::max(rest.scatter_deg, std::sqrt(variance));
+  }
+  return rest;
+}
+
+}  // namespace
+
+class Collector::Impl {
+ public:
+  explicit Impl(double node_interval_s) : node_interval_s_(node_interval_s) {}
+
+  void Start(const MeasurementInfo& info) {
+    info_ = info;
+    gyro_.Start(info);
+    track_.Start(info);
+    beside_.Start(info.covariates.size());
+    columns_.nodes.reserve(4096);
+    columns_.rests.reserve(256);
+  }
+
+  void Gyro(const GyroSample& sample) {
+    gyro_.Add(sample);
+    beside_.Add(sample);
+    if (!gyro_.started()) return;
+    if (info_.reference == ReferenceKind::kNone) {
+      if (gyro_.last_time_s() >= next_node_s_ || columns_.nodes.empty())
+        AddNode(gyro_.last_time_s());
+    }
+    if (!nodes_.empty() || !rests_.empty()) Work();
+  }
+
+  void Covariates(double t_s, std::span<const double> values) {
+    beside_.AddCovariates(t_s, values);
+  }
+
+  template <typename Sample>
+  void Reference(const Sample& sample) {
+    track_.Add(sample);
+    if (track_.lost_since_s()) {
+      columns_.bad.push_back(
+          BadStretch{*track_.lost_since_s(), track_.time_s(), {true, true, true}});
+      readings_.Clear();
+    }
+    if (!track_.updated()) return;
+    if (const auto since_s = track_.turns_since_s()) {
+      nodes_.MarkStale(*since_s, track_.newest_axis());
+      readings_.ForgetFrom(*since_s);
+    }
+    if (track_.rest_ended()) {
+      const OpenRest& rest = track_.ended_rest();
+      Pending job;
+      job.kind = Pending::Kind::kRestEnd;
+      job.coarse_s = rest.last_at_rest_s;
+      job.moving_s = track_.lost_since_s() ? rest.last_at_rest_s : track_.time_s();
+      job.ready_s = job.moving_s + 0.1;
+      job.rest = rest;
+      Queue(&rests_, job);
+    }
+    if (track_.rest_began()) {
+      Pending job;
+      job.kind = Pending::Kind::kRestBegin;
+      job.coarse_s = track_.open_rest()->coarse_begin_s;
+      job.ready_s = job.coarse_s + 0.45;
+      Queue(&rests_, job);
+    }
+    if (!nodes_.empty() && nodes_.back().node.at.t_s == track_.time_s()) {
+      // Another axis at the same time, as in a row of a table: it may just have begun to move.
+      SetReference(&nodes_.back().node);
+      nodes_.back().read[track_.newest_axis()] = true;
+      nodes_.back().readings.Replace(ReadingOf(nodes_.back().node));
+      nodes_.back().moves = !track_.all_rest();
+    } else {
+      NextReading();
+    }
+    Work();
+  }
+
+  void Tick(const TickPair& pair) {
+    if (std::isfinite(pair.tick_s) && std::isfinite(pair.host_s)) ticks_.Add(pair);
+  }
+  void Defect(const gyrobench::Defect& defect) {
+    reported_.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
+  }
+
+  void ForgetPowerOn() { info_.power_on.clear(); }
+
+  Recording Take() const;
+
+ private:
+  // The axis that turns fastest says when: its angle is the one that must not be carried forward.
+  void NextReading() {
+    const double t_s = track_.time_s();
+    const bool same_time = !readings_.empty() && readings_.newest_s() == t_s;
+    if (!same_time && !track_.leading()) return;
+    Node now;
+    now.at.t_s = t_s;
+    SetReference(&now);
+    if (same_time) {
+      readings_.Replace(ReadingOf(now));
+    } else {
+      readings_.Add(ReadingOf(now));
+    }
+    if ((t_s >= next_node_s_ || !any_node_) && track_.leading()) AddNode(t_s);
+  }
+
+  static NodeReadings::Reading ReadingOf(const Node& node) {
+    return {node.at.t_s,    node.rotation_deg, node.earth_deg,
+            node.table_deg, node.world_x,      node.world_z};
+  }
+
+  void AddNode(double t_s) {
+    // On a grid, so that jitter of the readings does not thin the nodes.
+    if (!any_node_ || t_s - next_node_s_ > node_interval_s_) next_node_s_ = t_s;
+    next_node_s_ += node_interval_s_ * 0.999;
+    any_node_ = true;
+    Pending job;
+    job.node.at.t_s = t_s;
+    if (info_.reference != ReferenceKind::kNone) SetReference(&job.node);
+    job.read[track_.newest_axis()] = true;
+    job.readings = readings_;
+    job.moves = !track_.all_rest();
+    readings_.Clear();
+    job.ready_s = t_s + kNear_s.back();
+    Queue(&nodes_, job);
+  }
+
+  void SetReference(Node* node) const {
+    node->rotation_deg = track_.rotation_now_deg();
+    node->earth_deg = track_.earth_deg();
+    node->table_deg = track_.table_now_deg();
+    const Matrix3 world = track_.world_now();
+    node->world_x = world[0];
+    node->world_z = world[2];
+  }
+
+  void Queue(PendingQueue* queue, const Pending& job) {
+    if (!queue->push(job)) reported_.Add("reference_without_gyro", "", job.ready_s);
+  }
+
+  // Samples may come ahead of the reference: a node waits for all readings of its time, and for
+  // those that say whether another axis had begun to turn.
+  bool ReferenceComplete(double t_s) const {
+    return info_.reference != ReferenceKind::kStandAngles || track_.SettledAt(t_s);
+  }
+
+  void Work() {
+    const double now_s = gyro_.settled_time_s();
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      Pending& job = nodes_[i];
+      if (!job.averaged && gyro_.started() && job.ready_s <= now_s &&
+          (info_.reference != ReferenceKind::kStandAngles || track_.time_s() > job.node.at.t_s))
+        Average(&job);
+    }
+    while (!nodes_.empty() && gyro_.started() && nodes_.front().ready_s <= now_s &&
+           ReferenceComplete(nodes_.front().node.at.t_s)) {
+      if (!nodes_.front().stale) FinishNode(nodes_.front());
+      nodes_.pop();
+    }
+    while (!rests_.empty() && gyro_.started() && rests_.front().ready_s <= now_s) {
+      FinishRest(rests_.front());
+      rests_.pop();
+    }
+  }
+
+  // Means of what was sampled since the node before: whether it is used is known later.
+  void Average(Pending* job) {
+    job->averaged = true;
+    const BesideGyro::Means means = beside_.TakeUpTo(job->node.at.t_s, &job->covariates);
+    job->node.temperature_degC = means.temperature_degC;
+    job->node.vibration_g2 = means.vibration_g2;
+    job->node.accel_g = means.accel_g;
+  }
+
+  void FinishNode(const Pending& job) {
+    Node node = job.node;
+    if (!gyro_.IntegralAt(node.at.t_s, &node.at)) {
+      if (node.at.t_s >= gyro_.first_time_s()) reported_.Add("reference_late", "", node.at.t_s);
+      return;
+    }
+    if (!columns_.nodes.empty() && node.at.t_s <= columns_.nodes.back().at.t_s) return;
+    node.mean = job.readings.Mean();
+    HalfIntegral(&node);
+    if (!job.moves || !job.readings.AverageOutput(gyro_, &node.mean, &node.z_near))
+      NearIntegrals(&node);
+    columns_.covariates.insert(columns_.covariates.end(), job.covariates.begin(),
+                               job.covariates.end());
+    columns_.nodes.push_back(node);
+  }
+
+  void NearIntegrals(Node* node) const {
+    IntegralMark mark;
+    for (std::size_t i = 0; i < kNear_s.size(); ++i) {
+      if (!gyro_.IntegralAt(node->at.t_s + kNear_s[i], &mark)) continue;
+      for (std::size_t c = 0; c < 3; ++c) node->z_near[i][c] = mark.z[c] - node->at.z[c];
+    }
+  }
+
+  void HalfIntegral(Node* node) const {
+    IntegralMark mark;
+    node->half_s = node->at.t_s;
+    if (columns_.nodes.empty()) {
+      node->z_half = node->at.z;
+      return;
+    }
+    const IntegralMark& last = columns_.nodes.back().at;
+    node->half_s = 0.5 * (last.t_s + node->at.t_s);
+    if (gyro_.IntegralAt(0.5 * (last.t_s + node->at.t_s), &mark)) {
+      node->z_half = mark.z;
+      return;
+    }
+    for (std::size_t c = 0; c < 3; ++c) node->z_half[c] = 0.5 * (last.z[c] + node->at.z[c]);
+  }
+
+  void FinishRest(const Pending& job) {
+    if (job.kind == Pending::Kind::kRestBegin) {
+      const double t_s = std::max(gyro_.RestBegin(job.coarse_s), gyro_.first_time_s());
+      rest_begin_known_ = gyro_.IntegralAt(t_s, &rest_begin_);
+      return;
+    }
+    if (!rest_begin_known_) return;
+    rest_begin_known_ = false;
+    IntegralMark end;
+    if (!gyro_.IntegralAt(gyro_.RestEnd(job.coarse_s, job.moving_s), &end)) return;
+    if (end.t_s - rest_begin_.t_s < kShortestRest_s) return;
+    columns_.rests.push_back(MakeRest(rest_begin_, end, job.rest));
+  }
+
+  Columns ColumnsSoFar() const;
+  std::vector<gyrobench::Defect> Defects() const;
+
+  static constexpr double kShortestRest_s = 0.25;
+
+  double node_interval_s_;
+  MeasurementInfo info_;
+  GyroStream gyro_;
+  ReferenceTrack track_;
+  TickFit ticks_;
+  Columns columns_;
+  PendingQueue nodes_, rests_;
+  NodeReadings readings_;  // since the last node
+  bool any_node_ = false, rest_begin_known_ = false;
+  double next_node_s_ = 0.0;
+  IntegralMark rest_begin_;
+  BesideGyro beside_;
+  DefectLog reported_;
+};
+
+// The columns with the rest that is still going on, and all that must not be used in order.
+Columns Collector::Impl::ColumnsSoFar() const {
+  Columns columns = columns_;
+  const std::vector<BadStretch> bad = gyro_.bad();
+  columns.bad.insert(columns.bad.end(), bad.begin(), bad.end());
+  std::sort(columns.bad.begin(), columns.bad.end(),
+            [](const BadStretch& a, const BadStretch& b) { return a.begin_s < b.begin_s; });
+  if (info_.reference == ReferenceKind::kNone) {
+    columns.rests = RestsWithoutReference(info_, columns);
+    return columns;
+  }
+  if (rest_begin_known_ && track_.open_rest() && !columns.nodes.empty()) {
+    // The newest reading may already belong to motion.
+    const double limit_s = track_.open_rest()->last_at_rest_s - 0.15;
+    const auto last = std::find_if(columns.nodes.rbegin(), columns.nodes.rend(),
+                                   [&](const Node& node) { return node.at.t_s <= limit_s; });
+    if (last != columns.nodes.rend() && last->at.t_s - rest_begin_.t_s >= kShortestRest_s) {
+      columns.rests.push_back(MakeRest(rest_begin_, last->at, *track_.open_rest()));
+    }
+  }
+  return columns;
+}
+
+std::vector<gyrobench::Defect> Collector::Impl::Defects() const {
+  DefectLog all = reported_;
+  const std::vector<gyrobench::Defect> gyro = gyro_.defects();
+  for (const std::vector<gyrobench::Defect>* found : {&gyro, &track_.defects().defects()}) {
+    for (const gyrobench::Defect& defect : *found) {
+      all.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
+    }
+  }
+  return all.defects();
+}
+
+Recording Collector::Impl::Take() const {
+  Recording out;
+  out.info = info_;
+  out.columns = ColumnsSoFar();
+  out.ticks = ticks_;
+  out.samples = gyro_.samples();
+  out.reference_samples = track_.readings();
+  out.valid_samples = gyro_.valid_samples();
+  if (gyro_.started()) {
+    out.first_time_s = gyro_.first_time_s();
+    out.last_time_s = gyro_.last_time_s();
+  }
+  out.median_interval_s = gyro_.median_interval_s();
+  out.orientation_known = track_.orientation_known();
+  for (std::size_t a = 0; a < 3; ++a) out.reference_step_deg[a] = track_.step_deg(a);
+  out.defects = Defects();
+  return out;
+}
+
+Collector::Collector(double node_interval_s) : impl_(std::make_unique<Impl>(node_interval_s)) {}
+Collector::~Collector() = default;
+Collector::Collector(const Collector& other)
+    : impl_(std::make_unique<Impl>(*other.impl_)),
+      gyro_delay_s_(other.gyro_delay_s_),
+      reference_delay_s_(other.reference_delay_s_) {}
+Collector::Collector(Collector&&) noexcept = default;
+Collector& Collector::operator=(Collector&&) noexcept = default;
+
+// The one place at which the declared delays are taken off: from here on the time of a value is the
+// time that it is of, and no longer that of its stamp.
+void Collector::OnInfo(const MeasurementInfo& info) {
+  gyro_delay_s_ = info.gyro_delay_s;
+  reference_delay_s_ = info.reference_delay_s;
+  impl_->Start(info);
+}
+void Collector::OnGyro(const GyroSample& sample) {
+  GyroSample undelayed = sample;
+  undelayed.t_s -= gyro_delay_s_;
+  impl_->Gyro(undelayed);
+}
+void Collector::OnCovariates(double t_s, std::span<const double> values) {
+  impl_->Covariates(t_s, values);
+}
+void Collector::OnAngle(const AngleSample& sample) {
+  AngleSample undelayed = sample;
+  undelayed.t_s -= reference_delay_s_;
+  impl_->Reference(undelayed);
+}
+void Collector::OnOrientation(const OrientationSample& sample) {
+  OrientationSample undelayed = sample;
+  undelayed.t_s -= reference_delay_s_;
+  impl_->Reference(undelayed);
+}
+void Collector::OnTickPair(const TickPair& pair) { impl_->Tick(pair); }
+void Collector::OnSegment(const SegmentMark& /*mark*/) {}
+// A unit that restarted in the middle may have switched the sensor off as well: what is measured
+// then shares no zero-rate offset with what lies before and after.
+void Collector::OnDefect(const Defect& defect) {
+  if (defect.kind == kUnitRestarted) impl_->ForgetPowerOn();
+  impl_->Defect(defect);
+}
+Recording Collector::Take() const { return impl_->Take(); }
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,95 @@
+// What the analysis keeps of a measurement: columns at about 10 Hz, the rests, and the stretches
+// that must not be used. No sample is kept.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "base/measurement.h"
+#include "calibration/signal/geometry.h"
+
+namespace gyrobench::calibration {
+
+// The integral of the output at one time: z = int xi dt since the first sample, of a cubic spline
+// through the samples [output unit * s].
+struct IntegralMark {
+  double t_s = 0.0;
+  Vector3 z = {};
+};
+
+// Times about a node [s], evenly, and a vector at each of them.
+inline constexpr double kNearStep_s = 0.01;
+inline constexpr std::array<double, 8> kNear_s = {-0.04, -0.03, -0.02, -0.01,
+                                                  0.01,  0.02,  0.03,  0.04};
+using Near = std::array<Vector3, kNear_s.size()>;
+
+// What all readings of the reference since the node before say together: means over the readings,
+// and over the same times of the output's integral (node_readings.h).
+struct ReadingsMean {
+  double readings = 0.0;  // how many; 0: none, and nothing else is known
+  double t_s = 0.0;
+  Vector3 rotation_deg = {}, earth_deg = {}, table_deg = {}, world_x = {}, world_z = {};
+  bool output_known = false;
+  Vector3 z = {};  // as IntegralMark's
+  // Half the mean distance in time of two of the readings: the random walk of the angle is averaged
+  // with them, and makes the covariance of the rotation before with the one after larger by
+  // walk_s N^2.
+  double walk_s = 0.0;
+  // They come evenly: so many, by so much.
+  std::size_t steps = 0;
+  double step_s = 0.0;
+};
+
+// One node. Rotations are sums since the start.
+struct Node {
+  IntegralMark at;
+  Vector3 rotation_deg = {};           // of the reference, about the sensor's axes
+  Vector3 earth_deg = {};              // Earth's rotation about the sensor's axes; 0 when not known
+  double temperature_degC = kMissing;  // mean since the node before
+  Vector3 accel_g = {kMissing, kMissing, kMissing};  // mean since the node before
+  double vibration_g2 = kMissing;  // mean square of the specific force about that mean
+  ReadingsMean mean;
+  // Integral of the output at kNear_s from the node's time, less that at the node; where the mean
+  // of the output is known, the mean of the same over the readings.
+  Near z_near = {};
+  // Integral of the output since the first sample at `half_s`, half way from the node before.
+  Vector3 z_half = {};
+  double half_s = kMissing;
+  // The reference: angles of the stand's axes (of the one axis of a single-axis table); world x and
+  // z in the sensor's frame. NaN where it does not say.
+  Vector3 table_deg = {kMissing, kMissing, kMissing};
+  Vector3 world_x = {kMissing, kMissing, kMissing};
+  Vector3 world_z = {kMissing, kMissing, kMissing};
+};
+
+// A stretch in which the reference stood still and the gyro felt nothing.
+struct Rest {
+  IntegralMark begin, end;
+  Vector3 rotation_deg = {};  // mean over the readings at rest
+  double scatter_deg = 0.0;   // largest standard deviation of one reading among the axes
+  std::int64_t readings = 0;
+  // First and last reading of the reference at rest; the last may already belong to motion. What
+  // `begin` and `end` say is the gyro's word, which a turn about another axis can escape.
+  double reference_begin_s = -std::numeric_limits<double>::infinity();
+  double reference_end_s = std::numeric_limits<double>::infinity();
+};
+
+// A stretch that must not be used.
+struct BadStretch {
+  double begin_s = 0.0;
+  double end_s = 0.0;
+  std::array<bool, 3> channel = {true, true, true};
+};
+
+struct Columns {
+  std::vector<Node> nodes;
+  // Covariates, node by node in the order of MeasurementInfo::covariates: means since the node
+  // before.
+  std::vector<double> covariates;
+  std::vector<Rest> rests;
+  std::vector<BadStretch> bad;  // in order of begin_s
+};
+
+}  // namespace gyrobench::calibration

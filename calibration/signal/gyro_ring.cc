@@ -1,0 +1,90 @@
+#include "calibration/signal/gyro_ring.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace gyrobench::calibration {
+
+GyroRing::GyroRing() : points_(kSize) {}
+
+std::int64_t GyroRing::oldest() const {
+  return std::max<std::int64_t>(0, count_ - static_cast<std::int64_t>(kSize));
+}
+
+std::int64_t GyroRing::FirstNotBefore(double t_s) const {
+  std::int64_t low = oldest(), high = count_;
+  while (low < high) {
+    const std::int64_t middle = (low + high) / 2;
+    if (at(middle).t_s < t_s) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
+void GyroRing::Push(double t_s, const Vector3& xi, bool gap) {
+  point(count_++) = {t_s, {}, xi, gap};
+  // The slope at the sample before the newest is new, and with it the intervals on its both sides.
+  for (std::int64_t i = std::max<std::int64_t>(1, count_ - 3); i < count_; ++i) {
+    Point& end = point(i);
+    end.z = at(i - 1).z;
+    for (std::size_t c = 0; c < 3 && !end.gap; ++c) end.z[c] += SplineIntegral(i, c, 1.0);
+  }
+}
+
+void GyroRing::Replace(std::size_t channel, double xi) { point(count_ - 1).xi[channel] = xi; }
+
+double GyroRing::settled_time_s() const {
+  return count_ > 2 ? at(count_ - 3).t_s : -std::numeric_limits<double>::infinity();
+}
+
+bool GyroRing::IntegralAt(double t_s, IntegralMark* mark) const {
+  const std::int64_t next = FirstNotBefore(t_s);
+  if (next == count_) return false;
+  const Point& b = at(next);
+  if (b.t_s > t_s && next == oldest()) return false;
+  mark->t_s = t_s;
+  mark->z = b.z;
+  if (b.t_s == t_s) return true;
+  const Point& a = at(next - 1);
+  mark->z = a.z;  // as it stays inside a gap, which is marked as bad
+  const double x = (t_s - a.t_s) / (b.t_s - a.t_s);
+  for (std::size_t c = 0; c < 3 && !b.gap; ++c) mark->z[c] += SplineIntegral(next, c, x);
+  return true;
+}
+
+// Of the spline from sample `next` - 1 over the part x (0..1) of the interval to `next`.
+double GyroRing::SplineIntegral(std::int64_t next, std::size_t c, double x) const {
+  const Point &a = at(next - 1), &b = at(next);
+  const double h = b.t_s - a.t_s, ma = SlopeAt(next - 1, c), mb = SlopeAt(next, c);
+  const double x2 = x * x, x3 = x2 * x, x4 = x2 * x2;
+  return h * (a.xi[c] * (x - x3 + 0.5 * x4) + b.xi[c] * (x3 - 0.5 * x4)) +
+         h * h * (ma * (0.5 * x2 - 2.0 / 3.0 * x3 + 0.25 * x4) + mb * (0.25 * x4 - x3 / 3.0));
+}
+
+// Slope of the straight line to the next sample; none across a gap.
+std::optional<double> GyroRing::Chord(std::int64_t from, std::size_t c) const {
+  if (from < oldest() || from + 1 >= count_) return std::nullopt;
+  const Point &a = at(from), &b = at(from + 1);
+  if (b.gap || !(b.t_s > a.t_s)) return std::nullopt;
+  return (b.xi[c] - a.xi[c]) / (b.t_s - a.t_s);
+}
+
+// Of the spline at a sample: the harmonic mean of the slopes on both sides, the nearer one weighing
+// more, which does not overshoot where the rate jumps (Fritsch and Butland 1984; no more than three
+// times the smaller slope keeps a cubic monotone, Fritsch and Carlson 1980). One side's where the
+// other is not known.
+double GyroRing::SlopeAt(std::int64_t i, std::size_t c) const {
+  const std::optional<double> before = Chord(i - 1, c), after = Chord(i, c);
+  if (!before || !after) return before.value_or(after.value_or(0.0));
+  if (!(*before * *after > 0.0)) return 0.0;
+  const double h1 = at(i).t_s - at(i - 1).t_s, h2 = at(i + 1).t_s - at(i).t_s;
+  const double mean = (h1 + h2) / (h2 / *before + h1 / *after);
+  const double limit = 3.0 * std::min(std::fabs(*before), std::fabs(*after));
+  return std::clamp(mean, -limit, limit);
+}
+
+}  // namespace gyrobench::calibration

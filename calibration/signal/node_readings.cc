@@ -1,0 +1,96 @@
+#include "calibration/signal/node_readings.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gyrobench::calibration {
+namespace {
+
+// The shape of the motion about the readings needs no more than so many of them.
+constexpr std::size_t kShapes = 4;
+
+void AddTo(Vector3* sum, const Vector3& value) {
+  for (std::size_t c = 0; c < 3; ++c) (*sum)[c] += value[c];
+}
+
+Vector3 Over(const Vector3& sum, const Vector3& last, double count) {
+  Vector3 out;
+  for (std::size_t c = 0; c < 3; ++c) out[c] = (sum[c] + last[c]) / count;
+  return out;
+}
+
+}  // namespace
+
+void NodeReadings::Add(const Reading& reading) {
+  if (readings_ > 0.0) {
+    AddTo(&sum_.rotation_deg, newest_.rotation_deg);
+    AddTo(&sum_.earth_deg, newest_.earth_deg);
+    AddTo(&sum_.table_deg, newest_.table_deg);
+    AddTo(&sum_.world_x, newest_.world_x);
+    AddTo(&sum_.world_z, newest_.world_z);
+  }
+  newest_ = reading;
+  readings_ += 1.0;
+  Count();
+}
+
+void NodeReadings::Count() {
+  const double t_s = newest_.t_s;
+  Group* last = size_ > 0 ? &groups_[size_ - 1] : nullptr;
+  if (last != nullptr && (t_s - last->t_s < kTogether_s || size_ == kMost)) {
+    last->t_s += (t_s - last->t_s) / (last->weight + 1.0);
+    last->weight += 1.0;
+    return;
+  }
+  groups_[size_++] = {t_s, 1.0};
+}
+
+ReadingsMean NodeReadings::Mean() const {
+  ReadingsMean mean;
+  mean.readings = readings_;
+  if (size_ == 0) return mean;
+  mean.rotation_deg = Over(sum_.rotation_deg, newest_.rotation_deg, readings_);
+  mean.earth_deg = Over(sum_.earth_deg, newest_.earth_deg, readings_);
+  mean.table_deg = Over(sum_.table_deg, newest_.table_deg, readings_);
+  mean.world_x = Over(sum_.world_x, newest_.world_x, readings_);
+  mean.world_z = Over(sum_.world_z, newest_.world_z, readings_);
+  double t_s = 0.0, walk_s = 0.0;
+  for (std::size_t i = 0; i < size_; ++i) {
+    t_s += groups_[i].weight * (groups_[i].t_s - groups_[0].t_s);
+    for (std::size_t j = 0; j < i; ++j)
+      walk_s += groups_[i].weight * groups_[j].weight * (groups_[i].t_s - groups_[j].t_s);
+  }
+  mean.t_s = groups_[0].t_s + t_s / readings_;
+  mean.walk_s = walk_s / (readings_ * readings_);
+  mean.step_s =
+      size_ > 1 ? (groups_[size_ - 1].t_s - groups_[0].t_s) / static_cast<double>(size_ - 1) : 0.0;
+  mean.steps = size_;
+  return mean;
+}
+
+bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean, Near* near) const {
+  if (empty()) return false;
+  IntegralMark mark;
+  Vector3 sum = {};
+  std::array<Vector3, kMost> at;
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (!gyro.IntegralAt(groups_[i].t_s, &mark)) return false;
+    at[i] = mark.z;
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += groups_[i].weight * mark.z[c];
+  }
+  for (std::size_t c = 0; c < 3; ++c) mean->z[c] = sum[c] / readings_;
+  const std::size_t shapes = std::min(size_, kShapes);
+  for (std::size_t n = 0; n < kNear_s.size(); ++n) {
+    Vector3 turned = {};
+    for (std::size_t k = 0; k < shapes; ++k) {
+      const std::size_t i = (2 * k + 1) * size_ / (2 * shapes);
+      if (!gyro.IntegralAt(groups_[i].t_s + kNear_s[n], &mark)) return false;
+      for (std::size_t c = 0; c < 3; ++c) turned[c] += mark.z[c] - at[i][c];
+    }
+    for (std::size_t c = 0; c < 3; ++c) (*near)[n][c] = turned[c] / static_cast<double>(shapes);
+  }
+  mean->output_known = true;
+  return true;
+}
+
+}  // namespace gyrobench::calibration

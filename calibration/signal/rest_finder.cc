@@ -1,0 +1,107 @@
+#include "calibration/signal/rest_finder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr double kShortestRest_s = 0.5;
+constexpr double kFinestTolerance_deg = 0.03;
+constexpr double kCoarsestTolerance_deg = 0.25;
+constexpr double kLevelMemory_s = 2.0;
+constexpr double kLeastScatter_deg = 1e-3;
+constexpr int kBlock = 16;
+
+}  // namespace
+
+double RestFinder::tolerance_deg() const {
+  const double step = step_deg_ < kCoarsestTolerance_deg ? 1.1 * step_deg_ : 0.0;
+  return std::clamp(std::max(6.0 * scatter_deg_, step), kFinestTolerance_deg,
+                    kCoarsestTolerance_deg);
+}
+
+void RestFinder::Reset() {
+  size_ = 0;
+  resting_ = false;
+  within_ = false;
+  outside_ = 0;
+}
+
+// Second differences of a smooth motion are small: their scatter, least over blocks, is the
+// reading's.
+void RestFinder::Learn(double t_s, double angle_deg) {
+  if (size_ < 2 || t_s - back(1).t_s > kShortestRest_s) return;
+  const double step = std::fabs(angle_deg - back(0).angle_deg);
+  if (step > 1e-9) step_deg_ = std::min(step_deg_, step);
+  const double second = angle_deg - 2.0 * back(0).angle_deg + back(1).angle_deg;
+  block_sum_ += second * second;
+  if (++block_count_ < kBlock) return;
+  const double scatter = std::max(kLeastScatter_deg, std::sqrt(block_sum_ / (6.0 * kBlock)));
+  if (!scatter_known_ || scatter < 0.5 * scatter_deg_) {
+    scatter_deg_ = scatter;
+  } else {
+    scatter_deg_ *= scatter < scatter_deg_ ? 0.96 : 1.01;
+  }
+  scatter_known_ = true;
+  block_sum_ = 0.0;
+  block_count_ = 0;
+}
+
+bool RestFinder::TryRest() {
+  double low = back(0).angle_deg, high = low;
+  std::size_t n = 0;
+  while (n < size_ && (n < 3 || back(0).t_s - back(n).t_s < kShortestRest_s)) {
+    low = std::min(low, back(n).angle_deg);
+    high = std::max(high, back(n).angle_deg);
+    ++n;
+  }
+  if (n == size_) return false;  // the readings do not reach back far enough
+  low = std::min(low, back(n).angle_deg);
+  high = std::max(high, back(n).angle_deg);
+  const double tolerance = tolerance_deg();
+  if (high - low > 2.0 * tolerance) return false;
+  double sum = 0.0;
+  const std::size_t half = std::max<std::size_t>(1, n / 2);
+  for (std::size_t i = 0; i < half; ++i) sum += back(i).angle_deg;
+  level_deg_ = sum / static_cast<double>(half);
+  std::size_t first = 0;
+  while (first + 1 < size_ && std::fabs(back(first + 1).angle_deg - level_deg_) <= tolerance)
+    ++first;
+  rest_begin_s_ = back(first).t_s;
+  last_at_rest_s_ = back(0).t_s;
+  return true;
+}
+
+RestFinder::Change RestFinder::Add(double t_s, double angle_deg) {
+  if (size_ > 0 && t_s - back(0).t_s < kClosestReadings_s) return Change::kNone;
+  Learn(t_s, angle_deg);
+  ring_[next_] = Reading{t_s, angle_deg};
+  next_ = (next_ + 1) % kRing;
+  size_ = std::min(size_ + 1, kRing);
+  if (!resting_) {
+    resting_ = TryRest();
+    within_ = resting_;
+    outside_ = 0;
+    return resting_ ? Change::kRestBegan : Change::kNone;
+  }
+  within_ = std::fabs(angle_deg - level_deg_) <= tolerance_deg();
+  if (within_) {
+    // Off both its neighbours, and not at the edge of the tolerance with them, as where a hand
+    // sways.
+    const double off_deg = std::min(std::fabs(back(1).angle_deg - angle_deg),
+                                    std::fabs(back(1).angle_deg - back(2).angle_deg));
+    const bool outlier = outside_ == 1 && off_deg > tolerance_deg();
+    outside_ = 0;
+    level_deg_ +=
+        (angle_deg - level_deg_) * std::min(1.0, (t_s - last_at_rest_s_) / kLevelMemory_s);
+    last_at_rest_s_ = t_s;
+    return outlier ? Change::kOutlier : Change::kNone;
+  }
+  if (++outside_ < 2) return Change::kNone;
+  Reset();
+  size_ = 2;  // the two readings outside may be the first of the next rest
+  return Change::kRestEnded;
+}
+
+}  // namespace gyrobench::calibration

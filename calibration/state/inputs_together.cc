@@ -1,0 +1,136 @@
+#include "calibration/state/inputs_together.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "calibration/signal/output_unit.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr double kSameRange = 1e-6;
+
+std::string NameOf(const MeasurementInfo& info) {
+  return info.source.empty() ? "measurement" : info.source;
+}
+
+// "a.csv:3" of a table whose head has the key, else "a.csv".
+std::string PlaceOf(const MeasurementInfo& info, const std::string& key) {
+  const auto line = info.key_lines.find(key);
+  return line == info.key_lines.end() ? NameOf(info)
+                                      : fmt::format("{}:{}", NameOf(info), line->second);
+}
+
+// Of the line with the names of the columns.
+std::string HeaderOf(const MeasurementInfo& info) {
+  return info.first_row_line > 1 ? fmt::format("{}:{}", NameOf(info), info.first_row_line - 1)
+                                 : NameOf(info);
+}
+
+std::string FirstRowOf(const MeasurementInfo& info) {
+  return info.first_row_line > 0 ? fmt::format("{}:{}", NameOf(info), info.first_row_line)
+                                 : NameOf(info);
+}
+
+void CheckUnit(const MeasurementInfo& first, const MeasurementInfo& other) {
+  constexpr const char* kUnits[] = {"_lsb", "_deg_s", "_rad_s"};
+  if (first.gyro_unit == other.gyro_unit) return;
+  throw DataError(fmt::format(
+      "{}: expected columns of the gyro that end in {}, as in {}, found {}: measurements that are "
+      "traced together have one unit; convert one of them, or trace them one by one",
+      HeaderOf(other), kUnits[static_cast<std::size_t>(first.gyro_unit)], HeaderOf(first),
+      kUnits[static_cast<std::size_t>(other.gyro_unit)]));
+}
+
+void CheckRange(const MeasurementInfo& first, const MeasurementInfo& other) {
+  const double expected = NominalUnitsPerDegPerS(first), found = NominalUnitsPerDegPerS(other);
+  if (!std::isfinite(expected) || !std::isfinite(found)) return;
+  if (std::fabs(found / expected - 1.0) <= kSameRange) return;
+  const std::string key = "gyro_lsb_per_deg_s";
+  throw DataError(
+      fmt::format("{}: expected {:.6g} units per deg/s, as in {}, found {:.6g}: record with one "
+                  "range, or trace "
+                  "them one by one",
+                  PlaceOf(other, key), expected, PlaceOf(first, key), found));
+}
+
+bool IsUnsigned(const Recording& recording) {
+  return std::ranges::any_of(recording.defects, [](const Defect& defect) {
+    return defect.kind == "unsigned_counts" && defect.where.starts_with("gyro");
+  });
+}
+
+// What one table takes off, the other has in its zero-rate offset.
+void CheckZero(const Recording& with, const Recording& without) {
+  const std::string key = "gyro_lsb_zero";
+  const std::optional<double>&first = with.info.gyro_lsb_zero, &other = without.info.gyro_lsb_zero;
+  if (first && other && *first != *other) {
+    throw DataError(fmt::format(
+        "{}: expected {} as count of zero, as in {}, found {}: a converter has one zero; give the "
+        "same in all tables of one sensor, or trace them one by one",
+        PlaceOf(without.info, key), *first, PlaceOf(with.info, key), *other));
+  }
+  if (!with.info.gyro_lsb_zero || without.info.gyro_lsb_zero || !IsUnsigned(without)) return;
+  throw DataError(fmt::format(
+      "{}: expected the key gyro_lsb_zero, as in {} (= {}), found unsigned counts without it: give "
+      "it in all tables of one sensor",
+      HeaderOf(without.info), PlaceOf(with.info, "gyro_lsb_zero"), *with.info.gyro_lsb_zero));
+}
+
+// A record and the table that was exported from it are one measurement.
+void CheckNotTwice(const Recording& one, const Recording& other) {
+  const std::vector<Node>&a = one.columns.nodes, &b = other.columns.nodes;
+  const bool same = one.samples == other.samples && a.size() == b.size() && !a.empty() &&
+                    a.back().at.z == b.back().at.z;
+  if (!same) return;
+  throw DataError(fmt::format(
+      "{} and {} hold the same measurement: give each once, twice it would count double",
+      FirstRowOf(one.info), FirstRowOf(other.info)));
+}
+
+}  // namespace
+
+void CheckPowerOns(std::span<const InputSpan> inputs) {
+  std::vector<InputSpan> order(inputs.begin(), inputs.end());
+  std::sort(order.begin(), order.end(), [](const InputSpan& a, const InputSpan& b) {
+    if (a.info->power_on != b.info->power_on) return a.info->power_on < b.info->power_on;
+    if (a.first_time_s != b.first_time_s) return a.first_time_s < b.first_time_s;
+    return a.info->source < b.info->source;
+  });
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    const InputSpan &before = order[k - 1], &after = order[k];
+    const std::string& power_on = after.info->power_on;
+    if (power_on.empty() || before.info->power_on != power_on) continue;
+    if (after.first_time_s >= before.last_time_s) continue;
+    throw DataError(fmt::format(
+        "{}: power_on = {}: expected times after those of {}, which names the same power-on and "
+        "ends at t_s = {:.9g}; found a first row at t_s = {:.9g} ({}). Times of one power-on count "
+        "from it in all of its tables: give each power-on a name of its own, let t_s run "
+        "on, or leave one out where both are one measurement",
+        PlaceOf(*after.info, "power_on"), power_on, PlaceOf(*before.info, "power_on"),
+        before.last_time_s, after.first_time_s, FirstRowOf(*after.info)));
+  }
+}
+
+void CheckTogether(std::span<const Recording* const> recordings) {
+  std::vector<InputSpan> inputs;
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const Recording &first = *recordings.front(), &one = *recordings[i];
+    CheckUnit(first.info, one.info);
+    CheckRange(first.info, one.info);
+    for (std::size_t j = 0; j < i; ++j) {
+      CheckNotTwice(*recordings[j], one);
+      CheckZero(*recordings[j], one);
+      CheckZero(one, *recordings[j]);
+    }
+    inputs.push_back({&one.info, one.first_time_s, one.last_time_s});
+  }
+  CheckPowerOns(inputs);
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,55 @@
+// What the mean of several readings of the reference is worth.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "calibration/state/trail_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// Noise of half a step spreads the readings so evenly that rounding is noise as well (Widrow and
+// Kollar, Quantization Noise, 2008).
+constexpr double kDither = 0.5;
+
+double MedianScatter(const std::vector<Rest>& rests) {
+  std::vector<double> scatter;
+  for (const Rest& rest : rests) scatter.push_back(rest.scatter_deg);
+  const auto middle = scatter.begin() + static_cast<std::ptrdiff_t>(scatter.size() / 2);
+  std::nth_element(scatter.begin(), middle, scatter.end());
+  return *middle;
+}
+
+}  // namespace
+
+ReadingErrors::ReadingErrors(const Recording& recording) : step_deg_(recording.reference_step_deg) {
+  for (const double step : step_deg_) {
+    if (std::isfinite(step)) largest_step_deg_ = std::max(largest_step_deg_, step);
+  }
+  const std::vector<Rest>& rests = recording.columns.rests;
+  if (rests.empty()) return;
+  scatter_deg_ = MedianScatter(rests);
+  if (!(largest_step_deg_ > 0.0)) return;
+  const double dither = scatter_deg_ / (kDither * largest_step_deg_);
+  rounded_ = std::clamp(1.0 - dither * dither, 0.0, 1.0);
+}
+
+double ReadingErrors::ErrorInMotion_deg(double readings) const {
+  return std::max(scatter_deg_ / std::sqrt(readings), rounded_ * 0.5 * largest_step_deg_);
+}
+
+double ReadingErrors::ShareAtRest(double readings) const {
+  return rounded_ + (1.0 - rounded_) / readings;
+}
+
+double ReadingErrors::ShareInMotion(const ReadingsMean& mean, const Vector3& from_deg,
+                                    const Vector3& to_deg) const {
+  double steps = 0.0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double passed = std::fabs(to_deg[a] - from_deg[a]) / step_deg_[a];
+    if (std::isfinite(passed)) steps = std::max(steps, passed);
+  }
+  return rounded_ / std::min(mean.readings, 1.0 + steps) + (1.0 - rounded_) / mean.readings;
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,61 @@
+// The state that effects depend on, at a sequence of times.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "base/measurement.h"
+#include "calibration/signal/columns.h"
+#include "calibration/signal/geometry.h"
+
+namespace gyrobench::calibration {
+
+// What the sensor went through at one time. Values that are not known are NaN.
+struct TrackPoint {
+  static constexpr Vector3 kNowhere = {kMissing, kMissing, kMissing};
+  double t_s = 0.0;               // of the measurement
+  double length_s = 0.0;          // of the half of an interval that it stands for; 0: an instant
+  double since_power_on_s = 0.0;  // t_s, which counts from it where power_on is given
+  bool restart = false;           // first point of a power-on: memories of effects begin anew
+  bool begins = false;            // first point of a measurement
+  bool still = false;             // the reference stood still
+  // True rate of the sensor, frame S, Earth's rotation included where it is known [deg/s].
+  Vector3 rate_deg_s = {};
+  bool earth_rate_known = false;
+  // Of the half of an interval: change of that rate from its begin to its end [deg/s].
+  Vector3 rate_span_deg_s = {};
+  // Specific force at rest, frame S, in g: +1 on the axis that points up.
+  Vector3 gravity_g = {kMissing, kMissing, kMissing};
+  double temperature_degC = kMissing;
+  double temperature_rate_degC_s = kMissing;
+  double vibration_g2 = kMissing;  // mean square of the specific force about its mean
+  // The table's axes: angle and rate. For a single-axis reference only that axis of the sensor.
+  Vector3 table_deg = {kMissing, kMissing, kMissing};
+  Vector3 table_rate_deg_s = {};
+  // World x, horizontal, in frame S; NaN where the orientation is not known.
+  Vector3 world_x = {kMissing, kMissing, kMissing};
+  // At nodes: angle about each sensor axis by which the gyro turned on from this time to the times
+  // kNear_s before and after it [deg]. nullptr where it is not known.
+  const Near* turned_near_deg = nullptr;
+  // At nodes that are the mean of several readings of the reference: how many, the time
+  // from one to the next, and what each of the table's axes turns in it.
+  std::size_t readings = 1;
+  double reading_step_s = 0.0;
+  Vector3 reading_step_deg = {};
+  // Time that they stand for [s]; 0: an instant.
+  double span_s() const {
+    return readings > 1 ? static_cast<double>(readings) * reading_step_s : 0.0;
+  }
+  // At nodes: how far the gyro has felt each of the table's axes turn [deg]; its scale and noise
+  // add up in it, so only changes over a short time mean anything. NaN where it cannot feel it.
+  Vector3 table_by_gyro_deg = {kMissing, kMissing, kMissing};
+  // The same at a few times since the node before, less that at this node: half way, 40 ms, 20 ms.
+  // NaN at times that lie beyond what the node stands for.
+  std::array<Vector3, 3> table_way_deg = {kNowhere, kNowhere, kNowhere};
+  // And after it: 20 ms, 40 ms.
+  std::array<Vector3, 2> table_way_on_deg = {kNowhere, kNowhere};
+  const double* covariates = nullptr;  // of MeasurementInfo::covariates, in order
+};
+
+}  // namespace gyrobench::calibration

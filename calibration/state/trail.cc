@@ -1,0 +1,319 @@
+#include "calibration/state/trail.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/state/trail_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// The error of a mean over a rest does not fall for ever: what is not noise stays.
+constexpr double kLeastShare = 0.005;
+// What is left of a reading's error, as a variance, where the channel does not feel the axis.
+constexpr double kLeastFelt = 1e-6;
+
+Vector3 Minus(const Vector3& a, const Vector3& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+
+class TrailMaker {
+ public:
+  TrailMaker(const Recording& recording, const Vector3& units,
+             const std::vector<std::string>& covariates, Trail* trail)
+      : recording_(recording),
+        covariates_(covariates),
+        units_(units),
+        trail_(*trail),
+        nodes_(trail->epochs),
+        rest_of_(RestsOfNodes(recording)) {
+    SplitRestsAtSteps(recording, &rest_of_);
+    for (const std::size_t rest : rest_of_) {
+      if (rest != kNoRest) rests_ = std::max(rests_, rest + 1);
+    }
+  }
+
+  void Make() {
+    ChooseEpochs();
+    trail_.nodes.resize(nodes_.size());
+    const std::size_t intervals = nodes_.empty() ? 0 : nodes_.size() - 1;
+    trail_.halves.resize(2 * intervals);
+    trail_.still.assign(intervals, false);
+    trail_.usable.assign(intervals, {true, true, true});
+    trail_.rotation_deg.assign(intervals, Vector3{});
+    trail_.reading_share.assign(nodes_.size(), 1.0);
+    trail_.axis_errs.assign(nodes_.size(), {});
+    trail_.reference_walk_s.assign(nodes_.size(), 0.0);
+    Points();
+    MarkUnusable(recording_, units_, &trail_);
+    AngleErrors();
+    settled_ = SettleAxes(recording_, nodes_, trail_.angle_error_deg);
+    RestAngles();
+    Rotations();
+    Tables();
+    AxisErrors();
+    for (std::size_t k = 0; k < trail_.nodes.size(); ++k) trail_.nodes[k].still = AtRest(k);
+    FillGravity(recording_, rest_of_, &trail_);
+    FillRates(recording_, units_, &trail_);
+    FillTemperature(recording_, &trail_);
+    FillCovariates(recording_, covariates_, &trail_);
+    for (std::vector<TrackPoint>* points : {&trail_.nodes, &trail_.halves}) {
+      for (TrackPoint& point : *points) point.earth_rate_known = trail_.earth_rate_known;
+    }
+  }
+
+ private:
+  bool AtRest(std::size_t k) const { return rest_of_[k] != kNoRest; }
+  double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
+
+  // A moving node is the mean of its readings. Earth's rotation, the table's angles and the world's
+  // axes go with them; what is sampled beside the gyro follows in trail_columns.cc.
+  void ChooseEpochs() {
+    trail_.epochs = recording_.columns.nodes;
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      Node& epoch = trail_.epochs[k];
+      const Node& before = recording_.columns.nodes[k > 0 ? k - 1 : 0];
+      if (!AtRest(k) && epoch.mean.output_known && epoch.mean.readings > 0.0) {
+        epoch.at = {epoch.mean.t_s, epoch.mean.z};
+        epoch.rotation_deg = epoch.mean.rotation_deg;
+        epoch.earth_deg = epoch.mean.earth_deg;
+        epoch.table_deg = epoch.mean.table_deg;
+        epoch.world_x = epoch.mean.world_x;
+        epoch.world_z = epoch.mean.world_z;
+      } else {
+        epoch.mean.output_known = false;
+      }
+      if (k > 0) ChooseMiddle(before, trail_.epochs[k - 1].at.t_s, &epoch);
+    }
+  }
+
+  // The mark of the output's integral that is nearest to the middle of the interval: that half way
+  // between the nodes as recorded, or the node before itself, which its mean has gone ahead of.
+  static void ChooseMiddle(const Node& before, double begin_s, Node* epoch) {
+    const double middle_s = 0.5 * (begin_s + epoch->at.t_s);
+    if (std::fabs(before.at.t_s - middle_s) >= std::fabs(epoch->half_s - middle_s)) return;
+    epoch->half_s = before.at.t_s;
+    epoch->z_half = before.at.z;
+  }
+
+  void AngleErrors() {
+    double readings = 0.0, moving = 0.0;
+    for (const Node& node : nodes_) {
+      if (!node.mean.output_known) continue;
+      readings += node.mean.readings;
+      moving += 1.0;
+    }
+    const ReadingErrors errors(recording_);
+    trail_.coarse_steps = errors.CoarseSteps();
+    trail_.angle_error_deg = errors.ErrorInMotion_deg(moving > 0.0 ? readings / moving : 1.0);
+  }
+
+  void Points() {
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      TrackPoint& point = trail_.nodes[k];
+      point.t_s = point.since_power_on_s = nodes_[k].at.t_s;
+      if (!nodes_[k].mean.output_known) continue;
+      trail_.reference_walk_s[k] = nodes_[k].mean.walk_s;
+      point.readings = nodes_[k].mean.steps;
+      point.reading_step_s = nodes_[k].mean.step_s;
+    }
+    for (std::size_t i = 0; i + 1 < nodes_.size(); ++i)
+      trail_.still[i] = AtRest(i) && rest_of_[i] == rest_of_[i + 1];
+    if (!trail_.nodes.empty()) {
+      trail_.nodes.front().restart = trail_.new_power_on;
+      trail_.nodes.front().begins = true;
+    }
+    for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
+      for (std::size_t h = 0; h < 2; ++h) {
+        TrackPoint& point = trail_.halves[2 * i + h];
+        point.t_s = nodes_[i].at.t_s + (0.25 + 0.5 * static_cast<double>(h)) * Length(i);
+        point.since_power_on_s = point.t_s;
+        point.length_s = 0.5 * Length(i);
+        point.still = trail_.still[i];
+        point.restart = trail_.new_power_on && i == 0 && h == 0;
+      }
+    }
+  }
+
+  Vector3 NodeRotation(std::size_t k) const {
+    return AtRest(k) ? rest_rotation_[rest_of_[k]] : nodes_[k].rotation_deg;
+  }
+
+  void Rotations() {
+    for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
+      Vector3 turned = Minus(NodeRotation(i + 1), NodeRotation(i));
+      if (recording_.info.reference == ReferenceKind::kStandAngles) {
+        const Matrix3 rates = trail_.stand.Rates(settled_.angle_deg[i]);
+        // About an axis that stays where it is in the sensor the readings of the axes that rest
+        // have no part: their noise would tilt it.
+        const bool fixed = OthersRest(i);
+        if (fixed) turned = {};
+        for (std::size_t a = 0; a < 3; ++a) {
+          const double measured = fixed ? 0.0 : MeasuredAngle(i + 1, a) - MeasuredAngle(i, a);
+          const double change = TurnedTo(i + 1, a) - TurnedTo(i, a) - measured;
+          if (!std::isfinite(change) || change == 0.0) continue;
+          for (std::size_t c = 0; c < 3; ++c) turned[c] += rates[c][a] * change;
+        }
+      }
+      for (std::size_t c = 0; c < 3; ++c) {
+        trail_.rotation_deg[i][c] = (trail_.still[i] ? 0.0 : turned[c]) +
+                                    nodes_[i + 1].earth_deg[c] - nodes_[i].earth_deg[c];
+      }
+    }
+  }
+
+  // All axes of the stand but one have the same angle at both ends of an interval.
+  bool OthersRest(std::size_t i) const {
+    std::size_t turning = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (!recording_.info.stand_axis_present[a]) continue;
+      const bool rests = settled_.is_settled[i][a] && settled_.is_settled[i + 1][a] &&
+                         settled_.angle_deg[i][a] == settled_.angle_deg[i + 1][a];
+      if (!rests) ++turning;
+    }
+    return turning <= 1;
+  }
+
+  // What the rotation at a node was made of: at rest of the mean over the rest.
+  double MeasuredAngle(std::size_t k, std::size_t a) const {
+    return AtRest(k) ? rest_angle_[rest_of_[k]][a] : nodes_[k].table_deg[a];
+  }
+
+  void RestAngles() {
+    rest_angle_.assign(rests_, Vector3{});
+    rest_rotation_ = rest_angle_;
+    std::vector<double> count(rest_angle_.size(), 0.0);
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      if (!AtRest(k)) continue;
+      const ReadingsMean& mean = nodes_[k].mean;
+      const bool known = mean.readings > 0.0;
+      const double readings = known ? mean.readings : 1.0;
+      for (std::size_t a = 0; a < 3; ++a) {
+        rest_angle_[rest_of_[k]][a] +=
+            readings * (known ? mean.table_deg[a] : nodes_[k].table_deg[a]);
+        rest_rotation_[rest_of_[k]][a] +=
+            readings * (known ? mean.rotation_deg[a] : nodes_[k].rotation_deg[a]);
+      }
+      count[rest_of_[k]] += readings;
+    }
+    for (std::size_t rest = 0; rest < rest_angle_.size(); ++rest) {
+      for (double& angle : rest_angle_[rest]) angle /= count[rest];
+      for (double& angle : rest_rotation_[rest]) angle /= count[rest];
+    }
+    const ReadingErrors errors(recording_);
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      if (AtRest(k)) {
+        const double share = errors.ShareAtRest(count[rest_of_[k]]);
+        trail_.reading_share[k] = std::max(kLeastShare, share);
+      } else if (nodes_[k].mean.output_known) {
+        const Vector3& to = nodes_[k].table_deg;
+        const Vector3& from = nodes_[k > 0 ? k - 1 : k].table_deg;
+        trail_.reading_share[k] = errors.ShareInMotion(nodes_[k].mean, from, to);
+      }
+      for (std::size_t a = 0; a < 3; ++a) {
+        if (AtRest(k) && !settled_.is_settled[k][a])
+          settled_.angle_deg[k][a] = rest_angle_[rest_of_[k]][a];
+      }
+    }
+  }
+
+  // Angle that goes into the rotation. Where no axis turns, but it is too near to a motion to count
+  // as rest, each reading speaks for itself: a mean would look more exact than the noise allows
+  // for. What depends on the angle keeps the mean: with a reading's noise in it, it would be found
+  // there.
+  double TurnedTo(std::size_t k, std::size_t a) const {
+    return AllSettled(k) && !AtRest(k) ? nodes_[k].table_deg[a] : settled_.angle_deg[k][a];
+  }
+
+  bool AllSettled(std::size_t k) const {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (recording_.info.stand_axis_present[a] && !settled_.is_settled[k][a]) return false;
+    }
+    return true;
+  }
+
+  // The angle that goes into the rotation has an error of its own: it is not the same before or
+  // after.
+  bool Errs(std::size_t k, std::size_t a) const {
+    if (!AtRest(k)) return !settled_.is_settled[k][a];
+    const double angle = settled_.angle_deg[k][a];
+    return (k > 0 && TurnedTo(k - 1, a) != angle) ||
+           (k + 1 < nodes_.size() && TurnedTo(k + 1, a) != angle);
+  }
+
+  void AxisErrors() {
+    if (recording_.info.reference != ReferenceKind::kStandAngles) return;
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      const bool readings = AllSettled(k) && !AtRest(k);
+      for (std::size_t a = 0; a < 3; ++a) trail_.axis_errs[k][a] = Errs(k, a) || readings;
+    }
+  }
+
+  // Angles and rates of the table's axes.
+  void Tables() {
+    for (std::size_t k = 0; k < nodes_.size(); ++k)
+      trail_.nodes[k].table_deg = settled_.angle_deg[k];
+    for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
+      const TrackPoint& from = trail_.nodes[i];
+      TrackPoint& to = trail_.nodes[i + 1];
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double step = trail_.still[i] ? 0.0 : to.table_deg[a] - from.table_deg[a];
+        const double rate = std::isfinite(step) ? step / Length(i) : 0.0;
+        to.table_rate_deg_s[a] = rate;
+        for (std::size_t h = 0; h < 2; ++h) {
+          TrackPoint& half = trail_.halves[2 * i + h];
+          half.table_rate_deg_s[a] = rate;
+          half.table_deg[a] = from.table_deg[a] + (0.25 + 0.5 * static_cast<double>(h)) * step;
+        }
+      }
+    }
+    for (std::size_t k = 1; k + 1 < nodes_.size(); ++k) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double rate =
+            0.5 * (trail_.nodes[k].table_rate_deg_s[a] + trail_.nodes[k + 1].table_rate_deg_s[a]);
+        trail_.nodes[k].reading_step_deg[a] = rate * nodes_[k].mean.step_s;
+      }
+    }
+  }
+
+  const Recording& recording_;
+  const std::vector<std::string>& covariates_;
+  const Vector3& units_;
+  Trail& trail_;
+  const std::vector<Node>& nodes_;  // the trail's epochs
+  std::vector<std::size_t> rest_of_;
+  std::size_t rests_ = 0;
+  SettledAngles settled_;
+  std::vector<Vector3> rest_angle_;  // of each rest: means over its nodes
+  std::vector<Vector3> rest_rotation_;
+};
+
+}  // namespace
+
+double Trail::ReferenceShare(std::size_t node, const Vector3& m_row) const {
+  const double share = reading_share[node];
+  if (recording->info.reference != ReferenceKind::kStandAngles) return share;
+  const Matrix3 rates = stand.Rates(nodes[node].table_deg);
+  double felt = 0.0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    double gain = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) gain += m_row[c] * rates[c][a];
+    if (axis_errs[node][a]) felt += gain * gain;
+  }
+  return std::isfinite(felt) ? share * std::max(felt, kLeastFelt) : share;
+}
+
+Trail MakeTrail(const Recording& recording, const Vector3& units_per_deg_s, bool new_power_on,
+                const std::vector<std::string>& covariates) {
+  Trail trail;
+  trail.recording = &recording;
+  trail.stand = StandFrame(recording.info.geometry);
+  trail.name = recording.info.source;
+  trail.new_power_on = new_power_on;
+  trail.earth_rate_known =
+      recording.orientation_known && recording.info.site_latitude_deg.has_value();
+  TrailMaker(recording, units_per_deg_s, covariates, &trail).Make();
+  return trail;
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,65 @@
+// One measurement as the tracer sees it: the state of sensor and bench at the nodes and between.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "calibration/signal/collector.h"
+#include "calibration/state/track.h"
+
+namespace gyrobench::calibration {
+
+struct Trail {
+  const Recording* recording = nullptr;
+  StandFrame stand;  // that the recording was made on
+  std::string name;
+  std::size_t number = 1;  // of the measurement, as they were given
+  bool new_power_on = true;
+  bool earth_rate_known = false;  // Earth's rotation is in the rotations
+  // The recording's nodes as they are used: where the table moves at the mean of their readings
+  // (times, rotations, integrals of the output), at rest as they are.
+  std::vector<Node> epochs;
+  // One point a node; two a interval (i from node i to i + 1), in the middle of its halves:
+  // halves[2 i], halves[2 i + 1]. Rates there are means over the half.
+  std::vector<TrackPoint> nodes, halves;
+  // Of interval i: the reference stood still; may be used, channel by channel.
+  std::vector<bool> still;
+  std::vector<std::array<bool, 3>> usable;
+  // Rotation of the reference about the sensor's axes over interval i, Earth's included [deg]; 0
+  // at rest but for Earth's.
+  std::vector<Vector3> rotation_deg;
+  // Of each node: variance of an axis's angle relative to one reading's; means over rests and over
+  // the readings of a node are better. And which axes of the stand err there: the angle of one that
+  // rests is the same before and after.
+  std::vector<double> reading_share;
+  std::vector<std::array<bool, 3>> axis_errs;
+  // Variance of what the channel with this row of M makes of the rotation's error up to a node,
+  // relative to one reading's: by each axis as much as the channel feels of it.
+  double ReferenceShare(std::size_t node, const Vector3& m_row) const;
+  // Error of a table angle at a moving node: noise of the readings averaged, or half a step of a
+  // coarse encoder [deg].
+  double angle_error_deg = 0.0;
+  // The steps of the encoder are coarser than its noise: its error is a function of the angle.
+  bool coarse_steps = false;
+  // Of each node: ReadingsMean::walk_s; 0 where it is one instant.
+  std::vector<double> reference_walk_s;
+  std::vector<double> covariates;  // of the points: nodes, then halves
+  std::vector<Near> near;          // of the nodes: what their turned_near_deg points to
+  bool gravity_known = false, temperature_known = false, vibration_known = false;
+  std::vector<Defect> defects;  // what is missing for long, and was left out
+  std::vector<std::string> remarks;
+};
+
+// `units_per_deg_s`: of each channel, for the shape of the motion between readings of the
+// reference; NaN where it is not known. `covariates`: columns that the points shall have, in this
+// order; all are in the recording.
+Trail MakeTrail(const Recording& recording, const Vector3& units_per_deg_s, bool new_power_on,
+                const std::vector<std::string>& covariates);
+
+// Output units per deg/s of each channel: least squares of the output on the reference over what
+// turns beyond the noise of its readings; the nominal value where the channel did not turn; NaN
+// where neither says.
+Vector3 RoughSensitivity(const Recording& recording);
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,92 @@
+// The parts that a trail is made of. Its rests come first.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/state/trail.h"
+
+namespace gyrobench::calibration {
+
+inline constexpr std::size_t kNoRest = static_cast<std::size_t>(-1);
+
+// Of each node: index of the rest that it is in, or kNoRest. A rest ends where the gyro feels the
+// motion, or the reference shows it, less the time for which neither would.
+// A short one in which the rate changes, or of two or three nodes, is none: a noisy reference shows
+// reversals and the ends of motions so.
+std::vector<std::size_t> RestsOfNodes(const Recording& recording);
+struct NodeRange {
+  std::size_t begin = 0, end = 0;
+};
+struct ReferenceStep {
+  std::size_t at = 0;   // first node after it
+  double sigmas = 0.0;  // of the two means' difference
+};
+// The clear step of an axis that stands still, if there is one: over 7 standard deviations, and
+// more than rounding to counts of `count_deg` makes. Three nodes on either side are needed.
+std::optional<ReferenceStep> LargestStep(const std::vector<Node>& nodes, const NodeRange& rest,
+                                         std::size_t axis, double count_deg);
+// The rests in their order.
+std::vector<NodeRange> RangesOfRests(const std::vector<std::size_t>& rest_of);
+// Makes two of a rest in which the reference steps: those after the step get indices beyond those
+// of the recording's rests.
+void SplitRestsAtSteps(const Recording& recording, std::vector<std::size_t>* rest_of);
+
+// What may be used of it, channel by channel: no bad stretches, and rests alone where there is no
+// reference; none in which the reference says rest and the gyro says turning. Needs `still`.
+void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail);
+
+// Angles of the table's axes at the nodes. An axis that stands still while another turns would
+// bring the noise of its readings into the rotation: along such stretches its angle is their mean.
+struct SettledAngles {
+  std::vector<Vector3> angle_deg;
+  std::vector<std::array<bool, 3>> is_settled;
+};
+// `error_deg`: of the angle at one node.
+SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& epochs,
+                         double error_deg);
+
+// How the error of several readings' mean compares with one reading's, as variances. Noise
+// averages; the rounding to the steps of a coarse encoder does not, where neither noise nor motion
+// carries the readings over several steps.
+class ReadingErrors {
+ public:
+  explicit ReadingErrors(const Recording& recording);
+  double ShareAtRest(double readings) const;
+  bool CoarseSteps() const { return rounded_ > 0.5; }
+  // Of the mean of so many while the table moves [deg].
+  double ErrorInMotion_deg(double readings) const;
+  // Of the readings since the node before; tables' angles there and here.
+  double ShareInMotion(const ReadingsMean& mean, const Vector3& from_deg,
+                       const Vector3& to_deg) const;
+
+ private:
+  Vector3 step_deg_ = {};
+  double largest_step_deg_ = 0.0, scatter_deg_ = 0.0;
+  double rounded_ = 0.0;  // 0: noise carries the readings over many steps, 1: not at all
+};
+
+// Gravity and heading in the sensor's frame: by the reference where it gives an orientation, by the
+// accelerometer where one axis turns or none. `rest_of`: index of each node's rest, or kNoRest.
+void FillGravity(const Recording& recording, const std::vector<std::size_t>& rest_of, Trail* trail);
+// Rates of halves and nodes: size by the reference, shape between its readings by the gyro.
+// `units_per_deg_s`: of each channel, NaN where it is not known.
+void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail);
+// Smoothed. What is missing is bridged where the gap is short (trace/gaps.h); longer stretches are
+// left out, counted as a defect. Unknown where it is known for less than half of the time.
+void FillTemperature(const Recording& recording, Trail* trail);
+// Vibration, and the columns `covariates` in this order, missing values as of the temperature.
+void FillCovariates(const Recording& recording, const std::vector<std::string>& covariates,
+                    Trail* trail);
+
+// At the nodes, as measured. The column must be there.
+std::vector<double> NodeTimes(const Recording& recording);
+std::vector<double> TemperatureOf(const Recording& recording);
+std::vector<double> CovariateOf(const Recording& recording, const std::string& name);
+// A quantity that is known for a smaller share of the time counts as unknown.
+inline constexpr double kLeastKnownShare = 0.5;
+
+}  // namespace gyrobench::calibration

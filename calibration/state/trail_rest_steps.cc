@@ -1,0 +1,123 @@
+// Rests in which the reference steps while the sensor rests: two rests, one on each side.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "calibration/state/trail_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr double kStepSigmas = 7.0;
+constexpr std::size_t kLeastSide = 3;
+// Of the encoder's step: less is its rounding.
+constexpr double kRounding = 1.5;
+// Less is the creep of a table that holds, and what no reference is read to.
+constexpr double kLeastStep_deg = 0.005, kLeastScatter_deg = 1e-4;
+
+// Scatter of one reading of an axis, from neighbouring nodes' means (0.954: of the median size of a
+// normal difference of two) [deg].
+double Scatter(const std::vector<Node>& nodes, const NodeRange& rest, std::size_t axis) {
+  std::vector<double> changes;
+  for (std::size_t k = rest.begin + 1; k < rest.end; ++k) {
+    const ReadingsMean &a = nodes[k - 1].mean, &b = nodes[k].mean;
+    const double change = std::fabs(b.table_deg[axis] - a.table_deg[axis]);
+    if (!(a.readings > 0.0 && b.readings > 0.0) || !std::isfinite(change)) continue;
+    changes.push_back(change * std::sqrt(2.0 / (1.0 / a.readings + 1.0 / b.readings)));
+  }
+  if (changes.empty()) return 0.0;
+  const auto middle = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 2);
+  std::nth_element(changes.begin(), middle, changes.end());
+  return *middle / 0.954;
+}
+
+class RestSplitter {
+ public:
+  RestSplitter(const Recording& recording, std::vector<std::size_t>* rest_of)
+      : recording_(recording),
+        nodes_(recording.columns.nodes),
+        rest_of_(*rest_of),
+        next_(recording.columns.rests.size()) {}
+
+  void Run() {
+    std::vector<NodeRange> open = RangesOfRests(rest_of_);
+    while (!open.empty()) {
+      const NodeRange rest = open.back();
+      open.pop_back();
+      const std::optional<std::size_t> at = StepIn(rest);
+      if (!at) continue;
+      std::fill(rest_of_.begin() + static_cast<std::ptrdiff_t>(*at),
+                rest_of_.begin() + static_cast<std::ptrdiff_t>(rest.end), next_++);
+      open.push_back({rest.begin, *at});
+      open.push_back({*at, rest.end});
+    }
+  }
+
+ private:
+  bool Present(std::size_t axis) const {
+    return recording_.info.reference == ReferenceKind::kStandAngles &&
+           recording_.info.stand_axis_present[axis];
+  }
+
+  // First node after the clearest step of an axis.
+  std::optional<std::size_t> StepIn(const NodeRange& rest) const {
+    std::optional<ReferenceStep> clearest;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (!Present(a)) continue;
+      const std::optional<ReferenceStep> step =
+          LargestStep(nodes_, rest, a, recording_.reference_step_deg[a]);
+      if (step && (!clearest || step->sigmas > clearest->sigmas)) clearest = step;
+    }
+    return clearest ? std::optional(clearest->at) : std::nullopt;
+  }
+
+  const Recording& recording_;
+  const std::vector<Node>& nodes_;
+  std::vector<std::size_t>& rest_of_;
+  std::size_t next_;
+};
+
+}  // namespace
+
+// The place that leaves the least square.
+std::optional<ReferenceStep> LargestStep(const std::vector<Node>& nodes, const NodeRange& rest,
+                                         std::size_t axis, double count_deg) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t k = rest.begin; k < rest.end; ++k) {
+    const ReadingsMean& mean = nodes[k].mean;
+    if (!(mean.readings > 0.0) || !std::isfinite(mean.table_deg[axis])) continue;
+    sum += mean.readings * mean.table_deg[axis];
+    count += mean.readings;
+  }
+  ReferenceStep step;
+  double sum_before = 0.0, before = 0.0, off_deg = 0.0, most = 0.0;
+  for (std::size_t k = rest.begin; k + kLeastSide < rest.end; ++k) {
+    const ReadingsMean& mean = nodes[k].mean;
+    if (mean.readings > 0.0 && std::isfinite(mean.table_deg[axis])) {
+      sum_before += mean.readings * mean.table_deg[axis];
+      before += mean.readings;
+    }
+    const double after = count - before;
+    if (k + 1 < rest.begin + kLeastSide || !(before > 0.0 && after > 0.0)) continue;
+    const double off = std::fabs((sum - sum_before) / after - sum_before / before);
+    const double square = off * off * before * after / count;  // deg^2 readings
+    if (square <= most) continue;
+    most = square;
+    step.at = k + 1;
+    off_deg = off;
+  }
+  const double scatter_deg =
+      std::max({Scatter(nodes, rest, axis),
+                std::isfinite(count_deg) ? count_deg / std::sqrt(12.0) : 0.0, kLeastScatter_deg});
+  step.sigmas = std::sqrt(most) / scatter_deg;
+  const bool clear =
+      step.sigmas > kStepSigmas && off_deg > kRounding * count_deg && off_deg > kLeastStep_deg;
+  return clear ? std::optional(step) : std::nullopt;
+}
+
+void SplitRestsAtSteps(const Recording& recording, std::vector<std::size_t>* rest_of) {
+  RestSplitter(recording, rest_of).Run();
+}
+
+}  // namespace gyrobench::calibration

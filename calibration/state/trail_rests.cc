@@ -1,0 +1,214 @@
+// Which nodes are at rest.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "calibration/state/trail_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// A motion that begins softly is below the noise of single readings for so long.
+constexpr double kCreep_s = 0.2;
+// Beyond so many standard deviations of the output between two nodes at rest the sensor turns.
+constexpr double kTurnSigmas = 4.0;
+// So long before the end (after the begin) of a rest a motion may have begun that neither single
+// readings nor single samples show; what comes before is what the sensor shows at rest.
+constexpr double kEdge_s = 1.5, kMostOfRest = 0.4;
+// A rest that is no longer may be a reversal or the end of a motion; so near to it another in the
+// same pose has the same offset.
+constexpr double kShortRest_s = 1.5, kBeside_s = 10.0, kSamePose_deg = 1.0;
+constexpr std::size_t kLeastQuiet = 3, kMostQuiet = 30;
+
+class RestTrimmer {
+ public:
+  RestTrimmer(const Recording& recording, std::vector<std::size_t>* rest_of)
+      : recording_(recording),
+        nodes_(recording.columns.nodes),
+        rest_of_(*rest_of),
+        sigma_(Scatter()) {}
+
+  void Run() {
+    for (const NodeRange& rest : RangesOfRests(rest_of_)) Trim(rest.begin, rest.end);
+    DropThoseThatTurn();
+  }
+
+ private:
+  double Rate(std::size_t i, std::size_t c) const {
+    return (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / (nodes_[i + 1].at.t_s - nodes_[i].at.t_s);
+  }
+  bool Within(std::size_t i) const {
+    return i + 1 < rest_of_.size() && rest_of_[i] != kNoRest && rest_of_[i] == rest_of_[i + 1];
+  }
+
+  // Of the output from node to node at rest: from the median difference of neighbours, which few
+  // that turn do not move (0.954: of the size of a normal difference of two).
+  Vector3 Scatter() const {
+    Vector3 sigma = {};
+    std::vector<double> differences;
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (!recording_.info.gyro_present[c]) continue;
+      differences.clear();
+      for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
+        if (Within(i) && Within(i + 1))
+          differences.push_back(std::fabs(Rate(i + 1, c) - Rate(i, c)));
+      }
+      if (differences.empty()) continue;
+      const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+      std::nth_element(differences.begin(), middle, differences.end());
+      sigma[c] = *middle / 0.954;
+    }
+    return sigma;
+  }
+
+  // A noisy reference shows a reversal as a rest, in which the rate changes, and the slow end of a
+  // motion, all of which turns alike: there a long rest beside it, in the same pose, says what the
+  // sensor shows at rest. Of a few nodes no rate is known well enough.
+  void DropThoseThatTurn() {
+    const std::vector<NodeRange> rests = RangesOfRests(rest_of_);
+    for (std::size_t r = 0; r < rests.size(); ++r) {
+      if (Length(rests[r]) > kShortRest_s) continue;
+      const bool turns = rests[r].end - rests[r].begin <= kLeastQuiet || TurnsWithin(rests[r]) ||
+                         (r > 0 && TurnsBeside(rests[r], rests[r - 1])) ||
+                         (r + 1 < rests.size() && TurnsBeside(rests[r], rests[r + 1]));
+      for (std::size_t k = rests[r].begin; turns && k < rests[r].end; ++k) rest_of_[k] = kNoRest;
+    }
+  }
+
+  double Length(const NodeRange& rest) const {
+    return nodes_[rest.end - 1].at.t_s - nodes_[rest.begin].at.t_s;
+  }
+
+  bool TurnsWithin(const NodeRange& rest) const {
+    const Vector3 mean = Quiet(rest.begin, rest.end - 1);
+    for (std::size_t i = rest.begin; i + 1 < rest.end; ++i) {
+      if (Turns(i, mean)) return true;
+    }
+    return false;
+  }
+
+  bool TurnsBeside(const NodeRange& rest, const NodeRange& beside) const {
+    const double apart_s = std::max(nodes_[beside.begin].at.t_s - nodes_[rest.end - 1].at.t_s,
+                                    nodes_[rest.begin].at.t_s - nodes_[beside.end - 1].at.t_s);
+    if (Length(beside) <= kShortRest_s || apart_s > kBeside_s || !SamePose(rest, beside))
+      return false;
+    const Vector3 here = Quiet(rest.begin, rest.end - 1);
+    const Vector3 there = Quiet(beside.begin, beside.end - 1);
+    const double sigmas =
+        kTurnSigmas * std::sqrt(1.0 / static_cast<double>(rest.end - rest.begin - 1) +
+                                1.0 / static_cast<double>(beside.end - beside.begin - 1));
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (sigma_[c] > 0.0 && std::fabs(here[c] - there[c]) > sigmas * sigma_[c]) return true;
+    }
+    return false;
+  }
+
+  bool SamePose(const NodeRange& rest, const NodeRange& beside) const {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (!recording_.info.stand_axis_present[a]) continue;
+      const double off_deg = nodes_[rest.begin].table_deg[a] - nodes_[beside.begin].table_deg[a];
+      if (!(std::fabs(off_deg) < kSamePose_deg)) return false;
+    }
+    return recording_.info.reference == ReferenceKind::kStandAngles;
+  }
+
+  // Nodes [begin, end) of one rest.
+  void Trim(std::size_t begin, std::size_t end) {
+    // A measurement that begins or ends at rest has no motion there.
+    const std::size_t last = end < nodes_.size() ? MotionFrom(begin, end) : end;
+    const std::size_t first = begin > 0 ? RestFrom(begin, last) : begin;
+    for (std::size_t k = begin; k < first; ++k) rest_of_[k] = kNoRest;
+    for (std::size_t k = last; k < end; ++k) rest_of_[k] = kNoRest;
+  }
+
+  // Mean output over intervals [from, to).
+  Vector3 Quiet(std::size_t from, std::size_t to) const {
+    Vector3 mean = {};
+    for (std::size_t c = 0; c < 3; ++c) {
+      mean[c] =
+          (nodes_[to].at.z[c] - nodes_[from].at.z[c]) / (nodes_[to].at.t_s - nodes_[from].at.t_s);
+    }
+    return mean;
+  }
+
+  bool Turns(std::size_t i, const Vector3& quiet) const {
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (sigma_[c] > 0.0 && std::fabs(Rate(i, c) - quiet[c]) > kTurnSigmas * sigma_[c])
+        return true;
+    }
+    return false;
+  }
+
+  // Of a short rest a part is left between its edges.
+  double EdgeOf(std::size_t begin, std::size_t end) const {
+    return std::min(kEdge_s, kMostOfRest * (nodes_[end - 1].at.t_s - nodes_[begin].at.t_s));
+  }
+
+  // The first node that does not count as rest because a motion follows.
+  std::size_t MotionFrom(std::size_t begin, std::size_t end) const {
+    std::size_t edge = end;
+    const double edge_s = EdgeOf(begin, end);
+    while (edge > begin && nodes_[end - 1].at.t_s - nodes_[edge - 1].at.t_s < edge_s) --edge;
+    if (edge < begin + kLeastQuiet + 1) return end;
+    const Vector3 quiet = Quiet(edge > begin + kMostQuiet ? edge - kMostQuiet : begin, edge);
+    for (std::size_t i = edge; i + 1 < end; ++i) {
+      if (!Turns(i, quiet)) continue;
+      const double begin_s = nodes_[i].at.t_s - kCreep_s;
+      while (i > edge && nodes_[i].at.t_s > begin_s) --i;
+      return i;
+    }
+    return end;
+  }
+
+  // The first node that counts as rest after a motion.
+  std::size_t RestFrom(std::size_t begin, std::size_t end) const {
+    std::size_t edge = begin;
+    const double edge_s = EdgeOf(begin, end);
+    while (edge < end && nodes_[edge].at.t_s - nodes_[begin].at.t_s < edge_s) ++edge;
+    if (edge + kLeastQuiet >= end) return begin;
+    const Vector3 quiet = Quiet(edge, std::min(edge + kMostQuiet, end - 1));
+    for (std::size_t i = edge; i-- > begin;) {
+      if (!Turns(i, quiet)) continue;
+      const double end_s = nodes_[i + 1].at.t_s + kCreep_s;
+      for (++i; i < edge && nodes_[i].at.t_s < end_s;) ++i;
+      return i;
+    }
+    return begin;
+  }
+
+  const Recording& recording_;
+  const std::vector<Node>& nodes_;
+  std::vector<std::size_t>& rest_of_;
+  Vector3 sigma_;
+};
+
+}  // namespace
+
+std::vector<NodeRange> RangesOfRests(const std::vector<std::size_t>& rest_of) {
+  std::vector<NodeRange> out;
+  for (std::size_t begin = 0, end = 0; begin < rest_of.size(); begin = end) {
+    for (end = begin + 1; end < rest_of.size() && rest_of[end] == rest_of[begin];) ++end;
+    if (rest_of[begin] != kNoRest) out.push_back({begin, end});
+  }
+  return out;
+}
+
+std::vector<std::size_t> RestsOfNodes(const Recording& recording) {
+  const std::vector<Node>& nodes = recording.columns.nodes;
+  const std::vector<Rest>& rests = recording.columns.rests;
+  std::vector<std::size_t> rest_of(nodes.size(), kNoRest);
+  std::size_t rest = 0;
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const double t_s = nodes[k].at.t_s;
+    while (rest < rests.size() && rests[rest].end.t_s < t_s) ++rest;
+    if (rest == rests.size() || rests[rest].begin.t_s > t_s) continue;
+    if (t_s <= rests[rest].reference_begin_s + kCreep_s ||
+        t_s >= rests[rest].reference_end_s - kCreep_s)
+      continue;
+    rest_of[k] = rest;
+  }
+  if (recording.info.reference != ReferenceKind::kNone) RestTrimmer(recording, &rest_of).Run();
+  return rest_of;
+}
+
+}  // namespace gyrobench::calibration

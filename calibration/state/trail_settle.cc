@@ -1,0 +1,127 @@
+// Axes of the stand that stand still while others turn.
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/state/trail_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr std::size_t kShortestSettled = 6;
+constexpr std::size_t kEnds = 2;  // nodes that may creep already
+// Two nodes at rest differ by less than the first, and by no more than the second, of a node's
+// errors.
+constexpr double kErrors = 8.0, kSurely = 6.0;
+
+// The best that a node's readings say of an axis.
+double Angle(const Node& node, std::size_t axis) {
+  return node.mean.readings > 0.0 ? node.mean.table_deg[axis] : node.table_deg[axis];
+}
+
+// From the quietest changes from node to node; an axis that never rests has none so small.
+// `error_deg`: of one node.
+double RestTolerance(const std::vector<Node>& nodes, std::size_t axis, double error_deg) {
+  std::vector<double> changes;
+  for (std::size_t k = 1; k < nodes.size(); ++k) {
+    const double change = std::fabs(Angle(nodes[k], axis) - Angle(nodes[k - 1], axis));
+    if (std::isfinite(change)) changes.push_back(change);
+  }
+  if (changes.empty()) return 0.0;
+  // Where the noise is not larger than the resolution most changes are none at all.
+  double resolution = 0.1;
+  for (const double change : changes) {
+    if (change > 1e-9) resolution = std::min(resolution, change);
+  }
+  const auto fifth = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 5);
+  std::nth_element(changes.begin(), fifth, changes.end());
+  // A fifth of normal changes is below 0.253 standard deviations.
+  // Rounded readings differ by nothing or by a part of a step, whose least difference is that of
+  // their printed digits.
+  return std::clamp(std::max(6.0 * *fifth / 0.253, 10.0 * resolution),
+                    std::max(0.005, kSurely * error_deg), std::max(0.1, kErrors * error_deg));
+}
+
+// Without the nodes at the ends that have left what the others are about: a motion that begins or
+// ends softly stays within the tolerance for a while. What is left scatters as nodes at rest do.
+void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, double error_deg,
+                 std::size_t* begin, std::size_t* end) {
+  constexpr double kSigmas = 3.0, kScatter = 2.0;
+  constexpr double kLeast_deg = 1e-4, kLeastScatter_deg = 0.0025;
+  std::vector<double> off;
+  for (std::size_t k = *begin; k < *end; ++k) off.push_back(Angle(nodes[k], axis));
+  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+  std::nth_element(off.begin(), middle, off.end());
+  const double median = *middle;
+  for (double& value : off) value = std::fabs(value - median);
+  std::nth_element(off.begin(), middle, off.end());
+  // Half of normal values are within 0.674 standard deviations.
+  const double limit = kSigmas * std::max(*middle / 0.674, kLeast_deg);
+  auto away = [&](std::size_t k) { return std::fabs(Angle(nodes[k], axis) - median); };
+  while (*end > *begin + 1 && away(*end - 1) > limit) --*end;
+  while (*end > *begin + 1 && away(*begin) > limit) ++*begin;
+  double square = 0.0;
+  for (std::size_t k = *begin; k < *end; ++k) square += away(k) * away(k);
+  const double scatter_deg = std::max(kLeastScatter_deg, kScatter * error_deg);
+  while (*end > *begin + 1 &&
+         square > scatter_deg * scatter_deg * static_cast<double>(*end - *begin)) {
+    const bool last = away(*end - 1) > away(*begin);
+    // It is not the ends that scatter.
+    if (away(last ? *end - 1 : *begin) <= scatter_deg) return;
+    const double left = away(last ? *end - 1 : *begin);
+    square -= left * left;
+    if (last) {
+      --*end;
+    } else {
+      ++*begin;
+    }
+  }
+}
+
+// Nodes of one axis that stay within the tolerance. Where the reference steps there are two angles.
+void Settle(const std::vector<Node>& nodes, std::size_t axis, double error_deg, double count_deg,
+            NodeRange range, SettledAngles* out) {
+  if (range.end < range.begin + kShortestSettled) return;
+  CutSoftEnds(nodes, axis, error_deg, &range.begin, &range.end);
+  if (const std::optional<ReferenceStep> step = LargestStep(nodes, range, axis, count_deg)) {
+    Settle(nodes, axis, error_deg, count_deg, {range.begin, step->at}, out);
+    Settle(nodes, axis, error_deg, count_deg, {step->at, range.end}, out);
+    return;
+  }
+  const auto& [begin, end] = range;
+  if (end < begin + kShortestSettled + 2 * kEnds) return;
+  double sum = 0.0;
+  for (std::size_t k = begin + kEnds; k < end - kEnds; ++k) sum += Angle(nodes[k], axis);
+  const double mean = sum / static_cast<double>(end - begin - 2 * kEnds);
+  const std::size_t first = begin == 0 ? 0 : begin + kEnds;
+  const std::size_t last = end == nodes.size() ? end : end - kEnds;
+  for (std::size_t k = first; k < last; ++k) {
+    out->angle_deg[k][axis] = mean;
+    out->is_settled[k][axis] = true;
+  }
+}
+
+}  // namespace
+
+SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& nodes,
+                         double error_deg) {
+  SettledAngles out;
+  for (const Node& node : nodes) out.angle_deg.push_back(node.table_deg);
+  out.is_settled.assign(nodes.size(), {});
+  if (recording.info.reference != ReferenceKind::kStandAngles) return out;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!recording.info.stand_axis_present[a]) continue;
+    const double tolerance = RestTolerance(nodes, a, error_deg);
+    std::size_t begin = 0;
+    for (std::size_t k = 1; k <= nodes.size(); ++k) {
+      const bool stays = k < nodes.size() &&
+                         std::fabs(Angle(nodes[k], a) - Angle(nodes[begin], a)) < 2.0 * tolerance &&
+                         std::fabs(Angle(nodes[k], a) - Angle(nodes[k - 1], a)) < tolerance;
+      if (stays) continue;
+      Settle(nodes, a, error_deg, recording.reference_step_deg[a], {begin, k}, &out);
+      begin = k;
+    }
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration

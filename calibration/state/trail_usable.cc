@@ -1,0 +1,101 @@
+// Which intervals of a trail may be used.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/state/trail_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr double kTurning_deg_s = 3.0;
+constexpr double kDriftShare = 0.02;  // of what a drift is followed by in one interval
+
+void MarkBad(const Recording& recording, Trail* trail) {
+  const std::vector<Node>& nodes = recording.columns.nodes;
+  const bool none = recording.info.reference == ReferenceKind::kNone;
+  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c)
+      trail->usable[i][c] = recording.info.gyro_present[c] && (!none || trail->still[i]);
+  }
+  for (const BadStretch& stretch : recording.columns.bad) {
+    const auto after =
+        std::upper_bound(nodes.begin(), nodes.end(), stretch.begin_s,
+                         [](double t_s, const Node& node) { return t_s < node.at.t_s; });
+    auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - nodes.begin() - 1, 0));
+    for (; i + 1 < nodes.size() && nodes[i].at.t_s < stretch.end_s; ++i) {
+      // A node that is the mean of its readings carries what happens up to it into the next
+      // interval.
+      const bool next = i + 2 < nodes.size() && trail->epochs[i + 1].mean.output_known;
+      for (std::size_t c = 0; c < 3; ++c) {
+        if (!stretch.channel[c]) continue;
+        trail->usable[i][c] = false;
+        if (next) trail->usable[i + 1][c] = false;
+      }
+    }
+  }
+}
+
+// Of rates in the order of time: those that leave the others by more than a drift does.
+std::vector<bool> WhereTurning(const std::vector<double>& rates) {
+  std::vector<double> sorted = rates;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  // From where it is as usual, both ways.
+  std::size_t anchor = 0;
+  for (std::size_t k = 0; k < rates.size(); ++k) {
+    if (std::fabs(rates[k] - *middle) < std::fabs(rates[anchor] - *middle)) anchor = k;
+  }
+  std::vector<bool> out(rates.size(), false);
+  double drift = rates[anchor];
+  auto look = [&](std::size_t k) {
+    out[k] = std::fabs(rates[k] - drift) > kTurning_deg_s;
+    if (!out[k]) drift += kDriftShare * (rates[k] - drift);
+  };
+  for (std::size_t k = anchor; k < rates.size(); ++k) look(k);
+  drift = rates[anchor];
+  for (std::size_t k = anchor; k-- > 0;) look(k);
+  return out;
+}
+
+// Where the reference says rest and the gyro says turning, one of them is wrong: such stretches
+// are not used, and what they hold is no effect. A bias that drifts with temperature goes as far,
+// but slowly.
+void MarkDeadReference(const Vector3& units_per_deg_s, Trail* trail) {
+  const std::vector<Node>& nodes = trail->epochs;
+  std::size_t wrong = 0, rests = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!std::isfinite(units_per_deg_s[c])) continue;
+    std::vector<std::size_t> still;
+    std::vector<double> rates;
+    for (std::size_t i = 0; i < trail->still.size(); ++i) {
+      if (!trail->still[i] || !trail->usable[i][c]) continue;
+      still.push_back(i);
+      rates.push_back((nodes[i + 1].at.z[c] - nodes[i].at.z[c]) / units_per_deg_s[c] /
+                      (nodes[i + 1].at.t_s - nodes[i].at.t_s));
+    }
+    if (rates.empty()) continue;
+    rests += rates.size();
+    const std::vector<bool> turning = WhereTurning(rates);
+    for (std::size_t k = 0; k < still.size(); ++k) {
+      if (!turning[k]) continue;
+      ++wrong;
+      trail->usable[still[k]] = {false, false, false};
+    }
+  }
+  if (wrong == 0) return;
+  trail->remarks.push_back(fmt::format(
+      "{}: the gyro turns in {:.0f} % of the time in which the reference stands still (or no "
+      "reference is given): not used; is the reference connected to what turns?",
+      trail->name, 100.0 * static_cast<double>(wrong) / static_cast<double>(rests)));
+}
+
+}  // namespace
+
+void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail) {
+  MarkBad(recording, trail);
+  MarkDeadReference(units_per_deg_s, trail);
+}
+
+}  // namespace gyrobench::calibration
