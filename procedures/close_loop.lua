@@ -171,16 +171,16 @@ local function rehearse(p, left_s)
   return items, any
 end
 
--- Whether one effect is called what the other is, or what the other might be instead.
-local function may_be_one(one, other)
-  if one.id == other.id then return true end
-  for _, rival in ipairs(one.rivals) do
-    if rival == other.id then return true end
-  end
-  for _, rival in ipairs(other.rivals) do
-    if rival == one.id then return true end
+local function has_rival(effect, id)
+  for _, rival in ipairs(effect.rivals) do
+    if rival == id then return true end
   end
   return false
+end
+
+-- Whether one effect is called what the other might be instead.
+local function may_be_one(one, other)
+  return has_rival(one, other.id) or has_rival(other, one.id)
 end
 
 local function same_name(one, other) return one.id == other.id end
@@ -208,8 +208,8 @@ local function named_in(traced, before)
 end
 
 local function may_be_a_step(effect)
-  for _, id in ipairs{ effect.id, table.unpack(effect.rivals) } do
-    if id == "bias.step" or id == "angle.step" then return true end
+  for _, id in ipairs{ "bias.step", "angle.step" } do
+    if effect.id == id or has_rival(effect, id) then return true end
   end
   return false
 end
