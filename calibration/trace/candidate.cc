@@ -51,14 +51,6 @@ double CovariateMean(const ChannelProblem& problem, std::size_t index) {
 
 // A quantity that hardly changes is no factor.
 constexpr double kLeastGravityRange_g = 0.3;
-double GravityRange(const ChannelProblem& problem, std::size_t axis) {
-  double low = 1.0, high = -1.0;
-  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    low = std::min(low, problem.half(i, 0).gravity_g[axis]);
-    high = std::max(high, problem.half(i, 0).gravity_g[axis]);
-  }
-  return high - low;
-}
 
 // A table of rests alone, cut from somewhere, does not say when the sensor was switched on.
 bool PowerOnKnown(const ChannelProblem& problem) {
@@ -160,7 +152,7 @@ std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
   if ((knows & kNeedsRate) != 0) factors.insert(factors.end(), {"w", "abs_w"});
   if ((knows & kNeedsGravity) != 0) {
     for (std::size_t a = 0; a < 3; ++a) {
-      if (GravityRange(problem, a) > kLeastGravityRange_g)
+      if (problem.gravity_range_g()[a] > kLeastGravityRange_g)
         factors.push_back(fmt::format("g_{}", "xyz"[a]));
     }
   }

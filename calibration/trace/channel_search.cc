@@ -16,6 +16,7 @@
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/hold_out.h"
 #include "calibration/trace/remaining.h"
+#include "calibration/trace/rounding.h"
 #include "calibration/trace/scans.h"
 
 namespace gyrobench::calibration {
@@ -81,6 +82,7 @@ class ChannelSearcher {
     }
     own_ = *first;
     TakeInWhatPassesForWalk();
+    RemarkOnRounding();
     std::optional<SearchedChannel> found;
     found.emplace(SearchedChannel{candidates_, Select(own_.noise), own_.noise});
     if (BaselineIsPerfect(found->selection)) return found;
@@ -405,12 +407,21 @@ class ChannelSearcher {
     }
   }
 
+  void RemarkOnRounding() {
+    const double rounding_deg_s = problem_.output_rounding_deg_s();
+    if (!(rounding_deg_s > 0.0)) return;
+    remarks_.push_back(fmt::format(
+        "the gyro's noise is smaller than the last digit of its output: rounding shifts rates by "
+        "up to {:.2g} deg/s, and nothing smaller is named",
+        rounding_deg_s));
+  }
+
   bool BaselineIsPerfect(const Selection& selection) {
     const Eigen::VectorXd residual =
         problem_.output_deg() -
         baseline_.columns * selection.store().Solve(selection.baseline_columns());
     const double rms = AngleWindows(problem_, residual, 0, problem_.rows()).rms();
-    if (!(rms < kLeastAngle_deg)) return false;
+    if (!(rms < kLeastAngle_deg) && !MayBeRounding(problem_, residual)) return false;
     remarks_.push_back(fmt::format(
         "the baseline leaves an angle error of {:.2g} deg, less than sampling and rounding do: "
         "nothing is looked for in it",

@@ -74,6 +74,7 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
   }
   output_ = Eigen::Map<const Eigen::VectorXd>(output.data(), rows());
   Survey();
+  SurveyRounding(units_per_deg_s);
   TakeOffEarth();
   ShareReferenceErrors();
 }
@@ -224,6 +225,7 @@ void ChannelProblem::Survey() {
     }
   }
   SurveyTemperature();
+  SurveyGravity();
   for (std::size_t a = 0; a < 3; ++a) {
     if (table_path[a] > kLeastTablePath_deg) table_axes_.push_back(a);
   }
@@ -249,6 +251,24 @@ void ChannelProblem::SurveyTemperature() {
     }
   }
   mean_temperature_ = sum / time_s;
+}
+
+void ChannelProblem::SurveyGravity() {
+  Vector3 low = {kMissing, kMissing, kMissing}, high = low;
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      low[c] = std::fmin(low[c], half(i, 0).gravity_g[c]);
+      high[c] = std::fmax(high[c], half(i, 0).gravity_g[c]);
+    }
+  }
+  for (std::size_t c = 0; c < 3; ++c) gravity_range_[c] = high[c] - low[c];
+}
+
+void ChannelProblem::SurveyRounding(double units_per_deg_s) {
+  for (const Trail& trail : trails_) {
+    const double error_deg_s = trail.output_rounding[channel_] / std::fabs(units_per_deg_s);
+    output_rounding_ = std::max(output_rounding_, error_deg_s);
+  }
 }
 
 Baseline ChannelProblem::MakeBaseline() const {

@@ -10,6 +10,7 @@
 
 #include "calibration/gls/correlated.h"
 #include "calibration/gls/likelihood.h"
+#include "calibration/trace/rounding.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -119,15 +120,7 @@ Test Dependence(const ChannelProblem& problem, const ChannelFit& fit, const Eige
 }
 
 // A table at rest, or turned about the vertical: what is left of a change is the error of its tilt.
-bool GravityChanges(const ChannelProblem& problem, std::size_t axis) {
-  constexpr double kLeast_g = 0.02;
-  double low = kMissing, high = kMissing;
-  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    low = std::fmin(low, problem.half(i, 0).gravity_g[axis]);
-    high = std::fmax(high, problem.half(i, 0).gravity_g[axis]);
-  }
-  return high - low > kLeast_g;
-}
+constexpr double kLeastGravityRange_g = 0.02;
 
 // Whether the size of the residual follows the angular acceleration.
 Test Variance(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
@@ -173,6 +166,7 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
                                     const std::vector<std::string>& covariates) {
   ChannelTrace::Remaining out;
   if (problem.rows() < kLeastRows) return out;
+  if (MayBeRounding(problem, problem.output_deg() - fit.raw * fit.linear)) return out;
   const Eigen::VectorXd residual = fit.WhiteResidual();
   std::vector<Test> tests;
   for (const Eigen::Index block : kWhitenessBlocks) {
@@ -195,7 +189,7 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
     return point.still ? kMissing : step * std::round(point.rate_deg_s[c] / step);
   });
   for (std::size_t a = 0; a < 3; ++a) {
-    if (!GravityChanges(problem, a)) continue;
+    if (!(problem.gravity_range_g()[a] > kLeastGravityRange_g)) continue;
     depends(fmt::format("gravity along {} [g]", "xyz"[a]),
             [&, a](Eigen::Index i) { return problem.half(i, 0).gravity_g[a]; });
   }

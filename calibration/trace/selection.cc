@@ -164,21 +164,38 @@ double Selection::StdError(const Candidate& candidate, std::size_t j,
   return 1.0 / std::sqrt(store_.Left(column, model) * store_.column(column).squaredNorm());
 }
 
+// The largest rate that a candidate adds with these coefficients is less than the gyro's rounding
+// errs by.
+bool Selection::UnderRounding(const Candidate& candidate, const Eigen::VectorXd& values) const {
+  const double rounding_deg_s = problem_->output_rounding_deg_s();
+  const bool angle =
+      candidate.effect != nullptr && candidate.effect->domain == EffectDomain::kAngle;
+  if (!(rounding_deg_s > 0.0) || angle) return false;
+  const Eigen::VectorXd turned_deg =
+      (candidate.raw ? candidate.raw->Copy() : ColumnsOf(*problem_, candidate, covariates())) *
+      values;
+  for (Eigen::Index i = 0; i < turned_deg.size(); ++i) {
+    const double length_s = problem_->intervals()[static_cast<std::size_t>(i)].duration_s;
+    if (std::fabs(turned_deg(i)) > rounding_deg_s * length_s) return false;
+  }
+  return true;
+}
+
 // Whether its coefficients may be what the effect says, among the others of a model.
 bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const {
+  WhiteStore::Columns model = others;
+  model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
+  const Eigen::VectorXd values =
+      store_.Solve(model).tail(static_cast<Eigen::Index>(candidate.columns.size()));
+  if (UnderRounding(candidate, values)) return false;
   if (candidate.effect == nullptr) return true;
   const Effect& effect = *candidate.effect;
   if (effect.id == "angle.ripple" && AtTheEndOfItsRange(candidate)) return false;
-  if (!(effect.typical_size > 0) && !effect.positive) return true;
-  WhiteStore::Columns model = others;
-  model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
-  const Eigen::VectorXd values = store_.Solve(model);
-  const auto own = static_cast<Eigen::Index>(candidate.columns.size());
   if (effect.id == "angle.worm_period" &&
-      values.tail(own).norm() < kRoundingInWave * problem_->rounding_deg() * std::fabs(own_scale_))
+      values.norm() < kRoundingInWave * problem_->rounding_deg() * std::fabs(own_scale_))
     return false;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
-    double value = values(static_cast<Eigen::Index>(others.size() + j));
+    double value = values(static_cast<Eigen::Index>(j));
     if (effect.domain == EffectDomain::kAngle) value /= own_scale_;
     if (effect.positive && value < 0.0) return false;
     if (effect.typical_size > 0 && std::fabs(value) > kImplausible * effect.typical_size)
