@@ -84,11 +84,11 @@ void DryBench::Rest(double duration_s) {
 
 SoakOutcome DryBench::Soak(const SoakCommand& command) {
   CheckSoak(command);
+  const double expected_s = ExpectedSoak_s(command, plan_.expected_duration_s, options_.cold_degC,
+                                           options_.time_constant_s);
   AddSegment("soak", fmt::format("{:g} degC in {:g} s", command.drift_degC, command.window_s),
-             command.max_s,
-             ExpectedSoak_s(command, plan_.expected_duration_s, options_.cold_degC,
-                            options_.time_constant_s));
-  return {true, command.max_s, TemperatureDegC()};
+             command.max_s, expected_s);
+  return {true, expected_s, TemperatureDegC()};
 }
 
 std::string DryBench::Ask(const Question& question) {

@@ -140,6 +140,14 @@ TEST(DryRun, ExpectsSoaksBetweenTheirWindowAndTheirEnd) {
   EXPECT_EQ(Dry("bench.soak{max_s=20000, min_s=10000}").expected_duration_s, 10000.0);
 }
 
+TEST(DryRun, TellsTheScriptTheTimeThatItExpectsASoakToTake) {
+  const Plan plan = Dry(
+      "local s = bench.soak{max_s=36000, drift_degC=0.3, window_s=60}\n"
+      "bench.say(string.format('%.3f', s.duration_s))");
+  ASSERT_EQ(plan.notes.size(), 1u);
+  EXPECT_NEAR(std::stod(plan.notes[0]), plan.expected_duration_s, 1e-3);
+}
+
 // The expectation solves room - cold exp(-t/tau): at that time the change within the window is the
 // drift.
 TEST(DryRun, ExpectsASoakToEndWhenItsTemperatureSettles) {
