@@ -12,6 +12,8 @@ namespace {
 constexpr double kLeastPairs = 20.0;
 // Of an undithered output: half a digit either way.
 constexpr double kMostError = 0.5;
+// Of a digit: less is nothing.
+constexpr double kLeastError = 0.01;
 
 // Variance of one sample at rest, rounding included: from the differences of the means over
 // neighbouring intervals, of so many samples each, so that the zero-rate offset may move. The noise
@@ -48,7 +50,8 @@ void FillOutputRounding(const Recording& recording, Trail* trail) {
     if (std::isnan(variance)) continue;
     const double dither = std::max(0.0, variance / (step * step) - 1.0 / 12.0);
     const double pi = std::numbers::pi;
-    trail->output_rounding[c] = kMostError * step * std::exp(-2.0 * pi * pi * dither);
+    const double error = kMostError * std::exp(-2.0 * pi * pi * dither);
+    if (error > kLeastError) trail->output_rounding[c] = error * step;
   }
 }
 

@@ -53,14 +53,14 @@ double WorstMeanError(double sigma) {
 }
 
 TEST(OutputRounding, IsBoundedByWhatItsNoiseLeaves) {
-  for (const double noise_digits : {0.05, 0.2, 0.3, 0.4, 0.6, 1.0}) {
+  for (const double noise_digits : {0.05, 0.2, 0.3, 0.4, 1.0}) {
     const Recording recording = Rounded(noise_digits, 0.0, 3).Collect();
     const calibration::Trail trail =
         MakeTrail(recording, RoughSensitivity(recording), true, recording.info.covariates);
     const double worst = WorstMeanError(noise_digits);
     for (std::size_t c = 0; c < 3; ++c) {
       EXPECT_LE(trail.output_rounding[c], 0.5) << noise_digits;
-      EXPECT_GE(trail.output_rounding[c], 0.8 * std::min(worst, 0.5)) << noise_digits;
+      EXPECT_GE(trail.output_rounding[c], 0.8 * worst - 0.01) << noise_digits;
       if (noise_digits < 0.4) continue;
       // The prefactor is half a digit in place of the first harmonic's 1 / pi.
       const double with_less_noise = 0.5 * std::numbers::pi * WorstMeanError(0.8 * noise_digits);
