@@ -30,6 +30,8 @@ int Analyze(const Options& options);
 // trace_command.cc
 int Trace(const Options& options);
 int Report(const Options& options);
+// effects_command.cc
+int Effects(const Options& options);
 // hold_command.cc
 int Hold(const Options& options);
 // apply_command.cc

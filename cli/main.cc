@@ -22,7 +22,7 @@ struct Command {
   int (*run)(const Options&);
 };
 
-constexpr std::array<Command, 19> kCommands = {{{"procedures", Procedures},
+constexpr std::array<Command, 20> kCommands = {{{"procedures", Procedures},
                                                 {"check", Check},
                                                 {"run", Run},
                                                 {"status", Status},
@@ -38,6 +38,7 @@ constexpr std::array<Command, 19> kCommands = {{{"procedures", Procedures},
                                                 {"analyze", Analyze},
                                                 {"export", Export},
                                                 {"trace", Trace},
+                                                {"effects", Effects},
                                                 {"hold", Hold},
                                                 {"apply", Apply},
                                                 {"report", Report}}};

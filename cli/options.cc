@@ -51,6 +51,7 @@ class CommandLine {
     AddRunCommands();
     AddRecordCommands();
     AddTraceCommand();
+    AddEffectsCommand();
     AddHoldCommand();
     AddApplyCommand();
     AddReportCommand();
@@ -163,6 +164,16 @@ class CommandLine {
     AddTracing(trace);
     trace.add_flag("-q,--quiet", options_.quiet,
                    "Print nothing but errors and what --json asks for");
+  }
+
+  void AddEffectsCommand() {
+    CLI::App& effects =
+        Add("effects",
+            "The effects that a trace may name: what each looks like, its cause, what shows it",
+            "gyrobench effects bias.hysteresis");
+    effects.add_option("effect", options_.name, "One of them; all in a list without")
+        ->type_name("ID");
+    effects.add_flag("--markdown", options_.markdown, "As a page in Markdown");
   }
 
   void AddHoldCommand() {

@@ -32,6 +32,7 @@ struct Options {
   std::uint64_t seed = 1;             // trace
   bool any_sensor = false;            // apply
   bool g_sensitivity = false;         // hold
+  bool markdown = false;              // effects
   std::string format;                 // export, of a calibration
 };
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/measurement.h"
+#include "calibration/effects/effect.h"
 #include "cli/bias_text.h"
 #include "cli/json_field.h"
 #include "cli/noise_text.h"
@@ -150,14 +151,21 @@ std::string SourceText(const Json& result) {
   return text.empty() ? source : source + ": " + text;
 }
 
-// The channel's effects whose id begins with `prefix`, each once: "scale.cubic, scale.g".
-std::string NamedEffects(const Json& channel, const std::string& prefix) {
+// The channel's effects that are so, each once: "scale.cubic, scale.g".
+std::string NamedEffects(const Json& channel, bool (*is_so)(const std::string& id)) {
   std::vector<std::string> ids;
   for (const Json& effect : Field(channel, "effects")) {
     const std::string id = Text(effect, "id");
-    if (id.starts_with(prefix) && std::ranges::find(ids, id) == ids.end()) ids.push_back(id);
+    if (is_so(id) && std::ranges::find(ids, id) == ids.end()) ids.push_back(id);
   }
   return fmt::format("{}", fmt::join(ids, ", "));
+}
+
+bool IsOfScale(const std::string& id) { return id.starts_with("scale."); }
+
+bool IsBiasByGravity(const std::string& id) {
+  const calibration::Effect* effect = calibration::FindEffect(id);
+  return effect != nullptr && effect->needs == calibration::kNeedsGravity && !effect->true_motion;
 }
 
 // To the remarks of the entry of list `key` that is of gyro axis `axis`.
@@ -192,8 +200,8 @@ std::string ResultText(const Json& result, const Terminal& terminal) {
 Json WithTraceRemarks(Json result, const Json& trace) {
   for (const Json& channel : Field(trace, "channels")) {
     const std::string axis = Text(channel, "gyro");
-    const std::string scale = NamedEffects(channel, "scale.");
-    const std::string gravity = NamedEffects(channel, "bias.g_");
+    const std::string scale = NamedEffects(channel, IsOfScale);
+    const std::string gravity = NamedEffects(channel, IsBiasByGravity);
     if (!scale.empty()) {
       AddRemark(result, "scale", axis,
                 fmt::format("the trace names {}: alpha holds for the rates, temperatures and poses "

@@ -2,12 +2,14 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/error.h"
 #include "base/version.h"
 #include "calibration/artefact/trace_json.h"
+#include "calibration/effects/effect.h"
 #include "calibration/trace/trace.h"
 #include "recording/file_hash.h"
 #include "recording/measurement_files.h"
@@ -61,14 +63,22 @@ std::optional<calibration::Traced> TraceRun(const calibration::Recording& record
   return std::nullopt;
 }
 
+bool MayBeAStep(const calibration::TracedEffect& effect) {
+  const auto is_step = [](const std::string& id) {
+    const calibration::Effect* known = calibration::FindEffect(id);
+    return known != nullptr && known->search == calibration::Search::kTime;
+  };
+  return is_step(effect.id) || std::ranges::any_of(effect.rivals, is_step);
+}
+
 procedures::AxisVerdict VerdictOf(const calibration::ChannelTrace& channel) {
   procedures::AxisVerdict verdict;
   verdict.axis = "xyz"[static_cast<std::size_t>(channel.axis)];
   verdict.verdict = Name(channel.verdict);
   verdict.summary = channel.summary;
   for (const calibration::TracedEffect& effect : channel.effects) {
-    procedures::TracedEffect traced{
-        effect.id, Name(effect.owner), {}, effect.rivals, effect.settled_by};
+    procedures::TracedEffect traced{effect.id,     Name(effect.owner), {},
+                                    effect.rivals, effect.settled_by,  MayBeAStep(effect)};
     for (const calibration::ModelParameter& parameter : effect.parameters) {
       traced.parameters.push_back(
           {parameter.name, parameter.value, parameter.std_error, parameter.unit});

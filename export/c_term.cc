@@ -1,5 +1,6 @@
 #include "export/c_term.h"
 
+#include <fmt/args.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "calibration/artefact/calibration_file.h"
 #include "calibration/artefact/corrector_channel.h"
 #include "calibration/artefact/model_terms.h"
+#include "calibration/effects/effect.h"
 #include "export/text.h"
 
 namespace gyrobench::exporting {
@@ -19,6 +21,10 @@ namespace {
 using calibration::ModelTerm;
 
 constexpr double kSmallestFloat = 1e-37;
+// Inputs of the function.
+constexpr const char *kGravity = "g[", *kTemperatureRate = "in->temperature_rate_degC_s",
+                     *kSincePowerOn = "in->since_power_on_s";
+constexpr std::array<const char*, 3> kCoefficients = {"c0", "c1", "c2"};
 
 // The names of the variables, for one channel and one dependence on the rate.
 struct Variables {
@@ -35,74 +41,28 @@ struct Variables {
 std::string Gravity(std::size_t axis) { return fmt::format("g[{}]", axis); }
 std::string Size(const std::string& value) { return "GYROBENCH_SIZE(" + value + ")"; }
 
-// (k_0 g[0] + k_1 g[1] + ...)
-std::string GravityProduct(const ModelTerm& term) {
-  std::string sum;
-  for (std::size_t i = 0; i < term.coefficients.size(); ++i)
-    sum += (i > 0 ? " + " : "") + CNumber(term.coefficients[i]) + " * " + Gravity(i);
-  return "(" + sum + ")";
-}
-
-// The effects of the catalogue that are functions of the inputs. The other ones are not held.
-struct CatalogueText {
-  const char* id;
-  CNeeds needs;
-  std::string (*text)(const ModelTerm& term, const Variables& names);
-};
-
 std::string First(const ModelTerm& term) { return CNumber(term.coefficients[0]); }
 
-constexpr CNeeds kGravity = {true, false, false};
-constexpr std::array<CatalogueText, 10> kTexts = {{
-    {"bias.g_linear", kGravity,
-     [](const ModelTerm& term, const Variables&) { return GravityProduct(term); }},
-    {"bias.g_squared", kGravity,
-     [](const ModelTerm& term, const Variables&) {
-       return fmt::format("({} * g[0] * g[0] + {} * g[1] * g[1])", First(term),
-                          CNumber(term.coefficients[1]));
-     }},
-    {"bias.temperature_rate",
-     {false, true, false},
-     [](const ModelTerm& term, const Variables&) {
-       return First(term) + " * in->temperature_rate_degC_s";
-     }},
-    {"bias.warm_up",
-     {false, false, true},
-     [](const ModelTerm& term, const Variables&) {
-       return fmt::format("{} * GYROBENCH_EXP({} * in->since_power_on_s)", First(term),
-                          CNumber(-1.0 / term.nonlinear[0]));
-     }},
-    {"scale.g", kGravity,
-     [](const ModelTerm& term, const Variables& names) {
-       return GravityProduct(term) + " * " + names.Rate();
-     }},
-    {"scale.temperature",
-     {},
-     [](const ModelTerm& term, const Variables& names) {
-       return fmt::format("{} * {} * ({} - {})", First(term), names.Rate(), names.Temperature(),
-                          CNumber(term.reference_degC));
-     }},
-    {"scale.quadratic_odd",
-     {},
-     [](const ModelTerm& term, const Variables& names) {
-       return First(term) + " * " + names.Rate() + " * " + Size(names.Rate());
-     }},
-    {"scale.cubic",
-     {},
-     [](const ModelTerm& term, const Variables& names) {
-       return fmt::format("{0} * {1} * {1} * {1}", First(term), names.Rate());
-     }},
-    {"scale.quadratic_even",
-     {},
-     [](const ModelTerm& term, const Variables& names) {
-       return fmt::format("{0} * {1} * {1}", First(term), names.Rate());
-     }},
-    {"scale.asymmetry",
-     {},
-     [](const ModelTerm& term, const Variables& names) {
-       return First(term) + " * " + Size(names.Rate());
-     }},
-}};
+// What an expression asks of the function's input.
+CNeeds NeedsOf(const std::string& text) {
+  const auto has = [&](const char* input) { return text.find(input) != std::string::npos; };
+  return {has(kGravity), has(kTemperatureRate), has(kSincePowerOn)};
+}
+
+// Effect::c_expression with the numbers and names put in.
+std::string Expression(const calibration::Effect& effect, const ModelTerm& term,
+                       const Variables& names) {
+  fmt::dynamic_format_arg_store<fmt::format_context> values;
+  for (std::size_t i = 0; i < term.coefficients.size(); ++i)
+    values.push_back(fmt::arg(kCoefficients.at(i), CNumber(term.coefficients[i])));
+  if (!term.nonlinear.empty())
+    values.push_back(fmt::arg("minus_1_over_n0", CNumber(-1.0 / term.nonlinear[0])));
+  const std::string rate = names.Rate(), temperature = names.Temperature();
+  values.push_back(fmt::arg("w", rate));
+  values.push_back(fmt::arg("t", temperature));
+  values.push_back(fmt::arg("t0", CNumber(term.reference_degC)));
+  return fmt::vformat(effect.c_expression, values);
+}
 
 // A factor of a composed effect or a curve; nullopt for a column of the table.
 std::optional<std::string> FactorText(const std::string& name, const Variables& names,
@@ -112,7 +72,7 @@ std::optional<std::string> FactorText(const std::string& name, const Variables& 
   if (name == "T") return names.Temperature();
   if (name == "dT_dt") {
     needs->temperature_rate = true;
-    return "in->temperature_rate_degC_s";
+    return kTemperatureRate;
   }
   const bool has_axis = name.size() == 3 && name[1] == '_' && name[2] >= 'x' && name[2] <= 'z';
   if (!has_axis || (name[0] != 'w' && name[0] != 'g')) return std::nullopt;
@@ -150,16 +110,16 @@ std::string NoInput(const std::string& name) {
 
 std::optional<CTerm> CatalogueTerm(const ModelTerm& term, const Variables& names,
                                    std::string* why_not) {
-  const auto* known = std::find_if(kTexts.begin(), kTexts.end(), [&](const CatalogueText& one) {
-    return one.id == calibration::CatalogueId(term);
-  });
-  if (known == kTexts.end()) {
+  const calibration::Effect* effect =
+      calibration::FindEffect(calibration::CatalogueId(term), term.nonlinear.size());
+  if (effect == nullptr || effect->c_expression.empty()) {
     *why_not = term.covariate.empty()
                    ? "it needs a memory or the vibration, and the function has neither"
                    : NoInput("the column " + term.covariate);
     return std::nullopt;
   }
-  return CTerm{Dependence::kNoRate, known->text(term, names), known->needs};
+  const std::string text = Expression(*effect, term, names);
+  return CTerm{Dependence::kNoRate, text, NeedsOf(text)};
 }
 
 std::optional<CTerm> FreeTerm(const ModelTerm& term, const Variables& names, std::string* why_not) {

@@ -207,17 +207,10 @@ local function named_in(traced, before)
   return out
 end
 
-local function may_be_a_step(effect)
-  for _, id in ipairs{ "bias.step", "angle.step" } do
-    if effect.id == id or has_rival(effect, id) then return true end
-  end
-  return false
-end
-
 -- Whether each effect that is not small has been named for long enough.
 local function all_outlived(p, named, small)
   for _, one in ipairs(named) do
-    local wanted = p.confirmations * (may_be_a_step(one.effect) and 2 or 1)
+    local wanted = p.confirmations * (one.effect.may_be_a_step and 2 or 1)
     if not small[one.axis .. " " .. one.effect.id] and one.outlived < wanted then return false end
   end
   return true

@@ -95,14 +95,11 @@ std::string CatalogueId(const ModelTerm& term) { return term.id.substr(0, term.i
 std::string WhyNotApplied(const ModelTerm& term) {
   if (term.owner == EffectOwner::kReference) return "an error of the reference, not of the gyro";
   if (term.owner == EffectOwner::kBench) return "an effect of the bench, not of the gyro";
-  const std::string id = CatalogueId(term);
-  if (id == "bias.earth_rate") return "Earth's rotation is true motion, not an error";
-  if (id == "bias.step" || id == "bias.tone") {
-    return "its time and phase are of the run that it was found in";
-  }
   if (term.origin != EffectOrigin::kCatalogue) return "";
-  const Effect* effect = FindEffect(id, term.nonlinear.size());
+  const Effect* effect = FindEffect(CatalogueId(term), term.nonlinear.size());
   if (effect == nullptr) return "it is not in the catalogue of this version";
+  if (effect->true_motion) return "Earth's rotation is true motion, not an error";
+  if (effect->of_one_time()) return "its time and phase are of the run that it was found in";
   if (effect->domain == EffectDomain::kAngle) return "a lag cannot be undone sample by sample";
   return "";
 }

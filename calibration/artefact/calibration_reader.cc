@@ -33,7 +33,8 @@ void CheckCatalogueTerm(const ModelTerm& term, const Place& place) {
         "no effect \"{}\" with {} non-linear parameters in the catalogue of this version", term.id,
         term.nonlinear.size()));
   }
-  const std::size_t linear = effect->tied ? term.coefficients.size() : effect->terms.size();
+  const std::size_t linear =
+      effect->search == Search::kCoefficient ? term.coefficients.size() : effect->terms.size();
   if (term.coefficients.size() != linear) {
     place["coefficients"].Expected(fmt::format("{} numbers, for \"{}\"", linear, term.id));
   }

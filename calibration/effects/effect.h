@@ -1,4 +1,5 @@
-// An effect is data: what it is called, what it does, what it depends on, what excites it.
+// An effect is data: what it is called, what it does, what it depends on, what excites it, how it
+// is searched for. Each has a file of its own in calibration/effects/catalogue/.
 //
 //   xi / s0 = M w + b(T) + sum of rate effects + noise       [deg/s]
 //   angle:  int xi / s0 dt = ... + sum of angle effects      [deg]
@@ -48,13 +49,24 @@ struct EffectTerm {
 struct NonlinearParameter {
   std::string name;
   std::string unit;
-  double low = 0.0, high = 0.0;
-  std::vector<double> grid;  // start values
+  double low = 0.0, high = 0.0;   // equal where a scan or the grid alone says what is tried
+  std::vector<double> grid = {};  // start values
 };
 
 // Of the basis: a rate that the gyro shows; an angle of the reference or the bench; the integral
 // over time of a rate that the gyro shows and that changes faster than nodes follow each other.
 enum class EffectDomain { kRate, kAngle, kRateIntegral };
+
+// How the values of the non-linear parameters are found.
+enum class Search {
+  kNone,         // there are none
+  kCoefficient,  // the first is the coefficient itself
+  kGrid,         // from the best point of their grids on
+  kEachPoint,    // each point of the grid is an effect of its own
+  kTime,         // a scan over all times
+  kFrequency,    // a scan over all frequencies
+  kPeriods,      // a scan over all numbers of periods in a turn of the table
+};
 
 // What must be known of the measurement for an effect to be looked for.
 enum Needs : unsigned {
@@ -67,27 +79,58 @@ enum Needs : unsigned {
   kNeedsVibration = 32,
 };
 
+// Of the measurements that an effect is looked for in.
+struct DataRange {
+  double max_rate_deg_s = 0.0;
+  double temperature_degC = 0.0;  // from the lowest to the highest
+  double gear_ratio = 0.0;        // NaN: not known
+  bool power_on_known = false;
+};
+
 struct Effect {
   std::string id;
   EffectDomain domain = EffectDomain::kRate;
   EffectOwner owner = EffectOwner::kGyro;
-  std::string equation;
-  std::string cause;
-  std::string manoeuvre;  // that excites it
+  std::string equation = {};
+  std::string cause = {};
+  std::string looks_like = {};  // in the residual of the baseline
+  std::string manoeuvre = {};   // that excites it; {}: the column (ManoeuvreFor)
   unsigned needs = kNeedsNothing;
-  std::vector<EffectTerm> terms;
-  std::vector<NonlinearParameter> nonlinear;
-  // The first non-linear parameter is the coefficient itself.
-  bool tied = false;
+  std::vector<EffectTerm> terms = {};
+  std::vector<NonlinearParameter> nonlinear = {};
+  Search search = Search::kNone;
+  // Largest size that a part of the MPU-6050's class shows, in units of the terms; 0: not known.
+  double typical_size = 0.0;
+  std::string size_source = {};
+  // That is no experience but a constant of nature: no coefficient can be larger.
+  bool limited = false;
   // Only positive coefficients make sense.
   bool positive = false;
   // What it must gain in -2 log L over an effect that does nearly the same, to be named before it.
   double handicap = 0.0;
-  // Largest size that a part of the MPU-6050's class shows, in units of the terms.
-  double typical_size = 0.0;
-  // That is no experience but a constant of nature: no coefficient can be larger.
-  bool limited = false;
+  // Changes slowly enough for a curve of the temperature or the time to describe it as well.
+  bool slow = false;
+  // A shape of the gyro's filter: where that is free in the baseline, all such effects are one.
+  bool filter_shape = false;
+  // True motion of the sensor, not an error of it.
+  bool true_motion = false;
+  // Where the site's latitude is not known Earth's rotation passes for it.
+  bool earth_passes_for_it = false;
+  // What a certificate bounds as the reference's eccentricity.
+  bool reference_eccentricity = false;
+  // Remembers, and how each power-on begins is not known: BasisContext::start_sides.
+  bool unknown_start = false;
+  // The correction in C, in deg/s, for export: {c0}, {c1} ... the coefficients, {minus_1_over_n0}
+  // of the non-linear parameter, {w} the rate, {t} the temperature, {t0} T0; g[],
+  // in->temperature_rate_degC_s and in->since_power_on_s are the function's inputs. Empty: not a
+  // function of these.
+  std::string c_expression = {};
+  // Whether these non-linear parameters make sense in such data; nullptr: they always do.
+  bool (*makes_sense)(const DataRange& data, const std::vector<double>& nonlinear) = nullptr;
   std::unique_ptr<Basis> (*basis)(const BasisContext& context) = nullptr;
+
+  // It happens at one time or has one phase, which no other measurement shares.
+  bool of_one_time() const { return search == Search::kTime || search == Search::kFrequency; }
 };
 
 // All effects that are looked for as terms, in the order of effects' documentation. Steps and tones
@@ -96,5 +139,22 @@ const std::vector<Effect>& EffectCatalogue();
 // An id may have several forms, told apart by their number of non-linear parameters. nullptr where
 // there is none.
 const Effect* FindEffect(const std::string& id, std::size_t nonlinear_parameters);
+// Its first form.
+const Effect* FindEffect(const std::string& id);
+// What excites it, of an effect of a column with the name of that.
+std::string ManoeuvreFor(const Effect& effect, const std::string& column = "the column");
+
+// Those that other rooms must speak of by themselves.
+const Effect& GSensitivityEffect();
+const Effect& EarthRotationEffect();
+// That of a scan.
+const Effect& ScannedEffect(Search search, EffectDomain domain);
+
+// What the data of a bench with one reference and one clock cannot show at all.
+struct NeverSeen {
+  std::string id, because, settled_by;
+  bool seen_by_host_clock = false;  // pairs of both clocks show it
+};
+const std::vector<NeverSeen>& NeverSeenEffects();
 
 }  // namespace gyrobench::calibration

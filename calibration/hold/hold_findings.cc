@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "calibration/effects/effect.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -134,7 +136,7 @@ std::vector<HoldFinding> GSensitivitySeen(const HoldFit& fit) {
     const WaldTest test = TestColumns(fit.solution, fit.state.g_sensitivity.row(c).transpose(),
                                       columns, TurnFreedom(fit) - 9.0);
     if (!(test.p_value < kSeen)) continue;
-    HoldFinding finding = FindingOf("bias.g_linear", c, test);
+    HoldFinding finding = FindingOf(GSensitivityEffect().id, c, test);
     finding.in_model = true;
     finding.says =
         fmt::format("g-sensitivity seen on {}: {:.3g} deg/s/g at most, along {}", finding.channels,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "calibration/effects/effect.h"
 #include "calibration/gls/statistics.h"
 #include "calibration/sensor/axis_split.h"
 #include "calibration/sensor/matrix_inverse.h"
@@ -240,12 +241,12 @@ class Reporter {
     add("b_0", at_offset_ + i, factor_[i]);
     if (with_gravity) {
       ModelTerm term;
-      term.id = "bias.g_linear";
+      term.id = GSensitivityEffect().id;
       term.chosen_on = ChosenOn::kAllData;
       for (std::size_t j = 0; j < 3; ++j) {
         const auto k = static_cast<Index>(j);
         term.coefficients.push_back(factor_[i] * fit_.state.g_sensitivity(i, k));
-        add(fmt::format("bias.g_linear.k_{}", "xyz"[j]), fit_.extent.AtGSensitivity() + 3 * i + k,
+        add(fmt::format("{}.k_{}", term.id, "xyz"[j]), fit_.extent.AtGSensitivity() + 3 * i + k,
             factor_[i]);
       }
       model.terms.push_back(term);

@@ -367,7 +367,6 @@ Recording Collector::Impl::Take() const {
     out.last_time_s = gyro_.last_time_s();
   }
   out.median_interval_s = gyro_.median_interval_s();
-  out.output_step = gyro_.output_step();
   out.orientation_known = track_.orientation_known();
   for (std::size_t a = 0; a < 3; ++a) out.reference_step_deg[a] = track_.step_deg(a);
   out.defects = Defects();

@@ -26,9 +26,6 @@ struct Recording {
   // Of the stand's axes (of a single-axis reference its one, of an orientation each of the
   // sensor's): the least difference of two readings in a row; infinite where there was none.
   Vector3 reference_step_deg = {};
-  // The least difference of two samples of the gyro in a row, 1 of counts; 0 where there was none
-  // [output unit].
-  double output_step = 0.0;
   bool orientation_known = false;
   std::vector<Defect> defects;
 };

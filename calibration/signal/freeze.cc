@@ -16,7 +16,6 @@ constexpr double kSameLevelDigits = 5.0;
 constexpr double kNoisyDigits = 2.5;    // three and more, whatever their rounding
 constexpr double kMotionDigits = 12.5;  // beyond this a window says nothing of the noise
 constexpr std::int64_t kLeastNoisy = 3;
-constexpr int kLeastReversals = 2;  // a motion has one
 constexpr double kWildAcceleration_deg_s2 = 5000.0;
 constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity is not known
 constexpr std::size_t kMostRuns = 100'000;       // half a day of the shortest
@@ -93,16 +92,9 @@ void FreezeWatch::EndRun(double t_s, const Vector3& next_deg_s) {
 }
 
 void FreezeWatch::Look(double t_s, const Vector3& rate_deg_s) {
-  if (window_.samples == 0) window_ = {0, t_s, rate_deg_s, rate_deg_s, rate_deg_s, {}, {}};
+  if (window_.samples == 0) window_ = {0, t_s, rate_deg_s, rate_deg_s};
   ++window_.samples;
   for (std::size_t c = 0; c < 3; ++c) {
-    const double change = rate_deg_s[c] - window_.last[c];
-    if (change != 0.0) {
-      const bool rises = change > 0.0, first = window_.low[c] == window_.high[c];
-      if (!first && rises != window_.rose[c]) ++window_.reversals[c];
-      window_.rose[c] = rises;
-    }
-    window_.last[c] = rate_deg_s[c];
     window_.low[c] = std::min(window_.low[c], rate_deg_s[c]);
     window_.high[c] = std::max(window_.high[c], rate_deg_s[c]);
   }
@@ -111,17 +103,7 @@ void FreezeWatch::Look(double t_s, const Vector3& rate_deg_s) {
   window_ = {};
 }
 
-bool FreezeWatch::ShowsNoise(const Window& window) const {
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double range_deg_s = window.high[c] - window.low[c];
-    if (window.reversals[c] >= kLeastReversals && range_deg_s > kNoisyDigits * digit_deg_s())
-      return true;
-  }
-  return false;
-}
-
 void FreezeWatch::Classify() {
-  if (ShowsNoise(window_)) ++noisy_windows_;
   double range_deg_s = 0.0;
   Vector3 middle = {};
   for (std::size_t c = 0; c < 3; ++c) {
@@ -159,8 +141,7 @@ double FreezeWatch::digit_deg_s() const {
 
 bool FreezeWatch::IsFreeze(const Run& run) const {
   if (least_step_deg_s_ == 0.0 && runs_.empty()) return true;
-  if (run.woke_with_a_jump) return true;
-  if (digit_deg_s() < kFineDigit_deg_s && noisy_windows_ >= kLeastNoisy) return true;
+  if (run.woke_with_a_jump || digit_deg_s() < kFineDigit_deg_s) return true;
   return std::any_of(levels_.begin(), levels_.end(), [&](const Level& level) {
     return SameLevel(level.rate_deg_s, run.rate_deg_s) && level.noisy >= kLeastNoisy &&
            level.noisy > 2 * level.flickering && 4 * level.noisy >= level.still;

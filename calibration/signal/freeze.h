@@ -1,7 +1,6 @@
 // Whether the sensor repeated itself because it hung, or because it had nothing else to say.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -16,9 +15,7 @@ namespace gyrobench::calibration {
 // than a count). Such a stretch is a freeze where the sensor's noise would have shown:
 //   - the gyro's last digit is finer than 0.02 deg/s. The white noise of MEMS gyros, at least
 //     0.002 deg/sqrt(s), is 0.01 deg/s in the narrowest usual band of 5 Hz, and three channels
-//     that all stay within a digit of twice that for 0.3 s are not met. A sensor that never showed
-//     noise has none, as a simulated one may: in fewer than three windows of that length a channel
-//     went up and down by three digits and more, and back; or
+//     that all stay within a digit of twice that for 0.3 s are not met; or
 //   - the digit is coarser, but about the same level (within 1 deg/s or 5 digits) the sensor has
 //     shown noise of three digits and more in at least three windows of that length, in twice as
 //     many as it showed a flickering last digit, and in a quarter as many as it stood still; or
@@ -55,11 +52,8 @@ class FreezeWatch {
   struct Window {
     std::int64_t samples = 0;
     double begin_s = 0.0;
-    Vector3 low = {}, high = {}, last = {};
-    std::array<bool, 3> rose = {};
-    std::array<int, 3> reversals = {};
+    Vector3 low = {}, high = {};
   };
-  bool ShowsNoise(const Window& window) const;
 
   Vector3 Rates(const GyroSample& sample) const;
   bool IsLong(const Run& run) const;
@@ -79,7 +73,6 @@ class FreezeWatch {
   double least_step_deg_s_ = 0;  // 0: nothing changed yet
   Window window_;
   std::vector<Level> levels_;
-  std::int64_t noisy_windows_ = 0;  // at any level
 };
 
 }  // namespace gyrobench::calibration

@@ -46,10 +46,6 @@ class GyroStream {
   double settled_time_s() const { return ring_.settled_time_s(); }
   // Median interval of the samples. NaN with fewer than two.
   double median_interval_s() const;
-  // Recording::output_step.
-  double output_step() const {
-    return info_.gyro_unit == GyroUnit::kLsb ? 1.0 : freeze_.digit_deg_s();
-  }
   const std::array<std::int64_t, 3>& valid_samples() const { return valid_samples_; }
   // Of all samples so far. What was said of a saturation or a freeze may be taken back by samples
   // that come later.

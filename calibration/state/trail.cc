@@ -47,7 +47,6 @@ class TrailMaker {
     Points();
     MarkUnusable(recording_, units_, &trail_);
     AngleErrors();
-    FillOutputRounding(recording_, &trail_);
     settled_ = SettleAxes(recording_, nodes_, trail_.angle_error_deg);
     RestAngles();
     Rotations();

@@ -42,9 +42,6 @@ struct Trail {
   double angle_error_deg = 0.0;
   // The steps of the encoder are coarser than its noise: its error is a function of the angle.
   bool coarse_steps = false;
-  // By how much the mean of a channel's output may be off because its samples are rounded to their
-  // last digit; 0 where their noise is larger than that, or nothing is known of it [output unit].
-  Vector3 output_rounding = {};
   // Of each node: ReadingsMean::walk_s; 0 where it is one instant.
   std::vector<double> reference_walk_s;
   std::vector<double> covariates;  // of the points: nodes, then halves

@@ -39,9 +39,6 @@ void SplitRestsAtSteps(const Recording& recording, std::vector<std::size_t>* res
 // reference; none in which the reference says rest and the gyro says turning. Needs `still`.
 void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail);
 
-// Needs `still` and `usable`.
-void FillOutputRounding(const Recording& recording, Trail* trail);
-
 // Angles of the table's axes at the nodes. An axis that stands still while another turns would
 // bring the noise of its readings into the rotation: along such stretches its angle is their mean.
 struct SettledAngles {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calibration/gls/likelihood.h"
+#include "calibration/trace/scans.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -78,15 +79,9 @@ double Ramp(double value, double from, double length) {
   return std::isnan(x) ? x : std::clamp(x, 0.0, 1.0);
 }
 
-// What makes no sense for the data at hand.
-bool BeyondData(const ChannelProblem& problem, const Effect& effect,
-                const std::vector<double>& point) {
-  if (effect.id == "bias.vibration" && point.size() == 2)
-    return point[0] > 1.2 * problem.max_rate_deg_s();
-  if (effect.id == "bias.hysteresis") {
-    return 2.0 * point[0] > problem.max_temperature_degC() - problem.min_temperature_degC();
-  }
-  return false;
+DataRange RangeOf(const ChannelProblem& problem) {
+  return {problem.max_rate_deg_s(), problem.max_temperature_degC() - problem.min_temperature_degC(),
+          problem.gear_ratio(), PowerOnKnown(problem)};
 }
 
 }  // namespace
@@ -96,18 +91,17 @@ std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
                                            bool earth_rate_known) {
   std::vector<Candidate> out;
   const unsigned knows = problem.knows() | (covariates.empty() ? 0u : kNeedsCovariate);
+  const DataRange range = RangeOf(problem);
   for (const Effect& effect : EffectCatalogue()) {
     if ((effect.needs & knows) != effect.needs) continue;
-    if (effect.id == "bias.earth_rate" && earth_rate_known) continue;
-    if (effect.id == "bias.warm_up" && !PowerOnKnown(problem)) continue;
-    if (effect.id == "angle.worm_period" && !(problem.gear_ratio() > 0)) continue;
+    if (effect.true_motion && earth_rate_known) continue;
     const bool per_axis = (effect.needs & kNeedsTableAxis) != 0;
     const bool per_covariate = (effect.needs & kNeedsCovariate) != 0;
     const std::size_t copies =
         per_axis ? problem.table_axes().size() : (per_covariate ? covariates.size() : 1);
     for (std::size_t copy = 0; copy < copies; ++copy) {
       for (const std::vector<double>& point : GridOf(effect)) {
-        if (BeyondData(problem, effect, point)) continue;
+        if (effect.makes_sense != nullptr && !effect.makes_sense(range, point)) continue;
         Candidate candidate;
         candidate.effect = &effect;
         candidate.context = ContextOf(problem);
@@ -124,7 +118,7 @@ std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
           candidate.id = fmt::format("{}({})", effect.id, covariates[copy]);
         }
         candidate.family = candidate.id + candidate.suffix;
-        if (effect.id == "angle.worm_period") candidate.family += fmt::format("_{}", point[0]);
+        if (effect.search == Search::kEachPoint) candidate.family += fmt::format("_{}", point[0]);
         out.push_back(std::move(candidate));
       }
     }
@@ -190,20 +184,20 @@ std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
   return out;
 }
 
-Candidate ScannedCandidate(const ChannelProblem& problem, const std::string& id,
-                           std::size_t table_axis, double nonlinear, Eigen::Index row) {
+Candidate ScannedCandidate(const ChannelProblem& problem, const ScanPeak& peak) {
+  const Effect& effect = *peak.effect;
   Candidate candidate;
-  candidate.effect = FindEffect(id, 1);
+  candidate.effect = &effect;
   candidate.context = ContextOf(problem);
-  candidate.context.table_axis = table_axis;
-  candidate.context.nonlinear = {nonlinear};
-  candidate.id = id;
-  if (id != "angle.ripple" && problem.power_on_begins().size() > 1)
-    candidate.power_on = problem.power_on(row);
-  if ((candidate.effect->needs & kNeedsTableAxis) != 0 && OnStand(problem))
-    candidate.suffix = fmt::format("_{}", kAxisNames[table_axis]);
+  candidate.context.table_axis = peak.table_axis;
+  candidate.context.nonlinear = {peak.nonlinear};
+  candidate.id = effect.id;
+  if (effect.of_one_time() && problem.power_on_begins().size() > 1)
+    candidate.power_on = problem.power_on(peak.row);
+  if ((effect.needs & kNeedsTableAxis) != 0 && OnStand(problem))
+    candidate.suffix = fmt::format("_{}", kAxisNames[peak.table_axis]);
   // Several steps or tones are several effects.
-  candidate.family = fmt::format("{}{}@{:.6g}", id, candidate.suffix, nonlinear);
+  candidate.family = fmt::format("{}{}@{:.6g}", effect.id, candidate.suffix, peak.nonlinear);
   return candidate;
 }
 

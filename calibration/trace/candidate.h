@@ -14,6 +14,8 @@
 
 namespace gyrobench::calibration {
 
+struct ScanPeak;
+
 struct Candidate {
   const Effect* effect = nullptr;  // nullptr: composed or empirical
   BasisContext context;
@@ -43,13 +45,20 @@ struct Candidate {
   // What -2 log L must gain for it to be named before an effect that does nearly the same.
   double handicap() const;
 
+  Search search() const { return effect == nullptr ? Search::kNone : effect->search; }
   // Its non-linear parameters are searched for: they are no places of a scan or a grid, and not
   // the coefficient.
   bool searched() const {
     if (effect == nullptr) return !context.nonlinear.empty();
-    if (effect->nonlinear.empty() || effect->tied) return false;
-    return effect->nonlinear[0].high > effect->nonlinear[0].low || id == "bias.tone" ||
-           id == "angle.ripple";
+    return effect->search == Search::kGrid || effect->search == Search::kFrequency ||
+           effect->search == Search::kPeriods;
+  }
+  // A step of an angle: one row knows it.
+  bool angle_step() const {
+    return search() == Search::kTime && effect->domain == EffectDomain::kAngle;
+  }
+  bool bias_step() const {
+    return search() == Search::kTime && effect->domain == EffectDomain::kRate;
   }
 };
 
@@ -60,9 +69,8 @@ std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
 // Products of two factors that are not in the catalogue.
 std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
                                           const std::vector<std::string>& covariates);
-// One effect of the catalogue outside the grid: what a scan has found. `row`: where it is.
-Candidate ScannedCandidate(const ChannelProblem& problem, const std::string& id,
-                           std::size_t table_axis, double nonlinear, Eigen::Index row);
+// One effect of the catalogue outside the grid: what a scan has found.
+Candidate ScannedCandidate(const ChannelProblem& problem, const ScanPeak& peak);
 
 // A quantity that curves are sought in, cut into equal cells of its range.
 struct CurveCells {

@@ -143,7 +143,7 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
     const std::vector<Eigen::Index> slopes = fit.SlopesOf(i);
     fit.member_begin.push_back(tangent.cols());
     // One power-on alone knows it, or one moment.
-    if (member.power_on || member.id == "angle.step")
+    if (member.power_on || member.angle_step())
       std::fill_n(fit.local.begin() + column, count, true);
     AppendColumns(&tangent, fit.white.middleCols(column, count));
     AppendColumns(&tangent, fit.white_slopes(Eigen::all, slopes));

@@ -28,12 +28,15 @@ namespace {
 
 constexpr Eigen::Index kLeastRows = 60;
 constexpr double kLeastTime_s = 5.0;
-const char* ManoeuvreOf(const std::string& id) {
+std::string ManoeuvreOf(const std::string& id) {
   if (id.starts_with("composed(g*T")) return "hold the poses cold and hot";
   if (id.starts_with("composed")) return "vary one of the two quantities while the other stays";
   if (id.starts_with("empirical")) return "pass the same values again, at another time";
   for (const Effect& effect : EffectCatalogue()) {
-    if (effect.id == id || id.starts_with(effect.id + "(")) return effect.manoeuvre.c_str();
+    if (effect.id == id) return ManoeuvreFor(effect);
+    const std::string open = effect.id + "(";
+    if (id.starts_with(open))
+      return ManoeuvreFor(effect, id.substr(open.size(), id.size() - open.size() - 1));
   }
   return "";
 }
@@ -96,7 +99,7 @@ std::vector<ModelParameter> EffectParameters(const Candidate& member, const Chan
   }
   for (std::size_t k = 0; k < effect.nonlinear.size(); ++k) {
     const NonlinearParameter& parameter = effect.nonlinear[k];
-    if (effect.tied) continue;
+    if (effect.search == Search::kCoefficient) continue;
     if (j < end) {
       out.push_back(Parameter(fit, j++, parameter.name, parameter.unit, grow));
     } else {
@@ -145,9 +148,9 @@ std::vector<ModelTerm> TermsOf(const Candidate& member, const ChannelFit& fit, s
   return {term};
 }
 
-bool HasMember(const Selection& selection, const std::string& id) {
+bool HasMember(const Selection& selection, const Effect& effect) {
   return std::ranges::any_of(selection.members(),
-                             [&](const Candidate& member) { return member.id == id; });
+                             [&](const Candidate& member) { return member.effect == &effect; });
 }
 
 std::string EquationOf(const Candidate& member) {
@@ -354,7 +357,7 @@ class ChannelTracer {
     effect.parameters = EffectParameters(member, fit, i, grow, request_.covariates);
     effect.p_value = selection.PValue(i);
     effect.rivals = selection.Rivals(i);
-    if (!request_.earth_rate_known && !HasMember(selection, "bias.earth_rate"))
+    if (!request_.earth_rate_known && !HasMember(selection, EarthRotationEffect()))
       AddEarthAsRival(&effect);
     std::set<std::string> ways;
     for (const std::string& rival : effect.rivals) ways.insert(ManoeuvreOf(rival));

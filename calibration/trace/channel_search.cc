@@ -16,7 +16,6 @@
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/hold_out.h"
 #include "calibration/trace/remaining.h"
-#include "calibration/trace/rounding.h"
 #include "calibration/trace/scans.h"
 
 namespace gyrobench::calibration {
@@ -82,7 +81,6 @@ class ChannelSearcher {
     }
     own_ = *first;
     TakeInWhatPassesForWalk();
-    RemarkOnRounding();
     std::optional<SearchedChannel> found;
     found.emplace(SearchedChannel{candidates_, Select(own_.noise), own_.noise});
     if (BaselineIsPerfect(found->selection)) return found;
@@ -145,8 +143,7 @@ class ChannelSearcher {
     std::optional<Candidate> best;
     double most = 0.0;
     for (const ScanPeak& peak : ScanBias(problem_, whitener, model, residual)) {
-      Candidate candidate =
-          ScannedCandidate(problem_, peak.id, peak.table_axis, peak.nonlinear, peak.row);
+      Candidate candidate = ScannedCandidate(problem_, peak);
       const double excess =
           std::log(request_.false_discovery * kShareForWalk / peak.tried) - LogChance(candidate);
       if (excess <= most) continue;
@@ -166,7 +163,8 @@ class ChannelSearcher {
     std::vector<Eigen::Index> group;
     for (Eigen::Index j = 0; j < model.back().cols(); ++j) group.push_back(column++);
     const NoiseSearch search(problem_.intervals(), model, problem_.output_deg(),
-                             NoiseSearch::kDependent, PieceFor(candidate.id == "bias.tone"));
+                             NoiseSearch::kDependent,
+                             PieceFor(candidate.search() == Search::kFrequency));
     return candidate.LogChance(search.Worth({group}, own_.noise).front(),
                                static_cast<double>(group.size()));
   }
@@ -197,8 +195,9 @@ class ChannelSearcher {
     bool outside = false;
     for (const Candidate& member : found.selection.members()) {
       // What the noise was not judged with makes it look larger than it is.
-      const bool on_grid = member.effect != nullptr && member.context.start_sides.empty() &&
-                           (member.effect->nonlinear.empty() || member.effect->tied);
+      const bool on_grid =
+          member.effect != nullptr && member.context.start_sides.empty() &&
+          (member.search() == Search::kNone || member.search() == Search::kCoefficient);
       if (on_grid || !judged_.insert(member.family).second) continue;
       saturated_.push_back(RawColumns(Raw(member)));
       outside = true;
@@ -255,7 +254,7 @@ class ChannelSearcher {
     for (const Candidate& member : members) {
       groups.emplace_back();
       for (std::size_t k = 0; k < member.columns.size(); ++k) groups.back().push_back(column++);
-      fast = fast || member.id == "bias.tone";
+      fast = fast || member.search() == Search::kFrequency;
     }
     const NoiseSearch search(problem_.intervals(), ModelOf(found.selection), problem_.output_deg(),
                              NoiseSearch::kDependent, PieceFor(fast));
@@ -265,7 +264,7 @@ class ChannelSearcher {
   // Steps and tones that come in crowds describe a residual without explaining it.
   void DropCrowd(Selection* selection) {
     auto crowds = [](const Candidate& member) {
-      return member.id == "bias.step" || member.id == "bias.tone" || member.id == "angle.step";
+      return member.effect != nullptr && member.effect->of_one_time();
     };
     const std::vector<Candidate>& members = selection->members();
     if (std::count_if(members.begin(), members.end(), crowds) < kCrowd) return;
@@ -407,21 +406,12 @@ class ChannelSearcher {
     }
   }
 
-  void RemarkOnRounding() {
-    const double rounding_deg_s = problem_.output_rounding_deg_s();
-    if (!(rounding_deg_s > 0.0)) return;
-    remarks_.push_back(fmt::format(
-        "the gyro's noise is smaller than the last digit of its output: rounding shifts rates by "
-        "up to {:.2g} deg/s, and nothing smaller is named",
-        rounding_deg_s));
-  }
-
   bool BaselineIsPerfect(const Selection& selection) {
     const Eigen::VectorXd residual =
         problem_.output_deg() -
         baseline_.columns * selection.store().Solve(selection.baseline_columns());
     const double rms = AngleWindows(problem_, residual, 0, problem_.rows()).rms();
-    if (!(rms < kLeastAngle_deg) && !MayBeRounding(problem_, residual)) return false;
+    if (!(rms < kLeastAngle_deg)) return false;
     remarks_.push_back(fmt::format(
         "the baseline leaves an angle error of {:.2g} deg, less than sampling and rounding do: "
         "nothing is looked for in it",

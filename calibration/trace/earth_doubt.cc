@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/effects/effect.h"
 #include "kinematics/geometry.h"
 
 namespace gyrobench::calibration {
 namespace {
 
-constexpr const char* kEarth = "bias.earth_rate";
 // At the pole all of it is along z.
 double Earth_deg_s() { return kinematics::EarthRate(90.0, 0.0)[2]; }
 // Standard errors within which a size is not certain.
@@ -23,7 +23,9 @@ bool Names(const TracedEffect& effect, const std::string& id) {
 }  // namespace
 
 void AddEarthAsRival(TracedEffect* effect) {
-  if (effect->id != "bias.g_linear" || Names(*effect, kEarth)) return;
+  const std::string& earth = EarthRotationEffect().id;
+  const Effect* known = FindEffect(effect->id);
+  if (known == nullptr || !known->earth_passes_for_it || Names(*effect, earth)) return;
   // What one axis shows beyond doubt, another that is hardly seen does not bring into question.
   double square = 0.0, variance = 0.0, most = 0.0;
   for (const ModelParameter& parameter : effect->parameters) {
@@ -33,12 +35,12 @@ void AddEarthAsRival(TracedEffect* effect) {
     most = std::max(most, std::fabs(parameter.value) - kCertain * parameter.std_error);
   }
   if (std::max(most, std::sqrt(square) - kCertain * std::sqrt(variance)) > Earth_deg_s()) return;
-  effect->rivals.insert(std::ranges::upper_bound(effect->rivals, kEarth), kEarth);
+  effect->rivals.insert(std::ranges::upper_bound(effect->rivals, earth), earth);
 }
 
 std::string LatitudeNeeded(const std::vector<TracedEffect>& effects) {
   const bool doubted = std::ranges::any_of(
-      effects, [](const TracedEffect& effect) { return Names(effect, kEarth); });
+      effects, [](const TracedEffect& effect) { return Names(effect, EarthRotationEffect().id); });
   if (!doubted) return "";
   return fmt::format(
       "The site's latitude is needed: Earth's rotation ({:.2g} deg/s) is not taken off and passes "

@@ -14,7 +14,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr const char* kId = "bias.g_linear";
 constexpr double kAbsorbed = 1e-6;
 
 struct LeftColumns {
@@ -75,13 +74,13 @@ void Judge(const Effect& effect, const std::vector<bool>& seen, GravityRow* row)
 GravityRow FitGravityRow(const ChannelProblem& problem, const Selection& selection,
                          const ChannelFit& fit, double grow) {
   GravityRow row;
-  const Effect& effect = *FindEffect(kId, 0);
+  const Effect& effect = GSensitivityEffect();
   if ((problem.knows() & kNeedsGravity) == 0) {
     row.because = "gravity in the sensor's frame is not known";
     return row;
   }
   for (std::size_t i = 0; i < selection.members().size(); ++i) {
-    if (selection.members()[i].id != kId) continue;
+    if (selection.members()[i].effect != &effect) continue;
     row.in_model = true;
     row.value = fit.values.segment<3>(fit.member_begin[i]);
     row.std_error = grow * fit.covariance.diagonal().segment<3>(fit.member_begin[i]).cwiseSqrt();

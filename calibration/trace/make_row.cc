@@ -22,7 +22,7 @@ bool IsShared(const Candidate& member) {
 
 // The same for all channels that found it.
 std::string NameOf(const Candidate& member) {
-  const bool placed = !member.effect->tied && !member.context.nonlinear.empty();
+  const bool placed = member.search() != Search::kCoefficient && !member.context.nonlinear.empty();
   return placed ? fmt::format("{}@{:.4g}", member.family, member.context.nonlinear[0])
                 : member.family;
 }

@@ -74,7 +74,6 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
   }
   output_ = Eigen::Map<const Eigen::VectorXd>(output.data(), rows());
   Survey();
-  SurveyRounding(units_per_deg_s);
   TakeOffEarth();
   ShareReferenceErrors();
 }
@@ -262,13 +261,6 @@ void ChannelProblem::SurveyGravity() {
     }
   }
   for (std::size_t c = 0; c < 3; ++c) gravity_range_[c] = high[c] - low[c];
-}
-
-void ChannelProblem::SurveyRounding(double units_per_deg_s) {
-  for (const Trail& trail : trails_) {
-    const double error_deg_s = trail.output_rounding[channel_] / std::fabs(units_per_deg_s);
-    output_rounding_ = std::max(output_rounding_, error_deg_s);
-  }
 }
 
 Baseline ChannelProblem::MakeBaseline() const {

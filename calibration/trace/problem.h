@@ -102,9 +102,6 @@ class ChannelProblem {
   // What rounding errs by in motion where the steps of an encoder are coarser than its noise, the
   // largest; 0 where they are not [deg]. It is a function of the angle.
   double rounding_deg() const;
-  // By how much the mean of the gyro's rate may be off because its samples are rounded to a last
-  // digit that is coarser than their noise, the largest; 0 where it is not [deg/s].
-  double output_rounding_deg_s() const { return output_rounding_; }
   // The components of gravity along the sensor's axes: how far apart the largest and the smallest
   // are [g]. NaN where gravity is not known.
   const Vector3& gravity_range_g() const { return gravity_range_; }
@@ -130,7 +127,6 @@ class ChannelProblem {
   void ShareReferenceErrors();
   void SurveyTemperature();
   void SurveyGravity();
-  void SurveyRounding(double units_per_deg_s);
 
   std::span<const Trail> trails_;
   std::size_t channel_;
@@ -147,7 +143,6 @@ class ChannelProblem {
   Vector3 path_ = {};
   double min_temperature_ = kMissing, max_temperature_ = kMissing, mean_temperature_ = kMissing;
   double max_rate_ = 0.0;
-  double output_rounding_ = 0.0;
   Vector3 gravity_range_ = {kMissing, kMissing, kMissing};
 };
 

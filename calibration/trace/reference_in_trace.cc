@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "calibration/effects/effect.h"
 #include "calibration/signal/reference_error.h"
 
 namespace gyrobench::calibration {
@@ -54,7 +55,8 @@ Vector3 Ranges_deg(std::span<const Trail> trails) {
 ReferenceError ErrorOf(std::span<const Trail> trails, const ChannelTrace& trace) {
   ReferenceUncertainty said = Said(trails);
   const bool found = std::ranges::any_of(trace.effects, [](const TracedEffect& effect) {
-    return effect.id.starts_with("angle.eccentricity");
+    const Effect* known = FindEffect(effect.id);
+    return known != nullptr && known->reference_eccentricity;
   });
   if (found && said.eccentricity_deg) said.eccentricity_deg = 0.0;
   return MakeReferenceError(said, Ranges_deg(trails));

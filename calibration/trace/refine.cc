@@ -68,16 +68,16 @@ std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidat
   const Effect& effect = *candidate.effect;
   RefineRange range;
   range.start = candidate.context.nonlinear;
-  range.tied = effect.tied;
+  range.tied = effect.search == Search::kCoefficient;
   for (std::size_t i = 0; i < effect.nonlinear.size(); ++i) {
     const NonlinearParameter& parameter = effect.nonlinear[i];
     double low = parameter.low, high = parameter.high;
     // What a scan has found lies within its resolution.
-    if (effect.id == "bias.tone") {
+    if (effect.search == Search::kFrequency) {
       const double width = 1.0 / (problem.end_s(problem.rows() - 1) - problem.begin_s(0));
       low = std::max(range.start[i] - width, 1e-6);
       high = range.start[i] + width;
-    } else if (effect.id == "angle.ripple") {
+    } else if (effect.search == Search::kPeriods) {
       const double width = OffWholePeriods(range.start[i]);
       low = std::round(range.start[i]) - width;
       high = std::round(range.start[i]) + width;

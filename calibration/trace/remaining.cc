@@ -10,7 +10,6 @@
 
 #include "calibration/gls/correlated.h"
 #include "calibration/gls/likelihood.h"
-#include "calibration/trace/rounding.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -166,7 +165,6 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
                                     const std::vector<std::string>& covariates) {
   ChannelTrace::Remaining out;
   if (problem.rows() < kLeastRows) return out;
-  if (MayBeRounding(problem, problem.output_deg() - fit.raw * fit.linear)) return out;
   const Eigen::VectorXd residual = fit.WhiteResidual();
   std::vector<Test> tests;
   for (const Eigen::Index block : kWhitenessBlocks) {

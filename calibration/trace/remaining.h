@@ -16,8 +16,7 @@ inline constexpr Eigen::Index kWhitenessBlocks[] = {1, 10, 100};
 bool WhitenessIsTested(const ChannelProblem& problem, Eigen::Index block);
 
 // Whiteness, the highest peak of the periodogram, dependence on a covariate (binned means),
-// variance against acceleration; Holm's correction over all of them, at 1 %. Findings that pass it;
-// none where all of the residual may be rounding (rounding.h).
+// variance against acceleration; Holm's correction over all of them, at 1 %. Findings that pass it.
 ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const ChannelFit& fit,
                                     const std::vector<std::string>& covariates);
 

@@ -55,7 +55,7 @@ class Steps {
 
   ScanPeak Bias() const {
     ScanPeak peak = Best(shocks_.bias, shocks_.bias_information, false);
-    peak.id = "bias.step";
+    peak.effect = &ScannedEffect(Search::kTime, EffectDomain::kRate);
     peak.tried = TestsOfBias(peak.gain);
     return peak;
   }
@@ -74,7 +74,7 @@ class Steps {
   }
   ScanPeak Angle() const {
     ScanPeak peak = Best(shocks_.output, shocks_.output_information, true);
-    peak.id = "angle.step";
+    peak.effect = &ScannedEffect(Search::kTime, EffectDomain::kAngle);
     peak.tried = static_cast<double>(problem_.rows());
     peak.tail_freedom = TailFreedom();
     // Of the axis whose turning was felt most then.
@@ -148,7 +148,7 @@ std::size_t PowerOfTwo(std::size_t least) {
 // The residual on a grid of the rows' usual length, its spectrum; all measurements add up.
 ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   ScanPeak peak;
-  peak.id = "bias.tone";
+  peak.effect = &ScannedEffect(Search::kFrequency, EffectDomain::kRateIntegral);
   if (problem.rows() < 64) return peak;
   std::vector<double> lengths;
   for (const Interval& interval : problem.intervals()) lengths.push_back(interval.duration_s);
@@ -249,7 +249,7 @@ double PlacesOfRipple(int periods, int most, double turns) {
 ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
                 std::size_t axis) {
   ScanPeak peak;
-  peak.id = "angle.ripple";
+  peak.effect = &ScannedEffect(Search::kPeriods, EffectDomain::kAngle);
   peak.table_axis = axis;
   std::vector<double> bins(kAngleBins, 0.0);
   double square = 0.0;

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <limits>
-#include <string>
 #include <vector>
 
 #include "calibration/gls/whitener.h"
@@ -13,7 +12,7 @@
 namespace gyrobench::calibration {
 
 struct ScanPeak {
-  std::string id;
+  const Effect* effect = nullptr;
   std::size_t table_axis = 2;
   double nonlinear = 0.0;  // t0 [s], f [Hz], k [periods per turn]
   Eigen::Index row = 0;    // where it is, for steps and tones

@@ -35,9 +35,8 @@ Eigen::Index RoomFor(const Baseline& baseline, const CandidateSet& candidates) {
   return room;
 }
 
-bool IsSlowBias(const Candidate& candidate) {
-  return candidate.effect != nullptr && candidate.id.starts_with("bias.") &&
-         candidate.id != "bias.tone" && candidate.id != "bias.vibration";
+bool IsSlow(const Candidate& candidate) {
+  return candidate.effect != nullptr && candidate.effect->slow;
 }
 
 // The best number of periods a turn may be as far from a whole number as any may be: then it is
@@ -164,34 +163,17 @@ double Selection::StdError(const Candidate& candidate, std::size_t j,
   return 1.0 / std::sqrt(store_.Left(column, model) * store_.column(column).squaredNorm());
 }
 
-// The largest rate that a candidate adds with these coefficients is less than the gyro's rounding
-// errs by.
-bool Selection::UnderRounding(const Candidate& candidate, const Eigen::VectorXd& values) const {
-  const double rounding_deg_s = problem_->output_rounding_deg_s();
-  const bool angle =
-      candidate.effect != nullptr && candidate.effect->domain == EffectDomain::kAngle;
-  if (!(rounding_deg_s > 0.0) || angle) return false;
-  const Eigen::VectorXd turned_deg =
-      (candidate.raw ? candidate.raw->Copy() : ColumnsOf(*problem_, candidate, covariates())) *
-      values;
-  for (Eigen::Index i = 0; i < turned_deg.size(); ++i) {
-    const double length_s = problem_->intervals()[static_cast<std::size_t>(i)].duration_s;
-    if (std::fabs(turned_deg(i)) > rounding_deg_s * length_s) return false;
-  }
-  return true;
-}
-
 // Whether its coefficients may be what the effect says, among the others of a model.
 bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const {
+  if (candidate.effect == nullptr) return true;
+  const Effect& effect = *candidate.effect;
+  if (effect.search == Search::kPeriods && AtTheEndOfItsRange(candidate)) return false;
+  if (!(effect.typical_size > 0) && !effect.positive) return true;
   WhiteStore::Columns model = others;
   model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
   const Eigen::VectorXd values =
       store_.Solve(model).tail(static_cast<Eigen::Index>(candidate.columns.size()));
-  if (UnderRounding(candidate, values)) return false;
-  if (candidate.effect == nullptr) return true;
-  const Effect& effect = *candidate.effect;
-  if (effect.id == "angle.ripple" && AtTheEndOfItsRange(candidate)) return false;
-  if (effect.id == "angle.worm_period" &&
+  if (effect.search == Search::kEachPoint &&
       values.norm() < kRoundingInWave * problem_->rounding_deg() * std::fabs(own_scale_))
     return false;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
@@ -297,9 +279,9 @@ bool Selection::Add(Best best, const WhiteStore::Columns& model) {
 
 std::vector<Selection::Ramp> Selection::RampsFor(const Candidate& member,
                                                  const WhiteStore::Columns& others) const {
-  if (!IsSlowBias(member)) return {};
+  if (!IsSlow(member)) return {};
   std::vector<Ramp> ramps = BestRamps(others);
-  if (member.id != "bias.step") return ramps;
+  if (!member.bias_step()) return ramps;
   // A step in time may be a jump at the value that the quantity had then.
   constexpr double kWidth = 1e-4;  // of the quantity's range
   const Projection model_off(store_.Take(others));

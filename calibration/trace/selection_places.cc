@@ -42,7 +42,7 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
   }
   if (theta == range->start) return;
   SetNonlinear(theta, candidate);
-  if (candidate->id == "angle.backlash") {
+  if (candidate->effect != nullptr && candidate->effect->unknown_start) {
     candidate->context.start_sides = StartSides(*candidate, others_off, residual);
   }
   candidate->columns.clear();

@@ -41,9 +41,13 @@ void Selection::TryPool(const WhiteStore::Columns& model, Best* best) {
 // A delay and a lag of first order differ by the shape of the filter. Where that is free, as beside
 // a declared delay, the two are one: each may stand for both, and not beside the other.
 bool Selection::InFilterShape(const Candidate& candidate) const {
-  constexpr const char *kDelay = "angle.latency", *kLag = "bandwidth.first_order";
-  return problem_->DelayIsDeclared() &&
-         ((candidate.id == kLag && InModel(kDelay)) || (candidate.id == kDelay && InModel(kLag)));
+  const auto shapes_filter = [](const Candidate& one) {
+    return one.effect != nullptr && one.effect->filter_shape;
+  };
+  return problem_->DelayIsDeclared() && shapes_filter(candidate) &&
+         std::ranges::any_of(members_, [&](const Candidate& member) {
+           return shapes_filter(member) && member.effect != candidate.effect;
+         });
 }
 
 // Of each family whose parameters are searched for, the point that comes nearest to its level.
@@ -88,12 +92,11 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     const double level = std::log(options_.false_discovery * kShareOfScan / peak.tried);
     // The scan's own figure is rough: what comes near is worked out.
     if (peak.gain < 0.5 * ChiSquareQuantile(level, 2.0)) continue;
-    Candidate candidate =
-        ScannedCandidate(*problem_, peak.id, peak.table_axis, peak.nonlinear, peak.row);
+    Candidate candidate = ScannedCandidate(*problem_, peak);
     candidate.log_level = level;
     candidate.tail_freedom = peak.tail_freedom;
     if (Barred(candidate.family)) continue;
-    if (peak.id == "angle.step") PlaceStep(model, &candidate);
+    if (candidate.angle_step()) PlaceStep(model, &candidate);
     const Eigen::Index mark = store_.used();
     candidate.columns = store_.Add(White(candidate));
     double excess = level - LogP(candidate, model);

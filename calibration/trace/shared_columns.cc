@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "calibration/effects/effect.h"
 #include "calibration/state/gaps.h"
 #include "calibration/state/trail_parts.h"
 
@@ -93,10 +94,10 @@ void ListUnidentifiable(const std::string& name, const Range& range,
                                   ? fmt::format("column {} stays at {:.6g}", name, range.low)
                                   : fmt::format("column {} hardly changes, from {:.6g} to {:.6g}",
                                                 name, range.low, range.high);
-  out->push_back({fmt::format("bias.of({})", name), because,
-                  fmt::format("vary {} while the sensor rests", name)});
-  out->push_back({fmt::format("scale.of({})", name), because,
-                  fmt::format("vary {} and turn at the same speeds at each value", name)});
+  for (const Effect& effect : EffectCatalogue()) {
+    if ((effect.needs & kNeedsCovariate) == 0) continue;
+    out->push_back({fmt::format("{}({})", effect.id, name), because, ManoeuvreFor(effect, name)});
+  }
 }
 
 }  // namespace

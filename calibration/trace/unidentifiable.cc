@@ -57,24 +57,21 @@ std::string WhyUnseen(const Effect& effect, const Sight& sight) {
 // Of a coarse encoder.
 void ListRounding(const ChannelProblem& problem, std::vector<Unidentifiable>* out) {
   if (!(problem.rounding_deg() > 0.0) || problem.table_axes().empty()) return;
-  out->push_back({"angle.ripple",
+  out->push_back({ScannedEffect(Search::kPeriods, EffectDomain::kAngle).id,
                   "the steps of the encoder are coarser than its noise: their rounding is a ripple "
                   "of the angle itself",
                   "take an encoder of finer steps"});
 }
 
+constexpr std::int64_t kLeastClockPairs = 10;
 // Of a reference without a second one beside it.
 void ListAlwaysUnseen(const ChannelProblem& problem, std::vector<Unidentifiable>* out) {
   if ((problem.knows() & kNeedsRate) == 0) return;
-  out->push_back({"angle.reference_scale",
-                  "a scale error of the reference and one of the gyro are the same in these data",
-                  "close a full turn against an index mark, or tilt the axis so that the "
-                  "accelerometer sees gravity turn by the true angle"});
-  if (problem.trails().front().recording->ticks.count() >= 10) return;
-  out->push_back({"time.rate",
-                  "an error of the time base and one of the gyro's scale are the same in these "
-                  "data",
-                  "record the host's clock next to the sensor's"});
+  const bool two_clocks = problem.trails().front().recording->ticks.count() >= kLeastClockPairs;
+  for (const NeverSeen& effect : NeverSeenEffects()) {
+    if (effect.seen_by_host_clock && two_clocks) continue;
+    out->push_back({effect.id, effect.because, effect.settled_by});
+  }
 }
 
 }  // namespace
@@ -88,7 +85,7 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
   std::set<std::string> listed;
   const auto list = [&](const std::string& id, const Effect& effect, const std::string& because) {
     if (because.empty() || named.contains(id) || !listed.insert(id).second) return;
-    out.push_back({id, because, effect.manoeuvre});
+    out.push_back({id, because, ManoeuvreFor(effect)});
   };
   // As if every row had what they depend on.
   for (const Candidate& candidate :
@@ -102,7 +99,7 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
     const bool grid = effect.nonlinear.empty() || !effect.nonlinear[0].grid.empty();
     const unsigned lacks = effect.needs & ~problem.knows();
     if (!grid || (effect.needs & kNeedsCovariate) != 0 || lacks == 0) continue;
-    if (effect.id == "bias.earth_rate" && earth_rate_known) continue;
+    if (effect.true_motion && earth_rate_known) continue;
     list(effect.id, effect, WhatIsMissing(lacks));
   }
   ListRounding(problem, &out);

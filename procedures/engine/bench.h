@@ -95,6 +95,7 @@ struct TracedEffect {
   std::vector<TracedParameter> parameters;
   std::vector<std::string> rivals;  // ids that the data so far cannot tell from it
   std::string settled_by;           // the manoeuvre that would; empty when certain
+  bool may_be_a_step = false;       // it, or a rival, happens at one time
 };
 
 // What the residual of one gyro axis is traced to.

@@ -33,6 +33,12 @@ inline void SetField(lua_State* state, const char* field, double value) {
   lua_setfield(state, -2, field);
 }
 
+// Of another name: a text is not to be taken for one.
+inline void SetFlag(lua_State* state, const char* field, bool value) {
+  lua_pushboolean(state, value ? 1 : 0);
+  lua_setfield(state, -2, field);
+}
+
 inline void SetField(lua_State* state, const char* field, const std::string& value) {
   lua_pushlstring(state, value.data(), value.size());
   lua_setfield(state, -2, field);

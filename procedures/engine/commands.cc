@@ -77,10 +77,11 @@ void SetList(lua_State* state, const char* field, const std::vector<Item>& items
 }
 
 void PushEffect(lua_State* state, const TracedEffect& effect) {
-  lua_createtable(state, 0, 5);
+  lua_createtable(state, 0, 6);
   SetField(state, "id", effect.id);
   SetField(state, "owner", effect.owner);
   SetField(state, "settled_by", effect.settled_by);
+  SetFlag(state, "may_be_a_step", effect.may_be_a_step);
   SetList(state, "parameters", effect.parameters, PushParameter);
   SetList(state, "rivals", effect.rivals, PushText);
 }

@@ -172,6 +172,8 @@ std::size_t ChoicesUntilSettled(const std::vector<Effects>& found,
 TracedEffect Named(const std::string& id, std::vector<std::string> rivals = {}) {
   TracedEffect effect;
   effect.id = id;
+  const auto is_step = [](const std::string& one) { return one.ends_with(".step"); };
+  effect.may_be_a_step = is_step(id) || std::ranges::any_of(rivals, is_step);
   effect.rivals = std::move(rivals);
   return effect;
 }

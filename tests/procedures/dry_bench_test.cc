@@ -141,9 +141,9 @@ TEST(DryRun, ExpectsSoaksBetweenTheirWindowAndTheirEnd) {
 }
 
 TEST(DryRun, TellsTheScriptTheTimeThatItExpectsASoakToTake) {
-  const Plan plan = Dry(
-      "local s = bench.soak{max_s=36000, drift_degC=0.3, window_s=60}\n"
-      "bench.say(string.format('%.3f', s.duration_s))");
+  const Plan plan =
+      Dry("local s = bench.soak{max_s=36000, drift_degC=0.3, window_s=60}\n"
+          "bench.say(string.format('%.3f', s.duration_s))");
   ASSERT_EQ(plan.notes.size(), 1u);
   EXPECT_NEAR(std::stod(plan.notes[0]), plan.expected_duration_s, 1e-3);
 }

@@ -1,0 +1,42 @@
+// An error that repeats with the turn of the shaft.
+#include "calibration/effects/basis.h"
+#include "calibration/effects/catalogue/makers.h"
+#include "calibration/effects/catalogue/periodic_basis.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+class ShaftPeriodBasis final : public PeriodicBasis {
+ public:
+  using PeriodicBasis::PeriodicBasis;
+
+ private:
+  double periods() const override { return context().nonlinear[0] * context().gear_ratio; }
+};
+
+bool GearIsKnown(const DataRange& data, const std::vector<double>&) {
+  return data.gear_ratio > 0.0;
+}
+
+}  // namespace
+
+Effect AngleWormPeriod() {
+  return {.id = "angle.worm_period",
+          .domain = EffectDomain::kAngle,
+          .owner = EffectOwner::kBench,
+          .equation = "a sin(psi) + b cos(psi), psi the shaft's angle",
+          .cause = "eccentric worm",
+          .looks_like =
+              "the angle errs by a wave once or twice in a turn of the shaft (9 deg of the table)",
+          .manoeuvre = "turn slowly by parts of a shaft turn, finely sampled",
+          .needs = kNeedsRate | kNeedsTableAxis,
+          .terms = {{"a", "deg"}, {"b", "deg"}},
+          .nonlinear = {{"harmonic", "1/turn", 0.0, 0.0, {1.0, 2.0}}},
+          .search = Search::kEachPoint,
+          .typical_size = 0.025,
+          .size_source = "the certificate of the stand bounds its error by 0.025 deg",
+          .makes_sense = GearIsKnown,
+          .basis = Make<ShaftPeriodBasis>};
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,43 @@
+// The rotation of the Earth, where it was not taken off.
+#include "calibration/effects/basis.h"
+#include "calibration/effects/catalogue/makers.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// w_north on world x and y (headings are not known here), w_up on z; nothing where it is in the
+// rates.
+class EarthBasis final : public ChannelBasis {
+ public:
+  using ChannelBasis::ChannelBasis;
+  void At(const TrackPoint& point, double* terms) override {
+    const std::size_t c = context().channel;
+    const Vector3& x = point.world_x;
+    const Vector3& z = point.gravity_g;
+    const Vector3 y = {z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2],
+                       z[0] * x[1] - z[1] * x[0]};
+    terms[0] = point.earth_rate_known ? 0.0 : z[c];
+    terms[1] = point.earth_rate_known ? 0.0 : x[c];
+    terms[2] = point.earth_rate_known ? 0.0 : y[c];
+  }
+};
+
+}  // namespace
+
+Effect BiasEarthRate() {
+  return {.id = "bias.earth_rate",
+          .equation = "w_E in the sensor's frame",
+          .cause = "Earth's rotation, where the site's latitude is not configured",
+          .looks_like = "the zero-rate offset changes by up to 0.0042 deg/s with pose and heading",
+          .manoeuvre = "configure the site's latitude and heading",
+          .needs = kNeedsGravity,
+          .terms = {{"up", "deg/s"}, {"world_x", "deg/s"}, {"world_y", "deg/s"}},
+          .typical_size = 0.0042,
+          .size_source = "15.04 deg/h at the poles",
+          .limited = true,
+          .slow = true,
+          .true_motion = true,
+          .basis = Make<EarthBasis>};
+}
+
+}  // namespace gyrobench::calibration

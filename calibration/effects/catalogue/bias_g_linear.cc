@@ -1,0 +1,36 @@
+// The zero-rate offset depends on the specific force: g-sensitivity.
+#include "calibration/effects/basis.h"
+#include "calibration/effects/catalogue/makers.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+class GravityBasis final : public ChannelBasis {
+ public:
+  using ChannelBasis::ChannelBasis;
+  void At(const TrackPoint& point, double* terms) override {
+    for (std::size_t i = 0; i < 3; ++i) terms[i] = point.gravity_g[i];
+  }
+};
+
+}  // namespace
+
+Effect BiasGLinear() {
+  return {.id = "bias.g_linear",
+          .equation = "k . g",
+          .cause = "mass unbalance of the element, shift of its quadrature error",
+          .looks_like =
+              "the zero-rate offset is another in each pose, and changes its sign when the sensor "
+              "is turned over",
+          .manoeuvre = "hold six poses, or turn about a horizontal axis",
+          .needs = kNeedsGravity,
+          .terms = {{"k_x", "deg/s/g"}, {"k_y", "deg/s/g"}, {"k_z", "deg/s/g"}},
+          .typical_size = 0.1,
+          .size_source = "MPU-6050 data sheet 3.4, section 6.1: linear acceleration sensitivity",
+          .slow = true,
+          .earth_passes_for_it = true,
+          .c_expression = "({c0} * g[0] + {c1} * g[1] + {c2} * g[2])",
+          .basis = Make<GravityBasis>};
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,60 @@
+// Vibration that the element rectifies, where no accelerometer shows it: the resonance of the
+// stand.
+#include <cmath>
+
+#include "calibration/effects/basis.h"
+#include "calibration/effects/catalogue/makers.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// A ramp crosses the resonance within one interval: the mean over the rates it goes through,
+//   width / (w1 - w0) (atan((w1 - f0) / width) - atan((w0 - f0) / width)).
+class ResonanceBasis final : public ChannelBasis {
+ public:
+  using ChannelBasis::ChannelBasis;
+  void At(const TrackPoint& point, double* terms) override {
+    const double width = context().nonlinear[1];
+    const double middle = std::fabs(rate(point)) - context().nonlinear[0];
+    const double half_span = 0.5 * std::fabs(point.rate_span_deg_s[context().channel]);
+    if (point.still) {
+      terms[0] = 0.0;
+    } else if (half_span < 0.1 * width) {
+      terms[0] = 1.0 / (1.0 + middle * middle / (width * width));
+    } else {
+      terms[0] =
+          0.5 * width / half_span *
+          (std::atan((middle + half_span) / width) - std::atan((middle - half_span) / width));
+    }
+  }
+};
+
+// A resonance beyond all speeds is never met.
+bool IsReached(const DataRange& data, const std::vector<double>& nonlinear) {
+  constexpr double kJustBeyond = 1.2;
+  return !(nonlinear[0] > kJustBeyond * data.max_rate_deg_s);
+}
+
+}  // namespace
+
+Effect BiasVibrationAtResonance() {
+  return {.id = "bias.vibration",
+          .equation = "A / (1 + ((|w| - f0) / width)^2) while the table turns",
+          .cause = "vibration of the steps rectified by the element, at the stand's resonance",
+          .looks_like =
+              "the zero-rate offset shifts at some speeds of the table, the same way in both "
+              "directions",
+          .manoeuvre = "sweep the speed through the stand's resonance",
+          .needs = kNeedsRate,
+          .terms = {{"A", "deg/s"}},
+          .nonlinear = {{"f0", "deg/s", 1.0, 500.0, {3,  5,  7,  9,  11, 14,  18,  22,  27,  33,
+                                                     40, 48, 58, 70, 84, 100, 120, 150, 180, 220}},
+                        {"width", "deg/s", 0.3, 30.0, {1.0, 3.0}}},
+          .search = Search::kGrid,
+          .typical_size = 0.5,
+          .size_source = "experience with stands of this class: 0.01 to 0.5",
+          .makes_sense = IsReached,
+          .basis = Make<ResonanceBasis>};
+}
+
+}  // namespace gyrobench::calibration

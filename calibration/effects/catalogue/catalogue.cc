@@ -1,0 +1,89 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ranges>
+
+#include "calibration/effects/catalogue/makers.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+const Effect& The(bool (*is_it)(const Effect&)) {
+  return *std::ranges::find_if(EffectCatalogue(), is_it);
+}
+
+}  // namespace
+
+const std::vector<Effect>& EffectCatalogue() {
+  static const std::vector<Effect> catalogue = [] {
+    constexpr Effect (*kMakers[])() = {
+        BiasGLinear,
+        BiasGSquared,
+        ScaleG,
+        ScaleTemperature,
+        ScaleQuadraticOdd,
+        ScaleCubic,
+        ScaleQuadraticEven,
+        ScaleAsymmetry,
+        BiasTemperatureRate,
+        BiasHysteresis,
+        BiasWarmUp,
+        BiasVibration,
+        BiasVibrationAtResonance,
+        BiasOf,
+        ScaleOf,
+        BiasEarthRate,
+        BiasStep,
+        BiasTone,
+        AngleLatency,
+        BandwidthFirstOrder,
+        AngleClockDrift,
+        AngleWormPeriod,
+        AngleEccentricity1,
+        AngleEccentricity2,
+        AngleBacklash,
+        AngleRipple,
+        AngleStep,
+    };
+    std::vector<Effect> all;
+    for (const auto make : kMakers) all.push_back(make());
+    return all;
+  }();
+  return catalogue;
+}
+
+const Effect* FindEffect(const std::string& id, std::size_t nonlinear_parameters) {
+  for (const Effect& effect : EffectCatalogue()) {
+    if (effect.id == id && effect.nonlinear.size() == nonlinear_parameters) return &effect;
+  }
+  return nullptr;
+}
+
+const Effect* FindEffect(const std::string& id) {
+  for (const Effect& effect : EffectCatalogue()) {
+    if (effect.id == id) return &effect;
+  }
+  return nullptr;
+}
+
+std::string ManoeuvreFor(const Effect& effect, const std::string& column) {
+  return fmt::format(fmt::runtime(effect.manoeuvre), column);
+}
+
+const Effect& GSensitivityEffect() {
+  static const Effect& effect = The([](const Effect& one) { return one.earth_passes_for_it; });
+  return effect;
+}
+
+const Effect& EarthRotationEffect() {
+  static const Effect& effect = The([](const Effect& one) { return one.true_motion; });
+  return effect;
+}
+
+const Effect& ScannedEffect(Search search, EffectDomain domain) {
+  return *std::ranges::find_if(EffectCatalogue(), [&](const Effect& one) {
+    return one.search == search && one.domain == domain;
+  });
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,197 @@
+// The catalogue of effects, as a list, one by one, or as a page.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "base/error.h"
+#include "base/nearest_word.h"
+#include "calibration/artefact/calibration_file.h"
+#include "calibration/effects/effect.h"
+#include "cli/commands.h"
+#include "cli/exit_status.h"
+#include "cli/text_layout.h"
+
+namespace gyrobench::cli {
+namespace {
+
+using calibration::Effect;
+using calibration::NeverSeen;
+using Json = nlohmann::ordered_json;
+using Facts = std::vector<std::pair<std::string, std::string>>;  // what, and what is said of it
+
+std::string NeedsText(unsigned needs) {
+  constexpr std::pair<unsigned, const char*> kNames[] = {
+      {calibration::kNeedsRate, "motion about the axis, by a reference"},
+      {calibration::kNeedsGravity, "gravity in the sensor's frame"},
+      {calibration::kNeedsTemperature, "a temperature that changes"},
+      {calibration::kNeedsTableAxis, "the angle of a table"},
+      {calibration::kNeedsCovariate, "a column of its own"},
+      {calibration::kNeedsVibration, "an accelerometer that feels vibration"}};
+  std::vector<std::string> parts;
+  for (const auto& [need, name] : kNames) {
+    if ((needs & need) != 0) parts.emplace_back(name);
+  }
+  return parts.empty() ? "nothing but the output" : fmt::format("{}", fmt::join(parts, "; "));
+}
+
+std::string SizeText(const Effect& effect) {
+  if (!(effect.typical_size > 0.0)) return "not known";
+  return fmt::format("{:g} {}", effect.typical_size, effect.terms[0].unit);
+}
+
+std::string TermsText(const Effect& effect) {
+  std::vector<std::string> parts;
+  for (const calibration::EffectTerm& term : effect.terms)
+    parts.push_back(fmt::format("{} [{}]", term.name, term.unit));
+  for (const calibration::NonlinearParameter& parameter : effect.nonlinear) {
+    if (effect.search == calibration::Search::kCoefficient) continue;
+    std::string range;
+    if (parameter.high > parameter.low)
+      range = fmt::format(", {:g} to {:g}", parameter.low, parameter.high);
+    parts.push_back(fmt::format("{} [{}{}]", parameter.name, parameter.unit, range));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::string CorrectionText(const Effect& effect) {
+  calibration::ModelTerm term;
+  term.id = effect.id;
+  term.owner = effect.owner;
+  term.nonlinear.assign(effect.nonlinear.size(), 0.0);
+  if (const std::string why_not = WhyNotApplied(term); !why_not.empty()) return "no: " + why_not;
+  return effect.c_expression.empty() ? "by gyrobench apply"
+                                     : "by gyrobench apply and in exported C";
+}
+
+Facts FactsOf(const Effect& effect) {
+  const bool angle = effect.domain == calibration::EffectDomain::kAngle;
+  Facts facts = {{angle ? "adds to the angle" : "adds to the rate", effect.equation},
+                 {"parameters", TermsText(effect)},
+                 {"looks like", effect.looks_like},
+                 {"cause", effect.cause},
+                 {"belongs to", Name(effect.owner)},
+                 {"largest size", SizeText(effect)}};
+  if (!effect.size_source.empty()) facts.back().second += "; " + effect.size_source;
+  facts.emplace_back("must be known", NeedsText(effect.needs));
+  facts.emplace_back("is shown by", ManoeuvreFor(effect));
+  facts.emplace_back("is corrected", CorrectionText(effect));
+  return facts;
+}
+
+Facts FactsOf(const NeverSeen& effect) {
+  return {{"not seen because", effect.because}, {"is shown by", effect.settled_by}};
+}
+
+std::string FactsText(const std::string& id, const Facts& facts, const Terminal& terminal) {
+  std::size_t width = 0;
+  for (const auto& [what, says] : facts) width = std::max(width, what.size());
+  std::string text = terminal.Bold(id) + "\n";
+  for (const auto& [what, says] : facts) {
+    const std::string line = fmt::format("{:<{}}  {}", what, width, says);
+    text += Wrap(line, terminal.columns, static_cast<int>(width) + 2) + "\n";
+  }
+  return text;
+}
+
+std::string MarkdownText(const std::string& id, const Facts& facts) {
+  std::string text = fmt::format("## `{}`\n\n| | |\n|---|---|\n", id);
+  for (const auto& [what, says] : facts) {
+    std::string cell;
+    for (const char c : says) cell += c == '|' ? std::string("\\|") : std::string(1, c);
+    text += fmt::format("| {} | {} |\n", what, cell);
+  }
+  return text;
+}
+
+Json ToJson(const Effect& effect) {
+  Json parameters = Json::array();
+  for (const calibration::EffectTerm& term : effect.terms)
+    parameters.push_back({{"name", term.name}, {"unit", term.unit}});
+  Json size = effect.typical_size > 0.0 ? Json(effect.typical_size) : Json();
+  return {{"id", effect.id},
+          {"owner", Name(effect.owner)},
+          {"equation", effect.equation},
+          {"parameters", parameters},
+          {"looks_like", effect.looks_like},
+          {"cause", effect.cause},
+          {"largest_size", size},
+          {"size_source", effect.size_source},
+          {"must_be_known", NeedsText(effect.needs)},
+          {"is_shown_by", ManoeuvreFor(effect)},
+          {"is_corrected", CorrectionText(effect)}};
+}
+
+// "bias.of(supply_v)" is the catalogue's "bias.of".
+std::string CatalogueName(const std::string& id) { return id.substr(0, id.find('(')); }
+
+// Of the effect `id`, or of all where it is empty.
+template <typename Do>
+void ForEach(const std::string& id, Do&& act) {
+  bool any = false;
+  std::vector<std::string> known;
+  const auto pass = [&](const auto& effect) {
+    known.push_back(effect.id);
+    if (!id.empty() && effect.id != CatalogueName(id)) return;
+    act(effect);
+    any = true;
+  };
+  for (const Effect& effect : calibration::EffectCatalogue()) pass(effect);
+  for (const NeverSeen& effect : calibration::NeverSeenEffects()) pass(effect);
+  if (any) return;
+  throw UsageError(fmt::format("no effect \"{}\" in the catalogue; {}; gyrobench effects lists all",
+                               id, Suggestion(id, known)));
+}
+
+std::string ListText() {
+  std::vector<std::vector<std::string>> rows = {{"effect", "of", "largest size", "equation"}};
+  for (const Effect& effect : calibration::EffectCatalogue())
+    rows.push_back({effect.id, Name(effect.owner), SizeText(effect), effect.equation});
+  for (const NeverSeen& effect : calibration::NeverSeenEffects())
+    rows.push_back({effect.id, "", "", "not to be seen with one reference and one clock"});
+  return "w: rate about the axis; g: specific force in g; T: temperature; phi: angle of the table; "
+         "t: time\n\n" +
+         AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft});
+}
+
+Json JsonList(const std::string& id) {
+  Json list = Json::array();
+  ForEach(id, [&](const auto& effect) {
+    if constexpr (requires { effect.equation; }) {
+      list.push_back(ToJson(effect));
+    } else {
+      list.push_back({{"id", effect.id},
+                      {"not_seen_because", effect.because},
+                      {"is_shown_by", effect.settled_by}});
+    }
+  });
+  return list;
+}
+
+}  // namespace
+
+int Effects(const Options& options) {
+  if (options.json) {
+    fmt::print("{}\n", Json{{"effects", JsonList(options.name)}}.dump(2));
+    return kDone;
+  }
+  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  if (options.markdown) {
+    fmt::print("# The effects that gyrobench looks for\n");
+    ForEach(options.name, [](const auto& effect) {
+      fmt::print("\n{}", MarkdownText(effect.id, FactsOf(effect)));
+    });
+  } else if (options.name.empty()) {
+    fmt::print("{}\ngyrobench effects ID says what it looks like, its cause, and what shows it.\n",
+               FitLines(ListText(), terminal));
+  } else {
+    ForEach(options.name, [&](const auto& effect) {
+      fmt::print("{}", FactsText(effect.id, FactsOf(effect), terminal));
+    });
+  }
+  return kDone;
+}
+
+}  // namespace gyrobench::cli
