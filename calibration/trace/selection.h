@@ -78,6 +78,7 @@ class Selection {
   bool Barred(const std::string& family) const;
   bool InFilterShape(const Candidate& candidate) const;
   double StdError(const Candidate& candidate, std::size_t j, WhiteStore::Columns model) const;
+  bool ToldFromMembers(const Candidate& candidate, const WhiteStore::Columns& model) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool AddBest();
   void TryPool(const WhiteStore::Columns& model, Best* best);

@@ -22,6 +22,9 @@ constexpr double kNearLevel = 4.0;
 constexpr double kBetweenPoints = 0.85;
 // Many steps and tones are no cause but a residual that is not understood.
 constexpr std::ptrdiff_t kMostScanned = 6;
+// Of what the baseline leaves of a column: with less beside the members its error is over ten times
+// what it is without them.
+constexpr double kToldApart = 0.01;
 
 }  // namespace
 
@@ -81,6 +84,14 @@ void Selection::TryBetween(Candidate candidate, const WhiteStore::Columns& model
   }
 }
 
+// Two steps or tones at nearly one place are as large as one likes against each other, and
+// describe a single reading.
+bool Selection::ToldFromMembers(const Candidate& candidate,
+                                const WhiteStore::Columns& model) const {
+  const Eigen::Index column = candidate.columns.front();
+  return store_.Left(column, model) > kToldApart * store_.Left(column, base_);
+}
+
 void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
   const auto scanned = std::count_if(members_.begin(), members_.end(), [](const Candidate& member) {
     return member.effect != nullptr && member.family.find('@') != std::string::npos;
@@ -105,7 +116,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
       if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
       excess = level - LogP(candidate, model);
     }
-    if (excess > best->excess && Plausible(candidate, model)) {
+    if (excess > best->excess && ToldFromMembers(candidate, model) && Plausible(candidate, model)) {
       *best = {candidate, excess, true};
     } else {
       store_.DropFrom(mark);
