@@ -302,6 +302,7 @@ std::vector<procedures::AxisVerdict> LiveBench::Trace() {
   std::vector<procedures::AxisVerdict> verdicts;
   if (!traced_) return verdicts;
   context_.telemetry.SendTrace(traced_->result, context_.clock.Now(), false);
+  context_.telemetry.SendModel(*traced_, context_.clock.Now(), false);
   for (const calibration::ChannelTrace& channel : traced_->result.channels)
     verdicts.push_back(VerdictOf(channel));
   return verdicts;

@@ -380,7 +380,10 @@ void RunEngine::Finish(Job& job, Outcome& outcome, std::string& message) {
   const bool complete = outcome == Outcome::kDone || outcome == Outcome::kFailedLimits;
   const auto trace =
       complete ? TraceRun(context_.telemetry.Recorded(), TraceFor::kRecord) : std::nullopt;
-  if (trace) context_.telemetry.SendTrace(trace->result, end, true);
+  if (trace) {
+    context_.telemetry.SendTrace(trace->result, end, true);
+    context_.telemetry.SendModel(*trace, end, true);
+  }
   const std::vector<std::string> implausible = calibration::Implausible(results);
   if (complete && !implausible.empty()) {
     outcome = Outcome::kError;

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "calibration/estimators/analyzer.h"
+#include "daemon/model_message.h"
 #include "daemon/result_messages.h"
 #include "recording/event_log.h"
 #include "recording/message_decoder.h"
@@ -162,6 +163,15 @@ void Telemetry::SendTrace(const calibration::TraceResult& trace, Utime utime, bo
       Emit("_TRACE_RESULT", seq_.trace, message);
     }
   }
+}
+
+void Telemetry::SendModel(const calibration::Traced& traced, Utime utime, bool final) {
+  std::optional<model_result_t> message = ModelMessage(traced);
+  if (!message) return;
+  message->utime = utime;
+  message->final = final;
+  const std::lock_guard lock(mutex_);
+  Emit("_MODEL_RESULT", seq_.model, *message);
 }
 
 calibration::Recording Telemetry::Recorded() const {

@@ -14,6 +14,7 @@
 #include "base/measurement.h"
 #include "calibration/estimators/results.h"
 #include "calibration/signal/collector.h"
+#include "calibration/trace/trace.h"
 #include "calibration/trace/trace_result.h"
 #include "daemon/lcm_publisher.h"
 #include "gyrobench/angle_t.hpp"
@@ -65,6 +66,8 @@ class Telemetry {
 
   // A message for the verdict of each axis and one for each effect: _TRACE_RESULT.
   void SendTrace(const calibration::TraceResult& trace, Utime utime, bool final);
+  // The three axes as one, where the trace has them.
+  void SendModel(const calibration::Traced& traced, Utime utime, bool final);
 
   // What the run has measured so far, for a trace.
   calibration::Recording Recorded() const;
@@ -88,7 +91,7 @@ class Telemetry {
   std::string run_id_;
   struct {
     std::int64_t gyro = 0, angle = 0, axes = 0, status = 0, run = 0, fault = 0, bias = 0, scale = 0,
-                 trace = 0;
+                 trace = 0, model = 0;
   } seq_;
 };
 

@@ -217,6 +217,23 @@ class MainJob(unittest.TestCase):
                 self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))), channel)
 
 
+    def test_the_three_axes_are_sent_as_one_once_all_were_turned(self):
+        with Bench() as bench:
+            # To a file: a run of minutes says more than a pipe holds while nobody reads it.
+            heard = bench.folder / "heard.json"
+            with heard.open("w") as out, subprocess.Popen(
+                    [BIN / "gyrobench", "--config", bench.config, "watch", "--json", "--until-stop"], stdout=out) as watch:
+                self.assertEqual(bench.run("run", "poses").returncode, 0)
+                watch.wait(DEADLINE_S)
+            messages = [json.loads(line) for line in heard.read_text().splitlines()]
+            model, = [m for m in messages if m["channel"] == "MODEL_RESULT"]
+            self.assertTrue(model["final"])
+            kept = json.loads((bench.newest_record() / "trace.json").read_text())
+            self.assertEqual(model["a_deg_s_per_lsb"], kept["vector"]["matrix"]["a"])
+            for axis, row in enumerate(model["a_deg_s_per_lsb"]):
+                self.assertAlmostEqual(row[axis] * 131.0, 1.0, delta=0.05)
+
+
 class BadInput(unittest.TestCase):
     def check_refused(self, bench, status, words, *arguments):
         for command in ("check", "run"):
