@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -20,6 +21,12 @@ namespace {
 using calibration::Effect;
 using calibration::NeverSeen;
 using Json = nlohmann::ordered_json;
+// Of the equations.
+constexpr const char* kSymbols =
+    "w: rate about the axis; g: specific force in g; T: temperature, T0: that from which it is "
+    "counted; t: time; phi: angle of the table; psi: angle of the shaft; x: the column; P_r[T]: T "
+    "through a play of r either way; 1(...): 1 where it holds, else 0; w_E: rate of the Earth.";
+
 using Facts = std::vector<std::pair<std::string, std::string>>;  // what, and what is said of it
 
 std::string NeedsText(unsigned needs) {
@@ -29,7 +36,9 @@ std::string NeedsText(unsigned needs) {
       {calibration::kNeedsTemperature, "a temperature that changes"},
       {calibration::kNeedsTableAxis, "the angle of a table"},
       {calibration::kNeedsCovariate, "a column of its own"},
-      {calibration::kNeedsVibration, "an accelerometer that feels vibration"}};
+      {calibration::kNeedsVibration, "an accelerometer that feels vibration"},
+      {calibration::kNeedsPowerOn, "when the sensor was switched on"},
+      {calibration::kNeedsGear, "the gear between shaft and table"}};
   std::vector<std::string> parts;
   for (const auto& [need, name] : kNames) {
     if ((needs & need) != 0) parts.emplace_back(name);
@@ -76,13 +85,13 @@ Facts FactsOf(const Effect& effect) {
                  {"largest size", SizeText(effect)}};
   if (!effect.size_source.empty()) facts.back().second += "; " + effect.size_source;
   facts.emplace_back("must be known", NeedsText(effect.needs));
-  facts.emplace_back("is shown by", ManoeuvreFor(effect));
+  facts.emplace_back("to show it", ManoeuvreFor(effect));
   facts.emplace_back("is corrected", CorrectionText(effect));
   return facts;
 }
 
 Facts FactsOf(const NeverSeen& effect) {
-  return {{"not seen because", effect.because}, {"is shown by", effect.settled_by}};
+  return {{"cannot be seen", effect.because}, {"to show it", effect.settled_by}};
 }
 
 std::string FactsText(const std::string& id, const Facts& facts, const Terminal& terminal) {
@@ -110,9 +119,20 @@ Json ToJson(const Effect& effect) {
   Json parameters = Json::array();
   for (const calibration::EffectTerm& term : effect.terms)
     parameters.push_back({{"name", term.name}, {"unit", term.unit}});
-  Json size = effect.typical_size > 0.0 ? Json(effect.typical_size) : Json();
+  for (const calibration::NonlinearParameter& parameter : effect.nonlinear) {
+    if (effect.search == calibration::Search::kCoefficient) continue;
+    Json one = {{"name", parameter.name}, {"unit", parameter.unit}};
+    if (parameter.high > parameter.low)
+      one.update({{"low", parameter.low}, {"high", parameter.high}});
+    parameters.push_back(std::move(one));
+  }
+  const bool angle = effect.domain == calibration::EffectDomain::kAngle;
+  Json size;
+  if (effect.typical_size > 0.0)
+    size = {{"value", effect.typical_size}, {"unit", effect.terms[0].unit}};
   return {{"id", effect.id},
           {"owner", Name(effect.owner)},
+          {"adds_to", angle ? "angle" : "rate"},
           {"equation", effect.equation},
           {"parameters", parameters},
           {"looks_like", effect.looks_like},
@@ -120,12 +140,17 @@ Json ToJson(const Effect& effect) {
           {"largest_size", size},
           {"size_source", effect.size_source},
           {"must_be_known", NeedsText(effect.needs)},
-          {"is_shown_by", ManoeuvreFor(effect)},
+          {"to_show_it", ManoeuvreFor(effect)},
           {"is_corrected", CorrectionText(effect)}};
 }
 
-// "bias.of(supply_v)" is the catalogue's "bias.of".
-std::string CatalogueName(const std::string& id) { return id.substr(0, id.find('(')); }
+Json ToJson(const NeverSeen& effect) {
+  return {{"id", effect.id},
+          {"owner", nullptr},
+          {"parameters", Json::array()},
+          {"cannot_be_seen_because", effect.because},
+          {"to_show_it", effect.settled_by}};
+}
 
 // Of the effect `id`, or of all where it is empty.
 template <typename Do>
@@ -134,39 +159,35 @@ void ForEach(const std::string& id, Do&& act) {
   std::vector<std::string> known;
   const auto pass = [&](const auto& effect) {
     known.push_back(effect.id);
-    if (!id.empty() && effect.id != CatalogueName(id)) return;
+    if (!id.empty() && effect.id != calibration::CatalogueName(id)) return;
     act(effect);
     any = true;
   };
   for (const Effect& effect : calibration::EffectCatalogue()) pass(effect);
   for (const NeverSeen& effect : calibration::NeverSeenEffects()) pass(effect);
   if (any) return;
-  throw UsageError(fmt::format("no effect \"{}\" in the catalogue; {}; gyrobench effects lists all",
-                               id, Suggestion(id, known)));
+  if (id.starts_with("composed(") || id.starts_with("empirical(")) {
+    throw UsageError(fmt::format(
+        "\"{}\" is no effect of the catalogue: a trace describes what none of them explains by a "
+        "product of two quantities, composed(...), or by a curve of one, empirical(...), whose "
+        "cause is not known",
+        id));
+  }
+  throw UsageError(fmt::format("no effect \"{}\" in the catalogue; {}", id, Suggestion(id, known)));
 }
 
 std::string ListText() {
-  std::vector<std::vector<std::string>> rows = {{"effect", "of", "largest size", "equation"}};
+  std::vector<std::vector<std::string>> rows = {{"effect", "of", "equation"}};
   for (const Effect& effect : calibration::EffectCatalogue())
-    rows.push_back({effect.id, Name(effect.owner), SizeText(effect), effect.equation});
+    rows.push_back({effect.id, Name(effect.owner), effect.equation});
   for (const NeverSeen& effect : calibration::NeverSeenEffects())
-    rows.push_back({effect.id, "", "", "not to be seen with one reference and one clock"});
-  return "w: rate about the axis; g: specific force in g; T: temperature; phi: angle of the table; "
-         "t: time\n\n" +
-         AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft});
+    rows.push_back({effect.id, "", "cannot be seen with one reference and one clock"});
+  return AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft});
 }
 
 Json JsonList(const std::string& id) {
   Json list = Json::array();
-  ForEach(id, [&](const auto& effect) {
-    if constexpr (requires { effect.equation; }) {
-      list.push_back(ToJson(effect));
-    } else {
-      list.push_back({{"id", effect.id},
-                      {"not_seen_because", effect.because},
-                      {"is_shown_by", effect.settled_by}});
-    }
-  });
+  ForEach(id, [&](const auto& effect) { list.push_back(ToJson(effect)); });
   return list;
 }
 
@@ -174,22 +195,26 @@ Json JsonList(const std::string& id) {
 
 int Effects(const Options& options) {
   if (options.json) {
-    fmt::print("{}\n", Json{{"effects", JsonList(options.name)}}.dump(2));
+    fmt::print(
+        "{}\n",
+        Json{{"format", "gyrobench.effects/1"}, {"effects", JsonList(options.name)}}.dump(2));
     return kDone;
   }
   const Terminal terminal = DescribeTerminal(fileno(stdout));
   if (options.markdown) {
-    fmt::print("# The effects that gyrobench looks for\n");
+    fmt::print("# The effects that gyrobench looks for\n\n{}\n", kSymbols);
     ForEach(options.name, [](const auto& effect) {
       fmt::print("\n{}", MarkdownText(effect.id, FactsOf(effect)));
     });
   } else if (options.name.empty()) {
-    fmt::print("{}\ngyrobench effects ID says what it looks like, its cause, and what shows it.\n",
-               FitLines(ListText(), terminal));
+    fmt::print(
+        "{}\n{}\ngyrobench effects ID says what it looks like, its cause, and what shows it.\n",
+        FitLines(ListText(), terminal), Wrap(kSymbols, terminal.columns, 0));
   } else {
     ForEach(options.name, [&](const auto& effect) {
       fmt::print("{}", FactsText(effect.id, FactsOf(effect), terminal));
     });
+    fmt::print("\n{}\n", Wrap(kSymbols, terminal.columns, 0));
   }
   return kDone;
 }

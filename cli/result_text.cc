@@ -206,13 +206,18 @@ Json WithTraceRemarks(Json result, const Json& trace) {
       AddRemark(result, "scale", axis,
                 fmt::format("the trace names {}: alpha holds for the rates, temperatures and poses "
                             "of this run only, and its ± does not count that; the model of the "
-                            "trace has both",
+                            "trace has alpha and that effect",
                             scale));
     }
     if (!gravity.empty()) {
       AddRemark(result, "bias", axis,
                 fmt::format("the trace names {}: this bias is the mean over the poses of this run, "
                             "the trace's baseline the one without gravity",
+                            gravity));
+      AddRemark(result, "scale", axis,
+                fmt::format("the trace names {}: in several poses this bias is no number of the "
+                            "sensor, and the noise given here contains what gravity does; the "
+                            "trace has both apart",
                             gravity));
     }
   }

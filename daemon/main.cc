@@ -6,8 +6,10 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <exception>
+#include <filesystem>
 #include <string>
 
+#include "base/error.h"
 #include "base/version.h"
 #include "config/stand_config.h"
 #include "daemon/daemon.h"
@@ -27,8 +29,20 @@ sigset_t BlockStopSignals() {
   return signals;
 }
 
+// The client reads stand files too, and needs no procedures: the daemon does.
+void CheckProcedureFolders(const std::string& config_file,
+                           const gyrobench::config::StandConfig& stand) {
+  for (const std::filesystem::path& folder : stand.procedure_dirs) {
+    if (std::filesystem::is_directory(folder)) continue;
+    throw gyrobench::ConfigError(
+        fmt::format("{}: procedures: {}: no such folder; paths are relative to the stand file",
+                    config_file, folder.string()));
+  }
+}
+
 int Serve(const std::string& config_file, bool check_only) {
   const gyrobench::config::StandConfig stand = gyrobench::config::LoadStandConfig(config_file);
+  CheckProcedureFolders(config_file, stand);
   if (check_only) {
     fmt::print("{}: stand '{}' with {} axes: no fault found\n", config_file, stand.name,
                stand.axes.size());

@@ -90,7 +90,7 @@ json ToJson(const ChannelCalibration& channel) {
 
 }  // namespace
 
-std::string CatalogueId(const ModelTerm& term) { return term.id.substr(0, term.id.find('(')); }
+std::string CatalogueId(const ModelTerm& term) { return CatalogueName(term.id); }
 
 std::string WhyNotApplied(const ModelTerm& term) {
   if (term.owner == EffectOwner::kReference) return "an error of the reference, not of the gyro";

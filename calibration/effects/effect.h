@@ -77,14 +77,14 @@ enum Needs : unsigned {
   kNeedsTableAxis = 8,  // the angle of a table or of a single-axis reference
   kNeedsCovariate = 16,
   kNeedsVibration = 32,
+  kNeedsPowerOn = 64,  // when the sensor was switched on
+  kNeedsGear = 128,    // the gear between shaft and table
 };
 
 // Of the measurements that an effect is looked for in.
 struct DataRange {
   double max_rate_deg_s = 0.0;
   double temperature_degC = 0.0;  // from the lowest to the highest
-  double gear_ratio = 0.0;        // NaN: not known
-  bool power_on_known = false;
 };
 
 struct Effect {
@@ -102,7 +102,7 @@ struct Effect {
   // Largest size that a part of the MPU-6050's class shows, in units of the terms; 0: not known.
   double typical_size = 0.0;
   std::string size_source = {};
-  // That is no experience but a constant of nature: no coefficient can be larger.
+  // The largest size is a constant of nature: no coefficient can be larger.
   bool limited = false;
   // Only positive coefficients make sense.
   bool positive = false;
@@ -112,6 +112,8 @@ struct Effect {
   bool slow = false;
   // A shape of the gyro's filter: where that is free in the baseline, all such effects are one.
   bool filter_shape = false;
+  // The rounding of a coarse encoder makes a small one of it.
+  bool rounding_makes_it = false;
   // True motion of the sensor, not an error of it.
   bool true_motion = false;
   // Where the site's latitude is not known Earth's rotation passes for it.
@@ -133,16 +135,20 @@ struct Effect {
   bool of_one_time() const { return search == Search::kTime || search == Search::kFrequency; }
 };
 
-// All effects that are looked for as terms, in the order of effects' documentation. Steps and tones
-// are found by scans (trace/scans.h) and have their entries here as well.
+// All effects that are looked for as terms, in the order in which `gyrobench effects` lists them.
+// Steps and tones are found by scans (trace/scans.h) and have their entries here as well.
 const std::vector<Effect>& EffectCatalogue();
 // An id may have several forms, told apart by their number of non-linear parameters. nullptr where
 // there is none.
 const Effect* FindEffect(const std::string& id, std::size_t nonlinear_parameters);
 // Its first form.
 const Effect* FindEffect(const std::string& id);
-// What excites it, of an effect of a column with the name of that.
+// What excites it; of an effect of a column with the name of that.
 std::string ManoeuvreFor(const Effect& effect, const std::string& column = "the column");
+// The same of "bias.of(supply_v)" and other ids; empty where the catalogue does not have it.
+std::string ManoeuvreOf(const std::string& id);
+// Of an id of a trace: "bias.of" of "bias.of(supply_v)".
+std::string CatalogueName(const std::string& id);
 
 // Those that other rooms must speak of by themselves.
 const Effect& GSensitivityEffect();
@@ -150,7 +156,7 @@ const Effect& EarthRotationEffect();
 // That of a scan.
 const Effect& ScannedEffect(Search search, EffectDomain domain);
 
-// What the data of a bench with one reference and one clock cannot show at all.
+// What no measurement with one reference and one clock can show.
 struct NeverSeen {
   std::string id, because, settled_by;
   bool seen_by_host_clock = false;  // pairs of both clocks show it

@@ -53,12 +53,6 @@ double CovariateMean(const ChannelProblem& problem, std::size_t index) {
 // A quantity that hardly changes is no factor.
 constexpr double kLeastGravityRange_g = 0.3;
 
-// A table of rests alone, cut from somewhere, does not say when the sensor was switched on.
-bool PowerOnKnown(const ChannelProblem& problem) {
-  const MeasurementInfo& info = problem.trails().front().recording->info;
-  return info.reference != ReferenceKind::kNone || !info.power_on.empty();
-}
-
 // Data sheets give sensitivities at this temperature.
 constexpr double kNominal_degC = 25.0;
 // g-sensitivity that grows with temperature: nearly the plain one while the temperature stays.
@@ -80,8 +74,8 @@ double Ramp(double value, double from, double length) {
 }
 
 DataRange RangeOf(const ChannelProblem& problem) {
-  return {problem.max_rate_deg_s(), problem.max_temperature_degC() - problem.min_temperature_degC(),
-          problem.gear_ratio(), PowerOnKnown(problem)};
+  return {problem.max_rate_deg_s(),
+          problem.max_temperature_degC() - problem.min_temperature_degC()};
 }
 
 }  // namespace

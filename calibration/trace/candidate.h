@@ -53,6 +53,10 @@ struct Candidate {
     return effect->search == Search::kGrid || effect->search == Search::kFrequency ||
            effect->search == Search::kPeriods;
   }
+  // A scan has found it, at its place; there is no grid of such.
+  bool scanned() const {
+    return effect != nullptr && (effect->of_one_time() || effect->search == Search::kPeriods);
+  }
   // A step of an angle: one row knows it.
   bool angle_step() const {
     return search() == Search::kTime && effect->domain == EffectDomain::kAngle;

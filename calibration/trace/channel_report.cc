@@ -28,17 +28,12 @@ namespace {
 
 constexpr Eigen::Index kLeastRows = 60;
 constexpr double kLeastTime_s = 5.0;
-std::string ManoeuvreOf(const std::string& id) {
+// What tells an effect of a trace from its rivals.
+std::string ResolvingManoeuvre(const std::string& id) {
   if (id.starts_with("composed(g*T")) return "hold the poses cold and hot";
   if (id.starts_with("composed")) return "vary one of the two quantities while the other stays";
   if (id.starts_with("empirical")) return "pass the same values again, at another time";
-  for (const Effect& effect : EffectCatalogue()) {
-    if (effect.id == id) return ManoeuvreFor(effect);
-    const std::string open = effect.id + "(";
-    if (id.starts_with(open))
-      return ManoeuvreFor(effect, id.substr(open.size(), id.size() - open.size() - 1));
-  }
-  return "";
+  return ManoeuvreOf(id);
 }
 
 double StdError(const ChannelFit& fit, Eigen::Index j) { return std::sqrt(fit.covariance(j, j)); }
@@ -360,8 +355,8 @@ class ChannelTracer {
     if (!request_.earth_rate_known && !HasMember(selection, EarthRotationEffect()))
       AddEarthAsRival(&effect);
     std::set<std::string> ways;
-    for (const std::string& rival : effect.rivals) ways.insert(ManoeuvreOf(rival));
-    if (!effect.rivals.empty()) ways.insert(ManoeuvreOf(effect.id));
+    for (const std::string& rival : effect.rivals) ways.insert(ResolvingManoeuvre(rival));
+    if (!effect.rivals.empty()) ways.insert(ResolvingManoeuvre(effect.id));
     ways.erase("");
     effect.settled_by = fmt::format("{}", fmt::join(ways, "; "));
     trace_.effects.push_back(std::move(effect));

@@ -233,7 +233,14 @@ void ChannelProblem::Survey() {
   knows_ = bit(path_[channel_] > kLeastPath_deg, kNeedsRate) | bit(gravity, kNeedsGravity) |
            bit(temperature && max_temperature_ - min_temperature_ >= kLeastRange_degC,
                kNeedsTemperature) |
-           bit(!table_axes_.empty(), kNeedsTableAxis) | bit(vibration, kNeedsVibration);
+           bit(!table_axes_.empty(), kNeedsTableAxis) | bit(vibration, kNeedsVibration) |
+           bit(PowerOnIsKnown(), kNeedsPowerOn) | bit(gear_ratio() > 0.0, kNeedsGear);
+}
+
+// A table of rests alone, cut from somewhere, does not say when the sensor was switched on.
+bool ChannelProblem::PowerOnIsKnown() const {
+  const MeasurementInfo& info = trails_.front().recording->info;
+  return info.reference != ReferenceKind::kNone || !info.power_on.empty();
 }
 
 // Range, and mean over the time.

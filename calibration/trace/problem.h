@@ -125,6 +125,7 @@ class ChannelProblem {
   void Survey();
   void TakeOffEarth();
   void ShareReferenceErrors();
+  bool PowerOnIsKnown() const;
   void SurveyTemperature();
   void SurveyGravity();
 

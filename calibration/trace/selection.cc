@@ -173,7 +173,7 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
   const Eigen::VectorXd values =
       store_.Solve(model).tail(static_cast<Eigen::Index>(candidate.columns.size()));
-  if (effect.search == Search::kEachPoint &&
+  if (effect.rounding_makes_it &&
       values.norm() < kRoundingInWave * problem_->rounding_deg() * std::fabs(own_scale_))
     return false;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
@@ -270,9 +270,7 @@ bool Selection::AddCurve() {
 bool Selection::Add(Best best, const WhiteStore::Columns& model) {
   if (!best.candidate) return false;
   Candidate& candidate = *best.candidate;
-  const bool placed =
-      candidate.effect != nullptr && candidate.family.find('@') != std::string::npos;
-  if (!placed && !best.refined) Refine(&candidate, model);
+  if (!candidate.scanned() && !best.refined) Refine(&candidate, model);
   Insert(std::move(candidate));
   return true;
 }

@@ -84,18 +84,18 @@ void Selection::TryBetween(Candidate candidate, const WhiteStore::Columns& model
   }
 }
 
-// Two steps or tones at nearly one place are as large as one likes against each other, and
-// describe a single reading.
+// What a scan finds at nearly the place of another find, or of what a member does, can be as large
+// as one likes against it, and describes a single reading.
 bool Selection::ToldFromMembers(const Candidate& candidate,
                                 const WhiteStore::Columns& model) const {
-  const Eigen::Index column = candidate.columns.front();
-  return store_.Left(column, model) > kToldApart * store_.Left(column, base_);
+  return std::ranges::all_of(candidate.columns, [&](Eigen::Index column) {
+    return store_.Left(column, model) > kToldApart * store_.Left(column, base_);
+  });
 }
 
 void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
-  const auto scanned = std::count_if(members_.begin(), members_.end(), [](const Candidate& member) {
-    return member.effect != nullptr && member.family.find('@') != std::string::npos;
-  });
+  const auto scanned = std::count_if(members_.begin(), members_.end(),
+                                     [](const Candidate& member) { return member.scanned(); });
   if (scanned >= kMostScanned) return;
   for (const ScanPeak& peak : Scan(*problem_, whitener_, store_.Take(model), Residual())) {
     // By the count of tests at the scan's own gain, which is not counted again when the noise is

@@ -96,7 +96,8 @@ void ListUnidentifiable(const std::string& name, const Range& range,
                                                 name, range.low, range.high);
   for (const Effect& effect : EffectCatalogue()) {
     if ((effect.needs & kNeedsCovariate) == 0) continue;
-    out->push_back({fmt::format("{}({})", effect.id, name), because, ManoeuvreFor(effect, name)});
+    const std::string id = fmt::format("{}({})", effect.id, name);
+    out->push_back({id, because, ManoeuvreOf(id)});
   }
 }
 

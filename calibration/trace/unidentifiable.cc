@@ -17,7 +17,9 @@ std::string WhatIsMissing(unsigned lacks) {
   if ((lacks & kNeedsGravity) != 0) return "gravity in the sensor's frame is not known";
   if ((lacks & kNeedsTemperature) != 0) return "temperature is missing or does not change";
   if ((lacks & kNeedsTableAxis) != 0) return "no angle of a table's axis is given";
-  return "there is no accelerometer to feel the vibration";
+  if ((lacks & kNeedsVibration) != 0) return "there is no accelerometer to feel the vibration";
+  if ((lacks & kNeedsGear) != 0) return "the gear between shaft and table is not stated";
+  return "nothing says when the sensor was switched on";
 }
 
 // The grid point of an effect that the measurements see best: least absorbed, and its bound.
@@ -83,24 +85,24 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
   const std::map<std::string, Sight> seen = SightsOf(selection);
   std::vector<Unidentifiable> out;
   std::set<std::string> listed;
-  const auto list = [&](const std::string& id, const Effect& effect, const std::string& because) {
+  const auto list = [&](const std::string& id, const std::string& because) {
     if (because.empty() || named.contains(id) || !listed.insert(id).second) return;
-    out.push_back({id, because, ManoeuvreFor(effect)});
+    out.push_back({id, because, ManoeuvreOf(id)});
   };
   // As if every row had what they depend on.
   for (const Candidate& candidate :
        CatalogueCandidates(problem, selection.covariates(), earth_rate_known)) {
     const auto sight = seen.find(candidate.id);
-    list(candidate.id, *candidate.effect,
-         sight != seen.end() ? WhyUnseen(*candidate.effect, sight->second)
-                             : "what it depends on is not known all the time: not looked for");
+    list(candidate.id, sight != seen.end()
+                           ? WhyUnseen(*candidate.effect, sight->second)
+                           : "what it depends on is not known all the time: not looked for");
   }
   for (const Effect& effect : EffectCatalogue()) {
     const bool grid = effect.nonlinear.empty() || !effect.nonlinear[0].grid.empty();
     const unsigned lacks = effect.needs & ~problem.knows();
     if (!grid || (effect.needs & kNeedsCovariate) != 0 || lacks == 0) continue;
     if (effect.true_motion && earth_rate_known) continue;
-    list(effect.id, effect, WhatIsMissing(lacks));
+    list(effect.id, WhatIsMissing(lacks));
   }
   ListRounding(problem, &out);
   ListAlwaysUnseen(problem, &out);

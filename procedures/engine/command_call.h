@@ -33,7 +33,7 @@ inline void SetField(lua_State* state, const char* field, double value) {
   lua_setfield(state, -2, field);
 }
 
-// Of another name: a text is not to be taken for one.
+// Not called SetField: a `const char*` would convert to bool.
 inline void SetFlag(lua_State* state, const char* field, bool value) {
   lua_pushboolean(state, value ? 1 : 0);
   lua_setfield(state, -2, field);

@@ -271,6 +271,14 @@ TEST(TraceOfAWrongGearRatio, DoesNotTakeItForAnEffect) {
   }
 }
 
+TEST(TraceOfAnUnknownGearRatio, SaysThatTheWormCannotBeSeen) {
+  Story story;
+  story.info.gear_ratio.reset();
+  const std::optional<Traced> traced = TraceOrMessage(story);
+  ASSERT_TRUE(traced);
+  EXPECT_THAT(Words(traced->result), HasSubstr("gear between shaft and table"));
+}
+
 TEST(TraceOfIdenticalValues, IsNoMeasurement) {
   for (const double value : {0.0, 7.0, 32767.0}) {
     SCOPED_TRACE(value);

@@ -244,6 +244,14 @@ class BadInput(unittest.TestCase):
         self.assertFalse(bench.records.exists() and list(bench.records.iterdir()),
                          "refused before anything moves, so there is no record")
 
+    def test_a_folder_of_procedures_that_is_not_there_is_named_before_the_daemon_starts(self):
+        with Bench() as bench:
+            moved = bench.folder / "moved.toml"
+            moved.write_text('procedures = ["nowhere"]\n' + bench.config.read_text())
+            done = subprocess.run([BIN / "gyrobenchd", "--config", moved, "--check"], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("nowhere: no such folder", done.stderr)
+
     def test_what_is_wrong_is_refused_before_anything_moves(self):
         with Bench() as bench:
             self.check_refused(bench, 2, ["scael", "scale"], "scael")

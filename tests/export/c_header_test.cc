@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "calibration/effects/effect.h"
 #include "tests/cli/child_process.h"
 #include "tests/export/export_sample.h"
 #include "tests/temporary_folder.h"
@@ -155,6 +156,25 @@ INSTANTIATE_TEST_SUITE_P(
                     HeldEffect{"curve_of_the_rate", CurveTerm("w", {-10.0, 10.0}, {-0.1, 0.1})},
                     HeldEffect{"curve_of_one_knot", CurveTerm("g_z", {0.0}, {0.2})}),
     [](const auto& tested) { return std::string(tested.param.name); });
+
+// What an effect's own file gives as its correction in C can be written, whatever the numbers.
+TEST(CHeader, HoldsEveryEffectThatHasAnExpression) {
+  std::size_t held = 0;
+  for (const calibration::Effect& effect : calibration::EffectCatalogue()) {
+    if (effect.c_expression.empty()) continue;
+    ++held;
+    Calibration calibration = ThreeAxes();
+    calibration.channels[0].model.terms = {
+        CatalogueTerm(effect.id, std::vector<double>(effect.terms.size(), 1e-7),
+                      std::vector<double>(effect.nonlinear.size(), 50.0))};
+    const Exported exported = Write(calibration, Format::kC);
+    EXPECT_TRUE(exported.notes.empty()) << effect.id;
+    for (const calibration::EffectTerm& term : effect.terms) {
+      EXPECT_LT(&term - effect.terms.data(), 3) << effect.id << ": as many as {c0} to {c2}";
+    }
+  }
+  EXPECT_EQ(held, 10u) << "add what is new to HeldEffects, which compares it with the corrector";
+}
 
 TEST(CHeader, SaysWhatItDoesNotHoldInTheFileAndInItsNotes) {
   Calibration calibration = ThreeAxes();

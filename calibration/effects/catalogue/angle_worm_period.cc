@@ -14,10 +14,6 @@ class ShaftPeriodBasis final : public PeriodicBasis {
   double periods() const override { return context().nonlinear[0] * context().gear_ratio; }
 };
 
-bool GearIsKnown(const DataRange& data, const std::vector<double>&) {
-  return data.gear_ratio > 0.0;
-}
-
 }  // namespace
 
 Effect AngleWormPeriod() {
@@ -27,15 +23,18 @@ Effect AngleWormPeriod() {
           .equation = "a sin(psi) + b cos(psi), psi the shaft's angle",
           .cause = "eccentric worm",
           .looks_like =
-              "the angle errs by a wave once or twice in a turn of the shaft (9 deg of the table)",
+              "the angle errs by a wave once or twice in a turn of the shaft (9 deg of a table "
+              "with a gear of 40)",
           .manoeuvre = "turn slowly by parts of a shaft turn, finely sampled",
-          .needs = kNeedsRate | kNeedsTableAxis,
+          .needs = kNeedsRate | kNeedsTableAxis | kNeedsGear,
           .terms = {{"a", "deg"}, {"b", "deg"}},
           .nonlinear = {{"harmonic", "1/turn", 0.0, 0.0, {1.0, 2.0}}},
           .search = Search::kEachPoint,
           .typical_size = 0.025,
-          .size_source = "the certificate of the stand bounds its error by 0.025 deg",
-          .makes_sense = GearIsKnown,
+          .size_source =
+              "taken to be no larger than the error of a stop that is stated for such stands, "
+              "0.025 deg",
+          .rounding_makes_it = true,
           .basis = Make<ShaftPeriodBasis>};
 }
 

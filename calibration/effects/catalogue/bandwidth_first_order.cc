@@ -27,7 +27,7 @@ Effect BandwidthFirstOrder() {
   return {.id = "bandwidth.first_order",
           .domain = EffectDomain::kAngle,
           .owner = EffectOwner::kGyro,
-          .equation = "1 / (1 + s tau)",
+          .equation = "-tau v, v the rate behind a lag 1 / (1 + s tau)",
           .cause = "the gyro's filter or its mechanics",
           .looks_like =
               "the angle errs in proportion to the speed while the table turns, and settles after "

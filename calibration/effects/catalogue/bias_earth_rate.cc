@@ -5,6 +5,8 @@
 namespace gyrobench::calibration {
 namespace {
 
+constexpr const char* kId = "bias.earth_rate";
+
 // w_north on world x and y (headings are not known here), w_up on z; nothing where it is in the
 // rates.
 class EarthBasis final : public ChannelBasis {
@@ -25,19 +27,26 @@ class EarthBasis final : public ChannelBasis {
 }  // namespace
 
 Effect BiasEarthRate() {
-  return {.id = "bias.earth_rate",
+  return {.id = kId,
           .equation = "w_E in the sensor's frame",
           .cause = "Earth's rotation, where the site's latitude is not configured",
-          .looks_like = "the zero-rate offset changes by up to 0.0042 deg/s with pose and heading",
+          .looks_like =
+              "the zero-rate offset is off by up to 0.0042 deg/s, by another amount in each pose "
+              "and heading",
           .manoeuvre = "configure the site's latitude and heading",
           .needs = kNeedsGravity,
           .terms = {{"up", "deg/s"}, {"world_x", "deg/s"}, {"world_y", "deg/s"}},
           .typical_size = 0.0042,
-          .size_source = "15.04 deg/h at the poles",
+          .size_source = "15.04 deg/h, the rate of the Earth",
           .limited = true,
           .slow = true,
           .true_motion = true,
           .basis = Make<EarthBasis>};
+}
+
+const Effect& EarthRotationEffect() {
+  static const Effect& effect = *FindEffect(kId);
+  return effect;
 }
 
 }  // namespace gyrobench::calibration

@@ -5,6 +5,8 @@
 namespace gyrobench::calibration {
 namespace {
 
+constexpr const char* kId = "bias.g_linear";
+
 class GravityBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
@@ -16,21 +18,27 @@ class GravityBasis final : public ChannelBasis {
 }  // namespace
 
 Effect BiasGLinear() {
-  return {.id = "bias.g_linear",
+  return {.id = kId,
           .equation = "k . g",
           .cause = "mass unbalance of the element, shift of its quadrature error",
           .looks_like =
-              "the zero-rate offset is another in each pose, and changes its sign when the sensor "
-              "is turned over",
+              "the zero-rate offset differs from pose to pose, and its shift changes sign when the "
+              "sensor is turned over",
           .manoeuvre = "hold six poses, or turn about a horizontal axis",
           .needs = kNeedsGravity,
           .terms = {{"k_x", "deg/s/g"}, {"k_y", "deg/s/g"}, {"k_z", "deg/s/g"}},
           .typical_size = 0.1,
-          .size_source = "MPU-6050 data sheet 3.4, section 6.1: linear acceleration sensitivity",
+          .size_source =
+              "MPU-6050 data sheet 3.4, section 6.1: typical sensitivity to linear acceleration",
           .slow = true,
           .earth_passes_for_it = true,
           .c_expression = "({c0} * g[0] + {c1} * g[1] + {c2} * g[2])",
           .basis = Make<GravityBasis>};
+}
+
+const Effect& GSensitivityEffect() {
+  static const Effect& effect = *FindEffect(kId);
+  return effect;
 }
 
 }  // namespace gyrobench::calibration

@@ -19,7 +19,7 @@ Effect BiasStep() {
   return {.id = "bias.step",
           .equation = "b 1(t >= t0)",
           .cause = "stress, supply or a restart",
-          .looks_like = "the zero-rate offset is another from one moment on",
+          .looks_like = "the zero-rate offset changes at one moment and stays changed",
           .manoeuvre = "none: it is found where it happens",
           .terms = {{"b", "deg/s"}},
           .nonlinear = {{"t0", "s"}},

@@ -20,8 +20,8 @@ Effect BiasTemperatureRate() {
           .equation = "c dT/dt",
           .cause = "gradient across the die, or a thermometer that lags behind it",
           .looks_like =
-              "at one temperature the zero-rate offset is another when it is heating up than when "
-              "it is cooling down",
+              "at the same temperature the zero-rate offset is different while the sensor heats up "
+              "than while it cools",
           .manoeuvre = "two thermal histories: warm up, then cool by a fan",
           .needs = kNeedsTemperature,
           .terms = {{"c", "deg/s/(degC/s)"}},

@@ -22,7 +22,7 @@ Effect BiasVibration() {
           .needs = kNeedsVibration,
           .terms = {{"c", "deg/s/g^2"}},
           .typical_size = 10.0,
-          .size_source = "experience with parts of this class",
+          .size_source = "experience with parts of this class: up to 10",
           .basis = Make<VibrationBasis>};
 }
 

@@ -15,10 +15,6 @@ class WarmUpBasis final : public ChannelBasis {
   }
 };
 
-bool PowerOnIsKnown(const DataRange& data, const std::vector<double>&) {
-  return data.power_on_known;
-}
-
 }  // namespace
 
 Effect BiasWarmUp() {
@@ -29,6 +25,7 @@ Effect BiasWarmUp() {
       .looks_like =
           "the zero-rate offset settles within minutes of power-on, whatever the temperature does",
       .manoeuvre = "start twice, from different temperatures",
+      .needs = kNeedsPowerOn,
       .terms = {{"A", "deg/s"}},
       .nonlinear = {{"tau", "s", 5.0, 600.0, {15, 30, 60, 100, 170, 300, 550}}},
       .search = Search::kGrid,
@@ -36,7 +33,6 @@ Effect BiasWarmUp() {
       .size_source = "experience with parts of this class: 0.01 to 0.3",
       .slow = true,
       .c_expression = "{c0} * GYROBENCH_EXP({minus_1_over_n0} * in->since_power_on_s)",
-      .makes_sense = PowerOnIsKnown,
       .basis = Make<WarmUpBasis>};
 }
 

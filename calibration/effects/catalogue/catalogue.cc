@@ -6,14 +6,6 @@
 #include "calibration/effects/catalogue/makers.h"
 
 namespace gyrobench::calibration {
-namespace {
-
-const Effect& The(bool (*is_it)(const Effect&)) {
-  return *std::ranges::find_if(EffectCatalogue(), is_it);
-}
-
-}  // namespace
-
 const std::vector<Effect>& EffectCatalogue() {
   static const std::vector<Effect> catalogue = [] {
     constexpr Effect (*kMakers[])() = {
@@ -70,14 +62,14 @@ std::string ManoeuvreFor(const Effect& effect, const std::string& column) {
   return fmt::format(fmt::runtime(effect.manoeuvre), column);
 }
 
-const Effect& GSensitivityEffect() {
-  static const Effect& effect = The([](const Effect& one) { return one.earth_passes_for_it; });
-  return effect;
-}
+std::string CatalogueName(const std::string& id) { return id.substr(0, id.find('(')); }
 
-const Effect& EarthRotationEffect() {
-  static const Effect& effect = The([](const Effect& one) { return one.true_motion; });
-  return effect;
+std::string ManoeuvreOf(const std::string& id) {
+  const std::string name = CatalogueName(id);
+  const Effect* effect = FindEffect(name);
+  if (effect == nullptr) return "";
+  if (name == id) return ManoeuvreFor(*effect);
+  return ManoeuvreFor(*effect, id.substr(name.size() + 1, id.size() - name.size() - 2));
 }
 
 const Effect& ScannedEffect(Search search, EffectDomain domain) {

@@ -22,8 +22,8 @@ Effect ScaleCubic() {
           .terms = {{"c", "1/(deg/s)^2"}},
           .typical_size = 1e-6,
           .size_source =
-              "MPU-6050 data sheet 3.4, section 6.1: nonlinearity of 0.2 % of full scale, met at "
-              "40 deg/s",
+              "0.2 % of the rate at 40 deg/s; 0.2 % is the typical nonlinearity of the MPU-6050 "
+              "data sheet 3.4, section 6.1",
           .c_expression = "{c0} * {w} * {w} * {w}",
           .basis = Make<RateBasis<Cube>>};
 }

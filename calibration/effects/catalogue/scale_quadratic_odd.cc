@@ -24,8 +24,8 @@ Effect ScaleQuadraticOdd() {
           .terms = {{"c", "1/(deg/s)"}},
           .typical_size = 5e-5,
           .size_source =
-              "MPU-6050 data sheet 3.4, section 6.1: nonlinearity of 0.2 % of full scale, met at "
-              "40 deg/s",
+              "0.2 % of the rate at 40 deg/s; 0.2 % is the typical nonlinearity of the MPU-6050 "
+              "data sheet 3.4, section 6.1",
           .c_expression = "{c0} * {w} * GYROBENCH_SIZE({w})",
           .basis = Make<RateBasis<OddSquare>>};
 }
