@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/effects/effect.h"
 #include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
 
@@ -366,6 +367,34 @@ std::string NameOf(const ::testing::TestParamInfo<Row>& info) {
   return name;
 }
 INSTANTIATE_TEST_SUITE_P(Catalogue, EachEffect, ::testing::ValuesIn(Rows()), NameOf);
+
+// An effect is in the catalogue when it has a row here: the promise of docs/contributing.md.
+TEST(EveryEffect, OfTheCatalogueHasARowHere) {
+  for (const calibration::Effect& effect : calibration::EffectCatalogue()) {
+    const bool there = std::ranges::any_of(
+        Rows(), [&](const Row& row) { return calibration::CatalogueName(row.id) == effect.id; });
+    EXPECT_TRUE(there) << effect.id;
+  }
+}
+
+// There is one of each that other rooms speak of, and it has the terms that they read.
+TEST(SingleEffects, AreInTheCatalogueOnce) {
+  using calibration::EffectDomain;
+  using calibration::Search;
+  EXPECT_EQ(calibration::GSensitivityEffect().terms.size(), 3u);
+  EXPECT_TRUE(calibration::EarthRotationEffect().true_motion);
+  for (const auto& [search, domain] : {std::pair{Search::kTime, EffectDomain::kRate},
+                                       {Search::kTime, EffectDomain::kAngle},
+                                       {Search::kFrequency, EffectDomain::kRateIntegral},
+                                       {Search::kPeriods, EffectDomain::kAngle}}) {
+    const auto count =
+        std::ranges::count_if(calibration::EffectCatalogue(), [&](const calibration::Effect& one) {
+          return one.search == search && one.domain == domain;
+        });
+    ASSERT_EQ(count, 1);
+    EXPECT_EQ(calibration::ScannedEffect(search, domain).search, search);
+  }
+}
 
 // The row of M is no effect but part of what every trace estimates.
 TEST(Baseline, RecoversTheCrossAxisTermsAndTheScaleFactorWithinTheirIntervals) {

@@ -8,37 +8,10 @@
 namespace gyrobench::calibration {
 const std::vector<Effect>& EffectCatalogue() {
   static const std::vector<Effect> catalogue = [] {
-    constexpr Effect (*kMakers[])() = {
-        BiasGLinear,
-        BiasGSquared,
-        ScaleG,
-        ScaleTemperature,
-        ScaleQuadraticOdd,
-        ScaleCubic,
-        ScaleQuadraticEven,
-        ScaleAsymmetry,
-        BiasTemperatureRate,
-        BiasHysteresis,
-        BiasWarmUp,
-        BiasVibration,
-        BiasVibrationAtResonance,
-        BiasOf,
-        ScaleOf,
-        BiasEarthRate,
-        BiasStep,
-        BiasTone,
-        AngleLatency,
-        BandwidthFirstOrder,
-        AngleClockDrift,
-        AngleWormPeriod,
-        AngleEccentricity1,
-        AngleEccentricity2,
-        AngleBacklash,
-        AngleRipple,
-        AngleStep,
-    };
     std::vector<Effect> all;
-    for (const auto make : kMakers) all.push_back(make());
+#define GYROBENCH_MAKE(name) all.push_back(name());
+    GYROBENCH_EFFECTS(GYROBENCH_MAKE)
+#undef GYROBENCH_MAKE
     return all;
   }();
   return catalogue;
