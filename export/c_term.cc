@@ -65,20 +65,15 @@ std::string Expression(const calibration::Effect& effect, const ModelTerm& term,
 }
 
 // A factor of a composed effect or a curve; nullopt for a column of the table.
-std::optional<std::string> FactorText(const std::string& name, const Variables& names,
-                                      CNeeds* needs) {
+std::optional<std::string> FactorText(const std::string& name, const Variables& names) {
   if (name == "w") return names.Rate();
   if (name == "abs_w") return Size(names.Rate());
   if (name == "T") return names.Temperature();
-  if (name == "dT_dt") {
-    needs->temperature_rate = true;
-    return kTemperatureRate;
-  }
+  if (name == "dT_dt") return kTemperatureRate;
   const bool has_axis = name.size() == 3 && name[1] == '_' && name[2] >= 'x' && name[2] <= 'z';
   if (!has_axis || (name[0] != 'w' && name[0] != 'g')) return std::nullopt;
   const auto axis = static_cast<std::size_t>(name[2] - 'x');
   if (name[0] == 'w') return names.RateAbout(axis);
-  needs->gravity = true;
   return Gravity(axis);
 }
 
@@ -111,22 +106,21 @@ std::string NoInput(const std::string& name) {
 std::optional<CTerm> CatalogueTerm(const ModelTerm& term, const Variables& names,
                                    std::string* why_not) {
   const calibration::Effect* effect =
-      calibration::FindEffect(calibration::CatalogueId(term), term.nonlinear.size());
+      calibration::FindEffect(calibration::CatalogueName(term.id), term.nonlinear.size());
   if (effect == nullptr || effect->c_expression.empty()) {
     *why_not = term.covariate.empty()
                    ? "it needs a memory or the vibration, and the function has neither"
                    : NoInput("the column " + term.covariate);
     return std::nullopt;
   }
-  const std::string text = Expression(*effect, term, names);
-  return CTerm{Dependence::kNoRate, text, NeedsOf(text)};
+  return CTerm{Dependence::kNoRate, Expression(*effect, term, names), {}};
 }
 
 std::optional<CTerm> FreeTerm(const ModelTerm& term, const Variables& names, std::string* why_not) {
   CTerm out;
   std::vector<std::string> factors;
   for (const std::string& name : term.factors) {
-    std::optional<std::string> text = FactorText(name, names, &out.needs);
+    std::optional<std::string> text = FactorText(name, names);
     if (!text) {
       *why_not = NoInput("the column " + name);
       return std::nullopt;
@@ -171,7 +165,10 @@ std::optional<CTerm> MakeCTerm(const ModelTerm& term, SensorAxis axis, std::stri
   std::optional<CTerm> out = term.origin == calibration::EffectOrigin::kCatalogue
                                  ? CatalogueTerm(term, names, why_not)
                                  : FreeTerm(term, names, why_not);
-  if (out) out->dependence = dependence;
+  if (out) {
+    out->dependence = dependence;
+    out->needs = NeedsOf(out->text);
+  }
   return out;
 }
 

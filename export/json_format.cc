@@ -19,7 +19,7 @@ std::string EquationOf(const calibration::ModelTerm& term) {
   switch (term.origin) {
     case calibration::EffectOrigin::kCatalogue: {
       const calibration::Effect* effect =
-          calibration::FindEffect(calibration::CatalogueId(term), term.nonlinear.size());
+          calibration::FindEffect(calibration::CatalogueName(term.id), term.nonlinear.size());
       return effect == nullptr ? "" : effect->equation;
     }
     case calibration::EffectOrigin::kComposed:

@@ -90,13 +90,11 @@ json ToJson(const ChannelCalibration& channel) {
 
 }  // namespace
 
-std::string CatalogueId(const ModelTerm& term) { return CatalogueName(term.id); }
-
 std::string WhyNotApplied(const ModelTerm& term) {
   if (term.owner == EffectOwner::kReference) return "an error of the reference, not of the gyro";
   if (term.owner == EffectOwner::kBench) return "an effect of the bench, not of the gyro";
   if (term.origin != EffectOrigin::kCatalogue) return "";
-  const Effect* effect = FindEffect(CatalogueId(term), term.nonlinear.size());
+  const Effect* effect = FindEffect(CatalogueName(term.id), term.nonlinear.size());
   if (effect == nullptr) return "it is not in the catalogue of this version";
   if (effect->true_motion) return "Earth's rotation is true motion, not an error";
   if (effect->of_one_time()) return "its time and phase are of the run that it was found in";

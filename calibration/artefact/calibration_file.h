@@ -47,9 +47,6 @@ struct Calibration {
   std::optional<double> gyro_lsb_zero = {};
 };
 
-// The id that the catalogue knows: "bias.of" of the term "bias.of(supply_v)".
-std::string CatalogueId(const ModelTerm& term);
-
 // Why a term of a model is no part of a correction, empty where it is one: an effect of reference
 // or bench, an event of the run that it was found in, or what no sample can be freed of.
 std::string WhyNotApplied(const ModelTerm& term);

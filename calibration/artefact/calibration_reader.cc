@@ -27,7 +27,7 @@ HeldOut ReadHeldOut(const Place& place) {
 }
 
 void CheckCatalogueTerm(const ModelTerm& term, const Place& place) {
-  const Effect* effect = FindEffect(CatalogueId(term), term.nonlinear.size());
+  const Effect* effect = FindEffect(CatalogueName(term.id), term.nonlinear.size());
   if (effect == nullptr) {
     return place["id"].Fail(fmt::format(
         "no effect \"{}\" with {} non-linear parameters in the catalogue of this version", term.id,

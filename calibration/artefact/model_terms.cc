@@ -94,7 +94,7 @@ unsigned NeedsOf(const std::string& factor) {
 
 std::unique_ptr<TermFunction> MakeCatalogueTerm(const ModelTerm& term, std::size_t channel,
                                                 const MeasurementInfo& info, std::string* why_not) {
-  const Effect* effect = FindEffect(CatalogueId(term), term.nonlinear.size());
+  const Effect* effect = FindEffect(CatalogueName(term.id), term.nonlinear.size());
   if (effect == nullptr) {
     *why_not = "it is not in the catalogue of this version";
     return nullptr;

@@ -123,7 +123,7 @@ struct Effect {
   // Remembers, and how each power-on begins is not known: BasisContext::start_sides.
   bool unknown_start = false;
   // The correction in C, in deg/s, for export: {c0}, {c1} ... the coefficients, {minus_1_over_n0}
-  // of the non-linear parameter, {w} the rate, {t} the temperature, {t0} T0; g[],
+  // -1 over the non-linear parameter, {w} the rate, {t} the temperature, {t0} T0; g[],
   // in->temperature_rate_degC_s and in->since_power_on_s are the function's inputs. Empty: not a
   // function of these.
   std::string c_expression = {};
