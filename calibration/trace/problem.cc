@@ -75,7 +75,9 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
   output_ = Eigen::Map<const Eigen::VectorXd>(output.data(), rows());
   Survey();
   TakeOffEarth();
-  ShareReferenceErrors();
+  const Vector3 row = RowOfM();
+  ShareReferenceErrors(row);
+  TakeOffReadingNoise(row);
 }
 
 // Where the axis turned its scale factor has a column, and Earth's rotation is in that; where it
@@ -89,31 +91,50 @@ void ChannelProblem::TakeOffEarth() {
   }
 }
 
-// By the row of M as least squares of what moves gives it: noise is small beside that.
-void ChannelProblem::ShareReferenceErrors() {
+// As least squares of what moves gives it: noise is small beside that.
+Vector3 ChannelProblem::RowOfM() const {
   Vector3 row = {};
   row[channel_] = 1.0;
   const std::vector<std::size_t> turned = Turned();
   const auto axes = static_cast<Eigen::Index>(turned.size());
-  if (axes > 0) {
-    Eigen::MatrixXd columns(rows(), axes + 1);
-    for (Eigen::Index i = 0; i < rows(); ++i) {
-      for (Eigen::Index j = 0; j < axes; ++j)
-        columns(i, j) = Rotation(i)[turned[static_cast<std::size_t>(j)]];
-      columns(i, axes) = intervals_[static_cast<std::size_t>(i)].duration_s;
-    }
-    const Eigen::VectorXd fit =
-        ScaledLdlt(columns.transpose() * columns).Solve(columns.transpose() * output_);
-    for (Eigen::Index j = 0; j < axes; ++j) {
-      const double m = fit(j);
-      if (std::fabs(m) < kMostOfRow) row[turned[static_cast<std::size_t>(j)]] = m;
-    }
+  if (axes == 0) return row;
+  Eigen::MatrixXd columns(rows(), axes + 1);
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    for (Eigen::Index j = 0; j < axes; ++j)
+      columns(i, j) = TurnByRates(i, turned[static_cast<std::size_t>(j)]);
+    columns(i, axes) = intervals_[static_cast<std::size_t>(i)].duration_s;
   }
+  const Eigen::VectorXd fit =
+      ScaledLdlt(columns.transpose() * columns).Solve(columns.transpose() * output_);
+  for (Eigen::Index j = 0; j < axes; ++j) {
+    const double m = fit(j);
+    if (std::fabs(m) < kMostOfRow) row[turned[static_cast<std::size_t>(j)]] = m;
+  }
+  return row;
+}
+
+void ChannelProblem::ShareReferenceErrors(const Vector3& row_of_m) {
   for (Eigen::Index i = 0; i < rows(); ++i) {
     Interval& interval = intervals_[static_cast<std::size_t>(i)];
-    interval.begin_reference_share = trail(i).ReferenceShare(ref(i).interval, row);
-    interval.end_reference_share = trail(i).ReferenceShare(ref(i).interval + 1, row);
+    interval.begin_reference_share = trail(i).ReferenceShare(ref(i).interval, row_of_m);
+    interval.end_reference_share = trail(i).ReferenceShare(ref(i).interval + 1, row_of_m);
   }
+}
+
+// All columns that depend on the rate have that of the halves, without the noise of the row's own
+// two readings. What these say beyond it is noise of the output: in a column it would be noise that
+// the output has as well, and effects that are nearly one, such as a scale that depends on the
+// temperature and one that depends on its rate, would be found by it.
+void ChannelProblem::TakeOffReadingNoise(const Vector3& row_of_m) {
+  for (const std::size_t c : Turned()) {
+    for (Eigen::Index i = 0; i < rows(); ++i)
+      output_(i) -= row_of_m[c] * (Rotation(i)[c] - TurnByRates(i, c));
+  }
+}
+
+double ChannelProblem::TurnByRates(Eigen::Index row, std::size_t axis) const {
+  return 0.5 * intervals_[static_cast<std::size_t>(row)].duration_s *
+         (half(row, 0).rate_deg_s[axis] + half(row, 1).rate_deg_s[axis]);
 }
 
 // Its own axis first: where the data cannot tell axes apart, the turning is its own.
@@ -157,8 +178,7 @@ ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const
     out.feels_table_.push_back(FeelsTable(row));
     out.levers_.push_back(levers_[static_cast<std::size_t>(row)]);
   }
-  // By what these rows say of M.
-  out.ShareReferenceErrors();
+  out.ShareReferenceErrors(out.RowOfM());
   return out;
 }
 
@@ -288,7 +308,7 @@ Baseline ChannelProblem::MakeBaseline() const {
       ++power_on;
     const double dt = intervals_[static_cast<std::size_t>(i)].duration_s;
     for (Eigen::Index j = 0; j < turned; ++j) {
-      out.columns(i, j) = Rotation(i)[out.turned[static_cast<std::size_t>(j)]];
+      out.columns(i, j) = TurnByRates(i, out.turned[static_cast<std::size_t>(j)]);
     }
     out.columns(i, turned + power_on) = dt;
   }

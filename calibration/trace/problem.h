@@ -49,7 +49,9 @@ class ChannelProblem {
   Eigen::Index rows() const { return static_cast<Eigen::Index>(rows_.size()); }
   const std::vector<ProblemRow>& row_refs() const { return rows_; }
   const std::vector<Interval>& intervals() const { return intervals_; }
-  const Eigen::VectorXd& output_deg() const { return output_; }  // int xi / s0 dt of each row
+  // int xi / s0 dt of each row, less what the noise of the row's readings of the angle adds to M
+  // times the turn by the rates of its halves.
+  const Eigen::VectorXd& output_deg() const { return output_; }
   std::span<const Trail> trails() const { return trails_; }
   const Trail& trail(Eigen::Index row) const { return trails_[ref(row).trail]; }
   double begin_s(Eigen::Index row) const;
@@ -120,11 +122,16 @@ class ChannelProblem {
   const Vector3& Rotation(Eigen::Index row) const {
     return trail(row).rotation_deg[ref(row).interval];
   }
+  // The same as the rates of the row's halves have it.
+  double TurnByRates(Eigen::Index row, std::size_t axis) const;
   std::vector<std::size_t> Turned() const;
+  // The channel's, by what the rows say.
+  Vector3 RowOfM() const;
   Vector3 LeversAt(Eigen::Index row) const;
   void Survey();
   void TakeOffEarth();
-  void ShareReferenceErrors();
+  void ShareReferenceErrors(const Vector3& row_of_m);
+  void TakeOffReadingNoise(const Vector3& row_of_m);
   bool PowerOnIsKnown() const;
   void SurveyTemperature();
   void SurveyGravity();
