@@ -84,7 +84,8 @@ enum Needs : unsigned {
 // Of the measurements that an effect is looked for in.
 struct DataRange {
   double max_rate_deg_s = 0.0;
-  double temperature_degC = 0.0;  // from the lowest to the highest
+  double temperature_degC = 0.0;   // from the lowest to the highest
+  std::vector<bool> turns_in_run;  // about the channel's axis, in the order of time
 };
 
 struct Effect {

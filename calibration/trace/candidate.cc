@@ -74,8 +74,8 @@ double Ramp(double value, double from, double length) {
 }
 
 DataRange RangeOf(const ChannelProblem& problem) {
-  return {problem.max_rate_deg_s(),
-          problem.max_temperature_degC() - problem.min_temperature_degC()};
+  return {problem.max_rate_deg_s(), problem.max_temperature_degC() - problem.min_temperature_degC(),
+          problem.turns_in_run()};
 }
 
 }  // namespace

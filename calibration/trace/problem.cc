@@ -206,6 +206,16 @@ double ChannelProblem::gear_ratio() const {
   return kMissing;
 }
 
+std::vector<bool> ChannelProblem::turns_in_run() const {
+  std::vector<double> path_deg(trails_.size(), 0.0);
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    if (!half(i, 0).still) path_deg[ref(i).trail] += std::fabs(Rotation(i)[channel_]);
+  }
+  std::vector<bool> turns;
+  for (const double path : path_deg) turns.push_back(path > kLeastPath_deg);
+  return turns;
+}
+
 double ChannelProblem::rounding_deg() const {
   double rounding_deg = 0.0;
   for (const Trail& trail : trails_) {

@@ -97,6 +97,8 @@ class ChannelProblem {
   bool DelayIsDeclared() const;
   // Axes of the table whose turning the channel feels; their paths [deg].
   const std::vector<std::size_t>& table_axes() const { return table_axes_; }
+  // Of each measurement, in the order of time: whether the sensor turns about the channel's axis.
+  std::vector<bool> turns_in_run() const;
   double gear_ratio() const;
   double min_temperature_degC() const { return min_temperature_; }
   double max_temperature_degC() const { return max_temperature_; }

@@ -223,6 +223,10 @@ bool Selection::InModel(const std::string& family) const {
                      [&](const Candidate& member) { return member.family == family; });
 }
 
+bool Selection::Names(const std::string& id) const {
+  return std::ranges::any_of(members_, [&](const Candidate& member) { return member.id == id; });
+}
+
 bool Selection::Barred(const std::string& family) const {
   return InModel(family) || implausible_.contains(family);
 }
@@ -407,6 +411,8 @@ std::vector<std::string> Selection::Rivals(std::size_t member) const {
   std::set<std::string> names;
   for (const Candidate& candidate : pool_) {
     if (candidate.id == members_[member].id || InModel(candidate.family)) continue;
+    // Another run's of what is named for one, another harmonic.
+    if (candidate.search() == Search::kEachPoint && Names(candidate.id)) continue;
     WhiteStore::Columns with = others;
     with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
     if (rivals(candidate, Cost(with)) && found(candidate, LogP(candidate, others)) &&

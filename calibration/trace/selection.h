@@ -100,6 +100,7 @@ class Selection {
                                  const Eigen::VectorXd& residual) const;
   void Refine(Candidate* candidate, const WhiteStore::Columns& others);
   void Insert(Candidate candidate);
+  bool Names(const std::string& id) const;  // as a member
   bool InModel(const std::string& family) const;
   std::optional<Candidate> Joined(std::size_t product, std::size_t part) const;
   double Cost(const WhiteStore::Columns& columns) const;

@@ -9,6 +9,7 @@
 #include <functional>
 #include <numbers>
 #include <ostream>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,7 @@ struct Row {
   Motion (*motion)() = EveryMotion;
   BenchSensor sensor = {};
   bool with_supply = false;
+  bool after_another_run = false;  // of the same motion, without the effect
 };
 
 void PrintTo(const Row& row, std::ostream* out) { *out << row.id; }
@@ -288,6 +290,14 @@ const std::vector<Row>& Rows() {
        EveryMotion,
        QuickWarmth(),
        false},
+      {"angle.latency_of_run",
+       "the_second",
+       Latency,
+       {{"tau", 0.012}},
+       EveryMotion,
+       {},
+       false,
+       true},
       {"angle.latency", "upside_down", Latency, {{"tau", 0.012}}, EveryMotion, UpsideDown(), false},
       {"angle.backlash",
        "upside_down",
@@ -314,12 +324,16 @@ const std::vector<Row>& Rows() {
   return rows;
 }
 
-ChannelTrace TraceOf(const calibration::Recording& recording, std::uint64_t seed) {
-  const calibration::Recording* const inputs[] = {&recording};
+ChannelTrace TraceOf(std::span<const calibration::Recording* const> inputs, std::uint64_t seed) {
   calibration::TraceOptions options;
   options.seed = seed;
   options.curves = false;
   return calibration::Trace(inputs, options).result.channels.at(0);
+}
+
+ChannelTrace TraceOf(const calibration::Recording& recording, std::uint64_t seed) {
+  const calibration::Recording* const inputs[] = {&recording};
+  return TraceOf(inputs, seed);
 }
 
 void ExpectWithinItsInterval(const std::vector<ModelParameter>& parameters,
@@ -349,7 +363,11 @@ TEST_P(EachEffect, IsNamedAndItsNumbersAreWithinTheirInterval) {
   const Row& row = GetParam();
   const SyntheticBench bench(row.motion(), row.sensor);
   const calibration::Recording recording = bench.Measure(row.make(bench), 7, row.with_supply);
-  const ChannelTrace channel = TraceOf(recording, 1);
+  calibration::Recording before = bench.Measure({}, 8, row.with_supply);
+  before.info.power_on = "before";
+  std::vector<const calibration::Recording*> inputs = {&recording};
+  if (row.after_another_run) inputs.insert(inputs.begin(), &before);
+  const ChannelTrace channel = TraceOf(inputs, 1);
   ASSERT_THAT(channel.effects, ::testing::SizeIs(1))
       << ::testing::PrintToString(NamesOf(channel)) << "\n"
       << channel.summary;
@@ -452,6 +470,19 @@ TEST(AProductOfTemperature, IsOneEffectOnlyWithinTheTemperaturesOfTheData) {
       EXPECT_THAT(names, ::testing::Contains("bias.g_linear"));
     }
   }
+}
+
+// Of two runs one alone turns: what is late there is late.
+TEST(ALatency, OfTheOnlyRunThatTurnsIsNoMatterOfThatRun) {
+  const SyntheticBench turning(EveryMotion()), resting(Motion().Rest(120.0));
+  calibration::Recording rest = resting.Measure({}, 8);
+  rest.info.power_on = "before";
+  const calibration::Recording turns = turning.Measure(Latency(turning), 7);
+  const calibration::Recording* const inputs[] = {&rest, &turns};
+  const ChannelTrace channel = TraceOf(inputs, 1);
+  EXPECT_THAT(NamesOf(channel), ::testing::ElementsAre("angle.latency")) << channel.summary;
+  ASSERT_EQ(channel.effects.size(), 1u);
+  EXPECT_THAT(channel.effects[0].rivals, ::testing::IsEmpty());
 }
 
 TEST(NoEffect, IsNamedInTwentyOfTwentyMeasurementsThatHaveNone) {

@@ -25,6 +25,7 @@
   X(BiasStep)                 \
   X(BiasTone)                 \
   X(AngleLatency)             \
+  X(AngleLatencyOfRun)        \
   X(BandwidthFirstOrder)      \
   X(AngleClockDrift)          \
   X(AngleWormPeriod)          \
