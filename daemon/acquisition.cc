@@ -7,8 +7,6 @@
 
 #include "base/error.h"
 #include "daemon/gyro_message.h"
-#include "drivers/factory.h"
-#include "drivers/modbus_bus.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -28,17 +26,10 @@ std::int8_t AxisNumber(const std::string& name) {
 
 }  // namespace
 
-struct Acquisition::Bus {
-  Bus(const config::BusConfig& config, Clock& clock)
-      : worker(config.name, clock), modbus(config, clock, worker.participant()) {}
-  BusWorker worker;
-  drivers::ModbusBus modbus;
-};
-
 struct Acquisition::AxisUnit {
   const config::AxisConfig* config = nullptr;
-  Bus* drive_bus = nullptr;
-  Bus* encoder_bus = nullptr;
+  BusWorker* drive_bus = nullptr;
+  BusWorker* encoder_bus = nullptr;
   std::unique_ptr<drivers::Axis> drive;
   std::unique_ptr<drivers::AngleSensor> encoder;
   AxisView view;
@@ -46,15 +37,18 @@ struct Acquisition::AxisUnit {
   bool beyond_limit = false;  // of the encoder's bus thread: reported already
 };
 
-Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock, Telemetry& telemetry,
+Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock,
+                         drivers::DeviceMaker& devices, Telemetry& telemetry,
                          FaultHandler on_silence, FaultHandler on_fault)
     : stand_(stand),
       clock_(clock),
+      maker_(devices),
       telemetry_(telemetry),
       on_silence_(std::move(on_silence)),
       on_fault_(std::move(on_fault)) {
   for (const config::BusConfig& bus : stand.buses) {
-    buses_.push_back(std::make_unique<Bus>(bus, clock));
+    buses_.push_back(std::make_unique<BusWorker>(bus.name, clock));
+    maker_.AddBus(bus, buses_.back()->participant());
   }
   for (const config::AxisConfig& axis : stand.axes) AddAxis(axis);
   AddGyro();
@@ -63,9 +57,9 @@ Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock, Telemet
 
 Acquisition::~Acquisition() { Stop(); }
 
-Acquisition::Bus& Acquisition::BusOf(const std::string& name) {
+BusWorker& Acquisition::BusOf(const std::string& name) {
   const auto found = std::find_if(buses_.begin(), buses_.end(),
-                                  [&](const auto& bus) { return bus->worker.name() == name; });
+                                  [&](const auto& bus) { return bus->name() == name; });
   if (found == buses_.end()) throw ConfigError(fmt::format("no bus '{}' in the stand file", name));
   return **found;
 }
@@ -83,8 +77,8 @@ void Acquisition::AddAxis(const config::AxisConfig& axis) {
   u.config = &axis;
   u.drive_bus = &BusOf(axis.drive.bus);
   u.encoder_bus = &BusOf(axis.encoder.bus);
-  u.drive = drivers::MakeAxis(axis, u.drive_bus->modbus);
-  u.encoder = drivers::MakeAngleSensor(axis, u.encoder_bus->modbus);
+  u.drive = maker_.MakeAxis(axis);
+  u.encoder = maker_.MakeAngleSensor(axis);
   const Utime silence = FromSeconds(stand_.safety.silence_s);
 
   auto encoder = std::make_unique<PolledDevice>(
@@ -101,8 +95,8 @@ void Acquisition::AddAxis(const config::AxisConfig& axis) {
       PolledDevice::Actions{[&u] { u.drive->Open(); }, [this, &u] { ReadDrive(u); },
                             [] { return kDrivePeriod; }},
       clock_, silence, on_silence_);
-  u.encoder_bus->worker.AddPoll([device = encoder.get()] { return device->Poll(); });
-  u.drive_bus->worker.AddPoll([device = drive.get()] { return device->Poll(); });
+  u.encoder_bus->AddPoll([device = encoder.get()] { return device->Poll(); });
+  u.drive_bus->AddPoll([device = drive.get()] { return device->Poll(); });
   devices_.push_back(std::move(drive));
   devices_.push_back(std::move(encoder));
   axes_.push_back(std::move(unit));
@@ -110,8 +104,7 @@ void Acquisition::AddAxis(const config::AxisConfig& axis) {
 
 void Acquisition::AddGyro() {
   const config::GyroConfig& gyro = stand_.gyro;
-  Bus& bus = BusOf(gyro.bus);
-  gyro_ = drivers::MakeGyro(gyro, bus.modbus);
+  gyro_ = maker_.MakeGyro(gyro);
   // One sample less than a reply carries: a poll that comes a little late still needs one request
   // only.
   const Utime period = Period(gyro.rate_hz / (gyro.map.max_samples_per_block - 1));
@@ -125,38 +118,37 @@ void Acquisition::AddGyro() {
                             },
                             [this] { ReadGyro(); }, [period] { return period; }},
       clock_, FromSeconds(stand_.safety.silence_s), on_silence_);
-  bus.worker.AddPoll([poll = device.get()] { return poll->Poll(); });
+  BusOf(gyro.bus).AddPoll([poll = device.get()] { return poll->Poll(); });
   devices_.push_back(std::move(device));
 }
 
 void Acquisition::AddOutputs() {
   const config::RelaysConfig& relays = *stand_.relays;
-  Bus& bus = BusOf(relays.bus);
-  outputs_ = std::make_unique<Outputs>(relays, bus.worker, drivers::MakeRelays(relays, bus.modbus),
-                                       on_fault_);
+  BusWorker& bus = BusOf(relays.bus);
+  outputs_ = std::make_unique<Outputs>(relays, bus, maker_.MakeRelays(relays), on_fault_);
   auto device = std::make_unique<PolledDevice>(
       DeviceStatus{"relays", "relays", relays.bus, relays.unit, false, ""},
       PolledDevice::Actions{[this] { outputs_->Open(); }, [this] { outputs_->Check(); },
                             [] { return kOutputsPeriod; }},
       clock_, FromSeconds(stand_.safety.silence_s), on_silence_);
-  bus.worker.AddPoll([poll = device.get()] { return poll->Poll(); });
+  bus.AddPoll([poll = device.get()] { return poll->Poll(); });
   devices_.push_back(std::move(device));
 }
 
 void Acquisition::Start() {
-  for (const auto& bus : buses_) bus->worker.Start();
+  for (const auto& bus : buses_) bus->Start();
 }
 
 void Acquisition::Stop() {
-  for (const auto& bus : buses_) bus->worker.Stop();
+  for (const auto& bus : buses_) bus->Stop();
 }
 
 void Acquisition::Hold(Clock::Participant& caller) {
-  for (const auto& bus : buses_) bus->worker.Hold(caller);
+  for (const auto& bus : buses_) bus->Hold(caller);
 }
 
 void Acquisition::Resume() {
-  for (const auto& bus : buses_) bus->worker.Resume();
+  for (const auto& bus : buses_) bus->Resume();
 }
 
 void Acquisition::ReadEncoder(AxisUnit& unit) {
@@ -332,12 +324,6 @@ MeasurementInfo Acquisition::Info() const {
   return info;
 }
 
-std::int64_t Acquisition::Transactions() const {
-  std::int64_t sum = 0;
-  for (const auto& bus : buses_) sum += bus->modbus.statistics().transactions;
-  return sum;
-}
-
 void Acquisition::SetActiveAxes(std::set<std::string> names) {
   const std::lock_guard lock(mutex_);
   active_axes_ = std::move(names);
@@ -352,7 +338,7 @@ double Acquisition::MoveBy(Clock::Participant& caller, const std::string& axis, 
                            double rate_deg_s, double acceleration_deg_s2,
                            const std::function<void()>& may_move) {
   AxisUnit& unit = UnitOf(axis);
-  return unit.drive_bus->worker.Call(caller, [&] {
+  return unit.drive_bus->Call(caller, [&] {
     may_move();
     return unit.drive->MoveBy(angle_deg, rate_deg_s, acceleration_deg_s2);
   });
@@ -360,20 +346,20 @@ double Acquisition::MoveBy(Clock::Participant& caller, const std::string& axis, 
 
 drivers::AxisState Acquisition::ReadDriveNow(Clock::Participant& caller, const std::string& axis) {
   AxisUnit& unit = UnitOf(axis);
-  unit.drive_bus->worker.Call(caller, [&] { ReadDrive(unit); });
+  unit.drive_bus->Call(caller, [&] { ReadDrive(unit); });
   return Axis(axis).drive;
 }
 
 AxisView Acquisition::ReadNow(Clock::Participant& caller, const std::string& axis) {
   AxisUnit& unit = UnitOf(axis);
-  unit.drive_bus->worker.Call(caller, [&] { ReadDrive(unit); });
-  unit.encoder_bus->worker.Call(caller, [&] { ReadEncoder(unit); });
+  unit.drive_bus->Call(caller, [&] { ReadDrive(unit); });
+  unit.encoder_bus->Call(caller, [&] { ReadEncoder(unit); });
   return Axis(axis);
 }
 
 void Acquisition::PostStopAll() {
   for (const auto& unit : axes_) {
-    unit->drive_bus->worker.Post([this, u = unit.get()] {
+    unit->drive_bus->Post([this, u = unit.get()] {
       try {
         u->drive->Stop();
       } catch (const std::exception& error) {
@@ -391,7 +377,7 @@ void Acquisition::StopAll(Clock::Participant& caller) {
   std::string failures;
   for (AxisUnit* unit : order) {
     try {
-      unit->drive_bus->worker.Call(caller, [&] { unit->drive->Stop(); });
+      unit->drive_bus->Call(caller, [&] { unit->drive->Stop(); });
     } catch (const DeviceError& error) {
       failures += (failures.empty() ? "" : "; ") + std::string(error.what());
     }
@@ -401,7 +387,7 @@ void Acquisition::StopAll(Clock::Participant& caller) {
 
 void Acquisition::PostClearAlarms() {
   for (const auto& unit : axes_) {
-    unit->drive_bus->worker.Post([this, u = unit.get()] {
+    unit->drive_bus->Post([this, u = unit.get()] {
       try {
         u->drive->ClearAlarm();
       } catch (const std::exception& error) {

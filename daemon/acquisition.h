@@ -21,11 +21,8 @@
 #include "daemon/telemetry.h"
 #include "drivers/angle_sensor.h"
 #include "drivers/axis.h"
+#include "drivers/device_maker.h"
 #include "drivers/gyro.h"
-
-namespace gyrobench::drivers {
-class ModbusBus;
-}
 
 namespace gyrobench::daemon {
 
@@ -49,10 +46,10 @@ struct SensorView {
 // that waits as the participant it gives.
 class Acquisition {
  public:
-  // `on_silence`: a device that was there answers no more. `on_fault`: the stand is where it must
-  // not be, or a drive reports an alarm.
-  Acquisition(const config::StandConfig& stand, Clock& clock, Telemetry& telemetry,
-              FaultHandler on_silence, FaultHandler on_fault);
+  // `devices`: where they come from; outlives this. `on_silence`: a device that was there answers
+  // no more. `on_fault`: the stand is where it must not be, or a drive reports an alarm.
+  Acquisition(const config::StandConfig& stand, Clock& clock, drivers::DeviceMaker& devices,
+              Telemetry& telemetry, FaultHandler on_silence, FaultHandler on_fault);
   ~Acquisition();
 
   void Start();
@@ -69,8 +66,6 @@ class Acquisition {
   AxisView Axis(const std::string& name) const;
   SensorView Sensor() const;
   MeasurementInfo Info() const;
-  // Modbus transactions so far, all buses. Only while the buses rest (before Start, after Stop).
-  std::int64_t Transactions() const;
 
   // Axes whose reference is read at its full rate; the others at their idle rate.
   void SetActiveAxes(std::set<std::string> names);
@@ -97,12 +92,11 @@ class Acquisition {
   Outputs* outputs() const { return outputs_.get(); }
 
  private:
-  struct Bus;
   struct AxisUnit;
   void AddAxis(const config::AxisConfig& axis);
   void AddGyro();
   void AddOutputs();
-  Bus& BusOf(const std::string& name);
+  BusWorker& BusOf(const std::string& name);
   AxisUnit& UnitOf(const std::string& axis);
   void ReadEncoder(AxisUnit& unit);
   void ReadDrive(AxisUnit& unit);
@@ -114,10 +108,11 @@ class Acquisition {
 
   const config::StandConfig& stand_;
   Clock& clock_;
+  drivers::DeviceMaker& maker_;
   Telemetry& telemetry_;
   const FaultHandler on_silence_;
   const FaultHandler on_fault_;
-  std::vector<std::unique_ptr<Bus>> buses_;
+  std::vector<std::unique_ptr<BusWorker>> buses_;
   std::vector<std::unique_ptr<AxisUnit>> axes_;
   std::unique_ptr<drivers::Gyro> gyro_;
   std::unique_ptr<Outputs> outputs_;

@@ -18,6 +18,7 @@
 #include "daemon/simulated_buses.h"
 #include "daemon/status_publisher.h"
 #include "daemon/telemetry.h"
+#include "drivers/modbus_devices.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -47,8 +48,9 @@ struct Daemon::Parts {
       : stand(configured), publisher(stand.lcm.url, stand.lcm.channel_prefix) {
     CheckLcm(stand.lcm, publisher);
     MakeClockAndBuses();
+    devices = std::make_unique<drivers::ModbusDevices>(*clock);
     acquisition = std::make_unique<Acquisition>(
-        stand, *clock, telemetry,
+        stand, *clock, *devices, telemetry,
         [this](const std::string& source, const std::string& message) {
           // Between runs a silent device is a line in the status, not a fault to be cleared by
           // hand.
@@ -151,6 +153,7 @@ struct Daemon::Parts {
                         spdlog::error("fault: record: {}", message);
                         control.Report({"record", message});
                       }};
+  std::unique_ptr<drivers::ModbusDevices> devices;
   std::unique_ptr<Acquisition> acquisition;
   std::unique_ptr<StatusPublisher> status;
   std::unique_ptr<BenchTime> time;

@@ -25,6 +25,7 @@
 #include "daemon/lcm_publisher.h"
 #include "daemon/simulated_buses.h"
 #include "daemon/telemetry.h"
+#include "drivers/modbus_devices.h"
 
 namespace {
 
@@ -55,7 +56,8 @@ Speed RunVirtualStand(double bench_s) {
   };
   gyrobench::daemon::Telemetry telemetry(
       publisher, [&](const std::string& message) { complain("record", message); });
-  gyrobench::daemon::Acquisition acquisition(stand, *clock, telemetry, complain, complain);
+  gyrobench::drivers::ModbusDevices devices(*clock);
+  gyrobench::daemon::Acquisition acquisition(stand, *clock, devices, telemetry, complain, complain);
   acquisition.SetActiveAxes({stand.axes.front().name});
   acquisition.Start();
   me->WaitUntil(kStart + 2'000'000);
@@ -70,7 +72,7 @@ Speed RunVirtualStand(double bench_s) {
   me.reset();  // holds no time while the buses end what they are doing
   acquisition.Stop();
   fs::remove(log);
-  return {real_s, static_cast<double>(acquisition.Transactions())};
+  return {real_s, static_cast<double>(devices.Transactions())};
 }
 
 // A server that answers any read with zeros: as little work as a reply can be.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "tests/drivers/fake_devices.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -18,30 +19,12 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-// Relays in memory; `refuses` names an output that does not obey.
-class FakeRelays : public drivers::Relays {
- public:
-  std::map<std::string, bool> on = {{"fan", true}, {"heater", true}};
-  std::vector<std::string> calls;
-  std::string refuses;
-
-  void Open() override {
-    for (auto& [output, state] : on) state = false;
-  }
-  void Switch(const std::string& output, bool state) override {
-    calls.push_back(output + (state ? " on" : " off"));
-    if (output == refuses) throw DeviceError(output + " does not obey");
-    on.at(output) = state;
-  }
-  std::map<std::string, bool> Read() override { return on; }
-};
-
 class OutputsTest : public testing::Test {
  protected:
   OutputsTest() {
     config_.channels = {{"fan", 0}, {"heater", 1}};
     config_.heater_max_degC = 50;
-    auto relays = std::make_unique<FakeRelays>();
+    auto relays = std::make_unique<drivers::FakeRelays>();
     relays_ = relays.get();
     outputs_ = std::make_unique<Outputs>(
         config_, worker_, std::move(relays),
@@ -65,7 +48,7 @@ class OutputsTest : public testing::Test {
   std::unique_ptr<VirtualClock> clock_ = MakeVirtualClock(1'700'000'000'000'000);
   std::unique_ptr<Clock::Participant> me_ = clock_->Join("test");
   BusWorker worker_{"a", *clock_};
-  FakeRelays* relays_ = nullptr;
+  drivers::FakeRelays* relays_ = nullptr;
   std::unique_ptr<Outputs> outputs_;
   std::vector<std::string> faults_;
   const std::map<std::string, bool> all_off_ = {{"fan", false}, {"heater", false}};
@@ -136,7 +119,7 @@ TEST_F(OutputsTest, NothingIsSwitchedOnOnceTheRunIsToEnd) {
 }
 
 TEST_F(OutputsTest, AnUnopenedUnitIsUnknownNotOff) {
-  Outputs unopened(config_, worker_, std::make_unique<FakeRelays>(),
+  Outputs unopened(config_, worker_, std::make_unique<drivers::FakeRelays>(),
                    [](const std::string&, const std::string&) {});
   for (const auto& [output, on] : unopened.States()) EXPECT_FALSE(on.has_value()) << output;
   for (const auto& [output, on] : outputs_->States()) EXPECT_EQ(on, false) << output;

@@ -1,6 +1,6 @@
 // The fakes stand in for the drivers in other rooms' tests: they must keep the interfaces'
 // promises.
-#include "drivers/fake_devices.h"
+#include "tests/drivers/fake_devices.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

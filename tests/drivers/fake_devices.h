@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "drivers/angle_sensor.h"
 #include "drivers/axis.h"
 #include "drivers/gyro.h"
+#include "drivers/relays.h"
 
 namespace gyrobench::drivers {
 
@@ -50,8 +52,11 @@ class FakeAxis final : public Axis {
   // Calls in their order: "open", "move 9 deg at 10 deg/s", "stop", "clear alarm". Read is not
   // among them.
   const std::vector<std::string>& calls() const { return calls_; }
+  // Told of each of them as it comes.
+  std::function<void(const std::string& call)> on_call;
 
  private:
+  void Note(std::string call);
   bool Moving() const;
 
   const std::string name_;
@@ -112,6 +117,18 @@ class FakeGyro final : public Gyro {
   std::int64_t missing_ = 0;
   FaultScript faults_;
   GyroBlock counters_;
+};
+
+// `refuses` names an output that does not obey.
+class FakeRelays final : public Relays {
+ public:
+  std::map<std::string, bool> on = {{"fan", true}, {"heater", true}};
+  std::vector<std::string> calls;
+  std::string refuses;
+
+  void Open() override;
+  void Switch(const std::string& output, bool state) override;
+  std::map<std::string, bool> Read() override { return on; }
 };
 
 }  // namespace gyrobench::drivers

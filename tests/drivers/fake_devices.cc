@@ -1,4 +1,4 @@
-#include "drivers/fake_devices.h"
+#include "tests/drivers/fake_devices.h"
 
 #include <fmt/format.h>
 
@@ -30,8 +30,13 @@ void FaultScript::Step() {
 
 FakeAxis::FakeAxis(std::string name, const Clock& clock) : name_(std::move(name)), clock_(clock) {}
 
+void FakeAxis::Note(std::string call) {
+  if (on_call) on_call(call);
+  calls_.push_back(std::move(call));
+}
+
 void FakeAxis::Open() {
-  calls_.emplace_back("open");
+  Note("open");
   faults_.Step();
   enabled_ = true;
 }
@@ -50,7 +55,7 @@ AxisState FakeAxis::Read() {
 }
 
 double FakeAxis::MoveBy(double angle_deg, double rate_deg_s, double /*acceleration_deg_s2*/) {
-  calls_.push_back(fmt::format("move {:g} deg at {:g} deg/s", angle_deg, rate_deg_s));
+  Note(fmt::format("move {:g} deg at {:g} deg/s", angle_deg, rate_deg_s));
   faults_.Step();
   if (!enabled_ || alarm_ != 0 || Moving()) {
     throw DeviceError(fmt::format("axis.{}: move refused (enabled {}, alarm {}, moving {})", name_,
@@ -64,13 +69,13 @@ double FakeAxis::MoveBy(double angle_deg, double rate_deg_s, double /*accelerati
 }
 
 void FakeAxis::Stop() {
-  calls_.emplace_back("stop");
+  Note("stop");
   faults_.Step();
   from_deg_ = to_deg_ = AngleDeg();
 }
 
 void FakeAxis::ClearAlarm() {
-  calls_.emplace_back("clear alarm");
+  Note("clear alarm");
   faults_.Step();
   alarm_ = 0;
 }
@@ -132,6 +137,16 @@ void FakeGyro::Read(GyroBlock& block) {
     }
     ++next_;
   }
+}
+
+void FakeRelays::Open() {
+  for (auto& [output, state] : on) state = false;
+}
+
+void FakeRelays::Switch(const std::string& output, bool state) {
+  calls.push_back(output + (state ? " on" : " off"));
+  if (output == refuses) throw DeviceError(output + " does not obey");
+  on.at(output) = state;
 }
 
 }  // namespace gyrobench::drivers

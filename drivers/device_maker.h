@@ -1,0 +1,29 @@
+// Where the devices of a stand come from.
+#pragma once
+
+#include <memory>
+
+#include "base/clock.h"
+#include "config/stand_config.h"
+#include "drivers/angle_sensor.h"
+#include "drivers/axis.h"
+#include "drivers/gyro.h"
+#include "drivers/relays.h"
+
+namespace gyrobench::drivers {
+
+// Makes each device by its configuration, on the bus that this names. A bus is added before its
+// devices. Nothing is sent before a device's Open. Each Make throws ConfigError for a register map
+// that cannot work.
+class DeviceMaker {
+ public:
+  virtual ~DeviceMaker() = default;
+  // The devices of this bus are used by one thread, which waits as `thread`; that outlives them.
+  virtual void AddBus(const config::BusConfig& bus, Clock::Participant& thread) = 0;
+  virtual std::unique_ptr<Axis> MakeAxis(const config::AxisConfig& config) = 0;
+  virtual std::unique_ptr<AngleSensor> MakeAngleSensor(const config::AxisConfig& config) = 0;
+  virtual std::unique_ptr<Gyro> MakeGyro(const config::GyroConfig& config) = 0;
+  virtual std::unique_ptr<Relays> MakeRelays(const config::RelaysConfig& config) = 0;
+};
+
+}  // namespace gyrobench::drivers

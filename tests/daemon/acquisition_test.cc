@@ -1,0 +1,219 @@
+// The devices at work, with fakes of them: who is asked when, and what of it is told on.
+#include "daemon/acquisition.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "tests/daemon/fake_stand.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+constexpr Utime kStart = 1'700'000'000'000'000;
+constexpr Utime kSecond = kMicrosecondsPerSecond;
+
+// Three axes, a gyro, a fan and a heater on one bus.
+config::StandConfig Stand() {
+  config::StandConfig stand;
+  config::BusConfig bus;
+  bus.name = "a";
+  stand.buses = {bus};
+  for (const char* name : {"outer", "middle", "inner"}) {
+    config::AxisConfig axis;
+    axis.name = name;
+    axis.drive.bus = axis.encoder.bus = "a";
+    axis.encoder.rate_hz = 50.0;
+    axis.encoder.idle_rate_hz = 2.0;
+    axis.min_deg = -180.0;
+    axis.max_deg = 180.0;
+    stand.axes.push_back(axis);
+  }
+  stand.gyro.bus = "a";
+  stand.gyro.rate_hz = 200.0;
+  stand.gyro.map.max_samples_per_block = 12;
+  stand.gyro.map.tick_rate_hz = 62500.0;
+  config::RelaysConfig relays;
+  relays.bus = "a";
+  relays.channels = {{"fan", 0}, {"heater", 1}};
+  relays.heater_max_degC = 50.0;
+  stand.relays = relays;
+  stand.safety.silence_s = 1.0;
+  return stand;
+}
+
+class AcquisitionTest : public testing::Test {
+ protected:
+  AcquisitionTest() {
+    acquisition_.Start();
+    acquisition_.AwaitFirstTry(*me_, 5 * kSecond);
+  }
+  ~AcquisitionTest() override {
+    me_.reset();
+    acquisition_.Stop();
+  }
+  void Wait(Utime duration) { me_->WaitUntil(clock_->Now() + duration); }
+  double MoveBy(const std::string& axis, double angle_deg) {
+    return acquisition_.MoveBy(*me_, axis, angle_deg, 10.0, 50.0, [] {});
+  }
+  std::vector<std::string> CallsOf(const std::string& axis) {
+    return devices_.drives.at(axis)->calls();
+  }
+
+  const config::StandConfig stand_ = Stand();
+  std::unique_ptr<VirtualClock> clock_ = MakeVirtualClock(kStart);
+  std::unique_ptr<Clock::Participant> me_ = clock_->Join("test");
+  FakeStand devices_{*clock_};
+  LcmPublisher publisher_{"memq://", "TEST"};
+  Telemetry telemetry_{publisher_, [](const std::string&) {}};
+  std::vector<std::string> silent_, faults_;
+  Acquisition acquisition_{
+      stand_,
+      *clock_,
+      devices_,
+      telemetry_,
+      [this](const std::string& source, const std::string&) { silent_.push_back(source); },
+      [this](const std::string& source, const std::string& message) {
+        faults_.push_back(source + ": " + message);
+      }};
+};
+
+TEST_F(AcquisitionTest, OpensEveryDeviceAndSaysThatAllAreWell) {
+  EXPECT_THAT(acquisition_.Devices(), SizeIs(8));
+  for (const DeviceStatus& device : acquisition_.Devices()) EXPECT_TRUE(device.ok) << device.name;
+  EXPECT_EQ(acquisition_.Sensor().identity.serial_number, 17u);
+  EXPECT_THAT(faults_, IsEmpty());
+}
+
+TEST_F(AcquisitionTest, TakesEverySampleOfTheGyroOnce) {
+  const std::int64_t before = acquisition_.Sensor().samples;
+  Wait(10 * kSecond);
+  // What lies between two polls is on its way.
+  EXPECT_NEAR(static_cast<double>(acquisition_.Sensor().samples - before), 2000.0, 24.0);
+  EXPECT_DOUBLE_EQ(acquisition_.Sensor().temperature_degC, 25.0);
+  EXPECT_NEAR(acquisition_.Sensor().tick_ratio, 1.0, 1e-6);
+}
+
+TEST_F(AcquisitionTest, MovesTheAxisThatIsNamedAndNoOther) {
+  EXPECT_EQ(MoveBy("middle", 30.0), 10.0);
+  Wait(4 * kSecond);
+  EXPECT_NEAR(acquisition_.ReadNow(*me_, "middle").reference.angle_deg, 30.0, 0.01);
+  EXPECT_THAT(CallsOf("middle"), Contains("move 30 deg at 10 deg/s"));
+  EXPECT_THAT(CallsOf("outer"), Not(Contains(HasSubstr("move"))));
+  EXPECT_THAT(CallsOf("inner"), Not(Contains(HasSubstr("move"))));
+  EXPECT_THROW(MoveBy("fourth", 1.0), LimitError);
+}
+
+TEST_F(AcquisitionTest, MovesNothingOnceTheRunIsToEnd) {
+  const auto to_end = [] { throw DeviceError("the run is to end"); };
+  EXPECT_THROW(acquisition_.MoveBy(*me_, "inner", 90.0, 10.0, 50.0, to_end), DeviceError);
+  EXPECT_THAT(CallsOf("inner"), Not(Contains(HasSubstr("move"))));
+}
+
+TEST_F(AcquisitionTest, ReadsTheReferenceOfAnActiveAxisAtItsFullRate) {
+  acquisition_.SetActiveAxes({"inner"});
+  MoveBy("inner", 100.0);
+  Wait(kSecond);
+  // Never older than a reading at the full rate allows; those of idle axes may be.
+  for (int i = 0; i < 50; ++i) {
+    Wait(37'000);
+    EXPECT_LE(clock_->Now() - acquisition_.Axis("inner").reference.utime, kSecond / 50);
+  }
+  EXPECT_LE(clock_->Now() - acquisition_.Axis("outer").reference.utime, kSecond / 2);
+}
+
+TEST_F(AcquisitionTest, TellsOfADeviceThatFallsSilentOnceTheStandFilesTimeIsOver) {
+  devices_.encoders.at("outer")->faults().FailAlways("encoder.outer: no answer");
+  Wait(kSecond * 8 / 10);
+  EXPECT_THAT(silent_, IsEmpty());
+  Wait(2 * kSecond);
+  EXPECT_THAT(silent_, ElementsAre("encoder.outer"));
+  devices_.encoders.at("outer")->faults().Recover();
+  Wait(3 * kSecond);
+  for (const DeviceStatus& device : acquisition_.Devices()) EXPECT_TRUE(device.ok) << device.name;
+}
+
+TEST_F(AcquisitionTest, TellsOfADrivesAlarm) {
+  devices_.drives.at("inner")->SetAlarm(0x21);
+  Wait(kSecond);
+  ASSERT_THAT(faults_, Not(IsEmpty()));
+  EXPECT_THAT(faults_[0], HasSubstr("axis.inner: the drive reports alarm 33 (0x21)"));
+  acquisition_.PostClearAlarms();
+  Wait(kSecond);
+  EXPECT_FALSE(acquisition_.Axis("inner").drive.fault);
+}
+
+TEST_F(AcquisitionTest, StopsEveryAxisWhereTheTableIsBeyondItsLimits) {
+  acquisition_.SetActiveAxes({"inner"});
+  devices_.off_deg["inner"] = 190.0;
+  Wait(kSecond);
+  ASSERT_THAT(faults_, SizeIs(1)) << "reported once";
+  EXPECT_THAT(faults_[0], HasSubstr("beyond its soft limits -180 .. 180 deg"));
+  for (const char* axis : {"outer", "middle", "inner"})
+    EXPECT_THAT(CallsOf(axis), Contains("stop")) << axis;
+  // Back within them and out again: that is another time.
+  devices_.off_deg["inner"] = 0.0;
+  Wait(kSecond);
+  devices_.off_deg["inner"] = -190.0;
+  Wait(kSecond);
+  EXPECT_THAT(faults_, SizeIs(2));
+}
+
+TEST_F(AcquisitionTest, StopsEveryAxisWhateverOneOfThemDoes) {
+  devices_.drives.at("outer")->faults().FailAlways("axis.outer: no answer");
+  try {
+    acquisition_.StopAll(*me_);
+    FAIL() << "a drive that did not stop was passed over";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("axis.outer: no answer"));
+  }
+  EXPECT_THAT(CallsOf("middle"), Contains("stop"));
+  EXPECT_THAT(CallsOf("inner"), Contains("stop"));
+}
+
+TEST_F(AcquisitionTest, StopsTheAxesThatARunTurnsFirst) {
+  acquisition_.SetActiveAxes({"inner"});
+  std::vector<std::string> order;
+  for (auto& [name, drive] : devices_.drives)
+    drive->on_call = [&, axis = name](const std::string& call) {
+      order.push_back(axis + " " + call);
+    };
+  acquisition_.StopAll(*me_);
+  EXPECT_THAT(order, ElementsAre("inner stop", "outer stop", "middle stop"));
+}
+
+TEST_F(AcquisitionTest, PollsNothingWhileItIsHeldAndDoesWhatIsCommanded) {
+  acquisition_.Hold(*me_);
+  const std::int64_t samples = acquisition_.Sensor().samples;
+  Wait(kSecond);
+  EXPECT_EQ(acquisition_.Sensor().samples, samples);
+  acquisition_.StopAll(*me_);
+  EXPECT_THAT(CallsOf("inner"), Contains("stop"));
+  acquisition_.Resume();
+  Wait(kSecond);
+  EXPECT_GT(acquisition_.Sensor().samples, samples);
+}
+
+TEST_F(AcquisitionTest, TakesAUnitWhoseSensorIsSilentForASilentDevice) {
+  devices_.gyro->Miss(1'000'000);
+  Wait(5 * kSecond);
+  EXPECT_THAT(silent_, Contains("gyro"));
+}
+
+TEST_F(AcquisitionTest, SwitchesOutputsThatTheStandHas) {
+  ASSERT_NE(acquisition_.outputs(), nullptr);
+  acquisition_.outputs()->Switch(*me_, "fan", true, [] {});
+  EXPECT_TRUE(devices_.relays->on.at("fan"));
+  acquisition_.outputs()->AllOff(*me_);
+  EXPECT_FALSE(devices_.relays->on.at("fan"));
+}
+
+}  // namespace
+}  // namespace gyrobench::daemon
