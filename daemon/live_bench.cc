@@ -48,7 +48,10 @@ const config::AxisConfig& ConfigOf(const config::StandConfig& stand, const std::
 }  // namespace
 
 LiveBench::LiveBench(Context context, Utime start)
-    : context_(std::move(context)), start_(start), planned_s_(context_.planned_duration_s) {}
+    : context_(std::move(context)),
+      start_(start),
+      planned_s_(context_.planned_duration_s),
+      analysis_(context_.clock, context_.telemetry) {}
 
 double LiveBench::ElapsedS() const { return ToSeconds(context_.clock.Now() - start_); }
 
@@ -121,8 +124,7 @@ void LiveBench::EndSegment() {
   UpdateTime();
   run_t message = Message(run_t::SEGMENT_END);
   context_.telemetry.Send(message);
-  results_ = context_.telemetry.Analyse();
-  context_.telemetry.SendResults(results_, message.utime, false);
+  analysis_.Begin(message.utime);
   context_.on_progress(progress_);
 }
 
@@ -286,12 +288,13 @@ std::string LiveBench::Ask(const procedures::Question& question) {
 }
 
 procedures::Estimate LiveBench::ReadEstimate(const std::string& what) {
-  if (what == "scale_factor" && !results_.scale.empty()) {
-    const calibration::ScaleResult& scale = results_.scale.front();
+  const calibration::AnalysisResult results = analysis_.Newest(context_.participant);
+  if (what == "scale_factor" && !results.scale.empty()) {
+    const calibration::ScaleResult& scale = results.scale.front();
     return {true, scale.alpha, scale.alpha_std_error, "deg/s/LSB"};
   }
-  if (what == "bias" && !results_.bias.empty() && !results_.bias.front().coefficients.empty()) {
-    const calibration::BiasResult& bias = results_.bias.front();
+  if (what == "bias" && !results.bias.empty() && !results.bias.front().coefficients.empty()) {
+    const calibration::BiasResult& bias = results.bias.front();
     return {true, bias.coefficients.front(), bias.std_errors.front(), "LSB"};
   }
   return {};

@@ -16,6 +16,7 @@
 #include "daemon/acquisition.h"
 #include "daemon/progress_meter.h"
 #include "daemon/run_control.h"
+#include "daemon/segment_analysis.h"
 #include "daemon/telemetry.h"
 #include "procedures/engine/bench.h"
 
@@ -72,6 +73,8 @@ class LiveBench final : public procedures::Bench {
   void Progress(double fraction) override;
   void SafePoint() override;
 
+  // Waits until the results of all segments are sent.
+  void AwaitResults() { analysis_.Newest(context_.participant); }
   // Measurements against limits that the procedure made.
   const std::vector<procedures::LimitCheck>& limits() const { return limits_; }
   // What the operator was asked to switch on, and not to switch off yet.
@@ -106,11 +109,11 @@ class LiveBench final : public procedures::Bench {
   double waited_s_ = 0.0;  // of it, spent on questions and pauses
   std::string segment_kind_;
   Utime segment_begin_ = 0;
-  calibration::AnalysisResult results_;
   std::optional<calibration::Traced> traced_;  // nothing moved since
   calibration::LoopMemory loop_;
   std::vector<procedures::LimitCheck> limits_;
   std::vector<Said> said_;
+  SegmentAnalysis analysis_;  // last: it is at work until it is gone
 };
 
 }  // namespace gyrobench::daemon

@@ -174,23 +174,20 @@ void Telemetry::SendModel(const calibration::Traced& traced, Utime utime, bool f
   Emit("_MODEL_RESULT", seq_.model, *message);
 }
 
-calibration::Recording Telemetry::Recorded() const {
-  std::optional<calibration::Collector> snapshot;
-  {
-    const std::lock_guard lock(mutex_);
-    if (!run_) return calibration::Recording();
-    snapshot.emplace(run_->analyzer);
-  }
-  return snapshot->Take();
+Telemetry::Snapshot Telemetry::TakeSnapshot() const {
+  const std::lock_guard lock(mutex_);
+  return run_ ? std::make_shared<const calibration::Analyzer>(run_->analyzer) : nullptr;
 }
 
-calibration::AnalysisResult Telemetry::Analyse() const {
-  std::unique_ptr<calibration::Analyzer> snapshot;
-  {
-    const std::lock_guard lock(mutex_);
-    if (!run_) return {};
-    snapshot = std::make_unique<calibration::Analyzer>(run_->analyzer);
-  }
+calibration::Recording Telemetry::Recorded() const {
+  const Snapshot snapshot = TakeSnapshot();
+  return snapshot ? snapshot->Take() : calibration::Recording();
+}
+
+calibration::AnalysisResult Telemetry::Analyse() const { return ResultOf(TakeSnapshot()); }
+
+calibration::AnalysisResult ResultOf(const Telemetry::Snapshot& snapshot) {
+  if (!snapshot) return {};
   try {
     return snapshot->Result();
   } catch (const std::exception& error) {  // too early to say anything, or too odd: the run goes on

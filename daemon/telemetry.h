@@ -69,10 +69,13 @@ class Telemetry {
   // The three axes as one, where the trace has them.
   void SendModel(const calibration::Traced& traced, Utime utime, bool final);
 
-  // What the run has measured so far, for a trace.
+  // What the run has measured so far; nullptr without a run. Taken at once, however much it is, and
+  // evaluated wherever there is time: acquisition goes on meanwhile.
+  using Snapshot = std::shared_ptr<const calibration::Analyzer>;
+  Snapshot TakeSnapshot() const;
+  // The same, for a trace.
   calibration::Recording Recorded() const;
-  // The analysis of the run so far. Computed outside the lock, so that acquisition goes on
-  // meanwhile.
+  // ResultOf now.
   calibration::AnalysisResult Analyse() const;
 
  private:
@@ -94,5 +97,8 @@ class Telemetry {
                  trace = 0, model = 0;
   } seq_;
 };
+
+// Its analysis. Where that is not possible yet, a remark says why.
+calibration::AnalysisResult ResultOf(const Telemetry::Snapshot& snapshot);
 
 }  // namespace gyrobench::daemon

@@ -121,6 +121,8 @@ struct Effect {
   bool earth_passes_for_it = false;
   // What a certificate bounds as the reference's eccentricity.
   bool reference_eccentricity = false;
+  // Acts in one of several runs: nothing that is done within a run shows it.
+  bool of_one_run = false;
   // Remembers, and how each power-on begins is not known: BasisContext::start_sides.
   bool unknown_start = false;
   // The correction in C, in deg/s, for export: {c0}, {c1} ... the coefficients, {minus_1_over_n0}

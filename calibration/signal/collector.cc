@@ -8,6 +8,7 @@
 #include "calibration/signal/node_readings.h"
 #include "calibration/signal/reference_track.h"
 #include "calibration/signal/rests_without_reference.h"
+#include "calibration/signal/shared_sequence.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -89,7 +90,6 @@ class Collector::Impl {
     gyro_.Start(info);
     track_.Start(info);
     beside_.Start(info.covariates.size());
-    columns_.nodes.reserve(4096);
     columns_.rests.reserve(256);
   }
 
@@ -98,7 +98,7 @@ class Collector::Impl {
     beside_.Add(sample);
     if (!gyro_.started()) return;
     if (info_.reference == ReferenceKind::kNone) {
-      if (gyro_.last_time_s() >= next_node_s_ || columns_.nodes.empty())
+      if (gyro_.last_time_s() >= next_node_s_ || done_.empty())
         AddNode(gyro_.last_time_s());
     }
     if (!nodes_.empty() || !rests_.empty()) Work();
@@ -252,14 +252,14 @@ class Collector::Impl {
       if (node.at.t_s >= gyro_.first_time_s()) reported_.Add("reference_late", "", node.at.t_s);
       return;
     }
-    if (!columns_.nodes.empty() && node.at.t_s <= columns_.nodes.back().at.t_s) return;
+    if (!done_.empty() && node.at.t_s <= done_.back().at.t_s) return;
     node.mean = job.readings.Mean();
     HalfIntegral(&node);
     if (!job.moves || !job.readings.AverageOutput(gyro_, &node.mean, &node.z_near))
       NearIntegrals(&node);
     columns_.covariates.insert(columns_.covariates.end(), job.covariates.begin(),
                                job.covariates.end());
-    columns_.nodes.push_back(node);
+    done_.push_back(node);
   }
 
   void NearIntegrals(Node* node) const {
@@ -273,11 +273,11 @@ class Collector::Impl {
   void HalfIntegral(Node* node) const {
     IntegralMark mark;
     node->half_s = node->at.t_s;
-    if (columns_.nodes.empty()) {
+    if (done_.empty()) {
       node->z_half = node->at.z;
       return;
     }
-    const IntegralMark& last = columns_.nodes.back().at;
+    const IntegralMark& last = done_.back().at;
     node->half_s = 0.5 * (last.t_s + node->at.t_s);
     if (gyro_.IntegralAt(0.5 * (last.t_s + node->at.t_s), &mark)) {
       node->z_half = mark.z;
@@ -310,7 +310,8 @@ class Collector::Impl {
   GyroStream gyro_;
   ReferenceTrack track_;
   TickFit ticks_;
-  Columns columns_;
+  SharedSequence<Node> done_;
+  Columns columns_;  // without the nodes
   PendingQueue nodes_, rests_;
   NodeReadings readings_;  // since the last node
   bool any_node_ = false, rest_begin_known_ = false;
@@ -323,6 +324,7 @@ class Collector::Impl {
 // The columns with the rest that is still going on, and all that must not be used in order.
 Columns Collector::Impl::ColumnsSoFar() const {
   Columns columns = columns_;
+  columns.nodes = done_.ToVector();
   const std::vector<BadStretch> bad = gyro_.bad();
   columns.bad.insert(columns.bad.end(), bad.begin(), bad.end());
   std::sort(columns.bad.begin(), columns.bad.end(),

@@ -58,6 +58,7 @@ Effect AngleLatencyOfRun() {
           .search = Search::kEachPoint,
           .typical_size = 0.02,
           .size_source = "that of angle.latency",
+          .of_one_run = true,
           .makes_sense = IsOneOfSeveral,
           .basis = Make<LatencyOfRunBasis>};
 }

@@ -1,0 +1,41 @@
+#include "daemon/segment_analysis.h"
+
+#include <utility>
+
+namespace gyrobench::daemon {
+
+SegmentAnalysis::SegmentAnalysis(Clock& clock, Telemetry& telemetry)
+    : telemetry_(telemetry), worker_("analysis", clock) {
+  worker_.Start();
+}
+
+SegmentAnalysis::~SegmentAnalysis() { worker_.Stop(); }
+
+void SegmentAnalysis::Begin(Utime utime) {
+  Telemetry::Snapshot now = telemetry_.TakeSnapshot();
+  {
+    const std::lock_guard lock(mutex_);
+    next_ = std::move(now);
+    next_utime_ = utime;
+  }
+  worker_.Post([this] { Work(); });
+}
+
+void SegmentAnalysis::Work() {
+  Telemetry::Snapshot snapshot;
+  Utime utime = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!next_) return;  // a newer one took its place, and is done
+    snapshot = std::exchange(next_, nullptr);
+    utime = next_utime_;
+  }
+  newest_ = ResultOf(snapshot);
+  telemetry_.SendResults(newest_, utime, false);
+}
+
+calibration::AnalysisResult SegmentAnalysis::Newest(Clock::Participant& caller) {
+  return worker_.Call(caller, [this] { return newest_; });
+}
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,37 @@
+// What a run has measured so far, worked out beside it.
+#pragma once
+
+#include "base/clock.h"
+#include "calibration/estimators/results.h"
+#include "daemon/bus_worker.h"
+#include "daemon/telemetry.h"
+
+namespace gyrobench::daemon {
+
+// The results of a run's segments, each sent when it is there. The run goes on meanwhile: its
+// pauses do not grow with what has been measured. On a virtual clock time stands still until a
+// result is there, so that a record does not depend on the machine's speed.
+class SegmentAnalysis {
+ public:
+  SegmentAnalysis(Clock& clock, Telemetry& telemetry);
+  // Ends after what it is at; from a thread that takes no part in the clock any more.
+  ~SegmentAnalysis();
+
+  // Of all until now, to be sent with this time. Does not wait; where the last is still at work,
+  // the newest alone comes after it.
+  void Begin(Utime utime);
+  // The newest that was begun. Waits for it, as `caller`.
+  calibration::AnalysisResult Newest(Clock::Participant& caller);
+
+ private:
+  void Work();
+
+  Telemetry& telemetry_;
+  std::mutex mutex_;  // guards what follows
+  Telemetry::Snapshot next_;
+  Utime next_utime_ = 0;
+  calibration::AnalysisResult newest_;  // of the worker's thread
+  BusWorker worker_;
+};
+
+}  // namespace gyrobench::daemon

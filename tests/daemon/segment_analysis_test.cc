@@ -1,0 +1,125 @@
+// Results of a run's segments, worked out beside it.
+#include "daemon/segment_analysis.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "daemon/gyro_message.h"
+#include "recording/event_log.h"
+#include "tests/temporary_folder.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+constexpr Utime kStart = 1'700'000'000'000'000;
+
+class SegmentAnalysisTest : public testing::Test {
+ protected:
+  SegmentAnalysisTest() {
+    MeasurementInfo info;
+    info.gyro_present = info.accel_present = {true, true, true};
+    info.gyro_units_per_deg_s = 131.0;
+    info.temperature_present = true;
+    info.reference = ReferenceKind::kNone;
+    telemetry_.BeginRun("run", Log(), info, kStart);
+  }
+  // The analysis ends in a thread of its own, for which a virtual clock must not wait for this one.
+  ~SegmentAnalysisTest() override { me_.reset(); }
+
+  std::string Log() const { return (folder_ / "events.lcmlog").string(); }
+
+  // A gyro at rest that shows `lsb` in the mean, at 100 Hz.
+  void Measure(double duration_s, int lsb) {
+    constexpr Utime kStep = 10'000;
+    constexpr int kSamples = 10;  // of a block
+    drivers::GyroIdentity identity;
+    identity.tick_rate_hz = 62500.0;
+    identity.gyro_lsb_per_deg_s = 131.0;
+    identity.accel_lsb_per_g = 16384.0;
+    for (int block = 0; block < static_cast<int>(duration_s * 10.0); ++block) {
+      drivers::GyroBlock read;
+      for (int i = 0; i < kSamples; ++i) {
+        utime_ += kStep;
+        const auto shown = static_cast<std::int16_t>(lsb + counter_ % 3 - 1);
+        read.samples.push_back(
+            {counter_, counter_ * 625, utime_, {shown, shown, shown}, {0, 0, 16384}, 25.0});
+        ++counter_;
+      }
+      read.utime = utime_;
+      read.tick = counter_ * 625;
+      gyro_t message{};
+      FillMessage(read, identity, message);
+      telemetry_.Send(message);
+    }
+  }
+  // Times of the bias results that were sent, in their order.
+  std::vector<Utime> SentBiases() {
+    telemetry_.EndRun();
+    std::vector<Utime> sent;
+    recording::EventLogReader reader(Log());
+    for (recording::LogEvent event; reader.Next(event);) {
+      if (event.channel == "TEST_BIAS_RESULT") sent.push_back(event.utime);
+    }
+    return sent;
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<VirtualClock> clock_ = MakeVirtualClock(kStart);
+  std::unique_ptr<Clock::Participant> me_ = clock_->Join("test");
+  LcmPublisher publisher_{"memq://", "TEST"};
+  Telemetry telemetry_{publisher_, [](const std::string&) {}};
+  Utime utime_ = kStart;
+  std::int64_t counter_ = 0;
+  SegmentAnalysis analysis_{*clock_, telemetry_};
+};
+
+TEST_F(SegmentAnalysisTest, SendsWhatTheAnalysisOfTheWholeRunSays) {
+  Measure(30.0, 100);
+  analysis_.Begin(utime_);
+  const calibration::AnalysisResult newest = analysis_.Newest(*me_);
+  ASSERT_EQ(newest.bias.size(), 3u);
+  EXPECT_NEAR(newest.bias[0].coefficients.at(0), 100.0, 0.1);
+  EXPECT_EQ(newest.bias[0].coefficients, telemetry_.Analyse().bias[0].coefficients);
+  EXPECT_EQ(SentBiases(), std::vector<Utime>(3, utime_));
+}
+
+TEST_F(SegmentAnalysisTest, IsOfTheTimeAtWhichItWasBegun) {
+  Measure(30.0, 100);
+  analysis_.Begin(utime_);
+  Measure(30.0, 200);
+  EXPECT_NEAR(analysis_.Newest(*me_).bias.at(0).coefficients.at(0), 100.0, 0.1);
+}
+
+TEST_F(SegmentAnalysisTest, HoldsTheTimeOfAVirtualClockUntilItIsDone) {
+  Measure(60.0, 100);
+  analysis_.Begin(utime_);
+  me_->WaitUntil(clock_->Now() + 1);
+  EXPECT_EQ(SentBiases().size(), 3u);
+}
+
+TEST_F(SegmentAnalysisTest, EndsWithTheNewestHoweverManyAreBegun) {
+  for (int i = 0; i < 20; ++i) {
+    Measure(5.0, 100);
+    analysis_.Begin(utime_);
+  }
+  analysis_.Newest(*me_);
+  const std::vector<Utime> sent = SentBiases();
+  ASSERT_FALSE(sent.empty());
+  EXPECT_LE(sent.size(), 60u);
+  EXPECT_TRUE(std::ranges::is_sorted(sent));
+  EXPECT_EQ(sent.back(), utime_);
+}
+
+// Too early to say anything.
+TEST_F(SegmentAnalysisTest, OfNothingHasNoResultAndARemark) {
+  analysis_.Begin(utime_);
+  const calibration::AnalysisResult newest = analysis_.Newest(*me_);
+  EXPECT_TRUE(newest.bias.empty());
+  EXPECT_FALSE(newest.remarks.empty());
+  EXPECT_TRUE(SentBiases().empty());
+}
+
+}  // namespace
+}  // namespace gyrobench::daemon
