@@ -98,8 +98,7 @@ class Collector::Impl {
     beside_.Add(sample);
     if (!gyro_.started()) return;
     if (info_.reference == ReferenceKind::kNone) {
-      if (gyro_.last_time_s() >= next_node_s_ || done_.empty())
-        AddNode(gyro_.last_time_s());
+      if (gyro_.last_time_s() >= next_node_s_ || done_.empty()) AddNode(gyro_.last_time_s());
     }
     if (!nodes_.empty() || !rests_.empty()) Work();
   }
@@ -138,7 +137,10 @@ class Collector::Impl {
       job.ready_s = job.coarse_s + 0.45;
       Queue(&rests_, job);
     }
-    if (!nodes_.empty() && nodes_.back().node.at.t_s == track_.time_s()) {
+    const bool same_time = !nodes_.empty() && nodes_.back().node.at.t_s == track_.time_s();
+    (same_time ? nodes_.back().readings : readings_)
+        .AddOwn(track_.newest_axis(), track_.table_now_deg()[track_.newest_axis()]);
+    if (same_time) {
       // Another axis at the same time, as in a row of a table: it may just have begun to move.
       SetReference(&nodes_.back().node);
       nodes_.back().read[track_.newest_axis()] = true;

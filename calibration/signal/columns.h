@@ -31,6 +31,9 @@ struct ReadingsMean {
   double readings = 0.0;  // how many; 0: none, and nothing else is known
   double t_s = 0.0;
   Vector3 rotation_deg = {}, earth_deg = {}, table_deg = {}, world_x = {}, world_z = {};
+  // Of each axis of the stand alone: how often it was read, and the mean of that. Where another
+  // axis is read more often, table_deg holds the last reading in between.
+  Vector3 own_readings = {}, own_deg = {};
   bool output_known = false;
   Vector3 z = {};  // as IntegralMark's
   // Half the mean distance in time of two of the readings: the random walk of the angle is averaged

@@ -48,6 +48,8 @@ void NodeReadings::Count() {
 ReadingsMean NodeReadings::Mean() const {
   ReadingsMean mean;
   mean.readings = readings_;
+  mean.own_readings = own_readings_;
+  for (std::size_t a = 0; a < 3; ++a) mean.own_deg[a] = own_sum_deg_[a] / own_readings_[a];
   if (size_ == 0) return mean;
   mean.rotation_deg = Over(sum_.rotation_deg, newest_.rotation_deg, readings_);
   mean.earth_deg = Over(sum_.earth_deg, newest_.earth_deg, readings_);

@@ -28,6 +28,11 @@ class NodeReadings {
   void Add(const Reading& reading);
   // Says the newest reading anew: another axis was read at the same time.
   void Replace(const Reading& newest) { newest_ = newest; }
+  // A reading of one axis of the stand, whatever the others were when they were last read.
+  void AddOwn(std::size_t axis, double table_deg) {
+    own_readings_[axis] += 1.0;
+    own_sum_deg_[axis] += table_deg;
+  }
   void Clear() { *this = {}; }
   // An axis turned since then and had not been read: of readings that go so far none counts.
   void ForgetFrom(double since_s) {
@@ -54,6 +59,7 @@ class NodeReadings {
   std::array<Group, kMost> groups_ = {};  // the newest among them
   std::size_t size_ = 0;
   double readings_ = 0.0;
+  Vector3 own_readings_ = {}, own_sum_deg_ = {};
 };
 
 }  // namespace gyrobench::calibration

@@ -25,10 +25,19 @@ struct ReferenceStep {
   std::size_t at = 0;   // first node after it
   double sigmas = 0.0;  // of the two means' difference
 };
+// Standard deviation of one reading of an axis [deg], from its changes between nodes that follow
+// each other, in all stretches in which it stands still. NaN where there are too few to tell.
+double ScatterAtRest(const std::vector<Node>& nodes, const std::vector<NodeRange>& rests,
+                     std::size_t axis);
+// What an axis shows without a step [deg]: rounding to its counts, and the scatter of one reading.
+struct StepLimits {
+  double count_deg = kMissing, scatter_deg = kMissing;
+};
 // The clear step of an axis that stands still, if there is one: over 7 standard deviations, and
-// more than rounding to counts of `count_deg` makes. Three nodes on either side are needed.
+// more than rounding makes. Three nodes and three readings of the axis on either side are needed,
+// and a scatter that is known.
 std::optional<ReferenceStep> LargestStep(const std::vector<Node>& nodes, const NodeRange& rest,
-                                         std::size_t axis, double count_deg);
+                                         std::size_t axis, const StepLimits& limits);
 // The rests in their order.
 std::vector<NodeRange> RangesOfRests(const std::vector<std::size_t>& rest_of);
 // Makes two of a rest in which the reference steps: those after the step get indices beyond those

@@ -1,5 +1,6 @@
 // Rests in which the reference steps while the sensor rests: two rests, one on each side.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -16,20 +17,10 @@ constexpr double kRounding = 1.5;
 // Less is the creep of a table that holds, and what no reference is read to.
 constexpr double kLeastStep_deg = 0.005, kLeastScatter_deg = 1e-4;
 
-// Scatter of one reading of an axis, from neighbouring nodes' means (0.954: of the median size of a
-// normal difference of two) [deg].
-double Scatter(const std::vector<Node>& nodes, const NodeRange& rest, std::size_t axis) {
-  std::vector<double> changes;
-  for (std::size_t k = rest.begin + 1; k < rest.end; ++k) {
-    const ReadingsMean &a = nodes[k - 1].mean, &b = nodes[k].mean;
-    const double change = std::fabs(b.table_deg[axis] - a.table_deg[axis]);
-    if (!(a.readings > 0.0 && b.readings > 0.0) || !std::isfinite(change)) continue;
-    changes.push_back(change * std::sqrt(2.0 / (1.0 / a.readings + 1.0 / b.readings)));
-  }
-  if (changes.empty()) return 0.0;
-  const auto middle = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 2);
-  std::nth_element(changes.begin(), middle, changes.end());
-  return *middle / 0.954;
+constexpr std::size_t kLeastChanges = 15;
+
+bool Read(const ReadingsMean& mean, std::size_t axis) {
+  return mean.own_readings[axis] > 0.0 && std::isfinite(mean.own_deg[axis]);
 }
 
 class RestSplitter {
@@ -38,7 +29,11 @@ class RestSplitter {
       : recording_(recording),
         nodes_(recording.columns.nodes),
         rest_of_(*rest_of),
-        next_(recording.columns.rests.size()) {}
+        next_(recording.columns.rests.size()) {
+    for (std::size_t a = 0; a < 3; ++a)
+      limits_[a] = {recording.reference_step_deg[a],
+                    ScatterAtRest(nodes_, RangesOfRests(*rest_of), a)};
+  }
 
   void Run() {
     std::vector<NodeRange> open = RangesOfRests(rest_of_);
@@ -65,8 +60,7 @@ class RestSplitter {
     std::optional<ReferenceStep> clearest;
     for (std::size_t a = 0; a < 3; ++a) {
       if (!Present(a)) continue;
-      const std::optional<ReferenceStep> step =
-          LargestStep(nodes_, rest, a, recording_.reference_step_deg[a]);
+      const std::optional<ReferenceStep> step = LargestStep(nodes_, rest, a, limits_[a]);
       if (step && (!clearest || step->sigmas > clearest->sigmas)) clearest = step;
     }
     return clearest ? std::optional(clearest->at) : std::nullopt;
@@ -76,30 +70,58 @@ class RestSplitter {
   const std::vector<Node>& nodes_;
   std::vector<std::size_t>& rest_of_;
   std::size_t next_;
+  std::array<StepLimits, 3> limits_;  // of each axis
 };
 
 }  // namespace
 
+// Of the median size of the changes: a step or two do not matter. 0.954: of a normal difference of
+// two, in standard deviations of one.
+double ScatterAtRest(const std::vector<Node>& nodes, const std::vector<NodeRange>& rests,
+                     std::size_t axis) {
+  std::vector<double> changes;
+  for (const NodeRange& rest : rests) {
+    const ReadingsMean* last = nullptr;
+    for (std::size_t k = rest.begin; k < rest.end; ++k) {
+      const ReadingsMean& mean = nodes[k].mean;
+      if (!Read(mean, axis)) continue;
+      if (last != nullptr) {
+        const double variances = 1.0 / last->own_readings[axis] + 1.0 / mean.own_readings[axis];
+        changes.push_back(std::fabs(mean.own_deg[axis] - last->own_deg[axis]) *
+                          std::sqrt(2.0 / variances));
+      }
+      last = &mean;
+    }
+  }
+  if (changes.size() < kLeastChanges) return kMissing;
+  const auto middle = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 2);
+  std::nth_element(changes.begin(), middle, changes.end());
+  return *middle / 0.954;
+}
+
 // The place that leaves the least square.
 std::optional<ReferenceStep> LargestStep(const std::vector<Node>& nodes, const NodeRange& rest,
-                                         std::size_t axis, double count_deg) {
+                                         std::size_t axis, const StepLimits& limits) {
+  if (!std::isfinite(limits.scatter_deg)) return std::nullopt;
   double sum = 0.0, count = 0.0;
   for (std::size_t k = rest.begin; k < rest.end; ++k) {
     const ReadingsMean& mean = nodes[k].mean;
-    if (!(mean.readings > 0.0) || !std::isfinite(mean.table_deg[axis])) continue;
-    sum += mean.readings * mean.table_deg[axis];
-    count += mean.readings;
+    if (!Read(mean, axis)) continue;
+    sum += mean.own_readings[axis] * mean.own_deg[axis];
+    count += mean.own_readings[axis];
   }
+  constexpr auto kLeastReadings = static_cast<double>(kLeastSide);
   ReferenceStep step;
   double sum_before = 0.0, before = 0.0, off_deg = 0.0, most = 0.0;
   for (std::size_t k = rest.begin; k + kLeastSide < rest.end; ++k) {
     const ReadingsMean& mean = nodes[k].mean;
-    if (mean.readings > 0.0 && std::isfinite(mean.table_deg[axis])) {
-      sum_before += mean.readings * mean.table_deg[axis];
-      before += mean.readings;
+    if (Read(mean, axis)) {
+      sum_before += mean.own_readings[axis] * mean.own_deg[axis];
+      before += mean.own_readings[axis];
     }
     const double after = count - before;
-    if (k + 1 < rest.begin + kLeastSide || !(before > 0.0 && after > 0.0)) continue;
+    if (k + 1 < rest.begin + kLeastSide || before < kLeastReadings || after < kLeastReadings)
+      continue;
     const double off = std::fabs((sum - sum_before) / after - sum_before / before);
     const double square = off * off * before * after / count;  // deg^2 readings
     if (square <= most) continue;
@@ -107,9 +129,9 @@ std::optional<ReferenceStep> LargestStep(const std::vector<Node>& nodes, const N
     step.at = k + 1;
     off_deg = off;
   }
+  const double count_deg = std::isfinite(limits.count_deg) ? limits.count_deg : 0.0;
   const double scatter_deg =
-      std::max({Scatter(nodes, rest, axis),
-                std::isfinite(count_deg) ? count_deg / std::sqrt(12.0) : 0.0, kLeastScatter_deg});
+      std::max({limits.scatter_deg, count_deg / std::sqrt(12.0), kLeastScatter_deg});
   step.sigmas = std::sqrt(most) / scatter_deg;
   const bool clear =
       step.sigmas > kStepSigmas && off_deg > kRounding * count_deg && off_deg > kLeastStep_deg;

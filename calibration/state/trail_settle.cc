@@ -77,14 +77,31 @@ void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, double error_
   }
 }
 
-// Nodes of one axis that stay within the tolerance. Where the reference steps there are two angles.
-void Settle(const std::vector<Node>& nodes, std::size_t axis, double error_deg, double count_deg,
-            NodeRange range, SettledAngles* out) {
+// Nodes of one axis that stay within the tolerance, long enough to be settled.
+std::vector<NodeRange> StillStretches(const std::vector<Node>& nodes, std::size_t axis,
+                                      double tolerance) {
+  std::vector<NodeRange> out;
+  std::size_t begin = 0;
+  for (std::size_t k = 1; k <= nodes.size(); ++k) {
+    const bool stays =
+        k < nodes.size() &&
+        std::fabs(Angle(nodes[k], axis) - Angle(nodes[begin], axis)) < 2.0 * tolerance &&
+        std::fabs(Angle(nodes[k], axis) - Angle(nodes[k - 1], axis)) < tolerance;
+    if (stays) continue;
+    if (k >= begin + kShortestSettled) out.push_back({begin, k});
+    begin = k;
+  }
+  return out;
+}
+
+// Where the reference steps there are two angles.
+void Settle(const std::vector<Node>& nodes, std::size_t axis, double error_deg,
+            const StepLimits& limits, NodeRange range, SettledAngles* out) {
   if (range.end < range.begin + kShortestSettled) return;
   CutSoftEnds(nodes, axis, error_deg, &range.begin, &range.end);
-  if (const std::optional<ReferenceStep> step = LargestStep(nodes, range, axis, count_deg)) {
-    Settle(nodes, axis, error_deg, count_deg, {range.begin, step->at}, out);
-    Settle(nodes, axis, error_deg, count_deg, {step->at, range.end}, out);
+  if (const std::optional<ReferenceStep> step = LargestStep(nodes, range, axis, limits)) {
+    Settle(nodes, axis, error_deg, limits, {range.begin, step->at}, out);
+    Settle(nodes, axis, error_deg, limits, {step->at, range.end}, out);
     return;
   }
   const auto& [begin, end] = range;
@@ -110,16 +127,10 @@ SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& no
   if (recording.info.reference != ReferenceKind::kStandAngles) return out;
   for (std::size_t a = 0; a < 3; ++a) {
     if (!recording.info.stand_axis_present[a]) continue;
-    const double tolerance = RestTolerance(nodes, a, error_deg);
-    std::size_t begin = 0;
-    for (std::size_t k = 1; k <= nodes.size(); ++k) {
-      const bool stays = k < nodes.size() &&
-                         std::fabs(Angle(nodes[k], a) - Angle(nodes[begin], a)) < 2.0 * tolerance &&
-                         std::fabs(Angle(nodes[k], a) - Angle(nodes[k - 1], a)) < tolerance;
-      if (stays) continue;
-      Settle(nodes, a, error_deg, recording.reference_step_deg[a], {begin, k}, &out);
-      begin = k;
-    }
+    const std::vector<NodeRange> still =
+        StillStretches(nodes, a, RestTolerance(nodes, a, error_deg));
+    const StepLimits limits = {recording.reference_step_deg[a], ScatterAtRest(nodes, still, a)};
+    for (const NodeRange& range : still) Settle(nodes, a, error_deg, limits, range, &out);
   }
   return out;
 }

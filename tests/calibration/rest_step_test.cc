@@ -1,10 +1,14 @@
 // A step of the reference while the table rests.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
+#include "calibration/signal/collector.h"
+#include "calibration/state/trail_parts.h"
 #include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
 
@@ -39,6 +43,8 @@ Rested WithAStepAtRest(double rest_s) {
   return out;
 }
 
+constexpr double kIdleStep_s = 45.0;
+
 class StepAtRest : public ::testing::TestWithParam<double> {};
 
 TEST_P(StepAtRest, IsOneStepOfItsSizeAtItsTime) {
@@ -59,6 +65,66 @@ TEST_P(StepAtRest, IsOneStepOfItsSizeAtItsTime) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Rests, StepAtRest, ::testing::Values(4.0, 20.0, 120.0));
+
+// 200 s at rest: the inner axis is read 50 times a second, the outer 5 times.
+calibration::Recording RestsWithAnIdleAxis(std::uint64_t seed, double outer_step_deg) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0.0, 0.005);
+  MeasurementInfo info;
+  info.gyro_present = {false, false, true};
+  info.gyro_units_per_deg_s = 131.0;
+  info.reference = ReferenceKind::kStandAngles;
+  info.stand_axis_present = {true, false, true};
+  calibration::Collector collector;
+  collector.OnInfo(info);
+  for (int i = 0; i < 100 * 200; ++i) {
+    const double t_s = 0.01 * i;
+    const double outer_deg = t_s < kIdleStep_s ? 0.0 : outer_step_deg;
+    if (i % 2 == 0) collector.OnAngle({t_s, 2, noise(random)});
+    if (i % 20 == 5) collector.OnAngle({t_s, 0, outer_deg + noise(random)});
+    GyroSample sample;
+    sample.t_s = t_s + 0.003;
+    sample.xi = {kMissing, kMissing, 20.0 * noise(random)};
+    collector.OnGyro(sample);
+  }
+  return collector.Take();
+}
+
+// Of an axis: where the clear steps are in stretches of so many nodes.
+std::vector<double> ClearSteps(const calibration::Recording& recording, std::size_t axis,
+                               std::size_t length) {
+  const std::vector<calibration::Node>& nodes = recording.columns.nodes;
+  std::vector<calibration::NodeRange> rests;
+  for (std::size_t k = 0; k + length <= nodes.size(); k += length) rests.push_back({k, k + length});
+  const calibration::StepLimits limits = {recording.reference_step_deg[axis],
+                                          calibration::ScatterAtRest(nodes, rests, axis)};
+  std::vector<double> steps;
+  for (const calibration::NodeRange& rest : rests) {
+    if (const auto step = calibration::LargestStep(nodes, rest, axis, limits))
+      steps.push_back(nodes[step->at].at.t_s);
+  }
+  return steps;
+}
+
+// An axis that is idle is read less often, and what was read last is held in between: held values
+// are no readings, and say nothing of its noise.
+TEST(ARestWithAnIdleAxis, HasNoStepInItsNoise) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const calibration::Recording recording = RestsWithAnIdleAxis(seed, 0.0);
+    for (const std::size_t length : {20u, 300u}) {
+      EXPECT_THAT(ClearSteps(recording, 0, length), ::testing::IsEmpty()) << "outer, seed " << seed;
+      EXPECT_THAT(ClearSteps(recording, 2, length), ::testing::IsEmpty()) << "inner, seed " << seed;
+    }
+  }
+}
+
+TEST(ARestWithAnIdleAxis, ShowsAStepThatIsThere) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const calibration::Recording recording = RestsWithAnIdleAxis(seed, 0.05);
+    EXPECT_THAT(ClearSteps(recording, 0, 300),
+                ::testing::ElementsAre(::testing::DoubleNear(kIdleStep_s, 0.5)));
+  }
+}
 
 TEST(Rest, WithoutAStepIsOneRest) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
