@@ -73,8 +73,8 @@ class LiveBench final : public procedures::Bench {
   void Progress(double fraction) override;
   void SafePoint() override;
 
-  // Waits until the results of all segments are sent.
-  void AwaitResults() { analysis_.Newest(context_.participant); }
+  // Waits until no result of a segment is worked out any more.
+  void FinishResults() { analysis_.Finish(context_.participant); }
   // Measurements against limits that the procedure made.
   const std::vector<procedures::LimitCheck>& limits() const { return limits_; }
   // What the operator was asked to switch on, and not to switch off yet.

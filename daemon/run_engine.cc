@@ -372,7 +372,7 @@ void RunEngine::Finish(Job& job, Outcome& outcome, std::string& message) {
   } else {
     context_.control.Wait(context_.clock, context_.clock.Now() + kDrain);
   }
-  if (job.bench) job.bench->AwaitResults();
+  if (job.bench) job.bench->FinishResults();
   context_.telemetry.EndMeasurement();
   const calibration::AnalysisResult results = context_.telemetry.Analyse();
   const Utime end = context_.clock.Now();

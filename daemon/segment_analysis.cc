@@ -1,5 +1,8 @@
 #include "daemon/segment_analysis.h"
 
+#include <spdlog/spdlog.h>
+
+#include <exception>
 #include <utility>
 
 namespace gyrobench::daemon {
@@ -21,6 +24,14 @@ void SegmentAnalysis::Begin(Utime utime) {
   worker_.Post([this] { Work(); });
 }
 
+void SegmentAnalysis::Finish(Clock::Participant& caller) {
+  {
+    const std::lock_guard lock(mutex_);
+    next_ = nullptr;
+  }
+  worker_.Call(caller, [] {});
+}
+
 void SegmentAnalysis::Work() {
   Telemetry::Snapshot snapshot;
   Utime utime = 0;
@@ -30,8 +41,12 @@ void SegmentAnalysis::Work() {
     snapshot = std::exchange(next_, nullptr);
     utime = next_utime_;
   }
-  newest_ = ResultOf(snapshot);
-  telemetry_.SendResults(newest_, utime, false);
+  try {
+    newest_ = ResultOf(snapshot);
+    telemetry_.SendResults(newest_, utime, false);
+  } catch (const std::exception& error) {  // the stand may be moving: the run goes on without it
+    spdlog::error("results of a segment: {}", error.what());
+  }
 }
 
 calibration::AnalysisResult SegmentAnalysis::Newest(Clock::Participant& caller) {

@@ -1,6 +1,8 @@
 // What a run has measured so far, worked out beside it.
 #pragma once
 
+#include <mutex>
+
 #include "base/clock.h"
 #include "calibration/estimators/results.h"
 #include "daemon/bus_worker.h"
@@ -20,6 +22,8 @@ class SegmentAnalysis {
   // Of all until now, to be sent with this time. Does not wait; where the last is still at work,
   // the newest alone comes after it.
   void Begin(Utime utime);
+  // Nothing is begun any more: waits, as `caller`, for the end of what is at work.
+  void Finish(Clock::Participant& caller);
   // The newest that was begun. Waits for it, as `caller`.
   calibration::AnalysisResult Newest(Clock::Participant& caller);
 
@@ -27,7 +31,7 @@ class SegmentAnalysis {
   void Work();
 
   Telemetry& telemetry_;
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the next two
   Telemetry::Snapshot next_;
   Utime next_utime_ = 0;
   calibration::AnalysisResult newest_;  // of the worker's thread

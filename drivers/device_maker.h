@@ -18,7 +18,7 @@ namespace gyrobench::drivers {
 class DeviceMaker {
  public:
   virtual ~DeviceMaker() = default;
-  // The devices of this bus are used by one thread, which waits as `thread`; that outlives them.
+  // The devices of this bus are used by one thread, which waits as `thread` until it ends.
   virtual void AddBus(const config::BusConfig& bus, Clock::Participant& thread) = 0;
   virtual std::unique_ptr<Axis> MakeAxis(const config::AxisConfig& config) = 0;
   virtual std::unique_ptr<AngleSensor> MakeAngleSensor(const config::AxisConfig& config) = 0;

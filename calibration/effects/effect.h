@@ -85,7 +85,7 @@ enum Needs : unsigned {
 struct DataRange {
   double max_rate_deg_s = 0.0;
   double temperature_degC = 0.0;   // from the lowest to the highest
-  std::vector<bool> turns_in_run;  // about the channel's axis, in the order of time
+  std::vector<bool> turns_in_run;  // about the channel's axis; in the order given
 };
 
 struct Effect {
@@ -121,8 +121,9 @@ struct Effect {
   bool earth_passes_for_it = false;
   // What a certificate bounds as the reference's eccentricity.
   bool reference_eccentricity = false;
-  // Acts in one of several runs: nothing that is done within a run shows it.
-  bool of_one_run = false;
+  // Id of the effect whose size differs in one of several runs; empty for all others. Nothing that
+  // is done within a run shows it.
+  std::string differs_in_one_run = {};
   // Remembers, and how each power-on begins is not known: BasisContext::start_sides.
   bool unknown_start = false;
   // The correction in C, in deg/s, for export: {c0}, {c1} ... the coefficients, {minus_1_over_n0}
@@ -134,6 +135,7 @@ struct Effect {
   bool (*makes_sense)(const DataRange& data, const std::vector<double>& nonlinear) = nullptr;
   std::unique_ptr<Basis> (*basis)(const BasisContext& context) = nullptr;
 
+  bool of_one_run() const { return !differs_in_one_run.empty(); }
   // It happens at one time or has one phase, which no other measurement shares.
   bool of_one_time() const { return search == Search::kTime || search == Search::kFrequency; }
 };

@@ -130,8 +130,9 @@ std::optional<ReferenceStep> LargestStep(const std::vector<Node>& nodes, const N
     off_deg = off;
   }
   const double count_deg = std::isfinite(limits.count_deg) ? limits.count_deg : 0.0;
-  const double scatter_deg =
-      std::max({limits.scatter_deg, count_deg / std::sqrt(12.0), kLeastScatter_deg});
+  // A rest may be noisier than most.
+  const double own_deg = std::fmax(limits.scatter_deg, ScatterAtRest(nodes, {rest}, axis));
+  const double scatter_deg = std::max({own_deg, count_deg / std::sqrt(12.0), kLeastScatter_deg});
   step.sigmas = std::sqrt(most) / scatter_deg;
   const bool clear =
       step.sigmas > kStepSigmas && off_deg > kRounding * count_deg && off_deg > kLeastStep_deg;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -13,11 +14,16 @@ namespace {
 constexpr Eigen::Index kNotThere = -1;
 
 // What the channels feel alike: errors of the angle that bench or reference make, where no part of
-// them was searched for and none is of one measurement alone.
-bool IsShared(const Candidate& member) {
+// them was searched for and none is of one measurement alone, nor differs in one of them.
+bool IsShared(const Candidate& member, const std::vector<Candidate>& members) {
   const Effect* effect = member.effect;
-  return effect != nullptr && effect->domain == EffectDomain::kAngle &&
-         effect->owner != EffectOwner::kGyro && !member.power_on && !member.searched();
+  if (effect == nullptr || effect->domain != EffectDomain::kAngle ||
+      effect->owner == EffectOwner::kGyro || effect->of_one_run())
+    return false;
+  const bool differs = std::ranges::any_of(members, [&](const Candidate& other) {
+    return other.effect != nullptr && other.effect->differs_in_one_run == effect->id;
+  });
+  return !differs && !member.power_on && !member.searched();
 }
 
 // The same for all channels that found it.
@@ -39,7 +45,7 @@ ChannelRow MakeChannelRow(const ChannelProblem& problem, const Baseline& baselin
     from[baseline.turned[j]] = static_cast<Eigen::Index>(j);
   for (std::size_t i = 0; i < selection.members().size(); ++i) {
     const Candidate& member = selection.members()[i];
-    if (!IsShared(member)) continue;
+    if (!IsShared(member, selection.members())) continue;
     for (std::size_t k = 0; k < member.effect->terms.size(); ++k) {
       const EffectTerm& term = member.effect->terms[k];
       from.push_back(fit.member_begin[i] + static_cast<Eigen::Index>(k));

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/gls/scaled_ldlt.h"
+#include "calibration/gls/noise_search.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -77,7 +77,7 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
   TakeOffEarth();
   const Vector3 row = RowOfM();
   ShareReferenceErrors(row);
-  TakeOffReadingNoise(row);
+  MoveReadingErrorToOutput(row);
 }
 
 // Where the axis turned its scale factor has a column, and Earth's rotation is in that; where it
@@ -91,24 +91,17 @@ void ChannelProblem::TakeOffEarth() {
   }
 }
 
-// As least squares of what moves gives it: noise is small beside that.
+// As least squares of the baseline gives it: noise is small beside what moves.
 Vector3 ChannelProblem::RowOfM() const {
   Vector3 row = {};
   row[channel_] = 1.0;
-  const std::vector<std::size_t> turned = Turned();
-  const auto axes = static_cast<Eigen::Index>(turned.size());
-  if (axes == 0) return row;
-  Eigen::MatrixXd columns(rows(), axes + 1);
-  for (Eigen::Index i = 0; i < rows(); ++i) {
-    for (Eigen::Index j = 0; j < axes; ++j)
-      columns(i, j) = TurnByRates(i, turned[static_cast<std::size_t>(j)]);
-    columns(i, axes) = intervals_[static_cast<std::size_t>(i)].duration_s;
-  }
-  const Eigen::VectorXd fit =
-      ScaledLdlt(columns.transpose() * columns).Solve(columns.transpose() * output_);
-  for (Eigen::Index j = 0; j < axes; ++j) {
-    const double m = fit(j);
-    if (std::fabs(m) < kMostOfRow) row[turned[static_cast<std::size_t>(j)]] = m;
+  const Baseline baseline = MakeBaseline();
+  if (baseline.turned.empty()) return row;
+  const Eigen::VectorXd fit = SolveIndependent(baseline.columns.transpose() * baseline.columns,
+                                               baseline.columns.transpose() * output_);
+  for (std::size_t j = 0; j < baseline.turned.size(); ++j) {
+    const double m = fit(static_cast<Eigen::Index>(j));
+    if (std::fabs(m) < kMostOfRow) row[baseline.turned[j]] = m;
   }
   return row;
 }
@@ -121,11 +114,12 @@ void ChannelProblem::ShareReferenceErrors(const Vector3& row_of_m) {
   }
 }
 
-// All columns that depend on the rate have that of the halves, without the noise of the row's own
-// two readings. What these say beyond it is noise of the output: in a column it would be noise that
-// the output has as well, and effects that are nearly one, such as a scale that depends on the
+// At steady speed the rates of the halves are those of the neighbours, without the noise of the
+// row's own two readings, and every column that depends on the rate has them. What the readings say
+// beyond that is noise of the output, where it is whitened. In a column it would be noise that the
+// output has as well, and effects that are nearly one, such as a scale that depends on the
 // temperature and one that depends on its rate, would be found by it.
-void ChannelProblem::TakeOffReadingNoise(const Vector3& row_of_m) {
+void ChannelProblem::MoveReadingErrorToOutput(const Vector3& row_of_m) {
   for (const std::size_t c : Turned()) {
     for (Eigen::Index i = 0; i < rows(); ++i)
       output_(i) -= row_of_m[c] * (Rotation(i)[c] - TurnByRates(i, c));
@@ -207,9 +201,11 @@ double ChannelProblem::gear_ratio() const {
 }
 
 std::vector<bool> ChannelProblem::turns_in_run() const {
-  std::vector<double> path_deg(trails_.size(), 0.0);
+  std::vector<double> path_deg;
   for (Eigen::Index i = 0; i < rows(); ++i) {
-    if (!half(i, 0).still) path_deg[ref(i).trail] += std::fabs(Rotation(i)[channel_]);
+    const std::size_t run = trail(i).number - 1;
+    if (path_deg.size() <= run) path_deg.resize(run + 1, 0.0);
+    if (!half(i, 0).still) path_deg[run] += std::fabs(Rotation(i)[channel_]);
   }
   std::vector<bool> turns;
   for (const double path : path_deg) turns.push_back(path > kLeastPath_deg);

@@ -49,8 +49,8 @@ class ChannelProblem {
   Eigen::Index rows() const { return static_cast<Eigen::Index>(rows_.size()); }
   const std::vector<ProblemRow>& row_refs() const { return rows_; }
   const std::vector<Interval>& intervals() const { return intervals_; }
-  // int xi / s0 dt of each row, less what the noise of the row's readings of the angle adds to M
-  // times the turn by the rates of its halves.
+  // y = int xi / s0 dt of each row, less M (turn by the row's two readings - turn by the rates of
+  // its halves): y = M (turn by rates) + noise of the gyro - M (error of the readings).
   const Eigen::VectorXd& output_deg() const { return output_; }
   std::span<const Trail> trails() const { return trails_; }
   const Trail& trail(Eigen::Index row) const { return trails_[ref(row).trail]; }
@@ -97,7 +97,8 @@ class ChannelProblem {
   bool DelayIsDeclared() const;
   // Axes of the table whose turning the channel feels; their paths [deg].
   const std::vector<std::size_t>& table_axes() const { return table_axes_; }
-  // Of each measurement, in the order of time: whether the sensor turns about the channel's axis.
+  // Of each measurement, in the order in which they were given: whether the sensor turns about the
+  // channel's axis.
   std::vector<bool> turns_in_run() const;
   double gear_ratio() const;
   double min_temperature_degC() const { return min_temperature_; }
@@ -133,7 +134,7 @@ class ChannelProblem {
   void Survey();
   void TakeOffEarth();
   void ShareReferenceErrors(const Vector3& row_of_m);
-  void TakeOffReadingNoise(const Vector3& row_of_m);
+  void MoveReadingErrorToOutput(const Vector3& row_of_m);
   bool PowerOnIsKnown() const;
   void SurveyTemperature();
   void SurveyGravity();

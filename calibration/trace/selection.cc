@@ -411,8 +411,9 @@ std::vector<std::string> Selection::Rivals(std::size_t member) const {
   std::set<std::string> names;
   for (const Candidate& candidate : pool_) {
     if (candidate.id == members_[member].id || InModel(candidate.family)) continue;
-    // Another run's of what is named for one, another harmonic.
-    if (candidate.search() == Search::kEachPoint && Names(candidate.id)) continue;
+    // With what is named for one run, that of another run can take the place of the first run's.
+    if (candidate.effect != nullptr && candidate.effect->of_one_run() && Names(candidate.id))
+      continue;
     WhiteStore::Columns with = others;
     with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
     if (rivals(candidate, Cost(with)) && found(candidate, LogP(candidate, others)) &&

@@ -293,7 +293,7 @@ const std::vector<Row>& Rows() {
       {"angle.latency_of_run",
        "the_second",
        Latency,
-       {{"tau", 0.012}},
+       {{"tau", 0.012}, {"run", 2.0, 0.1}},
        EveryMotion,
        {},
        false,
@@ -468,6 +468,29 @@ TEST(AProductOfTemperature, IsOneEffectOnlyWithinTheTemperaturesOfTheData) {
       EXPECT_THAT(names, ::testing::ElementsAre("composed(g*T)"));
     } else {
       EXPECT_THAT(names, ::testing::Contains("bias.g_linear"));
+    }
+  }
+}
+
+// What is late in the first run and not in the second is said as the delay of the first, and what
+// the second's differs by; the order is the one given, whatever the power-ons are called.
+TEST(ALatency, OfTheFirstOfTwoRunsIsThatOfBothButTheSecond) {
+  const SyntheticBench bench(EveryMotion());
+  for (const char* name : {"0", "zz"}) {
+    const calibration::Recording late = bench.Measure(Latency(bench), 7);
+    calibration::Recording prompt = bench.Measure({}, 8);
+    prompt.info.power_on = name;
+    const calibration::Recording* const inputs[] = {&late, &prompt};
+    const ChannelTrace channel = TraceOf(inputs, 1);
+    ASSERT_THAT(NamesOf(channel),
+                ::testing::UnorderedElementsAre("angle.latency", "angle.latency_of_run"))
+        << channel.summary;
+    for (const TracedEffect& effect : channel.effects) {
+      const bool first = effect.id == "angle.latency";
+      ExpectWithinItsInterval(effect.parameters, {"tau", first ? 0.012 : -0.012});
+      if (!first) {
+        ExpectWithinItsInterval(effect.parameters, {"run", 2.0, 0.1});
+      }
     }
   }
 }

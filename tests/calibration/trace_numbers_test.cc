@@ -230,6 +230,29 @@ TEST(TraceOfAScaleThatDependsOnTemperatureWhileItWarmsUp, NamesNothingElse) {
   EXPECT_LT(squares, 22.5);
 }
 
+// An offset of the output is the zero-rate offset's alone, of one power-on or of each.
+TEST(TraceOfTwoPowerOns, HasTheSameScaleFactorWhateverTheirZeroRateOffsets) {
+  std::vector<double> scales;
+  for (const double offset_deg_s : {0.0, 10.0}) {
+    Story first, second;
+    first.seed = 1;
+    second.seed = 2;
+    second.duration_s = 100.0;
+    first.info.power_on = "1";
+    second.info.power_on = "2";
+    first.info.source = "1.csv";
+    second.info.source = "2.csv";
+    second.spoil_gyro = [&](GyroSample* sample) {
+      sample->xi[2] += 131.0 * offset_deg_s;
+      return true;
+    };
+    const Traced traced = TraceOf({&first, &second});
+    ExpectNoEffect(traced);
+    scales.push_back(traced.models.at(2).m_row[2]);
+  }
+  EXPECT_NEAR(scales[0], scales[1], 1e-9);
+}
+
 TEST(TraceOfATableOfOneChannel, GivesThatChannelsNumbersWhicheverItIs) {
   for (std::size_t c = 0; c < 3; ++c) {
     Story story;

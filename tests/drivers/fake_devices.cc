@@ -84,6 +84,7 @@ FakeAngleSensor::FakeAngleSensor(std::string name, const Clock& clock, Source an
     : name_(std::move(name)), clock_(clock), angle_deg_(std::move(angle_deg)) {}
 
 AngleReading FakeAngleSensor::Read() {
+  ++reads_;
   faults_.Step();
   const Utime now = clock_.Now();
   const auto counts =

@@ -77,6 +77,7 @@ class FakeAngleSensor final : public AngleSensor {
   const std::string& name() const override { return name_; }
   void Open() override { faults_.Step(); }
   AngleReading Read() override;
+  int reads() const { return reads_; }  // so far
   FaultScript& faults() { return faults_; }
 
   static constexpr double kCountsPerTurn = 131072.0;
@@ -85,6 +86,7 @@ class FakeAngleSensor final : public AngleSensor {
   const std::string name_;
   const Clock& clock_;
   Source angle_deg_;
+  int reads_ = 0;
   FaultScript faults_;
 };
 

@@ -23,8 +23,6 @@ class ClockDriftBasis final : public ChannelBasis {
 
 }  // namespace
 
-// Clocks part within a run as well; a delay of one run is the simpler cause of what differs between
-// runs: hence the handicap.
 Effect AngleClockDrift() {
   return {.id = "angle.clock_drift",
           .domain = EffectDomain::kAngle,
@@ -41,7 +39,6 @@ Effect AngleClockDrift() {
           .search = Search::kCoefficient,
           .typical_size = 100.0,
           .size_source = "crystals: 10 to 100 ppm",
-          .handicap = 4.0,
           .basis = Make<ClockDriftBasis>};
 }
 

@@ -8,7 +8,7 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr double kMostRuns = 20.0;
+constexpr double kMostRuns = 20.0;  // that are looked at
 
 // -w in that run, 0 in all others.
 class LatencyOfRunBasis final : public ChannelBasis {
@@ -16,7 +16,7 @@ class LatencyOfRunBasis final : public ChannelBasis {
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
     constexpr double kShort_s = 1e-5;
-    if (point.begins) run_ += 1.0;
+    if (point.begins) run_ = static_cast<double>(point.run);
     terms[0] = run_ == context().nonlinear[0]
                    ? -TurnedOn(point, context().channel, kShort_s) / kShort_s
                    : 0.0;
@@ -32,10 +32,13 @@ std::vector<double> AllRuns() {
   return runs;
 }
 
-bool IsOneOfSeveral(const DataRange& data, const std::vector<double>& nonlinear) {
+// What angle.latency says is that of the first run that turns.
+bool TurnsAfterAnother(const DataRange& data, const std::vector<double>& nonlinear) {
   const auto run = static_cast<std::size_t>(nonlinear[0]) - 1;
-  return run < data.turns_in_run.size() && data.turns_in_run[run] &&
-         std::ranges::count(data.turns_in_run, true) > 1;
+  if (run >= data.turns_in_run.size() || !data.turns_in_run[run]) return false;
+  const auto begin = data.turns_in_run.begin();
+  return std::find(begin, begin + static_cast<std::ptrdiff_t>(run), true) !=
+         begin + static_cast<std::ptrdiff_t>(run);
 }
 
 }  // namespace
@@ -44,13 +47,13 @@ Effect AngleLatencyOfRun() {
   return {.id = "angle.latency_of_run",
           .domain = EffectDomain::kAngle,
           .owner = EffectOwner::kBench,
-          .equation = "-tau w in one run, in the order of time",
+          .equation = "-tau w in one run of those that were given, beside the first's",
           .cause =
               "readings of the reference that are taken at another moment of its refresh than in "
-              "the other runs; another filter or bus",
+              "the first run; another filter or bus",
           .looks_like =
-              "the angle errs in proportion to the speed while the table turns, in one of several "
-              "runs only",
+              "the angle errs in proportion to the speed while the table turns, in one run by more "
+              "or less than in the first (20 runs are looked at)",
           .manoeuvre = "repeat a motion within one run and in another",
           .needs = kNeedsRate,
           .terms = {{"tau", "s"}},
@@ -58,8 +61,8 @@ Effect AngleLatencyOfRun() {
           .search = Search::kEachPoint,
           .typical_size = 0.02,
           .size_source = "that of angle.latency",
-          .of_one_run = true,
-          .makes_sense = IsOneOfSeveral,
+          .differs_in_one_run = "angle.latency",
+          .makes_sense = TurnsAfterAnother,
           .basis = Make<LatencyOfRunBasis>};
 }
 
