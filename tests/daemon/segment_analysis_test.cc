@@ -25,6 +25,8 @@ class SegmentAnalysisTest : public testing::Test {
     info.temperature_present = true;
     info.reference = ReferenceKind::kNone;
     telemetry_.BeginRun("run", Log(), info, kStart);
+    // As in a run, time has passed before the first segment ends: the worker waits.
+    me_->WaitUntil(kStart + 1);
   }
   // The analysis ends in a thread of its own, for which a virtual clock must not wait for this one.
   ~SegmentAnalysisTest() override { me_.reset(); }
