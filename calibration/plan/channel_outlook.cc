@@ -44,7 +44,7 @@ ChannelOutlook::ChannelOutlook(std::span<const Trail> trails, const ChannelModel
   for (const Candidate& candidate :
        CatalogueCandidates(problem, {}, trails.front().earth_rate_known)) {
     // The manoeuvres are to be parts of one run.
-    if (candidate.effect->of_one_run()) continue;
+    if (candidate.of_one_run()) continue;
     const Eigen::MatrixXd columns = problem.Columns(*candidate.effect, candidate.context);
     if (!columns.allFinite()) continue;
     catalogue_.push_back({candidate.id,

@@ -53,6 +53,7 @@ struct Candidate {
     return effect->search == Search::kGrid || effect->search == Search::kFrequency ||
            effect->search == Search::kPeriods;
   }
+  bool of_one_run() const { return effect != nullptr && effect->of_one_run(); }
   // A scan has found it, at its place; there is no grid of such.
   bool scanned() const {
     return effect != nullptr && (effect->of_one_time() || effect->search == Search::kPeriods);

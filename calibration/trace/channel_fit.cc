@@ -143,8 +143,7 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
     const std::vector<Eigen::Index> slopes = fit.SlopesOf(i);
     fit.member_begin.push_back(tangent.cols());
     // One power-on alone knows it, or one run, or one moment.
-    const bool of_one_run = member.effect != nullptr && member.effect->of_one_run();
-    if (member.power_on || of_one_run || member.angle_step())
+    if (member.power_on || member.of_one_run() || member.angle_step())
       std::fill_n(fit.local.begin() + column, count, true);
     AppendColumns(&tangent, fit.white.middleCols(column, count));
     AppendColumns(&tangent, fit.white_slopes(Eigen::all, slopes));

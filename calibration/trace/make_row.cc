@@ -18,7 +18,7 @@ constexpr Eigen::Index kNotThere = -1;
 bool IsShared(const Candidate& member, const std::vector<Candidate>& members) {
   const Effect* effect = member.effect;
   if (effect == nullptr || effect->domain != EffectDomain::kAngle ||
-      effect->owner == EffectOwner::kGyro || effect->of_one_run())
+      effect->owner == EffectOwner::kGyro || member.of_one_run())
     return false;
   const bool differs = std::ranges::any_of(members, [&](const Candidate& other) {
     return other.effect != nullptr && other.effect->differs_in_one_run == effect->id;

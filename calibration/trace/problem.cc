@@ -121,14 +121,14 @@ void ChannelProblem::ShareReferenceErrors(const Vector3& row_of_m) {
 // temperature and one that depends on its rate, would be found by it.
 void ChannelProblem::MoveReadingErrorToOutput(const Vector3& row_of_m) {
   for (const std::size_t c : Turned()) {
+    const Eigen::VectorXd by_rates_deg = TurnByRates(c);
     for (Eigen::Index i = 0; i < rows(); ++i)
-      output_(i) -= row_of_m[c] * (Rotation(i)[c] - TurnByRates(i, c));
+      output_(i) -= row_of_m[c] * (Rotation(i)[c] - by_rates_deg(i));
   }
 }
 
-double ChannelProblem::TurnByRates(Eigen::Index row, std::size_t axis) const {
-  return 0.5 * intervals_[static_cast<std::size_t>(row)].duration_s *
-         (half(row, 0).rate_deg_s[axis] + half(row, 1).rate_deg_s[axis]);
+Eigen::VectorXd ChannelProblem::TurnByRates(std::size_t axis) const {
+  return RateColumn([&](const TrackPoint& point) { return point.rate_deg_s[axis]; });
 }
 
 // Its own axis first: where the data cannot tell axes apart, the turning is its own.
@@ -313,11 +313,10 @@ Baseline ChannelProblem::MakeBaseline() const {
     if (power_on + 1 < constants && power_on_begins_[static_cast<std::size_t>(power_on + 1)] == i)
       ++power_on;
     const double dt = intervals_[static_cast<std::size_t>(i)].duration_s;
-    for (Eigen::Index j = 0; j < turned; ++j) {
-      out.columns(i, j) = TurnByRates(i, out.turned[static_cast<std::size_t>(j)]);
-    }
     out.columns(i, turned + power_on) = dt;
   }
+  for (Eigen::Index j = 0; j < turned; ++j)
+    out.columns.col(j) = TurnByRates(out.turned[static_cast<std::size_t>(j)]);
   for (int k = 0; k < out.temperature_order; ++k)
     out.columns.col(turned + constants + k) = TemperaturePower(k + 1);
   if (out.filter_shapes > 0) out.columns.rightCols(1) = FilterShape();

@@ -125,8 +125,8 @@ class ChannelProblem {
   const Vector3& Rotation(Eigen::Index row) const {
     return trail(row).rotation_deg[ref(row).interval];
   }
-  // The same as the rates of the row's halves have it.
-  double TurnByRates(Eigen::Index row, std::size_t axis) const;
+  // The same of all rows, as the rates of their halves have it.
+  Eigen::VectorXd TurnByRates(std::size_t axis) const;
   std::vector<std::size_t> Turned() const;
   // The channel's, by what the rows say.
   Vector3 RowOfM() const;

@@ -412,8 +412,7 @@ std::vector<std::string> Selection::Rivals(std::size_t member) const {
   for (const Candidate& candidate : pool_) {
     if (candidate.id == members_[member].id || InModel(candidate.family)) continue;
     // With what is named for one run, that of another run can take the place of the first run's.
-    if (candidate.effect != nullptr && candidate.effect->of_one_run() && Names(candidate.id))
-      continue;
+    if (candidate.of_one_run() && Names(candidate.id)) continue;
     WhiteStore::Columns with = others;
     with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
     if (rivals(candidate, Cost(with)) && found(candidate, LogP(candidate, others)) &&

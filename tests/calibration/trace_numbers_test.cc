@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calibration/trace/trace.h"
+#include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_story.h"
 
 namespace gyrobench::testing {
@@ -148,57 +149,22 @@ TEST(TraceOfAFilterWhoseDelayIsDeclared, HasTheScaleFactorOfTheSensor) {
 }
 
 // Turns at 5 to 40 deg/s and back, twice.
-class SlowAndFastTurns {
- public:
-  SlowAndFastTurns() {
-    for (int round = 0; round < 2; ++round) {
-      for (const double rate : {5.0, 10.0, 20.0, 40.0}) {
-        Add(rate);
-        Add(-rate);
-      }
-    }
+Motion SlowAndFastTurns() {
+  Motion motion;
+  motion.Rest(2.0);
+  for (int round = 0; round < 2; ++round) {
+    for (const double rate : {5.0, 10.0, 20.0, 40.0}) motion.ThereAndBack(kInnerAxis, 180.0, rate);
   }
-  double Rate(double t_s) const {
-    const Turn& turn = At(t_s);
-    const double since_s = t_s - turn.begin_s - kRest_s;
-    const double edge_s = std::clamp(std::min(since_s, turn.length_s - since_s), 0.0, kRamp_s);
-    return turn.rate_deg_s * edge_s / kRamp_s;
-  }
-  double Angle(double t_s) const {
-    const Turn& turn = At(t_s);
-    const double since_s = std::clamp(t_s - turn.begin_s - kRest_s, 0.0, turn.length_s);
-    const double up_s = std::min(since_s, kRamp_s);
-    const double down_s = std::max(0.0, since_s - turn.length_s + kRamp_s);
-    return turn.from_deg + turn.rate_deg_s * (since_s - up_s + 0.5 * up_s * up_s / kRamp_s -
-                                              0.5 * down_s * down_s / kRamp_s);
-  }
-  double duration_s() const { return end_s_; }
-
- private:
-  static constexpr double kTurn_deg = 180.0, kRamp_s = 0.5, kRest_s = 2.0;
-  struct Turn {
-    double begin_s, length_s, rate_deg_s, from_deg;
-  };
-  void Add(double rate_deg_s) {
-    const double length_s = kTurn_deg / std::fabs(rate_deg_s) + kRamp_s;
-    turns_.push_back({end_s_, length_s, rate_deg_s, rate_deg_s > 0.0 ? 0.0 : kTurn_deg});
-    end_s_ += kRest_s + length_s;
-  }
-  const Turn& At(double t_s) const {
-    std::size_t k = 0;
-    while (k + 1 < turns_.size() && turns_[k + 1].begin_s <= t_s) ++k;
-    return turns_[k];
-  }
-  std::vector<Turn> turns_;
-  double end_s_ = 0.0;
-};
+  return motion;
+}
 
 // In a warm-up T and dT/dt say nearly the same. The noise of a reading is in the output and in the
 // turn by the readings; a model that took it for turning would find it in the small difference.
 TEST(TraceOfAScaleThatDependsOnTemperatureWhileItWarmsUp, NamesNothingElse) {
   constexpr int kSeeds = 6;
   constexpr double kPerDegC = 2e-4;
-  const SlowAndFastTurns turns;
+  const Motion turns = SlowAndFastTurns();
+  const auto rate = [&](double t_s) { return turns.At(t_s).rate_deg_s[kInnerAxis]; };
   double squares = 0.0;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     Story story;
@@ -209,12 +175,12 @@ TEST(TraceOfAScaleThatDependsOnTemperatureWhileItWarmsUp, NamesNothingElse) {
     story.white_deg_s = 0.02;
     story.reading_deg = 0.004;
     story.info.gyro_present = {false, false, true};
-    story.rate_deg_s = [&](double t_s) { return turns.Rate(t_s); };
-    story.angle_deg = [&](double t_s) { return turns.Angle(t_s); };
+    story.rate_deg_s = rate;
+    story.angle_deg = [&](double t_s) { return turns.At(t_s).angle_deg[kInnerAxis]; };
     story.temperature_degC = [](double t_s) { return 38.0 - 45.0 * std::exp(-t_s / 60.0); };
     story.spoil_gyro = [&](GyroSample* sample) {
       sample->xi[2] +=
-          131.0 * kPerDegC * turns.Rate(sample->t_s) * (story.temperature_degC(sample->t_s) - 25.0);
+          131.0 * kPerDegC * rate(sample->t_s) * (story.temperature_degC(sample->t_s) - 25.0);
       return true;
     };
     const Traced traced = TraceOf({&story});

@@ -36,9 +36,8 @@ std::vector<double> AllRuns() {
 bool TurnsAfterAnother(const DataRange& data, const std::vector<double>& nonlinear) {
   const auto run = static_cast<std::size_t>(nonlinear[0]) - 1;
   if (run >= data.turns_in_run.size() || !data.turns_in_run[run]) return false;
-  const auto begin = data.turns_in_run.begin();
-  return std::find(begin, begin + static_cast<std::ptrdiff_t>(run), true) !=
-         begin + static_cast<std::ptrdiff_t>(run);
+  const auto begin = data.turns_in_run.begin(), it = begin + static_cast<std::ptrdiff_t>(run);
+  return std::find(begin, it, true) != it;
 }
 
 }  // namespace
