@@ -44,7 +44,10 @@ class Splitter {
     right_ = white_.transpose() * output_;
   }
 
-  // Coefficients from all rows, those of the ranges with a weight of their own.
+  // Coefficients from all rows, those of the ranges with a weight of their own. What acts in the
+  // ranges alone, as a step of an angle at one moment, is what they say of it: where the bias walks
+  // the white rows after it have a little of it each, and would say more than those with the
+  // weight.
   Eigen::VectorXd TrainWithout(const RowRanges& ranges, double weight) const {
     Eigen::MatrixXd gram = gram_;
     Eigen::VectorXd right = right_;
@@ -54,7 +57,12 @@ class Splitter {
       right.noalias() -=
           (1.0 - weight) * test.transpose() * output_.segment(range.begin, range.size());
     }
-    return SolveIndependent(gram, right);
+    Eigen::VectorXd theta = SolveIndependent(gram, right);
+    const std::vector<Eigen::Index> own = LocalTo(ranges);
+    theta(own).setZero();
+    const Eigen::VectorXd left = right_(own) - gram_(own, Eigen::all) * theta;
+    theta(own) = SolveIndependent(gram_(own, own), left);
+    return theta;
   }
   // Without these rows every column that is not their own is known nearly as well.
   bool SeesWithout(const RowRanges& ranges) const {
@@ -83,6 +91,19 @@ class Splitter {
   }
 
  private:
+  std::vector<Eigen::Index> LocalTo(const RowRanges& ranges) const {
+    constexpr double kRounding = 1e-12;
+    std::vector<Eigen::Index> out;
+    for (Eigen::Index j = 0; j < raw_.cols(); ++j) {
+      if (!local_[static_cast<std::size_t>(j)]) continue;
+      double inside = 0.0;
+      for (const RowRange& range : ranges)
+        inside += raw_.col(j).segment(range.begin, range.size()).squaredNorm();
+      if (inside > (1.0 - kRounding) * raw_.col(j).squaredNorm()) out.push_back(j);
+    }
+    return out;
+  }
+
   Eigen::MatrixXd white_, raw_;
   std::vector<bool> local_;  // of each column
   const Eigen::VectorXd& output_;
