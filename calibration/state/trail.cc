@@ -105,7 +105,18 @@ class TrailMaker {
     }
     const ReadingErrors errors(recording_);
     trail_.coarse_steps = errors.CoarseSteps();
-    trail_.angle_error_deg = errors.ErrorInMotion_deg(moving > 0.0 ? readings / moving : 1.0);
+    const double averaged = moving > 0.0 ? readings / moving : 1.0;
+    trail_.angle_error_deg = errors.ErrorInMotion_deg(averaged);
+    trail_.axis_error_deg.fill(trail_.angle_error_deg);
+    const std::vector<NodeRange> rests = RangesOfRests(rest_of_);
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double scatter_deg = ScatterAtRest(nodes_, rests, a);
+      if (!std::isfinite(scatter_deg)) continue;
+      // Readings that hardly ever change hide noise of half a step.
+      const double least_deg = 0.5 * std::fmax(0.0, recording_.reference_step_deg[a]);
+      trail_.axis_error_deg[a] =
+          std::min(trail_.angle_error_deg, std::max(scatter_deg, least_deg) / std::sqrt(averaged));
+    }
   }
 
   void Points() {

@@ -40,6 +40,9 @@ struct Trail {
   // Error of a table angle at a moving node: noise of the readings averaged, or half a step of a
   // coarse encoder [deg].
   double angle_error_deg = 0.0;
+  // The same of each axis of the stand by what it is read as while it rests: the scatter of a short
+  // rest, of which the above is made, may have the end of a motion in it.
+  Vector3 axis_error_deg = {};
   // The steps of the encoder are coarser than its noise: its error is a function of the angle.
   bool coarse_steps = false;
   // Of each node: ReadingsMean::walk_s; 0 where it is one instant.

@@ -144,14 +144,14 @@ class RestTrimmer {
     return std::min(kEdge_s, kMostOfRest * (nodes_[end - 1].at.t_s - nodes_[begin].at.t_s));
   }
 
-  // The first node that does not count as rest because a motion follows.
+  // The first node that does not count as rest because a motion follows, in it or next to it.
   std::size_t MotionFrom(std::size_t begin, std::size_t end) const {
     std::size_t edge = end;
     const double edge_s = EdgeOf(begin, end);
     while (edge > begin && nodes_[end - 1].at.t_s - nodes_[edge - 1].at.t_s < edge_s) --edge;
     if (edge < begin + kLeastQuiet + 1) return end;
     const Vector3 quiet = Quiet(edge > begin + kMostQuiet ? edge - kMostQuiet : begin, edge);
-    for (std::size_t i = edge; i + 1 < end; ++i) {
+    for (std::size_t i = edge; i < end; ++i) {
       if (!Turns(i, quiet)) continue;
       const double begin_s = nodes_[i].at.t_s - kCreep_s;
       while (i > edge && nodes_[i].at.t_s > begin_s) --i;

@@ -93,10 +93,18 @@ class Steps {
   }
   // Of the rows' scores once the step at the peak is taken off: it is in those around it too.
   double TailFreedom() const {
-    Eigen::MatrixXd column = Eigen::VectorXd::Unit(problem_.rows(), row_);
-    whitener_.Apply(column);
-    const double size = column.col(0).dot(residual_) / column.squaredNorm();
-    const Whitener::Shocks left = whitener_.Scores(residual_ - size * column);
+    Eigen::MatrixXd steps = Eigen::MatrixXd::Zero(problem_.rows(), 2);
+    steps(row_, 0) = steps(row_ + 1, 1) = 1.0;
+    whitener_.Apply(steps);
+    const double square = steps.col(0).squaredNorm();
+    const double size = steps.col(0).dot(residual_) / square;
+    const Whitener::Shocks left = whitener_.Scores(residual_ - size * steps.col(0));
+    // Where readings are noisy beside the gyro a step here and one in the next row are nearly the
+    // same, and what is beyond comes in crowds. Squares of normal values correlate by the square of
+    // what the values do, and a count of them varies as one of so many fewer would.
+    const double alike =
+        std::pow(steps.col(0).dot(steps.col(1)), 2) / (square * steps.col(1).squaredNorm());
+    const double share = (1.0 - alike) / (1.0 + alike);
     std::vector<double> squares;
     double sum = 0.0;
     for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
@@ -106,7 +114,7 @@ class Steps {
     }
     const auto n = static_cast<double>(squares.size());
     const auto beyond = std::ranges::count_if(squares, [&](double x) { return x > 9.0 * sum / n; });
-    return FreedomOfTails(static_cast<double>(beyond), n);
+    return FreedomOfTails(share * static_cast<double>(beyond), share * n);
   }
   // Score of each row's output, of the residual.
   Eigen::VectorXd Output() const { return shocks_.output.col(p_); }
@@ -213,12 +221,12 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
 // A period must be long against the error of the angle that the wave is a function of: what is left
 // of a node's own noise in it would be found as a ripple. The rounding of a coarse encoder is a
 // function of the angle itself, from which no wave can be told.
-int MostPeriods(const ChannelProblem& problem) {
+int MostPeriods(const ChannelProblem& problem, std::size_t axis) {
   constexpr double kLargestError_rad = 0.1;
   if (problem.rounding_deg() > 0.0) return 0;
   double error_deg = 0.0;
   for (const Trail& trail : problem.trails())
-    error_deg = std::max(error_deg, trail.angle_error_deg);
+    error_deg = std::max(error_deg, trail.axis_error_deg[axis]);
   const double most = kLargestError_rad * 180.0 / std::numbers::pi / error_deg;
   return most < kMostPeriods ? static_cast<int>(most) : kMostPeriods;
 }
@@ -289,7 +297,7 @@ ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_sco
   Eigen::FFT<double> fft;
   std::vector<Complex> spectrum;
   fft.fwd(spectrum, bins);
-  const int most = MostPeriods(problem);
+  const int most = MostPeriods(problem, axis);
   const double span = TurnsSpanned(problem, axis);
   double best = -std::numeric_limits<double>::infinity();
   for (int k = kLeastPeriods; k < most; ++k) {
