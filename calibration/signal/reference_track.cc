@@ -278,10 +278,13 @@ Vector3 ReferenceTrack::rotation_now_deg() const {
 
 bool ReferenceTrack::leading() const {
   if (info_.reference != ReferenceKind::kStandAngles) return true;
+  // One that rests never does while another moves: where that reverses or stops it is slower for a
+  // moment than the noise of the one at rest, and not where its last rate would have it.
+  const bool rests = finder_[newest_axis_].resting();
   const double rate = std::fabs(angle_[newest_axis_].rate_deg_s);
   for (std::size_t a = 0; a < 3; ++a) {
     if (a == newest_axis_ || !watched_[a] || !angle_[a].known || finder_[a].resting()) continue;
-    if (std::fabs(angle_[a].rate_deg_s) > rate) return false;
+    if (rests || std::fabs(angle_[a].rate_deg_s) > rate) return false;
   }
   return true;
 }

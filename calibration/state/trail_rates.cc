@@ -106,21 +106,28 @@ class RateMaker {
   // Turns of the table's axes, summed up, and the way there.
   void TableByGyro(const MeasurementInfo& info) {
     const std::vector<std::size_t> next = NextToTurn();
+    const double walk_deg_sqrt_s = WalkAtRest();
     Vector3 sum = {};
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       TrackPoint& point = trail_.nodes[k];
       if (k > 0 && !trail_.still[k - 1]) {
+        const double half_s = 0.5 * Length(k - 1);
+        const Vector3 back = Minus(nodes_[k - 1].at.z, nodes_[k].at.z);
+        const Vector3 felt = AboutAxes(info, Turned(k, back, -2.0 * half_s), k);
+        const double noise_deg = kNoiseSigmas * walk_deg_sqrt_s * std::sqrt(Length(k - 1));
+        // What is felt of the turns of other axes is misalignment. While the play of an axis is
+        // crossed its reference stands; what the gyro's noise says then, which is in the output as
+        // well, must not pass for it: there would be a play in every bench.
+        std::array<bool, 3> turns = {};
+        for (std::size_t a = 0; a < 3; ++a)
+          turns[a] = Turns(k, a) ||
+                     ((Turns(k + 1, a) || a == next[k]) && !(std::fabs(felt[a]) < noise_deg));
         auto about = [&](const Vector3& z, double since_s) {
           Vector3 turned = AboutAxes(info, Turned(k, z, since_s), k);
-          // What is felt of the turns of other axes is misalignment. While the play of an axis is
-          // crossed its reference stands.
-          for (std::size_t a = 0; a < 3; ++a) {
-            if (!Turns(k, a) && !Turns(k + 1, a) && a != next[k]) turned[a] = 0.0;
-          }
+          for (std::size_t a = 0; a < 3; ++a) turned[a] = turns[a] ? turned[a] : 0.0;
           return turned;
         };
-        const double half_s = 0.5 * Length(k - 1);
-        const Vector3 turned = about(Minus(nodes_[k - 1].at.z, nodes_[k].at.z), -2.0 * half_s);
+        const Vector3 turned = about(back, -2.0 * half_s);
         for (std::size_t a = 0; a < 3; ++a) sum[a] -= turned[a];
         if (HasMiddle(k - 1))
           point.table_way_deg[0] = about(Minus(nodes_[k].z_half, nodes_[k].at.z), -Before(k - 1));
@@ -181,6 +188,26 @@ class RateMaker {
     }
     const double angle_deg = trail_.nodes[k].table_by_gyro_deg[axis] + sum / count;
     return std::isfinite(angle_deg) ? angle_deg : trail_.nodes[k].table_deg[axis];
+  }
+
+  // Angle random walk of the noisiest channel at rest [deg/sqrt(s)]; 0 where none ever rests.
+  double WalkAtRest() const {
+    constexpr double kMedianOfNormal = 0.6745;
+    double largest = 0.0;
+    std::vector<double> walks;
+    for (std::size_t c = 0; c < 3; ++c) {
+      walks.clear();
+      for (std::size_t i = 0; i < trail_.still.size(); ++i) {
+        if (!trail_.still[i] || !Shapes(i, c)) continue;
+        const Vector3 turned = Turned(i, Minus(nodes_[i + 1].at.z, nodes_[i].at.z), Length(i));
+        if (std::isfinite(turned[c])) walks.push_back(std::fabs(turned[c]) / std::sqrt(Length(i)));
+      }
+      if (walks.empty()) continue;
+      const auto middle = walks.begin() + static_cast<std::ptrdiff_t>(walks.size() / 2);
+      std::nth_element(walks.begin(), middle, walks.end());
+      largest = std::max(largest, *middle / kMedianOfNormal);
+    }
+    return largest;
   }
 
   // Of each node: the axis that turns there or, before the next rest, after it.

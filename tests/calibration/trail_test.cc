@@ -118,6 +118,30 @@ TEST(TrailOfASlowThermometer, KnowsTheTemperatureBetweenItsReadings) {
   }
 }
 
+// What the gyro's noise says before a motion is in the output as well: an angle that follows it
+// would show a play in a bench that has none.
+TEST(TrailOfATableThatWaitsForItsMotion, IsNotTurnedByTheNoiseOfTheGyro) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Story story;
+    story.seed = seed;
+    story.white_deg_s = 0.1;
+    const Told told = Tell(story);
+    const std::vector<TrackPoint>& nodes = told.trail.nodes;
+    int waits = 0, turned = 0;
+    for (std::size_t k = 1; k + 1 < nodes.size(); ++k) {
+      // Of neither neighbour, as the ramps of a motion are soft.
+      const double before_s = nodes[k - 1].t_s, after_s = nodes[k + 1].t_s;
+      if (story.rate_deg_s(before_s) != 0.0 || story.rate_deg_s(nodes[k].t_s) != 0.0) continue;
+      if (after_s - before_s > 0.5) continue;
+      ++waits;
+      const double by_deg = nodes[k].table_by_gyro_deg[2] - nodes[k - 1].table_by_gyro_deg[2];
+      turned += by_deg != 0.0 ? 1 : 0;
+    }
+    EXPECT_GT(waits, 100);
+    EXPECT_LE(turned, waits / 100) << "seed " << seed;
+  }
+}
+
 Story WithSupply(double begin_s, double end_s) {
   Story story;
   story.duration_s = 240.0;
