@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "calibration/estimators/analyzer.h"
 #include "calibration/estimators/result_json.h"
 #include "calibration/state/inputs_together.h"
@@ -82,9 +83,9 @@ int Analyze(const Options& options) {
     std::fflush(stdout);
   }
   if (options.json && options.inputs.size() == 1 && !results.empty()) {
-    fmt::print("{}\n", results.front().dump(2));
+    fmt::print("{}\n", JsonText(results.front(), 2));
   } else if (options.json) {
-    fmt::print("{}\n", Json(results).dump(2));
+    fmt::print("{}\n", JsonText(Json(results), 2));
   } else if (results.size() > 1) {
     fmt::print("{}", Overview(inputs, results));
   }

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "base/version.h"
 #include "calibration/artefact/calibration_file.h"
 #include "cli/calibration_input.h"
@@ -196,7 +197,7 @@ int Apply(const Options& options) {
   const std::string line = TargetLine("table", options.output);
   const CorrectedTable table = Correct(options, calibration, input);
   if (options.json) {
-    fmt::print("{}\n", ToJson(table, options).dump(2));
+    fmt::print("{}\n", JsonText(ToJson(table, options), 2));
   } else if (!options.quiet) {
     Print(table, line);
   }

@@ -13,6 +13,8 @@
 #include <cstring>
 #include <utility>
 
+#include "base/json_text.h"
+
 namespace gyrobench::cli {
 namespace {
 
@@ -104,7 +106,7 @@ nlohmann::json ControlClient::Get(const std::string& target) const {
 }
 
 nlohmann::json ControlClient::Post(const std::string& target, const nlohmann::json& body) const {
-  return Request(true, target, body.dump());
+  return Request(true, target, JsonText(body));
 }
 
 void ControlClient::ThrowUnreachable(int error_number) const {

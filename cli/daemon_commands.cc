@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/json_text.h"
 #include "cli/commands.h"
 #include "cli/control_client.h"
 #include "cli/exit_status.h"
@@ -24,7 +25,7 @@ ControlClient ClientOf(const Options& options) {
 }
 
 int PrintJson(const Json& json) {
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}\n", JsonText(json, 2));
   return kDone;
 }
 
@@ -213,7 +214,7 @@ int Check(const Options& options) {
       moves.size());
   fmt::print("{}{}", MovesText(moves), QuestionsText(Field(answer, "questions")));
   for (const Json& note : Field(answer, "notes"))
-    fmt::print("note: {}\n", note.is_string() ? note.get<std::string>() : note.dump());
+    fmt::print("note: {}\n", note.is_string() ? note.get<std::string>() : JsonText(note));
   return kDone;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/nearest_word.h"
 #include "calibration/artefact/calibration_file.h"
 #include "calibration/effects/effect.h"
@@ -197,7 +198,7 @@ int Effects(const Options& options) {
   if (options.json) {
     fmt::print(
         "{}\n",
-        Json{{"format", "gyrobench.effects/1"}, {"effects", JsonList(options.name)}}.dump(2));
+        JsonText(Json{{"format", "gyrobench.effects/1"}, {"effects", JsonList(options.name)}}, 2));
     return kDone;
   }
   const Terminal terminal = DescribeTerminal(fileno(stdout));

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "calibration/hold/calibrate_hold.h"
 #include "calibration/hold/epoch_collector.h"
 #include "calibration/hold/hold_json.h"
@@ -60,7 +61,7 @@ int Hold(const Options& options) {
       calibration::CalibrateHold(all, {.g_sensitivity = options.g_sensitivity});
   const nlohmann::json json = calibration::ToJson(result);
   if (options.json) {
-    fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    fmt::print("{}\n", JsonText(json, 2));
   } else if (!options.quiet) {
     fmt::print("{}", HoldText(json, DescribeTerminal(fileno(stdout))));
   }

@@ -1,5 +1,6 @@
 #include "cli/json_field.h"
 
+#include "base/json_text.h"
 #include "cli/number_text.h"
 
 namespace gyrobench::cli {
@@ -39,7 +40,7 @@ std::string Plain(const nlohmann::json& value) {
   if (value.is_null()) return "";
   if (value.is_string()) return value.get<std::string>();
   if (value.is_number_float()) return FormatNumber(value.get<double>(), 10);
-  return value.dump();
+  return JsonText(value);
 }
 
 }  // namespace gyrobench::cli

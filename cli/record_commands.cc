@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <ctime>
 
+#include "base/json_text.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
@@ -94,7 +95,7 @@ int Runs(const Options& options) {
   Json list = Json::array();
   for (const auto& run : recording::ListRuns(records)) list.push_back(Describe(run));
   if (options.json) {
-    fmt::print("{}\n", Json{{"records", records.string()}, {"runs", list}}.dump(2));
+    fmt::print("{}\n", JsonText(Json{{"records", records.string()}, {"runs", list}}, 2));
     return kDone;
   }
   if (list.empty()) {
@@ -127,7 +128,7 @@ recording::RunDirectory FindRecord(const Options& options) {
 int Show(const Options& options) {
   const Json record = Describe(FindRecord(options));
   if (options.json) {
-    fmt::print("{}\n", record.dump(2));
+    fmt::print("{}\n", JsonText(record, 2));
     return kDone;
   }
   const Terminal terminal = DescribeTerminal(fileno(stdout));

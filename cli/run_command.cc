@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "base/json_text.h"
 #include "cli/commands.h"
 #include "cli/control_client.h"
 #include "cli/exit_status.h"
@@ -88,7 +89,7 @@ std::unique_ptr<LiveFeed> JoinLiveFeed(const BenchPlace& place, const LiveFeed::
 int RunDetached(const Options& options, const ControlClient& client) {
   const Json started = client.Post("/v1/runs", RunRequest(options));
   if (options.json) {
-    fmt::print("{}\n", started.dump(2));
+    fmt::print("{}\n", JsonText(started, 2));
   } else {
     PrintStart(options, started);
     fmt::print("record: {}\n", Text(started, "record"));
@@ -124,7 +125,7 @@ int Run(const Options& options) {
     Json whole = started;
     whole.update(
         {{"outcome", end.outcome}, {"message", end.message}, {"result", result}, {"trace", trace}});
-    fmt::print("{}\n", whole.dump(2));
+    fmt::print("{}\n", JsonText(whole, 2));
   } else {
     PrintEnd(started, end, result, trace, why_not);
   }

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "calibration/artefact/trace_json.h"
 #include "cli/calibration_output.h"
 #include "cli/commands.h"
@@ -24,7 +25,7 @@ namespace fs = std::filesystem;
 void Print(const TracedInputs& inputs, const Options& options) {
   const nlohmann::json trace = calibration::ToJson(inputs.traced.result);
   if (options.json) {
-    fmt::print("{}\n", trace.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    fmt::print("{}\n", JsonText(trace, 2));
   } else if (!options.quiet) {
     std::vector<double> rates_deg_s;
     for (const auto& channel : inputs.traced.result.channels)
@@ -103,7 +104,7 @@ int Report(const Options& options) {
   const std::string line = TargetLine("report", file);
   report::WriteReport(MakeReportContent(inputs, HashFiles(inputs.inputs)), file);
   if (options.json) {
-    fmt::print("{}\n", nlohmann::json{{"report", file.string()}}.dump(2));
+    fmt::print("{}\n", JsonText(nlohmann::json{{"report", file.string()}}, 2));
   } else {
     fmt::print("{}\n", line);
   }

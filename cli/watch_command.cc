@@ -9,6 +9,7 @@
 #include <cstring>
 #include <map>
 
+#include "base/json_text.h"
 #include "base/measurement.h"
 #include "cli/bench_place.h"
 #include "cli/commands.h"
@@ -49,7 +50,7 @@ class Watcher {
  private:
   void Print(const LiveMessage& message) {
     const std::string line =
-        options_.json ? LiveJson(message).dump() : LiveLine(message, terminal_);
+        options_.json ? JsonText(LiveJson(message)) : LiveLine(message, terminal_);
     std::fputs((line + "\n").c_str(), stdout);
   }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/version.h"
 #include "daemon/run_record.h"
 #include "procedures/engine/engine.h"
@@ -18,7 +19,8 @@ using nlohmann::json;
 
 HttpReply Fail(unsigned status, const char* code, const std::string& message,
                const std::string& where = "") {
-  return {status, json{{"error", {{"code", code}, {"message", message}, {"where", where}}}}.dump()};
+  return {status,
+          JsonText(json{{"error", {{"code", code}, {"message", message}, {"where", where}}}})};
 }
 
 json OrNull(double value) { return std::isfinite(value) ? json(value) : json(); }
@@ -204,30 +206,42 @@ void Stop(Context& c) {
 
 struct Route {
   unsigned status;
-  std::function<json(Context&, const json& body)> act;
+  std::function<json(Context&, const std::string& body)> act;
 };
 
-// An action that answers with the state.
-Route Action(std::function<void(Context&, const json&)> act) {
-  return {200, [act = std::move(act)](Context& c, const json& body) {
-            act(c, body);
+Route Query(json (*act)(Context&)) {
+  return {200, [act](Context& c, const std::string&) { return act(c); }};
+}
+
+Route Request(unsigned status, json (*act)(Context&, const json& body)) {
+  return {status, [act](Context& c, const std::string& body) { return act(c, ParseBody(body)); }};
+}
+
+// Answers with the state. It needs no body: what ends a motion does so whatever stands there.
+Route Action(void (*act)(Context&)) {
+  return {200, [act](Context& c, const std::string&) {
+            act(c);
             return json{{"state", Name(c.control.state())}};
           }};
 }
 
+json Answer(Context& c, const json& body) {
+  c.control.Answer(Text(body, "answer"));
+  return {{"state", Name(c.control.state())}};
+}
+
 const std::map<std::pair<std::string, std::string>, Route>& Routes() {
   static const std::map<std::pair<std::string, std::string>, Route> routes = {
-      {{"GET", "/v1/status"}, {200, [](Context& c, const json&) { return Status(c); }}},
-      {{"GET", "/v1/procedures"}, {200, [](Context& c, const json&) { return Procedures(c); }}},
-      {{"POST", "/v1/check"}, {200, Check}},
-      {{"POST", "/v1/runs"}, {201, Start}},
-      {{"POST", "/v1/pause"}, Action([](Context& c, const json&) { c.control.Pause(); })},
-      {{"POST", "/v1/resume"}, Action([](Context& c, const json&) { c.control.Resume(); })},
-      {{"POST", "/v1/abort"}, Action([](Context& c, const json&) { c.control.Abort(); })},
-      {{"POST", "/v1/stop"}, Action([](Context& c, const json&) { Stop(c); })},
-      {{"POST", "/v1/reset"}, Action([](Context& c, const json&) { c.engine.Reset(); })},
-      {{"POST", "/v1/answer"},
-       Action([](Context& c, const json& body) { c.control.Answer(Text(body, "answer")); })}};
+      {{"GET", "/v1/status"}, Query(Status)},
+      {{"GET", "/v1/procedures"}, Query(Procedures)},
+      {{"POST", "/v1/check"}, Request(200, Check)},
+      {{"POST", "/v1/runs"}, Request(201, Start)},
+      {{"POST", "/v1/answer"}, Request(200, Answer)},
+      {{"POST", "/v1/pause"}, Action([](Context& c) { c.control.Pause(); })},
+      {{"POST", "/v1/resume"}, Action([](Context& c) { c.control.Resume(); })},
+      {{"POST", "/v1/abort"}, Action([](Context& c) { c.control.Abort(); })},
+      {{"POST", "/v1/stop"}, Action(Stop)},
+      {{"POST", "/v1/reset"}, Action([](Context& c) { c.engine.Reset(); })}};
   return routes;
 }
 
@@ -243,8 +257,8 @@ HttpReply ControlApi::Handle(const HttpRequest& request) {
                 request.path);
   }
   try {
-    const json answer = route->second.act(context_, ParseBody(request.body));
-    return {route->second.status, answer.dump()};
+    const json answer = route->second.act(context_, request.body);
+    return {route->second.status, JsonText(answer)};
   } catch (const json::exception& error) {
     return Fail(400, "bad_json", error.what(), request.path);
   } catch (const StateError& error) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/version.h"
 #include "calibration/artefact/trace_json.h"
 #include "calibration/effects/effect.h"
@@ -34,7 +35,7 @@ report::Provenance ProvenanceOf(const recording::RunDirectory& directory, const 
   for (const auto& item : parameters.items()) {
     const json& value = item.value();
     provenance.notes.emplace_back("parameter " + item.key(),
-                                  value.is_string() ? value.get<std::string>() : value.dump());
+                                  value.is_string() ? value.get<std::string>() : JsonText(value));
   }
   for (const json& said : run.value(recording::kSaidKey, json::array())) {
     provenance.said.push_back({said.value("t_s", 0.0), said.value("text", "")});

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "calibration/effects/effect.h"
 #include "export/example.h"
 #include "export/formats.h"
@@ -117,7 +118,7 @@ Exported WriteJson(const calibration::Calibration& calibration, const Origin& or
       {"noise", noise},
       {"example", ExampleJson(calibration)},
       {"left_out", out.notes}};
-  out.text = file.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  out.text = JsonText(file, 2) + "\n";
   return out;
 }
 

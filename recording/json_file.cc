@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "recording/run_directory.h"
 
 namespace gyrobench::recording {
@@ -63,8 +64,7 @@ void ReplaceFile(const fs::path& temporary, const fs::path& file, std::string_vi
 
 void WriteJsonAtomically(const fs::path& file, const nlohmann::json& value) {
   // Text that is no UTF-8 (a device's name, a script) must not stop the record: it is replaced.
-  const std::string text =
-      value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  const std::string text = JsonText(value, 2) + "\n";
   fs::path temporary = file;
   temporary += fmt::format(".{}.part", getpid());
   try {

@@ -20,35 +20,6 @@ using ::testing::SizeIs;
 constexpr Utime kStart = 1'700'000'000'000'000;
 constexpr Utime kSecond = kMicrosecondsPerSecond;
 
-// Three axes, a gyro, a fan and a heater on one bus.
-config::StandConfig Stand() {
-  config::StandConfig stand;
-  config::BusConfig bus;
-  bus.name = "a";
-  stand.buses = {bus};
-  for (const char* name : {"outer", "middle", "inner"}) {
-    config::AxisConfig axis;
-    axis.name = name;
-    axis.drive.bus = axis.encoder.bus = "a";
-    axis.encoder.rate_hz = 50.0;
-    axis.encoder.idle_rate_hz = 2.0;
-    axis.min_deg = -180.0;
-    axis.max_deg = 180.0;
-    stand.axes.push_back(axis);
-  }
-  stand.gyro.bus = "a";
-  stand.gyro.rate_hz = 200.0;
-  stand.gyro.map.max_samples_per_block = 12;
-  stand.gyro.map.tick_rate_hz = 62500.0;
-  config::RelaysConfig relays;
-  relays.bus = "a";
-  relays.channels = {{"fan", 0}, {"heater", 1}};
-  relays.heater_max_degC = 50.0;
-  stand.relays = relays;
-  stand.safety.silence_s = 1.0;
-  return stand;
-}
-
 class AcquisitionTest : public testing::Test {
  protected:
   AcquisitionTest() {
@@ -67,7 +38,7 @@ class AcquisitionTest : public testing::Test {
     return devices_.drives.at(axis)->calls();
   }
 
-  const config::StandConfig stand_ = Stand();
+  const config::StandConfig stand_ = StandOfFakes();
   std::unique_ptr<VirtualClock> clock_ = MakeVirtualClock(kStart);
   std::unique_ptr<Clock::Participant> me_ = clock_->Join("test");
   FakeStand devices_{*clock_};

@@ -5,14 +5,18 @@
 #include <memory>
 #include <string>
 
+#include "config/stand_config.h"
 #include "drivers/device_maker.h"
 #include "tests/drivers/fake_devices.h"
 
 namespace gyrobench::daemon {
 
-// The sensor of an axis shows where its drive is, and `off_deg` more; the gyro rests at 25 degC.
-// While the test's thread does not wait for the clock, no bus is at work, and it may look at the
-// devices and change them.
+// Three axes, a gyro, a fan and a heater on one bus.
+config::StandConfig StandOfFakes();
+
+// The sensor of an axis shows where its drive is, and `off_deg` more; the gyro's z axis feels the
+// inner axis alone, and it has 25 degC. While the test's thread does not wait for the clock, no bus
+// is at work, and it may look at the devices and change them.
 class FakeStand final : public drivers::DeviceMaker {
  public:
   explicit FakeStand(const Clock& clock) : clock_(clock) {}

@@ -47,6 +47,12 @@ double FakeAxis::AngleDeg() const {
   return way_deg >= std::fabs(whole_deg) ? to_deg_ : from_deg_ + std::copysign(way_deg, whole_deg);
 }
 
+double FakeAxis::RateDegSAt(Utime utime) const {
+  const double since_s = ToSeconds(utime - moved_at_), whole_deg = to_deg_ - from_deg_;
+  const bool moves = since_s >= 0.0 && rate_deg_s_ * since_s < std::fabs(whole_deg);
+  return moves ? std::copysign(rate_deg_s_, whole_deg) : 0.0;
+}
+
 bool FakeAxis::Moving() const { return AngleDeg() != to_deg_; }
 
 AxisState FakeAxis::Read() {

@@ -47,6 +47,8 @@ class FakeAxis final : public Axis {
 
   // Commanded table angle now.
   double AngleDeg() const;
+  // Of the last move, where it was under way at that time.
+  double RateDegSAt(Utime utime) const;
   void SetAlarm(int alarm) { alarm_ = alarm; }  // 0 = none; the fault bit follows
   FaultScript& faults() { return faults_; }
   // Calls in their order: "open", "move 9 deg at 10 deg/s", "stop", "clear alarm". Read is not

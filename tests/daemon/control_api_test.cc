@@ -1,0 +1,164 @@
+// What is asked of the daemon, without a socket: docs/control-api.md.
+#include "daemon/control_api.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/daemon/fake_bench.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
+using ::testing::Not;
+
+constexpr const char* kTurnAMinute = "bench.turn{ axis='inner', angle_deg=90, rate_deg_s=1.5 }";
+
+// Whatever is asked, the answer is JSON.
+json BodyOf(const HttpReply& reply) {
+  json body = json::parse(reply.body, nullptr, false);
+  EXPECT_FALSE(body.is_discarded()) << reply.body;
+  return body;
+}
+
+void ExpectError(const HttpReply& reply, unsigned status, const std::string& code) {
+  EXPECT_EQ(reply.status, status) << reply.body;
+  EXPECT_EQ(BodyOf(reply)["error"]["code"], code) << reply.body;
+  EXPECT_NE(BodyOf(reply)["error"]["message"], "");
+}
+
+class ControlApiTest : public testing::Test {
+ protected:
+  std::string StateNow() { return BodyOf(bench_.Ask("GET", "/v1/status"))["state"]; }
+  void StartMinuteLongTurn() {
+    bench_.Script("turn", kTurnAMinute);
+    ASSERT_EQ(bench_.Ask("POST", "/v1/runs", R"({"procedure": "turn"})").status, 201u);
+    for (int s = 0; s < 120 && !Turns(); ++s) bench_.Wait(1.0);
+    ASSERT_TRUE(Turns());
+  }
+  bool Turns() const { return bench_.devices.drives.at("inner")->AngleDeg() > 1.0; }
+
+  FakeBench bench_;
+};
+
+TEST_F(ControlApiTest, StatusOfAnIdleBenchNamesItsDevicesAndNoRun) {
+  const HttpReply reply = bench_.Ask("GET", "/v1/status");
+  EXPECT_EQ(reply.status, 200u);
+  const json status = BodyOf(reply);
+  EXPECT_EQ(status["state"], "idle");
+  EXPECT_EQ(status["stand"], "fakes");
+  EXPECT_TRUE(status["run"].is_null());
+  EXPECT_TRUE(status["fault"].is_null());
+  std::vector<std::string> names;
+  for (const json& device : status["devices"]) {
+    names.push_back(device["name"]);
+    EXPECT_TRUE(device["ok"]) << device;
+  }
+  EXPECT_THAT(names, IsSupersetOf({"axis.inner", "encoder.outer", "gyro", "relays"}));
+  EXPECT_EQ(status["outputs"], json({{"fan", false}, {"heater", false}}));
+}
+
+TEST_F(ControlApiTest, ARunIsCheckedMadeAndToldOf) {
+  bench_.Script("there", "bench.turn{ axis='inner', angle_deg=20, rate_deg_s=10 }");
+  const json plan = BodyOf(bench_.Ask("POST", "/v1/check", R"({"procedure": "there"})"));
+  EXPECT_EQ(plan["moves"].size(), 1u);
+  EXPECT_EQ(plan["moves"][0]["to_deg"], 20.0);
+  EXPECT_THAT(bench_.CallsOf("inner"), Each(Not(HasSubstr("move"))));
+
+  const HttpReply started = bench_.Ask("POST", "/v1/runs", R"({"procedure": "there"})");
+  EXPECT_EQ(started.status, 201u);
+  EXPECT_EQ(StateNow(), "running");
+  bench_.Ended();
+  const json run = BodyOf(bench_.Ask("GET", "/v1/status"))["run"];
+  EXPECT_EQ(run["run_id"], BodyOf(started)["run_id"]);
+  EXPECT_EQ(run["outcome"], "done");
+  EXPECT_EQ(run["progress"], 1.0);
+}
+
+TEST_F(ControlApiTest, WhatIsWrongWithARequestIsSaidByItsCode) {
+  bench_.Script("far", "bench.turn{ axis='inner', angle_deg=720, rate_deg_s=10 }");
+  bench_.Script("fine", "bench.rest{ duration_s=1 }");
+  ExpectError(bench_.Ask("GET", "/v1/nothing"), 404, "no_such_request");
+  ExpectError(bench_.Ask("POST", "/v1/runs", "{"), 400, "bad_json");
+  ExpectError(bench_.Ask("POST", "/v1/runs", "[]"), 422, "refused");
+  ExpectError(bench_.Ask("POST", "/v1/runs", R"({"procedure": 3})"), 422, "refused");
+  ExpectError(bench_.Ask("POST", "/v1/runs", R"({"procedure": "none"})"), 404, "no_such_procedure");
+  ExpectError(bench_.Ask("POST", "/v1/runs", R"({"procedure": "fine", "parameters": {"x": 1}})"),
+              422, "bad_parameter");
+  ExpectError(bench_.Ask("POST", "/v1/runs", R"({"procedure": "far"})"), 422, "beyond_limit");
+  ExpectError(bench_.Ask("POST", "/v1/pause"), 409, "wrong_state");
+  ExpectError(bench_.Ask("POST", "/v1/answer", R"({"answer": "yes"})"), 409, "wrong_state");
+  EXPECT_EQ(StateNow(), "idle");
+  EXPECT_THAT(bench_.CallsOf("inner"), Each(Not(HasSubstr("move"))));
+}
+
+// It ended the daemon, and the axis went on.
+TEST_F(ControlApiTest, BytesThatAreNoTextAreAnsweredInText) {
+  bench_.Script("bad", "error('a\\xff')");
+  for (const HttpReply& reply :
+       {bench_.Ask("GET", "/v1/\xff"), bench_.Ask("\xff", "/v1/status"),
+        bench_.Ask("POST", "/v1/runs", "\xff"), bench_.Ask("POST", "/v1/runs", "{\"\xff\": 1}"),
+        bench_.Ask("POST", "/v1/runs", "{\"procedure\": \"\xff\"}"),
+        bench_.Ask("POST", "/v1/check", R"({"procedure": "bad"})")}) {
+    EXPECT_GE(reply.status, 400u);
+    EXPECT_NE(BodyOf(reply)["error"]["message"], "");
+  }
+  EXPECT_THAT(BodyOf(bench_.Ask("POST", "/v1/check", R"({"procedure": "bad"})"))["error"]["message"]
+                  .get<std::string>(),
+              HasSubstr("bad.lua:3: a\xEF\xBF\xBD"));
+}
+
+TEST_F(ControlApiTest, StopEndsMotionWhateverStandsInItsBody) {
+  for (const char* body : {"", "{}", "\xff", "[1]", "{"}) {
+    StartMinuteLongTurn();
+    const HttpReply reply = bench_.Ask("POST", "/v1/stop", body);
+    EXPECT_EQ(reply.status, 200u) << reply.body;
+    EXPECT_EQ(bench_.Ended().outcome, Outcome::kAborted);
+    EXPECT_THAT(bench_.CallsOf("inner"), Contains("stop"));
+    const double stopped_deg = bench_.devices.drives.at("inner")->AngleDeg();
+    EXPECT_LT(stopped_deg, 80.0);
+    bench_.Wait(5.0);
+    EXPECT_EQ(bench_.devices.drives.at("inner")->AngleDeg(), stopped_deg);
+    bench_.devices.drives.at("inner")->MoveBy(-stopped_deg, 100.0, 100.0);
+    bench_.Wait(2.0);
+  }
+}
+
+TEST_F(ControlApiTest, StopWithoutARunTellsEveryDrive) {
+  EXPECT_EQ(bench_.Ask("POST", "/v1/stop").status, 200u);
+  bench_.Wait(1.0);
+  for (const char* axis : {"outer", "middle", "inner"})
+    EXPECT_THAT(bench_.CallsOf(axis), Contains("stop")) << axis;
+}
+
+TEST_F(ControlApiTest, APausedRunGoesOn) {
+  bench_.Script("rests", "for i = 1, 3 do bench.rest{ duration_s=5 } end");
+  ASSERT_EQ(bench_.Ask("POST", "/v1/runs", R"({"procedure": "rests"})").status, 201u);
+  bench_.Wait(30.0);
+  EXPECT_EQ(bench_.Ask("POST", "/v1/pause").status, 200u);
+  bench_.Wait(30.0);
+  EXPECT_EQ(StateNow(), "paused");
+  EXPECT_EQ(bench_.Ask("POST", "/v1/resume").status, 200u);
+  EXPECT_EQ(bench_.Ended().outcome, Outcome::kDone);
+}
+
+TEST_F(ControlApiTest, AFaultIsShownUntilItIsReset) {
+  StartMinuteLongTurn();
+  bench_.devices.drives.at("inner")->SetAlarm(4);
+  EXPECT_EQ(bench_.Ended().outcome, Outcome::kFault);
+  const json status = BodyOf(bench_.Ask("GET", "/v1/status"));
+  EXPECT_EQ(status["state"], "fault");
+  EXPECT_THAT(status["fault"]["source"].get<std::string>(), HasSubstr("inner"));
+  ExpectError(bench_.Ask("POST", "/v1/runs", R"({"procedure": "turn"})"), 409, "wrong_state");
+  EXPECT_EQ(bench_.Ask("POST", "/v1/reset").status, 200u);
+  EXPECT_EQ(StateNow(), "idle");
+}
+
+}  // namespace
+}  // namespace gyrobench::daemon

@@ -1,0 +1,89 @@
+#include "tests/daemon/fake_bench.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <fstream>
+
+namespace gyrobench::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Utime kStart = 1'700'000'000'000'000;
+constexpr double kLongest_s = 3600.0;
+
+fs::path MakeFolder() {
+  std::string pattern = (fs::temp_directory_path() / "gyrobench-XXXXXX").string();
+  return ::mkdtemp(pattern.data());
+}
+
+config::StandConfig StandIn(const fs::path& folder) {
+  config::StandConfig stand = StandOfFakes();
+  stand.name = "fakes";
+  stand.records = folder / "records";
+  stand.procedure_dirs = {folder / "procedures"};
+  return stand;
+}
+
+}  // namespace
+
+FakeBench::FakeBench()
+    : folder(MakeFolder()), stand(StandIn(folder)), clock(MakeVirtualClock(kStart)) {
+  fs::create_directories(stand.procedure_dirs.front());
+  const auto fault = [this](const std::string& source, const std::string& message) {
+    control.Report({source, message});
+  };
+  acquisition = std::make_unique<Acquisition>(
+      stand, *clock, devices, telemetry,
+      [this, fault](const std::string& source, const std::string& message) {
+        if (control.run_is_on()) fault(source, message);
+      },
+      fault);
+  status =
+      std::make_unique<StatusPublisher>(stand, *clock, *acquisition, control, telemetry, publisher);
+  time = std::make_unique<BenchTime>(stand, nullptr, *acquisition, control, *status);
+  engine = std::make_unique<RunEngine>(
+      RunEngine::Context{stand, *clock, *acquisition, telemetry, control, *time,
+                         [this] { status->Changed(); }, fault, [] {}, [](const std::string&) {}});
+  api_ = std::make_unique<ControlApi>(
+      ControlApi::Context{stand, *clock, *time, *acquisition, *engine, control, publisher});
+  me_ = clock->Join("test");
+  acquisition->Start();
+  status->Start();
+  acquisition->AwaitFirstTry(*me_, 5 * kMicrosecondsPerSecond);
+}
+
+FakeBench::~FakeBench() {
+  EndRun();
+  acquisition->Stop();
+  std::error_code ignored;  // what is left is the test's own
+  fs::remove_all(folder, ignored);
+}
+
+void FakeBench::EndRun() {
+  me_.reset();
+  engine->Shutdown();
+}
+
+void FakeBench::Script(const std::string& name, const std::string& body) const {
+  std::ofstream file(stand.procedure_dirs.front() / (name + ".lua"));
+  file << "procedure = { summary = 'x', description = 'x', measures = {}, parameters = {} }\n"
+       << "function run(p)\n"
+       << body << "\nend\n";
+}
+
+void FakeBench::Wait(double duration_s) {
+  me_->WaitUntil(clock->Now() + static_cast<Utime>(duration_s * 1e6));
+}
+
+RunView FakeBench::Ended() {
+  for (double waited_s = 0.0; waited_s < kLongest_s; waited_s += 0.5) {
+    if (!control.run_is_on()) return engine->View().value();
+    Wait(0.5);
+  }
+  ADD_FAILURE() << "the run is still on after an hour";
+  return engine->View().value();
+}
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,59 @@
+// The daemon's parts on devices in memory and a virtual clock: all but its sockets.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/control_api.h"
+#include "daemon/status_publisher.h"
+#include "tests/daemon/fake_stand.h"
+
+namespace gyrobench::daemon {
+
+// Records and scripts are in a folder of its own that goes with it. What holds time is the test's
+// thread: bench time passes in Wait and Ended alone.
+class FakeBench {
+ public:
+  FakeBench();
+  ~FakeBench();
+  FakeBench(const FakeBench&) = delete;
+  FakeBench& operator=(const FakeBench&) = delete;
+
+  // A procedure without parameters; `body` is that of its run(p).
+  void Script(const std::string& name, const std::string& body) const;
+  HttpReply Ask(const std::string& method, const std::string& path, const std::string& body = "") {
+    return api_->Handle({method, path, body});
+  }
+  void Wait(double duration_s);
+  // Waits until the run has ended. Fails the test where it is on after an hour.
+  RunView Ended();
+  // As the daemon does at its end; time passes for the others from then on.
+  void EndRun();
+  std::vector<std::string> CallsOf(const std::string& axis) const {
+    return devices.drives.at(axis)->calls();
+  }
+
+  const std::filesystem::path folder;
+  const config::StandConfig stand;
+  const std::unique_ptr<VirtualClock> clock;
+  FakeStand devices{*clock};
+  RunControl control;
+  LcmPublisher publisher{"memq://", "TEST"};
+  std::vector<std::string> record_failures;
+  Telemetry telemetry{publisher, [this](const std::string& message) {
+                        record_failures.push_back(message);
+                        control.Report({"record", message});
+                      }};
+  std::unique_ptr<Acquisition> acquisition;
+  std::unique_ptr<StatusPublisher> status;
+  std::unique_ptr<BenchTime> time;
+  std::unique_ptr<RunEngine> engine;
+
+ private:
+  std::unique_ptr<ControlApi> api_;
+  std::unique_ptr<Clock::Participant> me_;
+};
+
+}  // namespace gyrobench::daemon
