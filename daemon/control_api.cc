@@ -217,17 +217,19 @@ Route Request(unsigned status, json (*act)(Context&, const json& body)) {
   return {status, [act](Context& c, const std::string& body) { return act(c, ParseBody(body)); }};
 }
 
+json StateOf(const Context& c) { return {{"state", Name(c.control.state())}}; }
+
 // Answers with the state. It needs no body: what ends a motion does so whatever stands there.
 Route Action(void (*act)(Context&)) {
   return {200, [act](Context& c, const std::string&) {
             act(c);
-            return json{{"state", Name(c.control.state())}};
+            return StateOf(c);
           }};
 }
 
 json Answer(Context& c, const json& body) {
   c.control.Answer(Text(body, "answer"));
-  return {{"state", Name(c.control.state())}};
+  return StateOf(c);
 }
 
 const std::map<std::pair<std::string, std::string>, Route>& Routes() {

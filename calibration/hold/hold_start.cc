@@ -8,6 +8,8 @@
 #include <numbers>
 #include <span>
 
+#include "base/median.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -123,12 +125,9 @@ std::optional<Matrix3d> RoughMatrix(const HeldChain& chain, const AccelParameter
   return a;
 }
 
-double Median(std::vector<double> values) {
+double MedianOfKnown(std::vector<double> values) {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
-  if (values.empty()) return kMissing;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return Median(std::move(values));
 }
 
 // Sum of squares about a straight line, in all three axes, of evenly spaced values.
@@ -222,7 +221,7 @@ std::optional<HoldState> StartState(const HeldChain& chain, const Vector3d& offs
   std::optional<HoldState> best;
   double least = std::numeric_limits<double>::infinity();
   for (HoldState& start : starts) {
-    const double miss = Median(TurnMisses(chain, start));
+    const double miss = MedianOfKnown(TurnMisses(chain, start));
     if (!(miss < least)) continue;
     least = miss;
     best = std::move(start);
@@ -247,7 +246,7 @@ RestNoise NoiseWithinRests(const HeldChain& chain, const HoldState& state) {
   RestNoise out;
   if (degrees == 0) return out;
   out.accel_density = std::sqrt(accel / degrees);
-  out.median_angle_random_walk = Median(walks);
+  out.median_angle_random_walk = MedianOfKnown(walks);
   std::sort(walks.begin(), walks.end());
   out.angle_random_walk = walks[walks.size() / 5];
   return out;

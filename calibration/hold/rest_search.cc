@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "base/median.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -21,13 +23,6 @@ constexpr double kEdge = 3.0;
 constexpr double kShaken = 5.0;
 // Largest turn within a rest, as a share of what a turn makes in one second.
 constexpr double kWidestTurn = 0.03;
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return kMissing;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double Quantile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());

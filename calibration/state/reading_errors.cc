@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/median.h"
 #include "calibration/state/trail_parts.h"
 
 namespace gyrobench::calibration {
@@ -15,9 +16,7 @@ constexpr double kDither = 0.5;
 double MedianScatter(const std::vector<Rest>& rests) {
   std::vector<double> scatter;
   for (const Rest& rest : rests) scatter.push_back(rest.scatter_deg);
-  const auto middle = scatter.begin() + static_cast<std::ptrdiff_t>(scatter.size() / 2);
-  std::nth_element(scatter.begin(), middle, scatter.end());
-  return *middle;
+  return Median(std::move(scatter));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/median.h"
 #include "calibration/state/trail_parts.h"
 
 namespace gyrobench::calibration {
@@ -122,13 +123,12 @@ class RateMaker {
         for (std::size_t a = 0; a < 3; ++a)
           turns[a] = Turns(k, a) ||
                      ((Turns(k + 1, a) || a == next[k]) && !(std::fabs(felt[a]) < noise_deg));
+        for (std::size_t a = 0; a < 3; ++a) sum[a] -= turns[a] ? felt[a] : 0.0;
         auto about = [&](const Vector3& z, double since_s) {
           Vector3 turned = AboutAxes(info, Turned(k, z, since_s), k);
           for (std::size_t a = 0; a < 3; ++a) turned[a] = turns[a] ? turned[a] : 0.0;
           return turned;
         };
-        const Vector3 turned = about(back, -2.0 * half_s);
-        for (std::size_t a = 0; a < 3; ++a) sum[a] -= turned[a];
         if (HasMiddle(k - 1))
           point.table_way_deg[0] = about(Minus(nodes_[k].z_half, nodes_[k].at.z), -Before(k - 1));
         for (std::size_t n = 0; n < 2; ++n) {
@@ -194,18 +194,14 @@ class RateMaker {
   double WalkAtRest() const {
     constexpr double kMedianOfNormal = 0.6745;
     double largest = 0.0;
-    std::vector<double> walks;
     for (std::size_t c = 0; c < 3; ++c) {
-      walks.clear();
+      std::vector<double> walks;
       for (std::size_t i = 0; i < trail_.still.size(); ++i) {
         if (!trail_.still[i] || !Shapes(i, c)) continue;
         const Vector3 turned = Turned(i, Minus(nodes_[i + 1].at.z, nodes_[i].at.z), Length(i));
         if (std::isfinite(turned[c])) walks.push_back(std::fabs(turned[c]) / std::sqrt(Length(i)));
       }
-      if (walks.empty()) continue;
-      const auto middle = walks.begin() + static_cast<std::ptrdiff_t>(walks.size() / 2);
-      std::nth_element(walks.begin(), middle, walks.end());
-      largest = std::max(largest, *middle / kMedianOfNormal);
+      if (!walks.empty()) largest = std::max(largest, Median(std::move(walks)) / kMedianOfNormal);
     }
     return largest;
   }

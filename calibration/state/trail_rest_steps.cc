@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/median.h"
 #include "calibration/state/trail_parts.h"
 
 namespace gyrobench::calibration {
@@ -94,9 +95,7 @@ double ScatterAtRest(const std::vector<Node>& nodes, const std::vector<NodeRange
     }
   }
   if (changes.size() < kLeastChanges) return kMissing;
-  const auto middle = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 2);
-  std::nth_element(changes.begin(), middle, changes.end());
-  return *middle / 0.954;
+  return Median(std::move(changes)) / 0.954;
 }
 
 // The place that leaves the least square.

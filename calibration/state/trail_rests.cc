@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/median.h"
 #include "calibration/state/trail_parts.h"
 
 namespace gyrobench::calibration {
@@ -45,18 +46,14 @@ class RestTrimmer {
   // that turn do not move (0.954: of the size of a normal difference of two).
   Vector3 Scatter() const {
     Vector3 sigma = {};
-    std::vector<double> differences;
     for (std::size_t c = 0; c < 3; ++c) {
       if (!recording_.info.gyro_present[c]) continue;
-      differences.clear();
+      std::vector<double> differences;
       for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
         if (Within(i) && Within(i + 1))
           differences.push_back(std::fabs(Rate(i + 1, c) - Rate(i, c)));
       }
-      if (differences.empty()) continue;
-      const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-      std::nth_element(differences.begin(), middle, differences.end());
-      sigma[c] = *middle / 0.954;
+      if (!differences.empty()) sigma[c] = Median(std::move(differences)) / 0.954;
     }
     return sigma;
   }

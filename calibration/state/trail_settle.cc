@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/median.h"
 #include "calibration/state/trail_parts.h"
 
 namespace gyrobench::calibration {
@@ -49,13 +50,10 @@ void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, double error_
   constexpr double kLeast_deg = 1e-4, kLeastScatter_deg = 0.0025;
   std::vector<double> off;
   for (std::size_t k = *begin; k < *end; ++k) off.push_back(Angle(nodes[k], axis));
-  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
-  std::nth_element(off.begin(), middle, off.end());
-  const double median = *middle;
+  const double median = Median(off);
   for (double& value : off) value = std::fabs(value - median);
-  std::nth_element(off.begin(), middle, off.end());
   // Half of normal values are within 0.674 standard deviations.
-  const double limit = kSigmas * std::max(*middle / 0.674, kLeast_deg);
+  const double limit = kSigmas * std::max(Median(std::move(off)) / 0.674, kLeast_deg);
   auto away = [&](std::size_t k) { return std::fabs(Angle(nodes[k], axis) - median); };
   while (*end > *begin + 1 && away(*end - 1) > limit) --*end;
   while (*end > *begin + 1 && away(*begin) > limit) ++*begin;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/median.h"
 #include "calibration/state/trail_parts.h"
 
 namespace gyrobench::calibration {
@@ -39,13 +40,11 @@ void MarkBad(const Recording& recording, Trail* trail) {
 
 // Of rates in the order of time: those that leave the others by more than a drift does.
 std::vector<bool> WhereTurning(const std::vector<double>& rates) {
-  std::vector<double> sorted = rates;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double usual = Median(rates);
   // From where it is as usual, both ways.
   std::size_t anchor = 0;
   for (std::size_t k = 0; k < rates.size(); ++k) {
-    if (std::fabs(rates[k] - *middle) < std::fabs(rates[anchor] - *middle)) anchor = k;
+    if (std::fabs(rates[k] - usual) < std::fabs(rates[anchor] - usual)) anchor = k;
   }
   std::vector<bool> out(rates.size(), false);
   double drift = rates[anchor];

@@ -8,6 +8,7 @@
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
+#include "base/median.h"
 #include "calibration/effects/basis.h"
 #include "calibration/gls/likelihood.h"
 #include "calibration/gls/scaled_ldlt.h"
@@ -160,10 +161,7 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   if (problem.rows() < 64) return peak;
   std::vector<double> lengths;
   for (const Interval& interval : problem.intervals()) lengths.push_back(interval.duration_s);
-  std::nth_element(lengths.begin(),
-                   lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2),
-                   lengths.end());
-  const double step_s = lengths[lengths.size() / 2];
+  const double step_s = Median(std::move(lengths));
   const std::vector<Eigen::Index>& begins = problem.power_on_begins();
   // Where power-ons differ in their beginning a tone's phase is another: the longest one speaks.
   std::size_t longest = 0;

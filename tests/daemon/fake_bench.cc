@@ -77,6 +77,21 @@ void FakeBench::Wait(double duration_s) {
   me_->WaitUntil(clock->Now() + static_cast<Utime>(duration_s * 1e6));
 }
 
+bool FakeBench::WaitFor(const std::function<bool()>& so) {
+  for (int s = 0; s < 120 && !so(); ++s) Wait(1.0);
+  return so();
+}
+
+bool FakeBench::InnerTurns() {
+  return WaitFor([&] { return devices.drives.at("inner")->AngleDeg() > 1.0; });
+}
+
+std::vector<std::vector<std::string>> FakeBench::CallsOfAll() const {
+  std::vector<std::vector<std::string>> out;
+  for (const config::AxisConfig& axis : stand.axes) out.push_back(CallsOf(axis.name));
+  return out;
+}
+
 RunView FakeBench::Ended() {
   for (double waited_s = 0.0; waited_s < kLongest_s; waited_s += 0.5) {
     if (!control.run_is_on()) return engine->View().value();

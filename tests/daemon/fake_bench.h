@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,9 +32,15 @@ class FakeBench {
   RunView Ended();
   // As the daemon does at its end; time passes for the others from then on.
   void EndRun();
+  // Waits until it is so, in steps of a second. False where it is not after two minutes.
+  bool WaitFor(const std::function<bool()>& so);
+  // The procedure has moved the inner axis. Waits for it.
+  bool InnerTurns();
   std::vector<std::string> CallsOf(const std::string& axis) const {
     return devices.drives.at(axis)->calls();
   }
+  // Of all drives, in the stand's order.
+  std::vector<std::vector<std::string>> CallsOfAll() const;
 
   const std::filesystem::path folder;
   const config::StandConfig stand;

@@ -33,13 +33,10 @@ class RunEngineTest : public testing::Test {
   void StartTurn() {
     bench_.Script("turn", kTurn);
     bench_.engine->Start("turn", {});
-    for (int s = 0; s < 120 && !Turns(); ++s) bench_.Wait(1.0);
-    ASSERT_TRUE(Turns());
+    ASSERT_TRUE(bench_.InnerTurns());
   }
-  bool Turns() const { return bench_.devices.drives.at("inner")->AngleDeg() > 1.0; }
   void ExpectNoMotionEver() const {
-    for (const char* axis : {"outer", "middle", "inner"})
-      EXPECT_THAT(bench_.CallsOf(axis), Each(Not(HasSubstr("move")))) << axis;
+    EXPECT_THAT(bench_.CallsOfAll(), Each(Each(Not(HasSubstr("move")))));
   }
 
   FakeBench bench_;
@@ -63,15 +60,13 @@ TEST_F(RunEngineTest, AnAbortedRunStopsEveryDriveAndLeavesNothingOn) {
   bench_.Script("heats", "bench.switch{ output='heater', on=true } bench.rest{ duration_s=600 }");
   bench_.engine->Start("heats", {});
   const auto heats = [&] { return bench_.acquisition->outputs()->States().at("heater") == true; };
-  for (int s = 0; s < 120 && !heats(); ++s) bench_.Wait(1.0);
-  ASSERT_TRUE(heats());
+  ASSERT_TRUE(bench_.WaitFor(heats));
   bench_.control.Abort();
   const RunView run = bench_.Ended();
   EXPECT_EQ(run.outcome, Outcome::kAborted);
   EXPECT_THAT(RunFileOf(run)["message"].get<std::string>(), HasSubstr("operator"));
   EXPECT_FALSE(heats());
-  for (const char* axis : {"outer", "middle", "inner"})
-    EXPECT_THAT(bench_.CallsOf(axis), Contains("stop")) << axis;
+  EXPECT_THAT(bench_.CallsOfAll(), Each(Contains("stop")));
 }
 
 TEST_F(RunEngineTest, ADeviceThatFallsSilentIsAFault) {
