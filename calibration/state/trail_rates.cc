@@ -44,7 +44,9 @@ std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& 
 class RateMaker {
  public:
   RateMaker(const std::vector<Node>& nodes, const Vector3& units, Trail* trail)
-      : nodes_(nodes), units_(units), trail_(*trail), at_rest_(RatesAtRest(nodes, units, *trail)) {}
+      : nodes_(nodes), units_(units), trail_(*trail), at_rest_(RatesAtRest(nodes, units, *trail)) {
+    for (std::size_t c = 0; c < 3; ++c) walk_deg_sqrt_s_[c] = WalkAtRest(c);
+  }
 
   void Halves() {
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
@@ -107,7 +109,8 @@ class RateMaker {
   // Turns of the table's axes, summed up, and the way there.
   void TableByGyro(const MeasurementInfo& info) {
     const std::vector<std::size_t> next = NextToTurn();
-    const double walk_deg_sqrt_s = WalkAtRest();
+    const double walk_deg_sqrt_s =
+        *std::max_element(walk_deg_sqrt_s_.begin(), walk_deg_sqrt_s_.end());
     Vector3 sum = {};
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       TrackPoint& point = trail_.nodes[k];
@@ -190,20 +193,16 @@ class RateMaker {
     return std::isfinite(angle_deg) ? angle_deg : trail_.nodes[k].table_deg[axis];
   }
 
-  // Angle random walk of the noisiest channel at rest [deg/sqrt(s)]; 0 where none ever rests.
-  double WalkAtRest() const {
+  // Angle random walk of the channel at rest [deg/sqrt(s)]; 0 where it never rests.
+  double WalkAtRest(std::size_t c) const {
     constexpr double kMedianOfNormal = 0.6745;
-    double largest = 0.0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      std::vector<double> walks;
-      for (std::size_t i = 0; i < trail_.still.size(); ++i) {
-        if (!trail_.still[i] || !Shapes(i, c)) continue;
-        const Vector3 turned = Turned(i, Minus(nodes_[i + 1].at.z, nodes_[i].at.z), Length(i));
-        if (std::isfinite(turned[c])) walks.push_back(std::fabs(turned[c]) / std::sqrt(Length(i)));
-      }
-      if (!walks.empty()) largest = std::max(largest, Median(std::move(walks)) / kMedianOfNormal);
+    std::vector<double> walks;
+    for (std::size_t i = 0; i < trail_.still.size(); ++i) {
+      if (!trail_.still[i] || !Shapes(i, c)) continue;
+      const Vector3 turned = Turned(i, Minus(nodes_[i + 1].at.z, nodes_[i].at.z), Length(i));
+      if (std::isfinite(turned[c])) walks.push_back(std::fabs(turned[c]) / std::sqrt(Length(i)));
     }
-    return largest;
+    return walks.empty() ? 0.0 : Median(std::move(walks)) / kMedianOfNormal;
   }
 
   // Of each node: the axis that turns there or, before the next rest, after it.
@@ -290,6 +289,23 @@ class RateMaker {
                                   std::max(kLeastMotion_deg_s, RateNoise(i)) * Length(i);
   }
 
+  // Mean output about node k where it does not change by more than its own noise [deg/s]; NaN
+  // elsewhere. The noise of the few samples about a node is in the output as well: a regressor that
+  // has it makes the residual larger or smaller than the motion alone would.
+  double SteadyOutput(std::size_t k, std::size_t c) const {
+    if (k < kReach || k + kReach >= nodes_.size()) return kMissing;
+    auto output = [&](std::size_t from, std::size_t to) {
+      return (nodes_[to].at.z[c] - nodes_[from].at.z[c]) / units_[c] /
+             (nodes_[to].at.t_s - nodes_[from].at.t_s);
+    };
+    const double mean = output(k - kReach, k + kReach);
+    for (std::size_t j = k - kReach; j < k + kReach; ++j) {
+      const double noise = kNoiseSigmas * walk_deg_sqrt_s_[c] / std::sqrt(Length(j));
+      if (trail_.still[j] || !(std::fabs(output(j, j + 1) - mean) < noise)) return kMissing;
+    }
+    return mean;
+  }
+
   // The gyro's shape within 40 ms, less its rate at rest; where it never rests, with the mean over
   // both neighbours as the reference has it.
   void Node(std::size_t k, std::size_t c) {
@@ -307,9 +323,12 @@ class RateMaker {
     const double mean = turned / time_s;
     double offset = -at_rest_[k][c];
     if (!std::isfinite(offset)) offset = mean - seen / units_[c] / time_s;
+    const double steady = SteadyOutput(k, c);
     Near& near = trail_.near[k];
     for (std::size_t n = 0; n < kNear_s.size(); ++n) {
-      const double by_gyro = nodes_[k].z_near[n][c] / units_[c] + offset * kNear_s[n];
+      const double shown =
+          std::isfinite(steady) ? steady * kNear_s[n] : nodes_[k].z_near[n][c] / units_[c];
+      const double by_gyro = shown + offset * kNear_s[n];
       near[n][c] = quiet || !shapes ? mean * kNear_s[n] : by_gyro;
     }
     point.turned_near_deg = &near;
@@ -322,6 +341,7 @@ class RateMaker {
   const Vector3& units_;
   Trail& trail_;
   const std::vector<Vector3> at_rest_;
+  Vector3 walk_deg_sqrt_s_ = {};
 };
 
 }  // namespace

@@ -64,7 +64,6 @@ TEST(ReferenceTrack, AMotionThatBeginsBetweenTwoReadingsIsInNoNodeTooLate) {
   }
 }
 
-// A recording that begins with a motion, the turning axis read once and then not for a while.
 // Where the swinging axis reverses it is slower for a moment than the noise of one at rest seems to
 // be: the reading of that one must not say when the node is, with the other carried on at its last
 // rate. It was off by 10 mdeg, and found as a step of the angle.
@@ -100,6 +99,7 @@ TEST(ReferenceTrack, AnAxisAtRestIsInNoNodeWhileAnotherReverses) {
   EXPECT_GT(led, 8000);
 }
 
+// A recording that begins with a motion, the turning axis read once and then not for a while.
 TEST(ReferenceTrack, AnAxisThatWasReadOnceIsNotTakenForOneAtRest) {
   constexpr double kBegin_s = 0.02, kSilentUntil_s = 0.18, kStep_s = 1e-4;
   Collector collector;
