@@ -58,8 +58,9 @@ void BusWorker::RunTasks() {
 }
 
 void BusWorker::Loop() {
-  while (!stopping_) {
+  for (;;) {
     RunTasks();
+    if (stopping_) break;
     const auto next =
         std::min_element(polls_.begin(), polls_.end(),
                          [](const Scheduled& a, const Scheduled& b) { return a.due < b.due; });
@@ -70,7 +71,7 @@ void BusWorker::Loop() {
     }
     next->due = next->poll();
   }
-  RunTasks();
+  RunTasks();  // what was posted just before
 }
 
 }  // namespace gyrobench::daemon

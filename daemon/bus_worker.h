@@ -35,8 +35,14 @@ class BusWorker {
   using Poll = std::function<Utime()>;
   void AddPoll(Poll poll);
   void Start();
-  // Ends the thread after what it is doing. Idempotent.
+  // Ends the thread after what it is doing. Idempotent. Waits for it in real time: where the
+  // caller holds virtual time, Finish comes before.
   void Stop();
+  // Waits, as `caller`, until all that was posted is done and the thread needs no more time; what
+  // is posted later is never done.
+  void Finish(Clock::Participant& caller) {
+    Call(caller, [this] { stopping_ = true; });
+  }
 
   // From now on nothing is polled until Resume; tasks are still done. Waits, as `caller`, for the
   // end of what the bus's thread is doing.

@@ -29,7 +29,7 @@ void SegmentAnalysis::Finish(Clock::Participant& caller) {
     const std::lock_guard lock(mutex_);
     next_ = nullptr;
   }
-  worker_.Call(caller, [] {});
+  worker_.Finish(caller);
 }
 
 void SegmentAnalysis::Work() {

@@ -16,13 +16,14 @@ namespace gyrobench::daemon {
 class SegmentAnalysis {
  public:
   SegmentAnalysis(Clock& clock, Telemetry& telemetry);
-  // Ends after what it is at; from a thread that takes no part in the clock any more.
+  // Ends after what it is at, which takes no time once it was finished; else from a thread that
+  // takes no part in the clock any more.
   ~SegmentAnalysis();
 
   // Of all until now, to be sent with this time. Does not wait; where the last is still at work,
   // the newest alone comes after it.
   void Begin(Utime utime);
-  // Nothing is begun any more: waits, as `caller`, for the end of what is at work.
+  // Nothing is begun or asked any more: waits, as `caller`, for the end of what is at work.
   void Finish(Clock::Participant& caller);
   // The newest that was begun. Waits for it, as `caller`.
   calibration::AnalysisResult Newest(Clock::Participant& caller);

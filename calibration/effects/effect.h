@@ -85,7 +85,7 @@ enum Needs : unsigned {
 struct DataRange {
   double max_rate_deg_s = 0.0;
   double temperature_degC = 0.0;   // from the lowest to the highest
-  std::vector<bool> turns_in_run;  // about the channel's axis; in the order given
+  std::vector<bool> turns_in_run;  // about the channel's axis; by its place
 };
 
 struct Effect {

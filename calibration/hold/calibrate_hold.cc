@@ -9,8 +9,10 @@
 #include <numbers>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "calibration/hold/hold_findings.h"
 #include "calibration/hold/hold_observability.h"
+#include "calibration/hold/hold_plausibility.h"
 #include "calibration/hold/hold_report.h"
 
 namespace gyrobench::calibration {
@@ -111,6 +113,8 @@ class Calibrator {
           MedianMiss_deg(fit_.state)));
       return Finish();
     }
+    out_.missing = ImplausibleHold(fit_.state, out_.sensitivity_given);
+    if (!out_.missing.empty()) return Finish();
     rest_noise_ = NoiseWithinRests(chain_, fit_.state);
     Judge();
     return Finish();
@@ -196,9 +200,7 @@ class Calibrator {
   double MedianMiss_deg(const HoldState& state) const {
     std::vector<double> misses = TurnMisses(chain_, state);
     std::erase_if(misses, [](double miss) { return !std::isfinite(miss); });
-    if (misses.empty()) return kMissing;
-    std::sort(misses.begin(), misses.end());
-    return misses[misses.size() / 2] / kRad;
+    return Median(std::move(misses)) / kRad;
   }
   bool IsHopeless() const { return !(MedianMiss_deg(fit_.state) < kHopeless_deg); }
 
@@ -286,11 +288,7 @@ class Calibrator {
                        ? "Nothing beyond matrix, offset and the accelerometer's calibration."
                        : fmt::format("{}.", fmt::join(says, ". "));
     if (!says.empty() && out_.summary[0] >= 'a') out_.summary[0] -= 'a' - 'A';
-    for (ChannelCalibration& channel : out_.channels) {
-      channel.verdict = out_.verdict;
-      channel.heldout_angle_rms_deg.before = out_.angle_rms_nominal_deg;
-      channel.heldout_angle_rms_deg.after = out_.angle_rms_deg;
-    }
+    for (ChannelCalibration& channel : out_.channels) channel.verdict = out_.verdict;
     out_.remarks.emplace_back(
         "the matrix is in the accelerometer's own frame, the one nearest to its three axes; how "
         "the two are mounted in a housing is not known here");

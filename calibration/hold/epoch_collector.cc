@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/unsigned_counts.h"
 
@@ -24,6 +25,24 @@ void MarkUnusable(const std::vector<BadStretch>& bad, std::vector<Epoch>* epochs
     auto epoch = std::lower_bound(epochs->begin(), epochs->end(), stretch.begin_s,
                                   [](const Epoch& e, double t_s) { return e.end_s <= t_s; });
     for (; epoch != epochs->end() && Overlaps(stretch, *epoch); ++epoch) epoch->usable = false;
+  }
+}
+
+// An accelerometer slower than the epochs: within kLongestBridge_s its value goes straight on from
+// one epoch that has one to the next.
+void BridgeAccelerometer(std::vector<Epoch>* epochs) {
+  constexpr double kLongestBridge_s = 0.25;
+  std::size_t last = epochs->size();
+  for (std::size_t i = 0; i < epochs->size(); ++i) {
+    const Epoch& to = (*epochs)[i];
+    if (!to.accel_g.allFinite()) continue;
+    const std::size_t first = std::exchange(last, i);
+    if (first + 1 >= i || to.begin_s - (*epochs)[first].end_s > kLongestBridge_s) continue;
+    const Epoch& from = (*epochs)[first];
+    for (std::size_t k = first + 1; k < i; ++k) {
+      const double part = ((*epochs)[k].end_s - from.end_s) / (to.end_s - from.end_s);
+      (*epochs)[k].accel_g = (1.0 - part) * from.accel_g + part * to.accel_g;
+    }
   }
 }
 
@@ -128,6 +147,7 @@ HoldRecording EpochCollector::Take() const {
   out.epochs = std::move(rest.epochs_);
   out.bad = rest.gyro_.bad();
   MarkUnusable(out.bad, &out.epochs);
+  BridgeAccelerometer(&out.epochs);
   out.samples = rest.gyro_.samples();
   out.valid_samples = rest.gyro_.valid_samples();
   out.accel_samples = rest.accel_samples_;

@@ -17,6 +17,7 @@ double BesideGyro::Mean::Take() {
 }
 
 void BesideGyro::Scatter::Add(const Vector3& value) {
+  if (!std::isfinite(value[0] + value[1] + value[2])) return;
   if (n == 0) origin = value;
   ++n;
   for (std::size_t c = 0; c < 3; ++c) {

@@ -19,7 +19,7 @@ struct TrackPoint {
   double since_power_on_s = 0.0;  // t_s, which counts from it where power_on is given
   bool restart = false;           // first point of a power-on: memories of effects begin anew
   bool begins = false;            // first point of a measurement
-  std::size_t run = 0;            // there: its number, as the measurements were given, from 1
+  std::size_t run = 0;            // there: its place among the runs, from 1 (run_order.h)
   bool still = false;             // the reference stood still
   // True rate of the sensor, frame S, Earth's rotation included where it is known [deg/s].
   Vector3 rate_deg_s = {};

@@ -57,15 +57,30 @@ std::vector<double> SinceEpochs(const std::vector<Node>& nodes, const std::vecto
   return value;
 }
 
+// What is missing is as before, or as after where nothing was before.
+void Hold(std::vector<double>* value) {
+  for (std::size_t k = 1; k < value->size(); ++k) {
+    if (!std::isfinite((*value)[k])) (*value)[k] = (*value)[k - 1];
+  }
+  for (std::size_t k = value->size(); k-- > 1;) {
+    if (!std::isfinite((*value)[k - 1])) (*value)[k - 1] = (*value)[k];
+  }
+}
+
+// Where it is told for less than half of the time it is taken as unknown; what is missing beside is
+// held, as vibration does not change from one epoch to the next.
 void FillVibration(const std::vector<Node>& nodes, Trail* trail) {
-  trail->vibration_known = true;
   std::vector<double> value;
   for (const Node& node : nodes) value.push_back(node.vibration_g2);
+  const auto known =
+      std::count_if(value.begin(), value.end(), [](double one) { return std::isfinite(one); });
+  trail->vibration_known =
+      static_cast<double>(known) >= kLeastKnownShare * static_cast<double>(value.size() - 1);
+  Hold(&value);
   value = SinceEpochs(nodes, trail->epochs, std::move(value));
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     trail->nodes[k].vibration_g2 = value[k];
     if (k == 0) continue;
-    if (!std::isfinite(value[k])) trail->vibration_known = false;
     for (std::size_t h = 0; h < 2; ++h) trail->halves[2 * (k - 1) + h].vibration_g2 = value[k];
   }
 }

@@ -92,13 +92,14 @@ void CompareWithAccelerometer(const std::vector<Node>& nodes, Trail* trail) {
     if (!Finite(a) || std::hypot(a[0], a[1], a[2]) < 0.5) continue;
     const Vector3 direction = Normalised(a);
     const Vector3& g = trail->nodes[k].gravity_g;
+    if (!Finite(g)) continue;  // before the first reading of all axes
     product += direction[0] * g[0] + direction[1] * g[1] + direction[2] * g[2];
     count += 1.0;
   }
   if (count < 10.0) return;
   const double off_deg =
       std::acos(std::clamp(product / count, -1.0, 1.0)) * 180.0 / std::numbers::pi;
-  if (off_deg < kAccelDisagrees_deg) return;
+  if (!(off_deg >= kAccelDisagrees_deg)) return;
   trail->remarks.push_back(fmt::format(
       "the accelerometer points {:.0f} deg away from the gravity that the reference says: check "
       "how the sensor is mounted (on a stand: mount_x_deg and its like); effects of gravity are "

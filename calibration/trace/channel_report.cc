@@ -17,6 +17,7 @@
 #include "calibration/trace/earth_doubt.h"
 #include "calibration/trace/hold_out.h"
 #include "calibration/trace/make_row.h"
+#include "calibration/trace/model_of_channel.h"
 #include "calibration/trace/part_trial.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/remaining.h"
@@ -103,44 +104,6 @@ std::vector<ModelParameter> EffectParameters(const Candidate& member, const Chan
     }
   }
   return out;
-}
-
-// A composed effect of several products is as many terms.
-std::vector<ModelTerm> TermsOf(const Candidate& member, const ChannelFit& fit, std::size_t index,
-                               const std::vector<std::string>& covariates) {
-  const std::vector<Eigen::Index> columns = fit.ColumnsOf(index);
-  ModelTerm term;
-  term.reference_degC = member.context.reference_degC;
-  term.id = member.id;
-  if (member.empirical()) {
-    term.origin = EffectOrigin::kEmpirical;
-    term.factors = member.factors;
-    term.knots = member.knots;
-    term.coefficients = {0.0, fit.linear(columns[0])};
-    return {term};
-  }
-  if (member.effect == nullptr) {
-    std::vector<ModelTerm> terms;
-    term.origin = EffectOrigin::kComposed;
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-      term.factors = {member.factors[2 * k], member.factors[2 * k + 1]};
-      term.offsets = {member.offsets[2 * k], member.offsets[2 * k + 1]};
-      term.coefficients = {fit.linear(columns[k])};
-      terms.push_back(term);
-    }
-    return terms;
-  }
-  for (std::size_t k = 0; k < columns.size(); ++k)
-    term.coefficients.push_back(fit.values(fit.member_begin[index] + static_cast<Eigen::Index>(k)));
-  term.id = member.effect->id;
-  term.owner = member.effect->owner;
-  term.nonlinear = member.context.nonlinear;
-  term.table_axis = member.context.table_axis;
-  if ((member.effect->needs & kNeedsCovariate) != 0) {
-    term.covariate = covariates[member.context.covariate];
-    term.covariate_mean = member.context.covariate_mean;
-  }
-  return {term};
 }
 
 bool HasMember(const Selection& selection, const Effect& effect) {
@@ -256,7 +219,8 @@ class ChannelTracer {
     for (const TracedEffect& effect : trace_.effects) named.insert(effect.id);
     trace_.unidentifiable = Unidentifiables(problem_, selection, named, request_.earth_rate_known);
     trace_.remaining = WhatRemains(problem_, fit, request_.covariates);
-    FillModel(selection, fit);
+    effect_of_term_ = FillModel({problem_, baseline_, selection, fit, request_.covariates},
+                                trace_.baseline.parameters, &model_);
     row_ = MakeChannelRow(problem_, baseline_, selection, fit, grow);
     row_.unit = model_.unit;
     row_.units_per_deg_s = model_.units_per_deg_s;
@@ -286,6 +250,9 @@ class ChannelTracer {
                                      k == 1 ? "deg/s/degC" : fmt::format("deg/s/degC^{}", k),
                                      grow));
     }
+    // c of c dw/dt: how the shape of the filter whose delay is declared differs from a pure delay.
+    for (int k = 0; k < baseline_.filter_shapes; ++k)
+      parameters.push_back(Parameter(fit, j++, "filter_shape", "s^2", grow));
     if (baseline_.temperature_order > 0) trace_.baseline.reference_degC = baseline_.reference_degC;
     const WhiteStore::Fit alone = selection.store().FitTo(selection.baseline_columns());
     trace_.baseline.whitened_rms =
@@ -335,7 +302,7 @@ class ChannelTracer {
   }
 
   void FillEffect(const Selection& selection, const ChannelFit& fit, std::size_t i, double grow) {
-    const Candidate& member = selection.members()[i];
+    const Candidate member = AsGiven(problem_, selection.members()[i]);
     TracedEffect effect;
     effect.id = member.id;
     effect.equation = EquationOf(member);
@@ -407,52 +374,6 @@ class ChannelTracer {
         " Chosen on all data only, as the two thirds that the choice is tried with do not ask for "
         "it: {}.",
         fmt::join(names, ", "));
-  }
-
-  void FillModel(const Selection& selection, const ChannelFit& fit) {
-    Eigen::Index j = 0;
-    for (const std::size_t axis : baseline_.turned) {
-      model_.m_row_std_error[axis] = StdError(fit, j);
-      model_.m_row[axis] = fit.values(j++);
-    }
-    // Without motion the scale factor is taken as nominal.
-    if (baseline_.turned.empty()) model_.m_row[request_.channel] = 1.0;
-    model_.reference_degC = baseline_.reference_degC;
-    // Of several power-ons the mean of their offsets.
-    double sum = 0.0;
-    for (std::size_t run = 0; run < baseline_.constants; ++run) sum += fit.values(j++);
-    model_.bias_deg_s.push_back(sum / static_cast<double>(baseline_.constants));
-    for (int k = 0; k < baseline_.temperature_order; ++k)
-      model_.bias_deg_s.push_back(fit.values(j++));
-    for (std::size_t i = 0; i < selection.members().size(); ++i) {
-      for (ModelTerm& term : TermsOf(selection.members()[i], fit, i, request_.covariates)) {
-        model_.terms.push_back(std::move(term));
-        effect_of_term_.push_back(i);
-      }
-    }
-    for (const ModelParameter& parameter : trace_.baseline.parameters)
-      model_.parameter_names.push_back(parameter.name);
-    for (const Candidate& member : selection.members()) AppendNames(member);
-    model_.parameter_names.resize(static_cast<std::size_t>(fit.values.size()));
-    model_.covariance.assign(fit.covariance.data(), fit.covariance.data() + fit.covariance.size());
-    model_.min_temperature_degC = problem_.min_temperature_degC();
-    model_.max_temperature_degC = problem_.max_temperature_degC();
-    model_.max_rate_deg_s = problem_.max_rate_deg_s();
-  }
-
-  void AppendNames(const Candidate& member) {
-    if (member.effect == nullptr) {
-      for (std::size_t k = 0; k < member.columns.size(); ++k)
-        model_.parameter_names.push_back(fmt::format("{}.{}", member.id, k));
-      if (member.searched()) model_.parameter_names.push_back(member.id + ".T0");
-      return;
-    }
-    for (const EffectTerm& term : member.effect->terms)
-      model_.parameter_names.push_back(member.id + "." + term.name + member.suffix);
-    for (const NonlinearParameter& parameter : member.effect->nonlinear) {
-      if (member.searched())
-        model_.parameter_names.push_back(member.id + "." + parameter.name + member.suffix);
-    }
   }
 
   const ChannelRequest& request_;

@@ -201,11 +201,9 @@ double ChannelProblem::gear_ratio() const {
 }
 
 std::vector<bool> ChannelProblem::turns_in_run() const {
-  std::vector<double> path_deg;
+  std::vector<double> path_deg(trails_.size(), 0.0);
   for (Eigen::Index i = 0; i < rows(); ++i) {
-    const std::size_t run = trail(i).number - 1;
-    if (path_deg.size() <= run) path_deg.resize(run + 1, 0.0);
-    if (!half(i, 0).still) path_deg[run] += std::fabs(Rotation(i)[channel_]);
+    if (!half(i, 0).still) path_deg[ref(i).trail] += std::fabs(Rotation(i)[channel_]);
   }
   std::vector<bool> turns;
   for (const double path : path_deg) turns.push_back(path > kLeastPath_deg);

@@ -97,9 +97,10 @@ class ChannelProblem {
   bool DelayIsDeclared() const;
   // Axes of the table whose turning the channel feels; their paths [deg].
   const std::vector<std::size_t>& table_axes() const { return table_axes_; }
-  // Of each measurement, in the order in which they were given: whether the sensor turns about the
-  // channel's axis.
+  // Of each run: whether the sensor turns about the channel's axis.
   std::vector<bool> turns_in_run() const;
+  // Of a run, by its place from 0: its number as the measurements were given, from 1.
+  std::size_t number_of_run(std::size_t place) const { return trails_[place].number; }
   double gear_ratio() const;
   double min_temperature_degC() const { return min_temperature_; }
   double max_temperature_degC() const { return max_temperature_; }

@@ -138,7 +138,7 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
     runs.trails.push_back(MakeTrail(recording, runs.rough.back(), run.restart, covariates));
     Trail& trail = runs.trails.back();
     trail.number = run.index + 1;
-    if (!trail.nodes.empty()) trail.nodes.front().run = trail.number;
+    if (!trail.nodes.empty()) trail.nodes.front().run = runs.trails.size();
     std::vector<Defect>& defects = result->inputs[run.index].defects;
     defects.insert(defects.end(), trail.defects.begin(), trail.defects.end());
     for (const std::string& remark : trail.remarks) result->remarks.push_back(remark);

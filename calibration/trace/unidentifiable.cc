@@ -17,7 +17,9 @@ std::string WhatIsMissing(unsigned lacks) {
   if ((lacks & kNeedsGravity) != 0) return "gravity in the sensor's frame is not known";
   if ((lacks & kNeedsTemperature) != 0) return "temperature is missing or does not change";
   if ((lacks & kNeedsTableAxis) != 0) return "no angle of a table's axis is given";
-  if ((lacks & kNeedsVibration) != 0) return "there is no accelerometer to feel the vibration";
+  if ((lacks & kNeedsVibration) != 0)
+    return "no accelerometer feels the vibration, with four samples and more in a tenth of a "
+           "second";
   if ((lacks & kNeedsGear) != 0) return "the gear between shaft and table is not stated";
   return "nothing says when the sensor was switched on";
 }

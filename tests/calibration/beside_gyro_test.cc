@@ -131,5 +131,23 @@ TEST(BesideGyro, TheOldestOfTooManyCountForTheNextMean) {
   EXPECT_DOUBLE_EQ(covariates.at(0), 0.5 * (kMany - 512 + kMany - 1));
 }
 
+// One field of the accelerometer that is empty is one sample less, and no more.
+TEST(BesideGyro, FeelsVibrationBesideAFieldThatIsEmpty) {
+  BesideGyro beside;
+  beside.Start(0);
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  for (int i = 0; i < 10'000; ++i) {
+    GyroSample sample;
+    sample.t_s = 0.001 * i;
+    sample.accel_g = {noise(random), noise(random), 1.0 + noise(random)};
+    if (i % 7 == 0) sample.accel_g[1] = kMissing;
+    beside.Add(sample);
+    std::vector<double> none;
+    if (i % 100 != 99) continue;
+    EXPECT_NEAR(beside.TakeUpTo(sample.t_s, &none).vibration_g2, 3 * 0.02 * 0.02, 5e-4) << i;
+  }
+}
+
 }  // namespace
 }  // namespace gyrobench::testing

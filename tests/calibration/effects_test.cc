@@ -472,25 +472,23 @@ TEST(AProductOfTemperature, IsOneEffectOnlyWithinTheTemperaturesOfTheData) {
   }
 }
 
-// What is late in the first run and not in the second is said as the delay of the first, and what
-// the second's differs by; the order is the one given, whatever the power-ons are called.
-TEST(ALatency, OfTheFirstOfTwoRunsIsThatOfBothButTheSecond) {
+// What is late in one run of two is one effect, of the run that it is in, in whatever order the two
+// are given and whatever their power-ons are called.
+TEST(ALatency, OfOneOfTwoRunsIsOfThatRunInAnyOrder) {
   const SyntheticBench bench(EveryMotion());
   for (const char* name : {"0", "zz"}) {
     const calibration::Recording late = bench.Measure(Latency(bench), 7);
     calibration::Recording prompt = bench.Measure({}, 8);
     prompt.info.power_on = name;
-    const calibration::Recording* const inputs[] = {&late, &prompt};
-    const ChannelTrace channel = TraceOf(inputs, 1);
-    ASSERT_THAT(NamesOf(channel),
-                ::testing::UnorderedElementsAre("angle.latency", "angle.latency_of_run"))
-        << channel.summary;
-    for (const TracedEffect& effect : channel.effects) {
-      const bool first = effect.id == "angle.latency";
-      ExpectWithinItsInterval(effect.parameters, {"tau", first ? 0.012 : -0.012});
-      if (!first) {
-        ExpectWithinItsInterval(effect.parameters, {"run", 2.0, 0.1});
-      }
+    for (const double late_is : {1.0, 2.0}) {
+      const bool first = late_is == 1.0;
+      const calibration::Recording* const inputs[] = {first ? &late : &prompt,
+                                                      first ? &prompt : &late};
+      const ChannelTrace channel = TraceOf(inputs, 1);
+      ASSERT_THAT(NamesOf(channel), ::testing::ElementsAre("angle.latency_of_run"))
+          << channel.summary << ", power-on " << name;
+      ExpectWithinItsInterval(channel.effects[0].parameters, {"tau", 0.012});
+      ExpectWithinItsInterval(channel.effects[0].parameters, {"run", late_is, 0.1});
     }
   }
 }
@@ -506,6 +504,46 @@ TEST(ALatency, OfTheOnlyRunThatTurnsIsNoMatterOfThatRun) {
   EXPECT_THAT(NamesOf(channel), ::testing::ElementsAre("angle.latency")) << channel.summary;
   ASSERT_EQ(channel.effects.size(), 1u);
   EXPECT_THAT(channel.effects[0].rivals, ::testing::IsEmpty());
+}
+
+// With a declared delay the baseline has a column of the filter's shape: the names of the
+// covariance are those of the numbers all the same.
+TEST(TheModel, NamesEachVarianceByTheParameterThatItIsOf) {
+  const SyntheticBench bench(EveryMotion());
+  calibration::Recording recording =
+      bench.Measure(Rate([](const BenchState& s) { return 0.05 * s.g[0] - 0.08 * s.g[1]; }), 7);
+  recording.info.gyro_delay_s = 0.004;
+  const calibration::Recording* const inputs[] = {&recording};
+  const calibration::Traced traced = calibration::Trace(inputs);
+  const ChannelTrace& channel = traced.result.channels.at(0);
+  const calibration::ChannelModel& model = traced.models.at(0);
+  ASSERT_THAT(NamesOf(channel), ::testing::Contains("bias.g_linear")) << channel.summary;
+  std::vector<calibration::ModelParameter> all = channel.baseline.parameters;
+  for (const TracedEffect& effect : channel.effects)
+    for (calibration::ModelParameter parameter : effect.parameters) {
+      parameter.name = effect.id + "." + parameter.name;
+      all.push_back(parameter);
+    }
+  EXPECT_THAT(model.parameter_names, ::testing::Contains("filter_shape"));
+  EXPECT_THAT(model.parameter_names, ::testing::Each(::testing::Not(::testing::IsEmpty())));
+  int compared = 0;
+  for (const calibration::ModelParameter& parameter : all) {
+    const auto name = std::ranges::find(model.parameter_names, parameter.name);
+    if (name == model.parameter_names.end()) continue;
+    const auto i = static_cast<std::size_t>(name - model.parameter_names.begin());
+    EXPECT_NEAR(std::sqrt(model.covariance.at(i * model.parameter_names.size() + i)),
+                parameter.bound, 1e-9 * parameter.bound)
+        << parameter.name;
+    ++compared;
+  }
+  EXPECT_EQ(compared, static_cast<int>(model.parameter_names.size()));
+}
+
+// What never turned has no scale factor, and its calibration says none.
+TEST(TheModel, OfRestsAloneHasNoScaleFactor) {
+  const calibration::Recording recording = SyntheticBench(Motion().Rest(120.0)).Measure({}, 8);
+  const calibration::Recording* const inputs[] = {&recording};
+  EXPECT_THAT(calibration::Trace(inputs).models.at(0).m_row, ::testing::Each(0.0));
 }
 
 TEST(NoEffect, IsNamedInTwentyOfTwentyMeasurementsThatHaveNone) {

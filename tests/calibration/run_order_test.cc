@@ -108,6 +108,11 @@ std::map<std::string, double> Numbers(const Traced& traced) {
       out[axis + name] = parameter.value;
       out[axis + name + "_std_error"] = parameter.std_error;
     }
+    for (const calibration::TracedEffect& effect : channel.effects) {
+      for (const calibration::ModelParameter& parameter : effect.parameters) {
+        if (parameter.name != "run") out[axis + effect.id + parameter.name] = parameter.value;
+      }
+    }
     out[axis + "before"] = channel.heldout_angle_rms_deg.before;
     out[axis + "noise"] = channel.noise.angle_random_walk_deg_sqrt_s;
   }
@@ -115,8 +120,12 @@ std::map<std::string, double> Numbers(const Traced& traced) {
 }
 
 TEST(TraceOfSeveralRuns, IsTheSameInWhateverOrderTheyAreGiven) {
-  const std::vector<Recording> recordings = {StoryOf("b.csv", 2, 90.0).Collect(),
-                                             StoryOf("a.csv", 3, 120.0).Collect(),
+  Story late = StoryOf("a.csv", 3, 120.0);
+  late.spoil_gyro = [](GyroSample* sample) {
+    sample->t_s += 0.02;
+    return true;
+  };
+  const std::vector<Recording> recordings = {StoryOf("b.csv", 2, 90.0).Collect(), late.Collect(),
                                              StoryOf("c.csv", 4, 100.0).Collect()};
   const auto trace = [&](const std::vector<std::size_t>& order) {
     std::vector<const Recording*> list;
@@ -125,6 +134,7 @@ TEST(TraceOfSeveralRuns, IsTheSameInWhateverOrderTheyAreGiven) {
   };
   const std::map<std::string, double> first = trace({0, 1, 2});
   ASSERT_TRUE(first.contains("zzero_rate_offset_run_a.csv"));
+  EXPECT_NEAR(first.at("zangle.latency_of_runtau"), 0.02, 0.002);
   EXPECT_EQ(first, trace({2, 1, 0}));
   EXPECT_EQ(first, trace({1, 2, 0}));
 }

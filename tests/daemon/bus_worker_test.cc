@@ -145,5 +145,18 @@ TEST_F(BusWorkerTest, StopRunsWhatWasPosted) {
   EXPECT_EQ(ran, 10);
 }
 
+// Who holds virtual time, as one who asks for a run does, can wait for such a thread.
+TEST_F(BusWorkerTest, AFinishedWorkerNeedsNoMoreTimeToStop) {
+  for (int i = 0; i < 200; ++i) {
+    BusWorker worker("a", *clock_);
+    int ran = 0;
+    worker.Start();
+    worker.Post([&] { ++ran; });
+    worker.Finish(*me_);
+    worker.Stop();
+    EXPECT_EQ(ran, 1);
+  }
+}
+
 }  // namespace
 }  // namespace gyrobench::daemon

@@ -14,6 +14,8 @@
 #include "calibration/hold/arrow_system.h"
 #include "calibration/hold/calibrate_hold.h"
 #include "calibration/hold/epoch_collector.h"
+#include "calibration/hold/held_rest.h"
+#include "calibration/hold/hold_plausibility.h"
 #include "calibration/hold/rest_search.h"
 #include "calibration/hold/turn_rotation.h"
 
@@ -177,7 +179,8 @@ TEST(ArrowSystem, SolvesWhatADenseSystemSolves) {
 }
 
 // Rests of 3 s and turns of 2 s; `tremble` in deg/s.
-HoldRecording Poses(int poses, double tremble_deg_s, double scale) {
+// `accel_every`: samples of which one has accelerometer and thermometer.
+HoldRecording Poses(int poses, double tremble_deg_s, double scale, int accel_every = 1) {
   EpochCollector collector;
   MeasurementInfo info = SixAxes();
   info.gyro_unit = GyroUnit::kLsb;
@@ -190,7 +193,13 @@ HoldRecording Poses(int poses, double tremble_deg_s, double scale) {
     Vector3d rate = within_s < 3.0 ? Vector3d::Zero() : Rate_deg_s(within_s - 3.0);
     for (Eigen::Index c = 0; c < 3; ++c) rate[c] += tremble_deg_s * normal(random) + 4.0;
     const Vector3d accel(0.01 * normal(random), 0.01 * normal(random), 1.0 + 0.01 * normal(random));
-    collector.OnGyro(Sample(t_s, scale * rate, accel));
+    GyroSample sample = Sample(t_s, scale * rate, accel);
+    sample.temperature_degC = 25.0;
+    if (i % accel_every != 0) {
+      sample.accel_g = {kMissing, kMissing, kMissing};
+      sample.temperature_degC = kMissing;
+    }
+    collector.OnGyro(sample);
   }
   return collector.Take();
 }
@@ -304,6 +313,30 @@ TEST(CalibrateHold, SaysWhatIsMissingAndGivesNoNumber) {
   const HoldRecording few = Poses(4, 0.03, 1.0);
   one = &few;
   EXPECT_THAT(CalibrateHold({&one, 1}).missing.at(0), HasSubstr("4 rests"));
+}
+
+// Accelerometer and thermometer of 12.5 Hz, their fields empty between: epochs are of 20 Hz.
+TEST(RestSearch, FindsTheSameRestsWithAnAccelerometerSlowerThanItsEpochs) {
+  const HoldRecording slow = Poses(12, 0.03, 131.0, 8);
+  const RestSearch found = FindRests(slow.epochs);
+  const RestSearch fast = FindRests(Poses(12, 0.03, 131.0).epochs);
+  ASSERT_EQ(found.rests.size(), fast.rests.size());
+  for (const EpochRange& range : found.rests) {
+    EXPECT_NEAR(ReduceRest(slow.epochs, range).temperature_degC, 25.0, 1e-9);
+    EXPECT_GT(range.last - range.first, 30u);
+  }
+}
+
+// Values in a unit that the column does not say make a result that cannot be.
+TEST(ImplausibleHold, NamesTheUnitThatAWrongFactorIsOf) {
+  HoldState state;
+  EXPECT_THAT(ImplausibleHold(state, true), testing::IsEmpty());
+  state.m *= 0.0176;
+  EXPECT_THAT(ImplausibleHold(state, true), testing::ElementsAre(HasSubstr("rad/s")));
+  EXPECT_THAT(ImplausibleHold(state, false), testing::IsEmpty());
+  state.m.setIdentity();
+  state.accel.scale.setConstant(9.7);
+  EXPECT_THAT(ImplausibleHold(state, true), testing::ElementsAre(HasSubstr("m/s^2")));
 }
 
 TEST(CalibrateHold, RefusesARecordingWithoutAccelerometer) {

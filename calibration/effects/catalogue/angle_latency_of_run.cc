@@ -1,4 +1,4 @@
-// The delay between gyro and reference is another in one of several runs.
+// The delay between gyro and reference is another in one of several runs than in the rest.
 #include <algorithm>
 
 #include "calibration/effects/basis.h"
@@ -32,12 +32,11 @@ std::vector<double> AllRuns() {
   return runs;
 }
 
-// What angle.latency says is that of the first run that turns.
-bool TurnsAfterAnother(const DataRange& data, const std::vector<double>& nonlinear) {
+// Where one run alone turns, its delay is angle.latency.
+bool TurnsBesideAnother(const DataRange& data, const std::vector<double>& nonlinear) {
   const auto run = static_cast<std::size_t>(nonlinear[0]) - 1;
-  if (run >= data.turns_in_run.size() || !data.turns_in_run[run]) return false;
-  const auto begin = data.turns_in_run.begin(), it = begin + static_cast<std::ptrdiff_t>(run);
-  return std::find(begin, it, true) != it;
+  const std::vector<bool>& turns = data.turns_in_run;
+  return run < turns.size() && turns[run] && std::count(turns.begin(), turns.end(), true) > 1;
 }
 
 }  // namespace
@@ -46,13 +45,13 @@ Effect AngleLatencyOfRun() {
   return {.id = "angle.latency_of_run",
           .domain = EffectDomain::kAngle,
           .owner = EffectOwner::kBench,
-          .equation = "-tau w in one run of those that were given, beside the first's",
+          .equation = "-tau w in one run of those that were given, beside that of all",
           .cause =
               "readings of the reference that are taken at another moment of its refresh than in "
-              "the first run; another filter or bus",
+              "the other runs; another filter or bus",
           .looks_like =
               "the angle errs in proportion to the speed while the table turns, in one run by more "
-              "or less than in the first (20 runs are looked at)",
+              "or less than in the others (20 runs are looked at)",
           .manoeuvre = "repeat a motion within one run and in another",
           .needs = kNeedsRate,
           .terms = {{"tau", "s"}},
@@ -61,7 +60,7 @@ Effect AngleLatencyOfRun() {
           .typical_size = 0.02,
           .size_source = "that of angle.latency",
           .differs_in_one_run = "angle.latency",
-          .makes_sense = TurnsAfterAnother,
+          .makes_sense = TurnsBesideAnother,
           .basis = Make<LatencyOfRunBasis>};
 }
 
