@@ -6,8 +6,9 @@
 namespace gyrobench::calibration {
 namespace {
 
-// The shape of the motion about the readings needs no more than so many of them.
-constexpr std::size_t kShapes = 4;
+// The shape of the motion about the readings needs no more than so many of them; of fewer each
+// counts, as where a table stops the mean of some is beyond where it stops.
+constexpr std::size_t kShapes = 12;
 
 void AddTo(Vector3* sum, const Vector3& value) {
   for (std::size_t c = 0; c < 3; ++c) (*sum)[c] += value[c];
@@ -84,12 +85,14 @@ bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean, Nea
   const std::size_t shapes = std::min(size_, kShapes);
   for (std::size_t n = 0; n < kNear_s.size(); ++n) {
     Vector3 turned = {};
+    double weights = 0.0;
     for (std::size_t k = 0; k < shapes; ++k) {
       const std::size_t i = (2 * k + 1) * size_ / (2 * shapes);
       if (!gyro.IntegralAt(groups_[i].t_s + kNear_s[n], &mark)) return false;
-      for (std::size_t c = 0; c < 3; ++c) turned[c] += mark.z[c] - at[i][c];
+      for (std::size_t c = 0; c < 3; ++c) turned[c] += groups_[i].weight * (mark.z[c] - at[i][c]);
+      weights += groups_[i].weight;
     }
-    for (std::size_t c = 0; c < 3; ++c) (*near)[n][c] = turned[c] / static_cast<double>(shapes);
+    for (std::size_t c = 0; c < 3; ++c) (*near)[n][c] = turned[c] / weights;
   }
   mean->output_known = true;
   return true;

@@ -55,11 +55,21 @@ constexpr double kLeastGravityRange_g = 0.3;
 
 // Data sheets give sensitivities at this temperature.
 constexpr double kNominal_degC = 25.0;
+// The axes along which gravity changes by more than the error of its direction.
+std::vector<std::string> AxesOfGravity(const ChannelProblem& problem) {
+  std::vector<std::string> out;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (problem.gravity_range_g()[a] > kLeastGravityRange_g)
+      out.push_back(fmt::format("g_{}", "xyz"[a]));
+  }
+  return out;
+}
+
 // g-sensitivity that grows with temperature: nearly the plain one while the temperature stays.
 Candidate WarmGravity(const ChannelProblem& problem) {
   Candidate candidate;
   candidate.context = ContextOf(problem);
-  for (const char* axis : {"g_x", "g_y", "g_z"}) {
+  for (const std::string& axis : AxesOfGravity(problem)) {
     candidate.factors.insert(candidate.factors.end(), {axis, "T"});
     candidate.offsets.insert(candidate.offsets.end(), {0.0, kNominal_degC});
   }
@@ -139,10 +149,7 @@ std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
   const unsigned knows = problem.knows();
   if ((knows & kNeedsRate) != 0) factors.insert(factors.end(), {"w", "abs_w"});
   if ((knows & kNeedsGravity) != 0) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      if (problem.gravity_range_g()[a] > kLeastGravityRange_g)
-        factors.push_back(fmt::format("g_{}", "xyz"[a]));
-    }
+    for (std::string& axis : AxesOfGravity(problem)) factors.push_back(std::move(axis));
   }
   if ((knows & kNeedsTemperature) != 0) factors.insert(factors.end(), {"T", "dT_dt"});
   const std::size_t known = factors.size();
@@ -272,7 +279,10 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
   out.covariates = std::move(covariates);
   out.grid = CatalogueCandidates(problem, out.covariates, earth_rate_known);
   constexpr unsigned kBoth = kNeedsGravity | kNeedsTemperature;
-  if ((problem.knows() & kBoth) == kBoth) out.grid.push_back(WarmGravity(problem));
+  if ((problem.knows() & kBoth) == kBoth) {
+    if (Candidate warm = WarmGravity(problem); !warm.factors.empty())
+      out.grid.push_back(std::move(warm));
+  }
   out.products = ComposedCandidates(problem, out.covariates);
   for (std::vector<Candidate>* list : {&out.grid, &out.products}) {
     for (Candidate& candidate : *list) {

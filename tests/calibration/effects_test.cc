@@ -14,6 +14,9 @@
 #include <vector>
 
 #include "calibration/effects/effect.h"
+#include "calibration/state/trail.h"
+#include "calibration/trace/candidate.h"
+#include "calibration/trace/problem.h"
 #include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
 
@@ -469,6 +472,21 @@ TEST(AProductOfTemperature, IsOneEffectOnlyWithinTheTemperaturesOfTheData) {
     } else {
       EXPECT_THAT(names, ::testing::Contains("bias.g_linear"));
     }
+  }
+}
+
+// A sensitivity to gravity is not looked for where the table hardly tilts: a coefficient of
+// hundreds of deg/s/g made something of the last digits of a direction.
+TEST(AProductOfTemperature, IsNotLookedForWhereGravityStays) {
+  for (const bool tilts : {false, true}) {
+    const calibration::Recording recording =
+        SyntheticBench(tilts ? EveryMotion() : ManySpeeds()).Measure({}, 3);
+    const calibration::Trail trail =
+        calibration::MakeTrail(recording, {kMissing, kMissing, 1.0}, true, {});
+    const calibration::ChannelProblem problem({&trail, 1}, 2, 1.0);
+    const calibration::CandidateSet all = calibration::AllCandidates(problem, {}, true);
+    EXPECT_EQ(std::ranges::count(all.grid, "composed(g*T)", &calibration::Candidate::id),
+              tilts ? 1 : 0);
   }
 }
 
