@@ -29,6 +29,8 @@ constexpr double kRough = 0.1;
 constexpr std::ptrdiff_t kCrowd = 3;
 // Of the bias random walk: under so much of it steps and tones show that the whole of it hides.
 constexpr double kLessWalk = 0.1;
+// Square of a step of the angle in its standard errors: wild readings in a row make smaller ones.
+constexpr double kClearStep = 200.0;
 constexpr int kMostForWalk = 3;
 // Of the chance of a false discovery.
 constexpr double kShareForWalk = 0.01;
@@ -80,7 +82,7 @@ class ChannelSearcher {
       return std::nullopt;
     }
     own_ = *first;
-    TakeInWhatPassesForWalk();
+    TakeInWhatPassesForNoise();
     std::optional<SearchedChannel> found;
     found.emplace(SearchedChannel{candidates_, Select(own_.noise), own_.noise});
     if (BaselineIsPerfect(found->selection)) return found;
@@ -120,8 +122,10 @@ class ChannelSearcher {
 
   // A step or a tone, which have no grid, make the bias random walk look larger and are then hidden
   // by it. They are looked for under a smaller one; what is worth it under any noise is known to
-  // the noise from then on.
-  void TakeInWhatPassesForWalk() {
+  // the noise from then on. So is a clear step of the angle, which makes all other noise look
+  // larger and the residuals of rest and motion unequal: their tails would then forbid to believe
+  // it.
+  void TakeInWhatPassesForNoise() {
     for (int round = 0; round < kMostForWalk; ++round) {
       const std::optional<Candidate> found = BestUnderLessWalk();
       if (!found) return;
@@ -142,8 +146,9 @@ class ChannelSearcher {
     const Eigen::VectorXd residual = Projection(model).Off(output);
     std::optional<Candidate> best;
     double most = 0.0;
-    for (const ScanPeak& peak : ScanBias(problem_, whitener, model, residual)) {
+    for (const ScanPeak& peak : ScanForNoise(problem_, whitener, model, residual)) {
       Candidate candidate = ScannedCandidate(problem_, peak);
+      if (candidate.angle_step() && peak.gain < kClearStep) continue;
       const double excess =
           std::log(request_.false_discovery * kShareForWalk / peak.tried) - LogChance(candidate);
       if (excess <= most) continue;

@@ -78,18 +78,7 @@ class Steps {
     peak.effect = &ScannedEffect(Search::kTime, EffectDomain::kAngle);
     peak.tried = static_cast<double>(problem_.rows());
     peak.tail_freedom = TailFreedom();
-    // Of the axis whose turning was felt most then.
-    double most = -1.0;
-    for (const std::size_t a : problem_.table_axes()) {
-      const double rate =
-          peak.gain > 0
-              ? std::fabs(problem_.half(row_, 0).table_rate_deg_s[a] * problem_.Lever(row_, a))
-              : 0.0;
-      if (rate > most) {
-        most = rate;
-        peak.table_axis = a;
-      }
-    }
+    peak.table_axis = AxisFeltMost();
     return peak;
   }
   // Of the rows' scores once the step at the peak is taken off: it is in those around it too.
@@ -121,6 +110,22 @@ class Steps {
   Eigen::VectorXd Output() const { return shocks_.output.col(p_); }
 
  private:
+  // The axis of the table whose reading changed by most over the peak's row, as the channel feels
+  // it: at rest the one that stepped, though it may never turn.
+  std::size_t AxisFeltMost() const {
+    const ProblemRow& at = problem_.row_refs()[static_cast<std::size_t>(row_)];
+    const std::vector<TrackPoint>& nodes = problem_.trail(row_).nodes;
+    const Vector3 &from = nodes[at.interval].table_deg, &to = nodes[at.interval + 1].table_deg;
+    std::size_t felt = problem_.table_axes().front();
+    double most = 0.0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double by_deg = std::fabs((to[a] - from[a]) * problem_.Lever(row_, a));
+      if (!(by_deg > most)) continue;
+      most = by_deg;
+      felt = a;
+    }
+    return felt;
+  }
   // Rows where a step is looked for, each `stride`-th of a run, and for how many it stands.
   template <typename Do>
   void ForEachPlace(Eigen::Index stride, bool moving_only, Do&& at) const {
@@ -321,10 +326,13 @@ std::vector<ScanPeak> Found(std::vector<ScanPeak> peaks) {
 
 }  // namespace
 
-std::vector<ScanPeak> ScanBias(const ChannelProblem& problem, const Whitener& whitener,
-                               const Eigen::MatrixXd& model, const Eigen::VectorXd& residual) {
+std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener& whitener,
+                                   const Eigen::MatrixXd& model, const Eigen::VectorXd& residual) {
   if (TooShort(problem)) return {};
-  return Found({Steps(problem, whitener, model, residual).Bias(), Tone(problem, residual)});
+  const Steps steps(problem, whitener, model, residual);
+  std::vector<ScanPeak> peaks = {steps.Bias(), Tone(problem, residual)};
+  if (!problem.table_axes().empty()) peaks.push_back(steps.Angle());
+  return Found(std::move(peaks));
 }
 
 std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whitener,

@@ -29,8 +29,9 @@ struct ScanPeak {
 // (their share of a shock is taken off).
 std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whitener,
                            const Eigen::MatrixXd& model, const Eigen::VectorXd& residual);
-// The same of the bias alone: a step and a tone.
-std::vector<ScanPeak> ScanBias(const ChannelProblem& problem, const Whitener& whitener,
-                               const Eigen::MatrixXd& model, const Eigen::VectorXd& residual);
+// The same of what makes the noise look larger than it is: a step or a tone of the bias, a step of
+// the angle.
+std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener& whitener,
+                                   const Eigen::MatrixXd& model, const Eigen::VectorXd& residual);
 
 }  // namespace gyrobench::calibration

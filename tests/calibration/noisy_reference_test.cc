@@ -260,5 +260,21 @@ TEST(AnAxisWithShortRests, IsReadAsExactlyAsItsReadingsAre) {
   }
 }
 
+// A slip of the reference by thirty times its noise and more, while nothing turns.
+TEST(AClearStepOfTheAngle, IsNamedAlone) {
+  const Motion motion = EveryMotion();
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    for (const double size_deg : {0.1, 0.5}) {
+      Injection slip;
+      slip.angle_deg = [=](const BenchState& s) { return s.t_s > 40.0 ? size_deg : 0.0; };
+      const Recording recording = SyntheticBench(motion).Measure(slip, seed);
+      const Recording* const inputs[] = {&recording};
+      calibration::TraceOptions options;
+      options.curves = false;
+      ExpectTheStepAlone(calibration::Trace(inputs, options).result.channels.at(0), size_deg, seed);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace gyrobench::testing
