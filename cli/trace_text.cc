@@ -156,7 +156,9 @@ std::string RemainingText(const Json& remaining, bool fitted, const Terminal& te
     text += Paragraph(FindingText(finding), terminal, 4);
   if (!text.empty()) return "  what remains\n" + text;
   const Json& white = Field(remaining, "white");
-  return white.is_boolean() && white.get<bool>() ? "  what remains: white noise\n" : "";
+  if (!white.is_boolean()) return "";
+  return white.get<bool>() ? "  what remains: white noise\n"
+                           : "  what remains: the rounding of the encoder, and noise\n";
 }
 
 std::string ChannelText(const Json& channel, const Terminal& terminal, double largest_rate_deg_s,

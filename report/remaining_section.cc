@@ -16,7 +16,8 @@ Markup Remaining(const ChannelTrace& channel) {
   if (remaining.findings.empty()) {
     return Paragraph(axis + (remaining.white
                                  ? ": nothing. What is left cannot be told from noise."
-                                 : ": the rest is not white, and no test says what it follows."));
+                                 : ": no more than the rounding of the encoder, whose steps are "
+                                   "coarser than its noise, and noise."));
   }
   Table table({{"Test"}, {"Against"}, {"Chance"}, {"What it says"}});
   for (const auto& finding : remaining.findings) {

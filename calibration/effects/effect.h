@@ -113,8 +113,8 @@ struct Effect {
   bool slow = false;
   // A shape of the gyro's filter: where that is free in the baseline, all such effects are one.
   bool filter_shape = false;
-  // The rounding of a coarse encoder makes a small one of it.
-  bool rounding_makes_it = false;
+  // What the rounding of a coarse encoder makes of it, of half a step of the encoder; 0: nothing.
+  double made_by_rounding = 0.0;
   // True motion of the sensor, not an error of it.
   bool true_motion = false;
   // Where the site's latitude is not known Earth's rotation passes for it.

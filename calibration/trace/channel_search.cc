@@ -318,7 +318,8 @@ class ChannelSearcher {
     if (selection->members().empty()) return false;
     // Where structure is left an effect may have been fitted to a part of it.
     const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
-    if (WhatRemains(problem_, fit, request_.covariates).findings.empty()) return false;
+    const ChannelTrace::Remaining remains = WhatRemains(problem_, fit, request_.covariates);
+    if (remains.white && remains.findings.empty()) return false;
     while (DropMostHarmful(selection, HarmOfAngle)) {
     }
     return true;

@@ -38,6 +38,9 @@ double RateError(const ChannelProblem& problem) {
 struct Test {
   Finding finding;
   double log_p = 0.0;
+  // Met at evenly spaced angles, the rounding of a coarse encoder does the same: it beats from
+  // interval to interval while the table turns evenly, and not while it accelerates.
+  bool rounding_does_it = false;
 };
 
 // 0 (no evidence) for what is too small to matter.
@@ -67,6 +70,7 @@ Test Whiteness(const Eigen::VectorXd& residual, Eigen::Index pool) {
   Test test;
   test.log_p = LogPOf(count * (count + 2.0) * q, static_cast<double>(kLags), count);
   test.finding.test = "whiteness";
+  test.rounding_does_it = pool == 1;
   test.finding.says =
       pool == 1 ? fmt::format(
                       "residuals of neighbouring intervals correlate, {:+.3f} at a distance of {}",
@@ -126,6 +130,7 @@ Test Variance(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   Test test;
   test.finding.test = "variance";
   test.finding.covariate = "angular acceleration";
+  test.rounding_does_it = true;
   double x = 0, y = 0, xx = 0, xy = 0, yy = 0, n = 0;
   const double much = 0.05 * problem.max_rate_deg_s();
   for (Eigen::Index i = 2; i + 2 < problem.rows(); ++i) {
@@ -166,6 +171,7 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
   ChannelTrace::Remaining out;
   if (problem.rows() < kLeastRows) return out;
   const Eigen::VectorXd residual = fit.WhiteResidual();
+  const bool rounds = problem.rounding_deg() > 0.0;
   std::vector<Test> tests;
   for (const Eigen::Index block : kWhitenessBlocks) {
     if (WhitenessIsTested(problem, block)) tests.push_back(Whiteness(residual, block));
@@ -209,6 +215,10 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
     if (tests[k].log_p > std::log(kLevel / left)) break;
     tests[k].finding.p_value = std::min(1.0, std::exp(tests[k].log_p) * left);
     out.white = out.white && tests[k].finding.test != "whiteness";
+    if (rounds && tests[k].rounding_does_it) {
+      out.white = false;
+      continue;
+    }
     out.findings.push_back(tests[k].finding);
   }
   return out;

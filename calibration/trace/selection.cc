@@ -23,9 +23,6 @@ constexpr double kImplausible = 10.0;
 // Standard errors beyond which a coefficient is above a limit.
 constexpr double kSure = 4.0;
 constexpr double kLeastScale = 1e-3;
-// Of what a coarse encoder's rounding errs by: met at evenly spaced angles it leaves waves of many
-// periods a turn that are as large.
-constexpr double kRoundingInWave = 0.25;
 
 // Columns of the store, with some for what scans and refinement add.
 Eigen::Index RoomFor(const Baseline& baseline, const CandidateSet& candidates) {
@@ -173,8 +170,7 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
   const Eigen::VectorXd values =
       store_.Solve(model).tail(static_cast<Eigen::Index>(candidate.columns.size()));
-  if (effect.rounding_makes_it &&
-      values.norm() < kRoundingInWave * problem_->rounding_deg() * std::fabs(own_scale_))
+  if (values.norm() < effect.made_by_rounding * problem_->rounding_deg() * std::fabs(own_scale_))
     return false;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
     double value = values(static_cast<Eigen::Index>(j));

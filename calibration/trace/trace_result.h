@@ -127,6 +127,7 @@ struct ChannelTrace {
   HeldOut fitted_angle_rms_deg;
   std::vector<Unidentifiable> unidentifiable;
   struct Remaining {
+    // Not white and without a finding: what a coarse encoder's rounding leaves.
     bool white = true;
     std::vector<Finding> findings;
   } remaining;

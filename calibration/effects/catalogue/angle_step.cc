@@ -18,6 +18,9 @@ class AngleStepBasis final : public ChannelBasis {
   }
 };
 
+// An angle that is rounded up before and down after: a whole step of the encoder, and some noise.
+constexpr double kRoundingInStep = 2.4;
+
 }  // namespace
 
 Effect AngleStep() {
@@ -34,6 +37,7 @@ Effect AngleStep() {
           .search = Search::kTime,
           .typical_size = 0.5,
           .size_source = "experience with stands of this class: 0.01 to 0.5",
+          .made_by_rounding = kRoundingInStep,
           .basis = Make<AngleStepBasis>};
 }
 

@@ -14,6 +14,9 @@ class ShaftPeriodBasis final : public PeriodicBasis {
   double periods() const override { return context().nonlinear[0] * context().gear_ratio; }
 };
 
+// Met at evenly spaced angles, rounding leaves waves of many periods a turn that are as large.
+constexpr double kRoundingInWave = 0.25;
+
 }  // namespace
 
 Effect AngleWormPeriod() {
@@ -34,7 +37,7 @@ Effect AngleWormPeriod() {
           .size_source =
               "taken to be no larger than the error of a stop that is stated for such stands, "
               "0.025 deg",
-          .rounding_makes_it = true,
+          .made_by_rounding = kRoundingInWave,
           .basis = Make<ShaftPeriodBasis>};
 }
 
