@@ -84,7 +84,7 @@ void FillGravity(const Recording& recording, const std::vector<std::size_t>& res
 // Rates of halves and nodes: size by the reference, shape between its readings by the gyro.
 // `units_per_deg_s`: of each channel, NaN where it is not known.
 void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail);
-// Smoothed. What is missing is bridged where the gap is short (trace/gaps.h); longer stretches are
+// Smoothed. What is missing is bridged where the gap is short (state/gaps.h); longer stretches are
 // left out, counted as a defect. Unknown where it is known for less than half of the time.
 void FillTemperature(const Recording& recording, Trail* trail);
 // Vibration, and the columns `covariates` in this order, missing values as of the temperature.

@@ -95,7 +95,7 @@ class ChannelProblem {
   unsigned knows() const { return knows_; }
   // The gyro's delay is stated, with which its filter's shape is free in the baseline.
   bool DelayIsDeclared() const;
-  // Axes of the table whose turning the channel feels; their paths [deg].
+  // Axes of the table whose turning the channel feels.
   const std::vector<std::size_t>& table_axes() const { return table_axes_; }
   // Of each run: whether the sensor turns about the channel's axis.
   std::vector<bool> turns_in_run() const;

@@ -15,8 +15,8 @@ inline constexpr Eigen::Index kWhitenessBlocks[] = {1, 10, 100};
 // Whether there are enough rows for it, and more than the sensor's own filter would show.
 bool WhitenessIsTested(const ChannelProblem& problem, Eigen::Index block);
 
-// Whiteness, the highest peak of the periodogram, dependence on a covariate (binned means),
-// variance against acceleration; Holm's correction over all of them, at 1 %. Findings that pass it.
+// Whiteness, dependence on a covariate (binned means), variance against acceleration; Holm's
+// correction over all of them, at 1 %. Findings that pass it.
 ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const ChannelFit& fit,
                                     const std::vector<std::string>& covariates);
 

@@ -376,7 +376,7 @@ std::multiset<std::string> Selection::Families() const {
 void Selection::Run() {
   for (int round = 0; round < 3; ++round) {
     const std::multiset<std::string> before = Families();
-    implausible_.clear();  // it was, among others
+    implausible_.clear();  // what was implausible among other members need not be so now
     Grow(&Selection::AddBest);
     Grow(&Selection::AddCurve);
     if (Families() == before) break;

@@ -57,10 +57,10 @@ class Selection {
   Eigen::VectorXd Residual() const;
 
  private:
-  // The best so far of what may be added.
   // How the chance of a false discovery is shared out; there may be a scan of ripple for each axis.
   static constexpr double kShareOfCatalogue = 0.65, kShareOfProducts = 0.1, kShareOfCurves = 0.05,
                           kShareOfScan = 0.016;
+  // The best so far of what may be added.
   struct Best {
     std::optional<Candidate> candidate;
     double excess = 0.0;  // of the logarithm of its level over that of its p-value

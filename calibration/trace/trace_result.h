@@ -65,7 +65,7 @@ struct Unidentifiable {
 
 // What still speaks after the effects.
 struct Finding {
-  std::string test;       // whiteness, periodogram, covariate, variance
+  std::string test;       // whiteness, covariate, variance
   std::string covariate;  // empty where the test has none
   double p_value = kMissing;
   std::string says;

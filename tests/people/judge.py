@@ -18,22 +18,29 @@ def number(value):
     return "unknown" if value is None else f"{value:.4g}"
 
 
+def of_one_channel(effect):
+    """What acts in the sensor; what acts in the reference, in time or in the filter, all channels share."""
+    return effect is not None and effect.startswith(("bias.", "scale."))
+
+
 def judge(trace, truth, hidden=None):
     """Counts of one trace.
 
-    false: effects of which neither the id nor a rival is true of the world. wrong: those of them in a channel that
+    false: effects of which neither the id nor a rival is true of that channel. wrong: those of them in a channel that
     does not name what was hidden, although it is there to be found. true: effects whose id, or a rival, is true.
+    truth: ids that are true of every channel, and `hidden`, which is true of z alone where it acts in the sensor.
     """
     out = {"false": [], "true": [], "wrong": [], "verdicts": {}, "hidden_named": False}
     for channel in trace["channels"]:
         verdict = channel["verdict"]
         out["verdicts"][verdict] = out["verdicts"].get(verdict, 0) + 1
-        named = {name for effect in channel["effects"] for name in names_of(effect)}
+        true_here = truth - {hidden} if of_one_channel(hidden) and channel["gyro"] != "z" else truth
+        named = {name for effect in channel["effects"] for name in names_of(effect)} & true_here
         found_hidden = hidden is not None and hidden in named
         out["hidden_named"] = out["hidden_named"] or found_hidden
         for effect in channel["effects"]:
             finding = {"gyro": channel["gyro"], "says": shown(effect), "id": effect["id"], "effect": effect}
-            if truth.intersection(names_of(effect)):
+            if true_here.intersection(names_of(effect)):
                 out["true"].append(finding)
                 continue
             out["false"].append(finding)

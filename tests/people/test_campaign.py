@@ -37,6 +37,13 @@ class Judgement(unittest.TestCase):
         extra = trace_of(x=[effect("bias.tone")], z=[effect("scale.cubic"), effect("angle.backlash")])
         self.assertEqual(self.counts(extra, {"scale.cubic"}, "scale.cubic"), [1, 2, 0])
 
+    def test_what_is_hidden_in_the_z_axis_is_false_of_the_others_and_what_all_share_is_not(self):
+        both = trace_of(x=[effect("scale.cubic")], z=[effect("scale.cubic")])
+        self.assertEqual(self.counts(both, {"scale.cubic"}, "scale.cubic"), [1, 1, 0])
+        self.assertFalse(judge(trace_of(x=[effect("scale.cubic")], z=[]), {"scale.cubic"}, "scale.cubic")["hidden_named"])
+        shared = trace_of(x=[effect("angle.latency")], z=[effect("angle.latency")])
+        self.assertEqual(self.counts(shared, {"angle.latency"}, "angle.latency"), [2, 0, 0])
+
     def test_a_loop_is_settled_by_its_last_word(self):
         said = [{"text": "manoeuvre 1: turns"}, {"text": "after 2 min"}, {"text": "settled: nothing else"}]
         run = {"said": said, "start_utime": 0, "end_utime": 120_000_000}

@@ -106,7 +106,8 @@ def parameters(errors):
     median = np.median([abs(e["error"]) for e in errors]) / 0.6745
     inside = sum(e["inside"] for e in errors)
     return (f"rms {rms:6.2f}  by median {median:5.2f}  stated {np.median([e['stated'] for e in errors]):5.2f}"
-            f"  hold {share(inside, len(errors))} of {len(errors)}")
+            f"  hold {share(inside, len(errors))} of {len(errors)}"
+            f"  wrong signs {sum(e['wrong_sign'] for e in errors)}")
 
 
 def false_discovery(records):

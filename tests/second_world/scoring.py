@@ -68,17 +68,20 @@ def parameter_errors(effect, true, scale):
     """Error over the bound, and whether the stated 95 % interval holds, of each linear parameter that is named.
 
     scale: what the tracer's unit of rate is in true ones (its sensitivity is that of the turns where none is given).
-    Signs are not compared: conventions differ by the sense of the residual. Of a wave the amplitude is compared.
+    Of a wave the amplitude is compared, which has no sign.
     """
     waves = [p for p in effect["parameters"] if p["name"].startswith("amplitude")]
     if waves:
         mine = [p for p in waves if true["axis"] and p["name"].endswith(true["axis"])] or waves
         return [_error(mine[0], true["amplitude"], true["amplitude_std_error"], scale)]
     firsts = effect["parameters"][:len(true["values"])]
-    found = [_error(p, v, s, scale) for p, v, s in zip(firsts, true["values"], true["std_errors"]) if s is not None]
-    return found
+    sense = -1.0 if effect["id"] in OPPOSITE else 1.0
+    return [_error(p, sense * v, s, scale)
+            for p, v, s in zip(firsts, true["values"], true["std_errors"]) if s is not None]
 
 
+# The equation here is eps t w, as in effects.md, the tracer's -eps t w.
+OPPOSITE = {"angle.clock_drift"}
 UNITS = {"ppm": 1e-6, "ms": 1e-3, "%": 1e-2}
 
 
@@ -87,7 +90,8 @@ def _error(parameter, value, std_error, scale):
     miss = abs(parameter["value"]) * unit - abs(value)
     stated = (parameter.get("std_error") or 0.0) * unit
     return dict(name=parameter["name"], error=miss / std_error, inside=bool(abs(miss) <= 1.96 * stated),
-                stated=stated / std_error)
+                stated=stated / std_error,
+                wrong_sign=bool(parameter["value"] * value < 0.0 and abs(value) > 5.0 * std_error))
 
 
 def score(truth, answer):

@@ -53,6 +53,7 @@ def mended(program):
         bench, kind, level, seed = name.split(":")
         record = campaign.run_set((program, bench, kind, float(level), int(seed), None, ()))
         false = [f"{c['channel']}: {', '.join(c['false'])}" for c in record["silent"] if c["false"]]
+        false += [f"{e['id']} with the wrong sign" for e in record["errors"] if e["wrong_sign"]]
         if record["word"] not in ("silent", "exact", "among", "recognised") or false:
             failures.append(f"{name} ({what}): {record['word']}, said {record['said']}; falsely {false}")
     return failures
