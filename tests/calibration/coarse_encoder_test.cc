@@ -8,15 +8,14 @@
 #include <cstdint>
 #include <string>
 
-#include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
+#include "tests/calibration/trace_once.h"
 #include "tests/calibration/trace_story.h"
 
 namespace gyrobench::testing {
 namespace {
 
 using calibration::ChannelTrace;
-using calibration::Recording;
 
 constexpr double kStep_deg = 360.0 / 65536.0;
 
@@ -28,34 +27,27 @@ Motion ManyTurns() {
   return motion;
 }
 
-ChannelTrace TraceOf(const Motion& motion, std::uint64_t seed, double slip_deg) {
+ChannelTrace TraceRounded(const Motion& motion, std::uint64_t seed, double slip_deg) {
   Story story;
+  story.Follow(motion);
+  story.UseTurningChannelAlone();
   story.seed = seed;
-  story.duration_s = motion.duration_s();
   story.gyro_hz = 200.0;
   story.reference_hz = 50.0;
   story.white_deg_s = 0.057;
   story.reading_deg = 0.0;
-  story.info.gyro_present = {false, false, true};
-  story.info.accel_present = {};
-  story.rate_deg_s = [&motion](double t_s) { return motion.At(t_s).rate_deg_s[kInnerAxis]; };
-  story.angle_deg = [&motion](double t_s) { return motion.At(t_s).angle_deg[kInnerAxis]; };
   story.spoil_angle = [slip_deg](AngleSample* reading) {
     const double slipped = reading->angle_deg + (reading->t_s > 61.0 ? slip_deg : 0.0);
     reading->angle_deg = kStep_deg * std::round(slipped / kStep_deg);
     return true;
   };
-  const Recording recording = story.Collect();
-  const Recording* const inputs[] = {&recording};
-  calibration::TraceOptions options;
-  options.curves = false;
-  return calibration::Trace(inputs, options).result.channels.at(0);
+  return TraceOf(story.Collect());
 }
 
 TEST(ACoarseEncoder, LeavesNothingThatHasACause) {
   const Motion motion = ManyTurns();
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    const ChannelTrace channel = TraceOf(motion, seed, 0.0);
+    const ChannelTrace channel = TraceRounded(motion, seed, 0.0);
     EXPECT_EQ(channel.verdict, calibration::Verdict::kNone) << channel.summary << ", seed " << seed;
     EXPECT_THAT(channel.effects, ::testing::IsEmpty()) << channel.summary << ", seed " << seed;
     EXPECT_THAT(channel.remaining.findings, ::testing::IsEmpty()) << "seed " << seed;
@@ -66,7 +58,7 @@ TEST(ACoarseEncoder, LeavesNothingThatHasACause) {
 TEST(ACoarseEncoder, ThatSlipsBySomeOfItsStepsIsFound) {
   const Motion motion = ManyTurns();
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const ChannelTrace channel = TraceOf(motion, seed, 10.0 * kStep_deg);
+    const ChannelTrace channel = TraceRounded(motion, seed, 10.0 * kStep_deg);
     ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", seed " << seed;
     EXPECT_EQ(channel.effects[0].id, "angle.step");
     EXPECT_NEAR(std::fabs(channel.effects[0].parameters.at(0).value), 10.0 * kStep_deg, kStep_deg);

@@ -19,6 +19,7 @@
 #include "calibration/trace/problem.h"
 #include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
+#include "tests/calibration/trace_once.h"
 
 namespace gyrobench::testing {
 namespace {
@@ -325,18 +326,6 @@ const std::vector<Row>& Rows() {
        false},
   };
   return rows;
-}
-
-ChannelTrace TraceOf(std::span<const calibration::Recording* const> inputs, std::uint64_t seed) {
-  calibration::TraceOptions options;
-  options.seed = seed;
-  options.curves = false;
-  return calibration::Trace(inputs, options).result.channels.at(0);
-}
-
-ChannelTrace TraceOf(const calibration::Recording& recording, std::uint64_t seed) {
-  const calibration::Recording* const inputs[] = {&recording};
-  return TraceOf(inputs, seed);
 }
 
 void ExpectWithinItsInterval(const std::vector<ModelParameter>& parameters,

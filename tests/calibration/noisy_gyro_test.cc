@@ -6,15 +6,14 @@
 #include <cstdint>
 #include <vector>
 
-#include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
+#include "tests/calibration/trace_once.h"
 #include "tests/calibration/trace_story.h"
 
 namespace gyrobench::testing {
 namespace {
 
 using calibration::ChannelTrace;
-using calibration::Recording;
 
 constexpr double kLag_s = 0.0073;
 
@@ -66,20 +65,14 @@ TEST(NoisyGyro, ItsNoiseDoesNotRuleOutTheLagThatItHas) {
   const LaggedRate lagged(motion);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Story story;
+    story.Follow(motion);
+    story.UseTurningChannelAlone();
     story.seed = seed;
-    story.duration_s = motion.duration_s();
     story.gyro_hz = story.reference_hz = 100.0;
     story.white_deg_s = 0.13;
     story.reading_deg = 0.003;
-    story.info.gyro_present = {false, false, true};
-    story.info.accel_present = {};
     story.rate_deg_s = [&lagged](double t_s) { return lagged.At(t_s); };
-    story.angle_deg = [&motion](double t_s) { return motion.At(t_s).angle_deg[kInnerAxis]; };
-    const Recording recording = story.Collect();
-    const Recording* const inputs[] = {&recording};
-    calibration::TraceOptions options;
-    options.curves = false;
-    const ChannelTrace channel = calibration::Trace(inputs, options).result.channels.at(0);
+    const ChannelTrace channel = TraceOf(story.Collect());
     ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", seed " << seed;
     EXPECT_TRUE(Names(channel.effects[0], "bandwidth.first_order"))
         << channel.summary << ", seed " << seed;

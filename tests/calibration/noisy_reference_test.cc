@@ -12,8 +12,8 @@
 #include "calibration/state/trail.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/scans.h"
-#include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
+#include "tests/calibration/trace_once.h"
 #include "tests/calibration/trace_story.h"
 
 namespace gyrobench::testing {
@@ -40,8 +40,7 @@ Story StoryOf(std::uint64_t seed) {
   story.seed = seed;
   story.reference_hz = 10.0;
   story.reading_deg = kReading_deg;
-  story.info.gyro_present = {false, false, true};
-  story.info.accel_present = {};
+  story.UseTurningChannelAlone();
   story.info.temperature_present = false;
   story.temperature_degC = [](double) { return 25.0; };
   return story;
@@ -49,18 +48,8 @@ Story StoryOf(std::uint64_t seed) {
 
 Story StoryOf(const Motion& motion, std::uint64_t seed) {
   Story story = StoryOf(seed);
-  story.duration_s = motion.duration_s();
-  story.rate_deg_s = [&motion](double t_s) { return motion.At(t_s).rate_deg_s[kInnerAxis]; };
-  story.angle_deg = [&motion](double t_s) { return motion.At(t_s).angle_deg[kInnerAxis]; };
+  story.Follow(motion);
   return story;
-}
-
-ChannelTrace TraceOf(const Story& story) {
-  const Recording recording = story.Collect();
-  const Recording* const inputs[] = {&recording};
-  calibration::TraceOptions options;
-  options.curves = false;
-  return calibration::Trace(inputs, options).result.channels.at(0);
 }
 
 // A trail refers to its recording.
@@ -156,7 +145,7 @@ TEST(AStepOfTheAngleBesideNoisyReadings, IsNamedAlone) {
       if (sample->t_s > step_s) sample->angle_deg += kStep_deg;
       return true;
     };
-    ExpectTheStepAlone(TraceOf(story), kStep_deg, seed);
+    ExpectTheStepAlone(TraceOf(story.Collect()), kStep_deg, seed);
   }
 }
 
@@ -182,7 +171,7 @@ TEST(AStepOfTheAngleBesideAWalkingBias, IsNamedAlone) {
       if (sample->t_s > step_s) sample->angle_deg += kStep_deg;
       return true;
     };
-    ExpectTheStepAlone(TraceOf(story), kStep_deg, seed);
+    ExpectTheStepAlone(TraceOf(story.Collect()), kStep_deg, seed);
   }
 }
 
@@ -267,11 +256,7 @@ TEST(AClearStepOfTheAngle, IsNamedAlone) {
     for (const double size_deg : {0.1, 0.5}) {
       Injection slip;
       slip.angle_deg = [=](const BenchState& s) { return s.t_s > 40.0 ? size_deg : 0.0; };
-      const Recording recording = SyntheticBench(motion).Measure(slip, seed);
-      const Recording* const inputs[] = {&recording};
-      calibration::TraceOptions options;
-      options.curves = false;
-      ExpectTheStepAlone(calibration::Trace(inputs, options).result.channels.at(0), size_deg, seed);
+      ExpectTheStepAlone(TraceOf(SyntheticBench(motion).Measure(slip, seed)), size_deg, seed);
     }
   }
 }

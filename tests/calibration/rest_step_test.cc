@@ -11,17 +11,14 @@
 #include "calibration/state/trail_parts.h"
 #include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
+#include "tests/calibration/trace_once.h"
 
 namespace gyrobench::testing {
 namespace {
 
-calibration::ChannelTrace TraceOf(const Motion& motion, const Injection& injection,
-                                  std::uint64_t seed) {
-  const calibration::Recording recording = SyntheticBench(motion).Measure(injection, seed);
-  const calibration::Recording* const inputs[] = {&recording};
-  calibration::TraceOptions options;
-  options.curves = false;
-  return calibration::Trace(inputs, options).result.channels.at(0);
+calibration::ChannelTrace TraceOfRun(const Motion& motion, const Injection& injection,
+                                     std::uint64_t seed) {
+  return TraceOf(SyntheticBench(motion).Measure(injection, seed));
 }
 
 Motion Turns() {
@@ -51,7 +48,7 @@ TEST_P(StepAtRest, IsOneStepOfItsSizeAtItsTime) {
   const Rested told = WithAStepAtRest(GetParam());
   const Injection step{
       {}, [&](const BenchState& s) { return s.t_s >= told.step_s ? 0.05 : 0.0; }, {}};
-  const calibration::ChannelTrace channel = TraceOf(told.motion, step, 5);
+  const calibration::ChannelTrace channel = TraceOfRun(told.motion, step, 5);
   ASSERT_EQ(channel.effects.size(), 1U) << channel.summary;
   EXPECT_EQ(channel.effects[0].id, "angle.step");
   for (const calibration::ModelParameter& parameter : channel.effects[0].parameters) {
@@ -129,7 +126,7 @@ TEST(ARestWithAnIdleAxis, ShowsAStepThatIsThere) {
 TEST(Rest, WithoutAStepIsOneRest) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Rested told = WithAStepAtRest(60.0);
-    EXPECT_TRUE(TraceOf(told.motion, {}, seed).effects.empty()) << seed;
+    EXPECT_TRUE(TraceOfRun(told.motion, {}, seed).effects.empty()) << seed;
   }
 }
 

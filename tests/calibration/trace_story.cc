@@ -87,6 +87,17 @@ Story::Story()
   info.gear_ratio = 40.0;
 }
 
+void Story::Follow(const Motion& motion) {
+  duration_s = motion.duration_s();
+  rate_deg_s = [motion](double t_s) { return motion.At(t_s).rate_deg_s[kInnerAxis]; };
+  angle_deg = [motion](double t_s) { return motion.At(t_s).angle_deg[kInnerAxis]; };
+}
+
+void Story::UseTurningChannelAlone() {
+  info.gyro_present = {false, false, true};
+  info.accel_present = {};
+}
+
 void Story::UseSensorAngle(SensorAxis axis) {
   info.reference = ReferenceKind::kSensorAngle;
   info.reference_axis = axis;

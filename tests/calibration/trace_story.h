@@ -11,6 +11,7 @@
 
 #include "base/measurement.h"
 #include "calibration/signal/collector.h"
+#include "tests/calibration/synthetic_bench.h"
 
 namespace gyrobench::testing {
 
@@ -35,6 +36,10 @@ struct Story {
 
   // Turns of 90 deg at up to 60 deg/s to and fro, rests of 3 s between, a slow warm-up.
   Story();
+  // The inner axis of such a motion, from its begin to its end.
+  void Follow(const Motion& motion);
+  // The channel that turns alone, and no accelerometer.
+  void UseTurningChannelAlone();
   // One axis of the sensor's own, or a quaternion, in place of the stand.
   void UseSensorAngle(SensorAxis axis = SensorAxis::kZ);
   void UseOrientation();

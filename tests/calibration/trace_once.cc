@@ -1,0 +1,18 @@
+#include "tests/calibration/trace_once.h"
+
+namespace gyrobench::testing {
+
+calibration::ChannelTrace TraceOf(std::span<const calibration::Recording* const> inputs,
+                                  std::uint64_t seed) {
+  calibration::TraceOptions options;
+  options.seed = seed;
+  options.curves = false;
+  return calibration::Trace(inputs, options).result.channels.at(0);
+}
+
+calibration::ChannelTrace TraceOf(const calibration::Recording& recording, std::uint64_t seed) {
+  const calibration::Recording* const inputs[] = {&recording};
+  return TraceOf(inputs, seed);
+}
+
+}  // namespace gyrobench::testing
