@@ -99,9 +99,11 @@ def jobs_of(options):
     unknown = [name for name in names if name not in worlds]
     if unknown:
         sys.exit(f"no such scenario: {', '.join(unknown)}; there are: effects, {', '.join(worlds)}")
-    return [Job(worlds[name], program, int(setting), seed)
-            for name in names for program in options.procedures.split(",") for setting in options.filters.split(",")
-            for seed in range(options.first_seed, options.first_seed + options.seeds)]
+    kinds = [(worlds[name], program, int(setting))
+             for name in names for program in options.procedures.split(",") for setting in options.filters.split(",")]
+    # With the seeds of one kind all others would have its noise: one chance finding would count as many.
+    return [Job(*kind, options.first_seed + number * options.seeds + k)
+            for number, kind in enumerate(kinds) for k in range(options.seeds)]
 
 
 def groups_of(rows):
@@ -173,7 +175,8 @@ def print_loops(rows):
 
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=20, help="runs of each kind, each with a seed of its own")
+    parser.add_argument("--seeds", type=int, default=20,
+                        help="runs of each scenario and procedure; every run of a campaign has a seed of its own")
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--procedures", default=",".join(PROCEDURES), help="a,b or a+b; default: %(default)s")
     parser.add_argument("--scenarios", default="typical,cold-start,ideal,full-sequence,undeclared,quiet,effects",

@@ -62,7 +62,7 @@ class Worlds(unittest.TestCase):
 class Slice(unittest.TestCase):
     # Two runs of one kind of which nothing is to be said, and one of an effect that such a run shows.
     def test_short_runs_name_nothing_where_nothing_is_and_what_is_where_it_is(self):
-        self.assertEqual(campaign.main(["--seeds", "1", "--procedures", "scale,scale+scale", "--scenarios",
+        self.assertEqual(campaign.main(["--seeds", "1", "--procedures", "scale+scale", "--scenarios",
                                         "full-sequence", "--most-false", "0"]), 0)
         job = campaign.Job(all_worlds()["quiet+angle.latency"], "scale", 3, 1)
         rows = campaign.perform(job, None)
