@@ -257,6 +257,7 @@ class Collector::Impl {
     if (!done_.empty() && node.at.t_s <= done_.back().at.t_s) return;
     node.mean = job.readings.Mean();
     HalfIntegral(&node);
+    WayIntegrals(&node);
     if (!job.moves || !job.readings.AverageOutput(gyro_, &node.mean, &node.z_near))
       NearIntegrals(&node);
     columns_.covariates.insert(columns_.covariates.end(), job.covariates.begin(),
@@ -286,6 +287,24 @@ class Collector::Impl {
       return;
     }
     for (std::size_t c = 0; c < 3; ++c) node->z_half[c] = 0.5 * (last.z[c] + node->at.z[c]);
+  }
+
+  void WayIntegrals(Node* node) const {
+    node->z_way.fill(node->at.z);
+    if (done_.empty()) return;
+    const IntegralMark& last = done_.back().at;
+    const double step_s = (node->at.t_s - last.t_s) / static_cast<double>(kWaySteps);
+    IntegralMark mark;
+    for (std::size_t i = 0; i + 1 < kWaySteps; ++i) {
+      const double after_s = static_cast<double>(i + 1) * step_s;
+      if (gyro_.IntegralAt(last.t_s + after_s, &mark)) {
+        node->z_way[i] = mark.z;
+        continue;
+      }
+      const double part = after_s / (node->at.t_s - last.t_s);
+      for (std::size_t c = 0; c < 3; ++c)
+        node->z_way[i][c] = last.z[c] + part * (node->at.z[c] - last.z[c]);
+    }
   }
 
   void FinishRest(const Pending& job) {

@@ -24,6 +24,9 @@ inline constexpr double kNearStep_s = 0.01;
 inline constexpr std::array<double, 8> kNear_s = {-0.04, -0.03, -0.02, -0.01,
                                                   0.01,  0.02,  0.03,  0.04};
 using Near = std::array<Vector3, kNear_s.size()>;
+// Even steps from one node to the next, and a vector at the end of each.
+inline constexpr std::size_t kWaySteps = 10;
+using Way = std::array<Vector3, kWaySteps>;
 
 // What all readings of the reference since the node before say together: means over the readings,
 // and over the same times of the output's integral (node_readings.h).
@@ -57,6 +60,8 @@ struct Node {
   // Integral of the output at kNear_s from the node's time, less that at the node; where the mean
   // of the output is known, the mean of the same over the readings.
   Near z_near = {};
+  // Integral of the output on the way from the node before to this one; the last is `at.z`.
+  Way z_way = {};
   // Integral of the output since the first sample at `half_s`, half way from the node before.
   Vector3 z_half = {};
   double half_s = kMissing;

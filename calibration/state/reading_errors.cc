@@ -41,14 +41,18 @@ double ReadingErrors::ShareAtRest(double readings) const {
   return rounded_ + (1.0 - rounded_) / readings;
 }
 
-double ReadingErrors::ShareInMotion(const ReadingsMean& mean, const Vector3& from_deg,
-                                    const Vector3& to_deg) const {
+double ReadingErrors::ShareInMotion(const ReadingsMean& mean, std::size_t axis,
+                                    const Vector3& from_deg, const Vector3& to_deg) const {
+  const Vector3& own = mean.own_readings;
+  // Of an orientation there are no readings of one axis.
+  const bool of_axes = own[0] + own[1] + own[2] > 0.0;
+  const double readings = of_axes ? std::max(own[axis], 1.0) : mean.readings;
   double steps = 0.0;
   for (std::size_t a = 0; a < 3; ++a) {
     const double passed = std::fabs(to_deg[a] - from_deg[a]) / step_deg_[a];
     if (std::isfinite(passed)) steps = std::max(steps, passed);
   }
-  return rounded_ / std::min(mean.readings, 1.0 + steps) + (1.0 - rounded_) / mean.readings;
+  return rounded_ / std::min(readings, 1.0 + steps) + (1.0 - rounded_) / readings;
 }
 
 }  // namespace gyrobench::calibration

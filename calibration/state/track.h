@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "base/measurement.h"
@@ -11,9 +12,15 @@
 
 namespace gyrobench::calibration {
 
+// How the gyro turned at and about a node, about each of the sensor's axes [deg].
+struct GyroTurn {
+  double t_s = 0.0;
+  Vector3 since_first_deg = {};  // of the measurement's nodes
+  Near near_deg = {};            // from this time to those kNear_s before and after it
+};
+
 // What the sensor went through at one time. Values that are not known are NaN.
 struct TrackPoint {
-  static constexpr Vector3 kNowhere = {kMissing, kMissing, kMissing};
   double t_s = 0.0;               // of the measurement
   double length_s = 0.0;          // of the half of an interval that it stands for; 0: an instant
   double since_power_on_s = 0.0;  // t_s, which counts from it where power_on is given
@@ -36,9 +43,10 @@ struct TrackPoint {
   Vector3 table_rate_deg_s = {};
   // World x, horizontal, in frame S; NaN where the orientation is not known.
   Vector3 world_x = {kMissing, kMissing, kMissing};
-  // At nodes: angle about each sensor axis by which the gyro turned on from this time to the times
-  // kNear_s before and after it [deg]. nullptr where it is not known.
-  const Near* turned_near_deg = nullptr;
+  // At nodes: how the gyro turned at all nodes of the measurement, and the place of this one among
+  // them. Empty where it is not known.
+  std::span<const GyroTurn> gyro_turns = {};
+  std::size_t node = 0;
   // At nodes that are the mean of several readings of the reference: how many, the time
   // from one to the next, and what each of the table's axes turns in it.
   std::size_t readings = 1;
@@ -51,11 +59,10 @@ struct TrackPoint {
   // At nodes: how far the gyro has felt each of the table's axes turn [deg]; its scale and noise
   // add up in it, so only changes over a short time mean anything. NaN where it cannot feel it.
   Vector3 table_by_gyro_deg = {kMissing, kMissing, kMissing};
-  // The same at a few times since the node before, less that at this node: half way, 40 ms, 20 ms.
-  // NaN at times that lie beyond what the node stands for.
-  std::array<Vector3, 3> table_way_deg = {kNowhere, kNowhere, kNowhere};
-  // And after it: 20 ms, 40 ms.
-  std::array<Vector3, 2> table_way_on_deg = {kNowhere, kNowhere};
+  // The same on the way to the last of the readings that the node stands for, from the last one
+  // before them, through instants; and how long a step of it takes, 0 where nothing turns.
+  Way table_way_deg = {};
+  double way_step_s = 0.0;
   const double* covariates = nullptr;  // of MeasurementInfo::covariates, in order
 };
 

@@ -41,13 +41,13 @@ class TrailMaker {
     trail_.still.assign(intervals, false);
     trail_.usable.assign(intervals, {true, true, true});
     trail_.rotation_deg.assign(intervals, Vector3{});
-    trail_.reading_share.assign(nodes_.size(), 1.0);
+    trail_.reading_share.assign(nodes_.size(), {1.0, 1.0, 1.0});
     trail_.axis_errs.assign(nodes_.size(), {});
     trail_.reference_walk_s.assign(nodes_.size(), 0.0);
     Points();
     MarkUnusable(recording_, units_, &trail_);
     AngleErrors();
-    settled_ = SettleAxes(recording_, nodes_, trail_.angle_error_deg);
+    settled_ = SettleAxes(recording_, nodes_, ErrorsAtRest_deg());
     RestAngles();
     Rotations();
     Tables();
@@ -117,6 +117,25 @@ class TrailMaker {
       trail_.axis_error_deg[a] =
           std::min(trail_.angle_error_deg, std::max(scatter_deg, least_deg) / std::sqrt(averaged));
     }
+  }
+
+  // An axis that rests may be read less often than the one that turns.
+  Vector3 ErrorsAtRest_deg() const {
+    constexpr std::size_t kFew = 20;  // one node in so many
+    const ReadingErrors errors(recording_);
+    Vector3 error_deg;
+    error_deg.fill(trail_.angle_error_deg);
+    for (std::size_t a = 0; a < 3; ++a) {
+      std::vector<double> own;
+      for (const Node& node : nodes_) {
+        if (node.mean.output_known) own.push_back(node.mean.own_readings[a]);
+      }
+      if (own.empty()) continue;
+      const auto few = own.begin() + static_cast<std::ptrdiff_t>(own.size() / kFew);
+      std::nth_element(own.begin(), few, own.end());
+      error_deg[a] = std::max(error_deg[a], errors.ErrorInMotion_deg(std::max(*few, 1.0)));
+    }
+    return error_deg;
   }
 
   void Points() {
@@ -215,11 +234,12 @@ class TrailMaker {
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       if (AtRest(k)) {
         const double share = errors.ShareAtRest(count[rest_of_[k]]);
-        trail_.reading_share[k] = std::max(kLeastShare, share);
+        trail_.reading_share[k].fill(std::max(kLeastShare, share));
       } else if (nodes_[k].mean.output_known) {
         const Vector3& to = nodes_[k].table_deg;
         const Vector3& from = nodes_[k > 0 ? k - 1 : k].table_deg;
-        trail_.reading_share[k] = errors.ShareInMotion(nodes_[k].mean, from, to);
+        for (std::size_t a = 0; a < 3; ++a)
+          trail_.reading_share[k][a] = errors.ShareInMotion(nodes_[k].mean, a, from, to);
       }
       for (std::size_t a = 0; a < 3; ++a) {
         if (AtRest(k) && !settled_.is_settled[k][a])
@@ -302,16 +322,22 @@ class TrailMaker {
 }  // namespace
 
 double Trail::ReferenceShare(std::size_t node, const Vector3& m_row) const {
-  const double share = reading_share[node];
-  if (recording->info.reference != ReferenceKind::kStandAngles) return share;
+  const MeasurementInfo& info = recording->info;
+  const Vector3& share = reading_share[node];
+  if (info.reference == ReferenceKind::kSensorAngle)
+    return share[static_cast<std::size_t>(info.reference_axis)];
+  if (info.reference != ReferenceKind::kStandAngles) return share[0];
   const Matrix3 rates = stand.Rates(nodes[node].table_deg);
-  double felt = 0.0;
+  double felt = 0.0, square = 0.0;
   for (std::size_t a = 0; a < 3; ++a) {
     double gain = 0.0;
     for (std::size_t c = 0; c < 3; ++c) gain += m_row[c] * rates[c][a];
-    if (axis_errs[node][a]) felt += gain * gain;
+    if (!axis_errs[node][a]) continue;
+    felt += gain * gain;
+    square += share[a] * gain * gain;
   }
-  return std::isfinite(felt) ? share * std::max(felt, kLeastFelt) : share;
+  const double least = *std::min_element(share.begin(), share.end());
+  return std::isfinite(felt) ? std::max(square, least * kLeastFelt) : least;
 }
 
 Trail MakeTrail(const Recording& recording, const Vector3& units_per_deg_s, bool new_power_on,

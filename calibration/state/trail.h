@@ -29,10 +29,10 @@ struct Trail {
   // Rotation of the reference about the sensor's axes over interval i, Earth's included [deg]; 0
   // at rest but for Earth's.
   std::vector<Vector3> rotation_deg;
-  // Of each node: variance of an axis's angle relative to one reading's; means over rests and over
-  // the readings of a node are better. And which axes of the stand err there: the angle of one that
-  // rests is the same before and after.
-  std::vector<double> reading_share;
+  // Of each node: variance of each axis's angle relative to one reading's; means over rests and
+  // over the readings of a node are better. And which axes of the stand err there: the angle of one
+  // that rests is the same before and after.
+  std::vector<Vector3> reading_share;
   std::vector<std::array<bool, 3>> axis_errs;
   // Variance of what the channel with this row of M makes of the rotation's error up to a node,
   // relative to one reading's: by each axis as much as the channel feels of it.
@@ -47,8 +47,8 @@ struct Trail {
   bool coarse_steps = false;
   // Of each node: ReadingsMean::walk_s; 0 where it is one instant.
   std::vector<double> reference_walk_s;
-  std::vector<double> covariates;  // of the points: nodes, then halves
-  std::vector<Near> near;          // of the nodes: what their turned_near_deg points to
+  std::vector<double> covariates;    // of the points: nodes, then halves
+  std::vector<GyroTurn> gyro_turns;  // of the nodes, which point to it
   bool gravity_known = false, temperature_known = false, vibration_known = false;
   std::vector<Defect> defects;  // what is missing for long, and was left out
   std::vector<std::string> remarks;

@@ -54,9 +54,9 @@ struct SettledAngles {
   std::vector<Vector3> angle_deg;
   std::vector<std::array<bool, 3>> is_settled;
 };
-// `error_deg`: of the angle at one node.
+// `error_deg`: of each axis's angle at one node while it rests and others turn.
 SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& epochs,
-                         double error_deg);
+                         const Vector3& error_deg);
 
 // How the error of several readings' mean compares with one reading's, as variances. Noise
 // averages; the rounding to the steps of a coarse encoder does not, where neither noise nor motion
@@ -68,8 +68,9 @@ class ReadingErrors {
   bool CoarseSteps() const { return rounded_ > 0.5; }
   // Of the mean of so many while the table moves [deg].
   double ErrorInMotion_deg(double readings) const;
-  // Of the readings since the node before; tables' angles there and here.
-  double ShareInMotion(const ReadingsMean& mean, const Vector3& from_deg,
+  // Of the readings of an axis since the node before; the tables' angles there and here. Where the
+  // axis was not read since then, of the last one before.
+  double ShareInMotion(const ReadingsMean& mean, std::size_t axis, const Vector3& from_deg,
                        const Vector3& to_deg) const;
 
  private:

@@ -100,52 +100,69 @@ class RateMaker {
   }
 
   void Nodes() {
-    trail_.near.assign(nodes_.size(), Near{});
+    std::vector<GyroTurn>& turns = trail_.gyro_turns;
+    turns.assign(nodes_.size(), GyroTurn{});
+    std::vector<Vector3> steady(nodes_.size());
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      for (std::size_t c = 0; c < 3; ++c) Node(k, c);
+      turns[k].t_s = nodes_[k].at.t_s;
+      trail_.nodes[k].node = k;
+      trail_.nodes[k].gyro_turns = turns;
+      for (std::size_t c = 0; c < 3; ++c) {
+        steady[k][c] = SteadyOutput(k, c);
+        Node(k, c, steady[k][c]);
+      }
+    }
+    for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c)
+        turns[i + 1].since_first_deg[c] =
+            turns[i].since_first_deg[c] + Way(i, c, 0.5 * (steady[i][c] + steady[i + 1][c]));
     }
   }
 
-  // Turns of the table's axes, summed up, and the way there.
-  void TableByGyro(const MeasurementInfo& info) {
+  // Turns of the table's axes, summed up, and the way there. `recorded`: the nodes as they were,
+  // which are instants, with the ways between them.
+  void TableByGyro(const MeasurementInfo& info, const std::vector<calibration::Node>& recorded) {
     const std::vector<std::size_t> next = NextToTurn();
     const double walk_deg_sqrt_s =
         *std::max_element(walk_deg_sqrt_s_.begin(), walk_deg_sqrt_s_.end());
-    Vector3 sum = {};
+    Vector3 sum = {}, end = {};
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       TrackPoint& point = trail_.nodes[k];
+      point.table_way_deg.fill(end);
       if (k > 0 && !trail_.still[k - 1]) {
-        const double half_s = 0.5 * Length(k - 1);
-        const Vector3 back = Minus(nodes_[k - 1].at.z, nodes_[k].at.z);
-        const Vector3 felt = AboutAxes(info, Turned(k, back, -2.0 * half_s), k);
-        const double noise_deg = kNoiseSigmas * walk_deg_sqrt_s * std::sqrt(Length(k - 1));
+        const Matrix3 directions = DirectionsAt(k);
+        auto felt = [&](const Vector3& z, double since_s) {
+          return AboutAxes(info, directions, Turned(k, z, since_s));
+        };
         // What is felt of the turns of other axes is misalignment. While the play of an axis is
         // crossed its reference stands; what the gyro's noise says then, which is in the output as
         // well, must not pass for it: there would be a play in every bench.
-        std::array<bool, 3> turns = {};
-        for (std::size_t a = 0; a < 3; ++a)
-          turns[a] = Turns(k, a) ||
-                     ((Turns(k + 1, a) || a == next[k]) && !(std::fabs(felt[a]) < noise_deg));
-        for (std::size_t a = 0; a < 3; ++a) sum[a] -= turns[a] ? felt[a] : 0.0;
-        auto about = [&](const Vector3& z, double since_s) {
-          Vector3 turned = AboutAxes(info, Turned(k, z, since_s), k);
-          for (std::size_t a = 0; a < 3; ++a) turned[a] = turns[a] ? turned[a] : 0.0;
-          return turned;
+        auto turns = [&](std::size_t a, double turned_deg, double length_s) {
+          const double noise_deg = kNoiseSigmas * walk_deg_sqrt_s * std::sqrt(length_s);
+          return Turns(k, a) ||
+                 ((Turns(k + 1, a) || a == next[k]) && !(std::fabs(turned_deg) < noise_deg));
         };
-        if (HasMiddle(k - 1))
-          point.table_way_deg[0] = about(Minus(nodes_[k].z_half, nodes_[k].at.z), -Before(k - 1));
-        for (std::size_t n = 0; n < 2; ++n) {
-          const std::size_t near = 2 * n;  // 40 ms, 20 ms
-          if (-kNear_s[near] < half_s)
-            point.table_way_deg[n + 1] = about(nodes_[k].z_near[near], kNear_s[near]);
-          const std::size_t after = 2 * n + 5;  // 20 ms, 40 ms
-          if (kNear_s[after] >= 0.5 * point.span_s()) continue;
-          point.table_way_on_deg[n] = about(nodes_[k].z_near[after], kNear_s[after]);
-          // No farther than the next node will be.
+        const Vector3 turned = felt(Minus(nodes_[k].at.z, nodes_[k - 1].at.z), Length(k - 1));
+        for (std::size_t a = 0; a < 3; ++a)
+          sum[a] += turns(a, turned[a], Length(k - 1)) ? turned[a] : 0.0;
+        const IntegralMark& from = recorded[k - 1].at;
+        const double length_s = recorded[k].at.t_s - from.t_s;
+        point.way_step_s = length_s / static_cast<double>(kWaySteps);
+        const Vector3 whole = felt(Minus(recorded[k].at.z, from.z), length_s);
+        Vector3 gone = {};
+        for (std::size_t i = 0; i < kWaySteps; ++i) {
+          const Vector3 way = felt(Minus(recorded[k].z_way[i], from.z),
+                                   static_cast<double>(i + 1) * point.way_step_s);
           for (std::size_t a = 0; a < 3; ++a) {
-            if (!Turns(k + 1, a)) point.table_way_on_deg[n][a] = 0.0;
+            if (!turns(a, whole[a], length_s)) continue;
+            const int direction = Direction(k, a, whole[a]);
+            gone[a] = direction == 0
+                          ? way[a]
+                          : direction * std::max(direction * gone[a], direction * way[a]);
+            point.table_way_deg[i][a] += gone[a];
           }
         }
+        end = point.table_way_deg.back();
       }
       point.table_by_gyro_deg = sum;
     }
@@ -227,6 +244,19 @@ class RateMaker {
            std::fabs(trail_.nodes[k].table_rate_deg_s[axis]) > kLeastMotion_deg_s;
   }
 
+  // Way in which the axis turns about node k; 0 where it turns back. Where it does not, what the
+  // gyro's noise says of turning back, as at the end of a motion, must not cross a play either.
+  int Direction(std::size_t k, std::size_t axis, double felt_deg) const {
+    bool forward = false, backward = false;
+    for (std::size_t j = k - 1; j <= k + 1; ++j) {
+      if (!Turns(j, axis)) continue;
+      (trail_.nodes[j].table_rate_deg_s[axis] > 0.0 ? forward : backward) = true;
+    }
+    if (forward && backward) return 0;
+    if (!forward && !backward) forward = felt_deg > 0.0;
+    return forward ? 1 : -1;
+  }
+
   // Change of the output's integral over `by_s` as rotation about the sensor's axes.
   Vector3 Turned(std::size_t k, const Vector3& z, double by_s) const {
     Vector3 turned;
@@ -237,8 +267,13 @@ class RateMaker {
     return turned;
   }
 
+  Matrix3 DirectionsAt(std::size_t k) const {
+    return trail_.stand.Rates(trail_.nodes[k].table_deg);
+  }
+
   // Parts of a rotation about the sensor's axes that are about each of the table's.
-  Vector3 AboutAxes(const MeasurementInfo& info, const Vector3& turned, std::size_t k) const {
+  static Vector3 AboutAxes(const MeasurementInfo& info, const Matrix3& directions,
+                           const Vector3& turned) {
     Vector3 about = {};
     if (info.reference == ReferenceKind::kSensorAngle) {
       const auto axis = static_cast<std::size_t>(info.reference_axis);
@@ -246,7 +281,6 @@ class RateMaker {
       return about;
     }
     if (info.reference != ReferenceKind::kStandAngles) return {kMissing, kMissing, kMissing};
-    const Matrix3 directions = trail_.stand.Rates(trail_.nodes[k].table_deg);
     for (std::size_t a = 0; a < 3; ++a) {
       for (std::size_t c = 0; c < 3; ++c) {
         // A channel that is not there is not missed where the axis does not turn it.
@@ -308,7 +342,7 @@ class RateMaker {
 
   // The gyro's shape within 40 ms, less its rate at rest; where it never rests, with the mean over
   // both neighbours as the reference has it.
-  void Node(std::size_t k, std::size_t c) {
+  void Node(std::size_t k, std::size_t c, double steady) {
     TrackPoint& point = trail_.nodes[k];
     double turned = 0.0, seen = 0.0, time_s = 0.0;
     bool shapes = std::isfinite(units_[c]), quiet = true;
@@ -323,18 +357,27 @@ class RateMaker {
     const double mean = turned / time_s;
     double offset = -at_rest_[k][c];
     if (!std::isfinite(offset)) offset = mean - seen / units_[c] / time_s;
-    const double steady = SteadyOutput(k, c);
-    Near& near = trail_.near[k];
+    Near& near = trail_.gyro_turns[k].near_deg;
     for (std::size_t n = 0; n < kNear_s.size(); ++n) {
       const double shown =
           std::isfinite(steady) ? steady * kNear_s[n] : nodes_[k].z_near[n][c] / units_[c];
       const double by_gyro = shown + offset * kNear_s[n];
       near[n][c] = quiet || !shapes ? mean * kNear_s[n] : by_gyro;
     }
-    point.turned_near_deg = &near;
     constexpr std::size_t kBefore = 2, kAfter = 5;  // 20 ms
     point.rate_deg_s[c] =
         (near[kAfter][c] - near[kBefore][c]) / (kNear_s[kAfter] - kNear_s[kBefore]);
+  }
+
+  // What the gyro turned over interval i, less its rate at rest [deg]; `steady`: its mean output
+  // there where that is steady.
+  double Way(std::size_t i, std::size_t c, double steady) const {
+    const double shown = std::isfinite(steady)
+                             ? steady * Length(i)
+                             : (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / units_[c];
+    const double way_deg = shown - at_rest_[i + 1][c] * Length(i);
+    return Quiet(i, c) || !Shapes(i, c) || !std::isfinite(way_deg) ? trail_.rotation_deg[i][c]
+                                                                   : way_deg;
   }
 
   const std::vector<calibration::Node>& nodes_;
@@ -352,7 +395,7 @@ void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail
   maker.Steady();
   maker.Nodes();
   maker.Spans();
-  maker.TableByGyro(recording.info);
+  maker.TableByGyro(recording.info, recording.columns.nodes);
 }
 
 }  // namespace gyrobench::calibration

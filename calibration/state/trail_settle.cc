@@ -118,7 +118,7 @@ void Settle(const std::vector<Node>& nodes, std::size_t axis, double error_deg,
 }  // namespace
 
 SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& nodes,
-                         double error_deg) {
+                         const Vector3& error_deg) {
   SettledAngles out;
   for (const Node& node : nodes) out.angle_deg.push_back(node.table_deg);
   out.is_settled.assign(nodes.size(), {});
@@ -126,9 +126,9 @@ SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& no
   for (std::size_t a = 0; a < 3; ++a) {
     if (!recording.info.stand_axis_present[a]) continue;
     const std::vector<NodeRange> still =
-        StillStretches(nodes, a, RestTolerance(nodes, a, error_deg));
+        StillStretches(nodes, a, RestTolerance(nodes, a, error_deg[a]));
     const StepLimits limits = {recording.reference_step_deg[a], ScatterAtRest(nodes, still, a)};
-    for (const NodeRange& range : still) Settle(nodes, a, error_deg, limits, range, &out);
+    for (const NodeRange& range : still) Settle(nodes, a, error_deg[a], limits, range, &out);
   }
   return out;
 }

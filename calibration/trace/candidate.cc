@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -185,21 +186,30 @@ std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
   return out;
 }
 
-Candidate ScannedCandidate(const ChannelProblem& problem, const ScanPeak& peak) {
-  const Effect& effect = *peak.effect;
+Candidate PlacedCandidate(const ChannelProblem& problem, const Effect& effect,
+                          std::size_t table_axis, std::vector<double> nonlinear,
+                          std::optional<std::size_t> power_on) {
   Candidate candidate;
   candidate.effect = &effect;
   candidate.context = ContextOf(problem);
-  candidate.context.table_axis = peak.table_axis;
-  candidate.context.nonlinear = {peak.nonlinear};
+  candidate.context.table_axis = table_axis;
+  candidate.context.nonlinear = std::move(nonlinear);
   candidate.id = effect.id;
-  if (effect.of_one_time() && problem.power_on_begins().size() > 1)
-    candidate.power_on = problem.power_on(peak.row);
+  candidate.power_on = power_on;
   if ((effect.needs & kNeedsTableAxis) != 0 && OnStand(problem))
-    candidate.suffix = fmt::format("_{}", kAxisNames[peak.table_axis]);
+    candidate.suffix = fmt::format("_{}", kAxisNames[table_axis]);
+  candidate.family = effect.id + candidate.suffix;
   // Several steps or tones are several effects.
-  candidate.family = fmt::format("{}{}@{:.6g}", effect.id, candidate.suffix, peak.nonlinear);
+  if (candidate.scanned())
+    candidate.family += fmt::format("@{:.6g}", candidate.context.nonlinear.front());
   return candidate;
+}
+
+Candidate ScannedCandidate(const ChannelProblem& problem, const ScanPeak& peak) {
+  std::optional<std::size_t> power_on;
+  if (peak.effect->of_one_time() && problem.power_on_begins().size() > 1)
+    power_on = problem.power_on(peak.row);
+  return PlacedCandidate(problem, *peak.effect, peak.table_axis, {peak.nonlinear}, power_on);
 }
 
 Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candidate,
@@ -274,7 +284,7 @@ double ValueAt(const ChannelProblem& problem, const std::string& factor,
 }
 
 CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::string> covariates,
-                           bool earth_rate_known) {
+                           bool earth_rate_known, std::vector<Candidate> placed) {
   CandidateSet out;
   out.covariates = std::move(covariates);
   out.grid = CatalogueCandidates(problem, out.covariates, earth_rate_known);
@@ -283,6 +293,7 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
     if (Candidate warm = WarmGravity(problem); !warm.factors.empty())
       out.grid.push_back(std::move(warm));
   }
+  std::ranges::move(placed, std::back_inserter(out.grid));
   out.products = ComposedCandidates(problem, out.covariates);
   for (std::vector<Candidate>* list : {&out.grid, &out.products}) {
     for (Candidate& candidate : *list) {

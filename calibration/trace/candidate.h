@@ -74,7 +74,11 @@ std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
 // Products of two factors that are not in the catalogue.
 std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
                                           const std::vector<std::string>& covariates);
-// One effect of the catalogue outside the grid: what a scan has found.
+// One effect of the catalogue outside the grid, at its place; `power_on`: in which alone it acts.
+Candidate PlacedCandidate(const ChannelProblem& problem, const Effect& effect,
+                          std::size_t table_axis, std::vector<double> nonlinear,
+                          std::optional<std::size_t> power_on);
+// What a scan has found.
 Candidate ScannedCandidate(const ChannelProblem& problem, const ScanPeak& peak);
 
 // A quantity that curves are sought in, cut into equal cells of its range.
@@ -104,8 +108,9 @@ struct CandidateSet {
   // For ChannelProblem::Part(rows); of the set of all rows.
   CandidateSet Part(const std::vector<Eigen::Index>& rows) const;
 };
+// `placed`: candidates beside the catalogue's grid.
 CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::string> covariates,
-                           bool earth_rate_known);
+                           bool earth_rate_known, std::vector<Candidate> placed = {});
 
 // Raw columns of a candidate: rows x terms, deg per unit.
 Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candidate,

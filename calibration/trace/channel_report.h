@@ -1,8 +1,11 @@
 // One channel from problem to verdict.
 #pragma once
 
+#include <vector>
+
 #include "calibration/effects/channel_model.h"
 #include "calibration/sensor/channel_row.h"
+#include "calibration/trace/angle_error.h"
 #include "calibration/trace/channel_request.h"
 #include "calibration/trace/trace_result.h"
 
@@ -12,6 +15,7 @@ struct TracedChannel {
   ChannelTrace trace;
   ChannelModel model;
   ChannelRow row;  // for the three axes together
+  AngleErrors angle_errors;
 };
 
 TracedChannel TraceChannel(const ChannelRequest& request);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/state/trail.h"
+#include "calibration/trace/angle_error.h"
 
 namespace gyrobench::calibration {
 
@@ -21,6 +22,7 @@ struct ChannelRequest {
   std::uint64_t seed = 1;
   bool curves = true;
   bool try_on_rest = true;
+  std::vector<AngleError> found_errors;  // by any channel, that this one may feel as well
 };
 
 }  // namespace gyrobench::calibration

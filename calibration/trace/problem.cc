@@ -10,6 +10,8 @@ namespace {
 
 constexpr double kLeastPath_deg = 5.0;  // of an axis that counts as turned
 constexpr double kLeastTablePath_deg = 20.0;
+// A quarter of a turn about another axis, square to the channel's.
+constexpr double kLeastPathByError = 1.5;
 // An element of M beyond is not to be believed: data that do not tell axes apart.
 constexpr double kMostOfRow = 2.0;
 
@@ -29,9 +31,9 @@ int TemperatureOrder(double range_degC) {
 // about the time are not known.
 double Acceleration(const TrackPoint& point, std::size_t channel) {
   constexpr std::size_t kAfter = kNear_s.size() / 2, kBefore = kAfter - 1;
-  if (point.turned_near_deg == nullptr) return 0.0;
-  const double change_deg =
-      (*point.turned_near_deg)[kAfter][channel] + (*point.turned_near_deg)[kBefore][channel];
+  if (point.gyro_turns.empty()) return 0.0;
+  const Near& near_deg = point.gyro_turns[point.node].near_deg;
+  const double change_deg = near_deg[kAfter][channel] + near_deg[kBefore][channel];
   return std::isfinite(change_deg) ? change_deg / (kNearStep_s * kNearStep_s) : 0.0;
 }
 
@@ -145,7 +147,7 @@ ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const
   out.rows_.clear();
   out.intervals_.clear();
   out.feels_table_.clear();
-  out.levers_.clear();
+  out.felt_axes_.clear();
   out.run_begins_.clear();
   out.power_on_begins_.clear();
   out.output_ = output_(rows);
@@ -170,7 +172,7 @@ ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const
     out.intervals_.push_back(interval);
     out.rows_.push_back(ref(row));
     out.feels_table_.push_back(FeelsTable(row));
-    out.levers_.push_back(levers_[static_cast<std::size_t>(row)]);
+    out.felt_axes_.push_back(felt_axes_[static_cast<std::size_t>(row)]);
   }
   out.ShareReferenceErrors(out.RowOfM());
   return out;
@@ -220,9 +222,10 @@ double ChannelProblem::rounding_deg() const {
 
 void ChannelProblem::Survey() {
   constexpr double kFelt = 0.2;  // as a lever
-  Vector3 table_path = {};
+  // Of each axis: the turns that are felt, its own, and what an error of 1 deg makes.
+  Vector3 felt_path_deg = {}, path_deg = {}, path_by_error = {};
   feels_table_.assign(rows_.size(), false);
-  levers_.reserve(rows_.size());
+  felt_axes_.reserve(rows_.size());
   bool gravity = !trails_.empty(), temperature = gravity, vibration = gravity;
   for (const Trail& trail : trails_) {
     gravity = gravity && trail.gravity_known;
@@ -231,7 +234,7 @@ void ChannelProblem::Survey() {
   }
   for (Eigen::Index i = 0; i < rows(); ++i) {
     const double dt = intervals_[static_cast<std::size_t>(i)].duration_s;
-    levers_.push_back(LeversAt(i));
+    felt_axes_.push_back(FeelAxes(trail(i), ref(i).interval, channel_));
     for (std::size_t h = 0; h < 2; ++h) {
       const TrackPoint& point = half(i, h);
       max_rate_ = std::max(max_rate_, std::fabs(point.rate_deg_s[channel_]));
@@ -241,16 +244,21 @@ void ChannelProblem::Survey() {
       path_[c] += std::fabs(trail(i).rotation_deg[ref(i).interval][c]);
     for (std::size_t a = 0; a < 3; ++a) {
       const double lever = std::fabs(Lever(i, a));
-      const double rate = half(i, 0).table_rate_deg_s[a];
-      if (!(lever > kFelt) || rate == 0.0) continue;
-      table_path[a] += std::fabs(rate) * dt * lever;
+      const double turned_deg = std::fabs(half(i, 0).table_rate_deg_s[a]) * dt;
+      path_deg[a] += turned_deg;
+      path_by_error[a] += std::fabs(felt_axes_.back()[a].direction);
+      if (!(lever > kFelt) || turned_deg == 0.0) continue;
+      felt_path_deg[a] += turned_deg * lever;
       feels_table_[static_cast<std::size_t>(i)] = true;
     }
   }
   SurveyTemperature();
   SurveyGravity();
   for (std::size_t a = 0; a < 3; ++a) {
-    if (table_path[a] > kLeastTablePath_deg) table_axes_.push_back(a);
+    const bool turns = felt_path_deg[a] > kLeastTablePath_deg;
+    if (turns) table_axes_.push_back(a);
+    if (turns || (path_deg[a] > kLeastTablePath_deg && path_by_error[a] > kLeastPathByError))
+      axes_with_felt_errors_.push_back(a);
   }
   auto bit = [](bool known, unsigned need) { return known ? need : 0u; };
   temperature_known_ = temperature;
@@ -349,16 +357,6 @@ Eigen::VectorXd ChannelProblem::TemperaturePower(int power) const {
   });
 }
 
-Vector3 ChannelProblem::LeversAt(Eigen::Index row) const {
-  const MeasurementInfo& info = trail(row).recording->info;
-  if (info.reference == ReferenceKind::kStandAngles)
-    return trail(row).stand.Rates(half(row, 0).table_deg)[channel_];
-  Vector3 levers = {};
-  const auto axis = static_cast<std::size_t>(info.reference_axis);
-  if (info.reference == ReferenceKind::kSensorAngle && channel_ == axis) levers[axis] = 1.0;
-  return levers;
-}
-
 Eigen::MatrixXd ChannelProblem::Columns(const Effect& effect, const BasisContext& context,
                                         std::optional<std::size_t> power_on) const {
   const std::size_t terms = effect.terms.size();
@@ -386,10 +384,15 @@ Eigen::MatrixXd ChannelProblem::Columns(const Effect& effect, const BasisContext
       if (row == rows_.size() || rows_[row].trail != t || rows_[row].interval != i) continue;
       const auto index = static_cast<Eigen::Index>(row++);
       const double half_s = 0.5 * intervals_[static_cast<std::size_t>(index)].duration_s;
-      const double lever = table ? (trail.still[i] ? 0.0 : Lever(index, context.table_axis)) : 1.0;
+      FeltAxis felt = {.turn = 1.0};
+      if (table)
+        felt = trail.still[i] ? FeltAxis{}
+                              : felt_axes_[static_cast<std::size_t>(index)][context.table_axis];
       for (std::size_t j = 0; j < terms; ++j) {
         out(index, static_cast<Eigen::Index>(j)) =
-            effect.domain == EffectDomain::kRate ? half_s * (a[j] + b[j]) : lever * (b[j] - a[j]);
+            effect.domain == EffectDomain::kRate
+                ? half_s * (a[j] + b[j])
+                : felt.turn * (b[j] - a[j]) + 0.5 * felt.direction * (a[j] + b[j]);
       }
     }
   }

@@ -13,6 +13,7 @@
 #include "calibration/effects/factor.h"
 #include "calibration/gls/interval_gls.h"
 #include "calibration/state/trail.h"
+#include "calibration/trace/felt_axes.h"
 
 namespace gyrobench::calibration {
 
@@ -97,6 +98,8 @@ class ChannelProblem {
   bool DelayIsDeclared() const;
   // Axes of the table whose turning the channel feels.
   const std::vector<std::size_t>& table_axes() const { return table_axes_; }
+  // These, and those that turn while others' motions are felt: an error of their angle is felt.
+  const std::vector<std::size_t>& axes_with_felt_errors() const { return axes_with_felt_errors_; }
   // Of each run: whether the sensor turns about the channel's axis.
   std::vector<bool> turns_in_run() const;
   // Of a run, by its place from 0: its number as the measurements were given, from 1.
@@ -113,7 +116,7 @@ class ChannelProblem {
   const Vector3& gravity_range_g() const { return gravity_range_; }
   // How much of a turn of the table's axis the channel feels in a row.
   double Lever(Eigen::Index row, std::size_t table_axis) const {
-    return levers_[static_cast<std::size_t>(row)][table_axis];
+    return felt_axes_[static_cast<std::size_t>(row)][table_axis].turn;
   }
   // An axis of the table turns in a row, and the channel feels it.
   bool FeelsTable(Eigen::Index row) const { return feels_table_[static_cast<std::size_t>(row)]; }
@@ -131,7 +134,6 @@ class ChannelProblem {
   std::vector<std::size_t> Turned() const;
   // The channel's, by what the rows say.
   Vector3 RowOfM() const;
-  Vector3 LeversAt(Eigen::Index row) const;
   void Survey();
   void TakeOffEarth();
   void ShareReferenceErrors(const Vector3& row_of_m);
@@ -149,9 +151,10 @@ class ChannelProblem {
   Eigen::VectorXd output_;
   unsigned knows_ = 0;
   bool temperature_known_ = false;
-  std::vector<std::size_t> table_axes_;
+  std::vector<std::size_t> table_axes_, axes_with_felt_errors_;
   std::vector<bool> feels_table_;
-  std::vector<Vector3> levers_;  // of each row; every effect of the table asks for them
+  // Of each row; every effect of the table asks for them.
+  std::vector<std::array<FeltAxis, 3>> felt_axes_;
   Vector3 path_ = {};
   double min_temperature_ = kMissing, max_temperature_ = kMissing, mean_temperature_ = kMissing;
   double max_rate_ = 0.0;

@@ -78,7 +78,7 @@ class Steps {
     peak.effect = &ScannedEffect(Search::kTime, EffectDomain::kAngle);
     peak.tried = static_cast<double>(problem_.rows());
     peak.tail_freedom = TailFreedom();
-    peak.table_axis = AxisFeltMost();
+    peak.table_axis = AxisThatStepped();
     return peak;
   }
   // Of the rows' scores once the step at the peak is taken off: it is in those around it too.
@@ -110,21 +110,40 @@ class Steps {
   Eigen::VectorXd Output() const { return shocks_.output.col(p_); }
 
  private:
-  // The axis of the table whose reading changed by most over the peak's row, as the channel feels
-  // it: at rest the one that stepped, though it may never turn.
-  std::size_t AxisFeltMost() const {
-    const ProblemRow& at = problem_.row_refs()[static_cast<std::size_t>(row_)];
-    const std::vector<TrackPoint>& nodes = problem_.trail(row_).nodes;
-    const Vector3 &from = nodes[at.interval].table_deg, &to = nodes[at.interval + 1].table_deg;
-    std::size_t felt = problem_.table_axes().front();
+  // The axis of the table whose reading leaves its way by most about the peak's row, as the channel
+  // feels it: the one that stepped, though it may rest there while another turns.
+  std::size_t AxisThatStepped() const {
+    std::size_t stepped = problem_.table_axes().front();
     double most = 0.0;
     for (std::size_t a = 0; a < 3; ++a) {
-      const double by_deg = std::fabs((to[a] - from[a]) * problem_.Lever(row_, a));
+      const double by_deg = std::fabs(OffItsWay_deg(a) * problem_.Lever(row_, a));
       if (!(by_deg > most)) continue;
       most = by_deg;
-      felt = a;
+      stepped = a;
     }
-    return felt;
+    return stepped;
+  }
+  // Change of an axis's reading over the peak's row and its neighbours, less what the rates before
+  // and after them make of it.
+  double OffItsWay_deg(std::size_t axis) const {
+    const std::size_t row = problem_.row_refs()[static_cast<std::size_t>(row_)].interval;
+    const std::vector<TrackPoint>& nodes = problem_.trail(row_).nodes;
+    const std::size_t from = row > 0 ? row - 1 : row, to = std::min(row + 2, nodes.size() - 1);
+    auto change_deg = [&](std::size_t first, std::size_t last) {
+      return nodes[last].table_deg[axis] - nodes[first].table_deg[axis];
+    };
+    auto length_s = [&](std::size_t first, std::size_t last) {
+      return nodes[last].t_s - nodes[first].t_s;
+    };
+    double rates = 0.0, known = 0.0;
+    auto add_rate = [&](std::size_t first, std::size_t last) {
+      rates += change_deg(first, last) / length_s(first, last);
+      known += 1.0;
+    };
+    if (from > 0) add_rate(from - 1, from);
+    if (to + 1 < nodes.size()) add_rate(to, to + 1);
+    const double usual_deg = known > 0.0 ? rates / known * length_s(from, to) : 0.0;
+    return change_deg(from, to) - usual_deg;
   }
   // Rows where a step is looked for, each `stride`-th of a run, and for how many it stands.
   template <typename Do>

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "calibration/gls/scaled_ldlt.h"
@@ -16,6 +17,7 @@ namespace {
 
 // Of -2 log L: less is no reason to let a power-on begin at a side of the play.
 constexpr double kStartGain = 10.0;
+constexpr double kFinestSide = 0.01;  // of the play
 
 }  // namespace
 
@@ -30,25 +32,30 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
     SetNonlinear(theta, &trial);
     return others_off.Off(White(trial));
   };
-  std::vector<double> theta = range->start;
-  if (range->tied) {
+  auto refined = [&](std::vector<double> theta) {
+    if (!range->tied)
+      return RefineNonlinear(columns, residual, std::move(theta), range->low, range->high);
     for (int i = 0; i < 6; ++i) {
       const Eigen::MatrixXd x = columns(theta);
       const double seen = x.col(0).dot(residual) / x.col(0).squaredNorm();
       theta[0] = std::clamp(seen / own_scale_, range->low[0], range->high[0]);
     }
-  } else {
-    theta = RefineNonlinear(columns, residual, theta, range->low, range->high);
-  }
+    return theta;
+  };
+  const std::vector<double> theta = refined(range->start);
   if (theta == range->start) return;
   SetNonlinear(theta, candidate);
   if (candidate->effect != nullptr && candidate->effect->unknown_start) {
-    candidate->context.start_sides = StartSides(*candidate, others_off, residual);
+    trial.context.start_sides = StartSides(*candidate, others_off, residual);
+    if (trial.context.start_sides != candidate->context.start_sides) {
+      candidate->context.start_sides = trial.context.start_sides;
+      SetNonlinear(refined(theta), candidate);
+    }
   }
   candidate->columns.clear();
 }
 
-// Where in the play a power-on begins nobody knows; its first motion shows it.
+// Where in the play a power-on begins nobody knows; what it does first shows it.
 std::vector<double> Selection::StartSides(Candidate candidate, const Projection& others_off,
                                           const Eigen::VectorXd& residual) const {
   std::vector<double>& sides = candidate.context.start_sides;
@@ -65,12 +72,16 @@ std::vector<double> Selection::StartSides(Candidate candidate, const Projection&
   double best = gain();
   for (double& side : sides) {
     double chosen = 0.0, with = best + kStartGain;
-    for (const double start : {-0.5, 0.5}) {
-      side = start;
+    auto try_at = [&](double start) {
+      side = std::clamp(start, -0.5, 0.5);
       if (const double here = gain(); here > with) {
         with = here;
-        chosen = start;
+        chosen = side;
       }
+    };
+    for (const double start : {-0.5, 0.5, -0.25, 0.25}) try_at(start);
+    for (double step = 0.125; chosen != 0.0 && step > kFinestSide; step *= 0.5) {
+      for (const double start : {chosen - step, chosen + step}) try_at(start);
     }
     side = chosen;
     if (chosen != 0.0) best = with;

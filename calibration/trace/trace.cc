@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <iterator>
+#include <numeric>
 
 #include "base/error.h"
 #include "calibration/sensor/make_vector.h"
@@ -151,6 +153,38 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
   return runs;
 }
 
+// Side by side: a channel reads the runs and writes what is its own, so that the result is the same
+// to the last digit. Where one channel shows that an axis is read wrong, the others that are not
+// clean are traced again with that in view.
+std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
+                                         const std::function<void(double)>& progress) {
+  std::vector<TracedChannel> traced(requests.size());
+  double done = 0.0;
+  auto trace = [&](const std::vector<std::size_t>& which) {
+    std::vector<std::future<TracedChannel>> work;
+    for (const std::size_t k : which)
+      work.push_back(std::async(std::launch::async, [&, k] { return TraceChannel(requests[k]); }));
+    for (std::size_t i = 0; i < which.size(); ++i) {
+      traced[which[i]] = work[i].get();
+      if (progress) progress(std::min(1.0, ++done / static_cast<double>(requests.size() + 1)));
+    }
+  };
+  std::vector<std::size_t> all(requests.size()), again;
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  trace(all);
+  std::vector<AngleError> errors;
+  for (const TracedChannel& channel : traced)
+    std::ranges::copy(channel.angle_errors.found, std::back_inserter(errors));
+  for (const std::size_t k : all) {
+    if (traced[k].trace.verdict == Verdict::kNone) continue;
+    requests[k].found_errors = NewTo(traced[k].angle_errors, errors);
+    if (!requests[k].found_errors.empty()) again.push_back(k);
+  }
+  trace(again);
+  if (progress) progress(1.0);
+  return traced;
+}
+
 }  // namespace
 
 Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& options) {
@@ -177,20 +211,14 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
     request.try_on_rest = options.try_on_rest;
     requests.push_back(std::move(request));
   }
-  // Side by side: a channel reads the runs and writes what is its own, so that the result is the
-  // same to the last digit.
-  std::vector<std::future<TracedChannel>> work;
-  for (const ChannelRequest& request : requests)
-    work.push_back(std::async(std::launch::async, [&request] { return TraceChannel(request); }));
+  std::vector<TracedChannel> traced_channels = TraceChannels(std::move(requests), options.progress);
   for (std::size_t k = 0; k < channels.size(); ++k) {
-    TracedChannel traced = work[k].get();
+    TracedChannel& traced = traced_channels[k];
     AddReferenceError(runs.trails, channels[k], &traced);
     AddUnidentifiable(columns.unidentifiable, &traced.trace);
     out.result.channels.push_back(std::move(traced.trace));
     out.models.push_back(std::move(traced.model));
     rows.push_back(std::move(traced.row));
-    if (options.progress)
-      options.progress(static_cast<double>(k + 1) / static_cast<double>(channels.size()));
   }
   out.result.vector = MakeVectorCalibration(rows, runs.trails);
   DescribeReferenceError(runs.trails, &out.result);

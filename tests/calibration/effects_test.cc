@@ -70,8 +70,11 @@ Injection TemperatureRate(const SyntheticBench&) {
   return Rate([](const BenchState& s) { return 0.2 * s.temperature_rate_degC_s; });
 }
 // What lags behind the temperature by a play of 1 degC, and follows when that is used up.
+// `before_degC`: how much cooler the package was when it last turned back.
+template <int kBefore_tenths_degC>
 Injection Hysteresis(const SyntheticBench& bench) {
-  return Rate([held = bench.At(0.0).temperature_degC](const BenchState& s) mutable {
+  const double begin_degC = bench.At(0.0).temperature_degC;
+  return Rate([held = begin_degC - 0.1 * kBefore_tenths_degC](const BenchState& s) mutable {
     constexpr double kPlay_degC = 1.0;
     const double ahead = s.temperature_degC - held;
     if (ahead > kPlay_degC) held = s.temperature_degC - kPlay_degC;
@@ -202,6 +205,16 @@ BenchSensor NominalScale() {
   sensor.m_row[2] = 1.0;
   return sensor;
 }
+// Turned back several times a second: where between two readings says how far the play is crossed.
+Motion QuickSwings() {
+  Motion motion;
+  motion.Rest(10.0);
+  for (const double rate : {10.0, 25.0, 40.0}) motion.ThereAndBack(kInnerAxis, 150.0, rate);
+  for (int round = 0; round < 4; ++round) {
+    for (const double hz : {0.8, 1.2, 1.6}) motion.Swing(kInnerAxis, 3.0, hz, 12).Rest(2.0);
+  }
+  return motion;
+}
 BenchSensor UpsideDown() {
   BenchSensor sensor;
   sensor.m_row[2] = -1.0;
@@ -218,7 +231,8 @@ const std::vector<Row>& Rows() {
       {"bias.g_linear", "", GLinear, {{"k_x", 0.02}, {"k_y", -0.03}, {"k_z", 0.01}}},
       {"bias.g_squared", "", GSquared, {{"k_x", 0.02}, {"k_y", -0.01}}},
       {"bias.temperature_rate", "", TemperatureRate, {{"c", 0.2}}},
-      {"bias.hysteresis", "", Hysteresis, {{"c", 0.02}, {"r", 1.0}}},
+      {"bias.hysteresis", "", Hysteresis<0>, {{"c", 0.02}, {"r", 1.0}}},
+      {"bias.hysteresis", "begun_before", Hysteresis<7>, {{"c", 0.02}, {"r", 1.0}}},
       {"bias.warm_up", "", WarmUp, {{"A", 0.1}, {"tau", 30.0}}},
       {"scale.g", "", ScaleG, {{"c_x", 4e-4}, {"c_y", -3e-4}, {"c_z", 5e-4}}},
       {"scale.temperature", "", ScaleTemperature, {{"c", 1e-4}}},
@@ -272,6 +286,12 @@ const std::vector<Row>& Rows() {
        EveryMotion,
        NominalScale()},
       {"angle.backlash", "", PlayBehindTable, {{"b_inner", 0.06}}, EveryMotion, NominalScale()},
+      {"angle.backlash",
+       "in_quick_swings",
+       PlayBehindTable,
+       {{"b_inner", 0.06}},
+       QuickSwings,
+       NominalScale()},
       {"angle.step",
        "",
        AngleStep<58>,

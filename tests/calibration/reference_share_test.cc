@@ -55,6 +55,25 @@ TEST(ReferenceShare, IsOneOverTheReadingsOfANodeWhereTheChannelTurns) {
   for (const double share : shares) EXPECT_NEAR(share, 1.0 / readings, 0.05 / readings);
 }
 
+// A node has one reading of such an axis, or the one of the node before: no mean, but it rests.
+TEST(AnAxisThatRests, StaysWhereItIsHoweverSeldomItIsRead) {
+  BenchSensor sensor;
+  sensor.reads_resting_axes = 10;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Motion motion = Motion().Rest(20).ThereAndBack(kInnerAxis, 300, 5).Rest(20);
+    const Told told = Tell(motion, sensor, seed);
+    const Trail& trail = told.trails.front();
+    int turns = 0, moved = 0;
+    for (std::size_t i = 0; i < trail.still.size(); ++i) {
+      if (std::fabs(trail.halves[2 * i].table_rate_deg_s[kInnerAxis]) < 4.0) continue;
+      ++turns;
+      moved += trail.nodes[i].table_deg[kOuterAxis] != trail.nodes[i + 1].table_deg[kOuterAxis];
+    }
+    EXPECT_GT(turns, 800);
+    EXPECT_LE(moved, turns / 100) << "seed " << seed;
+  }
+}
+
 // The middle axis is horizontal, across z, however far it has turned.
 TEST(ReferenceShare, IsNoneWhereTheTurningAxisIsAcrossTheChannel) {
   const Told told = Tell(Motion().Rest(20).ThereAndBack(kMiddleAxis, 60, 20).Rest(20), {}, 1);

@@ -12,6 +12,7 @@ namespace {
 constexpr double kPi = std::numbers::pi, kRad = kPi / 180.0;
 constexpr double kGyro_hz = 100.0, kReference_hz = 50.0;
 constexpr double kAccelerometer_g = 0.001;
+constexpr double kOtherScale = 0.99;  // of x and y
 // Whole periods in the time between two nodes, on the grid of the samples.
 constexpr double kVibration_hz = 20.0;
 
@@ -192,7 +193,9 @@ calibration::Recording SyntheticBench::Measure(const Injection& injection, std::
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   calibration::Collector collector;
-  collector.OnInfo(InfoOf(with_supply));
+  MeasurementInfo info = InfoOf(with_supply);
+  if (sensor_.three_channels) info.gyro_present = {true, true, true};
+  collector.OnInfo(info);
   const double white_deg_s = sensor_.angle_random_walk_deg_sqrt_s * std::sqrt(kGyro_hz);
   std::int64_t readings = 0;
   for (std::int64_t n = 0; static_cast<double>(n) / kGyro_hz <= motion_.duration_s(); ++n) {
@@ -204,6 +207,8 @@ calibration::Recording SyntheticBench::Measure(const Injection& injection, std::
     for (std::size_t c = 0; c < 3; ++c) output += sensor_.m_row[c] * state.rate_deg_s[c];
     if (injection.rate_deg_s) output += injection.rate_deg_s(state);
     sample.xi[2] = output;
+    for (std::size_t c = 0; c < 2 && sensor_.three_channels; ++c)
+      sample.xi[c] = kOtherScale * state.rate_deg_s[c] + white_deg_s * normal(random);
     sample.temperature_degC = state.temperature_degC + sensor_.thermometer_degC * normal(random);
     for (std::size_t c = 0; c < 3; ++c)
       sample.accel_g[c] = state.g[c] + kAccelerometer_g * normal(random);
@@ -213,8 +218,10 @@ calibration::Recording SyntheticBench::Measure(const Injection& injection, std::
       const double t_s = static_cast<double>(readings) / kReference_hz;
       const BenchState shown = At(injection.shown_s ? injection.shown_s(t_s) : t_s);
       for (std::size_t axis = 0; axis < 3; ++axis) {
+        const bool rests = shown.table.rate_deg_s[axis] == 0.0;
+        if (rests && readings % sensor_.reads_resting_axes != 0) continue;
         double angle_deg = shown.table.angle_deg[axis] + sensor_.reading_deg * normal(random);
-        if (axis == kInnerAxis && injection.angle_deg) angle_deg -= injection.angle_deg(shown);
+        if (axis == injection.axis && injection.angle_deg) angle_deg -= injection.angle_deg(shown);
         collector.OnAngle({t_s, static_cast<int>(axis), angle_deg});
       }
     }

@@ -2,8 +2,8 @@
 // through. Written apart from the tracer and from the virtual stand: it shares no code with either,
 // so that an effect put into it is an independent witness of what the tracer says.
 //
-// Geometry: world W with z up, R_WS = Rz(outer) Rx(middle) Rz(inner). Only the sensor's z axis has
-// an output, in deg/s.
+// Geometry: world W with z up, R_WS = Rz(outer) Rx(middle) Rz(inner). Unless asked for, only the
+// sensor's z axis has an output, in deg/s.
 #pragma once
 
 #include <array>
@@ -75,8 +75,11 @@ struct BenchState {
 
 struct BenchSensor {
   std::array<double, 3> m_row = {0.006, -0.004, 1.015};
+  // Whether x and y have an output as well: without an offset or an effect of their own.
+  bool three_channels = false;
   double angle_random_walk_deg_sqrt_s = 0.001;
   double reading_deg = 0.003;      // noise of a reading of the reference
+  int reads_resting_axes = 1;      // once in so many of its readings
   double thermometer_degC = 0.02;  // noise of a sample's temperature
   // Where positive the temperature swings by +-5 degC with this period; else it warms up, is cooled
   // by a fan and warms up again.
@@ -86,10 +89,11 @@ struct BenchSensor {
 // What is added to such a bench. Each is called in the order of time.
 struct Injection {
   std::function<double(const BenchState&)> rate_deg_s;  // added to the output
-  // By how much the gyro's angle leads the reference's: the reading of the inner axis shows less.
+  // By how much the gyro's angle leads the reference's: the reading of `axis` shows less.
   std::function<double(const BenchState&)> angle_deg;
   // The time whose angles a reading shows.
-  std::function<double(double t_s)> shown_s;
+  std::function<double(double t_s)> shown_s = {};
+  TableAxis axis = kInnerAxis;  // of angle_deg
 };
 
 class SyntheticBench {

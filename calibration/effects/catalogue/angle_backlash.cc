@@ -1,5 +1,6 @@
 // Play in the gear.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calibration/effects/basis.h"
@@ -17,28 +18,25 @@ class BacklashBasis final : public ChannelBasis {
   void At(const TrackPoint& point, double* terms) override {
     const std::size_t axis = context().table_axis;
     const double b_deg = context().nonlinear[0];
-    const bool by_reference =
-        b_deg < -kClearPlay_deg || !std::isfinite(point.table_by_gyro_deg[axis]);
-    const double angle_deg = by_reference ? point.table_deg[axis] : point.table_by_gyro_deg[axis];
     const double play_deg = std::max(std::fabs(b_deg), kLeastPlay_deg);
+    const OneWay way = WayOf(point, b_deg);
     if (point.restart) {
       ++power_ons_;
       follower_deg_ = kMissing;
     }
-    if (std::isfinite(angle_deg)) {
+    if (std::isfinite(way.front())) {
       if (!std::isfinite(follower_deg_)) {
-        follower_deg_ = angle_deg - StartSide() * play_deg;
+        follower_deg_ = way.front() - StartSide() * play_deg;
       } else if (point.begins) {
         // Between measurements the reference alone says what the table turned by.
         const double moved_deg = point.table_deg[axis] - last_deg_;
         const bool moved = std::fabs(moved_deg) > kLeastMove_deg;
         const double lead_deg = side_ * play_deg + (moved ? moved_deg : 0.0);
-        follower_deg_ = angle_deg - std::clamp(lead_deg, -0.5 * play_deg, 0.5 * play_deg);
+        follower_deg_ = way.front() - std::clamp(lead_deg, -0.5 * play_deg, 0.5 * play_deg);
       }
-      side_ = MeanSide(point, angle_deg, play_deg);
+      terms[0] = MeanSide(point, way, play_deg);
     }
     last_deg_ = point.table_deg[axis];
-    terms[0] = side_;
   }
 
  private:
@@ -48,37 +46,58 @@ class BacklashBasis final : public ChannelBasis {
   // Less is the noise of two readings.
   static constexpr double kLeastMove_deg = 0.05;
 
-  double StartSide() const {
-    const std::vector<double>& sides = context().start_sides;
-    const std::size_t power_on = std::max<std::size_t>(power_ons_, 1) - 1;
-    return power_on < sides.size() ? sides[power_on] : 0.0;
-  }
+  double StartSide() const { return start_side(std::max<std::size_t>(power_ons_, 1) - 1); }
 
-  // On the way through the point; the mean over what it stands for.
-  double MeanSide(const TrackPoint& point, double angle_deg, double play_deg) {
+  // Along a way, at the end of each of its steps.
+  using OneWay = std::array<double, kWaySteps>;
+
+  // Of the axis, as the gyro shows it or, where the reference stands for the table, about its
+  // angle.
+  OneWay WayOf(const TrackPoint& point, double b_deg) const {
     const std::size_t axis = context().table_axis;
-    const bool several = point.span_s() > 0.0;
-    double sum = 0.0, count = 0.0;
-    auto pass = [&](const Vector3& way, bool counts) {
-      if (!std::isfinite(way[axis])) return;
-      Follow(angle_deg + way[axis], play_deg);
-      if (!counts) return;
-      sum += (angle_deg + way[axis] - follower_deg_) / play_deg;
-      count += 1.0;
-    };
-    // A mean is ahead of the instant while the table speeds up: the two do not mix.
-    if (!several) pass(point.table_way_deg[0], false);
-    pass(point.table_way_deg[1], several);
-    pass(point.table_way_deg[2], several);
-    pass({}, true);
-    if (several) {
-      for (const Vector3& way : point.table_way_on_deg) pass(way, true);
-    }
-    return sum / count;
+    OneWay way;
+    for (std::size_t i = 0; i < kWaySteps; ++i) way[i] = point.table_way_deg[i][axis];
+    const bool by_reference = b_deg < -kClearPlay_deg || !std::isfinite(way.front());
+    if (!by_reference) return way;
+    const double off_deg = point.table_deg[axis] - MeanOverReadings(point, way);
+    for (double& angle_deg : way)
+      angle_deg = std::isfinite(off_deg) ? angle_deg + off_deg : point.table_deg[axis];
+    return way;
   }
-  void Follow(double angle_deg, double play_deg) {
+  // The last reading is at the end of the way.
+  static double MeanOverReadings(const TrackPoint& point, const OneWay& along) {
+    if (!(point.way_step_s > 0.0)) return along.back();
+    constexpr auto kLast = static_cast<double>(kWaySteps - 1);
+    const auto readings = static_cast<double>(point.readings);
+    double sum = 0.0;
+    for (double back = 0.0; back < readings; back += 1.0) {
+      const double place =
+          std::clamp(kLast - back * point.reading_step_s / point.way_step_s, 0.0, kLast);
+      const std::size_t i = std::min(static_cast<std::size_t>(place), kWaySteps - 2);
+      sum += std::lerp(along[i], along[i + 1], place - static_cast<double>(i));
+    }
+    return sum / readings;
+  }
+  // Which leaves `side_` as it is after the last of them.
+  double MeanSide(const TrackPoint& point, const OneWay& way, double play_deg) {
+    OneWay sides;
+    for (std::size_t i = 0; i < kWaySteps; ++i) {
+      if (i > 1) Turn(way[i - 2], way[i - 1], way[i], play_deg);
+      sides[i] = Follow(way[i], play_deg);
+    }
+    side_ = sides.back();
+    return MeanOverReadings(point, sides);
+  }
+  // Where the axis turns back between three angles it went as far as the parabola through them.
+  void Turn(double first_deg, double middle_deg, double last_deg, double play_deg) {
+    if ((middle_deg - first_deg) * (last_deg - middle_deg) >= 0.0) return;
+    const double bend_deg = first_deg - 2.0 * middle_deg + last_deg;
+    Follow(middle_deg - std::pow(last_deg - first_deg, 2) / (8.0 * bend_deg), play_deg);
+  }
+  double Follow(double angle_deg, double play_deg) {
     follower_deg_ =
         std::clamp(follower_deg_, angle_deg - 0.5 * play_deg, angle_deg + 0.5 * play_deg);
+    return (angle_deg - follower_deg_) / play_deg;
   }
   std::size_t power_ons_ = 0;  // begun
   double side_ = 0.0;

@@ -1,4 +1,5 @@
 // The zero-rate offset depends on the way by which a temperature was reached.
+#include <algorithm>
 #include <cmath>
 
 #include "calibration/effects/basis.h"
@@ -13,15 +14,19 @@ class HysteresisBasis final : public ChannelBasis {
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
     const double temperature = point.temperature_degC;
-    if (point.restart || !started_) follower_ = temperature;
-    // Where it is not known, the follower waits.
-    started_ = std::isfinite(follower_);
     const double play = context().nonlinear[0];
+    if (point.restart) ++power_ons_;
+    // A package keeps the stress of what it went through before.
+    if (point.restart || !started_)
+      follower_ = temperature - 2.0 * play * start_side(std::max<std::size_t>(power_ons_, 1) - 1);
+    // Where the temperature is not known, the follower waits.
+    started_ = std::isfinite(follower_);
     follower_ = std::fmin(std::fmax(follower_, temperature - play), temperature + play);
     terms[0] = follower_ - temperature;
   }
 
  private:
+  std::size_t power_ons_ = 0;  // begun
   bool started_ = false;
   double follower_ = 0.0;
 };
@@ -48,6 +53,7 @@ Effect BiasHysteresis() {
           .typical_size = 0.1,
           .size_source = "experience with parts of this class: 0.01 to 0.1",
           .slow = true,
+          .unknown_start = true,
           .makes_sense = IsCrossed,
           .basis = Make<HysteresisBasis>};
 }

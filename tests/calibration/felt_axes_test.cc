@@ -1,0 +1,150 @@
+// An axis of the stand that is read wrong turns the direction from which the motions of the axes
+// outside of it come.
+#include "calibration/trace/felt_axes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "calibration/state/trail.h"
+#include "tests/calibration/synthetic_bench.h"
+#include "tests/calibration/trace_once.h"
+
+namespace gyrobench::testing {
+namespace {
+
+using calibration::ChannelTrace;
+using calibration::FeltAxis;
+using calibration::Recording;
+using calibration::StandFrame;
+using calibration::TracedEffect;
+using calibration::Trail;
+using calibration::Vector3;
+
+constexpr double kPi = std::numbers::pi;
+
+// One interval of a second, in which the axes turn at such rates about such angles.
+Trail OneInterval(const Recording& recording, const StandFrame& stand, const Vector3& angles_deg,
+                  const Vector3& rates_deg_s) {
+  Trail trail;
+  trail.recording = &recording;
+  trail.stand = stand;
+  trail.nodes.resize(2);
+  trail.nodes[1].t_s = 1.0;
+  trail.halves.resize(2);
+  for (auto& half : trail.halves) {
+    half.table_deg = angles_deg;
+    half.table_rate_deg_s = rates_deg_s;
+  }
+  trail.still = {false};
+  const auto directions = stand.Rates(angles_deg);
+  trail.rotation_deg.resize(1);
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t a = 0; a < 3; ++a)
+      trail.rotation_deg[0][c] += directions[c][a] * rates_deg_s[a];
+  }
+  return trail;
+}
+
+// The rotation by the readings, less that by the true angles, is what the error makes of it.
+TEST(TheDirectionOfAMotion, IsTurnedByWhatAnAxisIsMisreadBy) {
+  constexpr double kError_deg = 1e-3;
+  Recording recording;
+  recording.info.reference = ReferenceKind::kStandAngles;
+  StandGeometry skew;
+  skew.outer_middle_deg = 0.7;
+  skew.middle_inner_deg = -0.4;
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> angle(-180.0, 180.0), rate(-40.0, 40.0);
+  for (int draw = 0; draw < 40; ++draw) {
+    const StandFrame stand(draw % 2 == 0 ? StandGeometry{} : skew);
+    const Vector3 angles = {angle(random), angle(random), angle(random)};
+    const Vector3 rates = {rate(random), rate(random), rate(random)};
+    const Trail trail = OneInterval(recording, stand, angles, rates);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Vector3 wrong = angles;
+      wrong[axis] += kError_deg;
+      const Trail misread = OneInterval(recording, stand, wrong, rates);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const FeltAxis felt = calibration::FeelAxes(trail, 0, c)[axis];
+        EXPECT_NEAR((misread.rotation_deg[0][c] - trail.rotation_deg[0][c]) / kError_deg,
+                    felt.direction, 1e-4)
+            << "axis " << axis << ", channel " << c;
+      }
+    }
+  }
+}
+
+// Turns of the outer axis, which x and y feel from where the inner one stands, and z in part.
+Motion Headings() {
+  Motion motion;
+  motion.Rest(20.0);
+  for (const double rate : {10.0, 25.0, 40.0}) motion.ThereAndBack(kInnerAxis, 160.0, rate);
+  for (int round = 0; round < 2; ++round) {
+    for (const double tilt_deg : {20.0, 25.0, 30.0, 40.0}) {
+      motion.Turn(kMiddleAxis, round == 0 ? tilt_deg : -tilt_deg, 30.0);
+      motion.ThereAndBack(kOuterAxis, 170.0, 35.0).ThereAndBack(kInnerAxis, 60.0, 30.0);
+    }
+  }
+  return motion;
+}
+
+BenchSensor ThreeChannels() {
+  BenchSensor sensor;
+  sensor.m_row = {0.006, -0.004, 1.0};
+  sensor.three_channels = true;
+  return sensor;
+}
+
+TEST(ASlipOfTheInnerAxis, IsNamedAloneOnEveryChannel) {
+  constexpr double kSlip_deg = 0.3;
+  const Motion motion = Headings();
+  const double slip_s = 0.5 * motion.duration_s();
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    Injection slip;
+    slip.angle_deg = [=](const BenchState& s) { return s.t_s > slip_s ? kSlip_deg : 0.0; };
+    const Recording recording = SyntheticBench(motion, ThreeChannels()).Measure(slip, seed);
+    const Recording* const inputs[] = {&recording};
+    calibration::TraceOptions options;
+    options.curves = false;
+    for (const ChannelTrace& channel : calibration::Trace(inputs, options).result.channels) {
+      ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", seed " << seed;
+      const TracedEffect& effect = channel.effects[0];
+      EXPECT_EQ(effect.id, "angle.step") << channel.summary;
+      EXPECT_EQ(effect.parameters[0].name, "b_inner");
+      EXPECT_NEAR(effect.parameters[0].value, kSlip_deg,
+                  5.0 * effect.parameters[0].std_error + 0.02 * kSlip_deg);
+      EXPECT_NEAR(effect.parameters[1].value, slip_s, 0.5);
+    }
+  }
+}
+
+// z does not feel the middle axis turn: x and y say what is wrong with it.
+TEST(AnErrorOfTheMiddleAxis, IsNamedByWhatZFeelsOfTheOuter) {
+  constexpr double kWave_deg = 0.05;
+  const SyntheticBench bench(Headings(), ThreeChannels());
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    Injection wave;
+    wave.axis = kMiddleAxis;
+    wave.angle_deg = [](const BenchState& s) {
+      return kWave_deg * std::sin(2.0 * s.table.angle_deg[kMiddleAxis] * kPi / 180.0);
+    };
+    const Recording recording = bench.Measure(wave, seed);
+    const Recording* const inputs[] = {&recording};
+    calibration::TraceOptions options;
+    options.curves = false;
+    for (const ChannelTrace& channel : calibration::Trace(inputs, options).result.channels) {
+      EXPECT_THAT(channel.effects, ::testing::Not(::testing::IsEmpty())) << channel.summary;
+      for (const TracedEffect& effect : channel.effects) {
+        EXPECT_EQ(effect.owner, calibration::EffectOwner::kReference) << channel.summary;
+        EXPECT_THAT(effect.parameters[0].name, ::testing::EndsWith("_middle")) << channel.summary;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gyrobench::testing

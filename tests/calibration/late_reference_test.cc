@@ -1,0 +1,92 @@
+// Clocks of gyro and reference that part by more than the samples that a reading lies among.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include "calibration/effects/catalogue/turned_on.h"
+#include "tests/calibration/synthetic_bench.h"
+#include "tests/calibration/trace_once.h"
+#include "tests/calibration/trace_story.h"
+
+namespace gyrobench::testing {
+namespace {
+
+using calibration::GyroTurn;
+using calibration::TrackPoint;
+
+// A swing, which differs from a straight line by much within a node's distance.
+double SwingAngle(double t_s) { return 10.0 * std::sin(2.0 * std::numbers::pi * 0.6 * t_s); }
+
+std::vector<GyroTurn> NodesOf(double (*angle_deg)(double), double step_s, std::size_t count) {
+  std::vector<GyroTurn> turns(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    turns[k].t_s = 50.0 + static_cast<double>(k) * step_s;
+    turns[k].since_first_deg[1] = angle_deg(turns[k].t_s) - angle_deg(50.0);
+    for (std::size_t n = 0; n < calibration::kNear_s.size(); ++n)
+      turns[k].near_deg[n][1] =
+          angle_deg(turns[k].t_s + calibration::kNear_s[n]) - angle_deg(turns[k].t_s);
+  }
+  return turns;
+}
+
+TEST(HowFarTheGyroTurnedOn, IsKnownAcrossTheNodesAround) {
+  for (const double step_s : {0.02, 0.1, 0.2}) {
+    const std::vector<GyroTurn> turns = NodesOf(SwingAngle, step_s, 41);
+    TrackPoint point;
+    point.gyro_turns = turns;
+    point.node = 20;
+    const double t_s = turns[20].t_s;
+    for (double tau_s = -0.35; tau_s < 0.35; tau_s += 0.0037) {
+      EXPECT_NEAR(calibration::TurnedOn(point, 1, tau_s), SwingAngle(t_s + tau_s) - SwingAngle(t_s),
+                  2e-3)
+          << "nodes " << step_s << " s apart, tau " << tau_s << " s";
+    }
+  }
+}
+
+TEST(HowFarTheGyroTurnedOn, GoesOnAtTheRateOfTheLastNode) {
+  const std::vector<GyroTurn> turns = NodesOf([](double t_s) { return 7.0 * t_s; }, 0.1, 5);
+  TrackPoint point;
+  point.gyro_turns = turns;
+  for (const std::size_t node : {0u, 4u}) {
+    point.node = node;
+    for (const double tau_s : {-1.0, -0.5, 0.5, 1.0})
+      EXPECT_NEAR(calibration::TurnedOn(point, 1, tau_s), 7.0 * tau_s, 1e-6);
+  }
+}
+
+TEST(HowFarTheGyroTurnedOn, IsNotKnownWhereThereIsNoNode) {
+  EXPECT_TRUE(std::isnan(calibration::TurnedOn(TrackPoint(), 2, 0.01)));
+}
+
+// At the end the clocks are 0.2 s apart, which is a good part of each ramp.
+TEST(ClocksThatPart, AreNamedAloneAfterHalfAnHour) {
+  Motion motion;
+  for (int round = 0; round < 5; ++round) {
+    for (const double rate : {10.0, 25.0, 50.0}) motion.ThereAndBack(kInnerAxis, 180.0, rate);
+    motion.Rest(350.0);
+  }
+  constexpr double kPpm = 100.0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    for (const double eps : {kPpm * 1e-6, -kPpm * 1e-6}) {
+      Story story;
+      story.Follow(motion);
+      story.UseTurningChannelAlone();
+      story.seed = seed;
+      story.rate_deg_s = [&](double t_s) {
+        return (1.0 + eps) * motion.At((1.0 + eps) * t_s).rate_deg_s[kInnerAxis];
+      };
+      const calibration::ChannelTrace channel = TraceOf(story.Collect());
+      ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", seed " << seed;
+      EXPECT_EQ(channel.effects[0].id, "angle.clock_drift") << channel.summary;
+      const auto& parameter = channel.effects[0].parameters.at(0);
+      EXPECT_NEAR(std::fabs(parameter.value), kPpm, 4.0 * parameter.std_error);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gyrobench::testing
