@@ -85,6 +85,21 @@ void FillGravity(const Recording& recording, const std::vector<std::size_t>& res
 // Rates of halves and nodes: size by the reference, shape between its readings by the gyro.
 // `units_per_deg_s`: of each channel, NaN where it is not known.
 void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail);
+// Rates below the first are no motion; less than so many standard deviations of what two readings
+// say is their noise.
+inline constexpr double kLeastMotion_deg_s = 0.3, kNoiseSigmas = 4.0;
+// What the readings' errors can make of the rate over an interval [deg/s]; 0 beyond the last.
+double RateNoise(const Trail& trail, std::size_t interval);
+// What is needed to take a channel's output for a turn: its scale, its rate at rest at each node
+// (NaN where it never rests), and the largest angle random walk of the channels.
+struct FeltByGyro {
+  const Vector3& units_per_deg_s;
+  const std::vector<Vector3>& at_rest_deg_s;
+  double walk_deg_sqrt_s = 0.0;
+};
+// The turns of the table's axes as the gyro felt them, and with them the angles at the nodes
+// without the noise of their own reading.
+void FillTableWays(const Recording& recording, const FeltByGyro& gyro, Trail* trail);
 // Smoothed. What is missing is bridged where the gap is short (state/gaps.h); longer stretches are
 // left out, counted as a defect. Unknown where it is known for less than half of the time.
 void FillTemperature(const Recording& recording, Trail* trail);

@@ -1,0 +1,195 @@
+// How far the gyro felt the table's axes turn, on the way from node to node.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "calibration/state/trail_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr std::size_t kNone = 3;  // of the table's axes
+
+class TableWays {
+ public:
+  TableWays(const FeltByGyro& gyro, Trail* trail)
+      : gyro_(gyro), trail_(*trail), nodes_(trail->epochs) {}
+
+  // Turns of the table's axes, summed up, and the way there. `recorded`: the nodes as they were,
+  // which are instants, with the ways between them.
+  void Fill(const MeasurementInfo& info, const std::vector<Node>& recorded) {
+    const std::vector<std::size_t> next = NextToTurn();
+    Vector3 sum = {}, end = {};
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      TrackPoint& point = trail_.nodes[k];
+      point.table_way_deg.fill(end);
+      if (k > 0 && !trail_.still[k - 1]) {
+        const Matrix3 directions = DirectionsAt(k);
+        auto felt = [&](const Vector3& z, double since_s) {
+          return AboutAxes(info, directions, Turned(k, z, since_s));
+        };
+        // What is felt of the turns of other axes is misalignment. While the play of an axis is
+        // crossed its reference stands; what the gyro's noise says then, which is in the output as
+        // well, must not pass for it: there would be a play in every bench.
+        auto turns = [&](std::size_t a, double turned_deg, double length_s) {
+          const double noise_deg = kNoiseSigmas * gyro_.walk_deg_sqrt_s * std::sqrt(length_s);
+          return Turns(k, a) ||
+                 ((Turns(k + 1, a) || a == next[k]) && !(std::fabs(turned_deg) < noise_deg));
+        };
+        const Vector3 turned = felt(Minus(nodes_[k].at.z, nodes_[k - 1].at.z), Length(k - 1));
+        for (std::size_t a = 0; a < 3; ++a)
+          sum[a] += turns(a, turned[a], Length(k - 1)) ? turned[a] : 0.0;
+        const IntegralMark& from = recorded[k - 1].at;
+        const double length_s = recorded[k].at.t_s - from.t_s;
+        point.way_step_s = length_s / static_cast<double>(kWaySteps);
+        const Vector3 whole = felt(Minus(recorded[k].at.z, from.z), length_s);
+        Vector3 gone = {};
+        for (std::size_t i = 0; i < kWaySteps; ++i) {
+          const Vector3 way = felt(Minus(recorded[k].z_way[i], from.z),
+                                   static_cast<double>(i + 1) * point.way_step_s);
+          for (std::size_t a = 0; a < 3; ++a) {
+            if (!turns(a, whole[a], length_s)) continue;
+            const int direction = Direction(k, a, whole[a]);
+            gone[a] = direction == 0
+                          ? way[a]
+                          : direction * std::max(direction * gone[a], direction * way[a]);
+            point.table_way_deg[i][a] += gone[a];
+          }
+        }
+        end = point.table_way_deg.back();
+      }
+      point.table_by_gyro_deg = sum;
+    }
+    for (std::size_t a = 0; a < 3; ++a) SmoothAngles(a);
+  }
+
+ private:
+  static Vector3 Minus(const Vector3& a, const Vector3& b) {
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  }
+
+  // Only where the gyro follows the table better than this: sampled vibration is no better than the
+  // noise of a reading.
+  void SmoothAngles(std::size_t axis) {
+    constexpr double kFollows_deg = 0.2;
+    std::vector<double> angles(nodes_.size());
+    double square = 0.0, count = 0.0;
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      angles[k] = WithoutOwnReading(k, axis);
+      const double change = angles[k] - trail_.nodes[k].table_deg[axis];
+      if (!(std::fabs(change) > 0.0)) continue;
+      square += change * change;
+      count += 1.0;
+    }
+    if (std::sqrt(square / count) > kFollows_deg) return;
+    for (std::size_t k = 0; k < nodes_.size(); ++k) trail_.nodes[k].table_deg[axis] = angles[k];
+  }
+
+  // Angle of a turning axis without the noise of its own reading: what the gyro saw since the
+  // readings on either side of it. In a term that depends on the angle that noise would be found
+  // again, as a ripple.
+  double WithoutOwnReading(std::size_t k, std::size_t axis) const {
+    constexpr std::size_t kPairs = 3;
+    auto off = [&](std::size_t j) {
+      const TrackPoint& point = trail_.nodes[j];
+      return point.table_deg[axis] - point.table_by_gyro_deg[axis];
+    };
+    double sum = 0.0, count = 0.0;
+    for (std::size_t d = 1; d <= kPairs && d <= k && k + d < nodes_.size(); ++d) {
+      if (!Turns(k + 1 - d, axis) || !Turns(k + d, axis)) break;
+      sum += off(k - d) + off(k + d);
+      count += 2.0;
+    }
+    const double angle_deg = trail_.nodes[k].table_by_gyro_deg[axis] + sum / count;
+    return std::isfinite(angle_deg) ? angle_deg : trail_.nodes[k].table_deg[axis];
+  }
+
+  // Of each node: the axis that turns there or, before the next rest, after it.
+  std::vector<std::size_t> NextToTurn() const {
+    std::vector<std::size_t> next(nodes_.size(), kNone);
+    for (std::size_t k = nodes_.size(); k-- > 1;) {
+      if (k + 1 < nodes_.size() && !trail_.still[k]) next[k] = next[k + 1];
+      double most = std::max(kLeastMotion_deg_s, RateNoise(trail_, k - 1));
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double rate = std::fabs(trail_.nodes[k].table_rate_deg_s[a]);
+        if (!(rate > most)) continue;
+        most = rate;
+        next[k] = a;
+      }
+    }
+    return next;
+  }
+
+  // The reference says that the axis turned up to node k.
+  bool Turns(std::size_t k, std::size_t axis) const {
+    return k < nodes_.size() &&
+           std::fabs(trail_.nodes[k].table_rate_deg_s[axis]) > kLeastMotion_deg_s;
+  }
+
+  // Way in which the axis turns about node k; 0 where it turns back. Where it does not, what the
+  // gyro's noise says of turning back, as at the end of a motion, must not cross a play either.
+  int Direction(std::size_t k, std::size_t axis, double felt_deg) const {
+    bool forward = false, backward = false;
+    for (std::size_t j = k - 1; j <= k + 1; ++j) {
+      if (!Turns(j, axis)) continue;
+      (trail_.nodes[j].table_rate_deg_s[axis] > 0.0 ? forward : backward) = true;
+    }
+    if (forward && backward) return 0;
+    if (!forward && !backward) forward = felt_deg > 0.0;
+    return forward ? 1 : -1;
+  }
+
+  // Change of the output's integral over `by_s` as rotation about the sensor's axes.
+  Vector3 Turned(std::size_t k, const Vector3& z, double by_s) const {
+    Vector3 turned;
+    for (std::size_t c = 0; c < 3; ++c) {
+      turned[c] = z[c] / gyro_.units_per_deg_s[c];
+      if (std::isfinite(gyro_.at_rest_deg_s[k][c])) turned[c] -= gyro_.at_rest_deg_s[k][c] * by_s;
+    }
+    return turned;
+  }
+
+  Matrix3 DirectionsAt(std::size_t k) const {
+    return trail_.stand.Rates(trail_.nodes[k].table_deg);
+  }
+
+  // Parts of a rotation about the sensor's axes that are about each of the table's.
+  static Vector3 AboutAxes(const MeasurementInfo& info, const Matrix3& directions,
+                           const Vector3& turned) {
+    Vector3 about = {};
+    if (info.reference == ReferenceKind::kSensorAngle) {
+      const auto axis = static_cast<std::size_t>(info.reference_axis);
+      about[axis] = turned[axis];
+      return about;
+    }
+    if (info.reference != ReferenceKind::kStandAngles) return {kMissing, kMissing, kMissing};
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        // A channel that is not there is not missed where the axis does not turn it.
+        if (std::fabs(directions[c][a]) > 1e-3) about[a] += directions[c][a] * turned[c];
+      }
+    }
+    return about;
+  }
+
+  double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
+
+  const FeltByGyro& gyro_;
+  Trail& trail_;
+  const std::vector<Node>& nodes_;
+};
+
+}  // namespace
+
+double RateNoise(const Trail& trail, std::size_t interval) {
+  if (interval >= trail.still.size()) return 0.0;
+  const double length_s = trail.epochs[interval + 1].at.t_s - trail.epochs[interval].at.t_s;
+  return kNoiseSigmas * std::numbers::sqrt2 * trail.angle_error_deg / length_s;
+}
+
+void FillTableWays(const Recording& recording, const FeltByGyro& gyro, Trail* trail) {
+  TableWays(gyro, trail).Fill(recording.info, recording.columns.nodes);
+}
+
+}  // namespace gyrobench::calibration
