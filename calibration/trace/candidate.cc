@@ -56,6 +56,11 @@ constexpr double kLeastGravityRange_g = 0.3;
 
 // Data sheets give sensitivities at this temperature.
 constexpr double kNominal_degC = 25.0;
+bool IsGravity(const std::string& factor) { return factor.starts_with("g_"); }
+// 0 of g_x.
+std::size_t AxisOfGravity(const std::string& factor) {
+  return static_cast<std::size_t>(factor.back() - 'x');
+}
 // The axes along which gravity changes by more than the error of its direction.
 std::vector<std::string> AxesOfGravity(const ChannelProblem& problem) {
   std::vector<std::string> out;
@@ -64,6 +69,18 @@ std::vector<std::string> AxesOfGravity(const ChannelProblem& problem) {
       out.push_back(fmt::format("g_{}", "xyz"[a]));
   }
   return out;
+}
+
+// Where the table stops near right angles alone one of two axes is always about level: their
+// product is the error of the direction of gravity, and its coefficient anything.
+bool ProductOfGravityChanges(const ChannelProblem& problem, std::size_t a, std::size_t b) {
+  double low = kMissing, high = kMissing;
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    const Vector3& g = problem.half(i, 0).gravity_g;
+    low = std::fmin(low, g[a] * g[b]);
+    high = std::fmax(high, g[a] * g[b]);
+  }
+  return high - low > kLeastGravityRange_g * kLeastGravityRange_g;
 }
 
 // g-sensitivity that grows with temperature: nearly the plain one while the temperature stays.
@@ -169,6 +186,9 @@ std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
   for (std::size_t i = 0; i < factors.size(); ++i) {
     for (std::size_t j = i; j < factors.size(); ++j) {
       if (listed(i, j) || in_vector(i, j)) continue;
+      if (j < known && IsGravity(factors[i]) && IsGravity(factors[j]) &&
+          !ProductOfGravityChanges(problem, AxisOfGravity(factors[i]), AxisOfGravity(factors[j])))
+        continue;
       Candidate candidate;
       candidate.context = ContextOf(problem);
       candidate.factors = {factors[i], factors[j]};

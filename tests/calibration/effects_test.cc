@@ -499,6 +499,23 @@ TEST(AProductOfTemperature, IsNotLookedForWhereGravityStays) {
   }
 }
 
+// Along x and z gravity takes all its values, but one of the two is always level.
+TEST(AProductOfGravity, IsNotLookedForWhereItStays) {
+  Motion motion;
+  motion.Rest(8.0).ThereAndBack(kInnerAxis, 200.0, 20.0).Turn(kMiddleAxis, 90.0, 20.0);
+  motion.ThereAndBack(kInnerAxis, 200.0, 20.0).Turn(kMiddleAxis, -90.0, 20.0).Rest(8.0);
+  const calibration::Recording recording = SyntheticBench(motion).Measure({}, 3);
+  const calibration::Trail trail =
+      calibration::MakeTrail(recording, {kMissing, kMissing, 1.0}, true, {});
+  const calibration::ChannelProblem problem({&trail, 1}, 2, 1.0);
+  const calibration::CandidateSet all = calibration::AllCandidates(problem, {}, true);
+  const auto listed = [&](const char* id) {
+    return std::ranges::count(all.products, id, &calibration::Candidate::id);
+  };
+  EXPECT_EQ(listed("composed(g_x*g_z)"), 0);
+  EXPECT_EQ(listed("composed(g_y*g_z)"), 1);
+}
+
 // What is late in one run of two is one effect, of the run that it is in, in whatever order the two
 // are given and whatever their power-ons are called.
 TEST(ALatency, OfOneOfTwoRunsIsOfThatRunInAnyOrder) {
