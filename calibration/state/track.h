@@ -12,11 +12,18 @@
 
 namespace gyrobench::calibration {
 
-// How the gyro turned at and about a node, about each of the sensor's axes [deg].
+// How the gyro turned at and about a node [deg].
 struct GyroTurn {
   double t_s = 0.0;
-  Vector3 since_first_deg = {};  // of the measurement's nodes
-  Near near_deg = {};            // from this time to those kNear_s before and after it
+  // About each of the sensor's axes: since the measurement's first node, and from this time to
+  // those kNear_s before and after it.
+  Vector3 since_first_deg = {};
+  Near near_deg = {};
+  // About each of the table's axes, as TrackPoint::table_by_gyro_deg: through instants on the way
+  // to the last of the readings that the node stands for, from the last one before them; and how
+  // long a step of it takes, 0 where nothing turns.
+  Way table_way_deg = {};
+  double way_step_s = 0.0;
 };
 
 // What the sensor went through at one time. Values that are not known are NaN.
@@ -59,10 +66,6 @@ struct TrackPoint {
   // At nodes: how far the gyro has felt each of the table's axes turn [deg]; its scale and noise
   // add up in it, so only changes over a short time mean anything. NaN where it cannot feel it.
   Vector3 table_by_gyro_deg = {kMissing, kMissing, kMissing};
-  // The same on the way to the last of the readings that the node stands for, from the last one
-  // before them, through instants; and how long a step of it takes, 0 where nothing turns.
-  Way table_way_deg = {};
-  double way_step_s = 0.0;
   const double* covariates = nullptr;  // of MeasurementInfo::covariates, in order
 };
 

@@ -22,8 +22,8 @@ class TableWays {
     const std::vector<std::size_t> next = NextToTurn();
     Vector3 sum = {}, end = {};
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      TrackPoint& point = trail_.nodes[k];
-      point.table_way_deg.fill(end);
+      GyroTurn& turn = trail_.gyro_turns[k];
+      turn.table_way_deg.fill(end);
       if (k > 0 && !trail_.still[k - 1]) {
         const Matrix3 directions = DirectionsAt(k);
         auto felt = [&](const Vector3& z, double since_s) {
@@ -42,24 +42,24 @@ class TableWays {
           sum[a] += turns(a, turned[a], Length(k - 1)) ? turned[a] : 0.0;
         const IntegralMark& from = recorded[k - 1].at;
         const double length_s = recorded[k].at.t_s - from.t_s;
-        point.way_step_s = length_s / static_cast<double>(kWaySteps);
+        turn.way_step_s = length_s / static_cast<double>(kWaySteps);
         const Vector3 whole = felt(Minus(recorded[k].at.z, from.z), length_s);
         Vector3 gone = {};
         for (std::size_t i = 0; i < kWaySteps; ++i) {
           const Vector3 way = felt(Minus(recorded[k].z_way[i], from.z),
-                                   static_cast<double>(i + 1) * point.way_step_s);
+                                   static_cast<double>(i + 1) * turn.way_step_s);
           for (std::size_t a = 0; a < 3; ++a) {
             if (!turns(a, whole[a], length_s)) continue;
             const int direction = Direction(k, a, whole[a]);
             gone[a] = direction == 0
                           ? way[a]
                           : direction * std::max(direction * gone[a], direction * way[a]);
-            point.table_way_deg[i][a] += gone[a];
+            turn.table_way_deg[i][a] += gone[a];
           }
         }
-        end = point.table_way_deg.back();
+        end = turn.table_way_deg.back();
       }
-      point.table_by_gyro_deg = sum;
+      trail_.nodes[k].table_by_gyro_deg = sum;
     }
     for (std::size_t a = 0; a < 3; ++a) SmoothAngles(a);
   }

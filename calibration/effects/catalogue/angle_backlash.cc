@@ -56,7 +56,11 @@ class BacklashBasis final : public ChannelBasis {
   OneWay WayOf(const TrackPoint& point, double b_deg) const {
     const std::size_t axis = context().table_axis;
     OneWay way;
-    for (std::size_t i = 0; i < kWaySteps; ++i) way[i] = point.table_way_deg[i][axis];
+    way.fill(kMissing);
+    if (!point.gyro_turns.empty()) {
+      const Way& felt = point.gyro_turns[point.node].table_way_deg;
+      for (std::size_t i = 0; i < kWaySteps; ++i) way[i] = felt[i][axis];
+    }
     const bool by_reference = b_deg < -kClearPlay_deg || !std::isfinite(way.front());
     if (!by_reference) return way;
     const double off_deg = point.table_deg[axis] - MeanOverReadings(point, way);
@@ -66,13 +70,14 @@ class BacklashBasis final : public ChannelBasis {
   }
   // The last reading is at the end of the way.
   static double MeanOverReadings(const TrackPoint& point, const OneWay& along) {
-    if (!(point.way_step_s > 0.0)) return along.back();
+    const double way_step_s =
+        point.gyro_turns.empty() ? 0.0 : point.gyro_turns[point.node].way_step_s;
+    if (!(way_step_s > 0.0)) return along.back();
     constexpr auto kLast = static_cast<double>(kWaySteps - 1);
     const auto readings = static_cast<double>(point.readings);
     double sum = 0.0;
     for (double back = 0.0; back < readings; back += 1.0) {
-      const double place =
-          std::clamp(kLast - back * point.reading_step_s / point.way_step_s, 0.0, kLast);
+      const double place = std::clamp(kLast - back * point.reading_step_s / way_step_s, 0.0, kLast);
       const std::size_t i = std::min(static_cast<std::size_t>(place), kWaySteps - 2);
       sum += std::lerp(along[i], along[i + 1], place - static_cast<double>(i));
     }
