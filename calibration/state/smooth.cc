@@ -9,7 +9,7 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr double kFullSide = 8;  // values
+constexpr std::size_t kFullSide = 8;  // values
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // Sums of powers of the time from the middle of a window, and of these with the values.
@@ -69,11 +69,111 @@ Curve FitParabola(const Sums& sums) {
   return curve;
 }
 
-// A bend in the window must leave so much less than a smooth curve does to be believed, and a
-// smooth curve than a line.
-constexpr double kClearlyBetter = 0.6, kBetter = 0.9;
-// Variances that differ by less than half of this share are alike.
-constexpr double kAlike = 0.6;
+// A smooth curve must leave so much less than a line does to be believed.
+constexpr double kBetter = 0.9;
+// A bend, at the best of all places, must gain so much of -2 log L: about 8 by chance.
+constexpr double kClearGain = 20.0;
+
+// Of two straight lines that meet `bend_s` from the middle of the window; `beyond`: of the values
+// after that.
+Curve FitBent(const Sums& all, const Sums& beyond, double bend_s) {
+  const double scale = std::sqrt(all.tt / all.n);  // of the time
+  const double s2 = scale * scale;
+  const double h = (beyond.t - bend_s * beyond.n) / scale;
+  const double th = (beyond.tt - bend_s * beyond.t) / s2;
+  const double hh = (beyond.tt - 2.0 * bend_s * beyond.t + bend_s * bend_s * beyond.n) / s2;
+  Eigen::Matrix3d gram;
+  gram << all.n, all.t / scale, h,     //
+      all.t / scale, all.tt / s2, th,  //
+      h, th, hh;
+  const Eigen::Vector3d right(all.y, all.ty / scale, (beyond.ty - bend_s * beyond.y) / scale);
+  const Eigen::Vector3d c = gram.ldlt().solve(right);
+  Curve curve;
+  curve.value = c(0) + c(2) * std::fmax(0.0, -bend_s) / scale;
+  curve.rate = (c(1) + c(2) * (bend_s < 0.0 ? 1.0 : (bend_s > 0.0 ? 0.0 : 0.5))) / scale;
+  curve.variance = std::fmax(0.0, all.yy - c.dot(right)) / (all.n - 4);
+  return curve;
+}
+
+// By how much a bend lowers the sum of squares that a line leaves.
+double GainOfBend(const Sums& all, const Sums& beyond, double bend_s) {
+  const double h = beyond.t - bend_s * beyond.n;
+  const double hh = beyond.tt - 2.0 * bend_s * beyond.t + bend_s * bend_s * beyond.n;
+  const double hy = beyond.ty - bend_s * beyond.y, th = beyond.tt - bend_s * beyond.t;
+  const double tt = all.tt - all.t * all.t / all.n, ty = all.ty - all.t * all.y / all.n;
+  const double th_off = th - all.t * h / all.n;
+  const double left = hh - h * h / all.n - th_off * th_off / tt;
+  const double product = hy - all.y * h / all.n - th_off * ty / tt;
+  return left > 1e-9 * hh ? product * product / left : 0.0;
+}
+
+// A place for a bend, and what follows it.
+struct Bend {
+  Sums beyond;
+  double at_s = 0.0;
+  std::size_t index = 0;
+  double gain = 0.0;
+
+  void Try(const Sums& all, Bend other) {
+    other.gain = GainOfBend(all, other.beyond, other.at_s);
+    if (other.gain > gain) *this = other;
+  }
+};
+
+// What lies within a window, times from its middle.
+class Window {
+ public:
+  void Clear() {
+    t_s_.clear();
+    value_.clear();
+    differences_ = 0.0;
+  }
+  void Add(double t_s, double value) {
+    if (!value_.empty()) differences_ += (value - value_.back()) * (value - value_.back());
+    t_s_.push_back(t_s);
+    value_.push_back(value);
+  }
+
+  // Two straight lines in the place of a curve about which the values have such a variance, where
+  // they clearly fit better.
+  Curve BentFor(const Curve& curve, const Sums& all) const {
+    const double n = all.n, step = curve.rate * (t_s_.back() - t_s_.front()) / (n - 1);
+    const double noise = std::fmax(0.0, 0.5 * (differences_ / (n - 1) - step * step));
+    // Noise alone cannot be worth it.
+    if (!(n * std::log(curve.variance / (0.8 * noise)) > kClearGain)) return curve;
+    const Curve bent = BestBent(all);
+    // Values that are alike for long, as rounding makes them, tell less than so many.
+    const double tell = n * std::fmin(1.0, noise / bent.variance);
+    return tell * std::log(curve.variance / bent.variance) > kClearGain ? bent : curve;
+  }
+
+ private:
+  // Where a bend gains most: at one of the values first, then between it and its neighbours.
+  Curve BestBent(const Sums& all) const {
+    Sums beyond;
+    Bend best;
+    for (std::size_t k = t_s_.size(); k-- > kFullSide;) {
+      if (t_s_.size() - k > kFullSide) best.Try(all, {beyond, t_s_[k], k});
+      beyond.Add(t_s_[k], value_[k]);
+    }
+    if (!(best.gain > 0.0)) return {};
+    const Bend at_value = best;
+    Sums with_it = at_value.beyond;
+    with_it.Add(at_value.at_s, value_[at_value.index]);
+    constexpr int kParts = 8;
+    for (int part = 1; part < kParts; ++part) {
+      const double share = static_cast<double>(part) / kParts;
+      const double before_s = std::lerp(t_s_[at_value.index - 1], at_value.at_s, share);
+      const double after_s = std::lerp(at_value.at_s, t_s_[at_value.index + 1], share);
+      best.Try(all, {with_it, before_s, at_value.index});
+      best.Try(all, {at_value.beyond, after_s, at_value.index});
+    }
+    return FitBent(all, best.beyond, best.at_s);
+  }
+
+  std::vector<double> t_s_, value_;
+  double differences_ = 0.0;  // sum of the squares of those from value to value
+};
 
 }  // namespace
 
@@ -89,27 +189,23 @@ Smoothed SmoothByLines(const std::vector<double>& t_s, const std::vector<double>
     }
   }
   std::size_t first = 0, last = 0;
+  Window window;
   for (std::size_t i = 0; i < n; ++i) {
     while (t_s[i] - t_s[first] > half_window_s) ++first;
     while (last < n && t_s[last] - t_s[i] <= half_window_s) ++last;
     Sums before, here, after;
+    window.Clear();
     for (std::size_t k = first; k < last; ++k) {
       if (!std::isfinite(value[k])) continue;
       (k < i ? before : (k == i ? here : after)).Add(t_s[k] - t_s[i], value[k] - origin);
+      window.Add(t_s[k] - t_s[i], value[k] - origin);
     }
-    Curve best = FitLine(before + here + after);
+    const Sums all = before + here + after;
+    Curve best = FitLine(all);
     if (before.n >= kFullSide && after.n >= kFullSide) {
-      const Curve parabola = FitParabola(before + here + after);
+      const Curve parabola = FitParabola(all);
       if (parabola.variance < kBetter * best.variance) best = parabola;
-      const Curve left = FitLine(before + here), right = FitLine(here + after);
-      const double least = std::fmin(left.variance, right.variance);
-      if (least < kClearlyBetter * best.variance) {
-        // At the bend itself neither side is better, and the truth lies between.
-        const double to_right = std::clamp(
-            0.5 + (left.variance - right.variance) / (least * kAlike + 1e-300), 0.0, 1.0);
-        best.value = (1.0 - to_right) * left.value + to_right * right.value;
-        best.rate = (1.0 - to_right) * left.rate + to_right * right.rate;
-      }
+      best = window.BentFor(best, all);
     }
     out.value[i] = best.value + origin;
     out.rate[i] = best.rate;

@@ -12,17 +12,21 @@ namespace {
 constexpr std::size_t kReach = 4;
 constexpr double kAlike_deg_s = 0.5, kAlikeShare = 0.03;
 
-// Mean rate of each channel [deg/s] over the rest a node is in, or the last one before; of the
-// first one for what comes before all. NaN where the channel never rests.
+// Mean rate of each channel [deg/s] over the last seconds of the rest a node is in, or of the last
+// one before; of the first one for what comes before all. NaN where the channel never rests. Over
+// a long rest the zero-rate offset follows the temperature.
 std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& units_per_deg_s,
                                  const Trail& trail) {
+  constexpr double kForget_s = 10.0;
   std::vector<Vector3> out(nodes.size(), {kMissing, kMissing, kMissing});
   for (std::size_t c = 0; c < 3; ++c) {
     double last = kMissing, sum = 0.0, time_s = 0.0;
     for (std::size_t i = 0; i < trail.still.size(); ++i) {
       if (trail.still[i] && trail.usable[i][c]) {
-        sum += (nodes[i + 1].at.z[c] - nodes[i].at.z[c]) / units_per_deg_s[c];
-        time_s += nodes[i + 1].at.t_s - nodes[i].at.t_s;
+        const double length_s = nodes[i + 1].at.t_s - nodes[i].at.t_s;
+        const double keep = std::exp(-length_s / kForget_s);
+        sum = keep * sum + (nodes[i + 1].at.z[c] - nodes[i].at.z[c]) / units_per_deg_s[c];
+        time_s = keep * time_s + length_s;
         last = sum / time_s;
       } else {
         sum = time_s = 0.0;
@@ -121,20 +125,26 @@ class RateMaker {
   }
 
  private:
-  // Angle random walk of the channel at rest [deg/sqrt(s)]; 0 where it never rests.
+  // Angle random walk of the channel at rest [deg/sqrt(s)], by how its mean output changes from one
+  // interval to the next; 0 where it never rests.
   double WalkAtRest(std::size_t c) const {
     constexpr double kMedianOfNormal = 0.6745;
     std::vector<double> walks;
-    for (std::size_t i = 0; i < trail_.still.size(); ++i) {
-      if (!trail_.still[i] || !Shapes(i, c)) continue;
-      const double turned_deg =
-          (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / units_[c] - at_rest_[i][c] * Length(i);
-      if (std::isfinite(turned_deg)) walks.push_back(std::fabs(turned_deg) / std::sqrt(Length(i)));
+    for (std::size_t i = 1; i < trail_.still.size(); ++i) {
+      if (!trail_.still[i - 1] || !trail_.still[i] || !Shapes(i - 1, c) || !Shapes(i, c)) continue;
+      const double change_deg_s = Output(i, i + 1, c) - Output(i - 1, i, c);
+      if (!std::isfinite(change_deg_s)) continue;
+      walks.push_back(std::fabs(change_deg_s) / std::sqrt(1.0 / Length(i - 1) + 1.0 / Length(i)));
     }
     return walks.empty() ? 0.0 : Median(std::move(walks)) / kMedianOfNormal;
   }
 
   double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
+  // Mean output from one node to another [deg/s].
+  double Output(std::size_t from, std::size_t to, std::size_t c) const {
+    return (nodes_[to].at.z[c] - nodes_[from].at.z[c]) / units_[c] /
+           (nodes_[to].at.t_s - nodes_[from].at.t_s);
+  }
   bool Shapes(std::size_t i, std::size_t c) const {
     return trail_.usable[i][c] && std::isfinite(units_[c]);
   }
@@ -165,14 +175,10 @@ class RateMaker {
   // has it makes the residual larger or smaller than the motion alone would.
   double SteadyOutput(std::size_t k, std::size_t c) const {
     if (k < kReach || k + kReach >= nodes_.size()) return kMissing;
-    auto output = [&](std::size_t from, std::size_t to) {
-      return (nodes_[to].at.z[c] - nodes_[from].at.z[c]) / units_[c] /
-             (nodes_[to].at.t_s - nodes_[from].at.t_s);
-    };
-    const double mean = output(k - kReach, k + kReach);
+    const double mean = Output(k - kReach, k + kReach, c);
     for (std::size_t j = k - kReach; j < k + kReach; ++j) {
       const double noise = kNoiseSigmas * walk_deg_sqrt_s_[c] / std::sqrt(Length(j));
-      if (trail_.still[j] || !(std::fabs(output(j, j + 1) - mean) < noise)) return kMissing;
+      if (trail_.still[j] || !(std::fabs(Output(j, j + 1, c) - mean) < noise)) return kMissing;
     }
     return mean;
   }

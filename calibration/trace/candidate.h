@@ -36,6 +36,8 @@ struct Candidate {
   // residual that is not white, with errors that allow for that; not less than what it gains under
   // one noise, where that has not been worked out.
   double gain_by_any_noise = std::numeric_limits<double>::infinity();
+  // Of its coefficients together [their unit].
+  double largest = std::numeric_limits<double>::infinity();
   std::vector<Eigen::Index> columns;  // in the WhiteStore
   std::optional<RawColumns> raw;      // ColumnsOf, where they have been worked out
 

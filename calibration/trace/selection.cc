@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -20,6 +21,7 @@ constexpr double kCostOfColumn = 8.0;
 constexpr double kRivalGain = 10.0;
 // Of the largest size that a part of this class shows: more is something else.
 constexpr double kImplausible = 10.0;
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 // Standard errors beyond which a coefficient is above a limit.
 constexpr double kSure = 4.0;
 constexpr double kLeastScale = 1e-3;
@@ -165,7 +167,9 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   if (candidate.effect == nullptr) return true;
   const Effect& effect = *candidate.effect;
   if (effect.search == Search::kPeriods && AtTheEndOfItsRange(candidate)) return false;
-  if (!(effect.typical_size > 0) && !effect.positive) return true;
+  const double largest =
+      std::min(candidate.largest, effect.limited ? effect.typical_size : kUnlimited);
+  if (!(effect.typical_size > 0) && !effect.positive && largest == kUnlimited) return true;
   WhiteStore::Columns model = others;
   model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
   const Eigen::VectorXd values =
@@ -178,8 +182,7 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
     if (effect.positive && value < 0.0) return false;
     if (effect.typical_size > 0 && std::fabs(value) > kImplausible * effect.typical_size)
       return false;
-    if (effect.limited &&
-        std::fabs(value) > effect.typical_size + kSure * StdError(candidate, j, model))
+    if (largest < kUnlimited && std::fabs(value) > largest + kSure * StdError(candidate, j, model))
       return false;
   }
   return true;

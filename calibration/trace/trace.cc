@@ -155,9 +155,10 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
 
 // Side by side: a channel reads the runs and writes what is its own, so that the result is the same
 // to the last digit. Where one channel shows that an axis is read wrong, the others that are not
-// clean are traced again with that in view.
+// clean are traced again with that in view; and once more where the first then takes it back.
 std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
                                          const std::function<void(double)>& progress) {
+  constexpr int kRounds = 2;
   std::vector<TracedChannel> traced(requests.size());
   double done = 0.0;
   auto trace = [&](const std::vector<std::size_t>& which) {
@@ -169,18 +170,30 @@ std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
       if (progress) progress(std::min(1.0, ++done / static_cast<double>(requests.size() + 1)));
     }
   };
-  std::vector<std::size_t> all(requests.size()), again;
+  std::vector<std::size_t> all(requests.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   trace(all);
-  std::vector<AngleError> errors;
-  for (const TracedChannel& channel : traced)
-    std::ranges::copy(channel.angle_errors.found, std::back_inserter(errors));
-  for (const std::size_t k : all) {
-    if (traced[k].trace.verdict == Verdict::kNone) continue;
-    requests[k].found_errors = NewTo(traced[k].angle_errors, errors);
-    if (!requests[k].found_errors.empty()) again.push_back(k);
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<AngleErrors> own;
+    std::vector<AngleError> errors;
+    for (const std::size_t k : all) {
+      own.push_back(Without(traced[k].angle_errors, requests[k].found_errors));
+      std::ranges::copy(own.back().found, std::back_inserter(errors));
+    }
+    std::vector<std::size_t> again;
+    for (const std::size_t k : all) {
+      if (traced[k].trace.verdict == Verdict::kNone) continue;
+      std::vector<AngleError> now = NewTo(own[k], errors);
+      std::vector<AngleError>& before = requests[k].found_errors;
+      const bool retrace =
+          round == 0 ? !now.empty() : NamesWhatIsGone(traced[k].angle_errors, before, now);
+      if (!retrace) continue;
+      before = std::move(now);
+      again.push_back(k);
+    }
+    if (again.empty()) break;
+    trace(again);
   }
-  trace(again);
   if (progress) progress(1.0);
   return traced;
 }

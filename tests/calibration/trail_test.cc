@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "calibration/trace/shared_columns.h"
 #include "tests/calibration/trace_story.h"
@@ -140,6 +141,48 @@ TEST(TrailOfATableThatWaitsForItsMotion, IsNotTurnedByTheNoiseOfTheGyro) {
     EXPECT_GT(waits, 100);
     EXPECT_LE(turned, waits / 100) << "seed " << seed;
   }
+}
+
+// A quarter of an hour at rest, then turns of a table whose worm makes a wave of the rate.
+Story WithAWormAfterALongRest(double temperature_rate_degC_s) {
+  constexpr double kRest_s = 900.0, kWave_Hz = 3.5, kWave_deg_s = 0.3;
+  const double turn_rad_s = 2.0 * std::numbers::pi * kWave_Hz;
+  Motion motion;
+  motion.Rest(kRest_s);
+  for (int turn = 0; turn < 4; ++turn) motion.ThereAndBack(kInnerAxis, 160.0, 30.0);
+  Story story;
+  story.Follow(motion);
+  auto turns = [=](double t_s) { return std::fabs(motion.At(t_s).rate_deg_s[kInnerAxis]) > 1.0; };
+  const auto rate = story.rate_deg_s, angle = story.angle_deg;
+  story.rate_deg_s = [=](double t_s) {
+    return rate(t_s) + (turns(t_s) ? kWave_deg_s * std::cos(turn_rad_s * t_s) : 0.0);
+  };
+  story.angle_deg = [=](double t_s) {
+    return angle(t_s) + (turns(t_s) ? kWave_deg_s / turn_rad_s * std::sin(turn_rad_s * t_s) : 0.0);
+  };
+  story.temperature_degC = [=](double t_s) {
+    return 20.0 + temperature_rate_degC_s * std::min(t_s, kRest_s);
+  };
+  return story;
+}
+
+// What a lag makes of a motion is told by how the gyro turned about a reading. A zero-rate offset
+// that followed the temperature at rest once passed for noise of the gyro, and the wave for it.
+TEST(TrailOfAWaveAfterALongRest, DoesNotDependOnHowTheOffsetDriftedThere) {
+  constexpr double kReach_s = calibration::kNear_s.back();
+  const Told warming = Tell(WithAWormAfterALongRest(0.04)),
+             steady = Tell(WithAWormAfterALongRest(0.0));
+  ASSERT_EQ(warming.trail.nodes.size(), steady.trail.nodes.size());
+  int compared = 0;
+  for (std::size_t k = 1; k < steady.trail.nodes.size(); ++k) {
+    if (steady.trail.still[k - 1]) continue;
+    ++compared;
+    // The drift of the last ten seconds of a rest may be in it.
+    EXPECT_NEAR(warming.trail.gyro_turns[k].near_deg.back()[2],
+                steady.trail.gyro_turns[k].near_deg.back()[2], 0.01 * kReach_s)
+        << "at " << steady.trail.nodes[k].t_s << " s";
+  }
+  EXPECT_GT(compared, 300);
 }
 
 Story WithSupply(double begin_s, double end_s) {
