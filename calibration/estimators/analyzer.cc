@@ -58,10 +58,11 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
       recording.info, options, recording.columns, recording.ticks, recording.orientation_known,
       usable};
   RemarkOnReference(estimation, &result.remarks);
-  result.scale = EstimateScale(estimation, &result.remarks, &result.unfollowed_deg);
+  result.scale =
+      EstimateScale(estimation, &result.remarks, &result.unfollowed_deg, &result.defects);
   if (!result.scale.empty() && !recording.info.reference_uncertainty.said())
     result.remarks.emplace_back(kRelativeToReference);
-  result.bias = EstimateBias(estimation, result.scale, &result.remarks);
+  result.bias = EstimateBias(estimation, result.scale, &result.remarks, &result.defects);
   const std::vector<std::string> implausible = Implausible(result);
   result.remarks.insert(result.remarks.begin(), implausible.begin(), implausible.end());
   return result;

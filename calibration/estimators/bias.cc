@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "calibration/estimators/paper.h"
+#include "calibration/estimators/part_ways.h"
 #include "calibration/gls/noise_fit.h"
 #include "calibration/gls/polynomial.h"
 #include "calibration/signal/output_unit.h"
@@ -32,6 +33,7 @@ class ChannelBias {
       : estimation_(estimation), channel_(channel), units_(units), units_known_(units_known) {}
 
   bool Run(BiasResult* result, std::string* reason);
+  const std::vector<Defect>& defects() const { return defects_; }
 
  private:
   IntervalSeries Series(const std::vector<Row>& rows) const;
@@ -51,6 +53,7 @@ class ChannelBias {
   bool units_known_;
   TemperatureScale scale_;
   std::size_t longest_ = 0;
+  std::vector<Defect> defects_;
 };
 
 IntervalSeries ChannelBias::Series(const std::vector<Row>& rows) const {
@@ -167,6 +170,11 @@ bool ChannelBias::Run(BiasResult* result, std::string* reason) {
   const double piece_s = rest_s > kMostPieces ? rest_s / kMostPieces
                                               : std::min(kLongestPiece_s, rest_s / kFewestPieces);
   std::vector<Row> rows = RestRows(estimation_.columns, piece_s);
+  if (units_known_ && estimation_.info.reference != ReferenceKind::kNone) {
+    PartedWays parted = FindPartedWays(rows, channel_, units_);
+    for (const std::size_t row : parted.rows) rows[row].usable[channel_] = false;
+    defects_ = std::move(parted.defects);
+  }
   const TemperatureRange range = Temperatures(rows, channel_);
   result->axis = static_cast<SensorAxis>(channel_);
   result->unit = OutputUnit(estimation_.info);
@@ -223,7 +231,8 @@ bool ChannelBias::Run(BiasResult* result, std::string* reason) {
 
 std::vector<BiasResult> EstimateBias(const Estimation& estimation,
                                      const std::vector<ScaleResult>& scale,
-                                     std::vector<std::string>* remarks) {
+                                     std::vector<std::string>* remarks,
+                                     std::vector<Defect>* defects) {
   std::vector<BiasResult> out;
   if (estimation.columns.rests.empty()) {
     if (estimation.info.reference != ReferenceKind::kNone) {
@@ -247,7 +256,10 @@ std::vector<BiasResult> EstimateBias(const Estimation& estimation,
       result.remarks.push_back(
           "the sensitivity is not known: no noise in deg, Earth's rotation stays in the bias");
     }
-    if (ChannelBias(estimation, c, units, known).Run(&result, &reason)) {
+    ChannelBias channel(estimation, c, units, known);
+    const bool estimated = channel.Run(&result, &reason);
+    AddDefects(channel.defects(), defects);
+    if (estimated) {
       out.push_back(std::move(result));
     } else {
       remarks->push_back(fmt::format("bias of {}: not estimated, {}", "xyz"[c], reason));

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "calibration/estimators/paper.h"
+#include "calibration/estimators/part_ways.h"
 #include "calibration/estimators/scale_problem.h"
 #include "calibration/gls/noise_fit.h"
 #include "calibration/gls/statistics.h"
@@ -61,8 +62,10 @@ class ChannelScale {
   bool Run(ScaleResult* result, std::string* reason);
   // What the axis turned while the output did not follow; 0 where it did.
   double unfollowed_deg() const { return unfollowed_deg_; }
+  const std::vector<Defect>& defects() const { return defects_; }
 
  private:
+  void LeaveOutWhatDisagrees(ScaleResult* result);
   void ChooseColumns();
   void ChooseReference(FitOptions* options, ScaleResult* result) const;
   bool Separable(const IntervalSeries& series) const;
@@ -81,7 +84,16 @@ class ChannelScale {
   ScaleProblem problem_;
   double gain_ = kMissing;
   double unfollowed_deg_ = 0.0;
+  std::vector<Defect> defects_;
 };
+
+void ChannelScale::LeaveOutWhatDisagrees(ScaleResult* result) {
+  if (!plan_.stops) return;
+  PartedWays parted = FindPartedWays(plan_.rows, channel_, gain_);
+  for (const std::size_t row : parted.rows) plan_.rows[row].usable[channel_] = false;
+  defects_ = std::move(parted.defects);
+  for (const Defect& defect : defects_) result->remarks.push_back(SaysOf(defect, parted.too_many));
+}
 
 void ChannelScale::ChooseColumns() {
   for (std::size_t other = 0; other < 3; ++other) {
@@ -233,6 +245,7 @@ bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
     unfollowed_deg_ = turned;
     return false;
   }
+  LeaveOutWhatDisagrees(result);
   result->axis = static_cast<SensorAxis>(channel_);
   result->unit = OutputUnit(info_);
   result->turns = turns.count;
@@ -270,7 +283,8 @@ bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
 
 std::vector<ScaleResult> EstimateScale(const Estimation& estimation,
                                        std::vector<std::string>* remarks,
-                                       std::array<double, 3>* unfollowed_deg) {
+                                       std::array<double, 3>* unfollowed_deg,
+                                       std::vector<Defect>* defects) {
   std::vector<ScaleResult> out;
   if (estimation.info.reference == ReferenceKind::kNone || estimation.columns.nodes.size() < 4)
     return out;
@@ -279,7 +293,9 @@ std::vector<ScaleResult> EstimateScale(const Estimation& estimation,
     ScaleResult result;
     std::string reason;
     ChannelScale channel(estimation, c);
-    if (channel.Run(&result, &reason)) {
+    const bool estimated = channel.Run(&result, &reason);
+    AddDefects(channel.defects(), defects);
+    if (estimated) {
       out.push_back(std::move(result));
     } else {
       (*unfollowed_deg)[c] = channel.unfollowed_deg();

@@ -11,7 +11,8 @@
 namespace gyrobench::calibration {
 
 // One result for each usable channel whose axis turned enough; for the others a remark says why
-// not, and `unfollowed_deg` by how much the axis turned where the output did not follow.
+// not, and `unfollowed_deg` by how much the axis turned where the output did not follow. Turns and
+// rests in which gyro and reference contradict each other are left out and added to `defects`.
 //
 // Joint estimate by generalised least squares (interval_gls.h), y the integral of the output over
 // an interval in nominal deg:
@@ -24,6 +25,7 @@ namespace gyrobench::calibration {
 // sandwich).
 std::vector<ScaleResult> EstimateScale(const Estimation& estimation,
                                        std::vector<std::string>* remarks,
-                                       std::array<double, 3>* unfollowed_deg);
+                                       std::array<double, 3>* unfollowed_deg,
+                                       std::vector<Defect>* defects);
 
 }  // namespace gyrobench::calibration

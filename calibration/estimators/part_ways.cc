@@ -1,0 +1,172 @@
+#include "calibration/estimators/part_ways.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "base/median.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+constexpr const char* kTurnedAtRest = "turned_at_rest";
+constexpr double kSigmas = 10.0;
+constexpr double kMadOfNormal = 0.6745;
+constexpr double kLeast_deg = 0.1, kLeastShare = 0.003, kLeastAtRest_deg_s = 5.0;
+// Of the rotation of a row: less about the channel's axis says nothing of it.
+constexpr double kAboutTheAxis = 0.7, kLeastTurn_deg = 5.0;
+constexpr std::size_t kFewestTurns = 4;
+constexpr double kMostApart = 0.25;  // of the turns
+
+double RobustDeviation(const std::vector<double>& values) {
+  const double middle = Median(values);
+  std::vector<double> off;
+  for (const double value : values) off.push_back(std::fabs(value - middle));
+  return Median(std::move(off)) / kMadOfNormal;
+}
+
+class PartedFinder {
+ public:
+  PartedFinder(const std::vector<Row>& rows, std::size_t channel, double units_per_deg_s)
+      : rows_(rows), channel_(channel), units_(units_per_deg_s) {}
+
+  PartedWays Find() {
+    FindRests();
+    FindTurns();
+    for (const Defect* defect : {&rests_, &turns_}) {
+      if (defect->count > 0) out_.defects.push_back(*defect);
+    }
+    return std::move(out_);
+  }
+
+ private:
+  double Rate(const Row& row) const { return row.z[channel_] / units_ / row.duration_s(); }
+
+  static void Count(const Row& row, std::string where, Defect* defect) {
+    if (defect->count++ > 0) return;
+    defect->first_t_s = row.begin_s;
+    defect->where = std::move(where);
+  }
+
+  void FindRests() {
+    std::vector<double> rates;
+    for (const Row& row : rows_) {
+      if (row.still && row.usable[channel_]) rates.push_back(Rate(row));
+    }
+    if (rates.size() < kFewestTurns) return;
+    const double middle = Median(rates);
+    const double most = std::max(kLeastAtRest_deg_s, kSigmas * RobustDeviation(rates));
+    left_out_.assign(rows_.size(), false);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (!row.still || !row.usable[channel_] || !(std::fabs(Rate(row) - middle) > most)) continue;
+      left_out_[i] = true;
+      out_.rows.push_back(i);
+      Count(row, fmt::format("gyro {}: {:.3g} deg/s", "xyz"[channel_], Rate(row) - middle),
+            &rests_);
+    }
+  }
+
+  // Output rate at rest around a turn: of the rest before, and of that after.
+  std::optional<double> RateAtRest(std::size_t turn) const {
+    double sum = 0.0, count = 0.0;
+    auto take = [&](std::size_t i) {
+      if (!rows_[i].still || !rows_[i].usable[channel_] || left_out_[i]) return;
+      sum += Rate(rows_[i]);
+      count += 1.0;
+    };
+    if (turn > 0) take(turn - 1);
+    if (turn + 1 < rows_.size()) take(turn + 1);
+    if (count == 0.0) return std::nullopt;
+    return sum / count;
+  }
+
+  struct Turn {
+    std::size_t row;
+    double reference_deg, gyro_deg;
+  };
+
+  std::vector<Turn> Turns() const {
+    std::vector<Turn> turns;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (row.still || !row.usable[channel_]) continue;
+      const double own_deg = row.rotation_deg[channel_];
+      double all_deg = 0.0;
+      for (const double part : row.rotation_deg) all_deg += std::fabs(part);
+      if (std::fabs(own_deg) < std::max(kLeastTurn_deg, kAboutTheAxis * all_deg)) continue;
+      const std::optional<double> rest_deg_s = RateAtRest(i);
+      if (!rest_deg_s) continue;
+      turns.push_back({i, own_deg, (Rate(row) - *rest_deg_s) * row.duration_s()});
+    }
+    return turns;
+  }
+
+  void FindTurns() {
+    if (left_out_.empty()) left_out_.assign(rows_.size(), false);
+    const std::vector<Turn> turns = Turns();
+    if (turns.size() < kFewestTurns) return;
+    std::vector<double> ratios, off;
+    for (const Turn& turn : turns) ratios.push_back(turn.gyro_deg / turn.reference_deg);
+    const double ratio = Median(std::move(ratios));
+    for (const Turn& turn : turns) off.push_back(turn.gyro_deg / ratio - turn.reference_deg);
+    const double deviation = RobustDeviation(off);
+    std::vector<std::size_t> apart;
+    for (std::size_t k = 0; k < turns.size(); ++k) {
+      const double most = std::max(
+          {kLeast_deg, kSigmas * deviation, kLeastShare * std::fabs(turns[k].reference_deg)});
+      if (!(std::fabs(off[k]) > most)) continue;
+      const Turn& turn = turns[k];
+      apart.push_back(turn.row);
+      Count(rows_[turn.row],
+            fmt::format("gyro {}: {:.2f} deg by the gyro, {:.2f} deg by the reference",
+                        "xyz"[channel_], turn.gyro_deg / ratio, turn.reference_deg),
+            &turns_);
+    }
+    out_.too_many =
+        static_cast<double>(apart.size()) > kMostApart * static_cast<double>(turns.size());
+    if (!out_.too_many) out_.rows.insert(out_.rows.end(), apart.begin(), apart.end());
+  }
+
+  const std::vector<Row>& rows_;
+  std::size_t channel_;
+  double units_;
+  std::vector<bool> left_out_;  // by row
+  Defect rests_{kTurnedAtRest, 0, kMissing, {}};
+  Defect turns_{"turn_disagrees", 0, kMissing, {}};
+  PartedWays out_;
+};
+
+}  // namespace
+
+void AddDefects(const std::vector<Defect>& found, std::vector<Defect>* defects) {
+  for (const Defect& defect : found) {
+    const bool known = std::ranges::any_of(*defects, [&](const Defect& one) {
+      return one.kind == defect.kind && one.where == defect.where;
+    });
+    if (!known) defects->push_back(defect);
+  }
+}
+
+std::string SaysOf(const Defect& defect, bool too_many) {
+  const bool rest = defect.kind == kTurnedAtRest;
+  const std::string what =
+      rest ? fmt::format("in {} pieces of rest by the reference the gyro turns", defect.count)
+           : fmt::format("in {} turns gyro and reference contradict each other", defect.count);
+  return fmt::format(
+      "{}, first at {:.1f} s ({}): {}. Look for {}", what, defect.first_t_s, defect.where,
+      !rest && too_many ? "too many to be left out, so that this result cannot be trusted"
+                        : "left out",
+      rest ? "a reference that stands still, or a table that is free"
+           : "a slip of the table or its coupling, lost steps, or a reference that stood");
+}
+
+PartedWays FindPartedWays(const std::vector<Row>& rows, std::size_t channel,
+                          double units_per_deg_s) {
+  return PartedFinder(rows, channel, units_per_deg_s).Find();
+}
+
+}  // namespace gyrobench::calibration

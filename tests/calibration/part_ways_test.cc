@@ -1,0 +1,164 @@
+// A slip of the table, or a reference that dies, does not go into a scale factor without a word.
+#include "calibration/estimators/part_ways.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <utility>
+
+#include "calibration/estimators/analyzer.h"
+#include "calibration/signal/collector.h"
+#include "tests/calibration/simulated_run.h"
+
+namespace gyrobench::testing {
+namespace {
+
+using calibration::AnalysisResult;
+using calibration::Collector;
+using calibration::FindPartedWays;
+using calibration::PartedWays;
+using calibration::Row;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::Field;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::size_t kZ = 2;
+constexpr double kScale = 1.015, kBias_deg_s = 0.4;
+
+// Turns there and back at several speeds between rests; a part whose scale depends on direction and
+// speed by what parts do.
+std::vector<Row> Turns(int count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  std::vector<Row> rows;
+  double t_s = 0.0;
+  auto add = [&](double length_s, double turn_deg) {
+    Row row;
+    row.begin_s = t_s;
+    row.end_s = t_s += length_s;
+    row.still = turn_deg == 0.0;
+    row.usable = {true, true, true};
+    row.rotation_deg[kZ] = turn_deg;
+    const double rate = turn_deg / length_s;
+    const double shape = 1.0 + 5e-4 * (rate > 0.0 ? 1.0 : 0.0) + 1e-5 * std::fabs(rate);
+    row.z[kZ] = kScale * shape * turn_deg + kBias_deg_s * length_s + noise(random);
+    rows.push_back(row);
+  };
+  for (int k = 0; k < count; ++k) {
+    for (int piece = 0; piece < 3; ++piece) add(1.0, 0.0);
+    add(180.0 / (10.0 + 10.0 * (k % 4)), k % 2 == 0 ? 180.0 : -180.0);
+  }
+  add(1.0, 0.0);
+  return rows;
+}
+
+TEST(GyroAndReference, DoNotPartWaysOnASoundBench) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const PartedWays parted = FindPartedWays(Turns(12, seed), kZ, kScale);
+    EXPECT_THAT(parted.rows, IsEmpty()) << "seed " << seed;
+    EXPECT_THAT(parted.defects, IsEmpty()) << "seed " << seed;
+  }
+}
+
+TEST(GyroAndReference, PartWaysWhereTheTableSlips) {
+  for (const double slip_deg : {5.0, -5.0, 1.0}) {
+    std::vector<Row> rows = Turns(12, 3);
+    constexpr std::size_t kSlipped = 4 * 5 + 3;
+    ASSERT_FALSE(rows[kSlipped].still);
+    rows[kSlipped].z[kZ] += slip_deg;
+    const PartedWays parted = FindPartedWays(rows, kZ, kScale);
+    EXPECT_THAT(parted.rows, ElementsAre(kSlipped));
+    ASSERT_EQ(parted.defects.size(), 1u);
+    EXPECT_EQ(parted.defects[0].kind, "turn_disagrees");
+    EXPECT_EQ(parted.defects[0].first_t_s, rows[kSlipped].begin_s);
+    EXPECT_FALSE(parted.too_many);
+  }
+}
+
+TEST(GyroAndReference, ThatPartWaysInManyTurnsLeaveNothingOut) {
+  std::vector<Row> rows = Turns(12, 3);
+  for (std::size_t k = 0; k < 5; ++k) rows[4 * k + 3].z[kZ] += 5.0 + static_cast<double>(k);
+  const PartedWays parted = FindPartedWays(rows, kZ, kScale);
+  EXPECT_TRUE(parted.too_many);
+  EXPECT_THAT(parted.rows, IsEmpty());
+  ASSERT_EQ(parted.defects.size(), 1u);
+  EXPECT_EQ(parted.defects[0].count, 5);
+}
+
+// What a run says, with the readings of the reference changed on their way.
+class Spoiler final : public MeasurementSink {
+ public:
+  Spoiler(MeasurementSink& sink, std::function<double(double t_s, double angle_deg)> shown_deg)
+      : sink_(sink), shown_deg_(std::move(shown_deg)) {}
+  void OnInfo(const MeasurementInfo& info) override { sink_.OnInfo(info); }
+  void OnGyro(const GyroSample& sample) override { sink_.OnGyro(sample); }
+  void OnAngle(const AngleSample& sample) override {
+    AngleSample changed = sample;
+    changed.angle_deg = shown_deg_(sample.t_s, sample.angle_deg);
+    sink_.OnAngle(changed);
+  }
+  void OnOrientation(const OrientationSample& sample) override { sink_.OnOrientation(sample); }
+  void OnTickPair(const TickPair& pair) override { sink_.OnTickPair(pair); }
+  void OnSegment(const SegmentMark& mark) override { sink_.OnSegment(mark); }
+  void OnDefect(const Defect& defect) override { sink_.OnDefect(defect); }
+
+ private:
+  MeasurementSink& sink_;
+  std::function<double(double, double)> shown_deg_;
+};
+
+constexpr double kTurn_deg = 90.0;
+
+AnalysisResult AnalyzeWith(std::function<double(double, double)> shown_deg) {
+  TurnSchedule schedule;
+  schedule.angle_deg = kTurn_deg;
+  schedule.turns = 12;
+  schedule.back_and_forth = true;
+  schedule.rest_s = 5.0;
+  Collector collector;
+  Spoiler spoiler(collector, std::move(shown_deg));
+  SimulateTurns(schedule, SimulatedSensor(), 1, &spoiler);
+  return calibration::Analyze(collector.Take());
+}
+
+AnalysisResult Sound() {
+  return AnalyzeWith([](double, double angle_deg) { return angle_deg; });
+}
+
+TEST(AnalysisOfATableThatSlips, SaysSoAndGivesTheScaleOfTheOtherTurns) {
+  // In the middle of a turn the reference loses 5 deg for good.
+  const double slip_s = 0.5 * Sound().duration_s + 3.0;
+  const AnalysisResult result = AnalyzeWith(
+      [=](double t_s, double angle_deg) { return angle_deg - (t_s > slip_s ? 5.0 : 0.0); });
+  EXPECT_THAT(result.defects, Contains(Field(&Defect::kind, "turn_disagrees")));
+  ASSERT_EQ(result.scale.size(), 1u);
+  EXPECT_THAT(result.scale[0].remarks, Contains(AllOf(HasSubstr("slip"), HasSubstr("left out"))));
+  const double expected = Sound().scale.at(0).alpha;
+  EXPECT_NEAR(result.scale[0].alpha / expected, 1.0,
+              4.0 * result.scale[0].alpha_std_error / expected);
+}
+
+TEST(AnalysisWithAReferenceThatDies, SaysSoAndUsesWhatWasBefore) {
+  const double dies_s = 0.6 * Sound().duration_s;
+  double last_deg = 0.0;
+  const AnalysisResult result = AnalyzeWith([&](double t_s, double angle_deg) {
+    if (t_s < dies_s) last_deg = angle_deg;
+    return last_deg;
+  });
+  EXPECT_THAT(result.defects, Contains(Field(&Defect::kind, "turned_at_rest")));
+  ASSERT_EQ(result.scale.size(), 1u);
+  const double expected = Sound().scale.at(0).alpha;
+  EXPECT_NEAR(result.scale[0].alpha / expected, 1.0, 0.002);
+}
+
+TEST(AnalysisOfASoundRun, SaysNothingOfIt) { EXPECT_THAT(Sound().defects, IsEmpty()); }
+
+}  // namespace
+}  // namespace gyrobench::testing
