@@ -42,7 +42,9 @@ BasisContext ContextOf(const ChannelProblem& problem) {
 }
 
 bool OnStand(const ChannelProblem& problem) {
-  return problem.trails().front().recording->info.reference == ReferenceKind::kStandAngles;
+  return std::ranges::any_of(problem.trails(), [](const Trail& trail) {
+    return trail.recording->info.reference == ReferenceKind::kStandAngles;
+  });
 }
 
 double CovariateMean(const ChannelProblem& problem, std::size_t index) {

@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "calibration/gls/append_columns.h"
-#include "calibration/gls/correlated.h"
 #include "calibration/gls/likelihood.h"
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/angle_windows.h"
 #include "calibration/trace/channel_fit.h"
+#include "calibration/trace/correlated_members.h"
 #include "calibration/trace/hold_out.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/scans.h"
@@ -72,13 +72,20 @@ class ChannelSearcher {
 
   std::optional<SearchedChannel> Run() {
     Saturate();
-    if (!baseline_.columns.allFinite() || !problem_.output_deg().allFinite()) {
-      remarks_.push_back("values that are not finite numbers are left: not traced");
+    for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
+      if (baseline_.columns.row(i).allFinite() && std::isfinite(problem_.output_deg()(i))) continue;
+      remarks_.push_back(fmt::format(
+          "{}: rate, temperature or output is no finite number from {:.3f} s to {:.3f} s: not "
+          "traced; look at the table's rows there",
+          problem_.trail(i).name, problem_.begin_s(i), problem_.end_s(i)));
       return std::nullopt;
     }
     const std::optional<NoiseEstimate> first = Everything().Best({}, kRough);
     if (!first) {
-      remarks_.push_back("too little data for the noise to be estimated: not traced");
+      remarks_.push_back(fmt::format(
+          "the noise cannot be estimated from {} intervals beside {} columns of the baseline and "
+          "what else may act: not traced; measure for longer",
+          problem_.rows(), baseline_.columns.cols()));
       return std::nullopt;
     }
     own_ = *first;
@@ -337,7 +344,7 @@ class ChannelSearcher {
       double lack = 0.0;
       for (std::size_t i = 0; i < selection.members().size(); ++i) {
         const Candidate& member = selection.members()[i];
-        CorrelatedGain least = LeastWhereCorrelated(fit, fit.ColumnsOf(i));
+        CorrelatedGain least = LeastWhereCorrelated(problem_, fit, fit.ColumnsOf(i));
         least.gain = std::min(least.gain, member.gain_by_any_noise);
         gains.push_back(least.gain);
         const double over = member.LogChance(least.gain, least.rank) - member.log_level;
@@ -353,38 +360,6 @@ class ChannelSearcher {
       // What explained the same as the one that is gone gains more now.
       SetGainsByAnyNoise(found);
     }
-  }
-
-  // The least over every distance at which whiteness is tested.
-  CorrelatedGain LeastWhereCorrelated(const ChannelFit& fit,
-                                      const std::vector<Eigen::Index>& own) const {
-    const Projection others_off(fit.white(Eigen::all, fit.ColumnsBut(own)));
-    const Eigen::MatrixXd whole = fit.white(Eigen::all, own);
-    Eigen::MatrixXd left = others_off.Off(whole);
-    for (Eigen::Index j = 0; j < left.cols(); ++j) {
-      if (!(left.col(j).squaredNorm() > Selection::kAbsorbed * whole.col(j).squaredNorm()))
-        left.col(j).setZero();
-    }
-    const Eigen::VectorXd output = others_off.Off(fit.white_output), residual = fit.WhiteResidual();
-    const std::vector<Eigen::Index> runs = UnbrokenRuns();
-    std::optional<CorrelatedGain> least;
-    for (const Eigen::Index block : kWhitenessBlocks) {
-      if (!WhitenessIsTested(problem_, block)) continue;
-      const CorrelatedGain here = GainWhereCorrelated(left, output, residual, runs, block);
-      if (!least || here.gain < least->gain) least = here;
-    }
-    return least.value_or(CorrelatedGain{});
-  }
-
-  // First rows of stretches without a gap.
-  std::vector<Eigen::Index> UnbrokenRuns() const {
-    std::vector<Eigen::Index> begins;
-    for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
-      const Interval& interval = problem_.intervals()[static_cast<std::size_t>(i)];
-      if (i == 0 || interval.new_run || interval.gap_before_s > interval.duration_s)
-        begins.push_back(i);
-    }
-    return begins;
   }
 
   // A value that is not clear of zero by its own standard errors, those of its non-linear

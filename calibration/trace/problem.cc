@@ -271,8 +271,10 @@ void ChannelProblem::Survey() {
 
 // A table of rests alone, cut from somewhere, does not say when the sensor was switched on.
 bool ChannelProblem::PowerOnIsKnown() const {
-  const MeasurementInfo& info = trails_.front().recording->info;
-  return info.reference != ReferenceKind::kNone || !info.power_on.empty();
+  return std::ranges::all_of(trails_, [](const Trail& trail) {
+    const MeasurementInfo& info = trail.recording->info;
+    return info.reference != ReferenceKind::kNone || !info.power_on.empty();
+  });
 }
 
 // Range, and mean over the time.

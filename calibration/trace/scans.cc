@@ -198,11 +198,9 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   const Eigen::Index first = begins[longest], end = end_of(longest);
   // In motion a tone cannot be told from the ripple of a table that turns: what the channel feels
   // of no turn speaks. Of an orientation no ripple is known.
-  const bool hand =
-      problem.trails().front().recording->info.reference == ReferenceKind::kOrientation;
   auto rests = [&](Eigen::Index i) {
     constexpr double kUnfelt = 0.01;
-    if (hand) return true;
+    if (problem.trail(i).recording->info.reference == ReferenceKind::kOrientation) return true;
     const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
     return interval.still ||
            std::max(interval.begin_reference_share, interval.end_reference_share) < kUnfelt;

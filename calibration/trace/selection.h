@@ -25,6 +25,7 @@ class Selection {
  public:
   // Less of a column's square left by the model: it is absorbed.
   static constexpr double kAbsorbed = 1e-6;
+  static constexpr std::size_t kNoMember = static_cast<std::size_t>(-1);
 
   // `problem` and `candidates` must outlive the selection.
   Selection(const ChannelProblem& problem, const Baseline& baseline, const IntervalNoise& noise,
@@ -57,6 +58,9 @@ class Selection {
   Eigen::VectorXd Residual() const;
 
  private:
+  // What a column must bring for an exchange of candidates of different size to be fair.
+  static constexpr double kCostOfColumn = 8.0;
+
   // How the chance of a false discovery is shared out; there may be a scan of ripple for each axis.
   static constexpr double kShareOfCatalogue = 0.65, kShareOfProducts = 0.1, kShareOfCurves = 0.05,
                           kShareOfScan = 0.016;
@@ -76,7 +80,8 @@ class Selection {
   void ShareLevels();
   bool Visible(const Candidate& candidate) const;
   bool Barred(const std::string& family) const;
-  bool InFilterShape(const Candidate& candidate) const;
+  // `without`: of a member that it would take the place of.
+  bool InFilterShape(const Candidate& candidate, std::size_t without = kNoMember) const;
   double StdError(const Candidate& candidate, std::size_t j, WhiteStore::Columns model) const;
   bool ToldFromMembers(const Candidate& candidate, const WhiteStore::Columns& model) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;

@@ -43,14 +43,16 @@ void Selection::TryPool(const WhiteStore::Columns& model, Best* best) {
 
 // A delay and a lag of first order differ by the shape of the filter. Where that is free, as beside
 // a declared delay, the two are one: each may stand for both, and not beside the other.
-bool Selection::InFilterShape(const Candidate& candidate) const {
+bool Selection::InFilterShape(const Candidate& candidate, std::size_t without) const {
   const auto shapes_filter = [](const Candidate& one) {
     return one.effect != nullptr && one.effect->filter_shape;
   };
-  return problem_->DelayIsDeclared() && shapes_filter(candidate) &&
-         std::ranges::any_of(members_, [&](const Candidate& member) {
-           return shapes_filter(member) && member.effect != candidate.effect;
-         });
+  if (!problem_->DelayIsDeclared() || !shapes_filter(candidate)) return false;
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    if (i != without && shapes_filter(members_[i]) && members_[i].effect != candidate.effect)
+      return true;
+  }
+  return false;
 }
 
 // Of each family whose parameters are searched for, the point that comes nearest to its level.

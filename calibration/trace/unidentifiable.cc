@@ -71,7 +71,9 @@ constexpr std::int64_t kLeastClockPairs = 10;
 // Of a reference without a second one beside it.
 void ListAlwaysUnseen(const ChannelProblem& problem, std::vector<Unidentifiable>* out) {
   if ((problem.knows() & kNeedsRate) == 0) return;
-  const bool two_clocks = problem.trails().front().recording->ticks.count() >= kLeastClockPairs;
+  const bool two_clocks = std::ranges::any_of(problem.trails(), [](const Trail& trail) {
+    return trail.recording->ticks.count() >= kLeastClockPairs;
+  });
   for (const NeverSeen& effect : NeverSeenEffects()) {
     if (effect.seen_by_host_clock && two_clocks) continue;
     out->push_back({effect.id, effect.because, effect.settled_by});

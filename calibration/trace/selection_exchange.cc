@@ -1,0 +1,114 @@
+// What may take a member's place, or explains as much in it.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "calibration/gls/likelihood.h"
+#include "calibration/gls/scaled_ldlt.h"
+#include "calibration/trace/selection.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// Ten of -2 log L, with the same for what a column costs: rivals.
+constexpr double kRivalGain = 10.0;
+
+bool IsSlow(const Candidate& candidate) {
+  return candidate.effect != nullptr && candidate.effect->slow;
+}
+
+}  // namespace
+
+std::vector<Selection::Ramp> Selection::RampsFor(const Candidate& member,
+                                                 const WhiteStore::Columns& others) const {
+  if (!IsSlow(member)) return {};
+  std::vector<Ramp> ramps = BestRamps(others);
+  if (!member.bias_step()) return ramps;
+  // A step in time may be a jump at the value that the quantity had then.
+  constexpr double kWidth = 1e-4;  // of the quantity's range
+  const Projection model_off(store_.Take(others));
+  for (const CurveCells& cells : candidates_->cells) {
+    const double value = ValueAt(*problem_, cells.factor, covariates(), member);
+    const double half = 0.5 * kWidth * (cells.edges.back() - cells.edges.front());
+    Ramp ramp;
+    ramp.candidate = EmpiricalCandidate(*problem_, cells.factor, value - half, value + half);
+    const Eigen::VectorXd column = White(ramp.candidate);
+    const Eigen::VectorXd left = model_off.Off(column);
+    if (!(left.squaredNorm() > kAbsorbed * column.squaredNorm())) continue;
+    ramp.gain = std::pow(left.dot(store_.output()), 2) / left.squaredNorm();
+    ramp.candidate.log_level = member.log_level;
+    ramps.push_back(std::move(ramp));
+  }
+  return ramps;
+}
+
+// One member for another that explains more.
+bool Selection::ExchangeMember(std::size_t i) {
+  const WhiteStore::Columns others = ModelWithout(i);
+  double least = Cost(ModelColumns()) - 1.0 + members_[i].handicap();
+  std::optional<Candidate> better;
+  for (const Candidate& candidate : pool_) {
+    if (candidate.family == members_[i].family || Barred(candidate.family) ||
+        InFilterShape(candidate, i))
+      continue;
+    WhiteStore::Columns with = others;
+    with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
+    const double cost = Cost(with) + candidate.handicap();
+    if (cost >= least || !Plausible(candidate, others)) continue;
+    least = cost;
+    better = candidate;
+  }
+  for (const Ramp& ramp : RampsFor(members_[i], others)) {
+    const double cost = Cost(others) - ramp.gain + kCostOfColumn + ramp.candidate.handicap();
+    if (cost >= least || Barred(ramp.candidate.family)) continue;
+    least = cost;
+    better = ramp.candidate;
+  }
+  if (!better) return false;
+  Refine(&*better, others);
+  Remove(i);
+  Insert(std::move(*better));
+  return true;
+}
+
+bool Selection::Exchange() {
+  bool changed = false;
+  for (std::size_t i = 0; i < members_.size(); ++i) changed = ExchangeMember(i) || changed;
+  return changed;
+}
+
+// A description is no rival of a name on which it has no clear lead: what it must be ahead by to be
+// chosen counts here too. In the member's place a rival must pass its own level, or nearly so: the
+// credit for fewer coefficients alone makes no rival of what explains hardly anything.
+std::vector<std::string> Selection::Rivals(std::size_t member) const {
+  const WhiteStore::Columns others = ModelWithout(member);
+  const double mine = Cost(ModelColumns());
+  auto rivals = [&](const Candidate& candidate, double cost) {
+    const bool describes = candidate.effect == nullptr && members_[member].effect != nullptr;
+    return cost + (describes ? candidate.handicap() : 0.0) - mine < kRivalGain;
+  };
+  auto found = [](const Candidate& candidate, double log_p) {
+    return log_p - candidate.log_level < 0.5 * kRivalGain;
+  };
+  std::set<std::string> names;
+  for (const Candidate& candidate : pool_) {
+    if (candidate.id == members_[member].id || InModel(candidate.family)) continue;
+    // With what is named for one run, that of another run can take the place of the first run's.
+    if (candidate.of_one_run() && Names(candidate.id)) continue;
+    WhiteStore::Columns with = others;
+    with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
+    if (rivals(candidate, Cost(with)) && found(candidate, LogP(candidate, others)) &&
+        Plausible(candidate, others))
+      names.insert(candidate.id);
+  }
+  for (const Ramp& ramp : RampsFor(members_[member], others)) {
+    if (rivals(ramp.candidate, Cost(others) - ramp.gain + kCostOfColumn) &&
+        found(ramp.candidate, LogChiSquareTail(ramp.gain, 1.0)))
+      names.insert(ramp.candidate.id);
+  }
+  return {names.begin(), names.end()};
+}
+
+}  // namespace gyrobench::calibration
