@@ -9,12 +9,15 @@
 #include <cmath>
 #include <memory>
 
+#include "calibration/trace/scans.h"
+
 namespace gyrobench::calibration {
 namespace {
 
 // Of the counts of a turn: an encoder of the measured data counts 0.25 % too little
 // (docs/trace.md).
 constexpr double kReferenceScale = 0.003;
+constexpr double kMostOffWhole = 0.5;
 
 using ColumnsAt = std::function<Eigen::MatrixXd(const std::vector<double>&)>;
 
@@ -48,9 +51,21 @@ struct Residual {
   }
 };
 
+// How far from the number of periods at which the scan has found a ripple it may be: as far from a
+// whole one as it may; where that is any number, as far as the angles that were passed leave open.
+double ReachOfPeriods(const ChannelProblem& problem, const Candidate& ripple) {
+  constexpr double kFarthest = 5.0;
+  const double off_whole = OffWholePeriods(ripple.context.nonlinear[0]);
+  if (off_whole < kMostOffWhole) return off_whole;
+  const double turns = TurnsSpanned(problem, ripple.context.table_axis);
+  return std::clamp(1.0 / turns, off_whole, kFarthest);
+}
+
 }  // namespace
 
-double OffWholePeriods(double periods) { return std::min(kReferenceScale * periods, 0.5); }
+double OffWholePeriods(double periods) {
+  return std::min(kReferenceScale * periods, kMostOffWhole);
+}
 
 std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidate& candidate) {
   if (candidate.empirical()) {
@@ -78,9 +93,9 @@ std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidat
       low = std::max(range.start[i] - width, 1e-6);
       high = range.start[i] + width;
     } else if (effect.search == Search::kPeriods) {
-      const double width = OffWholePeriods(range.start[i]);
-      low = std::round(range.start[i]) - width;
-      high = std::round(range.start[i]) + width;
+      const double reach = ReachOfPeriods(problem, candidate);
+      low = std::round(range.start[i]) - reach;
+      high = std::round(range.start[i]) + reach;
     }
     if (!(high > low)) return std::nullopt;
     range.low.push_back(low);

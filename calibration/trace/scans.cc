@@ -251,18 +251,6 @@ int MostPeriods(const ChannelProblem& problem, std::size_t axis) {
   return most < kMostPeriods ? static_cast<int>(most) : kMostPeriods;
 }
 
-// From the least to the largest angle of an axis.
-double TurnsSpanned(const ChannelProblem& problem, std::size_t axis) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    const double angle_deg = problem.half(i, 0).table_deg[axis];
-    if (!std::isfinite(angle_deg)) continue;
-    low = std::min(low, angle_deg);
-    high = std::max(high, angle_deg);
-  }
-  return high > low ? (high - low) / 360.0 : 0.0;
-}
-
 // Each octave of periods a turn has the same share of the chance of a false discovery: no number
 // of teeth or steps is the usual one. About each whole number lie others, which the refinement
 // reaches and a measurement tells apart when it spans several turns.
@@ -342,6 +330,17 @@ std::vector<ScanPeak> Found(std::vector<ScanPeak> peaks) {
 }
 
 }  // namespace
+
+double TurnsSpanned(const ChannelProblem& problem, std::size_t axis) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    const double angle_deg = problem.half(i, 0).table_deg[axis];
+    if (!std::isfinite(angle_deg)) continue;
+    low = std::min(low, angle_deg);
+    high = std::max(high, angle_deg);
+  }
+  return high > low ? (high - low) / 360.0 : 0.0;
+}
 
 std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener& whitener,
                                    const Eigen::MatrixXd& model, const Eigen::VectorXd& residual) {

@@ -34,4 +34,7 @@ std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whiten
 std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener& whitener,
                                    const Eigen::MatrixXd& model, const Eigen::VectorXd& residual);
 
+// From the least to the largest angle of an axis of the table [turns].
+double TurnsSpanned(const ChannelProblem& problem, std::size_t axis);
+
 }  // namespace gyrobench::calibration
