@@ -30,6 +30,9 @@ struct BasisContext {
   // Of each power-on: where in the play its first measurement begins, -0.5 .. 0.5; the middle where
   // nothing is said.
   std::vector<double> start_sides;
+  // Of an effect that shakes the stand: by the speed of each of the stand's axes, not by the rate
+  // about the channel's.
+  bool of_stand = false;
 };
 
 // The basis functions of one effect along time. Asked in the order of time; may remember.
@@ -115,6 +118,8 @@ struct Effect {
   bool filter_shape = false;
   // What the rounding of a coarse encoder makes of it, of half a step of the encoder; 0: nothing.
   double made_by_rounding = 0.0;
+  // Goes by the speed at which the stand is shaken, which any of its axes may do.
+  bool shakes_stand = false;
   // True motion of the sensor, not an error of it.
   bool true_motion = false;
   // Where the site's latitude is not known Earth's rotation passes for it.

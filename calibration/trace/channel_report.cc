@@ -82,21 +82,21 @@ class ChannelTracer {
     RemarkOnBaseline();
     candidates_ = std::make_shared<const CandidateSet>(
         AllCandidates(problem_, request_.covariates, request_.earth_rate_known,
-                      CandidatesOf(problem_, request_.found_errors)));
+                      CandidatesOf(problem_, request_.told)));
     std::optional<SearchedChannel> found =
         SearchChannel(problem_, baseline_, candidates_, request_, &trace_.remarks);
     if (found) {
       const ChannelFit fit = FitChannel(problem_, baseline_, found->selection);
       Fill(found->selection, found->noise, fit);
       const std::vector<NamedEffect> effects = NamedEffects(found->selection, fit);
-      angle_errors_ = AngleErrorsOf(problem_, found->selection.members(), fit);
+      bench_findings_ = FindingsOf(problem_, found->selection.members(), fit);
       found.reset();  // the parts of the data take as much memory again
       FillHeldOut(effects, fit);
       Decide();
     } else {
       trace_.summary = "Not traced: " + trace_.remarks.back() + ".";
     }
-    return {std::move(trace_), std::move(model_), std::move(row_), std::move(angle_errors_)};
+    return {std::move(trace_), std::move(model_), std::move(row_), std::move(bench_findings_)};
   }
 
  private:
@@ -316,7 +316,7 @@ class ChannelTracer {
   ChannelModel model_;
   std::vector<std::size_t> effect_of_term_;  // of the model
   ChannelRow row_;
-  AngleErrors angle_errors_;
+  BenchFindings bench_findings_;
 };
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 #include "calibration/effects/channel_model.h"
 #include "calibration/sensor/channel_row.h"
-#include "calibration/trace/angle_error.h"
+#include "calibration/trace/bench_finding.h"
 #include "calibration/trace/channel_request.h"
 #include "calibration/trace/trace_result.h"
 
@@ -15,7 +15,7 @@ struct TracedChannel {
   ChannelTrace trace;
   ChannelModel model;
   ChannelRow row;  // for the three axes together
-  AngleErrors angle_errors;
+  BenchFindings bench_findings;
 };
 
 TracedChannel TraceChannel(const ChannelRequest& request);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calibration/state/trail.h"
-#include "calibration/trace/angle_error.h"
+#include "calibration/trace/bench_finding.h"
 
 namespace gyrobench::calibration {
 
@@ -22,7 +22,7 @@ struct ChannelRequest {
   std::uint64_t seed = 1;
   bool curves = true;
   bool try_on_rest = true;
-  std::vector<AngleError> found_errors;  // by any channel, that this one may feel as well
+  std::vector<BenchFinding> told;  // by any channel, that this one may feel as well
 };
 
 }  // namespace gyrobench::calibration

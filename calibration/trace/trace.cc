@@ -174,19 +174,20 @@ std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
   std::iota(all.begin(), all.end(), std::size_t{0});
   trace(all);
   for (int round = 0; round < kRounds; ++round) {
-    std::vector<AngleErrors> own;
-    std::vector<AngleError> errors;
+    std::vector<BenchFindings> own;
+    std::vector<BenchFinding> errors;
     for (const std::size_t k : all) {
-      own.push_back(Without(traced[k].angle_errors, requests[k].found_errors));
+      own.push_back(Without(traced[k].bench_findings, requests[k].told));
       std::ranges::copy(own.back().found, std::back_inserter(errors));
+      std::ranges::copy(own.back().supposed, std::back_inserter(errors));
     }
     std::vector<std::size_t> again;
     for (const std::size_t k : all) {
       if (traced[k].trace.verdict == Verdict::kNone) continue;
-      std::vector<AngleError> now = NewTo(own[k], errors);
-      std::vector<AngleError>& before = requests[k].found_errors;
+      std::vector<BenchFinding> now = NewTo(own[k], errors);
+      std::vector<BenchFinding>& before = requests[k].told;
       const bool retrace =
-          round == 0 ? !now.empty() : NamesWhatIsGone(traced[k].angle_errors, before, now);
+          round == 0 ? !now.empty() : NamesWhatIsGone(traced[k].bench_findings, before, now);
       if (!retrace) continue;
       before = std::move(now);
       again.push_back(k);

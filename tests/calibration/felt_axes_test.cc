@@ -146,5 +146,40 @@ TEST(AnErrorOfTheMiddleAxis, IsNamedByWhatZFeelsOfTheOuter) {
   }
 }
 
+// Which axis turns at the speed of its resonance is all one to a stand that shakes.
+TEST(AStandThatShakesWithAnyAxis, IsNamedAlone) {
+  constexpr double kAmplitude_deg_s = 0.05, kResonance_deg_s = 22.0, kWidth_deg_s = 3.0;
+  Motion motion;
+  motion.Rest(20.0);
+  for (const double rate : {12.0, 16.0, 20.0, 24.0, 30.0, 40.0}) {
+    motion.ThereAndBack(kInnerAxis, 120.0, rate);
+    motion.ThereAndBack(kOuterAxis, 120.0, rate + 1.0);
+  }
+  motion.Turn(kMiddleAxis, 90.0, 30.0);
+  for (const double rate : {14.0, 22.0, 35.0}) motion.ThereAndBack(kOuterAxis, 120.0, rate);
+  const SyntheticBench bench(motion);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Injection shake;
+    shake.rate_deg_s = [=](const BenchState& state) {
+      double sum = 0.0;
+      for (const double rate : state.table.rate_deg_s) {
+        if (rate == 0.0) continue;
+        sum += kAmplitude_deg_s /
+               (1.0 + std::pow((std::fabs(rate) - kResonance_deg_s) / kWidth_deg_s, 2));
+      }
+      return sum;
+    };
+    const ChannelTrace channel = TraceOf(bench.Measure(shake, seed));
+    ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", seed " << seed;
+    EXPECT_EQ(channel.effects[0].id, "bias.vibration") << channel.summary;
+    const std::vector<double> truth = {kAmplitude_deg_s, kResonance_deg_s, kWidth_deg_s};
+    for (std::size_t k = 0; k < truth.size(); ++k) {
+      const auto& parameter = channel.effects[0].parameters.at(k);
+      EXPECT_NEAR(parameter.value, truth[k], 4.0 * parameter.std_error + 0.02 * truth[k])
+          << parameter.name << ", seed " << seed;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace gyrobench::testing

@@ -14,18 +14,31 @@ class ResonanceBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
-    const double width = context().nonlinear[1];
-    const double middle = std::fabs(rate(point)) - context().nonlinear[0];
-    const double half_span = 0.5 * std::fabs(point.rate_span_deg_s[context().channel]);
-    if (point.still) {
-      terms[0] = 0.0;
-    } else if (half_span < 0.1 * width) {
-      terms[0] = 1.0 / (1.0 + middle * middle / (width * width));
-    } else {
-      terms[0] =
-          0.5 * width / half_span *
-          (std::atan((middle + half_span) / width) - std::atan((middle - half_span) / width));
+    terms[0] = 0.0;
+    if (point.still) return;
+    if (!context().of_stand) {
+      terms[0] = MeanOver(rate(point), point.rate_span_deg_s[context().channel]);
+      return;
     }
+    const Vector3& span = point.rate_span_deg_s;
+    // About which of the axes is not known where several turn.
+    const double span_deg_s = std::hypot(span[0], span[1], span[2]);
+    for (const double rate_deg_s : point.table_rate_deg_s) {
+      if (std::fabs(rate_deg_s) > kTurns_deg_s) terms[0] += MeanOver(rate_deg_s, span_deg_s);
+    }
+  }
+
+ private:
+  // An axis that hardly turns rests: its reading has noise.
+  static constexpr double kTurns_deg_s = 0.3;
+
+  double MeanOver(double rate_deg_s, double span_deg_s) const {
+    const double width = context().nonlinear[1];
+    const double middle = std::fabs(rate_deg_s) - context().nonlinear[0];
+    const double half_span = 0.5 * std::fabs(span_deg_s);
+    if (half_span < 0.1 * width) return 1.0 / (1.0 + middle * middle / (width * width));
+    return 0.5 * width / half_span *
+           (std::atan((middle + half_span) / width) - std::atan((middle - half_span) / width));
   }
 };
 
@@ -53,6 +66,7 @@ Effect BiasVibrationAtResonance() {
           .search = Search::kGrid,
           .typical_size = 0.5,
           .size_source = "experience with stands of this class: 0.01 to 0.5",
+          .shakes_stand = true,
           .makes_sense = IsReached,
           .basis = Make<ResonanceBasis>};
 }

@@ -1,5 +1,5 @@
-// What one channel shows of the readings of a stand's axis, for the others: the axis is read wrong
-// for all of them.
+// What one channel shows of the bench, for the others: an axis of the stand that is read wrong is
+// so for all of them, and a stand that shakes at some speed does so with any of its axes.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@
 
 namespace gyrobench::calibration {
 
-// An effect of the catalogue on the angle of one axis.
-struct AngleError {
+// An effect of the catalogue on the angle of one axis, or one of the stand's vibration.
+struct BenchFinding {
   const Effect* effect = nullptr;
   std::size_t table_axis = 2;  // StandAxis
   std::vector<double> nonlinear;
@@ -22,31 +22,35 @@ struct AngleError {
   // Of its coefficients together, what they may err by included [their unit]: the same axis errs by
   // no more in any channel.
   double largest = std::numeric_limits<double>::infinity();
+  bool of_stand = false;  // BasisContext
 };
 
-// What a channel that feels an axis turn says of its readings; and the axes whose errors it feels.
-struct AngleErrors {
-  std::vector<AngleError> found;
+// What a channel says of the axes that it feels turn and of the stand; and the axes whose errors it
+// feels.
+struct BenchFindings {
+  std::vector<BenchFinding> found;
   std::vector<std::size_t> turning;  // ChannelProblem::table_axes
   std::vector<std::size_t> felt;     // ChannelProblem::axes_with_felt_errors
+  // Found by the channel's own rate; by that of all axes it may fit better, here and elsewhere.
+  std::vector<BenchFinding> supposed = {};
 };
-AngleErrors AngleErrorsOf(const ChannelProblem& problem, const std::vector<Candidate>& members,
-                          const ChannelFit& fit);
+BenchFindings FindingsOf(const ChannelProblem& problem, const std::vector<Candidate>& members,
+                         const ChannelFit& fit);
 // What a channel says of itself, without what it was told.
-AngleErrors Without(AngleErrors own, const std::vector<AngleError>& told);
+BenchFindings Without(BenchFindings own, const std::vector<BenchFinding>& told);
 // Whether a channel names something of `before` that is not in `now`.
-bool NamesWhatIsGone(const AngleErrors& named, const std::vector<AngleError>& before,
-                     const std::vector<AngleError>& now);
+bool NamesWhatIsGone(const BenchFindings& named, const std::vector<BenchFinding>& before,
+                     const std::vector<BenchFinding>& now);
 
 // What all channels have found of the axes whose errors a channel feels, and that it has not looked
 // for: errors of an axis that it feels by the direction of others' motions alone, which would
 // describe many a thing that no channel sees in the axis itself; and what scans of other channels
 // have found at places of their own. The axes of a stand are of one make: where one has a ripple,
 // another that the channel feels turn may have as many periods a turn.
-std::vector<AngleError> NewTo(const AngleErrors& own, const std::vector<AngleError>& found);
+std::vector<BenchFinding> NewTo(const BenchFindings& own, const std::vector<BenchFinding>& found);
 
 // Those of power-ons that the channel has.
 std::vector<Candidate> CandidatesOf(const ChannelProblem& problem,
-                                    std::span<const AngleError> errors);
+                                    std::span<const BenchFinding> errors);
 
 }  // namespace gyrobench::calibration

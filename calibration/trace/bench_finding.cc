@@ -1,6 +1,7 @@
-#include "calibration/trace/angle_error.h"
+#include "calibration/trace/bench_finding.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -14,13 +15,14 @@ std::optional<std::size_t> PowerOnOf(const ChannelProblem& problem, std::size_t 
   return std::nullopt;
 }
 
-bool IsPlaced(const AngleError& error) {
+bool IsPlaced(const BenchFinding& error) {
   return error.effect->search == Search::kTime || error.effect->search == Search::kPeriods;
 }
 
 // A scan of another channel places the same thing a little elsewhere.
-bool AreOne(const AngleError& a, const AngleError& b) {
+bool AreOne(const BenchFinding& a, const BenchFinding& b) {
   constexpr double kSameTime_s = 1.0, kSamePeriods = 1.0;
+  if (a.of_stand || b.of_stand) return a.of_stand && b.of_stand && a.effect == b.effect;
   if (a.effect != b.effect || a.table_axis != b.table_axis || a.power_on != b.power_on)
     return false;
   if (!IsPlaced(a)) return true;
@@ -28,8 +30,8 @@ bool AreOne(const AngleError& a, const AngleError& b) {
   return std::fabs(a.nonlinear.front() - b.nonlinear.front()) < same;
 }
 
-bool IsAmong(const std::vector<AngleError>& errors, const AngleError& error) {
-  return std::ranges::any_of(errors, [&](const AngleError& one) { return AreOne(one, error); });
+bool IsAmong(const std::vector<BenchFinding>& errors, const BenchFinding& error) {
+  return std::ranges::any_of(errors, [&](const BenchFinding& one) { return AreOne(one, error); });
 }
 
 // Terms that the channel is blind to are 0 and have no variance.
@@ -44,21 +46,38 @@ double LargestSize(const ChannelFit& fit, Eigen::Index first, std::size_t count)
   return std::sqrt(size2) + kSure * std::sqrt(variance);
 }
 
+bool SeveralAxesTurn(const ChannelProblem& problem) {
+  constexpr double kTurns_deg_s = 1.0;
+  std::array<bool, 3> turns = {};
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    for (std::size_t a = 0; a < 3; ++a)
+      turns[a] = turns[a] || std::fabs(problem.half(i, 0).table_rate_deg_s[a]) > kTurns_deg_s;
+  }
+  return std::ranges::count(turns, true) > 1;
+}
+
 bool Contains(const std::vector<std::size_t>& axes, std::size_t axis) {
   return std::ranges::find(axes, axis) != axes.end();
 }
 
 }  // namespace
 
-AngleErrors AngleErrorsOf(const ChannelProblem& problem, const std::vector<Candidate>& members,
-                          const ChannelFit& fit) {
-  AngleErrors errors;
+BenchFindings FindingsOf(const ChannelProblem& problem, const std::vector<Candidate>& members,
+                         const ChannelFit& fit) {
+  BenchFindings errors;
   errors.turning = problem.table_axes();
   errors.felt = problem.axes_with_felt_errors();
   for (std::size_t i = 0; i < members.size(); ++i) {
     const Candidate& member = members[i];
-    if (member.effect == nullptr || (member.effect->needs & kNeedsTableAxis) == 0) continue;
-    AngleError error{member.effect, member.context.table_axis, member.context.nonlinear, {}};
+    if (member.effect == nullptr) continue;
+    const bool shakes = member.effect->shakes_stand && SeveralAxesTurn(problem);
+    if (!shakes && (member.effect->needs & kNeedsTableAxis) == 0) continue;
+    BenchFinding error{member.effect, member.context.table_axis, member.context.nonlinear, {}};
+    if (shakes) {
+      error.of_stand = true;
+      (member.context.of_stand ? errors.found : errors.supposed).push_back(std::move(error));
+      continue;
+    }
     if (member.power_on) error.power_on = problem.first_number(*member.power_on);
     error.largest = LargestSize(fit, fit.member_begin[i], member.columns.size());
     errors.found.push_back(std::move(error));
@@ -66,21 +85,26 @@ AngleErrors AngleErrorsOf(const ChannelProblem& problem, const std::vector<Candi
   return errors;
 }
 
-AngleErrors Without(AngleErrors own, const std::vector<AngleError>& told) {
-  std::erase_if(own.found, [&](const AngleError& error) { return IsAmong(told, error); });
+BenchFindings Without(BenchFindings own, const std::vector<BenchFinding>& told) {
+  std::erase_if(own.found,
+                [&](const BenchFinding& error) { return !error.of_stand && IsAmong(told, error); });
   return own;
 }
 
-bool NamesWhatIsGone(const AngleErrors& named, const std::vector<AngleError>& before,
-                     const std::vector<AngleError>& now) {
-  return std::ranges::any_of(named.found, [&](const AngleError& error) {
-    return IsAmong(before, error) && !IsAmong(now, error);
+bool NamesWhatIsGone(const BenchFindings& named, const std::vector<BenchFinding>& before,
+                     const std::vector<BenchFinding>& now) {
+  return std::ranges::any_of(named.found, [&](const BenchFinding& error) {
+    return !error.of_stand && IsAmong(before, error) && !IsAmong(now, error);
   });
 }
 
-std::vector<AngleError> NewTo(const AngleErrors& own, const std::vector<AngleError>& found) {
-  std::vector<AngleError> out;
-  for (AngleError error : found) {
+std::vector<BenchFinding> NewTo(const BenchFindings& own, const std::vector<BenchFinding>& found) {
+  std::vector<BenchFinding> out;
+  for (BenchFinding error : found) {
+    if (error.of_stand) {
+      if (!IsAmong(own.found, error) && !IsAmong(out, error)) out.push_back(error);
+      continue;
+    }
     const std::size_t found_on = error.table_axis;
     const double found_largest = error.largest;
     for (const std::size_t axis : own.felt) {
@@ -97,9 +121,9 @@ std::vector<AngleError> NewTo(const AngleErrors& own, const std::vector<AngleErr
 }
 
 std::vector<Candidate> CandidatesOf(const ChannelProblem& problem,
-                                    std::span<const AngleError> errors) {
+                                    std::span<const BenchFinding> errors) {
   std::vector<Candidate> out;
-  for (const AngleError& error : errors) {
+  for (const BenchFinding& error : errors) {
     std::optional<std::size_t> power_on;
     if (error.power_on) {
       power_on = PowerOnOf(problem, *error.power_on);
@@ -108,6 +132,8 @@ std::vector<Candidate> CandidatesOf(const ChannelProblem& problem,
     out.push_back(
         PlacedCandidate(problem, *error.effect, error.table_axis, error.nonlinear, power_on));
     out.back().largest = error.largest;
+    out.back().context.of_stand = error.of_stand;
+    if (error.of_stand) out.back().family += "_of_stand";
   }
   return out;
 }
