@@ -77,9 +77,10 @@ int Trace(const Options& options) {
   CheckTargets(files, options);
   const TracedInputs inputs = TraceInputs(files, options);
   Print(inputs, options);
-  if (!options.calibration.empty() && !inputs.implausible.empty()) {
+  for (const std::vector<std::string>* reasons : {&inputs.implausible, &inputs.two_clocks}) {
+    if (options.calibration.empty() || reasons->empty()) continue;
     throw DataError(fmt::format("{}: no calibration is written; {}", options.calibration.string(),
-                                inputs.implausible.front()));
+                                reasons->front()));
   }
   const std::string why_nothing = WhyNothingWasTraced(inputs.traced.result);
   const std::vector<HashedFile> hashed = options.calibration.empty() && options.report.empty()

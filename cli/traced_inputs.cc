@@ -18,6 +18,7 @@
 #include "base/version.h"
 #include "calibration/estimators/analyzer.h"
 #include "calibration/estimators/plausibility.h"
+#include "calibration/signal/clock_offset.h"
 #include "calibration/signal/intake_remarks.h"
 #include "cli/calibration_output.h"
 #include "cli/inputs.h"
@@ -87,11 +88,16 @@ void RemarkOnScale(TracedInputs* out) {
 
 // Scale factors that no part has, said first.
 void RemarkOnImplausibleScales(TracedInputs* out) {
+  std::vector<Defect> defects;
+  for (const auto& input : out->traced.result.inputs)
+    defects.insert(defects.end(), input.defects.begin(), input.defects.end());
+  const std::string cause = calibration::CauseAmong(defects);
   for (const calibration::ChannelModel& model : out->traced.models) {
     const auto axis = static_cast<std::size_t>(model.axis);
     const bool fitted = model.m_row_std_error[axis] > 0.0;
     const double ratio = fitted ? 1.0 / model.m_row[axis] : kMissing;
-    if (auto says = calibration::ImplausibleScale(ratio, model.axis, out->recordings[0].info))
+    if (auto says =
+            calibration::ImplausibleScale(ratio, model.axis, out->recordings[0].info, cause))
       out->implausible.push_back(std::move(*says));
   }
   auto& remarks = out->traced.result.remarks;
@@ -263,6 +269,10 @@ TracedInputs TraceInputs(const std::vector<InputFiles>& inputs, const Options& o
   RemarkOnInputsThatDoNotBelongTogether(&out, trace);
   RemarkOnScale(&out);
   RemarkOnImplausibleScales(&out);
+  for (const calibration::Recording& recording : out.recordings) {
+    if (std::string says = calibration::RemarkOnClocks(recording); !says.empty())
+      out.two_clocks.push_back(std::move(says));
+  }
   return out;
 }
 

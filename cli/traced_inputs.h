@@ -19,6 +19,7 @@ struct TracedInputs {
   std::string sensor;  // serial number, empty where no recording says it
   calibration::Traced traced;
   std::vector<std::string> implausible;  // scale factors that no part has, in words
+  std::vector<std::string> two_clocks;   // that were not started together, in words
 };
 
 // Reads the inputs and traces them together, with a bar on stderr. Throws DataError: a file that

@@ -157,6 +157,18 @@ RunDirectory FindRun(const fs::path& records, const std::string& name) {
   if (fs::is_regular_file(name) && IsRecordFolder(fs::path(name).parent_path())) {
     return RunDirectory::Open(fs::path(name).parent_path());
   }
+  if (fs::is_regular_file(name)) {
+    throw DataError(
+        fmt::format("{}: expected a run, the folder of its record or a file within one; found a "
+                    "file of its own",
+                    name));
+  }
+  if (records.empty()) {
+    throw DataError(
+        fmt::format("no record '{}': no folder of records is known; give --records, --config or "
+                    "GYROBENCH_CONFIG",
+                    name));
+  }
   throw DataError(fmt::format("no record '{}' in {}: {}", name, records.string(),
                               runs.empty() ? "it holds none" : "there are " + Names(runs)));
 }

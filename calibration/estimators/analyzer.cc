@@ -7,6 +7,7 @@
 #include "calibration/estimators/plausibility.h"
 #include "calibration/estimators/scale.h"
 #include "calibration/estimators/schedule.h"
+#include "calibration/signal/clock_offset.h"
 #include "calibration/signal/intake_remarks.h"
 #include "calibration/signal/reference_error.h"
 
@@ -50,6 +51,7 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
   result.reference_samples = recording.reference_samples;
   result.defects = recording.defects;
   const std::array<bool, 3> usable = UsableChannels(recording, &result.remarks);
+  RefuseSamplesFarApart(recording);
   for (const std::string& remark : IntakeRemarks(recording)) result.remarks.push_back(remark);
   result.first_time_s = recording.first_time_s;
   result.duration_s = recording.last_time_s - recording.first_time_s;
@@ -63,8 +65,11 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
   if (!result.scale.empty() && !recording.info.reference_uncertainty.said())
     result.remarks.emplace_back(kRelativeToReference);
   result.bias = EstimateBias(estimation, result.scale, &result.remarks, &result.defects);
-  const std::vector<std::string> implausible = Implausible(result);
-  result.remarks.insert(result.remarks.begin(), implausible.begin(), implausible.end());
+  // Of clocks that were not started together no other cause is to be looked for.
+  const std::string clocks = RemarkOnClocks(recording);
+  const std::vector<std::string> first =
+      clocks.empty() ? Implausible(result) : std::vector<std::string>{clocks};
+  result.remarks.insert(result.remarks.begin(), first.begin(), first.end());
   return result;
 }
 

@@ -97,10 +97,12 @@ class PartedFinder {
       const double own_deg = row.rotation_deg[channel_];
       double all_deg = 0.0;
       for (const double part : row.rotation_deg) all_deg += std::fabs(part);
-      if (std::fabs(own_deg) < std::max(kLeastTurn_deg, kAboutTheAxis * all_deg)) continue;
+      if (std::fabs(own_deg) < kAboutTheAxis * all_deg) continue;
       const std::optional<double> rest_deg_s = RateAtRest(i);
       if (!rest_deg_s) continue;
-      turns.push_back({i, own_deg, (Rate(row) - *rest_deg_s) * row.duration_s()});
+      const double gyro_deg = (Rate(row) - *rest_deg_s) * row.duration_s();
+      if (std::max(std::fabs(own_deg), std::fabs(gyro_deg)) < kLeastTurn_deg) continue;
+      turns.push_back({i, own_deg, gyro_deg});
     }
     return turns;
   }
@@ -110,7 +112,9 @@ class PartedFinder {
     const std::vector<Turn> turns = Turns();
     if (turns.size() < kFewestTurns) return;
     std::vector<double> ratios, off;
-    for (const Turn& turn : turns) ratios.push_back(turn.gyro_deg / turn.reference_deg);
+    for (const Turn& turn : turns) {
+      if (turn.reference_deg != 0.0) ratios.push_back(turn.gyro_deg / turn.reference_deg);
+    }
     const double ratio = Median(std::move(ratios));
     for (const Turn& turn : turns) off.push_back(turn.gyro_deg / ratio - turn.reference_deg);
     const double deviation = RobustDeviation(off);
@@ -144,8 +148,10 @@ class PartedFinder {
 
 void AddDefects(const std::vector<Defect>& found, std::vector<Defect>* defects) {
   for (const Defect& defect : found) {
+    // What is said of an axis is said once: scale factor and bias cut the rests into other pieces.
+    const std::string axis = defect.where.substr(0, defect.where.find(':'));
     const bool known = std::ranges::any_of(*defects, [&](const Defect& one) {
-      return one.kind == defect.kind && one.where == defect.where;
+      return one.kind == defect.kind && one.where.starts_with(axis + ":");
     });
     if (!known) defects->push_back(defect);
   }
@@ -153,9 +159,11 @@ void AddDefects(const std::vector<Defect>& found, std::vector<Defect>* defects) 
 
 std::string SaysOf(const Defect& defect, bool too_many) {
   const bool rest = defect.kind == kTurnedAtRest;
+  const std::string how_often =
+      fmt::format("{} {}{}", defect.count, rest ? "rest" : "turn", defect.count == 1 ? "" : "s");
   const std::string what =
-      rest ? fmt::format("in {} pieces of rest by the reference the gyro turns", defect.count)
-           : fmt::format("in {} turns gyro and reference contradict each other", defect.count);
+      rest ? fmt::format("in {} by the reference the gyro turns", how_often)
+           : fmt::format("in {} gyro and reference contradict each other", how_often);
   return fmt::format(
       "{}, first at {:.1f} s ({}): {}. Look for {}", what, defect.first_t_s, defect.where,
       !rest && too_many ? "too many to be left out, so that this result cannot be trusted"

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -69,22 +70,33 @@ std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info)
 
 }  // namespace
 
+std::string CauseAmong(const std::vector<Defect>& defects) {
+  const bool stood = std::ranges::any_of(
+      defects, [](const Defect& defect) { return defect.kind == "turned_at_rest"; });
+  return stood ? "the reference stands for a part of the time in which the gyro turns (defect "
+                 "turned_at_rest). Check its connection and its supply"
+               : "";
+}
+
 std::optional<std::string> ImplausibleScale(double ratio, SensorAxis axis,
-                                            const MeasurementInfo& info) {
+                                            const MeasurementInfo& info,
+                                            const std::string& known_cause) {
   const double scale_error = ratio - 1.0;
   if (std::isnan(scale_error) || std::fabs(scale_error) <= kLargestScaleError) return std::nullopt;
   const char name = "xyz"[static_cast<std::size_t>(axis)];
   return fmt::format(
       "this result cannot be: the scale error of gyro {} is {:.4g} %, at most {:g} % was expected "
       "of any part. Most likely {}",
-      name, 100.0 * scale_error, 100.0 * kLargestScaleError, LikeliestCause(ratio, name, info));
+      name, 100.0 * scale_error, 100.0 * kLargestScaleError,
+      known_cause.empty() ? LikeliestCause(ratio, name, info) : known_cause);
 }
 
 std::vector<std::string> Implausible(const AnalysisResult& result) {
+  const std::string cause = CauseAmong(result.defects);
   std::vector<std::string> out;
   for (const ScaleResult& scale : result.scale) {
     if (std::optional<std::string> says =
-            ImplausibleScale(1.0 + scale.scale_error, scale.axis, result.info)) {
+            ImplausibleScale(1.0 + scale.scale_error, scale.axis, result.info, cause)) {
       out.push_back(std::move(*says));
     }
   }

@@ -15,8 +15,12 @@ namespace gyrobench::calibration {
 // not follow: what was found, the likeliest cause, what to check. Empty where all can be.
 std::vector<std::string> Implausible(const AnalysisResult& result);
 // The same of one axis. `ratio`: true rate by the reference over the rate by the gyro's nominal
-// sensitivity; NaN where one of them is not known. nullopt where it can be.
+// sensitivity; NaN where one of them is not known. `known_cause`: where something else has shown
+// it. nullopt where it can be.
 std::optional<std::string> ImplausibleScale(double ratio, SensorAxis axis,
-                                            const MeasurementInfo& info);
+                                            const MeasurementInfo& info,
+                                            const std::string& known_cause = {});
+// What defects of the data show of the cause; empty where nothing.
+std::string CauseAmong(const std::vector<Defect>& defects);
 
 }  // namespace gyrobench::calibration

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "base/error.h"
+
 namespace gyrobench::calibration {
 
 std::vector<std::string> IntakeRemarks(const Recording& recording) {
@@ -18,6 +20,17 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
         defect.where, accel ? "specific force" : "zero-rate offset", accel ? "accel" : "gyro"));
   }
   return remarks;
+}
+
+void RefuseSamplesFarApart(const Recording& recording) {
+  constexpr double kFarthest_s = 1.0;
+  if (!(recording.median_interval_s > kFarthest_s)) return;
+  const std::string& source = recording.info.source;
+  throw DataError(fmt::format(
+      "{}: expected samples of the gyro less than {:g} s apart, found {:g} s from one to the next: "
+      "no angle can be summed up from them. t_s is in seconds; is it in milliseconds here? Then "
+      "divide the column by 1000",
+      source.empty() ? "measurement" : source, kFarthest_s, recording.median_interval_s));
 }
 
 std::string WithoutReference(const MeasurementInfo& info) {

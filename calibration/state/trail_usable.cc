@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 #include "base/median.h"
 #include "calibration/state/trail_parts.h"
@@ -64,6 +66,7 @@ std::vector<bool> WhereTurning(const std::vector<double>& rates) {
 void MarkDeadReference(const Vector3& units_per_deg_s, Trail* trail) {
   const std::vector<Node>& nodes = trail->epochs;
   std::size_t wrong = 0, rests = 0;
+  std::pair<std::size_t, double> first;  // channel and time
   for (std::size_t c = 0; c < 3; ++c) {
     if (!std::isfinite(units_per_deg_s[c])) continue;
     std::vector<std::size_t> still;
@@ -79,11 +82,15 @@ void MarkDeadReference(const Vector3& units_per_deg_s, Trail* trail) {
     const std::vector<bool> turning = WhereTurning(rates);
     for (std::size_t k = 0; k < still.size(); ++k) {
       if (!turning[k]) continue;
-      ++wrong;
+      if (wrong++ == 0) first = {c, nodes[still[k]].at.t_s};
       trail->usable[still[k]] = {false, false, false};
     }
   }
   if (wrong == 0) return;
+  if (trail->recording->info.reference != ReferenceKind::kNone) {
+    trail->defects.push_back({"turned_at_rest", static_cast<std::int64_t>(wrong), first.second,
+                              fmt::format("gyro {}", "xyz"[first.first])});
+  }
   trail->remarks.push_back(fmt::format(
       "{}: the gyro turns in {:.0f} % of the time in which the reference stands still (or no "
       "reference is given): not used; is the reference connected to what turns?",

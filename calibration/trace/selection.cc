@@ -172,8 +172,9 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
     double value = values(static_cast<Eigen::Index>(j));
     if (effect.domain == EffectDomain::kAngle) value /= own_scale_;
     if (effect.positive && value < 0.0) return false;
-    if (effect.typical_size > 0 && std::fabs(value) > kImplausible * effect.typical_size)
-      return false;
+    const bool too_large =
+        effect.typical_size > 0 && std::fabs(value) > kImplausible * effect.typical_size;
+    if (too_large && !effect.of_any_size) return false;
     if (largest < kUnlimited && std::fabs(value) > largest + kSure * StdError(candidate, j, model))
       return false;
   }

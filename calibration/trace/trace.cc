@@ -11,9 +11,9 @@
 
 #include "base/error.h"
 #include "calibration/sensor/make_vector.h"
+#include "calibration/signal/clock_offset.h"
 #include "calibration/signal/intake_remarks.h"
 #include "calibration/signal/output_unit.h"
-#include "calibration/state/clock_offset.h"
 #include "calibration/state/inputs_together.h"
 #include "calibration/state/run_order.h"
 #include "calibration/state/trail.h"
@@ -50,6 +50,7 @@ void CheckUsable(std::span<const Recording* const> recordings) {
           "{}: none of the {} gyro samples has a finite time and value; nothing can be estimated",
           name, recording->samples));
     }
+    RefuseSamplesFarApart(*recording);
   }
   CheckTogether(recordings);
 }

@@ -1,5 +1,5 @@
 // Gyro and reference logged apart, by clocks that were not started together.
-#include "calibration/state/clock_offset.h"
+#include "calibration/signal/clock_offset.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "calibration/state/clock_offset.h"
+#include "calibration/signal/clock_offset.h"
 #include "calibration/trace/trace.h"
 #include "recording/replay.h"
 

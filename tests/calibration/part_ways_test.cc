@@ -10,6 +10,7 @@
 #include <random>
 #include <utility>
 
+#include "base/error.h"
 #include "calibration/estimators/analyzer.h"
 #include "calibration/signal/collector.h"
 #include "tests/calibration/simulated_run.h"
@@ -80,6 +81,14 @@ TEST(GyroAndReference, PartWaysWhereTheTableSlips) {
     EXPECT_EQ(parted.defects[0].first_t_s, rows[kSlipped].begin_s);
     EXPECT_FALSE(parted.too_many);
   }
+}
+
+// A slip that takes nearly all of a turn away from the reference.
+TEST(GyroAndReference, PartWaysInATurnOfWhichTheReferenceSawLittle) {
+  std::vector<Row> rows = Turns(12, 5);
+  constexpr std::size_t kSlipped = 4 * 5 + 3;
+  rows[kSlipped].rotation_deg[kZ] *= 0.01;
+  EXPECT_THAT(FindPartedWays(rows, kZ, kScale).rows, ElementsAre(kSlipped));
 }
 
 TEST(GyroAndReference, ThatPartWaysInManyTurnsLeaveNothingOut) {
@@ -156,6 +165,25 @@ TEST(AnalysisWithAReferenceThatDies, SaysSoAndUsesWhatWasBefore) {
   ASSERT_EQ(result.scale.size(), 1u);
   const double expected = Sound().scale.at(0).alpha;
   EXPECT_NEAR(result.scale[0].alpha / expected, 1.0, 0.002);
+}
+
+TEST(AnalysisOfSamplesFarApart, AsksForMilliseconds) {
+  Collector collector;
+  MeasurementInfo info;
+  info.gyro_present[kZ] = true;
+  collector.OnInfo(info);
+  for (int k = 0; k < 200; ++k) {
+    GyroSample sample;
+    sample.t_s = 5.0 * k;
+    sample.xi[kZ] = 0.01 * (k % 3);
+    collector.OnGyro(sample);
+  }
+  try {
+    calibration::Analyze(collector.Take());
+    FAIL() << "samples 5 s apart were analysed";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("5 s"), HasSubstr("milliseconds")));
+  }
 }
 
 TEST(AnalysisOfASoundRun, SaysNothingOfIt) { EXPECT_THAT(Sound().defects, IsEmpty()); }

@@ -1,4 +1,4 @@
-#include "calibration/state/clock_offset.h"
+#include "calibration/signal/clock_offset.h"
 
 #include <fmt/format.h>
 
@@ -232,7 +232,7 @@ std::string RemarkOnClocks(const Recording& recording) {
   return fmt::format(
       "the reference turns {}{} (their rates correlate by {:.3f} with this taken off, by {:.3f} as "
       "they are): the clocks of the two loggers were probably not started together, and nothing "
-      "that is traced here can be relied on; {}{}, and trace again",
+      "that comes from the two together can be relied on; {}{}, and repeat the command",
       InWords(offset->reference_late_s), others, offset->correlation, offset->correlation_as_is,
       others.empty() ? "" : "where the first is right, ",
       WhatToDo(recording.info, offset->reference_late_s));
