@@ -59,6 +59,14 @@ double LogChanceOfNone(const Eigen::VectorXd& values, const Eigen::MatrixXd& cov
   return LogChiSquareTail(square, static_cast<double>(known.size()));
 }
 
+// Of all that are known together.
+double VarianceOf(const Eigen::MatrixXd& covariance) {
+  double sum = 0.0;
+  for (Eigen::Index j = 0; j < covariance.rows(); ++j)
+    sum += covariance(j, j) > 0.0 ? covariance(j, j) : 0.0;
+  return sum;
+}
+
 class ChannelSearcher {
  public:
   ChannelSearcher(const ChannelProblem& problem, const Baseline& baseline,
@@ -375,8 +383,10 @@ class ChannelSearcher {
         const auto count = static_cast<Eigen::Index>(fit.ColumnsOf(i).size());
         const Eigen::Index first = fit.member_begin[i];
         const Eigen::VectorXd values = fit.values.segment(first, count);
-        const double own =
-            LogChanceOfNone(values / grow, fit.covariance.block(first, first, count, count));
+        const Eigen::MatrixXd covariance = fit.covariance.block(first, first, count, count);
+        // Of a size that another channel bounds, and that is not known within that here: nothing.
+        const bool unknown = VarianceOf(covariance) > std::pow(selection->members()[i].largest, 2);
+        const double own = unknown ? 0.0 : LogChanceOfNone(values / grow, covariance);
         if (own <= log_p) continue;
         log_p = own;
         weakest = i;
