@@ -106,8 +106,8 @@ struct Effect {
   // Largest size that a part of the MPU-6050's class shows, in units of the terms; 0: not known.
   double typical_size = 0.0;
   std::string size_source = {};
-  // What is usual is exceeded by as much as it likes: a slip may be of any size.
-  bool of_any_size = false;
+  // What is usual may be exceeded by far, as by a slip.
+  bool may_be_larger = false;
   // The largest size is a constant of nature: no coefficient can be larger.
   bool limited = false;
   // Only positive coefficients make sense.

@@ -174,7 +174,7 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
     if (effect.positive && value < 0.0) return false;
     const bool too_large =
         effect.typical_size > 0 && std::fabs(value) > kImplausible * effect.typical_size;
-    if (too_large && !effect.of_any_size) return false;
+    if (too_large && !effect.may_be_larger) return false;
     if (largest < kUnlimited && std::fabs(value) > largest + kSure * StdError(candidate, j, model))
       return false;
   }

@@ -122,6 +122,21 @@ TEST(ASlipOfTheInnerAxis, IsNamedAloneOnEveryChannel) {
   }
 }
 
+// A table may slip by more than stands of its class are usually off.
+TEST(ASlipOfTheTable, IsNamedBeyondWhatIsUsual) {
+  const SyntheticBench bench(ManySpeeds());
+  const double slip_s = 0.5 * ManySpeeds().duration_s();
+  for (const double slip_deg : {0.3, 5.0, -10.0}) {
+    Injection slip;
+    slip.angle_deg = [=](const BenchState& s) { return s.t_s > slip_s ? slip_deg : 0.0; };
+    const ChannelTrace channel = TraceOf(bench.Measure(slip, 1));
+    ASSERT_EQ(channel.effects.size(), 1u) << channel.summary;
+    EXPECT_EQ(channel.effects[0].id, "angle.step") << channel.summary;
+    EXPECT_NEAR(channel.effects[0].parameters[0].value, slip_deg,
+                5.0 * channel.effects[0].parameters[0].std_error + 0.02 * std::fabs(slip_deg));
+  }
+}
+
 // z does not feel the middle axis turn: x and y say what is wrong with it.
 TEST(AnErrorOfTheMiddleAxis, IsNamedByWhatZFeelsOfTheOuter) {
   constexpr double kWave_deg = 0.05;

@@ -37,7 +37,7 @@ Effect AngleStep() {
           .search = Search::kTime,
           .typical_size = 0.5,
           .size_source = "experience with stands of this class: 0.01 to 0.5",
-          .of_any_size = true,
+          .may_be_larger = true,
           .made_by_rounding = kRoundingInStep,
           .basis = Make<AngleStepBasis>};
 }
