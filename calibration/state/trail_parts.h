@@ -90,11 +90,12 @@ void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail
 inline constexpr double kLeastMotion_deg_s = 0.3, kNoiseSigmas = 4.0;
 // What the readings' errors can make of the rate over an interval [deg/s]; 0 beyond the last.
 double RateNoise(const Trail& trail, std::size_t interval);
-// What is needed to take a channel's output for a turn: its scale, its rate at rest at each node
-// (NaN where it never rests), and the largest angle random walk of the channels.
+// What is needed to take a channel's output for a turn: its scale, at each node its rate at rest
+// and that of the next rest (NaN where it never rests), and the largest angle random walk of the
+// channels.
 struct FeltByGyro {
   const Vector3& units_per_deg_s;
-  const std::vector<Vector3>& at_rest_deg_s;
+  const std::vector<Vector3>&at_rest_deg_s, &next_rest_deg_s;
   double walk_deg_sqrt_s = 0.0;
 };
 // The turns of the table's axes as the gyro felt them, and with them the angles at the nodes

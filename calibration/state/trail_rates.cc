@@ -12,16 +12,20 @@ namespace {
 constexpr std::size_t kReach = 4;
 constexpr double kAlike_deg_s = 0.5, kAlikeShare = 0.03;
 
-// Mean rate of each channel [deg/s] over the last seconds of the rest a node is in, or of the last
-// one before; of the first one for what comes before all. NaN where the channel never rests. Over
-// a long rest the zero-rate offset follows the temperature.
+// Of each node: the mean rate of each channel [deg/s] over the last seconds of the rest it is in,
+// or of the last one before (`backward`: over the first seconds, or of the next one after); where
+// there is none, of the one on the other side. NaN where the channel never rests. Over a long rest
+// the zero-rate offset follows the temperature.
 std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& units_per_deg_s,
-                                 const Trail& trail) {
+                                 const Trail& trail, bool backward) {
   constexpr double kForget_s = 10.0;
   std::vector<Vector3> out(nodes.size(), {kMissing, kMissing, kMissing});
+  const std::size_t intervals = trail.still.size();
+  auto node = [&](std::size_t n) { return backward ? intervals - n : n; };  // the n-th on the way
   for (std::size_t c = 0; c < 3; ++c) {
     double last = kMissing, sum = 0.0, time_s = 0.0;
-    for (std::size_t i = 0; i < trail.still.size(); ++i) {
+    for (std::size_t n = 0; n < intervals; ++n) {
+      const std::size_t i = std::min(node(n), node(n + 1));
       if (trail.still[i] && trail.usable[i][c]) {
         const double length_s = nodes[i + 1].at.t_s - nodes[i].at.t_s;
         const double keep = std::exp(-length_s / kForget_s);
@@ -31,10 +35,10 @@ std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& 
       } else {
         sum = time_s = 0.0;
       }
-      out[i + 1][c] = last;
+      out[node(n + 1)][c] = last;
     }
-    for (std::size_t k = nodes.size(); k-- > 1;) {
-      if (!std::isfinite(out[k - 1][c])) out[k - 1][c] = out[k][c];
+    for (std::size_t n = intervals; n > 0; --n) {
+      if (!std::isfinite(out[node(n - 1)][c])) out[node(n - 1)][c] = out[node(n)][c];
     }
   }
   return out;
@@ -43,7 +47,10 @@ std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& 
 class RateMaker {
  public:
   RateMaker(const std::vector<Node>& nodes, const Vector3& units, Trail* trail)
-      : nodes_(nodes), units_(units), trail_(*trail), at_rest_(RatesAtRest(nodes, units, *trail)) {
+      : nodes_(nodes),
+        units_(units),
+        trail_(*trail),
+        at_rest_(RatesAtRest(nodes, units, *trail, false)) {
     for (std::size_t c = 0; c < 3; ++c) walk_deg_sqrt_s_[c] = WalkAtRest(c);
   }
 
@@ -238,7 +245,8 @@ void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail
   maker.Steady();
   maker.Nodes();
   maker.Spans();
-  FillTableWays(recording, {units_per_deg_s, maker.at_rest_deg_s(), maker.walk_deg_sqrt_s()},
+  const std::vector<Vector3> next = RatesAtRest(trail->epochs, units_per_deg_s, *trail, true);
+  FillTableWays(recording, {units_per_deg_s, maker.at_rest_deg_s(), next, maker.walk_deg_sqrt_s()},
                 trail);
 }
 

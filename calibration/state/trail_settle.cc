@@ -19,6 +19,8 @@ double Angle(const Node& node, std::size_t axis) {
   return node.mean.readings > 0.0 ? node.mean.table_deg[axis] : node.table_deg[axis];
 }
 
+double Readings(const Node& node) { return std::max(1.0, node.mean.readings); }
+
 // From the quietest changes from node to node; an axis that never rests has none so small.
 // `error_deg`: of one node.
 double RestTolerance(const std::vector<Node>& nodes, std::size_t axis, double error_deg) {
@@ -54,7 +56,14 @@ void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, double error_
   for (double& value : off) value = std::fabs(value - median);
   // Half of normal values are within 0.674 standard deviations.
   const double limit = kSigmas * std::max(Median(std::move(off)) / 0.674, kLeast_deg);
-  auto away = [&](std::size_t k) { return std::fabs(Angle(nodes[k], axis) - median); };
+  // A measurement's first node is one reading alone, which scatters more than the others' means.
+  std::vector<double> readings;
+  for (std::size_t k = *begin; k < *end; ++k) readings.push_back(Readings(nodes[k]));
+  const double usual = Median(std::move(readings));
+  auto away = [&](std::size_t k) {
+    return std::fabs(Angle(nodes[k], axis) - median) *
+           std::min(1.0, std::sqrt(Readings(nodes[k]) / usual));
+  };
   while (*end > *begin + 1 && away(*end - 1) > limit) --*end;
   while (*end > *begin + 1 && away(*begin) > limit) ++*begin;
   double square = 0.0;

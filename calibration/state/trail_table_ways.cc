@@ -19,7 +19,7 @@ class TableWays {
   // Turns of the table's axes, summed up, and the way there. `recorded`: the nodes as they were,
   // which are instants, with the ways between them.
   void Fill(const MeasurementInfo& info, const std::vector<Node>& recorded) {
-    const std::vector<std::size_t> next = NextToTurn();
+    const std::vector<std::size_t> next = NextToTurn(), last = LastToTurn();
     Vector3 sum = {}, end = {};
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       GyroTurn& turn = trail_.gyro_turns[k];
@@ -29,13 +29,18 @@ class TableWays {
         auto felt = [&](const Vector3& z, double since_s) {
           return AboutAxes(info, directions, Turned(k, z, since_s));
         };
+        const Vector3 doubt_deg_s = OffsetDoubt(k, directions);
+        // What the gyro shows without a turn: its noise, and what its offset may be off by.
+        auto noise_deg = [&](std::size_t a, double length_s) {
+          return kNoiseSigmas * gyro_.walk_deg_sqrt_s * std::sqrt(length_s) +
+                 doubt_deg_s[a] * length_s;
+        };
         // What is felt of the turns of other axes is misalignment. While the play of an axis is
         // crossed its reference stands; what the gyro's noise says then, which is in the output as
         // well, must not pass for it: there would be a play in every bench.
         auto turns = [&](std::size_t a, double turned_deg, double length_s) {
-          const double noise_deg = kNoiseSigmas * gyro_.walk_deg_sqrt_s * std::sqrt(length_s);
-          return Turns(k, a) ||
-                 ((Turns(k + 1, a) || a == next[k]) && !(std::fabs(turned_deg) < noise_deg));
+          return Turns(k, a) || ((Turns(k + 1, a) || a == next[k] || a == last[k]) &&
+                                 !(std::fabs(turned_deg) < noise_deg(a, length_s)));
         };
         const Vector3 turned = felt(Minus(nodes_[k].at.z, nodes_[k - 1].at.z), Length(k - 1));
         for (std::size_t a = 0; a < 3; ++a)
@@ -50,7 +55,7 @@ class TableWays {
                                    static_cast<double>(i + 1) * turn.way_step_s);
           for (std::size_t a = 0; a < 3; ++a) {
             if (!turns(a, whole[a], length_s)) continue;
-            const int direction = Direction(k, a, whole[a]);
+            const int direction = Direction(k, a, whole[a], noise_deg(a, length_s));
             gone[a] = direction == 0
                           ? way[a]
                           : direction * std::max(direction * gone[a], direction * way[a]);
@@ -110,15 +115,30 @@ class TableWays {
     std::vector<std::size_t> next(nodes_.size(), kNone);
     for (std::size_t k = nodes_.size(); k-- > 1;) {
       if (k + 1 < nodes_.size() && !trail_.still[k]) next[k] = next[k + 1];
-      double most = std::max(kLeastMotion_deg_s, RateNoise(trail_, k - 1));
-      for (std::size_t a = 0; a < 3; ++a) {
-        const double rate = std::fabs(trail_.nodes[k].table_rate_deg_s[a]);
-        if (!(rate > most)) continue;
-        most = rate;
-        next[k] = a;
-      }
+      if (const std::size_t axis = MostTurned(k); axis != kNone) next[k] = axis;
     }
     return next;
+  }
+  // The axis that turns there or, after the last rest, did before.
+  std::vector<std::size_t> LastToTurn() const {
+    std::vector<std::size_t> last(nodes_.size(), kNone);
+    for (std::size_t k = 1; k < nodes_.size(); ++k) {
+      if (!trail_.still[k - 1]) last[k] = last[k - 1];
+      if (const std::size_t axis = MostTurned(k); axis != kNone) last[k] = axis;
+    }
+    return last;
+  }
+  // Of the axes whose readings say that they turned up to node k.
+  std::size_t MostTurned(std::size_t k) const {
+    std::size_t axis = kNone;
+    double most = std::max(kLeastMotion_deg_s, RateNoise(trail_, k - 1));
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double rate = std::fabs(trail_.nodes[k].table_rate_deg_s[a]);
+      if (!(rate > most)) continue;
+      most = rate;
+      axis = a;
+    }
+    return axis;
   }
 
   // The reference says that the axis turned up to node k.
@@ -127,9 +147,22 @@ class TableWays {
            std::fabs(trail_.nodes[k].table_rate_deg_s[axis]) > kLeastMotion_deg_s;
   }
 
+  // An offset that is another after a motion than before it changed at some time in it: about each
+  // of the table's axes.
+  Vector3 OffsetDoubt(std::size_t k, const Matrix3& directions) const {
+    Vector3 doubt_deg_s = {};
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double change = gyro_.next_rest_deg_s[k][c] - gyro_.at_rest_deg_s[k][c];
+      if (!std::isfinite(change)) continue;
+      for (std::size_t a = 0; a < 3; ++a) doubt_deg_s[a] += std::fabs(directions[c][a] * change);
+    }
+    return doubt_deg_s;
+  }
+
   // Way in which the axis turns about node k; 0 where it turns back. Where it does not, what the
-  // gyro's noise says of turning back, as at the end of a motion, must not cross a play either.
-  int Direction(std::size_t k, std::size_t axis, double felt_deg) const {
+  // gyro's noise says of turning back, as at the end of a motion, must not cross a play either:
+  // only what is clearly felt does, as where a table swings back before it rests.
+  int Direction(std::size_t k, std::size_t axis, double felt_deg, double noise_deg) const {
     bool forward = false, backward = false;
     for (std::size_t j = k - 1; j <= k + 1; ++j) {
       if (!Turns(j, axis)) continue;
@@ -137,6 +170,7 @@ class TableWays {
     }
     if (forward && backward) return 0;
     if (!forward && !backward) forward = felt_deg > 0.0;
+    if ((forward ? -felt_deg : felt_deg) > noise_deg) return 0;
     return forward ? 1 : -1;
   }
 

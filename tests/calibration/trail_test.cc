@@ -143,6 +143,61 @@ TEST(TrailOfATableThatWaitsForItsMotion, IsNotTurnedByTheNoiseOfTheGyro) {
   }
 }
 
+// Too slowly for the reference's readings, and clearly for the gyro: a play is crossed in it.
+TEST(TrailOfATableThatSwingsBackBeforeItRests, FeelsHowFar) {
+  constexpr double kBack_deg = 0.06, kBack_s = 0.25, kRest_s = 3.0, kTurn_s = 3.0;
+  Story story;
+  story.white_deg_s = 0.01;
+  const auto rate = story.rate_deg_s, angle = story.angle_deg;
+  // Of each turn, from its end on; the next begins where this one has come to rest.
+  auto since_turn_s = [=](double t_s) { return std::fmod(t_s, kRest_s + kTurn_s); };
+  auto sense = [=](double t_s) {
+    const auto turn = static_cast<int>(t_s / (kRest_s + kTurn_s));
+    return turn == 0 ? 0.0 : (turn % 2 == 1 ? -1.0 : 1.0);
+  };
+  story.rate_deg_s = [=](double t_s) {
+    const double part = since_turn_s(t_s) / kBack_s;
+    const double wave = 1.0 - std::cos(2.0 * std::numbers::pi * part);
+    return rate(t_s) + (part < 1.0 ? sense(t_s) * kBack_deg / kBack_s * wave : 0.0);
+  };
+  story.angle_deg = [=](double t_s) {
+    const double part = std::min(1.0, since_turn_s(t_s) / kBack_s);
+    const double turned = part - std::sin(2.0 * std::numbers::pi * part) / 2.0 / std::numbers::pi;
+    const double before = sense(t_s) == 1.0 ? -kBack_deg : 0.0;
+    return angle(t_s) + before + sense(t_s) * kBack_deg * turned;
+  };
+  const Told told = Tell(story);
+  const std::vector<TrackPoint>& nodes = told.trail.nodes;
+  auto node_at = [&](double t_s) {
+    return std::ranges::find_if(nodes, [=](const TrackPoint& node) { return node.t_s >= t_s; });
+  };
+  for (int turn = 1; turn < 20; ++turn) {
+    const double end_s = turn * (kRest_s + kTurn_s);
+    const auto before = node_at(end_s), after = node_at(end_s + 0.6);
+    const double felt_deg = after->table_by_gyro_deg[2] - before->table_by_gyro_deg[2];
+    EXPECT_NEAR(felt_deg, story.angle_deg(after->t_s) - story.angle_deg(before->t_s), 0.01)
+        << "turn " << turn;
+  }
+}
+
+// One reading of a coarse encoder alone may be a step off the mean of the others: no motion between
+// this measurement and the one before.
+TEST(TrailThatBeginsAtRest, HasTheAngleOfItsRestFromTheFirstReadingOn) {
+  constexpr double kStep_deg = 360.0 / 4096.0;
+  Story story;
+  story.reading_deg = 0.0;
+  story.reference_hz = 100.0;
+  story.gyro_hz = 100.0;
+  int readings = 0;
+  story.spoil_angle = [&](AngleSample* reading) {
+    const bool next_step = ++readings == 1 || readings % 4 == 0;
+    reading->angle_deg = kStep_deg * (std::floor(reading->angle_deg / kStep_deg) - next_step);
+    return true;
+  };
+  const Told told = Tell(story);
+  EXPECT_NEAR(told.trail.nodes[0].table_deg[2], told.trail.nodes[5].table_deg[2], 0.05 * kStep_deg);
+}
+
 // A quarter of an hour at rest, then turns of a table whose worm makes a wave of the rate.
 Story WithAWormAfterALongRest(double temperature_rate_degC_s) {
   constexpr double kRest_s = 900.0, kWave_Hz = 3.5, kWave_deg_s = 0.3;
