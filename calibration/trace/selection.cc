@@ -301,6 +301,7 @@ void Selection::Grow(bool (Selection::*add)()) {
     const std::multiset<std::string> before = Families();
     const std::size_t barred = implausible_.size();
     if (!(this->*add)()) return;
+    PlaceSteps();
     Exchange();
     DropWeak();
     if (Families() == before && implausible_.size() == barred) return;

@@ -90,7 +90,8 @@ class Selection {
   std::vector<const Candidate*> NearlyFound(const WhiteStore::Columns& model) const;
   void TryBetween(Candidate candidate, const WhiteStore::Columns& model, Best* best);
   void TryScans(const WhiteStore::Columns& model, Best* best);
-  void PlaceStep(const WhiteStore::Columns& model, Candidate* candidate) const;
+  void PlaceStep(const WhiteStore::Columns& others, Candidate* candidate) const;
+  void PlaceSteps();
   void TryProducts(Best* best) const;
   void TryRamps(const WhiteStore::Columns& model, Best* best) const;
   std::vector<Ramp> BestRamps(const WhiteStore::Columns& model) const;
@@ -100,6 +101,9 @@ class Selection {
   bool Add(Best best, const WhiteStore::Columns& model);
   bool Exchange();
   bool ExchangeMember(std::size_t member);
+  std::vector<Candidate> RefinedFor(std::size_t member, const WhiteStore::Columns& others,
+                                    double cost_of_curve);
+  double CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool DropWeak();
   std::vector<double> StartSides(Candidate candidate, const Projection& others_off,
                                  const Eigen::VectorXd& residual) const;

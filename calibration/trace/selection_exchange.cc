@@ -1,8 +1,10 @@
 // What may take a member's place, or explains as much in it.
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <utility>
 
 #include "calibration/gls/likelihood.h"
@@ -14,6 +16,8 @@ namespace {
 
 // Ten of -2 log L, with the same for what a column costs: rivals.
 constexpr double kRivalGain = 10.0;
+// What a point of a grid explains, of what a refined one may.
+constexpr double kNearOnGrid = 0.5;
 
 bool IsSlow(const Candidate& candidate) {
   return candidate.effect != nullptr && candidate.effect->slow;
@@ -44,27 +48,65 @@ std::vector<Selection::Ramp> Selection::RampsFor(const Candidate& member,
   return ramps;
 }
 
+// Of each family of the pool whose non-linear parameters are searched for the best, refined: a
+// curve lies where it explains most, a point of a grid does not.
+std::vector<Candidate> Selection::RefinedFor(std::size_t member, const WhiteStore::Columns& others,
+                                             double cost_of_curve) {
+  struct Point {
+    const Candidate* candidate = nullptr;
+    double cost = 0.0;
+  };
+  std::map<std::string, Point> best;
+  for (const Candidate& candidate : pool_) {
+    if (!candidate.searched() || !IsSlow(candidate) || Barred(candidate.family) ||
+        InFilterShape(candidate, member))
+      continue;
+    const double cost = CostWith(candidate, others);
+    Point& point = best[candidate.family];
+    if (point.candidate == nullptr || cost < point.cost) point = {&candidate, cost};
+  }
+  const double bare = Cost(others);
+  std::vector<Candidate> out;
+  for (const auto& [family, point] : best) {
+    if (bare - point.cost < kNearOnGrid * (bare - cost_of_curve)) continue;
+    out.push_back(*point.candidate);
+    Refine(&out.back(), others);
+    if (out.back().columns.empty()) out.back().columns = store_.Add(White(out.back()));
+  }
+  return out;
+}
+
+double Selection::CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const {
+  WhiteStore::Columns with = others;
+  with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
+  return Cost(with) + candidate.handicap();
+}
+
 // One member for another that explains more.
 bool Selection::ExchangeMember(std::size_t i) {
   const WhiteStore::Columns others = ModelWithout(i);
   double least = Cost(ModelColumns()) - 1.0 + members_[i].handicap();
   std::optional<Candidate> better;
+  auto consider = [&](const Candidate& candidate) {
+    const double cost = CostWith(candidate, others);
+    if (cost >= least || !Plausible(candidate, others)) return;
+    least = cost;
+    better = candidate;
+  };
   for (const Candidate& candidate : pool_) {
     if (candidate.family == members_[i].family || Barred(candidate.family) ||
         InFilterShape(candidate, i))
       continue;
-    WhiteStore::Columns with = others;
-    with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
-    const double cost = Cost(with) + candidate.handicap();
-    if (cost >= least || !Plausible(candidate, others)) continue;
-    least = cost;
-    better = candidate;
+    consider(candidate);
   }
   for (const Ramp& ramp : RampsFor(members_[i], others)) {
     const double cost = Cost(others) - ramp.gain + kCostOfColumn + ramp.candidate.handicap();
     if (cost >= least || Barred(ramp.candidate.family)) continue;
     least = cost;
     better = ramp.candidate;
+  }
+  if (better ? better->empirical() : members_[i].empirical()) {
+    for (const Candidate& candidate : RefinedFor(i, others, least)) consider(candidate);
   }
   if (!better) return false;
   Refine(&*better, others);

@@ -19,6 +19,17 @@ namespace {
 constexpr double kStartGain = 10.0;
 constexpr double kFinestSide = 0.01;  // of the play
 
+// Of the row in [first, end) that the time is in, and of those beside it.
+double LongestRowAt(const ChannelProblem& problem, double t_s, Eigen::Index first,
+                    Eigen::Index end) {
+  Eigen::Index row = first;
+  while (row + 1 < end && problem.begin_s(row + 1) <= t_s) ++row;
+  double longest_s = 0.0;
+  for (Eigen::Index i = std::max(first, row - 1); i < std::min(end, row + 2); ++i)
+    longest_s = std::max(longest_s, problem.intervals()[static_cast<std::size_t>(i)].duration_s);
+  return longest_s;
+}
+
 }  // namespace
 
 // Variable projection against everything else in the model.
@@ -90,25 +101,27 @@ std::vector<double> Selection::StartSides(Candidate candidate, const Projection&
   return sides;
 }
 
-// Within the nodes around: what a node is the mean of may lie on both sides of the step. Roughly
-// first, then closely.
-void Selection::PlaceStep(const WhiteStore::Columns& model, Candidate* candidate) const {
-  constexpr int kPlaces = 8;  // on either side
-  constexpr std::array kSteps_s = {0.0125, 0.0015};
+// Within the rows around: a part of what one stands for may be before the step. Roughly first, then
+// closely.
+void Selection::PlaceStep(const WhiteStore::Columns& others, Candidate* candidate) const {
+  constexpr int kPlaces = 8;                                           // on either side
+  constexpr std::array kSteps = {1.0 / 4.0, 1.0 / 32.0, 1.0 / 256.0};  // of a row
   // A step is 0 in other power-ons: its own rows do.
   const Eigen::Index first = candidate->power_on ? problem_->begin_of(*candidate->power_on) : 0;
   const Eigen::Index rows =
       candidate->power_on ? problem_->end_of(*candidate->power_on) - first : problem_->rows();
-  const Eigen::MatrixXd white = store_.Take(model);
+  const Eigen::MatrixXd white = store_.Take(others);
   const ScaledLdlt products(white.transpose() * white);
   const Eigen::MatrixXd own = white.middleRows(first, rows);
-  const Eigen::VectorXd residual = Residual().segment(first, rows);
+  const Eigen::VectorXd residual =
+      store_.output().segment(first, rows) - own * store_.Solve(others);
   double best_s = candidate->context.nonlinear[0];
-  for (const double step_s : kSteps_s) {
+  const double row_s = LongestRowAt(*problem_, best_s, first, first + rows);
+  for (const double step : kSteps) {
     const double middle_s = best_s;
     double most = 0.0;
     for (int place = -kPlaces; place <= kPlaces; ++place) {
-      SetNonlinear({middle_s + place * step_s}, candidate);
+      SetNonlinear({middle_s + place * step * row_s}, candidate);
       const Eigen::VectorXd column = White(*candidate).col(0).segment(first, rows);
       const Eigen::VectorXd with = own.transpose() * column;
       const double left = column.squaredNorm() - products.Square(with);
@@ -120,6 +133,21 @@ void Selection::PlaceStep(const WhiteStore::Columns& model, Candidate* candidate
     }
   }
   SetNonlinear({best_s}, candidate);
+}
+
+// What has been added since may have moved it.
+void Selection::PlaceSteps() {
+  for (std::size_t i = 0; i + 1 < members_.size(); ++i) {
+    if (members_[i].search() != Search::kTime) continue;
+    Candidate placed = members_[i];
+    const WhiteStore::Columns others = ModelWithout(i);
+    PlaceStep(others, &placed);
+    if (placed.context.nonlinear == members_[i].context.nonlinear) continue;
+    placed.columns = store_.Add(White(placed));
+    WhiteStore::Columns with = others;
+    with.insert(with.end(), placed.columns.begin(), placed.columns.end());
+    if (Cost(with) < Cost(ModelColumns())) members_[i] = std::move(placed);
+  }
 }
 
 }  // namespace gyrobench::calibration

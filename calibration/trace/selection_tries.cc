@@ -109,7 +109,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     candidate.log_level = level;
     candidate.tail_freedom = peak.tail_freedom;
     if (Barred(candidate.family)) continue;
-    if (candidate.angle_step()) PlaceStep(model, &candidate);
+    if (candidate.search() == Search::kTime) PlaceStep(model, &candidate);
     const Eigen::Index mark = store_.used();
     candidate.columns = store_.Add(White(candidate));
     double excess = level - LogP(candidate, model);

@@ -1,15 +1,20 @@
 // The zero-rate offset jumps.
+#include <algorithm>
+
 #include "calibration/effects/basis.h"
 #include "calibration/effects/catalogue/makers.h"
 
 namespace gyrobench::calibration {
 namespace {
 
+// The mean over what a point stands for.
 class BiasStepBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const TrackPoint& point, double* terms) override {
-    terms[0] = point.t_s >= context().nonlinear[0] ? 1.0 : 0.0;
+    const double since_s = point.t_s - context().nonlinear[0];
+    terms[0] = point.length_s > 0.0 ? std::clamp(0.5 + since_s / point.length_s, 0.0, 1.0)
+                                    : static_cast<double>(since_s >= 0.0);
   }
 };
 
