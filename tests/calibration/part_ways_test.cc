@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -99,6 +100,35 @@ TEST(GyroAndReference, ThatPartWaysInManyTurnsLeaveNothingOut) {
   EXPECT_THAT(parted.rows, IsEmpty());
   ASSERT_EQ(parted.defects.size(), 1u);
   EXPECT_EQ(parted.defects[0].count, 5);
+}
+
+// Several turns and the rests between them pass for one rest then, and their pieces are more than
+// those of the true rests: of one speed they are not.
+TEST(GyroAndReference, PartWaysWhereTheReferenceStandsForLong) {
+  std::vector<Row> rows;
+  for (const Row& row : Turns(12, 7)) {
+    if (row.still || row.duration_s() > 15.0) {
+      rows.push_back(row);
+      continue;
+    }
+    const double pieces = std::floor(row.duration_s());
+    for (double k = 0.0; k < pieces; k += 1.0) {
+      Row piece = row;
+      piece.still = true;
+      piece.begin_s = row.begin_s + k * row.duration_s() / pieces;
+      piece.end_s = piece.begin_s + row.duration_s() / pieces;
+      piece.z[kZ] /= pieces;
+      piece.rotation_deg[kZ] = 0.0;
+      rows.push_back(piece);
+    }
+  }
+  const auto stood = [](const Row& row) { return row.still && std::fabs(row.z[kZ]) > 5.0; };
+  const auto rests = std::ranges::count_if(rows, [](const Row& row) { return row.still; });
+  const auto wrong = std::ranges::count_if(rows, stood);
+  ASSERT_GT(2 * wrong, rests);
+  const PartedWays parted = FindPartedWays(rows, kZ, kScale);
+  EXPECT_EQ(std::ssize(parted.rows), wrong);
+  for (const std::size_t i : parted.rows) EXPECT_TRUE(stood(rows[i])) << i;
 }
 
 // What a run says, with the readings of the reference changed on their way.
