@@ -204,4 +204,11 @@ std::string NearestColumn(std::string_view column) {
   return other_unit.empty() ? Mistyped(words) : other_unit;
 }
 
+bool MeansTime(std::string_view column) {
+  constexpr std::array<std::string_view, 11> kTimes = {
+      "t",       "time",     "times", "timestamp", "t_ms",       "time_s",
+      "time_ms", "time_sec", "t_sec", "seconds",   "timestamp_s"};
+  return std::ranges::find(kTimes, Joined(WordsOf(column))) != kTimes.end();
+}
+
 }  // namespace gyrobench::recording

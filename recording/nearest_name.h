@@ -15,4 +15,7 @@ std::string NearestKey(std::string_view key);
 // ref_z_deg. A further quantity (supply_v, humidity, temp_board_degC, gyro_supply_v) is none.
 std::string NearestColumn(std::string_view column);
 
+// A column by this name was meant to be t_s.
+bool MeansTime(std::string_view column);
+
 }  // namespace gyrobench::recording

@@ -84,6 +84,22 @@ TableColumn Interpret(std::string_view name) {
   return column;
 }
 
+// Of columns without a time, what to do about it where that is plain.
+std::string WhatWasMeant(const std::vector<std::string>& names) {
+  if (names.size() == 1) {
+    for (const char* separator : {";", "\t", " "}) {
+      if (names[0].find(separator) == std::string::npos) continue;
+      return fmt::format(
+          "; its columns are separated by {}: put commas there, and points into the numbers",
+          *separator == '\t' ? "tabs" : fmt::format("'{}'", separator));
+    }
+  }
+  const auto time = std::ranges::find_if(names, MeansTime);
+  return time == names.end()
+             ? ""
+             : fmt::format("; is '{}' meant? Rename it to t_s, in seconds", Shown(*time));
+}
+
 }  // namespace
 
 void TableHead::Fail(std::int64_t line_number, const std::string& what) const {
@@ -228,8 +244,8 @@ void TableHead::CheckColumns(std::int64_t line_number) {
     for (const std::string& name : names) found += (found.empty() ? "" : ",") + name;
     Fail(line_number,
          fmt::format("no measurement table: expected a header line with the column t_s "
-                     "(time in seconds), found '{}'",
-                     Shown(found)));
+                     "(time in seconds), found '{}'{}",
+                     Shown(found), WhatWasMeant(names)));
   }
   time_column_ = static_cast<std::size_t>(time - names.begin());
   std::sort(names.begin(), names.end());

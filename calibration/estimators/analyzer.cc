@@ -21,10 +21,8 @@ std::string SourceName(const MeasurementInfo& info) {
 // Which channels have anything to say. Throws DataError when none has.
 std::array<bool, 3> UsableChannels(const Recording& recording, std::vector<std::string>* remarks) {
   std::array<bool, 3> usable = {};
-  if (recording.samples == 0) {
-    throw DataError(fmt::format("{}: no gyro sample; expected a measurement with at least one axis",
-                                SourceName(recording.info)));
-  }
+  RefuseNoSamples(SourceName(recording.info), recording.samples, recording.defects,
+                  "a measurement with at least one axis");
   bool any = false;
   for (std::size_t c = 0; c < 3; ++c) {
     if (!recording.info.gyro_present[c]) continue;

@@ -14,6 +14,7 @@
 #include "calibration/hold/hold_observability.h"
 #include "calibration/hold/hold_plausibility.h"
 #include "calibration/hold/hold_report.h"
+#include "calibration/signal/intake_remarks.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -31,11 +32,8 @@ void CheckAxes(const HoldRecording& recording) {
     if (!info.gyro_present[c] || recording.valid_samples[c] < 2) gyro += "xyz"[c];
     if (!info.accel_present[c]) accel += "xyz"[c];
   }
-  if (recording.samples == 0)
-    throw DataError(
-        fmt::format("{}: no gyro sample; expected a recording of held poses with turns "
-                    "between them",
-                    info.source));
+  RefuseNoSamples(info.source, recording.samples, recording.defects,
+                  "a recording of held poses with turns between them");
   if (!gyro.empty())
     throw DataError(
         fmt::format("{}: gyro {} has no usable sample; held poses need all three axes "

@@ -5,12 +5,20 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "calibration/signal/reference_track.h"
 
 namespace gyrobench::calibration {
 
 std::vector<std::string> IntakeRemarks(const Recording& recording) {
   std::vector<std::string> remarks;
   for (const Defect& defect : recording.defects) {
+    if (defect.kind == "reference_jump" && defect.where == kByWholeTurns) {
+      remarks.push_back(fmt::format(
+          "the reference jumps by whole turns ({} times, first at {:.1f} s): its angle is wrapped, "
+          "and what was measured across each jump is left out; let the column run on beyond 180 "
+          "or 360 deg",
+          defect.count, defect.first_t_s));
+    }
     if (defect.kind != "unsigned_counts") continue;
     const bool accel = defect.where.starts_with("accel");
     remarks.push_back(fmt::format(
@@ -20,6 +28,18 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
         defect.where, accel ? "specific force" : "zero-rate offset", accel ? "accel" : "gyro"));
   }
   return remarks;
+}
+
+void RefuseNoSamples(const std::string& source, std::int64_t samples,
+                     const std::vector<Defect>& defects, const char* expected) {
+  if (samples > 0) return;
+  std::string wrong;
+  if (!defects.empty()) {
+    const Defect& first = defects.front();
+    wrong = fmt::format("; found {} {}, the first at {}", first.count, first.kind, first.where);
+  }
+  throw DataError(fmt::format("{}: no gyro sample; expected {}{}",
+                              source.empty() ? "measurement" : source, expected, wrong));
 }
 
 void RefuseSamplesFarApart(const Recording& recording) {

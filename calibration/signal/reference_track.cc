@@ -13,6 +13,8 @@ constexpr double kOrientationLost_s = 0.2;
 // Beyond what a table, a hand or the blur of a reading between two encoders' digits can do.
 constexpr double kWildRate_deg_s = 5000.0;
 constexpr double kWildStep_deg = 1.0;
+// A jump that is no further from whole turns is an angle that was wrapped.
+constexpr double kTurn_deg = 360.0, kWrap_deg = 10.0;
 constexpr double kWaitForAngles_s = 5.0;
 constexpr double kNormTolerance = 0.05;
 
@@ -98,7 +100,9 @@ bool ReferenceTrack::Believes(double step_deg, double since_s,
   const double limit_deg = kWildRate_deg_s * since_s + kWildStep_deg;
   if (std::fabs(step_deg) <= limit_deg) return true;
   if (from_suspect_deg && std::fabs(*from_suspect_deg) <= limit_deg) {
-    defects_.Add("reference_jump", "", last_s);
+    const bool wrapped = std::fabs(std::remainder(step_deg, kTurn_deg)) < kWrap_deg &&
+                         std::fabs(step_deg) > kWrap_deg;
+    defects_.Add("reference_jump", wrapped ? kByWholeTurns : "", last_s);
     Lose(last_s);
     return true;
   }

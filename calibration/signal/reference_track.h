@@ -22,6 +22,9 @@ struct OpenRest {
   Vector3 origin_deg = {};
 };
 
+// Where a jump of the reference was, in its defect, when its angle was most likely wrapped.
+inline constexpr const char* kByWholeTurns = "by whole turns";
+
 // Adds up rotation about the sensor's axes from any kind of reference. The three angles of a stand
 // are read at their own times: where others turn at once, their angles are carried forward at their
 // last rate. Memory is bounded.

@@ -38,10 +38,8 @@ void CheckUsable(std::span<const Recording* const> recordings) {
   for (const Recording* recording : recordings) {
     const std::string name =
         recording->info.source.empty() ? "measurement" : recording->info.source;
-    if (recording->samples == 0) {
-      throw DataError(
-          fmt::format("{}: no gyro sample; expected a measurement with at least one axis", name));
-    }
+    RefuseNoSamples(name, recording->samples, recording->defects,
+                    "a measurement with at least one axis");
     bool any = false;
     for (std::size_t c = 0; c < 3; ++c)
       any = any || (recording->info.gyro_present[c] && recording->valid_samples[c] > 1);

@@ -1,6 +1,7 @@
 // Readings of the reference that cannot be true.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -68,6 +69,19 @@ TEST_P(WildReadings, ThatPersistAreAJumpAcrossWhichNothingTurned) {
   EXPECT_EQ(Count(track, "reference_jump"), 1);
   // From reading 99 to 101, the first that is believed, it is not known what happened.
   EXPECT_NEAR(track.rotation_deg()[2], 40.0 * kInterval_s * 197, 1e-6);
+}
+
+TEST(AWrappedAngle, IsSaidToBeOne) {
+  for (const double step_deg : {-360.0, 360.0, -150.0}) {
+    ReferenceTrack track;
+    Feed(track, ReferenceKind::kStandAngles,
+         [=](int i, double angle) { return i >= 100 ? angle + step_deg : angle; });
+    ASSERT_EQ(Count(track, "reference_jump"), 1);
+    const auto& defects = track.defects().defects();
+    const auto jump = std::ranges::find_if(
+        defects, [](const Defect& defect) { return defect.kind == "reference_jump"; });
+    EXPECT_EQ(jump->where, step_deg == -150.0 ? "" : calibration::kByWholeTurns);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Reference, WildReadings,

@@ -122,6 +122,11 @@ TEST_F(Table, TheHeadsErrorsNameLineAndWhatWasExpected) {
   EXPECT_THAT(ErrorOf(""), HasSubstr("an empty file"));
   EXPECT_THAT(ErrorOf("# only\n"), HasSubstr("comments only"));
   EXPECT_THAT(ErrorOf("# a = b\ntime,gyro_x_lsb\n0,1\n"), HasSubstr(":2: no measurement table"));
+  EXPECT_THAT(ErrorOf("time,gyro_x_lsb\n0,1\n"), HasSubstr("is 'time' meant? Rename it to t_s"));
+  EXPECT_THAT(ErrorOf("t_s;gyro_x_lsb\n0;1\n"), HasSubstr("separated by ';': put commas there"));
+  EXPECT_THAT(ErrorOf("t_s\tgyro_x_lsb\n0\t1\n"), HasSubstr("separated by tabs"));
+  EXPECT_THAT(ErrorOf("a,b\n0,1\n"),
+              testing::Not(testing::AnyOf(HasSubstr("meant"), HasSubstr("separated"))));
   EXPECT_THAT(ErrorOf("t_s,temp_degC\n"), HasSubstr("expected at least one of gyro_x_lsb"));
   EXPECT_THAT(ErrorOf("t_s,gyro_x_lsb,gyro_y_deg_s\n"),
               HasSubstr("gyro_x_lsb, gyro_y_deg_s mix units"));
