@@ -220,6 +220,12 @@ double ChannelProblem::rounding_deg() const {
   return rounding_deg;
 }
 
+double ChannelProblem::angle_error_deg(std::size_t axis) const {
+  double error_deg = 0.0;
+  for (const Trail& trail : trails_) error_deg = std::max(error_deg, trail.axis_error_deg[axis]);
+  return error_deg;
+}
+
 void ChannelProblem::Survey() {
   constexpr double kFelt = 0.2;  // as a lever
   // Of each axis: the turns that are felt, its own, and what an error of 1 deg makes.

@@ -238,16 +238,13 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   return peak;
 }
 
-// A period must be long against the error of the angle that the wave is a function of: what is left
-// of a node's own noise in it would be found as a ripple. The rounding of a coarse encoder is a
-// function of the angle itself, from which no wave can be told.
+// A period must be long against the error of the angle that the wave is a function of, which makes
+// it look smaller by half the square of their ratio. The rounding of a coarse encoder is a function
+// of the angle itself, from which no wave can be told.
 int MostPeriods(const ChannelProblem& problem, std::size_t axis) {
-  constexpr double kLargestError_rad = 0.1;
+  constexpr double kLargestError_rad = 0.25;
   if (problem.rounding_deg() > 0.0) return 0;
-  double error_deg = 0.0;
-  for (const Trail& trail : problem.trails())
-    error_deg = std::max(error_deg, trail.axis_error_deg[axis]);
-  const double most = kLargestError_rad * 180.0 / std::numbers::pi / error_deg;
+  const double most = kLargestError_rad * 180.0 / std::numbers::pi / problem.angle_error_deg(axis);
   return most < kMostPeriods ? static_cast<int>(most) : kMostPeriods;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "calibration/gls/likelihood.h"
@@ -37,6 +38,15 @@ bool AtTheEndOfItsRange(const Candidate& ripple) {
   const double periods = ripple.context.nonlinear[0], whole = std::round(periods);
   const double may_be_off = OffWholePeriods(whole);
   return may_be_off < 0.5 && std::fabs(periods - whole) > kNearlyAll * may_be_off;
+}
+
+// The error e of a reading is in the output and in the angle that a wave is a function of: the mean
+// of e sin(k (phi + e)) is a wave of the size k e^2. The angle is known better than by one reading
+// where the gyro carries it: so much it is at most.
+double LeastRipple_deg(const ChannelProblem& problem, const Candidate& ripple) {
+  constexpr double kClearly = 3.0, kRadPerDeg = std::numbers::pi / 180.0;
+  const double error_deg = problem.angle_error_deg(ripple.context.table_axis);
+  return kClearly * ripple.context.nonlinear[0] * error_deg * error_deg * kRadPerDeg;
 }
 
 // A term of which these data would not see an implausible size is left at 0: its coefficient would
@@ -166,8 +176,9 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
   const Eigen::VectorXd values =
       store_.Solve(model).tail(static_cast<Eigen::Index>(candidate.columns.size()));
-  if (values.norm() < effect.made_by_rounding * problem_->rounding_deg() * std::fabs(own_scale_))
-    return false;
+  double least_deg = effect.made_by_rounding * problem_->rounding_deg();
+  if (effect.search == Search::kPeriods) least_deg = LeastRipple_deg(*problem_, candidate);
+  if (values.norm() < least_deg * std::fabs(own_scale_)) return false;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
     double value = values(static_cast<Eigen::Index>(j));
     if (effect.domain == EffectDomain::kAngle) value /= own_scale_;

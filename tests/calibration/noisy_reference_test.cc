@@ -261,5 +261,40 @@ TEST(AClearStepOfTheAngle, IsNamedAlone) {
   }
 }
 
+// A wave of which a period is twelve times the reading's error: read as a slower one between the
+// readings, it would be several others.
+TEST(ARippleOfManyPeriods, IsNamedBesideNoisyReadings) {
+  constexpr double kRipple_deg = 0.1;
+  const Motion motion = ManyTurns(6);
+  for (const int periods : {60, 180}) {
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+      Story story = StoryOf(motion, seed);
+      story.spoil_angle = [=](AngleSample* reading) {
+        const double turned_rad = story.angle_deg(reading->t_s) * std::numbers::pi / 180.0;
+        reading->angle_deg -= kRipple_deg * std::sin(periods * turned_rad);
+        return true;
+      };
+      const ChannelTrace channel = TraceOf(story.Collect());
+      ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", " << periods;
+      EXPECT_EQ(channel.effects[0].id, "angle.ripple") << channel.summary;
+      for (const calibration::ModelParameter& parameter : channel.effects[0].parameters) {
+        const bool wave = parameter.name == "amplitude_inner";
+        if (!wave && parameter.name != "k") continue;
+        const double within = wave ? 4.0 * parameter.std_error + 0.04 * kRipple_deg : 0.5;
+        EXPECT_NEAR(parameter.value, wave ? kRipple_deg : periods, within) << parameter.name;
+      }
+    }
+  }
+}
+
+// The error of a reading is in the output and in the angle that a wave is a function of.
+TEST(NoRipple, IsMadeOfTheErrorsOfReadings) {
+  const Motion motion = ManyTurns(6);
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const ChannelTrace channel = TraceOf(StoryOf(motion, seed).Collect());
+    EXPECT_TRUE(channel.effects.empty()) << channel.summary << ", seed " << seed;
+  }
+}
+
 }  // namespace
 }  // namespace gyrobench::testing
