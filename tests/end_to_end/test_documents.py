@@ -11,7 +11,7 @@ import unittest
 from bench import BIN, DEADLINE_S, ROOT, Bench
 
 PAGES = ["README.md", "docs/subscribe.md", "docs/control-api.md", "docs/trace.md", "docs/calibration.md",
-         "docs/hold.md"]
+         "docs/hold.md", "docs/configuration.md"]
 NEED_A_RUN = {"docs/trace.md", "docs/calibration.md"}  # they show what one does after it
 BUILDS = re.compile(r"^(scripts/|cmake |ctest |git )", re.M)
 
