@@ -40,7 +40,7 @@ class Documents(unittest.TestCase):
     def test_what_the_pages_show_works(self):
         for page in PAGES:
             with Bench() as bench:
-                for name in ("config", "docs", "build"):
+                for name in ("config", "docs", "build", "procedures"):
                     if (ROOT / name).exists():
                         pathlib.Path(bench.folder / name).symlink_to(ROOT / name)
                 if page in NEED_A_RUN:
