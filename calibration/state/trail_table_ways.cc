@@ -27,9 +27,9 @@ class TableWays {
       if (k > 0 && !trail_.still[k - 1]) {
         const Matrix3 directions = DirectionsAt(k);
         auto felt = [&](const Vector3& z, double since_s) {
-          return AboutAxes(info, directions, Turned(k, z, since_s));
+          return AboutAxes(info, directions, Turned(k, z, since_s), since_s, k);
         };
-        const Vector3 doubt_deg_s = OffsetDoubt(k, directions);
+        const Vector3 doubt_deg_s = Doubt(k, directions);
         // What the gyro shows without a turn: its noise, and what its offset may be off by.
         auto noise_deg = [&](std::size_t a, double length_s) {
           return kNoiseSigmas * gyro_.walk_deg_sqrt_s * std::sqrt(length_s) +
@@ -147,14 +147,20 @@ class TableWays {
            std::fabs(trail_.nodes[k].table_rate_deg_s[axis]) > kLeastMotion_deg_s;
   }
 
-  // An offset that is another after a motion than before it changed at some time in it: about each
-  // of the table's axes.
-  Vector3 OffsetDoubt(std::size_t k, const Matrix3& directions) const {
+  // What may be felt about each of the table's axes without a turn: an offset that is another after
+  // a motion than before it changed at some time in it, and other axes are felt by misalignment.
+  Vector3 Doubt(std::size_t k, const Matrix3& directions) const {
+    constexpr double kMisalignment = 0.03;
     Vector3 doubt_deg_s = {};
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double change = gyro_.next_rest_deg_s[k][c] - gyro_.at_rest_deg_s[k][c];
-      if (!std::isfinite(change)) continue;
-      for (std::size_t a = 0; a < 3; ++a) doubt_deg_s[a] += std::fabs(directions[c][a] * change);
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double change = gyro_.next_rest_deg_s[k][c] - gyro_.at_rest_deg_s[k][c];
+        if (std::isfinite(change)) doubt_deg_s[a] += std::fabs(directions[c][a] * change);
+      }
+      for (std::size_t other = 0; other < 3; ++other) {
+        if (other != a && Turns(k, other))
+          doubt_deg_s[a] += kMisalignment * std::fabs(trail_.nodes[k].table_rate_deg_s[other]);
+      }
     }
     return doubt_deg_s;
   }
@@ -188,9 +194,10 @@ class TableWays {
     return trail_.stand.Rates(trail_.nodes[k].table_deg);
   }
 
-  // Parts of a rotation about the sensor's axes that are about each of the table's.
-  static Vector3 AboutAxes(const MeasurementInfo& info, const Matrix3& directions,
-                           const Vector3& turned) {
+  // Parts of a rotation about the sensor's axes over `by_s` up to node k that are about each of the
+  // table's, less what the reference says that the others turned.
+  Vector3 AboutAxes(const MeasurementInfo& info, const Matrix3& directions, const Vector3& turned,
+                    double by_s, std::size_t k) const {
     Vector3 about = {};
     if (info.reference == ReferenceKind::kSensorAngle) {
       const auto axis = static_cast<std::size_t>(info.reference_axis);
@@ -201,7 +208,13 @@ class TableWays {
     for (std::size_t a = 0; a < 3; ++a) {
       for (std::size_t c = 0; c < 3; ++c) {
         // A channel that is not there is not missed where the axis does not turn it.
-        if (std::fabs(directions[c][a]) > 1e-3) about[a] += directions[c][a] * turned[c];
+        if (!(std::fabs(directions[c][a]) > 1e-3)) continue;
+        double of_others = 0.0;
+        for (std::size_t other = 0; other < 3; ++other) {
+          if (other != a && Turns(k, other))
+            of_others += directions[c][other] * trail_.nodes[k].table_rate_deg_s[other] * by_s;
+        }
+        about[a] += directions[c][a] * (turned[c] - of_others);
       }
     }
     return about;

@@ -106,7 +106,10 @@ bool Selection::ExchangeMember(std::size_t i) {
     better = ramp.candidate;
   }
   if (better ? better->empirical() : members_[i].empirical()) {
+    const Eigen::Index mark = store_.used();
+    const double before = least;
     for (const Candidate& candidate : RefinedFor(i, others, least)) consider(candidate);
+    if (least == before) store_.DropFrom(mark);
   }
   if (!better) return false;
   Refine(&*better, others);

@@ -143,10 +143,13 @@ void Selection::PlaceSteps() {
     const WhiteStore::Columns others = ModelWithout(i);
     PlaceStep(others, &placed);
     if (placed.context.nonlinear == members_[i].context.nonlinear) continue;
+    const Eigen::Index mark = store_.used();
     placed.columns = store_.Add(White(placed));
-    WhiteStore::Columns with = others;
-    with.insert(with.end(), placed.columns.begin(), placed.columns.end());
-    if (Cost(with) < Cost(ModelColumns())) members_[i] = std::move(placed);
+    if (CostWith(placed, others) < CostWith(members_[i], others)) {
+      members_[i] = std::move(placed);
+    } else {
+      store_.DropFrom(mark);
+    }
   }
 }
 

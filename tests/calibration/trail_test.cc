@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -177,6 +178,48 @@ TEST(TrailOfATableThatSwingsBackBeforeItRests, FeelsHowFar) {
     const double felt_deg = after->table_by_gyro_deg[2] - before->table_by_gyro_deg[2];
     EXPECT_NEAR(felt_deg, story.angle_deg(after->t_s) - story.angle_deg(before->t_s), 0.01)
         << "turn " << turn;
+  }
+}
+
+// The outer and the inner axis turn at once, a part of either about the other: what the gyro feels
+// of one is not a turn of the other.
+TEST(TrailOfAxesThatTurnAtOnce, FeelsEachByItself) {
+  constexpr double kStep_s = 0.01, kDuration_s = 60.0, kRest_s = 5.0, kTilt_rad = 0.6;
+  constexpr double kOuter_deg = 30.0, kOuter_rad_s = 0.5, kInner_deg = 20.0, kInner_rad_s = 1.3;
+  auto swing = [](double t_s, double size_deg, double rad_s) {
+    const double since_s = std::max(0.0, t_s - kRest_s);
+    return std::array{size_deg * (1.0 - std::cos(rad_s * since_s)),
+                      size_deg * rad_s * std::sin(rad_s * since_s)};
+  };
+  MeasurementInfo info;
+  info.gyro_present = {true, true, true};
+  info.gyro_unit = GyroUnit::kDegPerSecond;
+  info.reference = ReferenceKind::kStandAngles;
+  info.stand_axis_present = {true, true, true};
+  calibration::Collector collector;
+  collector.OnInfo(info);
+  for (double t_s = 0.0; t_s < kDuration_s; t_s += kStep_s) {
+    const auto [outer_deg, outer_deg_s] = swing(t_s, kOuter_deg, kOuter_rad_s);
+    const auto [inner_deg, inner_deg_s] = swing(t_s, kInner_deg, kInner_rad_s);
+    const double inner_rad = inner_deg * std::numbers::pi / 180.0;
+    GyroSample sample;
+    sample.t_s = t_s;
+    sample.xi = {outer_deg_s * std::sin(kTilt_rad) * std::sin(inner_rad),
+                 outer_deg_s * std::sin(kTilt_rad) * std::cos(inner_rad),
+                 outer_deg_s * std::cos(kTilt_rad) + inner_deg_s};
+    collector.OnGyro(sample);
+    collector.OnAngle({t_s, 0, outer_deg});
+    collector.OnAngle({t_s, 1, kTilt_rad * 180.0 / std::numbers::pi});
+    collector.OnAngle({t_s, 2, inner_deg});
+  }
+  const Recording recording = collector.Take();
+  const Trail trail = MakeTrail(recording, {1.0, 1.0, 1.0}, true, {});
+  for (const TrackPoint& node : trail.nodes) {
+    if (!Within(node, kRest_s + 1.0, kDuration_s - 1.0)) continue;
+    EXPECT_NEAR(node.table_by_gyro_deg[2], swing(node.t_s, kInner_deg, kInner_rad_s)[0], 1.0)
+        << node.t_s;
+    EXPECT_NEAR(node.table_by_gyro_deg[0], swing(node.t_s, kOuter_deg, kOuter_rad_s)[0], 1.0)
+        << node.t_s;
   }
 }
 
