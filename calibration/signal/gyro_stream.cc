@@ -110,13 +110,17 @@ void GyroStream::MendNewest(double next_t_s, const Vector3& next) {
   const double first_s = before.t_s - first.t_s, before_s = newest.t_s - before.t_s,
                after_s = next_t_s - newest.t_s;
   if (std::max({first_s, before_s, after_s}) > gap_limit_s_) return;
+  Vector3 line = {}, off = {};
+  for (std::size_t c = 0; c < 3; ++c) {
+    line[c] = before.xi[c] + (next[c] - before.xi[c]) * before_s / (before_s + after_s);
+    off[c] = std::fabs(newest.xi[c] - line[c]);
+  }
+  const double longest_s = std::max(before_s, after_s);
   for (std::size_t c = 0; c < 3; ++c) {
     if (!info_.gyro_present[c]) continue;
-    const double line = before.xi[c] + (next[c] - before.xi[c]) * before_s / (before_s + after_s);
-    const double off = std::fabs(newest.xi[c] - line);
     if (bends_ >= kBendsForLargeWild &&
-        IsWild(c, off, off / (per_deg_s_ * std::max(before_s, after_s)), next[c])) {
-      Bridge(c, line);
+        IsWild(c, off, off[c] / (per_deg_s_ * longest_s), next_t_s, next[c])) {
+      Bridge(c, line[c]);
     }
     const double chord =
         first.xi[c] + (newest.xi[c] - first.xi[c]) * first_s / (first_s + before_s);
@@ -125,13 +129,34 @@ void GyroStream::MendNewest(double next_t_s, const Vector3& next) {
   ++bends_;
 }
 
-bool GyroStream::IsWild(std::size_t c, double off, double off_deg_s2, double next) {
+double GyroStream::LargestBend(std::size_t c) const {
+  return std::max(digit_, *std::max_element(bend_[c].begin(), bend_[c].end()));
+}
+
+// There are other channels, and they bend as they usually do: a knock would be felt by all.
+bool GyroStream::OthersGoOn(std::size_t c, const Vector3& offs) const {
+  bool any = false;
+  for (std::size_t other = 0; other < 3; ++other) {
+    if (other == c || !info_.gyro_present[other]) continue;
+    any = true;
+    if (offs[other] > kQuietBends * LargestBend(other)) return false;
+  }
+  return any;
+}
+
+bool GyroStream::IsWild(std::size_t c, const Vector3& offs, double off_deg_s2, double next_t_s,
+                        double next) {
   if (off_deg_s2 < kSmallWild_deg_s2) return false;
-  const double before = back(2).xi[c];
-  const double apart = std::max(std::fabs(next - before), std::fabs(before - back(3).xi[c]));
-  if (apart > kNeighboursAgree * off) return false;
-  const double largest = *std::max_element(bend_[c].begin(), bend_[c].end());
-  const double bend = std::max(digit_, largest);
+  const GyroRing::Point &first = back(3), &point = back(2);
+  const double off = offs[c], before = point.xi[c], early_s = point.t_s - first.t_s;
+  const double apart = std::max(std::fabs(next - before), std::fabs(before - first.xi[c]));
+  if (apart > kNeighboursAgree * off) {
+    // By how much the neighbours leave a line with the sample before them.
+    const double slope = (next - before) / (next_t_s - point.t_s);
+    const double leaves = std::fabs(before - first.xi[c] - slope * early_s);
+    if (leaves > kNeighboursAgree * off || !OthersGoOn(c, offs)) return false;
+  }
+  const double bend = LargestBend(c);
   if (off_deg_s2 > kWildAcceleration_deg_s2) return off > kWildBends * bend;
   if (bends_ < static_cast<std::int64_t>(kBends)) return false;
   const bool quiet = apart <= kQuietBends * bend;

@@ -26,12 +26,12 @@ namespace gyrobench::calibration {
 //
 // A wild sample lies off the line between its neighbours by over 8 times the largest such bend of
 // the 32 samples before it (8 in the first of a recording), and by more than 5000 deg/s2 would
-// bring about, while both neighbours and the sample before them agree within a quarter of that. No
-// table, motor or hand does that: on measured data, reversals of a stepper at 250 deg/s among them,
-// bends grow to 1.7 times the largest before, knocks of a hand to 11 times at 3600 deg/s2. So does
-// one by 40 times and 300 deg/s2, or by 12 times where its neighbours and the sample before agree
-// within twice the largest bend, as at rest and at a steady rate; but not within 5 s of another: a
-// table that steps would.
+// bring about, while both neighbours and the sample before them agree within a quarter of that, or
+// lie on a line within it and the other channels go on as usual. No table, motor or hand does that:
+// on measured data, reversals of a stepper at 250 deg/s among them, bends grow to 1.7 times the
+// largest before, knocks of a hand to 11 times at 3600 deg/s2. So does one by 40 times and 300
+// deg/s2, or by 12 times where its neighbours and the sample before agree within twice the largest
+// bend, as at rest and at a steady rate; but not within 5 s of another: a table that steps would.
 class GyroStream {
  public:
   GyroStream();
@@ -74,7 +74,9 @@ class GyroStream {
   void PlaceHeld(double t_s);
   void Accept(double t_s, const GyroSample& sample);
   void MendNewest(double next_t_s, const Vector3& next);
-  bool IsWild(std::size_t c, double off, double off_deg_s2, double next);
+  bool IsWild(std::size_t c, const Vector3& offs, double off_deg_s2, double next_t_s, double next);
+  double LargestBend(std::size_t c) const;
+  bool OthersGoOn(std::size_t c, const Vector3& offs) const;
   void Bridge(std::size_t c, double line);
   void CountInterval(double interval_s);
   Vector3 Take(double t_s, const GyroSample& sample);

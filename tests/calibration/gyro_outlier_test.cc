@@ -99,6 +99,32 @@ TEST_F(WildSamples, AreBridgedInMotionFromFortyBendsOn) {
   }
 }
 
+// At 100 Hz a swing of the table goes further from sample to sample than a quarter of what a small
+// wild sample is off by. What the other channels feel as well is a knock.
+TEST_F(WildSamples, AreBridgedInASwingThatTheOtherChannelsDoNotFeel) {
+  constexpr double kSwing_deg_s = 40.0, kSwing_Hz = 0.9, kSample_s = 0.01, kWild = 1300.0;
+  MeasurementInfo info = Counts();
+  info.gyro_present = {true, true, false};
+  for (const int where : {500, 503, 545, 556, 560}) {
+    for (const double knock : {0.0, 0.2}) {
+      std::mt19937 random(13);
+      std::normal_distribution<double> noise(0.0, 5.0);
+      stream_ = GyroStream();
+      stream_.Start(info);
+      for (int i = 0; i < 1000; ++i) {
+        GyroSample sample;
+        sample.t_s = kSample_s * i;
+        const double phase = 2.0 * std::numbers::pi * kSwing_Hz * sample.t_s;
+        const double wild = i == where ? kWild : 0.0;
+        sample.xi[0] = std::round(131.0 * kSwing_deg_s * std::sin(phase) + noise(random)) + wild;
+        sample.xi[1] = std::round(noise(random) + knock * wild);
+        stream_.Add(sample);
+      }
+      EXPECT_EQ(Outliers(stream_.defects()), knock == 0.0 ? 1 : 0) << where << ", " << knock;
+    }
+  }
+}
+
 // Between two samples the integral bends with the one after them: two before the newest it is
 // settled.
 TEST_F(WildSamples, AreKnownWithTheSampleAfterThem) {
