@@ -18,7 +18,8 @@ constexpr double kShortestGap_s = 0.05;
 
 // Wild samples (see the class).
 constexpr double kWildBends = 8.0, kSmallWildBends = 40.0, kWildInQuietBends = 12.0;
-constexpr double kWildAcceleration_deg_s2 = 5000.0, kSmallWild_deg_s2 = 300.0;
+constexpr double kWildAcceleration_deg_s2 = 5000.0, kSmallWild_deg_s2 = 300.0,
+                 kLoneWild_deg_s2 = 100.0;
 constexpr double kNeighboursAgree = 0.25, kQuietBends = 2.0;
 constexpr double kSmallWildApart_s = 5.0;
 // Where fewer than kBends are known yet, so many must be for a large wild sample to be told. No
@@ -116,12 +117,13 @@ void GyroStream::MendNewest(double next_t_s, const Vector3& next) {
     off[c] = std::fabs(newest.xi[c] - line[c]);
   }
   const double longest_s = std::max(before_s, after_s);
+  std::array<bool, 3> wild = {};
   for (std::size_t c = 0; c < 3; ++c) {
-    if (!info_.gyro_present[c]) continue;
-    if (bends_ >= kBendsForLargeWild &&
-        IsWild(c, off, off[c] / (per_deg_s_ * longest_s), next_t_s, next[c])) {
-      Bridge(c, line[c]);
-    }
+    wild[c] = info_.gyro_present[c] && bends_ >= kBendsForLargeWild &&
+              IsWild(c, off, off[c] / (per_deg_s_ * longest_s), next_t_s, next[c]);
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (wild[c]) Bridge(c, line[c]);
     const double chord =
         first.xi[c] + (newest.xi[c] - first.xi[c]) * first_s / (first_s + before_s);
     bend_[c][static_cast<std::size_t>(bends_) % kBends] = std::fabs(before.xi[c] - chord);
@@ -146,7 +148,8 @@ bool GyroStream::OthersGoOn(std::size_t c, const Vector3& offs) const {
 
 bool GyroStream::IsWild(std::size_t c, const Vector3& offs, double off_deg_s2, double next_t_s,
                         double next) {
-  if (off_deg_s2 < kSmallWild_deg_s2) return false;
+  if (off_deg_s2 < kLoneWild_deg_s2) return false;
+  if (off_deg_s2 < kSmallWild_deg_s2 && !OthersGoOn(c, offs)) return false;
   const GyroRing::Point &first = back(3), &point = back(2);
   const double off = offs[c], before = point.xi[c], early_s = point.t_s - first.t_s;
   const double apart = std::max(std::fabs(next - before), std::fabs(before - first.xi[c]));

@@ -30,8 +30,9 @@ namespace gyrobench::calibration {
 // lie on a line within it and the other channels go on as usual. No table, motor or hand does that:
 // on measured data, reversals of a stepper at 250 deg/s among them, bends grow to 1.7 times the
 // largest before, knocks of a hand to 11 times at 3600 deg/s2. So does one by 40 times and 300
-// deg/s2, or by 12 times where its neighbours and the sample before agree within twice the largest
-// bend, as at rest and at a steady rate; but not within 5 s of another: a table that steps would.
+// deg/s2 (100 where the other channels go on as usual), or by 12 times where its neighbours and the
+// sample before agree within twice the largest bend, as at rest and at a steady rate; but not
+// within 5 s of another: a table that steps would.
 class GyroStream {
  public:
   GyroStream();

@@ -125,6 +125,30 @@ TEST_F(WildSamples, AreBridgedInASwingThatTheOtherChannelsDoNotFeel) {
   }
 }
 
+// 200 deg/s2, which a hand reaches, but on all channels.
+TEST_F(WildSamples, OfOneChannelAloneMayBeSmaller) {
+  MeasurementInfo info = Counts();
+  for (const bool others : {false, true}) {
+    for (const double knock : {0.0, 0.5}) {
+      info.gyro_present = {true, others, others};
+      std::mt19937 random(17);
+      std::normal_distribution<double> noise(0.0, 5.0);
+      stream_ = GyroStream();
+      stream_.Start(info);
+      for (int i = 0; i < 1000; ++i) {
+        GyroSample sample;
+        sample.t_s = 0.01 * i;
+        const double wild = i == 500 ? 2.0 * 131.0 : 0.0;
+        sample.xi = {std::round(2000.0 + noise(random) + wild),
+                     std::round(noise(random) + knock * wild),
+                     std::round(noise(random) + knock * wild)};
+        stream_.Add(sample);
+      }
+      EXPECT_EQ(Outliers(stream_.defects()), others && knock == 0.0 ? 1 : 0) << others << knock;
+    }
+  }
+}
+
 // Between two samples the integral bends with the one after them: two before the newest it is
 // settled.
 TEST_F(WildSamples, AreKnownWithTheSampleAfterThem) {
