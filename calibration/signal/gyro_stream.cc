@@ -22,6 +22,7 @@ constexpr double kWildAcceleration_deg_s2 = 5000.0, kSmallWild_deg_s2 = 300.0,
                  kLoneWild_deg_s2 = 100.0;
 constexpr double kNeighboursAgree = 0.25, kQuietBends = 2.0;
 constexpr double kSmallWildApart_s = 5.0;
+constexpr double kMisalignment = 0.01;
 // Where fewer than kBends are known yet, so many must be for a large wild sample to be told. No
 // motion of the measured data, each begun again at every seventh sample, is taken for one (test
 // HasNoWildSampleWhereverItBegins).
@@ -146,6 +147,17 @@ bool GyroStream::OthersGoOn(std::size_t c, const Vector3& offs) const {
   return any;
 }
 
+// Even a turn about this channel's axis alone would be felt by one of the others: no sensor is
+// mounted so well.
+bool GyroStream::OthersWouldFeel(std::size_t c, const Vector3& offs) const {
+  for (std::size_t other = 0; other < 3; ++other) {
+    if (other != c && info_.gyro_present[other] &&
+        kMisalignment * offs[c] > kQuietBends * LargestBend(other))
+      return true;
+  }
+  return false;
+}
+
 bool GyroStream::IsWild(std::size_t c, const Vector3& offs, double off_deg_s2, double next_t_s,
                         double next) {
   if (off_deg_s2 < kLoneWild_deg_s2) return false;
@@ -164,6 +176,7 @@ bool GyroStream::IsWild(std::size_t c, const Vector3& offs, double off_deg_s2, d
   if (bends_ < static_cast<std::int64_t>(kBends)) return false;
   const bool quiet = apart <= kQuietBends * bend;
   if (off < (quiet ? kWildInQuietBends : kSmallWildBends) * bend) return false;
+  if (OthersGoOn(c, offs) && OthersWouldFeel(c, offs)) return true;
   // What comes again is the motion of something that steps.
   const double since_s = back(1).t_s - std::exchange(last_small_wild_s_[c], back(1).t_s);
   return !(since_s < kSmallWildApart_s);

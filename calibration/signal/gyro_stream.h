@@ -32,7 +32,8 @@ namespace gyrobench::calibration {
 // largest before, knocks of a hand to 11 times at 3600 deg/s2. So does one by 40 times and 300
 // deg/s2 (100 where the other channels go on as usual), or by 12 times where its neighbours and the
 // sample before agree within twice the largest bend, as at rest and at a steady rate; but not
-// within 5 s of another: a table that steps would.
+// within 5 s of another, as a table that steps would make them, unless a hundredth of it would show
+// in another channel that goes on as usual.
 class GyroStream {
  public:
   GyroStream();
@@ -78,6 +79,7 @@ class GyroStream {
   bool IsWild(std::size_t c, const Vector3& offs, double off_deg_s2, double next_t_s, double next);
   double LargestBend(std::size_t c) const;
   bool OthersGoOn(std::size_t c, const Vector3& offs) const;
+  bool OthersWouldFeel(std::size_t c, const Vector3& offs) const;
   void Bridge(std::size_t c, double line);
   void CountInterval(double interval_s);
   Vector3 Take(double t_s, const GyroSample& sample);

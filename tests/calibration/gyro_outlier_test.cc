@@ -149,6 +149,27 @@ TEST_F(WildSamples, OfOneChannelAloneMayBeSmaller) {
   }
 }
 
+// A table that steps turns the sensor about no axis of its own alone.
+TEST_F(WildSamples, OfOneChannelAloneMayComeAgain) {
+  MeasurementInfo info = Counts();
+  info.gyro_present = {true, true, true};
+  for (const double felt_by_others : {0.0, 0.015}) {
+    std::mt19937 random(19);
+    std::normal_distribution<double> noise(0.0, 5.0);
+    stream_ = GyroStream();
+    stream_.Start(info);
+    for (int i = 0; i < 1500; ++i) {
+      GyroSample sample;
+      sample.t_s = 0.01 * i;
+      const double wild = i == 500 || i == 700 || i == 900 ? 46.0 * 131.0 : 0.0;
+      sample.xi = {std::round(noise(random) + wild),
+                   std::round(noise(random) + felt_by_others * wild), std::round(noise(random))};
+      stream_.Add(sample);
+    }
+    EXPECT_EQ(Outliers(stream_.defects()), felt_by_others == 0.0 ? 3 : 1) << felt_by_others;
+  }
+}
+
 // Between two samples the integral bends with the one after them: two before the newest it is
 // settled.
 TEST_F(WildSamples, AreKnownWithTheSampleAfterThem) {
