@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/away_from_drift.h"
 #include "base/median.h"
 
 namespace gyrobench::calibration {
@@ -15,10 +16,12 @@ namespace {
 constexpr const char* kTurnedAtRest = "turned_at_rest";
 constexpr double kSigmas = 10.0;
 constexpr double kMadOfNormal = 0.6745;
+constexpr double kDriftShare = 0.3;  // of what the offset is followed by from rest to rest
 constexpr double kLeast_deg = 0.1, kLeastShare = 0.003, kLeastAtRest_deg_s = 5.0;
 // Of the rotation of a row: less about the channel's axis says nothing of it.
 constexpr double kAboutTheAxis = 0.7, kLeastTurn_deg = 5.0;
 constexpr std::size_t kFewestTurns = 4;
+constexpr double kLeastRatio = 1e-3;
 constexpr double kMostApart = 0.25;  // of the turns
 
 double RobustDeviation(const std::vector<double>& values) {
@@ -68,21 +71,24 @@ class PartedFinder {
 
   void FindRests() {
     std::vector<double> rates;
-    for (const Row& row : rows_) {
-      if (row.still && row.usable[channel_]) rates.push_back(Rate(row));
+    std::vector<std::size_t> rests;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (!rows_[i].still || !rows_[i].usable[channel_]) continue;
+      rests.push_back(i);
+      rates.push_back(Rate(rows_[i]));
     }
     if (rates.size() < kFewestTurns) return;
-    const std::vector<double> usual = Crowded(std::move(rates));
+    const std::vector<double> usual = Crowded(rates);
     const double middle = Median(usual);
     const double most = std::max(kLeastAtRest_deg_s, kSigmas * RobustDeviation(usual));
+    const std::vector<bool> away = AwayFromDrift(rates, middle, {most, kDriftShare});
     left_out_.assign(rows_.size(), false);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Row& row = rows_[i];
-      if (!row.still || !row.usable[channel_] || !(std::fabs(Rate(row) - middle) > most)) continue;
-      left_out_[i] = true;
-      out_.rows.push_back(i);
-      Count(row, fmt::format("gyro {}: {:.3g} deg/s", "xyz"[channel_], Rate(row) - middle),
-            &rests_);
+    for (std::size_t k = 0; k < rests.size(); ++k) {
+      if (!away[k]) continue;
+      left_out_[rests[k]] = true;
+      out_.rows.push_back(rests[k]);
+      Count(rows_[rests[k]],
+            fmt::format("gyro {}: {:.3g} deg/s", "xyz"[channel_], rates[k] - middle), &rests_);
     }
   }
 
@@ -131,13 +137,18 @@ class PartedFinder {
     for (const Turn& turn : turns) {
       if (turn.reference_deg != 0.0) ratios.push_back(turn.gyro_deg / turn.reference_deg);
     }
-    const double ratio = Median(std::move(ratios));
+    const double ratio = ratios.empty() ? 0.0 : Median(std::move(ratios));
+    if (!(std::fabs(ratio) > kLeastRatio)) return;  // the gyro feels nothing of what turns
     for (const Turn& turn : turns) off.push_back(turn.gyro_deg / ratio - turn.reference_deg);
-    const double deviation = RobustDeviation(off);
+    // What an offset or its random walk is off by grows with the length of a turn.
+    std::vector<double> lengths_s;
+    for (const Turn& turn : turns) lengths_s.push_back(rows_[turn.row].duration_s());
+    const double deviation = RobustDeviation(off), usual_s = Median(lengths_s);
     std::vector<std::size_t> apart;
     for (std::size_t k = 0; k < turns.size(); ++k) {
-      const double most = std::max(
-          {kLeast_deg, kSigmas * deviation, kLeastShare * std::fabs(turns[k].reference_deg)});
+      const double longer = std::max(1.0, lengths_s[k] / usual_s);
+      const double most = std::max({kLeast_deg * longer, kSigmas * deviation * longer,
+                                    kLeastShare * std::fabs(turns[k].reference_deg)});
       if (!(std::fabs(off[k]) > most)) continue;
       const Turn& turn = turns[k];
       apart.push_back(turn.row);

@@ -28,8 +28,9 @@ std::string SaysOf(const Defect& defect, bool too_many);
 // far more than in the others: a slip, lost steps, or a reference that stood for a time. A rest by
 // the reference in which the gyro turns: a reference that stands still, or a table that is free.
 // What parts differ by is in all turns: only what stands out by ten robust standard deviations, by
-// 0.1 deg and by 0.3 % of the turn counts; of a rest by 5 deg/s, more than
-// zero-rate offsets change with the temperature.
+// 0.1 deg and by 0.3 % of the turn counts, the first two in longer turns by as much more as those
+// take longer than most; of a rest by 5 deg/s from the rests before (after) it, which a zero-rate
+// offset that follows the temperature does not leave.
 PartedWays FindPartedWays(const std::vector<Row>& rows, std::size_t channel,
                           double units_per_deg_s);
 

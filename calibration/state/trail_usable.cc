@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "base/away_from_drift.h"
 #include "base/median.h"
 #include "calibration/state/trail_parts.h"
 
@@ -40,26 +41,6 @@ void MarkBad(const Recording& recording, Trail* trail) {
   }
 }
 
-// Of rates in the order of time: those that leave the others by more than a drift does.
-std::vector<bool> WhereTurning(const std::vector<double>& rates) {
-  const double usual = Median(rates);
-  // From where it is as usual, both ways.
-  std::size_t anchor = 0;
-  for (std::size_t k = 0; k < rates.size(); ++k) {
-    if (std::fabs(rates[k] - usual) < std::fabs(rates[anchor] - usual)) anchor = k;
-  }
-  std::vector<bool> out(rates.size(), false);
-  double drift = rates[anchor];
-  auto look = [&](std::size_t k) {
-    out[k] = std::fabs(rates[k] - drift) > kTurning_deg_s;
-    if (!out[k]) drift += kDriftShare * (rates[k] - drift);
-  };
-  for (std::size_t k = anchor; k < rates.size(); ++k) look(k);
-  drift = rates[anchor];
-  for (std::size_t k = anchor; k-- > 0;) look(k);
-  return out;
-}
-
 // Where the reference says rest and the gyro says turning, one of them is wrong: such stretches
 // are not used, and what they hold is no effect. A bias that drifts with temperature goes as far,
 // but slowly.
@@ -79,7 +60,8 @@ void MarkDeadReference(const Vector3& units_per_deg_s, Trail* trail) {
     }
     if (rates.empty()) continue;
     rests += rates.size();
-    const std::vector<bool> turning = WhereTurning(rates);
+    const std::vector<bool> turning =
+        AwayFromDrift(rates, Median(rates), {kTurning_deg_s, kDriftShare});
     for (std::size_t k = 0; k < still.size(); ++k) {
       if (!turning[k]) continue;
       if (wrong++ == 0) first = {c, nodes[still[k]].at.t_s};

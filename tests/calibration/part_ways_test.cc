@@ -69,6 +69,52 @@ TEST(GyroAndReference, DoNotPartWaysOnASoundBench) {
   }
 }
 
+// A part that is taken from -40 to 85 degC while it is measured: most of the rests are at the end.
+TEST(GyroAndReference, DoNotPartWaysWhereTheOffsetFollowsTheTemperature) {
+  constexpr double kChange_deg_s = 18.0;
+  std::vector<Row> rows = Turns(24, 11);
+  const double end_s = rows.back().end_s;
+  for (Row& row : rows) {
+    const double offset_deg_s = kChange_deg_s * std::exp(-6.0 * row.begin_s / end_s);
+    row.z[kZ] += offset_deg_s * row.duration_s();
+  }
+  for (const std::size_t i : FindPartedWays(rows, kZ, kScale).rows)
+    EXPECT_FALSE(rows[i].still) << rows[i].begin_s;
+}
+
+// What the offset at rest is known to makes more of a turn that takes longer.
+TEST(GyroAndReference, DoNotPartWaysInTheSlowestTurns) {
+  constexpr double kWalk_deg_sqrt_s = 0.01, kSlow_s = 90.0;
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    std::vector<Row> rows;
+    double t_s = 0.0;
+    auto add = [&](double length_s, double turn_deg) {
+      Row row;
+      row.begin_s = t_s;
+      row.end_s = t_s += length_s;
+      row.still = turn_deg == 0.0;
+      row.usable = {true, true, true};
+      row.rotation_deg[kZ] = turn_deg;
+      row.z[kZ] = kScale * turn_deg + kWalk_deg_sqrt_s * std::sqrt(length_s) * normal(random);
+      rows.push_back(row);
+    };
+    for (int turn = 0; turn < 20; ++turn) {
+      add(1.0, 0.0);
+      add(turn % 9 == 8 ? kSlow_s : 1.5, turn % 2 == 0 ? 90.0 : -90.0);
+    }
+    add(1.0, 0.0);
+    EXPECT_THAT(FindPartedWays(rows, kZ, kScale).rows, IsEmpty()) << "seed " << seed;
+  }
+}
+
+TEST(GyroAndReference, ThatAreNothingOfEachOtherAreNotCompared) {
+  std::vector<Row> rows = Turns(12, 13);
+  for (Row& row : rows) row.z[kZ] = 0.0;
+  EXPECT_THAT(FindPartedWays(rows, kZ, kScale).rows, IsEmpty());
+}
+
 TEST(GyroAndReference, PartWaysWhereTheTableSlips) {
   for (const double slip_deg : {5.0, -5.0, 1.0}) {
     std::vector<Row> rows = Turns(12, 3);
