@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace gyrobench::calibration {
@@ -34,16 +35,16 @@ bool IsAmong(const std::vector<BenchFinding>& errors, const BenchFinding& error)
   return std::ranges::any_of(errors, [&](const BenchFinding& one) { return AreOne(one, error); });
 }
 
-// Terms that the channel is blind to are 0 and have no variance.
+// Terms that the channel is blind to have no variance, and may be of any size.
 double LargestSize(const ChannelFit& fit, Eigen::Index first, std::size_t count) {
   constexpr double kSure = 4.0;  // standard errors
   double size2 = 0.0, variance = 0.0;
   for (Eigen::Index j = first; j < first + static_cast<Eigen::Index>(count); ++j) {
-    if (!(fit.covariance(j, j) > 0.0)) continue;
+    if (!(fit.covariance(j, j) > 0.0)) return std::numeric_limits<double>::infinity();
     size2 += fit.values(j) * fit.values(j);
     variance += fit.covariance(j, j);
   }
-  return std::sqrt(size2) + kSure * std::sqrt(variance);
+  return std::sqrt(size2) + kSure * std::max(1.0, fit.whitened_rms()) * std::sqrt(variance);
 }
 
 bool SeveralAxesTurn(const ChannelProblem& problem) {
@@ -78,7 +79,8 @@ BenchFindings FindingsOf(const ChannelProblem& problem, const std::vector<Candid
       (member.context.of_stand ? errors.found : errors.supposed).push_back(std::move(error));
       continue;
     }
-    if (member.power_on) error.power_on = problem.first_number(*member.power_on);
+    if (member.effect->of_one_time())
+      error.power_on = problem.first_number(member.power_on.value_or(0));
     error.largest = LargestSize(fit, fit.member_begin[i], member.columns.size());
     errors.found.push_back(std::move(error));
   }
@@ -128,6 +130,7 @@ std::vector<Candidate> CandidatesOf(const ChannelProblem& problem,
     if (error.power_on) {
       power_on = PowerOnOf(problem, *error.power_on);
       if (!power_on) continue;
+      if (problem.power_on_begins().size() == 1) power_on.reset();
     }
     out.push_back(
         PlacedCandidate(problem, *error.effect, error.table_axis, error.nonlinear, power_on));

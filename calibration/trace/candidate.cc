@@ -223,7 +223,8 @@ Candidate PlacedCandidate(const ChannelProblem& problem, const Effect& effect,
   candidate.family = effect.id + candidate.suffix;
   // Several steps or tones are several effects.
   if (candidate.scanned())
-    candidate.family += fmt::format("@{:.6g}", candidate.context.nonlinear.front());
+    candidate.family += fmt::format("@{:.9g}", candidate.context.nonlinear.front());
+  if (power_on) candidate.family += fmt::format(" of power-on {}", *power_on);
   return candidate;
 }
 

@@ -220,6 +220,13 @@ double ChannelProblem::rounding_deg() const {
   return rounding_deg;
 }
 
+// Also where this channel has nothing usable in it.
+std::size_t ChannelProblem::first_number(std::size_t power_on) const {
+  std::size_t first = ref(power_on_begins_[power_on]).trail;
+  while (first > 0 && !trails_[first].new_power_on) --first;
+  return trails_[first].number;
+}
+
 double ChannelProblem::angle_error_deg(std::size_t axis) const {
   double error_deg = 0.0;
   for (const Trail& trail : trails_) error_deg = std::max(error_deg, trail.axis_error_deg[axis]);

@@ -72,9 +72,7 @@ class ChannelProblem {
     return power_on + 1 < power_on_begins_.size() ? power_on_begins_[power_on + 1] : rows();
   }
   // Of the first measurement of a power-on, as they were given, from 1.
-  std::size_t first_number(std::size_t power_on) const {
-    return trail(power_on_begins_[power_on]).number;
-  }
+  std::size_t first_number(std::size_t power_on) const;
 
   Baseline MakeBaseline() const;
   // rows() x terms: what each term of the effect adds to each row's output, per unit. `power_on`:

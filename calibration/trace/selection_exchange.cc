@@ -48,7 +48,7 @@ std::vector<Selection::Ramp> Selection::RampsFor(const Candidate& member,
   return ramps;
 }
 
-// Of each family of the pool whose non-linear parameters are searched for the best, refined: a
+// Of each slow family of the pool whose non-linear parameters are searched for the best, refined: a
 // curve lies where it explains most, a point of a grid does not.
 std::vector<Candidate> Selection::RefinedFor(std::size_t member, const WhiteStore::Columns& others,
                                              double cost_of_curve) {
@@ -113,8 +113,8 @@ bool Selection::ExchangeMember(std::size_t i) {
   }
   if (!better) return false;
   Refine(&*better, others);
-  Remove(i);
-  Insert(std::move(*better));
+  if (better->columns.empty()) better->columns = store_.Add(White(*better));
+  members_[i] = std::move(*better);
   return true;
 }
 

@@ -185,6 +185,9 @@ std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
       if (traced[k].trace.verdict == Verdict::kNone) continue;
       std::vector<BenchFinding> now = NewTo(own[k], errors);
       std::vector<BenchFinding>& before = requests[k].told;
+      // What shakes the stand the channel names only where it is told.
+      std::ranges::copy_if(before, std::back_inserter(now),
+                           [](const BenchFinding& told) { return told.of_stand; });
       const bool retrace =
           round == 0 ? !now.empty() : NamesWhatIsGone(traced[k].bench_findings, before, now);
       if (!retrace) continue;
