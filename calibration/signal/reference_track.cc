@@ -100,8 +100,8 @@ bool ReferenceTrack::Believes(double step_deg, double since_s,
   const double limit_deg = kWildRate_deg_s * since_s + kWildStep_deg;
   if (std::fabs(step_deg) <= limit_deg) return true;
   if (from_suspect_deg && std::fabs(*from_suspect_deg) <= limit_deg) {
-    const bool wrapped = std::fabs(std::remainder(step_deg, kTurn_deg)) < kWrap_deg &&
-                         std::fabs(step_deg) > kWrap_deg;
+    const double off_turns_deg = std::fabs(std::remainder(step_deg, kTurn_deg));
+    const bool wrapped = std::fabs(step_deg) > kWrap_deg && off_turns_deg <= kWrap_deg;
     defects_.Add("reference_jump", wrapped ? kByWholeTurns : "", last_s);
     Lose(last_s);
     return true;

@@ -16,6 +16,9 @@ namespace {
 
 // Ten of -2 log L, with the same for what a column costs: rivals.
 constexpr double kRivalGain = 10.0;
+// Motion, filter and reference are known to a hundredth: of two shapes that are as near to each
+// other, no gain says which it is.
+constexpr double kAlike = 1e-4;  // of what a member explains of -2 log L
 // What a point of a grid explains, of what a refined one may.
 constexpr double kNearOnGrid = 0.5;
 
@@ -130,9 +133,10 @@ bool Selection::Exchange() {
 std::vector<std::string> Selection::Rivals(std::size_t member) const {
   const WhiteStore::Columns others = ModelWithout(member);
   const double mine = Cost(ModelColumns());
+  const double most = std::max(kRivalGain, kAlike * (Cost(others) - mine));
   auto rivals = [&](const Candidate& candidate, double cost) {
     const bool describes = candidate.effect == nullptr && members_[member].effect != nullptr;
-    return cost + (describes ? candidate.handicap() : 0.0) - mine < kRivalGain;
+    return cost + (describes ? candidate.handicap() : 0.0) - mine < most;
   };
   auto found = [](const Candidate& candidate, double log_p) {
     return log_p - candidate.log_level < 0.5 * kRivalGain;
