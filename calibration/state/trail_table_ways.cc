@@ -56,9 +56,14 @@ class TableWays {
           for (std::size_t a = 0; a < 3; ++a) {
             if (!turns(a, whole[a], length_s)) continue;
             const int direction = Direction(k, a, whole[a], noise_deg(a, length_s));
-            gone[a] = direction == 0
-                          ? way[a]
-                          : direction * std::max(direction * gone[a], direction * way[a]);
+            // Not known from here on: a play of this axis goes by its reference.
+            if (!std::isfinite(way[a])) {
+              gone[a] = kMissing;
+            } else {
+              gone[a] = direction == 0
+                            ? way[a]
+                            : direction * std::max(direction * gone[a], direction * way[a]);
+            }
             turn.table_way_deg[i][a] += gone[a];
           }
         }

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "calibration/trace/shared_columns.h"
+#include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_story.h"
 
 namespace gyrobench::testing {
@@ -221,6 +222,18 @@ TEST(TrailOfAxesThatTurnAtOnce, FeelsEachByItself) {
     EXPECT_NEAR(node.table_by_gyro_deg[0], swing(node.t_s, kOuter_deg, kOuter_rad_s)[0], 1.0)
         << node.t_s;
   }
+}
+
+// Of a gyro of one axis: the outer axis of a tilted table is felt by the others.
+TEST(TrailOfAMotionThatNoChannelCanTell, DoesNotSayThatTheAxisStood) {
+  Motion motion;
+  motion.Rest(10.0).Turn(kMiddleAxis, 45.0, 20.0).Turn(kOuterAxis, 90.0, 20.0);
+  motion.Turn(kInnerAxis, 90.0, 20.0).Rest(5.0);
+  const Recording recording = SyntheticBench(motion).Measure({}, 1);
+  const Trail trail = MakeTrail(recording, {kMissing, kMissing, 1.0}, true, {});
+  const auto& way_deg = trail.gyro_turns.back().table_way_deg.back();
+  EXPECT_TRUE(std::isnan(way_deg[kOuterAxis]));
+  EXPECT_NEAR(way_deg[kInnerAxis], 90.0, 2.0);
 }
 
 // One reading of a coarse encoder alone may be a step off the mean of the others: no motion between
