@@ -64,7 +64,8 @@ struct TrackPoint {
     return readings > 1 ? static_cast<double>(readings) * reading_step_s : 0.0;
   }
   // At nodes: how far the gyro has felt each of the table's axes turn [deg]; its scale and noise
-  // add up in it, so only changes over a short time mean anything. NaN where it cannot feel it.
+  // add up in it, so only changes over a short time mean anything, and only those in which no node
+  // is NaN: that is one up to which the gyro was not followed, or an axis that it cannot feel.
   Vector3 table_by_gyro_deg = {kMissing, kMissing, kMissing};
   const double* covariates = nullptr;  // of MeasurementInfo::covariates, in order
 };

@@ -23,6 +23,7 @@ class TableWays {
     Vector3 sum = {}, end = {};
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       GyroTurn& turn = trail_.gyro_turns[k];
+      Vector3 by_gyro_deg = {};  // NaN where the gyro was not followed up to here
       turn.table_way_deg.fill(end);
       if (k > 0 && !trail_.still[k - 1]) {
         const Matrix3 directions = DirectionsAt(k);
@@ -43,8 +44,10 @@ class TableWays {
                                  !(std::fabs(turned_deg) < noise_deg(a, length_s)));
         };
         const Vector3 turned = felt(Minus(nodes_[k].at.z, nodes_[k - 1].at.z), Length(k - 1));
-        for (std::size_t a = 0; a < 3; ++a)
-          sum[a] += turns(a, turned[a], Length(k - 1)) ? turned[a] : 0.0;
+        for (std::size_t a = 0; a < 3; ++a) {
+          if (!turns(a, turned[a], Length(k - 1))) continue;
+          (std::isfinite(turned[a]) ? sum[a] : by_gyro_deg[a]) += turned[a];
+        }
         const IntegralMark& from = recorded[k - 1].at;
         const double length_s = recorded[k].at.t_s - from.t_s;
         turn.way_step_s = length_s / static_cast<double>(kWaySteps);
@@ -69,7 +72,8 @@ class TableWays {
         }
         end = turn.table_way_deg.back();
       }
-      trail_.nodes[k].table_by_gyro_deg = sum;
+      for (std::size_t a = 0; a < 3; ++a)
+        trail_.nodes[k].table_by_gyro_deg[a] = by_gyro_deg[a] + sum[a];
     }
     for (std::size_t a = 0; a < 3; ++a) SmoothAngles(a);
   }
@@ -79,8 +83,8 @@ class TableWays {
     return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
   }
 
-  // Only where the gyro follows the table better than this: sampled vibration is no better than the
-  // noise of a reading.
+  // Only where the gyro follows the table better than this: of a table that vibrates the gyro's
+  // samples tell no more than one reading does.
   void SmoothAngles(std::size_t axis) {
     constexpr double kFollows_deg = 0.2;
     std::vector<double> angles(nodes_.size());
@@ -92,7 +96,7 @@ class TableWays {
       square += change * change;
       count += 1.0;
     }
-    if (std::sqrt(square / count) > kFollows_deg) return;
+    if (count == 0.0 || std::sqrt(square / count) > kFollows_deg) return;
     for (std::size_t k = 0; k < nodes_.size(); ++k) trail_.nodes[k].table_deg[axis] = angles[k];
   }
 

@@ -236,6 +236,22 @@ TEST(TrailOfAMotionThatNoChannelCanTell, DoesNotSayThatTheAxisStood) {
   EXPECT_NEAR(way_deg[kInnerAxis], 90.0, 2.0);
 }
 
+TEST(TrailOfAMotionThatNoChannelCanTell, FollowsWhatIsFeltAfterIt) {
+  constexpr double kTurned_deg = 40.0;
+  Motion motion;
+  motion.Rest(10.0).Turn(kMiddleAxis, 45.0, 20.0).Turn(kOuterAxis, 90.0, 20.0);
+  motion.Turn(kMiddleAxis, -45.0, 20.0).Rest(5.0);
+  const double from_s = motion.duration_s() - 1.0;
+  motion.Turn(kOuterAxis, kTurned_deg, 20.0).Rest(5.0);
+  const Recording recording = SyntheticBench(motion).Measure({}, 1);
+  const Trail trail = MakeTrail(recording, {kMissing, kMissing, 1.0}, true, {});
+  const auto before = std::ranges::find_if(
+      trail.nodes, [=](const TrackPoint& node) { return node.t_s >= from_s; });
+  EXPECT_NEAR(trail.nodes.back().table_by_gyro_deg[kOuterAxis] -
+                  before->table_by_gyro_deg[kOuterAxis],
+              kTurned_deg, 1.0);
+}
+
 // One reading of a coarse encoder alone may be a step off the mean of the others: no motion between
 // this measurement and the one before.
 TEST(TrailThatBeginsAtRest, HasTheAngleOfItsRestFromTheFirstReadingOn) {
