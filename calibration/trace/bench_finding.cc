@@ -102,9 +102,19 @@ bool NamesWhatIsGone(const BenchFindings& named, const std::vector<BenchFinding>
 
 std::vector<BenchFinding> NewTo(const BenchFindings& own, const std::vector<BenchFinding>& found) {
   std::vector<BenchFinding> out;
+  auto tell = [&](const BenchFinding& error) {
+    if (IsAmong(own.found, error)) return;
+    const auto told =
+        std::ranges::find_if(out, [&](const BenchFinding& one) { return AreOne(one, error); });
+    if (told == out.end()) {
+      out.push_back(error);
+    } else {
+      told->largest = std::min(told->largest, error.largest);
+    }
+  };
   for (BenchFinding error : found) {
     if (error.of_stand) {
-      if (!IsAmong(own.found, error) && !IsAmong(out, error)) out.push_back(error);
+      tell(error);
       continue;
     }
     const std::size_t found_on = error.table_axis;
@@ -116,7 +126,7 @@ std::vector<BenchFinding> NewTo(const BenchFindings& own, const std::vector<Benc
       error.table_axis = axis;
       // Another axis of the same make has as many periods a turn, and an amplitude of its own.
       error.largest = axis == found_on ? found_largest : std::numeric_limits<double>::infinity();
-      if (!IsAmong(own.found, error) && !IsAmong(out, error)) out.push_back(error);
+      tell(error);
     }
   }
   return out;

@@ -48,22 +48,25 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
       return RefineNonlinear(columns, residual, std::move(theta), range->low, range->high);
     for (int i = 0; i < 6; ++i) {
       const Eigen::MatrixXd x = columns(theta);
-      const double seen = x.col(0).dot(residual) / x.col(0).squaredNorm();
-      theta[0] = std::clamp(seen / own_scale_, range->low[0], range->high[0]);
+      const double square = x.col(0).squaredNorm();
+      if (!(square > 0.0)) break;
+      theta[0] =
+          std::clamp(x.col(0).dot(residual) / square / own_scale_, range->low[0], range->high[0]);
     }
     return theta;
   };
   const std::vector<double> theta = refined(range->start);
-  if (theta == range->start) return;
-  SetNonlinear(theta, candidate);
+  bool changed = theta != range->start;
+  if (changed) SetNonlinear(theta, candidate);
   if (candidate->effect != nullptr && candidate->effect->unknown_start) {
     trial.context.start_sides = StartSides(*candidate, others_off, residual);
     if (trial.context.start_sides != candidate->context.start_sides) {
       candidate->context.start_sides = trial.context.start_sides;
       SetNonlinear(refined(theta), candidate);
+      changed = true;
     }
   }
-  candidate->columns.clear();
+  if (changed) candidate->columns.clear();
 }
 
 // Where in the play a power-on begins nobody knows; what it does first shows it.

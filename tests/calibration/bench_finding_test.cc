@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace gyrobench::testing {
@@ -41,6 +42,17 @@ TEST(AnErrorOfAnAxisThatOnlyTurnsDirections, IsToldWithItsSize) {
   ASSERT_EQ(told.size(), 1u);
   EXPECT_EQ(told[0].table_axis, kInner);
   EXPECT_EQ(told[0].largest, 0.03);
+}
+
+// In whichever order they come.
+TEST(AnErrorThatTwoChannelsBound, IsOfTheLesserBoundAtMost) {
+  const BenchFindings own{{}, {kOuter}, {kOuter, kInner}};
+  for (const auto& [first, second] : {std::pair(0.03, 0.01), std::pair(0.01, 0.03)}) {
+    const std::vector<BenchFinding> told =
+        NewTo(own, {Backlash(kInner, first), Backlash(kInner, second)});
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_EQ(told[0].largest, 0.01);
+  }
 }
 
 // Axes of one make have as many teeth, but not teeth as bad.

@@ -245,11 +245,11 @@ TEST(TrailOfAMotionThatNoChannelCanTell, FollowsWhatIsFeltAfterIt) {
   motion.Turn(kOuterAxis, kTurned_deg, 20.0).Rest(5.0);
   const Recording recording = SyntheticBench(motion).Measure({}, 1);
   const Trail trail = MakeTrail(recording, {kMissing, kMissing, 1.0}, true, {});
-  const auto before = std::ranges::find_if(
-      trail.nodes, [=](const TrackPoint& node) { return node.t_s >= from_s; });
-  EXPECT_NEAR(trail.nodes.back().table_by_gyro_deg[kOuterAxis] -
-                  before->table_by_gyro_deg[kOuterAxis],
-              kTurned_deg, 1.0);
+  const auto before =
+      std::ranges::find_if(trail.nodes, [=](const TrackPoint& node) { return node.t_s >= from_s; });
+  EXPECT_NEAR(
+      trail.nodes.back().table_by_gyro_deg[kOuterAxis] - before->table_by_gyro_deg[kOuterAxis],
+      kTurned_deg, 1.0);
 }
 
 // One reading of a coarse encoder alone may be a step off the mean of the others: no motion between
