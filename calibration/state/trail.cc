@@ -54,7 +54,7 @@ class TrailMaker {
     AxisErrors();
     for (std::size_t k = 0; k < trail_.nodes.size(); ++k) trail_.nodes[k].still = AtRest(k);
     FillGravity(recording_, rest_of_, &trail_);
-    FillRates(recording_, units_, &trail_);
+    FillRates(recording_, units_, Settled(), &trail_);
     FillTemperature(recording_, &trail_);
     FillCovariates(recording_, covariates_, &trail_);
     for (std::vector<TrackPoint>* points : {&trail_.nodes, &trail_.halves}) {
@@ -190,6 +190,24 @@ class TrailMaker {
                                     nodes_[i + 1].earth_deg[c] - nodes_[i].earth_deg[c];
       }
     }
+  }
+
+  // The rotations without what single readings of axes that rest add to them: their noise is in the
+  // output too, and what depends on the rate would find it there.
+  std::vector<Vector3> Settled() const {
+    std::vector<Vector3> rotations = trail_.rotation_deg;
+    if (recording_.info.reference != ReferenceKind::kStandAngles) return rotations;
+    for (std::size_t i = 0; i < rotations.size(); ++i) {
+      if (trail_.still[i]) continue;
+      const Matrix3 rates = trail_.stand.Rates(settled_.angle_deg[i]);
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double noise_deg = (TurnedTo(i + 1, a) - settled_.angle_deg[i + 1][a]) -
+                                 (TurnedTo(i, a) - settled_.angle_deg[i][a]);
+        if (!std::isfinite(noise_deg) || noise_deg == 0.0) continue;
+        for (std::size_t c = 0; c < 3; ++c) rotations[i][c] -= rates[c][a] * noise_deg;
+      }
+    }
+    return rotations;
   }
 
   // All axes of the stand but one have the same angle at both ends of an interval.

@@ -83,8 +83,10 @@ class ReadingErrors {
 // accelerometer where one axis turns or none. `rest_of`: index of each node's rest, or kNoRest.
 void FillGravity(const Recording& recording, const std::vector<std::size_t>& rest_of, Trail* trail);
 // Rates of halves and nodes: size by the reference, shape between its readings by the gyro.
-// `units_per_deg_s`: of each channel, NaN where it is not known.
-void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail);
+// `units_per_deg_s`: of each channel, NaN where it is not known. `settled_deg`: rotation over each
+// interval, without the noise of axes that rest.
+void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
+               const std::vector<Vector3>& settled_deg, Trail* trail);
 // Rates below the first are no motion; less than so many standard deviations of what two readings
 // say is their noise.
 inline constexpr double kLeastMotion_deg_s = 0.3, kNoiseSigmas = 4.0;

@@ -46,9 +46,11 @@ std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& 
 
 class RateMaker {
  public:
-  RateMaker(const std::vector<Node>& nodes, const Vector3& units, Trail* trail)
+  RateMaker(const std::vector<Node>& nodes, const Vector3& units,
+            const std::vector<Vector3>& settled_deg, Trail* trail)
       : nodes_(nodes),
         units_(units),
+        settled_deg_(settled_deg),
         trail_(*trail),
         at_rest_(RatesAtRest(nodes, units, *trail, false)) {
     for (std::size_t c = 0; c < 3; ++c) walk_deg_sqrt_s_[c] = WalkAtRest(c);
@@ -173,7 +175,7 @@ class RateMaker {
 
   // The channel hardly turns: what shape the gyro sees is its noise.
   bool Quiet(std::size_t i, std::size_t c) const {
-    return trail_.still[i] || std::fabs(trail_.rotation_deg[i][c]) <
+    return trail_.still[i] || std::fabs(settled_deg_[i][c]) <
                                   std::max(kLeastMotion_deg_s, RateNoise(trail_, i)) * Length(i);
   }
 
@@ -197,7 +199,7 @@ class RateMaker {
     double turned = 0.0, seen = 0.0, time_s = 0.0;
     bool shapes = std::isfinite(units_[c]), quiet = true;
     for (std::size_t i = k > 0 ? k - 1 : k; i < k + 1 && i < trail_.still.size(); ++i) {
-      turned += trail_.rotation_deg[i][c];
+      turned += settled_deg_[i][c];
       seen += nodes_[i + 1].at.z[c] - nodes_[i].at.z[c];
       time_s += Length(i);
       shapes = shapes && Shapes(i, c);
@@ -226,12 +228,13 @@ class RateMaker {
                              ? steady * Length(i)
                              : (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / units_[c];
     const double turned_deg = shown - at_rest_[i + 1][c] * Length(i);
-    return Quiet(i, c) || !Shapes(i, c) || !std::isfinite(turned_deg) ? trail_.rotation_deg[i][c]
+    return Quiet(i, c) || !Shapes(i, c) || !std::isfinite(turned_deg) ? settled_deg_[i][c]
                                                                       : turned_deg;
   }
 
   const std::vector<calibration::Node>& nodes_;
   const Vector3& units_;
+  const std::vector<Vector3>& settled_deg_;
   Trail& trail_;
   const std::vector<Vector3> at_rest_;
   Vector3 walk_deg_sqrt_s_ = {};
@@ -239,8 +242,9 @@ class RateMaker {
 
 }  // namespace
 
-void FillRates(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail) {
-  RateMaker maker(trail->epochs, units_per_deg_s, trail);
+void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
+               const std::vector<Vector3>& settled_deg, Trail* trail) {
+  RateMaker maker(trail->epochs, units_per_deg_s, settled_deg, trail);
   maker.Halves();
   maker.Steady();
   maker.Nodes();

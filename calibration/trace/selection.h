@@ -81,7 +81,7 @@ class Selection {
   bool Visible(const Candidate& candidate) const;
   bool Barred(const std::string& family) const;
   // `without`: of a member that it would take the place of.
-  bool InFilterShape(const Candidate& candidate, std::size_t without = kNoMember) const;
+  bool InAnotherShape(const Candidate& candidate, std::size_t without = kNoMember) const;
   double StdError(const Candidate& candidate, std::size_t j, WhiteStore::Columns model) const;
   bool ToldFromMembers(const Candidate& candidate, const WhiteStore::Columns& model) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
@@ -103,6 +103,8 @@ class Selection {
   bool ExchangeMember(std::size_t member);
   std::vector<Candidate> RefinedFor(std::size_t member, const WhiteStore::Columns& others,
                                     double cost_of_curve);
+  std::optional<Candidate> InTheOtherShape(const Candidate& member,
+                                           const WhiteStore::Columns& others);
   double CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool DropWeak();
   std::vector<double> StartSides(Candidate candidate, const Projection& others_off,

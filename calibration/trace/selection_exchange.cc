@@ -9,6 +9,7 @@
 
 #include "calibration/gls/likelihood.h"
 #include "calibration/gls/scaled_ldlt.h"
+#include "calibration/trace/refine.h"
 #include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {
@@ -62,7 +63,7 @@ std::vector<Candidate> Selection::RefinedFor(std::size_t member, const WhiteStor
   std::map<std::string, Point> best;
   for (const Candidate& candidate : pool_) {
     if (!candidate.searched() || !IsSlow(candidate) || Barred(candidate.family) ||
-        InFilterShape(candidate, member))
+        InAnotherShape(candidate, member))
       continue;
     const double cost = CostWith(candidate, others);
     Point& point = best[candidate.family];
@@ -77,6 +78,23 @@ std::vector<Candidate> Selection::RefinedFor(std::size_t member, const WhiteStor
     if (out.back().columns.empty()) out.back().columns = store_.Add(White(out.back()));
   }
   return out;
+}
+
+// What the pool has of the member's effect in another shape, at the member's place: a point of its
+// grid explains less than what was refined.
+std::optional<Candidate> Selection::InTheOtherShape(const Candidate& member,
+                                                    const WhiteStore::Columns& others) {
+  const auto other = std::ranges::find_if(pool_, [&](const Candidate& candidate) {
+    return candidate.effect != nullptr && candidate.effect == member.effect &&
+           candidate.context.of_stand != member.context.of_stand;
+  });
+  if (other == pool_.end()) return std::nullopt;
+  Candidate candidate = *other;
+  SetNonlinear(member.context.nonlinear, &candidate);
+  candidate.columns.clear();
+  Refine(&candidate, others);
+  if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
+  return candidate;
 }
 
 double Selection::CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const {
@@ -98,7 +116,7 @@ bool Selection::ExchangeMember(std::size_t i) {
   };
   for (const Candidate& candidate : pool_) {
     if (candidate.family == members_[i].family || Barred(candidate.family) ||
-        InFilterShape(candidate, i))
+        InAnotherShape(candidate, i))
       continue;
     consider(candidate);
   }
@@ -112,6 +130,12 @@ bool Selection::ExchangeMember(std::size_t i) {
     const Eigen::Index mark = store_.used();
     const double before = least;
     for (const Candidate& candidate : RefinedFor(i, others, least)) consider(candidate);
+    if (least == before) store_.DropFrom(mark);
+  }
+  const Eigen::Index mark = store_.used();
+  if (const std::optional<Candidate> shape = InTheOtherShape(members_[i], others)) {
+    const double before = least;
+    consider(*shape);
     if (least == before) store_.DropFrom(mark);
   }
   if (!better) return false;

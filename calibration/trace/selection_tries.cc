@@ -30,7 +30,7 @@ constexpr double kToldApart = 0.01;
 
 void Selection::TryPool(const WhiteStore::Columns& model, Best* best) {
   for (const Candidate& candidate : pool_) {
-    if (Barred(candidate.family) || InFilterShape(candidate)) continue;
+    if (Barred(candidate.family) || InAnotherShape(candidate)) continue;
     double excess = candidate.log_level - LogP(candidate, model);
     if (excess <= 0.0) continue;
     excess = std::max(excess - 0.5 * candidate.handicap(), 1e-9);
@@ -41,16 +41,20 @@ void Selection::TryPool(const WhiteStore::Columns& model, Best* best) {
   for (const Candidate* point : NearlyFound(model)) TryBetween(*point, model, best);
 }
 
-// A delay and a lag of first order differ by the shape of the filter. Where that is free, as beside
-// a declared delay, the two are one: each may stand for both, and not beside the other.
-bool Selection::InFilterShape(const Candidate& candidate, std::size_t without) const {
-  const auto shapes_filter = [](const Candidate& one) {
-    return one.effect != nullptr && one.effect->filter_shape;
-  };
-  if (!problem_->DelayIsDeclared() || !shapes_filter(candidate)) return false;
+// Two shapes of one thing: each may stand for both, and not beside the other. So are a stand that
+// shakes with the speed of any axis and one that does with the channel's own; and a delay and a lag
+// of first order where the shape of the filter is free, as beside a declared delay.
+bool Selection::InAnotherShape(const Candidate& candidate, std::size_t without) const {
+  if (candidate.effect == nullptr) return false;
+  const bool of_filter = problem_->DelayIsDeclared() && candidate.effect->filter_shape;
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (i != without && shapes_filter(members_[i]) && members_[i].effect != candidate.effect)
+    const Effect* effect = members_[i].effect;
+    if (i == without || effect == nullptr) continue;
+    if (effect == candidate.effect) {
+      if (candidate.context.of_stand != members_[i].context.of_stand) return true;
+    } else if (of_filter && effect->filter_shape) {
       return true;
+    }
   }
   return false;
 }
@@ -59,7 +63,7 @@ bool Selection::InFilterShape(const Candidate& candidate, std::size_t without) c
 std::vector<const Candidate*> Selection::NearlyFound(const WhiteStore::Columns& model) const {
   std::map<std::string, std::pair<double, const Candidate*>> nearest;
   for (const Candidate& candidate : pool_) {
-    if (!candidate.searched() || Barred(candidate.family) || InFilterShape(candidate)) continue;
+    if (!candidate.searched() || Barred(candidate.family) || InAnotherShape(candidate)) continue;
     const double excess = candidate.log_level - LogP(candidate, model);
     auto [place, first] = nearest.try_emplace(candidate.family, excess, &candidate);
     if (!first && excess > place->second.first) place->second = {excess, &candidate};

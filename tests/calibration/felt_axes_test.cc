@@ -196,5 +196,34 @@ TEST(AStandThatShakesWithAnyAxis, IsNamedAlone) {
   }
 }
 
+// It shakes with the speed of the gyro's own axis: a part of that is not also a stand that shakes
+// with the speed of all.
+TEST(AStandThatShakesWithOneAxis, IsNotNamedInTwoShapes) {
+  constexpr double kAmplitude_deg_s = 0.2, kResonance_deg_s = 22.0, kWidth_deg_s = 3.0;
+  Motion motion;
+  motion.Rest(20.0);
+  for (const double rate : {12.0, 16.0, 20.0, 22.0, 24.0, 30.0, 40.0}) {
+    motion.ThereAndBack(kInnerAxis, 120.0, rate);
+    motion.ThereAndBack(kOuterAxis, 120.0, rate + 1.0);
+  }
+  motion.Turn(kMiddleAxis, 90.0, 30.0);
+  for (const double rate : {14.0, 22.0, 35.0}) motion.ThereAndBack(kOuterAxis, 120.0, rate);
+  const SyntheticBench bench(motion);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Injection shake;
+    shake.rate_deg_s = [=](const BenchState& state) {
+      const double rate = std::fabs(state.rate_deg_s[2]);
+      return rate == 0.0
+                 ? 0.0
+                 : kAmplitude_deg_s / (1.0 + std::pow((rate - kResonance_deg_s) / kWidth_deg_s, 2));
+    };
+    const ChannelTrace channel = TraceOf(bench.Measure(shake, seed));
+    ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", seed " << seed;
+    EXPECT_EQ(channel.effects[0].id, "bias.vibration") << channel.summary;
+    EXPECT_NEAR(channel.effects[0].parameters.at(0).value, kAmplitude_deg_s,
+                4.0 * channel.effects[0].parameters.at(0).std_error + 0.02 * kAmplitude_deg_s);
+  }
+}
+
 }  // namespace
 }  // namespace gyrobench::testing

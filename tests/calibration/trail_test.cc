@@ -224,6 +224,25 @@ TEST(TrailOfAxesThatTurnAtOnce, FeelsEachByItself) {
   }
 }
 
+// The readings of the axes that rest have noise; a rate made of it would be found in the output,
+// which has it too.
+TEST(TrailOfATableThatTurnsOneAxis, HasNoRateAboutTheOthers) {
+  constexpr double kReading_deg = 0.04;
+  Motion motion;
+  motion.Rest(10.0);
+  for (int turn = 0; turn < 10; ++turn) motion.ThereAndBack(kInnerAxis, 60.0, 20.0);
+  motion.Rest(10.0);
+  BenchSensor sensor;
+  sensor.reading_deg = kReading_deg;
+  sensor.three_channels = true;
+  const Recording recording = SyntheticBench(motion, sensor).Measure({}, 1);
+  const Trail trail = MakeTrail(recording, {1.0, 1.0, 1.0}, true, {});
+  for (const TrackPoint& node : trail.nodes) {
+    EXPECT_NEAR(node.rate_deg_s[0], 0.0, 1e-6) << node.t_s;
+    EXPECT_NEAR(node.rate_deg_s[1], 0.0, 1e-6) << node.t_s;
+  }
+}
+
 // Of a gyro of one axis: the outer axis of a tilted table is felt by the others.
 TEST(TrailOfAMotionThatNoChannelCanTell, DoesNotSayThatTheAxisStood) {
   Motion motion;
