@@ -45,10 +45,8 @@ class Clock {
     // Holds virtual time from joining on, whenever it is not in WaitUntil.
     kResident,
     // Holds no time of its own. It waits in place of a resident that is blocked outside the clock
-    // for it:
-    // the virtual device's thread, while the driver's thread sits in a Modbus call. Who calls
-    // WaitUntil of
-    // a guest must know that such a resident is blocked for it.
+    // for it: the virtual device's thread, while the driver's thread sits in a Modbus call. Who
+    // calls WaitUntil of a guest must know that such a resident is blocked for it.
     kGuest,
   };
 

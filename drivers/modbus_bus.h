@@ -2,12 +2,10 @@
 //
 // libmodbus is used with a discipline that its defaults lack:
 //  * a deadline for the whole reply, not for each byte: response timeout plus the time of both
-//  frames on
-//    the wire;
+//    frames on the wire;
 //  * what was left over on the line is thrown away before each request;
 //  * a late or bad reply is never used. TCP: the connection is closed, since the next reply could
-//  belong
-//    to the last request. RTU: the line must be silent before the next request;
+//    belong to the last request. RTU: the line must be silent before the next request;
 //  * a bounded number of tries, then a DeviceError.
 // A reply is checked for its unit (RTU; libmodbus does not show it on TCP, where the transaction
 // number is checked instead), function, length and checksum.

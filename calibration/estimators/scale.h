@@ -16,8 +16,8 @@ namespace gyrobench::calibration {
 //
 // Joint estimate by generalised least squares (interval_gls.h), y the integral of the output over
 // an interval in nominal deg:
-//   y = M dphi + sum_j M_j dphi_j + (B + B1 (T - mean) + ...) dt,   alpha = 1 / (M x units per
-//   deg/s)
+//   y = M dphi + sum_j M_j dphi_j + (B + B1 (T - mean) + ...) dt
+//   alpha = 1 / (M x units per deg/s)
 // with dphi_j the rotation about the other axes where they turned too, and the order of the bias's
 // dependence on temperature by BIC. `bias` is the mean over the measurement, random walk included.
 // Standard errors allow for the noise having been estimated (Student's t), for the time base where

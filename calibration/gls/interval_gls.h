@@ -1,13 +1,13 @@
 // Generalised least squares over a sequence of intervals, exact and in O(n p).
 //
-// clang-format off
 // Output of interval i, in deg:
-//   y_i = x_i theta + int b dt + w_i - g (e_i - e_{i-1})  table moving: a reference angle at each end
-//   y_i = x_i theta + int b dt + w_i                      table still: true rotation 0, reference kept
+//   y_i = x_i theta + int b dt + w_i - g (e_i - e_{i-1})  moving: a reference angle at each end
+//   y_i = x_i theta + int b dt + w_i                      still: true rotation 0, reference kept
 //   w ~ N^2 dt           angle random walk
 //   b(0) = 0, db = K dW  bias random walk, since the first interval
-//   e ~ s^2              error of one reference angle (of a stop, or of a node); g its gain in the output
-// clang-format on
+//   e ~ s^2              error of one reference angle (of a stop, or of a node)
+//   g                    gain of that error in the output
+//
 // The covariance of y is full, but a Kalman filter over (b, e) turns each column, and y, into
 // innovations that are white and of unit variance under the noise: ordinary least squares on these
 // is the exact GLS.
