@@ -28,8 +28,11 @@ config::StandConfig StandIn(const fs::path& folder) {
 
 }  // namespace
 
-FakeBench::FakeBench()
-    : folder(MakeFolder()), stand(StandIn(folder)), clock(MakeVirtualClock(kStart)) {
+FakeBench::FakeBench(const std::string& lcm_url)
+    : folder(MakeFolder()),
+      stand(StandIn(folder)),
+      clock(MakeVirtualClock(kStart)),
+      publisher(lcm_url, "TEST") {
   fs::create_directories(stand.procedure_dirs.front());
   const auto fault = [this](const std::string& source, const std::string& message) {
     control.Report({source, message});

@@ -17,7 +17,8 @@ namespace gyrobench::daemon {
 // thread: bench time passes in Wait and Ended alone.
 class FakeBench {
  public:
-  FakeBench();
+  // `lcm_url`: where it publishes.
+  explicit FakeBench(const std::string& lcm_url = "memq://");
   ~FakeBench();
   FakeBench(const FakeBench&) = delete;
   FakeBench& operator=(const FakeBench&) = delete;
@@ -28,6 +29,8 @@ class FakeBench {
     return api_->Handle({method, path, body});
   }
   void Wait(double duration_s);
+  // The test's thread, for what waits as somebody.
+  Clock::Participant& me() { return *me_; }
   // Waits until the run has ended. Fails the test where it is on after an hour.
   RunView Ended();
   // As the daemon does at its end; time passes for the others from then on.
@@ -47,7 +50,7 @@ class FakeBench {
   const std::unique_ptr<VirtualClock> clock;
   FakeStand devices{*clock};
   RunControl control;
-  LcmPublisher publisher{"memq://", "TEST"};
+  LcmPublisher publisher;
   std::vector<std::string> record_failures;
   Telemetry telemetry{publisher, [this](const std::string& message) {
                         record_failures.push_back(message);

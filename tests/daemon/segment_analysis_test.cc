@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <thread>
 
-#include "daemon/gyro_message.h"
 #include "recording/event_log.h"
+#include "tests/daemon/resting_gyro.h"
 #include "tests/temporary_folder.h"
 
 namespace gyrobench::daemon {
@@ -19,12 +19,7 @@ constexpr Utime kStart = 1'700'000'000'000'000;
 class SegmentAnalysisTest : public testing::Test {
  protected:
   SegmentAnalysisTest() {
-    MeasurementInfo info;
-    info.gyro_present = info.accel_present = {true, true, true};
-    info.gyro_units_per_deg_s = 131.0;
-    info.temperature_present = true;
-    info.reference = ReferenceKind::kNone;
-    telemetry_.BeginRun("run", Log(), info, kStart);
+    telemetry_.BeginRun("run", Log(), RestingGyro::Info(), kStart);
     // As in a run, time has passed before the first segment ends: the worker waits.
     me_->WaitUntil(kStart + 1);
   }
@@ -33,30 +28,7 @@ class SegmentAnalysisTest : public testing::Test {
 
   std::string Log() const { return (folder_ / "events.lcmlog").string(); }
 
-  // A gyro at rest that shows `lsb` in the mean, at 100 Hz.
-  void Measure(double duration_s, int lsb) {
-    constexpr Utime kStep = 10'000;
-    constexpr int kSamples = 10;  // of a block
-    drivers::GyroIdentity identity;
-    identity.tick_rate_hz = 62500.0;
-    identity.gyro_lsb_per_deg_s = 131.0;
-    identity.accel_lsb_per_g = 16384.0;
-    for (int block = 0; block < static_cast<int>(duration_s * 10.0); ++block) {
-      drivers::GyroBlock read;
-      for (int i = 0; i < kSamples; ++i) {
-        utime_ += kStep;
-        const auto shown = static_cast<std::int16_t>(lsb + counter_ % 3 - 1);
-        read.samples.push_back(
-            {counter_, counter_ * 625, utime_, {shown, shown, shown}, {0, 0, 16384}, 25.0});
-        ++counter_;
-      }
-      read.utime = utime_;
-      read.tick = counter_ * 625;
-      gyro_t message{};
-      FillMessage(read, identity, message);
-      telemetry_.Send(message);
-    }
-  }
+  void Measure(double duration_s, int lsb) { gyro_.SendTo(telemetry_, duration_s, lsb); }
   // Times of the bias results that were sent, in their order.
   std::vector<Utime> SentBiases() {
     telemetry_.EndRun();
@@ -73,31 +45,30 @@ class SegmentAnalysisTest : public testing::Test {
   std::unique_ptr<Clock::Participant> me_ = clock_->Join("test");
   LcmPublisher publisher_{"memq://", "TEST"};
   Telemetry telemetry_{publisher_, [](const std::string&) {}};
-  Utime utime_ = kStart;
-  std::int64_t counter_ = 0;
+  RestingGyro gyro_{kStart};
   SegmentAnalysis analysis_{*clock_, telemetry_};
 };
 
 TEST_F(SegmentAnalysisTest, SendsWhatTheAnalysisOfTheWholeRunSays) {
   Measure(30.0, 100);
-  analysis_.Begin(utime_);
+  analysis_.Begin(gyro_.utime());
   const calibration::AnalysisResult newest = analysis_.Newest(*me_);
   ASSERT_EQ(newest.bias.size(), 3u);
   EXPECT_NEAR(newest.bias[0].coefficients.at(0), 100.0, 0.1);
   EXPECT_EQ(newest.bias[0].coefficients, telemetry_.Analyse().bias[0].coefficients);
-  EXPECT_EQ(SentBiases(), std::vector<Utime>(3, utime_));
+  EXPECT_EQ(SentBiases(), std::vector<Utime>(3, gyro_.utime()));
 }
 
 TEST_F(SegmentAnalysisTest, IsOfTheTimeAtWhichItWasBegun) {
   Measure(30.0, 100);
-  analysis_.Begin(utime_);
+  analysis_.Begin(gyro_.utime());
   Measure(30.0, 200);
   EXPECT_NEAR(analysis_.Newest(*me_).bias.at(0).coefficients.at(0), 100.0, 0.1);
 }
 
 TEST_F(SegmentAnalysisTest, HoldsTheTimeOfAVirtualClockUntilItIsDone) {
   Measure(60.0, 100);
-  analysis_.Begin(utime_);
+  analysis_.Begin(gyro_.utime());
   me_->WaitUntil(clock_->Now() + 1);
   EXPECT_EQ(SentBiases().size(), 3u);
 }
@@ -105,17 +76,17 @@ TEST_F(SegmentAnalysisTest, HoldsTheTimeOfAVirtualClockUntilItIsDone) {
 TEST_F(SegmentAnalysisTest, EndsWithTheNewestHoweverManyAreBegun) {
   for (int i = 0; i < 20; ++i) {
     Measure(5.0, 100);
-    analysis_.Begin(utime_);
+    analysis_.Begin(gyro_.utime());
   }
   analysis_.Newest(*me_);
   const std::vector<Utime> sent = SentBiases();
   // On a virtual clock nothing of it runs before this thread waits: the newest alone is worked out.
-  EXPECT_EQ(sent, std::vector<Utime>(3, utime_));
+  EXPECT_EQ(sent, std::vector<Utime>(3, gyro_.utime()));
 }
 
 TEST_F(SegmentAnalysisTest, BeginsNothingMoreOnceItIsToFinish) {
   Measure(30.0, 100);
-  analysis_.Begin(utime_);
+  analysis_.Begin(gyro_.utime());
   analysis_.Finish(*me_);
   EXPECT_THAT(SentBiases(), testing::IsEmpty());
 }
@@ -132,18 +103,18 @@ TEST_F(SegmentAnalysisTest, WorksBesideTheMeasurement) {
       if (i % 10 == 0) analysis.Newest(*caller);
     }
     measuring.join();
-    analysis.Begin(utime_);
+    analysis.Begin(gyro_.utime());
     EXPECT_NEAR(analysis.Newest(*caller).bias.at(0).coefficients.at(0), 100.0, 0.1);
     caller.reset();
   }
   const std::vector<Utime> sent = SentBiases();
   EXPECT_TRUE(std::ranges::is_sorted(sent));
-  EXPECT_EQ(sent.back(), utime_);
+  EXPECT_EQ(sent.back(), gyro_.utime());
 }
 
 // Too early to say anything.
 TEST_F(SegmentAnalysisTest, OfNothingHasNoResultAndARemark) {
-  analysis_.Begin(utime_);
+  analysis_.Begin(gyro_.utime());
   const calibration::AnalysisResult newest = analysis_.Newest(*me_);
   EXPECT_TRUE(newest.bias.empty());
   EXPECT_FALSE(newest.remarks.empty());
