@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "base/json_number.h"
 #include "base/json_text.h"
 #include "base/version.h"
 #include "calibration/artefact/calibration_file.h"
@@ -82,8 +83,6 @@ CorrectedTable Correct(const Options& options, const calibration::Calibration& c
                              progress);
 }
 
-Json Figure(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 Json ToJson(const CorrectedTable& table, const Options& options) {
   Json channels = Json::array();
   for (const ChannelCorrection& channel : table.correction.channels) {
@@ -93,10 +92,10 @@ Json ToJson(const CorrectedTable& table, const Options& options) {
                         {"missing", channel.missing},
                         {"unsolved", channel.unsolved},
                         {"beyond_rate", channel.beyond_rate},
-                        {"largest_rate_deg_s", Figure(channel.largest_rate_deg_s)},
+                        {"largest_rate_deg_s", Number(channel.largest_rate_deg_s)},
                         {"beyond_temperature", channel.beyond_temperature},
-                        {"lowest_degC", Figure(channel.lowest_degC)},
-                        {"highest_degC", Figure(channel.highest_degC)}});
+                        {"lowest_degC", Number(channel.lowest_degC)},
+                        {"highest_degC", Number(channel.highest_degC)}});
   }
   return {{"table", options.output.string()},
           {"calibration", options.calibration.string()},

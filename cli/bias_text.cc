@@ -97,7 +97,7 @@ void AddCoefficients(AxisTable& table, const Json& biases, const std::string& ou
   }
 }
 
-std::string RangeOf(const Json& bias) {
+std::string TemperatureRange(const Json& bias) {
   const double low = Number(bias, "min_temperature_degC"),
                high = Number(bias, "max_temperature_degC");
   if (!std::isfinite(low) || !std::isfinite(high)) return "-";
@@ -154,7 +154,7 @@ std::string TableText(const Json& biases, double duration_s) {
   table.Add("T_ref", "degC", [](const Json& bias) {
     return FormatNumber(Number(bias, "reference_temperature_degC"), 4);
   });
-  table.Add("valid for", "degC", RangeOf);
+  table.Add("valid for", "degC", TemperatureRange);
   table.AddNumber("error of the curve", output + " rms", "rms_error");
   table.AddNumber("residual, 1 s means", output + " rms", "residual_rms");
   table.AddNumber("paper's, smoothed", output + " rms", "paper_rms_error");

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/json_number.h"
 #include "base/json_text.h"
 #include "base/version.h"
 #include "daemon/run_record.h"
@@ -22,8 +23,6 @@ HttpReply Fail(unsigned status, const char* code, const std::string& message,
   return {status,
           JsonText(json{{"error", {{"code", code}, {"message", message}, {"where", where}}}})};
 }
-
-json OrNull(double value) { return std::isfinite(value) ? json(value) : json(); }
 
 json ParseBody(const std::string& body) {
   if (body.empty()) return json::object();
@@ -66,8 +65,8 @@ json ToJson(const procedures::Parameter& parameter) {
               {"choices", parameter.choices},
               {"help", parameter.help}};
   std::visit([&](const auto& value) { object["default"] = value; }, parameter.default_value);
-  object["min"] = OrNull(parameter.min);
-  object["max"] = OrNull(parameter.max);
+  object["min"] = Number(parameter.min);
+  object["max"] = Number(parameter.max);
   return object;
 }
 
@@ -83,7 +82,7 @@ json ToJson(const RunView& run, State state) {
           {"segments_done", run.progress.segments_done},
           {"progress", on ? run.progress.fraction : 1.0},
           {"elapsed_s", run.elapsed_s},
-          {"remaining_s", OrNull(run.progress.remaining_s)},
+          {"remaining_s", Number(run.progress.remaining_s)},
           {"message", run.progress.message}};
 }
 
@@ -112,8 +111,8 @@ json Status(Context& c) {
               {"question", nullptr},
               {"fault", nullptr},
               {"devices", Devices(c.acquisition)},
-              {"temperature_degC", OrNull(sensor.temperature_degC)},
-              {"tick_ratio", OrNull(sensor.tick_ratio)},
+              {"temperature_degC", Number(sensor.temperature_degC)},
+              {"tick_ratio", Number(sensor.tick_ratio)},
               {"utime", c.clock.Now()},
               {"version", kVersion}};
   if (const Outputs* outputs = c.acquisition.outputs()) {

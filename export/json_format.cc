@@ -1,8 +1,8 @@
 // Format `json`: what `gyrobench apply` uses of a calibration, ready to be used by a program.
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_number.h"
 #include "base/json_text.h"
 #include "calibration/effects/effect.h"
 #include "export/example.h"
@@ -13,8 +13,6 @@ namespace gyrobench::exporting {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 std::string EquationOf(const calibration::ModelTerm& term) {
   switch (term.origin) {

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
+#include "base/angle_unit.h"
 #include "base/error.h"
 #include "export/formats.h"
 #include "export/text.h"
@@ -13,8 +13,6 @@ namespace gyrobench::exporting {
 namespace {
 
 using calibration::ChannelCalibration;
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 double DensityOf(const ChannelCalibration& channel) {
   return kRadPerDeg * channel.noise.angle_random_walk_deg_sqrt_s;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/angle_unit.h"
 #include "calibration/artefact/model_terms.h"
 
 namespace gyrobench::exporting {
@@ -17,7 +18,6 @@ namespace {
 using calibration::ChannelModel;
 using calibration::ModelTerm;
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr Eigen::Index kFitPoints = 64;
 // A deviation below this is rounding [deg/s].
 constexpr double kRounding_deg_s = 1e-9;

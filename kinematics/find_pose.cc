@@ -27,7 +27,7 @@ constexpr double kLock_deg = 0.5;
 constexpr std::array<const char*, 3> kNames = {"outer", "middle", "inner"};
 
 double Between_deg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) / kRadians;
+  return std::atan2(a.cross(b).norm(), a.dot(b)) / kRadPerDeg;
 }
 
 std::optional<Eigen::Vector3d> Unit(const std::optional<Vector3>& v, const char* what) {
@@ -200,7 +200,7 @@ class Finder {
   bool Locked(const Vector3& angles_deg) const {
     const Matrix3 j = frame_.Rates(angles_deg);
     const Eigen::Vector3d outer(j[0][0], j[1][0], j[2][0]), inner(j[0][2], j[1][2], j[2][2]);
-    return outer.cross(inner).norm() < std::sin(kLock_deg * kRadians);
+    return outer.cross(inner).norm() < std::sin(kLock_deg * kRadPerDeg);
   }
 
   void Judge(Vector3 angles_deg, std::optional<StandAxis> axis = {}, double sense = 1.0) {

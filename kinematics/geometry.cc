@@ -1,12 +1,12 @@
 #include "kinematics/geometry.h"
 
 #include <cmath>
-#include <numbers>
+
+#include "base/angle_unit.h"
 
 namespace gyrobench::kinematics {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kEarthRateDegPerS = 15.041 / 3600.0;
 
 }  // namespace

@@ -14,10 +14,12 @@ constexpr double kNoAzimuth = 1e-9;
 // where one of them is too short to have a direction.
 double TurnOnto(double ax, double ay, double bx, double by, double otherwise) {
   if (std::hypot(ax, ay) < kNoAzimuth || std::hypot(bx, by) < kNoAzimuth) return otherwise;
-  return (std::atan2(by, bx) - std::atan2(ay, ax)) / kRadians;
+  return (std::atan2(by, bx) - std::atan2(ay, ax)) / kRadPerDeg;
 }
 
-double ArcCosine_deg(double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)) / kRadians; }
+double ArcCosine_deg(double cosine) {
+  return std::acos(std::clamp(cosine, -1.0, 1.0)) / kRadPerDeg;
+}
 
 }  // namespace
 
@@ -33,7 +35,7 @@ std::vector<double> PoseCandidates::InnerForUp(const Eigen::Vector3d& v) const {
   const double c = fixed_.middle_inner(0, 0), s = fixed_.middle_inner(0, 2);
   const double length = c * std::hypot(v.x(), v.y());
   if (length < kNoAzimuth) return {rest_deg_[kInner]};
-  const double azimuth_deg = std::atan2(v.y(), v.x()) / kRadians;
+  const double azimuth_deg = std::atan2(v.y(), v.x()) / kRadPerDeg;
   const double half_deg = ArcCosine_deg((w.x() - s * v.z()) / length);
   return {half_deg - azimuth_deg, -half_deg - azimuth_deg, rest_deg_[kInner]};
 }
@@ -69,7 +71,7 @@ Vector3 PoseCandidates::WithOuter(const Eigen::Matrix3d& d, double middle_deg,
   const Eigen::Matrix3d k = fixed_.outer_middle * AboutX(middle_deg) * fixed_.middle_inner;
   const Eigen::Matrix3d inner = (AboutZ(outer_deg) * k).transpose() * d;
   const double inner_deg =
-      movable_[kInner] ? std::atan2(inner(1, 0), inner(0, 0)) / kRadians : rest_deg_[kInner];
+      movable_[kInner] ? std::atan2(inner(1, 0), inner(0, 0)) / kRadPerDeg : rest_deg_[kInner];
   return {outer_deg, middle_deg, inner_deg};
 }
 
@@ -78,7 +80,7 @@ Vector3 PoseCandidates::WithInner(const Eigen::Matrix3d& d, double middle_deg,
   const Eigen::Matrix3d k = fixed_.outer_middle * AboutX(middle_deg) * fixed_.middle_inner;
   const Eigen::Matrix3d outer = d * (k * AboutZ(inner_deg)).transpose();
   const double outer_deg =
-      movable_[kOuter] ? std::atan2(outer(1, 0), outer(0, 0)) / kRadians : rest_deg_[kOuter];
+      movable_[kOuter] ? std::atan2(outer(1, 0), outer(0, 0)) / kRadPerDeg : rest_deg_[kOuter];
   return {outer_deg, middle_deg, inner_deg};
 }
 

@@ -3,16 +3,14 @@
 #pragma once
 
 #include <Eigen/Dense>
-#include <numbers>
 
+#include "base/angle_unit.h"
 #include "kinematics/stand_frame.h"
 
 namespace gyrobench::kinematics {
 
-inline constexpr double kRadians = std::numbers::pi / 180.0;
-
 inline Eigen::Matrix3d Turned(const Eigen::Vector3d& axis, double angle_deg) {
-  return Eigen::AngleAxisd(angle_deg * kRadians, axis).toRotationMatrix();
+  return Eigen::AngleAxisd(angle_deg * kRadPerDeg, axis).toRotationMatrix();
 }
 inline Eigen::Matrix3d AboutX(double deg) { return Turned(Eigen::Vector3d::UnitX(), deg); }
 inline Eigen::Matrix3d AboutY(double deg) { return Turned(Eigen::Vector3d::UnitY(), deg); }

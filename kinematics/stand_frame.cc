@@ -27,7 +27,7 @@ StandFrame::StandFrame(const StandGeometry& geometry)
 }
 
 StandFrame::Angle StandFrame::At(double angle_deg) {
-  return {std::cos(angle_deg * kRadians), std::sin(angle_deg * kRadians)};
+  return {std::cos(angle_deg * kRadPerDeg), std::sin(angle_deg * kRadPerDeg)};
 }
 
 // Ry(outer_middle) Rx(middle) Ry(middle_inner).

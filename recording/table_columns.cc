@@ -6,9 +6,9 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <sstream>
 
+#include "base/angle_unit.h"
 #include "base/error.h"
 #include "recording/field_text.h"
 #include "recording/nearest_name.h"
@@ -408,7 +408,7 @@ void TableHead::FillGyroUnit() {
     info_.gyro_units_per_deg_s = 1.0;
   } else if (unit == "rad_s") {
     info_.gyro_unit = GyroUnit::kRadPerSecond;
-    info_.gyro_units_per_deg_s = std::numbers::pi / 180.0;
+    info_.gyro_units_per_deg_s = kRadPerDeg;
   } else if (!std::isnan(gyro_lsb_per_deg_s_)) {
     info_.gyro_units_per_deg_s = gyro_lsb_per_deg_s_;
   }

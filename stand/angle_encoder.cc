@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/angle_unit.h"
 #include "stand/random.h"
 
 namespace gyrobench::stand {
@@ -11,7 +11,7 @@ namespace {
 
 double Wave(double amplitude, double harmonic, double angle_deg, double phase_deg) {
   if (amplitude == 0.0) return 0.0;
-  return amplitude * std::sin((harmonic * angle_deg + phase_deg) * std::numbers::pi / 180.0);
+  return amplitude * std::sin((harmonic * angle_deg + phase_deg) * kRadPerDeg);
 }
 
 }  // namespace

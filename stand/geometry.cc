@@ -1,12 +1,11 @@
 #include "stand/geometry.h"
 
 #include <cmath>
-#include <numbers>
+
+#include "base/angle_unit.h"
 
 namespace gyrobench::stand {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // Transposed rotations: components of v in a frame turned by the angle.
 Triple TurnX(const Triple& v, double c, double s) {

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/angle_unit.h"
 #include "stand/play.h"
 
 namespace gyrobench::stand {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 // A motor that loses steps stalls for about so long.
 constexpr double kStall_s = 0.05;
 // A stepper that falls out of step catches again after whole electrical periods.

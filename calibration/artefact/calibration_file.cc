@@ -1,9 +1,9 @@
 #include "calibration/artefact/calibration_file.h"
 
 #include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_number.h"
 #include "calibration/artefact/vector_json.h"
 #include "calibration/effects/effect.h"
 
@@ -14,15 +14,6 @@ using nlohmann::json;
 
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 constexpr std::array<const char*, 3> kTableAxes = {"outer", "middle", "inner"};
-
-json Number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
-template <typename Values>
-json Numbers(const Values& values) {
-  json list = json::array();
-  for (const double value : values) list.push_back(Number(value));
-  return list;
-}
 
 json ToJson(const HeldOut& held_out) {
   return {{"before", Number(held_out.before)},
@@ -49,17 +40,6 @@ json ToJson(const ModelTerm& term) {
           {"chosen_on", term.chosen_on ? json(Name(*term.chosen_on)) : json(nullptr)}};
 }
 
-json Covariance(const ChannelModel& model) {
-  json rows = json::array();
-  const std::size_t n = model.parameter_names.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    json row = json::array();
-    for (std::size_t j = 0; j < n; ++j) row.push_back(Number(model.covariance.at(i * n + j)));
-    rows.push_back(row);
-  }
-  return rows;
-}
-
 json ToJson(const ChannelCalibration& channel) {
   const ChannelModel& model = channel.model;
   json terms = json::array();
@@ -75,7 +55,7 @@ json ToJson(const ChannelCalibration& channel) {
         {"coefficients_deg_s", Numbers(model.bias_deg_s)}}},
       {"terms", terms},
       {"parameters", model.parameter_names},
-      {"covariance", Covariance(model)},
+      {"covariance", SquareRows(model.covariance, model.parameter_names.size())},
       {"validity",
        {{"min_temperature_degC", Number(model.min_temperature_degC)},
         {"max_temperature_degC", Number(model.max_temperature_degC)},
@@ -123,8 +103,7 @@ json ToJson(const Calibration& calibration) {
       {"version", calibration.version},
       {"inputs", inputs},
       {"configuration", calibration.configuration},
-      {"gyro_lsb_zero",
-       calibration.gyro_lsb_zero ? Number(*calibration.gyro_lsb_zero) : json(nullptr)},
+      {"gyro_lsb_zero", Number(calibration.gyro_lsb_zero)},
       {"channels", channels}};
   if (calibration.vector) file["vector"] = ToJson(*calibration.vector);
   return file;

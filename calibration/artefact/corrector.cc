@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <numbers>
 #include <utility>
 
+#include "base/angle_unit.h"
 #include "base/error.h"
 #include "calibration/artefact/corrector_channel.h"
 #include "calibration/artefact/model_terms.h"
@@ -87,7 +87,7 @@ class Corrector::Impl {
   Impl(const Calibration& calibration, const MeasurementInfo& info, const CorrectorOptions& options)
       : calibration_(calibration),
         info_(info),
-        to_output_(info.gyro_unit == GyroUnit::kRadPerSecond ? 180.0 / std::numbers::pi : 1.0),
+        to_output_(info.gyro_unit == GyroUnit::kRadPerSecond ? kDegPerRad : 1.0),
         accel_(calibration.vector),
         slow_(info.covariates.size()),
         zero_(calibration, info) {

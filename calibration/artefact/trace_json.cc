@@ -3,14 +3,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_number.h"
 #include "calibration/artefact/vector_json.h"
 
 namespace gyrobench::calibration {
 namespace {
 
 using nlohmann::json;
-
-json Number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
 json ToJson(const ModelParameter& parameter) {
   return {{"name", parameter.name},
@@ -24,10 +23,9 @@ json ToJson(const ModelParameter& parameter) {
 }
 
 json ToJson(const HeldOut& held_out) {
-  return {
-      {"before", Number(held_out.before)},
-      {"after", Number(held_out.after)},
-      {"reduction_ci95", {Number(held_out.reduction_ci95[0]), Number(held_out.reduction_ci95[1])}}};
+  return {{"before", Number(held_out.before)},
+          {"after", Number(held_out.after)},
+          {"reduction_ci95", Numbers(held_out.reduction_ci95)}};
 }
 
 json BeforeAndAfter(const HeldOut& figure) {

@@ -1,7 +1,8 @@
 #include "calibration/artefact/vector_json.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
+
+#include "base/json_number.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -10,35 +11,19 @@ using nlohmann::json;
 
 constexpr std::size_t kElements = 9;
 
-json Number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
-json Numbers(const Vector3& values) {
-  return {Number(values[0]), Number(values[1]), Number(values[2])};
-}
-
 json Rows(const Matrix3& matrix) {
   return {Numbers(matrix[0]), Numbers(matrix[1]), Numbers(matrix[2])};
-}
-
-json Covariance(const std::vector<double>& values) {
-  json rows = json::array();
-  for (std::size_t i = 0; i < kElements; ++i) {
-    json row = json::array();
-    for (std::size_t j = 0; j < kElements; ++j) row.push_back(Number(values.at(kElements * i + j)));
-    rows.push_back(row);
-  }
-  return rows;
 }
 
 json ToJson(const VectorMatrix& matrix) {
   return {{"m", Rows(matrix.m)},
           {"m_std_error", Rows(matrix.m_std_error)},
           {"m_statistical_std_error", Rows(matrix.m_statistical_std_error)},
-          {"m_covariance", Covariance(matrix.m_covariance)},
+          {"m_covariance", SquareRows(matrix.m_covariance, kElements)},
           {"a", Rows(matrix.a)},
           {"a_std_error", Rows(matrix.a_std_error)},
           {"a_statistical_std_error", Rows(matrix.a_statistical_std_error)},
-          {"a_covariance", Covariance(matrix.a_covariance)}};
+          {"a_covariance", SquareRows(matrix.a_covariance, kElements)}};
 }
 
 json ToJson(const AxisSplit& split) {

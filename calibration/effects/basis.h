@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "base/angle_unit.h"
 #include "calibration/effects/effect.h"
 
 namespace gyrobench::calibration {
 
 inline constexpr double kTwoPi = 2.0 * std::numbers::pi;
-inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 class ChannelBasis : public Basis {
  public:

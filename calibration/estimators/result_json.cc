@@ -1,22 +1,13 @@
 #include "calibration/estimators/result_json.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
+
+#include "base/json_number.h"
 
 namespace gyrobench::calibration {
 namespace {
 
 using nlohmann::json;
-
-json Number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
-json Number(const std::optional<double>& value) { return value ? Number(*value) : json(nullptr); }
-
-json Numbers(const std::vector<double>& values) {
-  json out = json::array();
-  for (const double value : values) out.push_back(Number(value));
-  return out;
-}
 
 const char* Name(SensorAxis axis) {
   switch (axis) {

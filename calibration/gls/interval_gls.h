@@ -26,6 +26,9 @@ struct IntervalNoise {
   double reference_deg = 0.0;                  // s, standard deviation
 };
 
+// Noise N is not taken for less than this [deg/sqrt(s)]: perfect data must not divide by zero.
+inline constexpr double kLeastAngleRandomWalk = 1e-12;
+
 struct Interval {
   double duration_s = 0.0;
   // Since the end of the interval before: nothing was measured, the bias walked on.

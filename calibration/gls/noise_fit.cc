@@ -18,8 +18,6 @@ constexpr double kLowWalk = -16.0, kHighWalk = 4.0;
 constexpr double kLowReference = -9.0, kHighReference = 14.0;
 // A noise that gains less deviance than this is none.
 constexpr double kNoGain = 1e-3;
-// The least noise, relative to nothing at all: perfect data must not divide by zero.
-constexpr double kLeastN = 1e-12;
 
 struct Profile {
   double deviance = std::numeric_limits<double>::infinity();
@@ -36,7 +34,7 @@ Profile ProfileAt(const IntervalSeries& series, const FitOptions& options, doubl
   const double freedom =
       static_cast<double>(gram.rows) - static_cast<double>(options.regressors.size());
   if (!solution.solvable || freedom < 1.0) return out;
-  out.n = std::max(std::sqrt(solution.residual_square / freedom), kLeastN);
+  out.n = std::max(std::sqrt(solution.residual_square / freedom), kLeastAngleRandomWalk);
   out.deviance = gram.log_det + solution.log_det_information + 2.0 * freedom * std::log(out.n);
   return out;
 }

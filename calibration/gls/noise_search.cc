@@ -14,7 +14,6 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kLeastN = 1e-12;
 // Natural logarithms of K/N [1/s] and s/N [sqrt(s)].
 constexpr double kLowWalk = -14.0, kHighWalk = 3.0, kLowReference = -7.0, kHighReference = 12.0;
 
@@ -120,7 +119,7 @@ double NoiseSearch::Profile(const Products& products, double* n) const {
   const Eigen::VectorXd projected = factor.matrixL().solve(products.scaled.col(p).head(p));
   const double square = std::max(1.0 - projected.squaredNorm(), 0.0) * products.output_square;
   const auto freedom = static_cast<double>(columns_.all().rows() - p);
-  *n = std::max(std::sqrt(square / freedom), kLeastN);
+  *n = std::max(std::sqrt(square / freedom), kLeastAngleRandomWalk);
   const double information =
       factor.matrixLLT().diagonal().array().log().sum() - products.log_scale.head(p).sum();
   return products.log_det + 2.0 * information + freedom * (2.0 * std::log(*n) + 1.0);
@@ -143,7 +142,8 @@ NoiseSearch::Deviances NoiseSearch::Contest(const Products& products,
       factor.matrixLLT().diagonal().head(others).array().log().sum() - scales.head(others).sum();
   const auto freedom = static_cast<double>(columns_.all().rows() - others);
   auto deviance = [&](double share) {
-    const double n2 = std::max(share * products.output_square / freedom, kLeastN * kLeastN);
+    const double n2 = std::max(share * products.output_square / freedom,
+                               kLeastAngleRandomWalk * kLeastAngleRandomWalk);
     return products.log_det + 2.0 * information + freedom * (std::log(n2) + 1.0);
   };
   const Eigen::VectorXd right = products.scaled.col(p)(order);

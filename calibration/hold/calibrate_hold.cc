@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/angle_unit.h"
 #include "base/error.h"
 #include "base/median.h"
 #include "calibration/hold/hold_findings.h"
@@ -19,7 +19,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr double kRad = std::numbers::pi / 180.0;
 // The accelerometer alone has nine unknowns, of which each rest tells one.
 constexpr std::size_t kFewestRests = 10;
 // A turn that is predicted as badly in the median is not that turn.
@@ -87,7 +86,7 @@ void CheckTogether(std::span<const HoldRecording* const> recordings) {
 }
 
 double Latitude(const MeasurementInfo& info) {
-  return info.site_latitude_deg ? kRad * *info.site_latitude_deg : kMissing;
+  return info.site_latitude_deg ? kRadPerDeg * *info.site_latitude_deg : kMissing;
 }
 
 class Calibrator {
@@ -198,7 +197,7 @@ class Calibrator {
   double MedianMiss_deg(const HoldState& state) const {
     std::vector<double> misses = TurnMisses(chain_, state);
     std::erase_if(misses, [](double miss) { return !std::isfinite(miss); });
-    return Median(std::move(misses)) / kRad;
+    return Median(std::move(misses)) / kRadPerDeg;
   }
   bool IsHopeless() const { return !(MedianMiss_deg(fit_.state) < kHopeless_deg); }
 
@@ -238,7 +237,7 @@ class Calibrator {
       sum += miss * miss;
       ++n;
     }
-    return n > 0 ? std::sqrt(sum / n) / kRad : kMissing;
+    return n > 0 ? std::sqrt(sum / n) / kRadPerDeg : kMissing;
   }
 
   void FillFigures() {

@@ -4,10 +4,10 @@
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
 
+#include "base/angle_unit.h"
 #include "calibration/effects/effect.h"
 
 namespace gyrobench::calibration {
@@ -15,7 +15,6 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kDeg = 180.0 / std::numbers::pi;
 // Noise of turns over that of the rests: below it nothing is worth a word.
 constexpr double kNoisier = 1.5;
 // Scatter from pose to pose over the noise of a mean.
@@ -107,7 +106,7 @@ void AddTurnNoise(const HoldFit& fit, const RestNoise& rests, std::vector<HoldFi
       "{:.2g} deg/sqrt(s)): time stamps that jitter, samples that were lost, a scale factor that "
       "is "
       "not constant, or a sensor that is loose; the errors here count the larger one",
-      ratio, kDeg * fit.noise.angle_random_walk, kDeg * rests.median_angle_random_walk);
+      ratio, kDegPerRad * fit.noise.angle_random_walk, kDegPerRad * rests.median_angle_random_walk);
   out->push_back(finding);
 }
 
@@ -140,7 +139,7 @@ std::vector<HoldFinding> GSensitivitySeen(const HoldFit& fit) {
     finding.in_model = true;
     finding.says =
         fmt::format("g-sensitivity seen on {}: {:.3g} deg/s/g at most, along {}", finding.channels,
-                    kDeg * test.values[Largest(test)], "xyz"[Largest(test)]);
+                    kDegPerRad * test.values[Largest(test)], "xyz"[Largest(test)]);
     out.push_back(finding);
   }
   return out;

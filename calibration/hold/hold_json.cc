@@ -1,20 +1,14 @@
 #include "calibration/hold/hold_json.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_number.h"
 #include "calibration/artefact/vector_json.h"
 
 namespace gyrobench::calibration {
 namespace {
 
 using nlohmann::json;
-
-json Number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
-json Numbers(const std::array<double, 3>& values) {
-  return {Number(values[0]), Number(values[1]), Number(values[2])};
-}
 
 json ToJson(const HoldInput& input) {
   json defects = json::array();
@@ -79,7 +73,7 @@ json ToJson(const HoldResult& result) {
   return {{"format", kHoldFormat},
           {"inputs", inputs},
           {"sensor", result.sensor},
-          {"gyro_lsb_zero", result.gyro_lsb_zero ? Number(*result.gyro_lsb_zero) : json(nullptr)},
+          {"gyro_lsb_zero", Number(result.gyro_lsb_zero)},
           {"rests", result.rests},
           {"turns", result.turns},
           {"duration_s", Number(result.duration_s)},

@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "calibration/signal/geometry.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -16,7 +18,6 @@ using Matrix32 = Eigen::Matrix<double, 3, 2>;
 constexpr Index kNode = ArrowSystem::kNode;
 // Within a node.
 constexpr Index kEta = 0, kDelta = 2, kBetaBegin = 5, kBetaEnd = 8;
-constexpr std::array<std::array<Index, 2>, 3> kPairs = {{{1, 2}, {2, 0}, {0, 1}}};
 // Earth's rotation, 15.041 deg/h (IERS 2010: 7.292115e-5 rad/s).
 constexpr double kEarth_rad_s = 7.292115e-5;
 
@@ -135,7 +136,7 @@ class Linearizer {
     rows.Parameters(kAtScale, 3) = (s * g).asDiagonal();
     rows.Parameters(kAtOffset, 3) = Matrix3d::Identity();
     for (std::size_t p = 0; p < 3; ++p) {
-      const auto [i, j] = kPairs[p];
+      const auto [i, j] = kAxisPairs[p];
       const auto at = kAtShear + static_cast<Index>(p);
       const double shear = state_.accel.shear[static_cast<Index>(p)];
       rows.Parameters(at, 1)(i, 0) = state_.accel.scale[i] * (g[j] - shear / s(i, i) * g[i]);
@@ -227,7 +228,7 @@ class Linearizer {
 Matrix3d AccelParameters::Directions() const {
   Matrix3d s = Matrix3d::Zero();
   for (std::size_t p = 0; p < 3; ++p) {
-    const auto [i, j] = kPairs[p];
+    const auto [i, j] = kAxisPairs[p];
     s(i, j) = s(j, i) = shear[static_cast<Index>(p)];
   }
   for (Index i = 0; i < 3; ++i) s(i, i) = std::sqrt(1.0 - s.row(i).squaredNorm());

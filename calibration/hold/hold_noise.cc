@@ -1,17 +1,16 @@
 #include "calibration/hold/hold_noise.h"
 
 #include <cmath>
-#include <numbers>
 #include <vector>
 
+#include "base/angle_unit.h"
 #include "calibration/gls/minimize.h"
 
 namespace gyrobench::calibration {
 namespace {
 
-constexpr double kRad = std::numbers::pi / 180.0;
-constexpr double kUsualAngleWalk = 3.5e-3 * kRad;
-constexpr double kUsualBiasWalk = 1e-4 * kRad;
+constexpr double kUsualAngleWalk = 3.5e-3 * kRadPerDeg;
+constexpr double kUsualBiasWalk = 1e-4 * kRadPerDeg;
 constexpr double kUsualStillness = 2.0;
 const double kPriorWidth = std::log(4.0);
 
@@ -64,7 +63,7 @@ HoldNoise EstimateNoise(const LinearModel& model, const HoldNoise& start) {
 HoldNoise StartNoise(const RestNoise& rests) {
   HoldNoise noise;
   // Counts that stand still show none; then it is the turns' to say.
-  noise.angle_random_walk = std::max(rests.angle_random_walk, 1e-4 * kRad);
+  noise.angle_random_walk = std::max(rests.angle_random_walk, 1e-4 * kRadPerDeg);
   noise.bias_random_walk = kUsualBiasWalk;
   noise.accel_density = std::max(rests.accel_density, 1e-6);
   noise.pose_scatter_g = 0.3 * noise.accel_density;

@@ -6,7 +6,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "base/angle_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -14,7 +15,6 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-constexpr double kDeg = 180.0 / std::numbers::pi;
 constexpr double kCovered_deg = 35.0;
 constexpr double kUnknown = 0.03;
 // What is held to be possible of a parameter before anything is measured.
@@ -66,7 +66,7 @@ std::vector<HoldFace> FacesOf(const HoldState& state) {
       nearest = std::max(nearest, sign * node.gravity[axis]);
     HoldFace face;
     face.up = kFaces[f];
-    face.nearest_deg = kDeg * std::acos(std::clamp(nearest, -1.0, 1.0));
+    face.nearest_deg = kDegPerRad * std::acos(std::clamp(nearest, -1.0, 1.0));
     face.covered = face.nearest_deg < kCovered_deg;
     faces.push_back(face);
   }
@@ -83,7 +83,7 @@ std::array<double, 3> TurnedAbout(const HeldChain& chain, const HoldState& state
       const Vector3d angle = a * epochs[i].angle -
                              epochs[i].duration_s() * state.m.inverse() * state.nodes[k].beta_end;
       for (std::size_t c = 0; c < 3; ++c)
-        turned[c] += kDeg * std::fabs(angle[static_cast<Index>(c)]);
+        turned[c] += kDegPerRad * std::fabs(angle[static_cast<Index>(c)]);
     }
   }
   return turned;

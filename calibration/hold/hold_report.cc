@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/angle_unit.h"
 #include "calibration/effects/effect.h"
 #include "calibration/gls/statistics.h"
 #include "calibration/sensor/axis_split.h"
@@ -19,8 +19,6 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
-
-constexpr double kDeg = 180.0 / std::numbers::pi;
 
 Vector3 Plain(const Vector3d& v) { return {v[0], v[1], v[2]}; }
 
@@ -67,7 +65,8 @@ class Reporter {
     out_.unit = info.gyro_unit == GyroUnit::kLsb ? "LSB" : "deg/s";
     for (std::size_t c = 0; c < 3; ++c) {
       const double row = fit_.state.m.row(static_cast<Index>(c)).norm();
-      out_.units_per_deg_s[c] = (out_.sensitivity_given ? 1.0 : row) / (kDeg * fit_.state.unit);
+      out_.units_per_deg_s[c] =
+          (out_.sensitivity_given ? 1.0 : row) / (kDegPerRad * fit_.state.unit);
       factor_[static_cast<Index>(c)] = 1.0 / (fit_.state.unit * out_.units_per_deg_s[c]);
     }
   }
@@ -91,10 +90,10 @@ class Reporter {
 
   void FillMatrix() {
     for (Index i = 0; i < 3; ++i) {
-      m_.value.row(i) = factor_[i] / kDeg * fit_.state.m.row(i);
+      m_.value.row(i) = factor_[i] / kDegPerRad * fit_.state.m.row(i);
       for (Index k = 0; k < 3; ++k)
         m_.covariance.block<3, 3>(3 * i, 3 * k) =
-            factor_[i] * factor_[k] / (kDeg * kDeg) *
+            factor_[i] * factor_[k] / (kDegPerRad * kDegPerRad) *
             covariance_.block<3, 3>(kAtM + 3 * i, kAtM + 3 * k);
     }
     const MatrixWithCovariance a = InverseOver(
@@ -193,16 +192,16 @@ class Reporter {
 
   void FillNoise(const RestNoise& rests) {
     HoldNoiseResult& noise = out_.noise;
-    noise.angle_random_walk_deg_sqrt_s = kDeg * fit_.noise.angle_random_walk;
-    noise.rest_angle_random_walk_deg_sqrt_s = kDeg * rests.median_angle_random_walk;
-    noise.bias_random_walk_deg_s_sqrt_s = kDeg * fit_.noise.bias_random_walk;
+    noise.angle_random_walk_deg_sqrt_s = kDegPerRad * fit_.noise.angle_random_walk;
+    noise.rest_angle_random_walk_deg_sqrt_s = kDegPerRad * rests.median_angle_random_walk;
+    noise.bias_random_walk_deg_s_sqrt_s = kDegPerRad * fit_.noise.bias_random_walk;
     noise.accel_density_g_sqrt_s = fit_.noise.accel_density;
     noise.pose_scatter_g = fit_.noise.pose_scatter_g;
   }
 
   void FillRanges() {
     double fastest = 0.0;
-    const Matrix3d to_rate = kDeg * fit_.state.unit * fit_.state.m.inverse();
+    const Matrix3d to_rate = kDegPerRad * fit_.state.unit * fit_.state.m.inverse();
     for (const HoldRecording* recording : chain_.recordings) {
       for (const Epoch& epoch : recording->epochs) {
         if (epoch.usable)
@@ -236,7 +235,7 @@ class Reporter {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t j = (c + k) % 3;
       add(fmt::format("M_{}{}", "xyz"[c], "xyz"[j]), kAtM + 3 * i + static_cast<Index>(j),
-          factor_[i] / kDeg);
+          factor_[i] / kDegPerRad);
     }
     add("b_0", at_offset_ + i, factor_[i]);
     if (with_gravity) {

@@ -5,9 +5,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <span>
 
+#include "base/angle_unit.h"
 #include "base/median.h"
 
 namespace gyrobench::calibration {
@@ -210,7 +210,7 @@ std::optional<HoldState> StartState(const HeldChain& chain, const Vector3d& offs
   const AccelParameters accel = Sphere(chain);
   std::vector<HoldState> starts;
   if (units_per_deg_s) {
-    const double unit = std::numbers::pi / 180.0 / *units_per_deg_s;
+    const double unit = kRadPerDeg / *units_per_deg_s;
     starts.push_back(StateWith(chain, accel, offset, unit, Matrix3d::Identity()));
   }
   if (const std::optional<Matrix3d> a = RoughMatrix(chain, accel, offset)) {

@@ -22,9 +22,6 @@ namespace {
 using Row4 = Eigen::Vector4d;
 Row4 RowOf(const Pose& pose) { return (Row4() << pose.gravity_g, 1.0).finished(); }
 
-// Least mean square of a direction's gravity that counts as shown [g^2].
-constexpr double kLeastShare = 1e-4;
-
 struct ReferenceFit {
   std::array<SeenSolution, 3> axes;
   double chi_square = 0.0, freedom = 0.0;
@@ -43,7 +40,8 @@ ReferenceFit FitAt(std::span<const Pose> poses, double scatter_g2) {
   }
   ReferenceFit fit;
   for (std::size_t c = 0; c < 3; ++c) {
-    fit.axes[c] = SolveSeen(gram, right.col(static_cast<Eigen::Index>(c)), kLeastShare * weights);
+    fit.axes[c] =
+        SolveSeen(gram, right.col(static_cast<Eigen::Index>(c)), kLeastGravitySquare_g2 * weights);
     for (const Pose& pose : poses) {
       const double left =
           pose.accel_g[static_cast<Eigen::Index>(c)] - fit.axes[c].values.dot(RowOf(pose));

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
+
+#include "base/angle_unit.h"
+#include "calibration/signal/geometry.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -13,11 +15,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Matrix39 = Eigen::Matrix<double, 3, 9>;
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 // Volume that three unit vectors span, below which they do not span space.
 constexpr double kLeastVolume = 1e-3;
 constexpr double kGimbalLock = 1e-3;  // cosine of the mounting's middle angle
-constexpr std::array<std::array<Eigen::Index, 2>, 3> kPairs = {{{1, 2}, {2, 0}, {0, 1}}};
 
 Matrix3d SymmetricRoot(const Matrix3d& g) {
   return Eigen::SelfAdjointEigenSolver<Matrix3d>(g).operatorSqrt();
@@ -87,7 +87,7 @@ std::optional<AxisSplit> SplitAxes(const MatrixWithCovariance& m) {
   }
   split.scale_std_error = Errors(scale_slope, m.covariance);
   for (std::size_t k = 0; k < 3; ++k) {
-    const auto [i, j] = kPairs[k];
+    const auto [i, j] = kAxisPairs[k];
     const double sine = n.row(i).dot(n.row(j));
     split.non_orthogonality_deg[k] = std::asin(sine) * kDegPerRad;
     pair_slope.row(static_cast<Eigen::Index>(k)) =
@@ -109,7 +109,7 @@ std::optional<AxisSplit> SplitAxes(const MatrixWithCovariance& m) {
 Matrix3d Recompose(const AxisSplit& split) {
   Matrix3d g = Matrix3d::Identity(), r;
   for (std::size_t k = 0; k < 3; ++k) {
-    const auto [i, j] = kPairs[k];
+    const auto [i, j] = kAxisPairs[k];
     g(i, j) = g(j, i) = std::sin(split.non_orthogonality_deg[k] / kDegPerRad);
   }
   for (std::size_t i = 0; i < 3; ++i)

@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
+#include "base/angle_unit.h"
 #include "calibration/sensor/seen_solve.h"
+#include "calibration/signal/geometry.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -14,10 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 
-constexpr double kLeastShare = 1e-4;
 constexpr int kSteps = 20;
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-constexpr std::array<std::array<Eigen::Index, 2>, 3> kPairs = {{{1, 2}, {2, 0}, {0, 1}}};
 
 // scale, offset [g], non-orthogonality [rad]
 struct SizeOf {
@@ -28,7 +26,7 @@ struct SizeOf {
 SizeOf SizeAt(const Vector3d& accel_g, const Vector9& p) {
   Eigen::Matrix3d g = Eigen::Matrix3d::Identity();
   for (std::size_t k = 0; k < 3; ++k) {
-    const auto [i, j] = kPairs[k];
+    const auto [i, j] = kAxisPairs[k];
     g(i, j) = g(j, i) = std::sin(p[6 + static_cast<Eigen::Index>(k)]);
   }
   const Vector3d u = (accel_g - p.segment<3>(3)).cwiseQuotient(p.head<3>());
@@ -39,7 +37,7 @@ SizeOf SizeAt(const Vector3d& accel_g, const Vector9& p) {
   out.slope.head<3>() = -by_u.cwiseProduct(u).cwiseQuotient(p.head<3>());
   out.slope.segment<3>(3) = -by_u.cwiseQuotient(p.head<3>());
   for (std::size_t k = 0; k < 3; ++k) {
-    const auto [i, j] = kPairs[k];
+    const auto [i, j] = kAxisPairs[k];
     const auto at = 6 + static_cast<Eigen::Index>(k);
     out.slope[at] = -y[i] * y[j] * std::cos(p[at]) / out.size;
   }
@@ -68,7 +66,7 @@ Fit FitSize(std::span<const Pose> poses, double scatter_g2) {
       weights += weight;
       fit.chi_square += weight * std::pow(1.0 - at.size, 2);
     }
-    fit.last = SolveSeen(gram, right, kLeastShare * weights);
+    fit.last = SolveSeen(gram, right, kLeastGravitySquare_g2 * weights);
     fit.values += fit.last.values;
   }
   return fit;

@@ -20,9 +20,9 @@
 namespace gyrobench::calibration {
 namespace {
 
-using RowOf = std::array<const ChannelRow*, 3>;
+using ChannelRows = std::array<const ChannelRow*, 3>;
 
-void ListMissing(const RowOf& rows, std::vector<std::string>* missing) {
+void ListMissing(const ChannelRows& rows, std::vector<std::string>* missing) {
   std::vector<std::string> absent, unturned;
   for (std::size_t c = 0; c < 3; ++c)
     if (rows[c] == nullptr) absent.push_back(std::string(1, "xyz"[c]));
@@ -45,7 +45,7 @@ void ListMissing(const RowOf& rows, std::vector<std::string>* missing) {
   }
 }
 
-void FillMatrix(const RowOf& rows, VectorCalibration* out) {
+void FillMatrix(const ChannelRows& rows, VectorCalibration* out) {
   MatrixWithCovariance m;
   Eigen::Vector3d s0;
   ReferenceError reference;
@@ -93,7 +93,7 @@ void FillMatrix(const RowOf& rows, VectorCalibration* out) {
   }
 }
 
-void FillGravity(const RowOf& rows, VectorCalibration* out) {
+void FillGravity(const ChannelRows& rows, VectorCalibration* out) {
   GSensitivity g;
   std::map<std::string, std::string> axes_by_reason;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -122,7 +122,7 @@ struct Joint {
   std::map<std::string, Group> groups;
 };
 
-Joint Stack(const RowOf& rows) {
+Joint Stack(const ChannelRows& rows) {
   Joint joint;
   Eigen::Index total = 0;
   for (const ChannelRow* row : rows) total += row == nullptr ? 0 : row->values.size();
@@ -156,7 +156,7 @@ JointEstimate Kept(const JointEstimate& all, const std::vector<Eigen::Index>& ke
   return {all.values(kept), all.covariance(kept, kept), 0.0, 0};
 }
 
-void FillShared(const RowOf& rows, VectorCalibration* out) {
+void FillShared(const ChannelRows& rows, VectorCalibration* out) {
   const Joint joint = Stack(rows);
   std::vector<Eigen::Index> kept = joint.matrix;
   std::vector<std::vector<Eigen::Index>> groups;
@@ -187,7 +187,7 @@ void FillShared(const RowOf& rows, VectorCalibration* out) {
 
 VectorCalibration JoinChannels(std::span<const ChannelRow> rows) {
   VectorCalibration out;
-  RowOf by_channel = {};
+  ChannelRows by_channel = {};
   for (const ChannelRow& row : rows) {
     if (row.fitted) by_channel.at(row.channel) = &row;
     out.unit = row.unit;

@@ -6,6 +6,9 @@
 
 namespace gyrobench::calibration {
 
+// Mean square of a direction's gravity that counts as shown [g^2]: less is a hundredth of g.
+inline constexpr double kLeastGravitySquare_g2 = 1e-4;
+
 struct SeenSolution {
   Eigen::VectorXd values;      // what is not seen: 0
   Eigen::MatrixXd covariance;  // for weights that are inverse variances; of what is seen

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "calibration/signal/output_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -16,9 +17,7 @@ constexpr double kSameLevelDigits = 5.0;
 constexpr double kNoisyDigits = 2.5;    // three and more, whatever their rounding
 constexpr double kMotionDigits = 12.5;  // beyond this a window says nothing of the noise
 constexpr std::int64_t kLeastNoisy = 3;
-constexpr double kWildAcceleration_deg_s2 = 5000.0;
-constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity is not known
-constexpr std::size_t kMostRuns = 100'000;       // half a day of the shortest
+constexpr std::size_t kMostRuns = 100'000;  // half a day of the shortest
 
 bool SameOrBothMissing(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
@@ -42,10 +41,7 @@ int ChannelsOf(const GyroSample& sample) {
 void FreezeWatch::Start(const MeasurementInfo& info) {
   *this = {};
   info_ = info;
-  to_deg_s_ = info.gyro_unit == GyroUnit::kLsb
-                  ? 1.0 / info.gyro_units_per_deg_s.value_or(kDefaultUnitsPerDeg_s)
-              : info.gyro_unit == GyroUnit::kRadPerSecond ? 180.0 / std::numbers::pi
-                                                          : 1.0;
+  to_deg_s_ = 1.0 / RoughUnitsPerDeg_s(info);
   runs_.reserve(64);
   levels_.reserve(kLevels);
 }

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
+
+#include "base/angle_unit.h"
+#include "calibration/signal/output_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -18,8 +20,7 @@ constexpr double kShortestGap_s = 0.05;
 
 // Wild samples (see the class).
 constexpr double kWildBends = 8.0, kSmallWildBends = 40.0, kWildInQuietBends = 12.0;
-constexpr double kWildAcceleration_deg_s2 = 5000.0, kSmallWild_deg_s2 = 300.0,
-                 kLoneWild_deg_s2 = 100.0;
+constexpr double kSmallWild_deg_s2 = 300.0, kLoneWild_deg_s2 = 100.0;
 constexpr double kNeighboursAgree = 0.25, kQuietBends = 2.0;
 constexpr double kSmallWildApart_s = 5.0;
 constexpr double kMisalignment = 0.01;
@@ -27,7 +28,6 @@ constexpr double kMisalignment = 0.01;
 // motion of the measured data, each begun again at every seventh sample, is taken for one (test
 // HasNoWildSampleWhereverItBegins).
 constexpr std::int64_t kBendsForLargeWild = 8;
-constexpr double kDefaultUnitsPerDeg_s = 131.0;  // of counts whose sensitivity is not known
 // Beyond these a number is no measurement; squares of it would overflow.
 constexpr double kLargestOutput = 1e30;
 constexpr double kLatestTime_s = 1e11;
@@ -38,9 +38,9 @@ GyroStream::GyroStream() { bad_.reserve(64); }
 
 void GyroStream::Start(const MeasurementInfo& info) {
   info_ = info;
-  to_output_ = info.gyro_unit == GyroUnit::kRadPerSecond ? 180.0 / std::numbers::pi : 1.0;
+  to_output_ = info.gyro_unit == GyroUnit::kRadPerSecond ? kDegPerRad : 1.0;
   const bool counts = info.gyro_unit == GyroUnit::kLsb;
-  per_deg_s_ = counts ? info.gyro_units_per_deg_s.value_or(kDefaultUnitsPerDeg_s) : 1.0;
+  per_deg_s_ = counts ? RoughUnitsPerDeg_s(info) : 1.0;
   digit_ = counts ? 2.0 : 0.02;
   saturation_.Start(info);
   freeze_.Start(info);

@@ -1,6 +1,14 @@
 #include "calibration/signal/output_unit.h"
 
+#include "base/angle_unit.h"
+
 namespace gyrobench::calibration {
+namespace {
+
+// LSB per deg/s of 250 deg/s in 16 bits (MPU-6050 data sheet 3.4, section 6.1).
+constexpr double kUsualUnitsPerDeg_s = 131.0;
+
+}  // namespace
 
 std::string OutputUnit(const MeasurementInfo& info) {
   return info.gyro_unit == GyroUnit::kLsb ? "LSB" : "deg/s";
@@ -10,6 +18,18 @@ double NominalUnitsPerDegPerS(const MeasurementInfo& info) {
   if (info.gyro_unit != GyroUnit::kLsb) return 1.0;
   const double nominal = info.gyro_units_per_deg_s.value_or(kMissing);
   return nominal > 0 ? nominal : kMissing;
+}
+
+double RoughUnitsPerDeg_s(const MeasurementInfo& info) {
+  switch (info.gyro_unit) {
+    case GyroUnit::kLsb:
+      return info.gyro_units_per_deg_s.value_or(kUsualUnitsPerDeg_s);
+    case GyroUnit::kRadPerSecond:
+      return kRadPerDeg;
+    case GyroUnit::kDegPerSecond:
+      break;
+  }
+  return 1.0;
 }
 
 }  // namespace gyrobench::calibration

@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "base/angle_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
 
-constexpr double kRadians = std::numbers::pi / 180.0;
-
 // Of the slope of the angle over `range_deg`, per unit of an error's amplitude in deg.
 double EccentricityShare(double range_deg) {
   if (!(range_deg > 0.0)) return 0.0;
-  const double chord = 2.0 * std::sin(0.5 * std::min(range_deg, 180.0) * kRadians);
+  const double chord = 2.0 * std::sin(0.5 * std::min(range_deg, 180.0) * kRadPerDeg);
   return chord / (std::sqrt(6.0) * range_deg);
 }
 
@@ -39,7 +38,7 @@ ReferenceError MakeReferenceError(const ReferenceUncertainty& uncertainty,
   ReferenceError error;
   error.said = uncertainty.said();
   error.common = uncertainty.scale.value_or(0.0);
-  const double tilt = uncertainty.alignment_deg.value_or(0.0) * kRadians;
+  const double tilt = uncertainty.alignment_deg.value_or(0.0) * kRadPerDeg;
   error.across = tilt / std::sqrt(6.0);
   for (std::size_t c = 0; c < 3; ++c) {
     error.own[c] =

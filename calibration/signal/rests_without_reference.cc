@@ -32,7 +32,7 @@ Handled Watch(std::vector<double> value, double least) {
 
 constexpr double kLeastRateChange_deg_s = 0.3;
 constexpr double kLeastAccelChange_g = 0.01;
-constexpr double kShortestRest_s = 2.0;
+constexpr double kShortestStretch_s = 2.0;
 constexpr std::size_t kMargin = 5;  // nodes on each side of a stretch at rest
 
 }  // namespace
@@ -65,7 +65,7 @@ std::vector<Rest> RestsWithoutReference(const MeasurementInfo& info, const Colum
   std::size_t begin = 0;
   auto close = [&](std::size_t end) {
     if (end > begin + 2 * kMargin + 1 &&
-        nodes[end - 1 - kMargin].at.t_s - nodes[begin + kMargin].at.t_s >= kShortestRest_s) {
+        nodes[end - 1 - kMargin].at.t_s - nodes[begin + kMargin].at.t_s >= kShortestStretch_s) {
       add(begin + kMargin, end - 1 - kMargin);
     }
   };

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/angle_unit.h"
 #include "calibration/state/trail_parts.h"
 
 namespace gyrobench::calibration {
@@ -25,7 +25,7 @@ Vector3 Between(const Vector3& a, const Vector3& b, double part) {
 
 // v, given in the frame at angle 0 about axis `axis`, in the frame turned by the angle.
 Vector3 TurnedBack(const Vector3& v, std::size_t axis, double angle_deg) {
-  const double angle = angle_deg * std::numbers::pi / 180.0;
+  const double angle = angle_deg * kRadPerDeg;
   const std::size_t i = (axis + 1) % 3, j = (axis + 2) % 3;
   Vector3 out = v;
   out[i] = std::cos(angle) * v[i] + std::sin(angle) * v[j];
@@ -97,8 +97,7 @@ void CompareWithAccelerometer(const std::vector<Node>& nodes, Trail* trail) {
     count += 1.0;
   }
   if (count < 10.0) return;
-  const double off_deg =
-      std::acos(std::clamp(product / count, -1.0, 1.0)) * 180.0 / std::numbers::pi;
+  const double off_deg = std::acos(std::clamp(product / count, -1.0, 1.0)) * kDegPerRad;
   if (!(off_deg >= kAccelDisagrees_deg)) return;
   trail->remarks.push_back(fmt::format(
       "the accelerometer points {:.0f} deg away from the gravity that the reference says: check "

@@ -9,7 +9,7 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr std::size_t kNone = 3;  // of the table's axes
+constexpr std::size_t kNoAxis = 3;  // of the table's
 
 class TableWays {
  public:
@@ -121,25 +121,25 @@ class TableWays {
 
   // Of each node: the axis that turns there or, before the next rest, after it.
   std::vector<std::size_t> NextToTurn() const {
-    std::vector<std::size_t> next(nodes_.size(), kNone);
+    std::vector<std::size_t> next(nodes_.size(), kNoAxis);
     for (std::size_t k = nodes_.size(); k-- > 1;) {
       if (k + 1 < nodes_.size() && !trail_.still[k]) next[k] = next[k + 1];
-      if (const std::size_t axis = MostTurned(k); axis != kNone) next[k] = axis;
+      if (const std::size_t axis = MostTurned(k); axis != kNoAxis) next[k] = axis;
     }
     return next;
   }
   // The axis that turns there or, after the last rest, did before.
   std::vector<std::size_t> LastToTurn() const {
-    std::vector<std::size_t> last(nodes_.size(), kNone);
+    std::vector<std::size_t> last(nodes_.size(), kNoAxis);
     for (std::size_t k = 1; k < nodes_.size(); ++k) {
       if (!trail_.still[k - 1]) last[k] = last[k - 1];
-      if (const std::size_t axis = MostTurned(k); axis != kNone) last[k] = axis;
+      if (const std::size_t axis = MostTurned(k); axis != kNoAxis) last[k] = axis;
     }
     return last;
   }
   // Of the axes whose readings say that they turned up to node k.
   std::size_t MostTurned(std::size_t k) const {
-    std::size_t axis = kNone;
+    std::size_t axis = kNoAxis;
     double most = std::max(kLeastMotion_deg_s, RateNoise(trail_, k - 1));
     for (std::size_t a = 0; a < 3; ++a) {
       const double rate = std::fabs(trail_.nodes[k].table_rate_deg_s[a]);

@@ -1,7 +1,7 @@
 #include "calibration/trace/angle_windows.h"
 
-#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/measurement.h"
 
@@ -9,6 +9,31 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kWindow_s = 10.0;
+constexpr Eigen::Index kLeastRows = 10;  // of a window whose error counts
+
+// each(begin, end) of the windows of rows, one after the other. A break ends one.
+template <typename Each>
+void ForEachWindow(const ChannelProblem& problem, Eigen::Index begin, Eigen::Index end,
+                   Each&& each) {
+  Eigen::Index first = begin;
+  for (Eigen::Index i = begin; i < end; ++i) {
+    const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
+    const bool broken = interval.gap_before_s > 0 || interval.new_reference ||
+                        (i > begin && problem.begin_s(i) < problem.begin_s(i - 1));
+    if (i == first || !(broken || problem.end_s(i) - problem.begin_s(first) > kWindow_s)) continue;
+    each(first, i);
+    first = i;
+  }
+  if (end > first) each(first, end);
+}
+
+// The angle error in a window: increments summed up, the mean removed.
+Eigen::VectorXd AngleErrorIn(const Eigen::VectorXd& increments_deg, Eigen::Index begin,
+                             Eigen::Index end) {
+  Eigen::VectorXd angle = increments_deg.segment(begin, end - begin);
+  std::partial_sum(angle.begin(), angle.end(), angle.begin());
+  return angle.array() - angle.mean();
+}
 
 }  // namespace
 
@@ -29,28 +54,19 @@ void Windows::Append(const Windows& others) {
 Windows AngleWindows(const ChannelProblem& problem, const Eigen::VectorXd& residual_deg,
                      Eigen::Index begin, Eigen::Index end) {
   Windows out;
-  double sum = 0.0, square = 0.0, n = 0.0, angle = 0.0, window_begin = 0.0;
-  auto close = [&] {
-    if (n >= 10.0) {
-      out.square.push_back(std::max(square - sum * sum / n, 0.0));
-      out.count.push_back(n);
-    }
-    sum = square = n = angle = 0.0;
-  };
-  for (Eigen::Index i = begin; i < end; ++i) {
-    const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
-    const bool broken = interval.gap_before_s > 0 || interval.new_reference ||
-                        (i > begin && problem.begin_s(i) < problem.begin_s(i - 1));
-    if (i == begin || broken || problem.end_s(i) - window_begin > kWindow_s) {
-      close();
-      window_begin = problem.begin_s(i);
-    }
-    angle += residual_deg(i);
-    sum += angle;
-    square += angle * angle;
-    n += 1.0;
-  }
-  close();
+  ForEachWindow(problem, begin, end, [&](Eigen::Index from, Eigen::Index to) {
+    if (to - from < kLeastRows) return;
+    out.square.push_back(AngleErrorIn(residual_deg, from, to).squaredNorm());
+    out.count.push_back(static_cast<double>(to - from));
+  });
+  return out;
+}
+
+Eigen::VectorXd AngleErrors(const ChannelProblem& problem, const Eigen::VectorXd& residual_deg) {
+  Eigen::VectorXd out(problem.rows());
+  ForEachWindow(problem, 0, problem.rows(), [&](Eigen::Index from, Eigen::Index to) {
+    out.segment(from, to - from) = AngleErrorIn(residual_deg, from, to);
+  });
   return out;
 }
 

@@ -17,5 +17,7 @@ struct Windows {
 };
 Windows AngleWindows(const ChannelProblem& problem, const Eigen::VectorXd& residual_deg,
                      Eigen::Index begin, Eigen::Index end);
+// The angle error [deg] at the end of every row, in the same windows.
+Eigen::VectorXd AngleErrors(const ChannelProblem& problem, const Eigen::VectorXd& residual_deg);
 
 }  // namespace gyrobench::calibration

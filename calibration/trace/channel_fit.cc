@@ -11,7 +11,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr double kLeastScale = 1e-3;
 constexpr double kSlopeStep = 1e-4;  // of a parameter's range
 
 // d(columns c) / d theta of each non-linear parameter: rows x parameters.
@@ -52,7 +51,7 @@ void StateInReferenceScale(const ChannelProblem& problem, const Baseline& baseli
   const auto own = std::find(baseline.turned.begin(), baseline.turned.end(), problem.channel());
   if (own == baseline.turned.end()) return;
   const double m = fit->linear(own - baseline.turned.begin());
-  if (std::fabs(m) < kLeastScale) return;
+  if (std::fabs(m) < kLeastScaleFactor) return;
   for (std::size_t i = 0; i < selection.members().size(); ++i) {
     const Candidate& member = selection.members()[i];
     if (member.effect == nullptr || member.effect->domain != EffectDomain::kAngle) continue;

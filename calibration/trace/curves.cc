@@ -10,13 +10,13 @@
 #include <unsupported/Eigen/FFT>
 
 #include "calibration/effects/factor.h"
+#include "calibration/trace/angle_windows.h"
 
 namespace gyrobench::calibration {
 namespace {
 
 constexpr std::size_t kMostPoints = 1500;
 constexpr std::size_t kBins = 40;
-constexpr double kWindow_s = 10.0;
 
 // Residual increments of the fit on part of its columns, best for that part.
 struct Residuals {
@@ -32,30 +32,6 @@ Residuals MakeResiduals(const ChannelProblem& problem, const ChannelFit& fit,
   out.white_before = fit.white_output - fit.white.leftCols(count) * base;
   out.raw_after = problem.output_deg() - fit.raw * fit.linear;
   out.white_after = fit.WhiteResidual();
-  return out;
-}
-
-// The angle error along time: increments summed up, the mean of each window of 10 s removed.
-Eigen::VectorXd AngleErrors(const ChannelProblem& problem, const Eigen::VectorXd& increments) {
-  Eigen::VectorXd out(problem.rows());
-  Eigen::Index begin = 0;
-  double angle = 0.0;
-  auto close = [&](Eigen::Index end) {
-    if (end > begin)
-      out.segment(begin, end - begin).array() -= out.segment(begin, end - begin).mean();
-    begin = end;
-    angle = 0.0;
-  };
-  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
-    if (interval.gap_before_s > 0 || problem.end_s(i) < problem.begin_s(begin) ||
-        problem.end_s(i) - problem.begin_s(begin) > kWindow_s) {
-      close(i);
-    }
-    angle += increments(i);
-    out(i) = angle;
-  }
-  close(problem.rows());
   return out;
 }
 

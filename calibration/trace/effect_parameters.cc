@@ -1,8 +1,8 @@
 #include "calibration/trace/effect_parameters.h"
 
 #include <cmath>
-#include <numbers>
 
+#include "base/angle_unit.h"
 #include "calibration/effects/factor.h"
 
 namespace gyrobench::calibration {
@@ -16,10 +16,9 @@ std::vector<ModelParameter> AmplitudeAndPhase(const ChannelFit& fit, Eigen::Inde
   const Eigen::Vector2d radial(s / a, c / a), around(-c / a, s / a);
   const Eigen::Matrix2d covariance = fit.covariance.block<2, 2>(j, j);
   const double bound = std::sqrt(radial.dot(covariance * radial));
-  const double turn = std::sqrt(around.dot(covariance * around)) / a * 180.0 / std::numbers::pi;
-  return {
-      {"amplitude" + suffix, a, unit, bound * grow, bound},
-      {"phase" + suffix, std::atan2(c, s) * 180.0 / std::numbers::pi, "deg", turn * grow, turn}};
+  const double turn = std::sqrt(around.dot(covariance * around)) / a * kDegPerRad;
+  return {{"amplitude" + suffix, a, unit, bound * grow, bound},
+          {"phase" + suffix, std::atan2(c, s) * kDegPerRad, "deg", turn * grow, turn}};
 }
 
 // A channel that is blind to the sine or the cosine knows neither amplitude nor phase, only the

@@ -1,11 +1,9 @@
 #include "calibration/trace/felt_axes.h"
 
-#include <numbers>
+#include "base/angle_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 Vector3 Column(const Matrix3& m, std::size_t a) { return {m[0][a], m[1][a], m[2][a]}; }
 

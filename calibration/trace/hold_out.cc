@@ -15,8 +15,6 @@ constexpr std::size_t kFolds = 10, kRunsToHoldOut = 3;
 // constant of their own; and a tenth where they know more of something than the others do, as of a
 // resonance that is passed once: by the others alone they would be met by an extrapolation.
 constexpr double kWeight = 1e-3, kWeightOfThoseWhoKnow = 0.1;
-// A variance that grows by more when a measurement is held out: that one alone knew.
-constexpr double kLostSight = 4.0;
 
 // A model on part of the rows, applied to another part. Non-linear parameters move along their
 // slopes: they are trained like the others.

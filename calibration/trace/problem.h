@@ -38,6 +38,10 @@ struct Baseline {
   Baseline Part(const std::vector<Eigen::Index>& rows) const;
 };
 
+// A channel that shows less of a table's rate than this has no scale factor that angles could be
+// divided by.
+inline constexpr double kLeastScaleFactor = 1e-3;
+
 class ChannelProblem {
  public:
   // `trails` must outlive the problem. `units_per_deg_s`: s0.

@@ -15,9 +15,9 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kLevel = 0.01;
-constexpr int kBins = 12;
+constexpr int kLevels = 12;
 constexpr Eigen::Index kLags = kCorrelatedBlocks;
-constexpr Eigen::Index kLeastRows = 200;
+constexpr Eigen::Index kLeastTestedRows = 200;
 
 // What explains less of the residual's square than this is no matter for a user, however
 // significant: with many samples the last imperfection of sampling shows.
@@ -94,11 +94,11 @@ Test Dependence(const ChannelProblem& problem, const ChannelFit& fit, const Eige
     const double x = value(i);
     if (std::isfinite(x)) order.emplace_back(x, i);
   }
-  if (order.size() < 20 * kBins) return test;
+  if (order.size() < 20 * kLevels) return test;
   std::sort(order.begin(), order.end());
-  Eigen::MatrixXd bins = Eigen::MatrixXd::Zero(problem.rows(), kBins);
+  Eigen::MatrixXd bins = Eigen::MatrixXd::Zero(problem.rows(), kLevels);
   for (std::size_t k = 0; k < order.size(); ++k)
-    bins(order[k].second, static_cast<Eigen::Index>(k * kBins / order.size())) = 1.0;
+    bins(order[k].second, static_cast<Eigen::Index>(k * kLevels / order.size())) = 1.0;
   // The columns that were fitted can hide a part of it.
   const Eigen::MatrixXd shared = fit.white.transpose() * bins;
   const Eigen::VectorXd scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -111,19 +111,19 @@ Test Dependence(const ChannelProblem& problem, const ChannelFit& fit, const Eige
   information.diagonal().array() += 1e-6 * information.diagonal().array().abs() + 1e-6;
   const Eigen::VectorXd score = bins.transpose() * residual;
   const double q = score.dot(information.ldlt().solve(score));
-  test.log_p = LogPOf(q, kBins, static_cast<double>(problem.rows()));
+  test.log_p = LogPOf(q, kLevels, static_cast<double>(problem.rows()));
   Eigen::Index bin = 0;
   const Eigen::VectorXd z = score.cwiseQuotient(information.diagonal().cwiseMax(1e-3).cwiseSqrt());
   z.cwiseAbs().maxCoeff(&bin);
   const auto middle = static_cast<std::size_t>(
-      (2 * bin + 1) * static_cast<Eigen::Index>(order.size()) / (2 * kBins));
+      (2 * bin + 1) * static_cast<Eigen::Index>(order.size()) / (2 * kLevels));
   test.finding.says =
       fmt::format("the residual depends on {}, most around {:.4g}", name, order[middle].first);
   return test;
 }
 
 // A table at rest, or turned about the vertical: what is left of a change is the error of its tilt.
-constexpr double kLeastGravityRange_g = 0.02;
+constexpr double kLeastTestedGravity_g = 0.02;
 
 // Whether the size of the residual follows the angular acceleration.
 Test Variance(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
@@ -169,7 +169,7 @@ bool WhitenessIsTested(const ChannelProblem& problem, Eigen::Index block) {
 ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const ChannelFit& fit,
                                     const std::vector<std::string>& covariates) {
   ChannelTrace::Remaining out;
-  if (problem.rows() < kLeastRows) return out;
+  if (problem.rows() < kLeastTestedRows) return out;
   const Eigen::VectorXd residual = fit.WhiteResidual();
   const bool rounds = problem.rounding_deg() > 0.0;
   std::vector<Test> tests;
@@ -193,7 +193,7 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
     return point.still ? kMissing : step * std::round(point.rate_deg_s[c] / step);
   });
   for (std::size_t a = 0; a < 3; ++a) {
-    if (!(problem.gravity_range_g()[a] > kLeastGravityRange_g)) continue;
+    if (!(problem.gravity_range_g()[a] > kLeastTestedGravity_g)) continue;
     depends(fmt::format("gravity along {} [g]", "xyz"[a]),
             [&, a](Eigen::Index i) { return problem.half(i, 0).gravity_g[a]; });
   }

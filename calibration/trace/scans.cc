@@ -4,10 +4,10 @@
 #include <cmath>
 #include <complex>
 #include <limits>
-#include <numbers>
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
+#include "base/angle_unit.h"
 #include "base/median.h"
 #include "calibration/effects/basis.h"
 #include "calibration/gls/likelihood.h"
@@ -244,7 +244,7 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
 int MostPeriods(const ChannelProblem& problem, std::size_t axis) {
   constexpr double kLargestError_rad = 0.25;
   if (problem.rounding_deg() > 0.0) return 0;
-  const double most = kLargestError_rad * 180.0 / std::numbers::pi / problem.angle_error_deg(axis);
+  const double most = kLargestError_rad * kDegPerRad / problem.angle_error_deg(axis);
   return most < kMostPeriods ? static_cast<int>(most) : kMostPeriods;
 }
 

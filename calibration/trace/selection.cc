@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <utility>
 
+#include "base/angle_unit.h"
 #include "calibration/gls/likelihood.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/refine.h"
@@ -21,7 +21,6 @@ constexpr double kImplausible = 10.0;
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 // Standard errors beyond which a coefficient is above a limit.
 constexpr double kSure = 4.0;
-constexpr double kLeastScale = 1e-3;
 
 // Columns of the store, with some for what scans and refinement add.
 Eigen::Index RoomFor(const Baseline& baseline, const CandidateSet& candidates) {
@@ -44,7 +43,7 @@ bool AtTheEndOfItsRange(const Candidate& ripple) {
 // of e sin(k (phi + e)) is a wave of the size k e^2. The angle is known better than by one reading
 // where the gyro carries it: so much it is at most.
 double LeastRipple_deg(const ChannelProblem& problem, const Candidate& ripple) {
-  constexpr double kClearly = 3.0, kRadPerDeg = std::numbers::pi / 180.0;
+  constexpr double kClearly = 3.0;
   const double error_deg = problem.angle_error_deg(ripple.context.table_axis);
   return kClearly * ripple.context.nonlinear[0] * error_deg * error_deg * kRadPerDeg;
 }
@@ -108,7 +107,7 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   for (const WhiteStore::Columns& cells : cells_) store_.MultiplyEachOther(cells);
   if (!baseline.turned.empty() && baseline.turned.front() == problem.channel()) {
     const double scale = store_.Solve(base_)(0);
-    if (std::fabs(scale) > kLeastScale) own_scale_ = scale;
+    if (std::fabs(scale) > kLeastScaleFactor) own_scale_ = scale;
   }
   std::erase_if(pool_, [&](const Candidate& candidate) {
     if (Visible(candidate)) return false;

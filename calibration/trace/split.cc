@@ -13,9 +13,7 @@ constexpr double kLeastBlock_s = 20.0, kMostBlocks = 100.0;
 constexpr double kFirstShare = 0.6;
 // Of a block: what is left of a power-on and shorter joins the block before.
 constexpr double kLeastTail = 0.5;
-constexpr Eigen::Index kLeastRows = 100;
-// A variance that grows by more without some rows: they alone knew.
-constexpr double kLostSight = 4.0;
+constexpr Eigen::Index kLeastForecastRows = 100;
 // A forecast knows less of what goes on growing, as a power of the temperature; beyond this it
 // knows nothing.
 constexpr double kBlind = 1000.0;
@@ -137,7 +135,7 @@ std::optional<Split> EveryThirdBlock(const ChannelProblem& problem, const Baseli
 }
 
 std::optional<Split> FirstPart(const ChannelProblem& problem, const Baseline& baseline) {
-  if (problem.run_begins().size() != 1 || problem.rows() < kLeastRows) return std::nullopt;
+  if (problem.run_begins().size() != 1 || problem.rows() < kLeastForecastRows) return std::nullopt;
   const double first_s = problem.begin_s(0), last_s = problem.end_s(problem.rows() - 1);
   Eigen::Index split = 0;
   while (problem.end_s(split) < first_s + kFirstShare * (last_s - first_s)) ++split;

@@ -16,6 +16,9 @@ struct RowRange {
 };
 using RowRanges = std::vector<RowRange>;
 
+// A variance that grows by more than this without some rows: they alone knew.
+inline constexpr double kLostSight = 4.0;
+
 struct Split {
   std::vector<Eigen::Index> training;  // in order
   RowRanges rest;                      // all other rows

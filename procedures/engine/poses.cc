@@ -13,7 +13,7 @@ using kinematics::StandAxis;
 using kinematics::Vector3;
 
 // What the stops and readings of a table scatter by, with some to spare.
-constexpr double kThere_deg = 0.1;
+constexpr double kSamePose_deg = 0.1;
 constexpr StandAxis kAxes[] = {StandAxis::kOuter, StandAxis::kMiddle, StandAxis::kInner};
 
 // "+x-y" as (1, -1, 0); nothing where the text is no direction.
@@ -87,7 +87,7 @@ void TakePose(Bench& bench, const kinematics::Pose& pose, double rate_deg_s) {
                                           [&](StandAxis a) { return facts.name == Name(a); });
     if (axis == std::end(kAxes)) continue;
     const double way_deg = pose.angles_deg[static_cast<std::size_t>(*axis)] - facts.angle_deg;
-    if (std::abs(way_deg) < kThere_deg) continue;
+    if (std::abs(way_deg) < kSamePose_deg) continue;
     const double rate =
         rate_deg_s > 0.0 ? std::min(rate_deg_s, facts.max_rate_deg_s) : 0.5 * facts.max_rate_deg_s;
     bench.SafePoint();

@@ -5,7 +5,7 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr const char* kId = "bias.earth_rate";
+constexpr const char* kEarthRate = "bias.earth_rate";
 
 // w_north on world x and y (headings are not known here), w_up on z; nothing where it is in the
 // rates.
@@ -27,7 +27,7 @@ class EarthBasis final : public ChannelBasis {
 }  // namespace
 
 Effect BiasEarthRate() {
-  return {.id = kId,
+  return {.id = kEarthRate,
           .equation = "w_E in the sensor's frame",
           .cause = "Earth's rotation, where the site's latitude is not configured",
           .looks_like =
@@ -45,7 +45,7 @@ Effect BiasEarthRate() {
 }
 
 const Effect& EarthRotationEffect() {
-  static const Effect& effect = *FindEffect(kId);
+  static const Effect& effect = *FindEffect(kEarthRate);
   return effect;
 }
 

@@ -5,7 +5,7 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr const char* kId = "bias.g_linear";
+constexpr const char* kGLinear = "bias.g_linear";
 
 class GravityBasis final : public ChannelBasis {
  public:
@@ -18,7 +18,7 @@ class GravityBasis final : public ChannelBasis {
 }  // namespace
 
 Effect BiasGLinear() {
-  return {.id = kId,
+  return {.id = kGLinear,
           .equation = "k . g",
           .cause = "mass unbalance of the element, shift of its quadrature error",
           .looks_like =
@@ -37,7 +37,7 @@ Effect BiasGLinear() {
 }
 
 const Effect& GSensitivityEffect() {
-  static const Effect& effect = *FindEffect(kId);
+  static const Effect& effect = *FindEffect(kGLinear);
   return effect;
 }
 
