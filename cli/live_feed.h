@@ -7,16 +7,7 @@
 #include <string>
 #include <variant>
 
-#include "gyrobench/angle_t.hpp"
-#include "gyrobench/axes_t.hpp"
-#include "gyrobench/bias_result_t.hpp"
-#include "gyrobench/fault_t.hpp"
-#include "gyrobench/gyro_t.hpp"
-#include "gyrobench/model_result_t.hpp"
-#include "gyrobench/run_t.hpp"
-#include "gyrobench/scale_result_t.hpp"
-#include "gyrobench/status_t.hpp"
-#include "gyrobench/trace_result_t.hpp"
+#include "gyrobench/reflection.hpp"
 
 namespace gyrobench::cli {
 
@@ -26,13 +17,18 @@ struct Undecoded {
   std::string why;
 };
 
+template <typename AnyMessage>
+struct OrUndecoded;
+template <typename... Message>
+struct OrUndecoded<std::variant<Message...>> {
+  using Type = std::variant<Undecoded, Message...>;
+};
+
 struct LiveMessage {
   std::string channel;     // without prefix: "SCALE_RESULT"
   std::int64_t lost = 0;   // messages of this channel missing right before this one
   bool restarted = false;  // numbers began anew: the daemon was restarted
-  std::variant<status_t, run_t, bias_result_t, scale_result_t, model_result_t, trace_result_t,
-               fault_t, gyro_t, angle_t, axes_t, Undecoded>
-      body;
+  OrUndecoded<AnyMessage>::Type body;
 };
 
 // Subscribes to all channels of a prefix. For one thread.

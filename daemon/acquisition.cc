@@ -7,6 +7,8 @@
 
 #include "base/error.h"
 #include "daemon/gyro_message.h"
+#include "gyrobench/angle_t.hpp"
+#include "gyrobench/axes_t.hpp"
 
 namespace gyrobench::daemon {
 namespace {
@@ -295,7 +297,7 @@ MeasurementInfo Acquisition::Info() const {
   const SensorView sensor = Sensor();
   const drivers::GyroIdentity& identity = sensor.identity;
   MeasurementInfo info;
-  info.gyro_unit = GyroUnit::kLsb;
+  info.gyro_unit = RateUnit::kLsb;
   info.gyro_present = info.accel_present = {true, true, true};
   info.temperature_present = true;
   info.gyro_units_per_deg_s = identity.gyro_lsb_per_deg_s;

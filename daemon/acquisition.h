@@ -23,6 +23,7 @@
 #include "drivers/axis.h"
 #include "drivers/device_maker.h"
 #include "drivers/gyro.h"
+#include "gyrobench/gyro_t.hpp"
 
 namespace gyrobench::daemon {
 

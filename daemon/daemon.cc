@@ -19,6 +19,7 @@
 #include "daemon/status_publisher.h"
 #include "daemon/telemetry.h"
 #include "drivers/modbus_devices.h"
+#include "gyrobench/fault_t.hpp"
 
 namespace gyrobench::daemon {
 namespace {

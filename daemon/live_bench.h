@@ -18,6 +18,7 @@
 #include "daemon/run_control.h"
 #include "daemon/segment_analysis.h"
 #include "daemon/telemetry.h"
+#include "gyrobench/run_t.hpp"
 #include "procedures/engine/bench.h"
 
 namespace gyrobench::daemon {

@@ -15,6 +15,7 @@
 #include "daemon/axis_facts.h"
 #include "daemon/run_record.h"
 #include "daemon/run_trace.h"
+#include "gyrobench/run_t.hpp"
 #include "procedures/engine/engine.h"
 #include "recording/run_directory.h"
 

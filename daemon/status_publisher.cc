@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "base/version.h"
+#include "gyrobench/status_t.hpp"
 
 namespace gyrobench::daemon {
 

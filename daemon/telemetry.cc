@@ -8,6 +8,7 @@
 #include "calibration/estimators/analyzer.h"
 #include "daemon/model_message.h"
 #include "daemon/result_messages.h"
+#include "gyrobench/reflection.hpp"
 #include "recording/event_log.h"
 #include "recording/message_decoder.h"
 
@@ -26,7 +27,9 @@ struct Telemetry::Run {
 
 Telemetry::Telemetry(LcmPublisher& publisher,
                      std::function<void(const std::string&)> on_record_failure)
-    : publisher_(publisher), on_record_failure_(std::move(on_record_failure)) {}
+    : publisher_(publisher),
+      on_record_failure_(std::move(on_record_failure)),
+      seq_(std::variant_size_v<AnyMessage>, 0) {}
 
 Telemetry::~Telemetry() = default;
 
@@ -90,9 +93,10 @@ void Telemetry::Record(std::string_view suffix, Utime utime, std::size_t size) {
 
 // With mutex_ held.
 template <typename Message>
-void Telemetry::Emit(std::string_view suffix, std::int64_t& seq, Message& message) {
+void Telemetry::Emit(Message& message) {
+  constexpr std::string_view kSuffix = Reflection<Message>::kSuffix;
   message.run_id = run_id_;
-  message.seq = seq++;
+  message.seq = seq_[Reflection<Message>::kIndex]++;
   const int size = message.getEncodedSize();
   if (buffer_.size() < static_cast<std::size_t>(size)) {
     buffer_.resize(static_cast<std::size_t>(size));
@@ -100,43 +104,24 @@ void Telemetry::Emit(std::string_view suffix, std::int64_t& seq, Message& messag
   message.encode(buffer_.data(), 0, size);
   constexpr bool kIsSample = std::is_same_v<Message, gyro_t> || std::is_same_v<Message, angle_t>;
   if (run_ && run_->failure.empty() && (run_->measuring || !kIsSample)) {
-    Record(suffix, message.utime, static_cast<std::size_t>(size));
+    Record(kSuffix, message.utime, static_cast<std::size_t>(size));
   }
-  publisher_.Publish(suffix, buffer_.data(), static_cast<std::size_t>(size));
+  publisher_.Publish(kSuffix, buffer_.data(), static_cast<std::size_t>(size));
 }
 
-void Telemetry::Send(gyro_t& message) {
+template <typename Message>
+void Telemetry::Send(Message& message) {
   const std::lock_guard lock(mutex_);
-  Emit("_GYRO", seq_.gyro, message);
-  if (Measures()) run_->decoder.Gyro(message);
+  Emit(message);
+  if (!Measures()) return;
+  if constexpr (std::is_same_v<Message, gyro_t>) run_->decoder.Gyro(message);
+  if constexpr (std::is_same_v<Message, angle_t>) run_->decoder.Angle(message);
+  if constexpr (std::is_same_v<Message, run_t>) run_->decoder.Run(message);
 }
 
-void Telemetry::Send(angle_t& message) {
-  const std::lock_guard lock(mutex_);
-  Emit("_ANGLE", seq_.angle, message);
-  if (Measures()) run_->decoder.Angle(message);
-}
-
-void Telemetry::Send(axes_t& message) {
-  const std::lock_guard lock(mutex_);
-  Emit("_AXES", seq_.axes, message);
-}
-
-void Telemetry::Send(status_t& message) {
-  const std::lock_guard lock(mutex_);
-  Emit("_STATUS", seq_.status, message);
-}
-
-void Telemetry::Send(run_t& message) {
-  const std::lock_guard lock(mutex_);
-  Emit("_RUN", seq_.run, message);
-  if (Measures()) run_->decoder.Run(message);
-}
-
-void Telemetry::Send(fault_t& message) {
-  const std::lock_guard lock(mutex_);
-  Emit("_FAULT", seq_.fault, message);
-}
+#define GYROBENCH_INSTANTIATE(Message) template void Telemetry::Send(Message&);
+GYROBENCH_FOR_EACH_MESSAGE(GYROBENCH_INSTANTIATE)
+#undef GYROBENCH_INSTANTIATE
 
 void Telemetry::SendResults(const calibration::AnalysisResult& results, Utime utime, bool final) {
   const std::lock_guard lock(mutex_);
@@ -144,13 +129,13 @@ void Telemetry::SendResults(const calibration::AnalysisResult& results, Utime ut
     bias_result_t message = ToMessage(bias);
     message.utime = utime;
     message.final = final;
-    Emit("_BIAS_RESULT", seq_.bias, message);
+    Emit(message);
   }
   for (const calibration::ScaleResult& scale : results.scale) {
     scale_result_t message = ToMessage(scale);
     message.utime = utime;
     message.final = final;
-    Emit("_SCALE_RESULT", seq_.scale, message);
+    Emit(message);
   }
 }
 
@@ -160,7 +145,7 @@ void Telemetry::SendTrace(const calibration::TraceResult& trace, Utime utime, bo
     for (trace_result_t& message : ToMessages(channel)) {
       message.utime = utime;
       message.final = final;
-      Emit("_TRACE_RESULT", seq_.trace, message);
+      Emit(message);
     }
   }
 }
@@ -171,7 +156,7 @@ void Telemetry::SendModel(const calibration::Traced& traced, Utime utime, bool f
   message->utime = utime;
   message->final = final;
   const std::lock_guard lock(mutex_);
-  Emit("_MODEL_RESULT", seq_.model, *message);
+  Emit(*message);
 }
 
 Telemetry::Snapshot Telemetry::TakeSnapshot() const {

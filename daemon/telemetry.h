@@ -17,12 +17,6 @@
 #include "calibration/trace/trace.h"
 #include "calibration/trace/trace_result.h"
 #include "daemon/lcm_publisher.h"
-#include "gyrobench/angle_t.hpp"
-#include "gyrobench/axes_t.hpp"
-#include "gyrobench/fault_t.hpp"
-#include "gyrobench/gyro_t.hpp"
-#include "gyrobench/run_t.hpp"
-#include "gyrobench/status_t.hpp"
 
 namespace gyrobench::calibration {
 class Analyzer;
@@ -55,12 +49,9 @@ class Telemetry {
   // Makes what is recorded safe against a crash of the machine.
   void Sync();
 
-  void Send(gyro_t& message);
-  void Send(angle_t& message);
-  void Send(axes_t& message);
-  void Send(status_t& message);
-  void Send(run_t& message);
-  void Send(fault_t& message);
+  // Message: any type of msgs/ (instantiated in telemetry.cc for all of them).
+  template <typename Message>
+  void Send(Message& message);
   // One message per result: _BIAS_RESULT and _SCALE_RESULT.
   void SendResults(const calibration::AnalysisResult& results, Utime utime, bool final);
 
@@ -82,7 +73,7 @@ class Telemetry {
   struct Run;
   bool Measures() const;
   template <typename Message>
-  void Emit(std::string_view suffix, std::int64_t& seq, Message& message);
+  void Emit(Message& message);
   void Record(std::string_view suffix, Utime utime, std::size_t size);
 
   LcmPublisher& publisher_;
@@ -92,10 +83,7 @@ class Telemetry {
   std::string channel_;
   std::unique_ptr<Run> run_;
   std::string run_id_;
-  struct {
-    std::int64_t gyro = 0, angle = 0, axes = 0, status = 0, run = 0, fault = 0, bias = 0, scale = 0,
-                 trace = 0, model = 0;
-  } seq_;
+  std::vector<std::int64_t> seq_;  // of each type of messages, the next number
 };
 
 // Its analysis. Where that is not possible yet, a remark says why.

@@ -39,11 +39,11 @@ class LogMessages {
     LogEvent event;
     for (int i = 1; reader_.Next(event); ++i) {
       if (event.channel.ends_with("_GYRO")) {
-        Dispatch(event, IsSoundGyro, gyro_, on_gyro);
+        Dispatch(event, gyro_, on_gyro);
       } else if (event.channel.ends_with("_ANGLE")) {
-        Dispatch(event, IsSoundAngle, angle_, on_angle);
+        Dispatch(event, angle_, on_angle);
       } else if (event.channel.ends_with("_RUN")) {
-        Dispatch(event, IsSoundRun, run_, on_run);
+        Dispatch(event, run_, on_run);
       }
       if (progress && i % kEventsPerProgress == 0) progress(reader_.fraction());
     }
@@ -56,9 +56,8 @@ class LogMessages {
 
  private:
   template <typename Message, typename Function>
-  void Dispatch(const LogEvent& event, bool (*is_sound)(MessageBytes), Message& message,
-                const Function& function) {
-    if (Decode(event.data, is_sound, message) && IsPlausible(message.utime) &&
+  void Dispatch(const LogEvent& event, Message& message, const Function& function) {
+    if (DecodeSound(event.data, message) && IsPlausible(message.utime) &&
         IsPlausible(event.utime) && std::abs(message.utime - event.utime) <= kMaxStampDifference) {
       function(message);
       return;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "gyrobench/run_t.hpp"
 #include "procedures/engine/engine.h"
 #include "recording/event_log.h"
 #include "tests/daemon/fake_bench.h"

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "gyrobench/status_t.hpp"
 #include "tests/daemon/fake_bench.h"
 #include "tests/daemon/published.h"
 #include "tests/temporary_folder.h"

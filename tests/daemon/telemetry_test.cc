@@ -12,6 +12,11 @@
 
 #include "base/error.h"
 #include "calibration/estimators/analyzer.h"
+#include "gyrobench/axes_t.hpp"
+#include "gyrobench/fault_t.hpp"
+#include "gyrobench/gyro_t.hpp"
+#include "gyrobench/run_t.hpp"
+#include "gyrobench/status_t.hpp"
 #include "tests/daemon/published.h"
 #include "tests/daemon/resting_gyro.h"
 #include "tests/temporary_folder.h"
