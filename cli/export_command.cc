@@ -23,13 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-const exporting::FormatName& FormatOf(const Options& options) {
-  const auto* found = std::find_if(
-      exporting::kFormats.begin(), exporting::kFormats.end(),
-      [&](const exporting::FormatName& format) { return format.name == options.format; });
-  if (found != exporting::kFormats.end()) return *found;
+const exporting::Format& FormatOf(const Options& options) {
+  if (const exporting::Format* found = exporting::FindFormat(options.format)) return *found;
   std::vector<std::string> names;
-  for (const exporting::FormatName& format : exporting::kFormats) names.emplace_back(format.name);
+  for (const exporting::Format& format : exporting::Formats()) names.emplace_back(format.name);
   throw UsageError(fmt::format(
       "{} is a calibration: {}; expected --format with one of {}", options.name,
       options.format.empty() ? "in which format?" : "no format '" + options.format + "'",
@@ -52,16 +49,15 @@ void Write(const fs::path& file, const std::string& text) {
 }
 
 int ExportCalibration(const Options& options) {
-  const exporting::FormatName& format = FormatOf(options);
+  const exporting::Format& format = FormatOf(options);
   const fs::path input = options.name;
   const calibration::Calibration calibration = ReadCalibration(input);
   CheckTarget(format.what, options.output, {input});
   RefuseToReplace(options.output, options.overwrite);
   const std::string line = TargetLine(format.what, options.output);
   const exporting::Exported exported =
-      exporting::Export(calibration, format.format,
-                        {input.filename().string(), recording::Sha256OfFile(input), kVersion,
-                         options.output.filename().string()});
+      format.write(calibration, {input.filename().string(), recording::Sha256OfFile(input),
+                                 kVersion, options.output.filename().string()});
   Write(options.output, exported.text);
   if (options.json) {
     fmt::print("{}\n", Json{{"file", options.output.string()},

@@ -143,7 +143,7 @@ class CommandLine {
         ->type_name("RUN-or-CALIBRATION")
         ->required();
     std::string formats = "Of a calibration:";
-    for (const exporting::FormatName& format : exporting::kFormats)
+    for (const exporting::Format& format : exporting::Formats())
       formats += fmt::format(" {} ({})", format.name, format.what);
     write.add_option("--format", options_.format, formats)->type_name("FORMAT");
     write.add_option("-o,--output", options_.output, "File to write; of a run .csv or .csv.gz")

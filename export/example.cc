@@ -19,7 +19,7 @@ constexpr double kInterval_s = 0.5;
 MeasurementInfo SensorOf(const LinearModel& model) {
   MeasurementInfo info;
   info.source = "the worked example";
-  info.gyro_unit = model.unit == "LSB" ? GyroUnit::kLsb : GyroUnit::kDegPerSecond;
+  info.gyro_unit = model.unit == "LSB" ? RateUnit::kLsb : RateUnit::kDegPerSecond;
   info.gyro_present = info.accel_present = {true, true, true};
   info.temperature_present = true;
   return info;

@@ -1,23 +1,16 @@
 #include "export/exporter.h"
 
+#include <algorithm>
+
 #include "export/formats.h"
 
 namespace gyrobench::exporting {
 
-Exported Export(const calibration::Calibration& calibration, Format format, const Origin& origin) {
-  switch (format) {
-    case Format::kC:
-      return WriteCHeader(calibration, origin);
-    case Format::kPx4:
-      return WritePx4(calibration, origin);
-    case Format::kArduPilot:
-      return WriteArduPilot(calibration, origin);
-    case Format::kKalibr:
-      return WriteKalibr(calibration, origin);
-    case Format::kJson:
-      break;
-  }
-  return WriteJson(calibration, origin);
+std::span<const Format> Formats() { return kFormats; }
+
+const Format* FindFormat(std::string_view name) {
+  const auto* const found = std::ranges::find(kFormats, name, &Format::name);
+  return found == kFormats.end() ? nullptr : found;
 }
 
 }  // namespace gyrobench::exporting

@@ -2,28 +2,14 @@
 // its namespace is `exporting`, because `export` is a word of C++.
 #pragma once
 
-#include <array>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calibration/artefact/calibration_file.h"
 
 namespace gyrobench::exporting {
-
-enum class Format { kC, kPx4, kArduPilot, kKalibr, kJson };
-
-struct FormatName {
-  Format format;
-  const char* name;  // as the command line has it
-  const char* what;  // of what is written
-};
-inline constexpr std::array<FormatName, 5> kFormats = {{
-    {Format::kC, "c", "C header"},
-    {Format::kPx4, "px4", "PX4 parameters"},
-    {Format::kArduPilot, "ardupilot", "ArduPilot parameters"},
-    {Format::kKalibr, "kalibr", "Kalibr IMU file"},
-    {Format::kJson, "json", "JSON"},
-}};
 
 // What the written file says of its origin.
 struct Origin {
@@ -40,9 +26,17 @@ struct Exported {
   std::vector<std::string> notes;
 };
 
-// Throws DataError where nothing of the calibration can be written in this format: channels of
-// different units, a matrix without an inverse, temperatures that no axis shares, no noise for
-// Kalibr, a number that a float cannot hold for C.
-Exported Export(const calibration::Calibration& calibration, Format format, const Origin& origin);
+struct Format {
+  const char* name;  // as the command line has it
+  const char* what;  // of what is written
+  // Throws DataError where nothing of the calibration can be written in this format: channels of
+  // different units, a matrix without an inverse, temperatures that no axis shares, no noise for
+  // Kalibr, a number that a float cannot hold for C.
+  Exported (*write)(const calibration::Calibration& calibration, const Origin& origin);
+};
+
+std::span<const Format> Formats();
+// nullptr where there is none of that name.
+const Format* FindFormat(std::string_view name);
 
 }  // namespace gyrobench::exporting

@@ -1,5 +1,7 @@
-// The formats, one source file each; exporter.cc lists them.
+// The formats, one source file each.
 #pragma once
+
+#include <array>
 
 #include "export/exporter.h"
 
@@ -15,5 +17,14 @@ Exported WriteArduPilot(const calibration::Calibration& calibration, const Origi
 Exported WriteKalibr(const calibration::Calibration& calibration, const Origin& origin);
 // json_format.cc: everything that `gyrobench apply` uses.
 Exported WriteJson(const calibration::Calibration& calibration, const Origin& origin);
+
+// In the order in which help names them.
+inline constexpr auto kFormats = std::to_array<Format>({
+    {"c", "C header", WriteCHeader},
+    {"px4", "PX4 parameters", WritePx4},
+    {"ardupilot", "ArduPilot parameters", WriteArduPilot},
+    {"kalibr", "Kalibr IMU file", WriteKalibr},
+    {"json", "JSON", WriteJson},
+});
 
 }  // namespace gyrobench::exporting

@@ -55,7 +55,7 @@ class AxisBias {
     const std::vector<double>& b = model_.bias_deg_s;
     const double off = b.size() > 1 ? temperature_degC - model_.reference_degC : 0.0;
     for (std::size_t k = b.size(); k-- > 0;) bias = bias * off + b[k];
-    calibration::TrackPoint point;
+    calibration::SensorState point;
     point.temperature_degC = temperature_degC;
     for (const auto& term : terms_) bias += term->At(point);
     return bias;

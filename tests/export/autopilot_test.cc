@@ -97,7 +97,7 @@ Vector3 ByArduPilot(const Parameters& p, const State& state) {
 
 struct Autopilot {
   const char* name;
-  Format format;
+  const char* format;
   Parameters (*read)(const std::string& text);
   Vector3 (*rate)(const Parameters& parameters, const State& state);
   const char* thermal;  // a parameter that only a calibration with temperatures has
@@ -225,9 +225,8 @@ TEST_P(Autopilots, HaveWorkedExamplesThatAreRight) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Autopilots,
-                         testing::Values(Autopilot{"Px4", Format::kPx4, ReadPx4, ByPx4,
-                                                   "TC_G_ENABLE"},
-                                         Autopilot{"ArduPilot", Format::kArduPilot, ReadArduPilot,
+                         testing::Values(Autopilot{"Px4", "px4", ReadPx4, ByPx4, "TC_G_ENABLE"},
+                                         Autopilot{"ArduPilot", "ardupilot", ReadArduPilot,
                                                    ByArduPilot, "INS_TCAL1_ENABLE"}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 

@@ -113,7 +113,7 @@ void ExpectAsCorrected(const Calibration& calibration, const Firmware& firmware,
 
 TEST(CHeader, UndoesBiasScaleAndMisalignmentInBothPrecisions) {
   const Calibration calibration = ThreeAxes();
-  const std::string header = Write(calibration, Format::kC).text;
+  const std::string header = Write(calibration, "c").text;
   ExpectAsCorrected(calibration, Firmware(header, {"GYROBENCH_DOUBLE"}), 1e-10);
   // Some roundings of 70 deg/s in a float.
   ExpectAsCorrected(calibration, Firmware(header), 5e-5);
@@ -130,7 +130,7 @@ TEST_P(HeldEffects, AreUndoneAsByTheCorrector) {
   Calibration calibration = ThreeAxes();
   for (calibration::ChannelCalibration& channel : calibration.channels)
     channel.model.terms = {GetParam().term};
-  const Exported exported = Write(calibration, Format::kC);
+  const Exported exported = Write(calibration, "c");
   EXPECT_TRUE(exported.notes.empty()) << exported.notes[0];
   ExpectAsCorrected(calibration, Firmware(exported.text, {"GYROBENCH_DOUBLE"}), 1e-8);
   ExpectAsCorrected(calibration, Firmware(exported.text), 1e-4);
@@ -167,7 +167,7 @@ TEST(CHeader, HoldsEveryEffectThatHasAnExpression) {
     calibration.channels[0].model.terms = {
         CatalogueTerm(effect.id, std::vector<double>(effect.terms.size(), 1e-7),
                       std::vector<double>(effect.nonlinear.size(), 50.0))};
-    const Exported exported = Write(calibration, Format::kC);
+    const Exported exported = Write(calibration, "c");
     EXPECT_TRUE(exported.notes.empty()) << effect.id;
     for (const calibration::EffectTerm& term : effect.terms) {
       EXPECT_LT(&term - effect.terms.data(), 3) << effect.id << ": as many as {c0} to {c2}";
@@ -182,7 +182,7 @@ TEST(CHeader, SaysWhatItDoesNotHoldInTheFileAndInItsNotes) {
   supply.covariate = "supply_v";
   calibration.channels[1].model.terms = {CatalogueTerm("bias.hysteresis", {0.02}, {2.0}), supply,
                                          CatalogueTerm("bias.tone", {0.1, 0.1}, {0.2})};
-  const Exported exported = Write(calibration, Format::kC);
+  const Exported exported = Write(calibration, "c");
   EXPECT_EQ(exported.notes.size(), 3u);
   for (const char* word : {"gyro y: bias.hysteresis", "memory", "column supply_v", "bias.tone"})
     EXPECT_THAT(Flat(exported.text), HasSubstr(word));
@@ -194,14 +194,14 @@ TEST(CHeader, SaysWhatItDoesNotHoldInTheFileAndInItsNotes) {
 // Firmware reads the converter, whose counts nobody has centred.
 TEST(CHeader, SaysWhatIsToBeTakenOffCountsOfAnUnsignedConverter) {
   Calibration calibration = ThreeAxes();
-  EXPECT_THAT(Flat(Write(calibration, Format::kC).text), Not(HasSubstr("count of zero")));
+  EXPECT_THAT(Flat(Write(calibration, "c").text), Not(HasSubstr("count of zero")));
   calibration.gyro_lsb_zero = 32768.0;
-  EXPECT_THAT(Flat(Write(calibration, Format::kC).text),
+  EXPECT_THAT(Flat(Write(calibration, "c").text),
               HasSubstr("xi: output of the gyro [LSB], less 32768: the converter's count of zero"));
 }
 
 TEST(CHeader, ItsWorkedExampleIsRight) {
-  const std::string header = Write(ThreeAxes(), Format::kC).text;
+  const std::string header = Write(ThreeAxes(), "c").text;
   const std::vector<double> xi = NumbersAfter(header, "Worked example: xi =");
   const std::vector<double> temperature = NumbersAfter(header, "LSB, T =");
   const std::vector<double> w = NumbersAfter(header, "gives w =");
@@ -215,7 +215,7 @@ TEST(CHeader, ItsWorkedExampleIsRight) {
 }
 
 TEST(CHeader, FlagsWhatIsBeyondTheCalibrationAndWhatIsNoNumber) {
-  const Firmware firmware(Write(ThreeAxes(), Format::kC).text);
+  const Firmware firmware(Write(ThreeAxes(), "c").text);
   const std::vector<Output> outputs = firmware.Run({{{0.0, 0.0, 0.0}, 25.0, 0.0},
                                                     {{0.0, 0.0, 0.0}, 31.0, 0.0},
                                                     {{0.0, 0.0, 60.0 * kUnits}, 25.0, 0.0},
@@ -237,7 +237,7 @@ TEST(CHeader, FlagsWhatIsBeyondTheCalibrationAndWhatIsNoNumber) {
 TEST(CHeader, FlagsRatesThatTheEffectsDoNotPermit) {
   Calibration calibration = ThreeAxes();
   calibration.channels[2].model.terms = {CatalogueTerm("scale.temperature", {-0.5})};
-  const Firmware firmware(Write(calibration, Format::kC).text);
+  const Firmware firmware(Write(calibration, "c").text);
   const State state{{0.0, 0.0, 10.0 * kUnits}, 20.0, 0.0};
   EXPECT_NE(firmware.Run({state}).at(0).flags & 4, 0);
 }
@@ -248,7 +248,7 @@ TEST(CHeader, OfOneAxisWithoutTemperatureLeavesTheOthersNominal) {
   calibration::ChannelModel& z = calibration.channels[0].model;
   z.bias_deg_s = {0.4};
   z.reference_degC = z.min_temperature_degC = z.max_temperature_degC = kMissing;
-  const Exported exported = Write(calibration, Format::kC);
+  const Exported exported = Write(calibration, "c");
   EXPECT_EQ(exported.notes.size(), 2u);
   EXPECT_THAT(exported.notes[0], HasSubstr("gyro x: not in the calibration"));
   ExpectAsCorrected(calibration, Firmware(exported.text, {"GYROBENCH_DOUBLE"}), 1e-10);
@@ -258,15 +258,13 @@ TEST(CHeader, OfOneAxisWithoutTemperatureLeavesTheOthersNominal) {
 TEST(CHeader, CompilesWhateverTheSensorIsCalled) {
   Calibration calibration = ThreeAxes();
   calibration.sensor = "a*/ #error\n#error /* b ?\?/\n\\";
-  const Firmware firmware(Write(calibration, Format::kC).text);
+  const Firmware firmware(Write(calibration, "c").text);
   EXPECT_EQ(firmware.Run({State{}}).size(), 1u);
 }
 
 TEST(CHeader, OfTwoSensorsFitIntoOneProgram) {
   const Calibration calibration = ThreeAxes();
-  const auto header = [&](const char* target) {
-    return Export(calibration, Format::kC, {"cal.json", "", "0.1.0", target}).text;
-  };
+  const auto header = [&](const char* target) { return Write(calibration, "c", target).text; };
   const Firmware firmware(header("gyro.h") + header("2nd Gyro.h"));
   EXPECT_EQ(firmware.Run({State{}}).size(), 1u);
   EXPECT_THAT(header("2nd Gyro.h"), HasSubstr("gyro_2nd_gyro_correct("));
@@ -275,7 +273,7 @@ TEST(CHeader, OfTwoSensorsFitIntoOneProgram) {
 TEST(CHeader, RefusesWhatAFloatCannotHold) {
   Calibration calibration = ThreeAxes();
   calibration.channels[0].model.bias_deg_s[0] = 1e300;
-  EXPECT_THROW(Write(calibration, Format::kC), DataError);
+  EXPECT_THROW(Write(calibration, "c"), DataError);
 }
 
 }  // namespace

@@ -76,8 +76,9 @@ ModelTerm CurveTerm(const std::string& factor, std::vector<double> knots,
   return term;
 }
 
-Exported Write(const Calibration& calibration, Format format) {
-  return Export(calibration, format, {"cal.json", std::string(64, 'a'), "0.1.0", "gyro.h"});
+Exported Write(const Calibration& calibration, std::string_view format, const std::string& target) {
+  return FindFormat(format)->write(calibration,
+                                   {"cal.json", std::string(64, 'a'), "0.1.0", target});
 }
 
 std::vector<State> StatesAt(double temperature_degC) {

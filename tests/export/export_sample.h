@@ -24,7 +24,9 @@ calibration::ModelTerm ComposedTerm(std::vector<std::string> factors, double coe
 calibration::ModelTerm CurveTerm(const std::string& factor, std::vector<double> knots,
                                  std::vector<double> values);
 
-Exported Write(const calibration::Calibration& calibration, Format format);
+// In the format of that name.
+Exported Write(const calibration::Calibration& calibration, std::string_view format,
+               const std::string& target = "gyro.h");
 
 // One sample of a sensor whose state stands still.
 struct State {

@@ -67,7 +67,7 @@ MeasurementInfo InfoFor(const Calibration& calibration) {
   info.covariates = {"supply_v"};
   if (calibration.channels.empty()) return info;
   const auto& model = calibration.channels.front().model;
-  info.gyro_unit = model.unit == "LSB" ? GyroUnit::kLsb : GyroUnit::kDegPerSecond;
+  info.gyro_unit = model.unit == "LSB" ? RateUnit::kLsb : RateUnit::kDegPerSecond;
   info.gyro_units_per_deg_s = model.units_per_deg_s;
   return info;
 }
@@ -94,10 +94,10 @@ void Apply(const Calibration& calibration) {
   if (out != kSamples) throw BrokenLaw("every sample comes out again");
 }
 
-void Export(const Calibration& calibration, exporting::Format format) {
+void Export(const Calibration& calibration, const exporting::Format& format) {
   std::string text;
   try {
-    text = exporting::Export(calibration, format, {"cal.json", "", "0.1.0", "gyro.h"}).text;
+    text = format.write(calibration, {"cal.json", "", "0.1.0", "gyro.h"}).text;
   } catch (const DataError&) {
     return;  // refused with a reason
   }
@@ -141,8 +141,7 @@ bool DigestCalibration(const std::filesystem::path& file) {
   if (ToJson(calibration::CalibrationFromJson(written, "again")) != written) {
     throw BrokenLaw("what is read is written as the same");
   }
-  for (const exporting::FormatName& format : exporting::kFormats)
-    Export(calibration, format.format);
+  for (const exporting::Format& format : exporting::Formats()) Export(calibration, format);
   try {
     Apply(calibration);
   } catch (const DataError&) {
