@@ -32,7 +32,7 @@ enum class ReferenceKind {
 
 // Unit of the gyro's output xi. The first is a raw count, the others a sensor that scales by
 // itself.
-enum class GyroUnit { kLsb, kDegPerSecond, kRadPerSecond };
+enum class RateUnit { kLsb, kDegPerSecond, kRadPerSecond };
 
 // How well the reference angle itself is known, from its certificate; decision 12 of the design:
 // what is declared is carried as uncertainty, and only what goes beyond it is an effect.
@@ -51,7 +51,7 @@ struct ReferenceUncertainty {
 // What is true of the whole measurement.
 struct MeasurementInfo {
   std::string source;  // file or run id, for messages
-  GyroUnit gyro_unit = GyroUnit::kLsb;
+  RateUnit gyro_unit = RateUnit::kLsb;
   std::array<bool, 3> gyro_present = {false, false, false};
   std::array<bool, 3> accel_present = {false, false, false};
   bool temperature_present = false;

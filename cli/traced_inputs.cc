@@ -48,7 +48,7 @@ std::string SensorOf(const std::vector<calibration::Recording>& recordings) {
 }
 
 bool LacksSensitivity(const calibration::Recording& recording) {
-  return recording.info.gyro_unit == GyroUnit::kLsb && !recording.info.gyro_units_per_deg_s;
+  return recording.info.gyro_unit == RateUnit::kLsb && !recording.info.gyro_units_per_deg_s;
 }
 
 constexpr const char* kGiveSensitivity =
@@ -213,7 +213,7 @@ class Reader {
 // What was taken off the counts, as one table at least says it (the others give the same, or were
 // centred by who logged them); empty of what is no count.
 std::optional<double> CountOfZero(const std::vector<calibration::Recording>& recordings) {
-  if (recordings.front().info.gyro_unit != GyroUnit::kLsb) return std::nullopt;
+  if (recordings.front().info.gyro_unit != RateUnit::kLsb) return std::nullopt;
   for (const calibration::Recording& recording : recordings)
     if (recording.info.gyro_lsb_zero) return recording.info.gyro_lsb_zero;
   return 0.0;

@@ -205,7 +205,7 @@ GyroUnit::Head GyroUnit::RequestFresh(Timing& timing) {
   for (int tries = 0; tries < kStaleTries; ++tries) {
     head = Request(static_cast<std::size_t>(map_.max_samples_per_block), timing);
     if (!IsStale(head, timing)) return head;
-    bus_.Distrust();
+    bus_.InvalidateReply();
   }
   Fail(fmt::format(
       "samples: expected tick and sample number to grow from {} and {} and a block from sample "

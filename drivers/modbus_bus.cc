@@ -293,12 +293,12 @@ void ModbusBus::AfterFailure(const Failure& failure, Utime utime_deadline) {
     connect_not_before_ = clock_.Now() + response_timeout_us_;
     return;
   }
-  Distrust();
+  InvalidateReply();
   // The reply that did not come may come yet; it gets as long again.
   if (silent) suspect_until_ = clock_.Now() + std::max(kQuiet_us, response_timeout_us_);
 }
 
-void ModbusBus::Distrust() {
+void ModbusBus::InvalidateReply() {
   if (config_.transport == Transport::kTcp) {
     Close();
     return;

@@ -91,7 +91,7 @@ class ModbusBus {
 
   // Says that the last reply cannot have been the answer to the last request (a driver knows more
   // of the content than the protocol does): the line is cleaned before the next request.
-  void Distrust();
+  void InvalidateReply();
   // Waits for a time of the bench. A Notify of the participant does not cut it short and is kept.
   void Wait(Utime duration_us);
   // "bus A (/dev/ttyUSB0, 115200 baud 8N1)", for messages.

@@ -404,10 +404,10 @@ void TableHead::FillGyroUnit() {
   });
   const std::string unit = UnitOf(*gyro);
   if (unit == "deg_s") {
-    info_.gyro_unit = GyroUnit::kDegPerSecond;
+    info_.gyro_unit = RateUnit::kDegPerSecond;
     info_.gyro_units_per_deg_s = 1.0;
   } else if (unit == "rad_s") {
-    info_.gyro_unit = GyroUnit::kRadPerSecond;
+    info_.gyro_unit = RateUnit::kRadPerSecond;
     info_.gyro_units_per_deg_s = kRadPerDeg;
   } else if (!std::isnan(gyro_lsb_per_deg_s_)) {
     info_.gyro_units_per_deg_s = gyro_lsb_per_deg_s_;

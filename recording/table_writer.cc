@@ -49,7 +49,7 @@ void TableWriter::AddColumns(const MeasurementInfo& info) {
   constexpr std::array<const char*, 3> kSensorAxes = {"x", "y", "z"};
   constexpr std::array<const char*, 3> kStandAxes = {"outer", "middle", "inner"};
   constexpr std::array<const char*, 4> kQuaternionParts = {"ref_qw", "ref_qx", "ref_qy", "ref_qz"};
-  const Form gyro_form = info.gyro_unit == GyroUnit::kLsb ? Form::kCount : Form::kDecimal;
+  const Form gyro_form = info.gyro_unit == RateUnit::kLsb ? Form::kCount : Form::kDecimal;
   const char* unit = kUnits.at(static_cast<std::size_t>(info.gyro_unit));
   for (std::size_t i = 0; i < 3; ++i) {
     if (info.gyro_present.at(i)) {
@@ -103,8 +103,8 @@ void TableWriter::WriteHead(const MeasurementInfo& info) {
   for (const GeometryAngle& angle : AnglesOf(geometry)) {
     if (*angle.value_deg != 0.0) number(angle.name, *angle.value_deg);
   }
-  if (info.gyro_unit == GyroUnit::kLsb) number("gyro_lsb_per_deg_s", info.gyro_units_per_deg_s);
-  if (info.gyro_unit == GyroUnit::kLsb) number("gyro_lsb_zero", info.gyro_lsb_zero);
+  if (info.gyro_unit == RateUnit::kLsb) number("gyro_lsb_per_deg_s", info.gyro_units_per_deg_s);
+  if (info.gyro_unit == RateUnit::kLsb) number("gyro_lsb_zero", info.gyro_lsb_zero);
   // Acceleration in g is written without it; counts that cannot become g stay as they are.
   if (info.accel_present == std::array<bool, 3>{}) number("accel_lsb_zero", info.accel_lsb_zero);
   number("ref_scale_uncertainty", info.reference_uncertainty.scale);
@@ -134,7 +134,7 @@ void TableWriter::WriteHead(const MeasurementInfo& info) {
 }
 
 void TableWriter::OnInfo(const MeasurementInfo& info) {
-  if (info.gyro_unit == GyroUnit::kLsb) gyro_zero_ = info.gyro_lsb_zero.value_or(0.0);
+  if (info.gyro_unit == RateUnit::kLsb) gyro_zero_ = info.gyro_lsb_zero.value_or(0.0);
   AddColumns(info);
   WriteHead(info);
 }

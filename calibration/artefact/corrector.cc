@@ -87,7 +87,7 @@ class Corrector::Impl {
   Impl(const Calibration& calibration, const MeasurementInfo& info, const CorrectorOptions& options)
       : calibration_(calibration),
         info_(info),
-        to_output_(info.gyro_unit == GyroUnit::kRadPerSecond ? kDegPerRad : 1.0),
+        to_output_(info.gyro_unit == RateUnit::kRadPerSecond ? kDegPerRad : 1.0),
         accel_(calibration.vector),
         slow_(info.covariates.size()),
         zero_(calibration, info) {
@@ -347,7 +347,7 @@ class Corrector::Impl {
   SlowState slow_;
   ZeroMatch zero_;
   std::deque<Waiting> waiting_;
-  TrackPoint point_;
+  SensorState point_;
   std::int64_t samples_ = 0, outside_ = 0, cold_ = 0, left_out_ = 0;
   std::vector<std::string> remarks_;
 };

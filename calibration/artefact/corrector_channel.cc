@@ -17,7 +17,7 @@ constexpr double kRateMargin = 1.05;
 bool IsStraightInRate(TermFunction& term, std::size_t covariates) {
   const std::vector<double> ones(covariates, 1.0);
   const auto at = [&](double times) {
-    TrackPoint point;
+    SensorState point;
     point.rate_deg_s = {7.0 * times, 11.0 * times, 13.0 * times};
     point.gravity_g = {0.3, 0.5, 0.8};
     point.temperature_degC = 19.0;
@@ -32,7 +32,7 @@ bool IsStraightInRate(TermFunction& term, std::size_t covariates) {
   return bend <= 1e-9 * (std::fabs(zero) + std::fabs(step));
 }
 
-double Sum(const Terms& terms, const TrackPoint& point, std::int64_t* left_out) {
+double Sum(const Terms& terms, const SensorState& point, std::int64_t* left_out) {
   double sum = 0.0;
   for (const auto& term : terms) {
     const double value = term->At(point);
@@ -75,12 +75,12 @@ double CorrectorChannel::HeldTemperature(double temperature_degC) const {
   return Held(temperature_degC, model->min_temperature_degC, model->max_temperature_degC);
 }
 
-double CorrectorChannel::FixedEffects(TrackPoint point, std::int64_t* left_out) const {
+double CorrectorChannel::FixedEffects(SensorState point, std::int64_t* left_out) const {
   point.temperature_degC = HeldTemperature(point.temperature_degC);
   return Sum(fixed, point, left_out);
 }
 
-double CorrectorChannel::RateEffects(TrackPoint point, const Vector3& largest_deg_s,
+double CorrectorChannel::RateEffects(SensorState point, const Vector3& largest_deg_s,
                                      std::int64_t* left_out) const {
   point.temperature_degC = HeldTemperature(point.temperature_degC);
   const double sum = Sum(straight, point, left_out);

@@ -32,8 +32,8 @@ struct CorrectorChannel {
 
   // Of a channel with a model. `left_out` counts effects whose state is not known; `largest_deg_s`
   // are the edges of the rates, axis by axis, NaN: none.
-  double FixedEffects(TrackPoint point, std::int64_t* left_out) const;
-  double RateEffects(TrackPoint point, const Vector3& largest_deg_s, std::int64_t* left_out) const;
+  double FixedEffects(SensorState point, std::int64_t* left_out) const;
+  double RateEffects(SensorState point, const Vector3& largest_deg_s, std::int64_t* left_out) const;
   // At the temperature nearest to `temperature_degC` that the calibration saw; without one, at its
   // reference.
   double Bias(double temperature_degC) const;

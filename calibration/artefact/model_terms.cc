@@ -22,7 +22,7 @@ class CatalogueTerm final : public TermFunction {
         coefficients_(std::move(coefficients)),
         values_(std::max(coefficients_.size(), effect.terms.size())),
         depends_on_rate_((effect.needs & kNeedsRate) != 0) {}
-  double At(const TrackPoint& point) override {
+  double At(const SensorState& point) override {
     basis_->At(point, values_.data());
     return std::inner_product(coefficients_.begin(), coefficients_.end(), values_.begin(), 0.0);
   }
@@ -41,7 +41,7 @@ class ComposedTerm final : public TermFunction {
  public:
   ComposedTerm(std::vector<Factor> factors, std::vector<double> offsets, double coefficient)
       : factors_(std::move(factors)), offsets_(std::move(offsets)), coefficient_(coefficient) {}
-  double At(const TrackPoint& point) override {
+  double At(const SensorState& point) override {
     double product = coefficient_;
     for (std::size_t i = 0; i < factors_.size(); ++i)
       product *= factors_[i].At(point) - offsets_[i];
@@ -62,7 +62,7 @@ class EmpiricalTerm final : public TermFunction {
  public:
   EmpiricalTerm(Factor factor, EmpiricalCurve curve, std::vector<double> values)
       : factor_(std::move(factor)), curve_(std::move(curve)), values_(std::move(values)) {}
-  double At(const TrackPoint& point) override { return curve_.Value(factor_.At(point), values_); }
+  double At(const SensorState& point) override { return curve_.Value(factor_.At(point), values_); }
   bool depends_on_rate() const override { return IsRate(factor_.name()); }
 
  private:

@@ -7,7 +7,7 @@
 
 #include "base/measurement.h"
 #include "calibration/effects/channel_model.h"
-#include "calibration/state/track.h"
+#include "calibration/state/sensor_state.h"
 
 namespace gyrobench::calibration {
 
@@ -16,7 +16,7 @@ class TermFunction {
   virtual ~TermFunction() = default;
   // In deg/s. NaN where the state does not say. To be asked in the order of time; at one time as
   // often as one likes.
-  virtual double At(const TrackPoint& point) = 0;
+  virtual double At(const SensorState& point) = 0;
   // Whether the value depends on the rate.
   virtual bool depends_on_rate() const = 0;
 };

@@ -13,7 +13,7 @@ constexpr int kSamples = 33;
 
 ZeroMatch::ZeroMatch(const Calibration& calibration, const MeasurementInfo& info)
     : name_(info.source.empty() ? "measurement" : info.source) {
-  if (info.gyro_unit != GyroUnit::kLsb || !calibration.gyro_lsb_zero) return;
+  if (info.gyro_unit != RateUnit::kLsb || !calibration.gyro_lsb_zero) return;
   calibrated_zero_ = *calibration.gyro_lsb_zero;
   difference_ = calibrated_zero_ - info.gyro_lsb_zero.value_or(0.0);
   if (difference_ == 0.0) return;

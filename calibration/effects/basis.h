@@ -21,13 +21,13 @@ class ChannelBasis : public Basis {
 
  protected:
   const BasisContext& context() const { return context_; }
-  double rate(const TrackPoint& point) const { return point.rate_deg_s[context_.channel]; }
+  double rate(const SensorState& point) const { return point.rate_deg_s[context_.channel]; }
   // Of a power-on, from 0.
   double start_side(std::size_t power_on) const {
     const std::vector<double>& sides = context_.start_sides;
     return power_on < sides.size() ? sides[power_on] : 0.0;
   }
-  double table_rad(const TrackPoint& point) const {
+  double table_rad(const SensorState& point) const {
     return point.table_deg[context_.table_axis] * kRadPerDeg;
   }
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "calibration/effects/effect_kind.h"
-#include "calibration/state/track.h"
+#include "calibration/state/sensor_state.h"
 
 namespace gyrobench::calibration {
 
@@ -41,7 +41,7 @@ class Basis {
   virtual ~Basis() = default;
   // Writes one value for each term of the effect: deg/s (of a rate) or deg (of an angle or an
   // integral) per unit of the term's coefficient.
-  virtual void At(const TrackPoint& point, double* terms) = 0;
+  virtual void At(const SensorState& point, double* terms) = 0;
 };
 
 struct EffectTerm {
@@ -113,7 +113,7 @@ struct Effect {
   // Only positive coefficients make sense.
   bool positive = false;
   // What it must gain in -2 log L over an effect that does nearly the same, to be named before it.
-  double handicap = 0.0;
+  double complexity_penalty = 0.0;
   // Changes slowly enough for a curve of the temperature or the time to describe it as well.
   bool slow = false;
   // A shape of the gyro's filter: where that is free in the baseline, all such effects are one.

@@ -29,7 +29,7 @@ std::optional<Factor> Factor::Make(const std::string& name, std::size_t channel,
   return is(Kind::kCovariate, static_cast<std::size_t>(found - covariates.begin()), "");
 }
 
-double Factor::At(const TrackPoint& point) const {
+double Factor::At(const SensorState& point) const {
   switch (kind_) {
     case Kind::kRate:
       return point.rate_deg_s[index_];

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/state/track.h"
+#include "calibration/state/sensor_state.h"
 
 namespace gyrobench::calibration {
 
@@ -17,7 +17,7 @@ class Factor {
   // nullopt when the name is neither one of the above nor in `covariates`.
   static std::optional<Factor> Make(const std::string& name, std::size_t channel,
                                     const std::vector<std::string>& covariates);
-  double At(const TrackPoint& point) const;  // NaN when it is not known there
+  double At(const SensorState& point) const;  // NaN when it is not known there
   const std::string& name() const { return name_; }
   const std::string& unit() const { return unit_; }
 

@@ -35,13 +35,13 @@ const char* Name(ReferenceKind kind) {
   return "none";
 }
 
-const char* Name(GyroUnit unit) {
+const char* Name(RateUnit unit) {
   switch (unit) {
-    case GyroUnit::kLsb:
+    case RateUnit::kLsb:
       return "lsb";
-    case GyroUnit::kDegPerSecond:
+    case RateUnit::kDegPerSecond:
       return "deg_s";
-    case GyroUnit::kRadPerSecond:
+    case RateUnit::kRadPerSecond:
       return "rad_s";
   }
   return "lsb";

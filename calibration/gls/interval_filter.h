@@ -10,10 +10,10 @@ namespace gyrobench::calibration {
 
 // What one interval does to every column.
 struct Step {
-  double bias_keep = 1.0;         // of the bias state before; 0 where another run begins
+  double bias_transition = 1.0;   // of the bias state before; 0 where another run begins
   double bias_factor = 0.0;       // predicted output from the bias state
   double reference_factor = 0.0;  // and from the reference state
-  double reference_keep = 0.0;
+  double reference_transition = 0.0;
   double gain_bias = 0.0, gain_reference = 0.0, gain_integral = 0.0;
   double inverse_sigma = 1.0;
 };
@@ -51,12 +51,12 @@ class CovarianceFilter {
     const double ec = ec_ + cov_ie;
     const double variance = var_i + n2_ * dt + g * (2.0 * cov_ie + g * ee_ + g * end_s2);
     Step step;
-    step.bias_keep = interval.new_run ? 0.0 : 1.0;
+    step.bias_transition = interval.new_run ? 0.0 : 1.0;
     step.bias_factor = dt;
     // A new reference begins from an estimate of 0; otherwise the last angle's stays while the
     // table is still.
     step.reference_factor = interval.new_reference ? 0.0 : g;
-    step.reference_keep = interval.still && !interval.new_reference ? 1.0 : 0.0;
+    step.reference_transition = interval.still && !interval.new_reference ? 1.0 : 0.0;
     const double cov_yb = cov_ib + g * be_;
     const double cov_yc = cov_ic + g * ec;
     const double cov_ye = interval.still ? cov_ie : -g * end_s2;

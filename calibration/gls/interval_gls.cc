@@ -24,7 +24,7 @@ void PassColumns(const Step& step, const double* in, double* out, double* bias, 
     const double walked = step.bias_factor * bias[j];
     const double innovation = in[j] - walked - step.reference_factor * reference[j];
     bias[j] += step.gain_bias * innovation;
-    reference[j] = step.reference_keep * reference[j] + step.gain_reference * innovation;
+    reference[j] = step.reference_transition * reference[j] + step.gain_reference * innovation;
     integral[j] += walked + step.gain_integral * innovation;
     out[j] = step.inverse_sigma * innovation;
   }
@@ -143,7 +143,7 @@ double RestrictedDeviance(const WhiteGram& gram, const GlsSolution& solution) {
   return gram.log_det + solution.residual_square + solution.log_det_information;
 }
 
-void TakeOff(IntervalSeries* series, std::span<const int> regressors,
+void Detrend(IntervalSeries* series, std::span<const int> regressors,
              std::span<const double> coefficients, int output) {
   for (std::size_t i = 0; i < series->rows(); ++i) {
     double* const row = series->row(i);

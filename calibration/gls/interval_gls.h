@@ -116,7 +116,7 @@ double RestrictedDeviance(const WhiteGram& gram, const GlsSolution& solution);
 
 // Takes sum_j coefficient_j column_j off the output column, in place: products of what is left keep
 // their digits.
-void TakeOff(IntervalSeries* series, std::span<const int> regressors,
+void Detrend(IntervalSeries* series, std::span<const int> regressors,
              std::span<const double> coefficients, int output);
 
 // Ordinary least squares of the angles instead of their increments: the columns summed up along

@@ -227,7 +227,7 @@ GlsFit FitIntervals(IntervalSeries series, const FitOptions& options) {
   GlsFit fit;
   const std::vector<double> pilot = Pilot(series, options);
   if (pilot.size() != options.regressors.size()) return fit;
-  TakeOff(&series, options.regressors, pilot, options.output);
+  Detrend(&series, options.regressors, pilot, options.output);
   fit.noise = FitNoise(series, options);
   if (!fit.noise.solvable) return fit;
   std::vector<double> white;

@@ -28,7 +28,7 @@ struct NoiseFit {
   bool angle_estimated = false, bias_estimated = false, reference_estimated = false;
 };
 
-// `series`: the output should be without its bulk (TakeOff), so that products keep their digits.
+// `series`: the output should be without its bulk (Detrend), so that products keep their digits.
 NoiseFit FitNoise(const IntervalSeries& series, const FitOptions& options);
 
 // A whole fit: pilot, noise, parameters, degrees of freedom.

@@ -240,8 +240,8 @@ NoiseEstimate NoiseSearch::WithMeanWalk(const NoiseEstimate& best) const {
   return {{n, n * walk, n * reference}, deviance};
 }
 
-std::vector<double> NoiseSearch::Worth(const std::vector<std::vector<Eigen::Index>>& groups,
-                                       const IntervalNoise& start) const {
+std::vector<double> NoiseSearch::GainsOverNoise(
+    const std::vector<std::vector<Eigen::Index>>& groups, const IntervalNoise& start) const {
   // Any bias random walk, as a missing effect may ask for, closely where it usually is; more noise
   // of the reference. Logarithms of the ratios, the second relative to the start.
   constexpr std::array<double, 10> kWalk = {-6.5, -5.5, -4.7, -4.1, -3.5,

@@ -46,8 +46,8 @@ class NoiseSearch {
   // each of both models has the noise that suits it: under the likelihood that is restricted by all
   // other columns (Welham and Thompson 1997), on a grid of noises around `start`. Groups: indices
   // of `columns`.
-  std::vector<double> Worth(const std::vector<std::vector<Eigen::Index>>& groups,
-                            const IntervalNoise& start) const;
+  std::vector<double> GainsOverNoise(const std::vector<std::vector<Eigen::Index>>& groups,
+                                     const IntervalNoise& start) const;
 
   static constexpr double kDependent = 1e-9, kPiece_s = 1.0;
 

@@ -17,11 +17,11 @@ void Pass(std::span<const Step> steps, double* const* column) {
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const Step& step = steps[i];
     for (std::size_t j = 0; j < kColumns; ++j) {
-      bias[j] *= step.bias_keep;
+      bias[j] *= step.bias_transition;
       const double innovation =
           column[j][i] - step.bias_factor * bias[j] - step.reference_factor * reference[j];
       bias[j] += step.gain_bias * innovation;
-      reference[j] = step.reference_keep * reference[j] + step.gain_reference * innovation;
+      reference[j] = step.reference_transition * reference[j] + step.gain_reference * innovation;
       column[j][i] = step.inverse_sigma * innovation;
     }
   }
@@ -37,11 +37,11 @@ void PassRows(std::span<const Step> steps, const RawRows& raw, Eigen::Index from
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const Step& step = steps[i];
     const auto row = static_cast<Eigen::Index>(i);
-    b *= step.bias_keep;
+    b *= step.bias_transition;
     const Some innovation = Eigen::Map<const Some>(raw.data() + row * raw.outerStride() + from) -
                             step.bias_factor * b - step.reference_factor * r;
     b += step.gain_bias * innovation;
-    r = step.reference_keep * r + step.gain_reference * innovation;
+    r = step.reference_transition * r + step.gain_reference * innovation;
     Eigen::Map<Some>(&(*white)(row, to)) = step.inverse_sigma * innovation;
   }
   bias->segment<kColumns>(to) = b;
@@ -190,19 +190,19 @@ Whitener::Shocks Whitener::Scores(const Eigen::MatrixXd& white) const {
     const Eigen::Vector2d k(step.gain_bias, step.gain_reference);
     Eigen::Matrix2d l = -k * z.transpose();
     l(0, 0) += 1.0;
-    l(1, 1) += step.reference_keep;
+    l(1, 1) += step.reference_transition;
     const double weight = step.inverse_sigma * step.inverse_sigma;
     out.output.row(i) = white.row(i) * step.inverse_sigma - k(0) * bias - k(1) * reference;
     out.output_information(i) = weight + k.dot(information * k);
     const Eigen::RowVectorXd innovation = out.output.row(i);
     // L' r + Z' v / s^2 = T' r + Z' u
     bias = bias + z(0) * innovation;
-    reference = step.reference_keep * reference + z(1) * innovation;
+    reference = step.reference_transition * reference + z(1) * innovation;
     information = z * z.transpose() * weight + l.transpose() * information * l;
     out.bias.row(i) = bias;
     out.bias_information(i) = information(0, 0);
     // What comes before is nothing to a measurement that begins here.
-    if (step.bias_keep == 0.0) {
+    if (step.bias_transition == 0.0) {
       bias.setZero();
       reference.setZero();
       information.setZero();

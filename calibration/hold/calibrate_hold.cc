@@ -52,7 +52,7 @@ void CheckAxes(const HoldRecording& recording) {
 
 std::optional<double> UnitsPerDegS(const MeasurementInfo& info) {
   // What is scaled by the sensor itself arrives as deg/s.
-  if (info.gyro_unit != GyroUnit::kLsb) return 1.0;
+  if (info.gyro_unit != RateUnit::kLsb) return 1.0;
   return info.gyro_units_per_deg_s;
 }
 
@@ -76,7 +76,7 @@ void CheckTogether(std::span<const HoldRecording* const> recordings) {
                       "calibrated at a time",
                       first.source, first.sensor, info.source, info.sensor));
     if (UnitsPerDegS(first) != UnitsPerDegS(info) ||
-        (first.gyro_unit == GyroUnit::kLsb) != (info.gyro_unit == GyroUnit::kLsb))
+        (first.gyro_unit == RateUnit::kLsb) != (info.gyro_unit == RateUnit::kLsb))
       throw DataError(
           fmt::format("{} and {} have another unit or sensitivity of the gyro: "
                       "calibrate them apart",

@@ -32,7 +32,7 @@ struct Epoch {
 };
 
 // Takes a constant off the output that an epoch was integrated from, exactly.
-inline void TakeOff(const Eigen::Vector3d& constant, Epoch* epoch) {
+inline void Detrend(const Eigen::Vector3d& constant, Epoch* epoch) {
   const double h = epoch->duration_s();
   epoch->coning += constant.cross(epoch->moment) - 0.5 * h * constant.cross(epoch->angle);
   epoch->moment -= 0.5 * h * h * constant;

@@ -51,7 +51,7 @@ void BridgeAccelerometer(std::vector<Epoch>* epochs) {
 void TakeZeroOff(std::vector<Epoch>* epochs) {
   const Vector3d zero = Vector3d::Constant(UnsignedCounts::kZero);
   for (Epoch& epoch : *epochs)
-    if (!epoch.angle.isZero(0.0)) TakeOff(zero, &epoch);
+    if (!epoch.angle.isZero(0.0)) Detrend(zero, &epoch);
 }
 
 }  // namespace
@@ -160,7 +160,7 @@ HoldRecording EpochCollector::Take() const {
   for (const Defect& defect : rest.gyro_.defects())
     all.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
   out.defects = all.defects();
-  if (info_.gyro_unit == GyroUnit::kLsb) {
+  if (info_.gyro_unit == RateUnit::kLsb) {
     const bool found = rest.gyro_.unsigned_counts();
     out.gyro_lsb_zero = found ? UnsignedCounts::kZero : info_.gyro_lsb_zero.value_or(0.0);
     if (found) TakeZeroOff(&out.epochs);

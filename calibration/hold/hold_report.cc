@@ -62,7 +62,7 @@ class Reporter {
   // factor_[c]: deg/s of the output over its sensitivity for one rad/s of the fit's.
   void FillUnits() {
     const MeasurementInfo& info = chain_.recordings.front()->info;
-    out_.unit = info.gyro_unit == GyroUnit::kLsb ? "LSB" : "deg/s";
+    out_.unit = info.gyro_unit == RateUnit::kLsb ? "LSB" : "deg/s";
     for (std::size_t c = 0; c < 3; ++c) {
       const double row = fit_.state.m.row(static_cast<Index>(c)).norm();
       out_.units_per_deg_s[c] =

@@ -42,7 +42,7 @@ EpochRotation RotationVector(const Epoch& epoch, const GyroParameters& gyro, con
     out.force_g = gyro.accel_inverse * (epoch.accel_g - gyro.accel_offset_g);
   // The offset in units of xi.
   Epoch freed = epoch;
-  TakeOff((beta + gyro.g_sensitivity * out.force_g) / gyro.unit, &freed);
+  Detrend((beta + gyro.g_sensitivity * out.force_g) / gyro.unit, &freed);
   out.vector = gyro.unit * (a * freed.angle) + gyro.unit * gyro.unit * (cofactor * freed.coning);
   return out;
 }

@@ -27,9 +27,10 @@ Eigen::MatrixXd Left(const Eigen::MatrixXd& gram, const std::vector<Eigen::Index
 
 }  // namespace
 
-ChannelOutlook::ChannelOutlook(std::span<const Trail> trails, const ChannelModel& model,
+ChannelOutlook::ChannelOutlook(std::span<const StateHistory> histories, const ChannelModel& model,
                                const TraceNoise& noise) {
-  const ChannelProblem problem(trails, static_cast<std::size_t>(model.axis), model.units_per_deg_s);
+  const ChannelProblem problem(histories, static_cast<std::size_t>(model.axis),
+                               model.units_per_deg_s);
   const Baseline baseline = problem.MakeBaseline();
   baseline_columns_ = static_cast<Eigen::Index>(baseline.turned.size()) +
                       baseline.temperature_order + baseline.filter_shapes;
@@ -42,7 +43,7 @@ ChannelOutlook::ChannelOutlook(std::span<const Trail> trails, const ChannelModel
     return out;
   };
   for (const Candidate& candidate :
-       CatalogueCandidates(problem, {}, trails.front().earth_rate_known)) {
+       CatalogueCandidates(problem, {}, histories.front().earth_rate_known)) {
     // The manoeuvres are to be parts of one run.
     if (candidate.of_one_run()) continue;
     const Eigen::MatrixXd columns = problem.Columns(*candidate.effect, candidate.context);
@@ -95,9 +96,9 @@ void ChannelOutlook::Fill(const ChannelProblem& problem, const Baseline& baselin
                                  noise.bias_random_walk_deg_s_sqrt_s, noise.reference_deg})
       .Apply(all);
   Eigen::Index row = 0;
-  for (std::size_t t = 0; t < problem.trails().size(); ++t) {
+  for (std::size_t t = 0; t < problem.histories().size(); ++t) {
     const Eigen::Index begin = row;
-    while (row < problem.rows() && problem.row_refs()[static_cast<std::size_t>(row)].trail == t)
+    while (row < problem.rows() && problem.row_refs()[static_cast<std::size_t>(row)].history == t)
       ++row;
     const auto part = all.middleRows(begin, row - begin);
     Eigen::MatrixXd gram = part.transpose() * part;

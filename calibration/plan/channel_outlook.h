@@ -17,8 +17,9 @@ namespace gyrobench::calibration {
 
 class ChannelOutlook {
  public:
-  // trails[0]: the measurement so far; the others: a manoeuvre each.
-  ChannelOutlook(std::span<const Trail> trails, const ChannelModel& model, const TraceNoise& noise);
+  // histories[0]: the measurement so far; the others: a manoeuvre each.
+  ChannelOutlook(std::span<const StateHistory> histories, const ChannelModel& model,
+                 const TraceNoise& noise);
 
   // An effect of the catalogue that is named, against another in its place.
   struct Rivalry {
@@ -61,7 +62,7 @@ class ChannelOutlook {
 
   Eigen::Index baseline_columns_ = 0;
   std::vector<Member> named_, catalogue_;
-  std::vector<Eigen::MatrixXd> grams_;  // trail by trail, its constant taken off
+  std::vector<Eigen::MatrixXd> grams_;  // history by history, its constant taken off
 };
 
 }  // namespace gyrobench::calibration

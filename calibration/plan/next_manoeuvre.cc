@@ -62,11 +62,11 @@ class Chooser {
       double& unit = units[static_cast<std::size_t>(model.axis)];
       if (!std::isfinite(unit)) unit = model.units_per_deg_s;
     }
-    std::vector<Trail> trails;
-    trails.push_back(MakeTrail(so_far, rough, true, {}));
+    std::vector<StateHistory> histories;
+    histories.push_back(MakeStateHistory(so_far, rough, true, {}));
     for (const Manoeuvre& manoeuvre : menu) {
       recordings.push_back(Foresee(manoeuvre, so_far, units));
-      trails.push_back(MakeTrail(recordings.back(), units, false, {}));
+      histories.push_back(MakeStateHistory(recordings.back(), units, false, {}));
     }
     FindSmall(traced.result, small_below);
     for (std::size_t i = 0; i < traced.models.size(); ++i) {
@@ -74,7 +74,7 @@ class Chooser {
       const std::string axis = Axis(channel);
       std::set<std::string> judged;
       if (IsKnown(channel.noise)) {
-        outlooks_.emplace_back(trails, traced.models[i], channel.noise);
+        outlooks_.emplace_back(histories, traced.models[i], channel.noise);
         for (auto& rivalry : outlooks_.back().Rivalries())
           rivalries_.push_back({axis, std::move(rivalry)});
         judged = outlooks_.back().Judged();

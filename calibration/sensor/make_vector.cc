@@ -200,12 +200,13 @@ VectorCalibration JoinChannels(std::span<const ChannelRow> rows) {
 }
 
 VectorCalibration MakeVectorCalibration(std::span<const ChannelRow> rows,
-                                        std::span<const Trail> trails) {
+                                        std::span<const StateHistory> histories) {
   VectorCalibration out = JoinChannels(rows);
-  const std::vector<Pose> poses = FindPoses(trails);
+  const std::vector<Pose> poses = FindPoses(histories);
   out.accelerometer = CalibrateAccelerometer(poses);
-  const bool earth = std::all_of(trails.begin(), trails.end(),
-                                 [](const Trail& trail) { return trail.earth_rate_known; });
+  const bool earth =
+      std::all_of(histories.begin(), histories.end(),
+                  [](const StateHistory& history) { return history.earth_rate_known; });
   if (!earth && out.g_sensitivity) {
     out.remarks.emplace_back(
         "Earth's rotation is not taken off: up to 0.0042 deg/s/g of the g-sensitivity may be it; "

@@ -5,7 +5,7 @@
 
 #include "calibration/sensor/channel_row.h"
 #include "calibration/sensor/vector_calibration.h"
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 
 namespace gyrobench::calibration {
 
@@ -14,7 +14,7 @@ namespace gyrobench::calibration {
 // about one sensor axis; where an axis of the stand lies between two of the sensor's, both feel its
 // encoder.
 VectorCalibration MakeVectorCalibration(std::span<const ChannelRow> rows,
-                                        std::span<const Trail> trails);
+                                        std::span<const StateHistory> histories);
 
 // Without the accelerometer.
 VectorCalibration JoinChannels(std::span<const ChannelRow> rows);

@@ -17,17 +17,17 @@ Vector3d ToEigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
 class PoseFinder {
  public:
-  void Add(const Trail& trail) {
-    const ReferenceKind kind = trail.recording->info.reference;
+  void Add(const StateHistory& history) {
+    const ReferenceKind kind = history.recording->info.reference;
     by_reference_ = kind == ReferenceKind::kStandAngles || kind == ReferenceKind::kOrientation;
-    for (std::size_t i = 0; i < trail.still.size(); ++i) {
-      if (trail.still[i]) {
+    for (std::size_t i = 0; i < history.still.size(); ++i) {
+      if (history.still[i]) {
         nodes_.push_back(i + 1);
       } else {
-        EndRest(trail);
+        EndRest(history);
       }
     }
-    EndRest(trail);
+    EndRest(history);
   }
 
   std::vector<Pose> Take() {
@@ -39,23 +39,23 @@ class PoseFinder {
   }
 
  private:
-  void EndRest(const Trail& trail) {
+  void EndRest(const StateHistory& history) {
     if (nodes_.size() >= kLeastNodes + 2) {
       nodes_.erase(nodes_.begin());
       nodes_.pop_back();
-      AddRest(trail);
+      AddRest(history);
     }
     nodes_.clear();
   }
 
-  void AddRest(const Trail& trail) {
+  void AddRest(const StateHistory& history) {
     std::vector<Vector3d> felt;
     Vector3d gravity = Vector3d::Zero();
     for (const std::size_t node : nodes_) {
-      const Vector3d accel = ToEigen(trail.recording->columns.nodes[node].accel_g);
+      const Vector3d accel = ToEigen(history.recording->columns.nodes[node].accel_g);
       if (!accel.allFinite()) continue;
       felt.push_back(accel);
-      gravity += ToEigen(trail.nodes[node].gravity_g);
+      gravity += ToEigen(history.nodes[node].gravity_g);
     }
     if (felt.size() < kLeastNodes) return;
     Pose pose;
@@ -78,9 +78,9 @@ class PoseFinder {
 
 }  // namespace
 
-std::vector<Pose> FindPoses(std::span<const Trail> trails) {
+std::vector<Pose> FindPoses(std::span<const StateHistory> histories) {
   PoseFinder finder;
-  for (const Trail& trail : trails) finder.Add(trail);
+  for (const StateHistory& history : histories) finder.Add(history);
   return finder.Take();
 }
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 
 namespace gyrobench::calibration {
 
@@ -18,6 +18,6 @@ struct Pose {
 };
 
 // One a rest of at least half a second, of all measurements.
-std::vector<Pose> FindPoses(std::span<const Trail> trails);
+std::vector<Pose> FindPoses(std::span<const StateHistory> histories);
 
 }  // namespace gyrobench::calibration

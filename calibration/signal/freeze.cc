@@ -132,7 +132,7 @@ FreezeWatch::Level* FreezeWatch::LevelAt(const Vector3& rate_deg_s) {
 }
 
 double FreezeWatch::digit_deg_s() const {
-  return info_.gyro_unit == GyroUnit::kLsb ? std::fabs(to_deg_s_) : least_step_deg_s_;
+  return info_.gyro_unit == RateUnit::kLsb ? std::fabs(to_deg_s_) : least_step_deg_s_;
 }
 
 bool FreezeWatch::IsFreeze(const Run& run) const {

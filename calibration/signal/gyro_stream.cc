@@ -38,8 +38,8 @@ GyroStream::GyroStream() { bad_.reserve(64); }
 
 void GyroStream::Start(const MeasurementInfo& info) {
   info_ = info;
-  to_output_ = info.gyro_unit == GyroUnit::kRadPerSecond ? kDegPerRad : 1.0;
-  const bool counts = info.gyro_unit == GyroUnit::kLsb;
+  to_output_ = info.gyro_unit == RateUnit::kRadPerSecond ? kDegPerRad : 1.0;
+  const bool counts = info.gyro_unit == RateUnit::kLsb;
   per_deg_s_ = counts ? RoughUnitsPerDeg_s(info) : 1.0;
   digit_ = counts ? 2.0 : 0.02;
   saturation_.Start(info);
@@ -298,7 +298,7 @@ double GyroStream::RestEnd(double coarse_s, double moving_s) const {
 // A sensor without noise of its own still shows its last digit.
 RestEdges GyroStream::Edges() const {
   constexpr double kOfADigit = 0.3;  // about that of one spread evenly, 1 / sqrt(12)
-  const bool counts = info_.gyro_unit == GyroUnit::kLsb;
+  const bool counts = info_.gyro_unit == RateUnit::kLsb;
   const double least = counts ? kOfADigit : std::max(0.01, kOfADigit * freeze_.digit_deg_s());
   return {ring_, info_.gyro_present, least};
 }

@@ -11,22 +11,22 @@ constexpr double kUsualUnitsPerDeg_s = 131.0;
 }  // namespace
 
 std::string OutputUnit(const MeasurementInfo& info) {
-  return info.gyro_unit == GyroUnit::kLsb ? "LSB" : "deg/s";
+  return info.gyro_unit == RateUnit::kLsb ? "LSB" : "deg/s";
 }
 
 double NominalUnitsPerDegPerS(const MeasurementInfo& info) {
-  if (info.gyro_unit != GyroUnit::kLsb) return 1.0;
+  if (info.gyro_unit != RateUnit::kLsb) return 1.0;
   const double nominal = info.gyro_units_per_deg_s.value_or(kMissing);
   return nominal > 0 ? nominal : kMissing;
 }
 
 double RoughUnitsPerDeg_s(const MeasurementInfo& info) {
   switch (info.gyro_unit) {
-    case GyroUnit::kLsb:
+    case RateUnit::kLsb:
       return info.gyro_units_per_deg_s.value_or(kUsualUnitsPerDeg_s);
-    case GyroUnit::kRadPerSecond:
+    case RateUnit::kRadPerSecond:
       return kRadPerDeg;
-    case GyroUnit::kDegPerSecond:
+    case RateUnit::kDegPerSecond:
       break;
   }
   return 1.0;

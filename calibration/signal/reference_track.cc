@@ -95,8 +95,8 @@ void ReferenceTrack::Lose(double since_s) {
 
 // Whether a step from the last believed reading, at `last_s`, can be true. `since_s`: from the last
 // reading of any kind. `from_suspect_deg`: the step from that one where it was left out.
-bool ReferenceTrack::Believes(double step_deg, double since_s,
-                              std::optional<double> from_suspect_deg, double last_s) {
+bool ReferenceTrack::WithinGate(double step_deg, double since_s,
+                                std::optional<double> from_suspect_deg, double last_s) {
   const double limit_deg = kWildRate_deg_s * since_s + kWildStep_deg;
   if (std::fabs(step_deg) <= limit_deg) return true;
   if (from_suspect_deg && std::fabs(*from_suspect_deg) <= limit_deg) {
@@ -161,7 +161,7 @@ bool ReferenceTrack::Accepts(StandAngle* angle, const AngleSample& sample) {
   std::optional<double> from_suspect_deg;
   if (suspect_deg) from_suspect_deg = sample.angle_deg - *suspect_deg;
   const double since_s = sample.t_s - (suspect_deg ? angle->suspect_s : angle->t_s);
-  if (!Believes(sample.angle_deg - angle->angle_deg, since_s, from_suspect_deg, angle->t_s)) {
+  if (!WithinGate(sample.angle_deg - angle->angle_deg, since_s, from_suspect_deg, angle->t_s)) {
     angle->suspect_deg = sample.angle_deg;
     angle->suspect_s = sample.t_s;
     return false;
@@ -245,7 +245,7 @@ bool ReferenceTrack::Accepts(const std::array<double, 4>& q, double t_s) {
   std::optional<double> from_suspect_deg;
   if (suspect) from_suspect_deg = Length(RotationBetween(*suspect, q));
   const double since_s = t_s - (suspect ? suspect_s_ : q_time_s_);
-  if (Believes(Length(RotationBetween(q_, q)), since_s, from_suspect_deg, q_time_s_)) return true;
+  if (WithinGate(Length(RotationBetween(q_, q)), since_s, from_suspect_deg, q_time_s_)) return true;
   suspect_q_ = q;
   suspect_s_ = t_s;
   return false;

@@ -111,8 +111,8 @@ class ReferenceTrack {
   };
 
   double Ahead(std::size_t axis) const;
-  bool Believes(double step_deg, double since_s, std::optional<double> from_suspect_deg,
-                double last_s);
+  bool WithinGate(double step_deg, double since_s, std::optional<double> from_suspect_deg,
+                  double last_s);
   bool Accepts(StandAngle* angle, const AngleSample& sample);
   bool Accepts(const std::array<double, 4>& q, double t_s);
   void Lose(double since_s);

@@ -20,7 +20,7 @@ constexpr double kMerged_s = 0.2;
 
 void SaturationWatch::Start(const MeasurementInfo& info) {
   *this = {};
-  counts_ = info.gyro_unit == GyroUnit::kLsb;
+  counts_ = info.gyro_unit == RateUnit::kLsb;
   zero_ = info.gyro_lsb_zero;
 }
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "calibration/signal/output_unit.h"
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -157,7 +157,7 @@ bool SlowState::Knows(double t_s) const {
   return ended_ || (smooth_ > 0 && nodes_[smooth_ - 1].t_s >= t_s);
 }
 
-void SlowState::At(double t_s, TrackPoint* point) {
+void SlowState::At(double t_s, SensorState* point) {
   // What lies further back than any window to come is let go.
   while (
       smooth_ > 2 && nodes_[1].t_s <= t_s &&

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/measurement.h"
-#include "calibration/state/track.h"
+#include "calibration/state/sensor_state.h"
 
 namespace gyrobench::calibration {
 
@@ -31,7 +31,7 @@ class SlowState {
   // Fills temperature_degC, temperature_rate_degC_s, gravity_g, vibration_g2 and covariates of
   // `point`; NaN where not known. To be asked in the order of time, for times that are known; the
   // covariates hold until the next call.
-  void At(double t_s, TrackPoint* point);
+  void At(double t_s, SensorState* point);
 
  private:
   struct Mean {

@@ -42,8 +42,8 @@ BasisContext ContextOf(const ChannelProblem& problem) {
 }
 
 bool OnStand(const ChannelProblem& problem) {
-  return std::ranges::any_of(problem.trails(), [](const Trail& trail) {
-    return trail.recording->info.reference == ReferenceKind::kStandAngles;
+  return std::ranges::any_of(problem.histories(), [](const StateHistory& history) {
+    return history.recording->info.reference == ReferenceKind::kStandAngles;
   });
 }
 
@@ -114,10 +114,10 @@ std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
                                            const std::vector<std::string>& covariates,
                                            bool earth_rate_known) {
   std::vector<Candidate> out;
-  const unsigned knows = problem.knows() | (covariates.empty() ? 0u : kNeedsCovariate);
+  const unsigned observables = problem.observables() | (covariates.empty() ? 0u : kNeedsCovariate);
   const DataRange range = RangeOf(problem);
   for (const Effect& effect : EffectCatalogue()) {
-    if ((effect.needs & knows) != effect.needs) continue;
+    if ((effect.needs & observables) != effect.needs) continue;
     if (effect.true_motion && earth_rate_known) continue;
     const bool per_axis = (effect.needs & kNeedsTableAxis) != 0;
     const bool per_covariate = (effect.needs & kNeedsCovariate) != 0;
@@ -155,23 +155,23 @@ double Candidate::LogChance(double gain, double degrees) const {
   return degrees > 1.0 ? LogChiSquareTail(gain, degrees) : LogHeavyTail(gain, tail_freedom);
 }
 
-double Candidate::handicap() const {
+double Candidate::complexity_penalty() const {
   // A name of the catalogue comes before a description.
   // The knots of a curve are free, hundreds of pairs of them.
   constexpr double kProduct = 14.0, kCurve = 20.0;
-  if (effect != nullptr) return effect->handicap;
+  if (effect != nullptr) return effect->complexity_penalty;
   return empirical() ? kCurve : kProduct;
 }
 
 std::vector<Candidate> ComposedCandidates(const ChannelProblem& problem,
                                           const std::vector<std::string>& covariates) {
   std::vector<std::string> factors;
-  const unsigned knows = problem.knows();
-  if ((knows & kNeedsRate) != 0) factors.insert(factors.end(), {"w", "abs_w"});
-  if ((knows & kNeedsGravity) != 0) {
+  const unsigned observables = problem.observables();
+  if ((observables & kNeedsRate) != 0) factors.insert(factors.end(), {"w", "abs_w"});
+  if ((observables & kNeedsGravity) != 0) {
     for (std::string& axis : AxesOfGravity(problem)) factors.push_back(std::move(axis));
   }
-  if ((knows & kNeedsTemperature) != 0) factors.insert(factors.end(), {"T", "dT_dt"});
+  if ((observables & kNeedsTemperature) != 0) factors.insert(factors.end(), {"T", "dT_dt"});
   const std::size_t known = factors.size();
   factors.insert(factors.end(), covariates.begin(), covariates.end());
   // Products that the catalogue has, or the baseline.
@@ -247,11 +247,11 @@ Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candid
   if (candidate.empirical()) {
     const double from = candidate.knots[0], length = candidate.knots[1] - candidate.knots[0];
     return problem.RateColumn(
-        [&](const TrackPoint& point) { return Ramp(factors[0].At(point), from, length); });
+        [&](const SensorState& point) { return Ramp(factors[0].At(point), from, length); });
   }
   Eigen::MatrixXd out(problem.rows(), static_cast<Eigen::Index>(factors.size() / 2));
   for (std::size_t k = 0; k < factors.size(); k += 2) {
-    out.col(static_cast<Eigen::Index>(k / 2)) = problem.RateColumn([&](const TrackPoint& point) {
+    out.col(static_cast<Eigen::Index>(k / 2)) = problem.RateColumn([&](const SensorState& point) {
       return (factors[k].At(point) - candidate.offsets[k]) *
              (factors[k + 1].At(point) - candidate.offsets[k + 1]);
     });
@@ -263,7 +263,7 @@ std::vector<CurveCells> CellsOfCurves(const ChannelProblem& problem,
                                       const std::vector<std::string>& covariates) {
   constexpr std::size_t kCells = 24;
   std::vector<std::string> names = covariates;
-  if ((problem.knows() & kNeedsTemperature) != 0) names.insert(names.begin(), "T");
+  if ((problem.observables() & kNeedsTemperature) != 0) names.insert(names.begin(), "T");
   std::vector<CurveCells> out;
   for (const std::string& name : names) {
     const Factor factor = *Factor::Make(name, problem.channel(), covariates);
@@ -312,7 +312,7 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
   out.covariates = std::move(covariates);
   out.grid = CatalogueCandidates(problem, out.covariates, earth_rate_known);
   constexpr unsigned kBoth = kNeedsGravity | kNeedsTemperature;
-  if ((problem.knows() & kBoth) == kBoth) {
+  if ((problem.observables() & kBoth) == kBoth) {
     if (Candidate warm = WarmGravity(problem); !warm.factors.empty())
       out.grid.push_back(std::move(warm));
   }

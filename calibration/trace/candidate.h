@@ -35,7 +35,7 @@ struct Candidate {
   // What it gained of -2 log L when each of both models had the noise that suits it and, beside a
   // residual that is not white, with errors that allow for that; not less than what it gains under
   // one noise, where that has not been worked out.
-  double gain_by_any_noise = std::numeric_limits<double>::infinity();
+  double gain_over_noise = std::numeric_limits<double>::infinity();
   // Of its coefficients together [their unit].
   double largest = std::numeric_limits<double>::infinity();
   std::vector<Eigen::Index> columns;  // in the WhiteStore
@@ -45,7 +45,7 @@ struct Candidate {
   double LogChance(double gain, double degrees) const;
   bool empirical() const { return !knots.empty(); }
   // What -2 log L must gain for it to be named before an effect that does nearly the same.
-  double handicap() const;
+  double complexity_penalty() const;
 
   Search search() const { return effect == nullptr ? Search::kNone : effect->search; }
   // Its non-linear parameters are searched for: they are no places of a scan or a grid, and not

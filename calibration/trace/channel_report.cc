@@ -69,13 +69,13 @@ std::string EquationOf(const Candidate& member) {
 class ChannelTracer {
  public:
   explicit ChannelTracer(const ChannelRequest& request)
-      : request_(request), problem_(request.trails, request.channel, request.units_per_deg_s) {
+      : request_(request), problem_(request.histories, request.channel, request.units_per_deg_s) {
     trace_.axis = static_cast<SensorAxis>(request.channel);
   }
 
   TracedChannel Run() {
     model_.axis = trace_.axis;
-    model_.unit = OutputUnit(request_.trails.front().recording->info);
+    model_.unit = OutputUnit(request_.histories.front().recording->info);
     model_.units_per_deg_s = request_.units_per_deg_s;
     if (!EnoughData()) return {std::move(trace_), std::move(model_), std::move(row_), {}};
     baseline_ = problem_.MakeBaseline();
@@ -104,7 +104,7 @@ class ChannelTracer {
     double time_s = 0.0;
     for (const Interval& interval : problem_.intervals()) time_s += interval.duration_s;
     if (problem_.rows() >= kLeastRows && time_s >= kLeastTime_s) return true;
-    const bool none = request_.trails.front().recording->info.reference == ReferenceKind::kNone;
+    const bool none = request_.histories.front().recording->info.reference == ReferenceKind::kNone;
     const std::string lacks = fmt::format(
         "{:.3g} s of usable data{}, at least {:.0f} s and {} intervals of 0.1 s are needed", time_s,
         none ? " at rest" : "", kLeastTime_s, kLeastRows);
@@ -114,9 +114,9 @@ class ChannelTracer {
   }
 
   void RemarkOnBaseline() {
-    const unsigned knows = problem_.knows();
+    const unsigned observables = problem_.observables();
     auto without = [&](unsigned need, const std::string& says) {
-      if ((knows & need) == 0) trace_.remarks.push_back(says);
+      if ((observables & need) == 0) trace_.remarks.push_back(says);
     };
     without(kNeedsRate,
             "no motion about this axis: scale factor, nonlinearity and every effect "

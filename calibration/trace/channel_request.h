@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 #include "calibration/trace/bench_finding.h"
 
 namespace gyrobench::calibration {
 
 struct ChannelRequest {
-  std::span<const Trail> trails;
+  std::span<const StateHistory> histories;
   std::size_t channel = 2;
   double units_per_deg_s = 1.0;
   std::vector<std::string> covariates;

@@ -85,7 +85,7 @@ class ChannelSearcher {
       remarks_.push_back(fmt::format(
           "{}: rate, temperature or output is no finite number from {:.3f} s to {:.3f} s: not "
           "traced; look at the table's rows there",
-          problem_.trail(i).name, problem_.begin_s(i), problem_.end_s(i)));
+          problem_.history(i).name, problem_.begin_s(i), problem_.end_s(i)));
       return std::nullopt;
     }
     const std::optional<NoiseEstimate> first = Everything().Best({}, kRough);
@@ -164,10 +164,10 @@ class ChannelSearcher {
     for (const ScanPeak& peak : ScanForNoise(problem_, whitener, model, residual)) {
       Candidate candidate = ScannedCandidate(problem_, peak);
       if (candidate.angle_step() && peak.gain < kClearStep) continue;
-      const double excess =
+      const double evidence_margin =
           std::log(request_.false_discovery * kShareForWalk / peak.tried) - LogChance(candidate);
-      if (excess <= most) continue;
-      most = excess;
+      if (evidence_margin <= most) continue;
+      most = evidence_margin;
       best = std::move(candidate);
     }
     return best;
@@ -185,7 +185,7 @@ class ChannelSearcher {
     const NoiseSearch search(problem_.intervals(), model, problem_.output_deg(),
                              NoiseSearch::kDependent,
                              PieceFor(candidate.search() == Search::kFrequency));
-    return candidate.LogChance(search.Worth({group}, own_.noise).front(),
+    return candidate.LogChance(search.GainsOverNoise({group}, own_.noise).front(),
                                static_cast<double>(group.size()));
   }
 
@@ -250,7 +250,7 @@ class ChannelSearcher {
       for (std::size_t i = 0; i < members.size(); ++i) {
         const auto degrees = static_cast<double>(members[i].columns.size());
         const double over =
-            members[i].LogChance(members[i].gain_by_any_noise, degrees) - members[i].log_level;
+            members[i].LogChance(members[i].gain_over_noise, degrees) - members[i].log_level;
         if (over <= lack) continue;
         lack = over;
         weakest = i;
@@ -261,12 +261,12 @@ class ChannelSearcher {
   }
 
   void SetGainsByAnyNoise(SearchedChannel* found) const {
-    const std::vector<double> worth = Worth(*found);
+    const std::vector<double> worth = GainsOverNoise(*found);
     for (std::size_t i = 0; i < worth.size(); ++i) found->selection.SetGainByAnyNoise(i, worth[i]);
   }
 
   // What each member gains when each of both models has the noise that suits it.
-  std::vector<double> Worth(const SearchedChannel& found) const {
+  std::vector<double> GainsOverNoise(const SearchedChannel& found) const {
     const std::vector<Candidate>& members = found.selection.members();
     std::vector<std::vector<Eigen::Index>> groups;
     Eigen::Index column = baseline_.columns.cols();
@@ -278,7 +278,7 @@ class ChannelSearcher {
     }
     const NoiseSearch search(problem_.intervals(), ModelOf(found.selection), problem_.output_deg(),
                              NoiseSearch::kDependent, PieceFor(fast));
-    return search.Worth(groups, found.noise);
+    return search.GainsOverNoise(groups, found.noise);
   }
 
   // Steps and tones that come in crowds describe a residual without explaining it.
@@ -353,7 +353,7 @@ class ChannelSearcher {
       for (std::size_t i = 0; i < selection.members().size(); ++i) {
         const Candidate& member = selection.members()[i];
         CorrelatedGain least = LeastWhereCorrelated(problem_, fit, fit.ColumnsOf(i));
-        least.gain = std::min(least.gain, member.gain_by_any_noise);
+        least.gain = std::min(least.gain, member.gain_over_noise);
         gains.push_back(least.gain);
         const double over = member.LogChance(least.gain, least.rank) - member.log_level;
         if (over <= lack) continue;

@@ -17,24 +17,25 @@ Vector3 Cross(const Vector3& a, const Vector3& b) {
 
 }  // namespace
 
-std::array<FeltAxis, 3> FeelAxes(const Trail& trail, std::size_t interval, std::size_t channel) {
+std::array<FeltAxis, 3> FeelAxes(const StateHistory& history, std::size_t interval,
+                                 std::size_t channel) {
   std::array<FeltAxis, 3> felt;
-  const MeasurementInfo& info = trail.recording->info;
+  const MeasurementInfo& info = history.recording->info;
   if (info.reference == ReferenceKind::kSensorAngle) {
     const auto axis = static_cast<std::size_t>(info.reference_axis);
     felt[axis].turn = axis == channel ? 1.0 : 0.0;
   }
   if (info.reference != ReferenceKind::kStandAngles) return felt;
-  const TrackPoint& half = trail.halves[2 * interval];
-  const Matrix3 directions = trail.stand.Rates(half.table_deg);
+  const SensorState& half = history.midpoints[2 * interval];
+  const Matrix3 directions = history.stand.Rates(half.table_deg);
   for (std::size_t a = 0; a < 3; ++a) felt[a].turn = directions[channel][a];
-  if (trail.still[interval]) return felt;
+  if (history.still[interval]) return felt;
 
   // A vector outside of an axis with direction d, seen from within, turns by -d x v per radian.
   // Along d itself, as the axis's own motion is, that is nothing.
   const Vector3 inner = Column(directions, 2), middle = Column(directions, 1);
-  const Vector3& whole_deg = trail.rotation_deg[interval];
-  const double length_s = trail.nodes[interval + 1].t_s - trail.nodes[interval].t_s;
+  const Vector3& whole_deg = history.rotation_deg[interval];
+  const double length_s = history.nodes[interval + 1].t_s - history.nodes[interval].t_s;
   const Vector3 without_inner_deg = Less(whole_deg, inner, half.table_rate_deg_s[2] * length_s);
   felt[2].direction = -kRadPerDeg * Cross(inner, whole_deg)[channel];
   felt[1].direction = -kRadPerDeg * Cross(middle, without_inner_deg)[channel];

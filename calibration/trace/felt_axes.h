@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 
 namespace gyrobench::calibration {
 
@@ -19,6 +19,7 @@ struct FeltAxis {
 };
 
 // By stand axis. Of a single-axis reference: that axis of the sensor. All 0 for an orientation.
-std::array<FeltAxis, 3> FeelAxes(const Trail& trail, std::size_t interval, std::size_t channel);
+std::array<FeltAxis, 3> FeelAxes(const StateHistory& history, std::size_t interval,
+                                 std::size_t channel);
 
 }  // namespace gyrobench::calibration

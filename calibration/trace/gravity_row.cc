@@ -75,7 +75,7 @@ GravityRow FitGravityRow(const ChannelProblem& problem, const Selection& selecti
                          const ChannelFit& fit, double grow) {
   GravityRow row;
   const Effect& effect = GSensitivityEffect();
-  if ((problem.knows() & kNeedsGravity) == 0) {
+  if ((problem.observables() & kNeedsGravity) == 0) {
     row.because = "gravity in the sensor's frame is not known";
     return row;
   }

@@ -29,7 +29,7 @@ int TemperatureOrder(double range_degC) {
 
 // That the gyro shows about a channel's axis, over 10 ms either way [deg/s^2]; 0 where the samples
 // about the time are not known.
-double Acceleration(const TrackPoint& point, std::size_t channel) {
+double Acceleration(const SensorState& point, std::size_t channel) {
   constexpr std::size_t kAfter = kNear_s.size() / 2, kBefore = kAfter - 1;
   if (point.gyro_turns.empty()) return 0.0;
   const Near& near_deg = point.gyro_turns[point.node].near_deg;
@@ -39,33 +39,33 @@ double Acceleration(const TrackPoint& point, std::size_t channel) {
 
 }  // namespace
 
-ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channel,
+ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::size_t channel,
                                double units_per_deg_s)
-    : trails_(trails), channel_(channel) {
+    : histories_(histories), channel_(channel) {
   std::vector<double> output;
   double last_end_s = 0.0;
   bool new_power_on = true;
-  for (std::size_t t = 0; t < trails.size(); ++t) {
-    const Trail& trail = trails[t];
-    const std::vector<Node>& nodes = trail.epochs;
+  for (std::size_t t = 0; t < histories.size(); ++t) {
+    const StateHistory& history = histories[t];
+    const std::vector<Node>& nodes = history.epochs;
     bool skipped_motion = true, first = true;
     // One whose first measurement has nothing to use begins with the next.
-    new_power_on = new_power_on || trail.new_power_on;
-    for (std::size_t i = 0; i < trail.still.size(); ++i) {
-      if (!trail.usable[i][channel]) {
-        skipped_motion = skipped_motion || !trail.still[i];
+    new_power_on = new_power_on || history.new_power_on;
+    for (std::size_t i = 0; i < history.still.size(); ++i) {
+      if (!history.usable[i][channel]) {
+        skipped_motion = skipped_motion || !history.still[i];
         continue;
       }
       if (first) run_begins_.push_back(rows());
       if (new_power_on) power_on_begins_.push_back(rows());
       Interval interval;
       interval.duration_s = nodes[i + 1].at.t_s - nodes[i].at.t_s;
-      interval.still = trail.still[i];
+      interval.still = history.still[i];
       interval.gap_before_s = new_power_on ? 0.0 : std::max(0.0, nodes[i].at.t_s - last_end_s);
       interval.new_reference = skipped_motion;
       interval.new_run = new_power_on && !rows_.empty();
-      interval.end_reference_walk_s = trail.reference_walk_s[i + 1];
-      interval.begin_reference_walk_s = trail.reference_walk_s[i];
+      interval.end_reference_walk_s = history.reference_walk_s[i + 1];
+      interval.begin_reference_walk_s = history.reference_walk_s[i];
       intervals_.push_back(interval);
       rows_.push_back({static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(i)});
       output.push_back((nodes[i + 1].at.z[channel] - nodes[i].at.z[channel]) / units_per_deg_s);
@@ -87,7 +87,7 @@ ChannelProblem::ChannelProblem(std::span<const Trail> trails, std::size_t channe
 void ChannelProblem::TakeOffEarth() {
   if (path_[channel_] > kLeastPath_deg) return;
   for (Eigen::Index i = 0; i < rows(); ++i) {
-    const std::vector<Node>& nodes = trail(i).epochs;
+    const std::vector<Node>& nodes = history(i).epochs;
     const std::uint32_t interval = ref(i).interval;
     output_(i) -= nodes[interval + 1].earth_deg[channel_] - nodes[interval].earth_deg[channel_];
   }
@@ -111,8 +111,8 @@ Vector3 ChannelProblem::RowOfM() const {
 void ChannelProblem::ShareReferenceErrors(const Vector3& row_of_m) {
   for (Eigen::Index i = 0; i < rows(); ++i) {
     Interval& interval = intervals_[static_cast<std::size_t>(i)];
-    interval.begin_reference_share = trail(i).ReferenceShare(ref(i).interval, row_of_m);
-    interval.end_reference_share = trail(i).ReferenceShare(ref(i).interval + 1, row_of_m);
+    interval.begin_reference_share = history(i).ReferenceShare(ref(i).interval, row_of_m);
+    interval.end_reference_share = history(i).ReferenceShare(ref(i).interval + 1, row_of_m);
   }
 }
 
@@ -130,7 +130,7 @@ void ChannelProblem::MoveReadingErrorToOutput(const Vector3& row_of_m) {
 }
 
 Eigen::VectorXd ChannelProblem::TurnByRates(std::size_t axis) const {
-  return RateColumn([&](const TrackPoint& point) { return point.rate_deg_s[axis]; });
+  return RateColumn([&](const SensorState& point) { return point.rate_deg_s[axis]; });
 }
 
 // Its own axis first: where the data cannot tell axes apart, the turning is its own.
@@ -162,7 +162,8 @@ ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const
     }
     next = row + 1;
     const Eigen::Index index = out.rows();
-    if (index == 0 || out.rows_.back().trail != ref(row).trail) out.run_begins_.push_back(index);
+    if (index == 0 || out.rows_.back().history != ref(row).history)
+      out.run_begins_.push_back(index);
     if (power_on(row) == out.power_on_begins_.size()) {
       out.power_on_begins_.push_back(index);
       interval.gap_before_s = 0.0;
@@ -185,27 +186,27 @@ Baseline Baseline::Part(const std::vector<Eigen::Index>& rows) const {
 }
 
 double ChannelProblem::begin_s(Eigen::Index row) const {
-  return trail(row).nodes[ref(row).interval].t_s;
+  return history(row).nodes[ref(row).interval].t_s;
 }
 double ChannelProblem::end_s(Eigen::Index row) const { return end_node(row).t_s; }
-const TrackPoint& ChannelProblem::half(Eigen::Index row, std::size_t h) const {
-  return trail(row).halves[2 * ref(row).interval + h];
+const SensorState& ChannelProblem::half(Eigen::Index row, std::size_t h) const {
+  return history(row).midpoints[2 * ref(row).interval + h];
 }
-const TrackPoint& ChannelProblem::end_node(Eigen::Index row) const {
-  return trail(row).nodes[ref(row).interval + 1];
+const SensorState& ChannelProblem::end_node(Eigen::Index row) const {
+  return history(row).nodes[ref(row).interval + 1];
 }
 
 double ChannelProblem::gear_ratio() const {
-  for (const Trail& trail : trails_) {
-    if (trail.recording->info.gear_ratio) return *trail.recording->info.gear_ratio;
+  for (const StateHistory& history : histories_) {
+    if (history.recording->info.gear_ratio) return *history.recording->info.gear_ratio;
   }
   return kMissing;
 }
 
 std::vector<bool> ChannelProblem::turns_in_run() const {
-  std::vector<double> path_deg(trails_.size(), 0.0);
+  std::vector<double> path_deg(histories_.size(), 0.0);
   for (Eigen::Index i = 0; i < rows(); ++i) {
-    if (!half(i, 0).still) path_deg[ref(i).trail] += std::fabs(Rotation(i)[channel_]);
+    if (!half(i, 0).still) path_deg[ref(i).history] += std::fabs(Rotation(i)[channel_]);
   }
   std::vector<bool> turns;
   for (const double path : path_deg) turns.push_back(path > kLeastPath_deg);
@@ -214,22 +215,23 @@ std::vector<bool> ChannelProblem::turns_in_run() const {
 
 double ChannelProblem::rounding_deg() const {
   double rounding_deg = 0.0;
-  for (const Trail& trail : trails_) {
-    if (trail.coarse_steps) rounding_deg = std::max(rounding_deg, trail.angle_error_deg);
+  for (const StateHistory& history : histories_) {
+    if (history.coarse_steps) rounding_deg = std::max(rounding_deg, history.angle_error_deg);
   }
   return rounding_deg;
 }
 
 // Also where this channel has nothing usable in it.
 std::size_t ChannelProblem::first_number(std::size_t power_on) const {
-  std::size_t first = ref(power_on_begins_[power_on]).trail;
-  while (first > 0 && !trails_[first].new_power_on) --first;
-  return trails_[first].number;
+  std::size_t first = ref(power_on_begins_[power_on]).history;
+  while (first > 0 && !histories_[first].new_power_on) --first;
+  return histories_[first].number;
 }
 
 double ChannelProblem::angle_error_deg(std::size_t axis) const {
   double error_deg = 0.0;
-  for (const Trail& trail : trails_) error_deg = std::max(error_deg, trail.axis_error_deg[axis]);
+  for (const StateHistory& history : histories_)
+    error_deg = std::max(error_deg, history.axis_error_deg[axis]);
   return error_deg;
 }
 
@@ -239,24 +241,24 @@ void ChannelProblem::Survey() {
   Vector3 felt_path_deg = {}, path_deg = {}, path_by_error = {};
   feels_table_.assign(rows_.size(), false);
   felt_axes_.reserve(rows_.size());
-  bool gravity = !trails_.empty(), temperature = gravity, vibration = gravity;
-  for (const Trail& trail : trails_) {
-    gravity = gravity && trail.gravity_known;
-    temperature = temperature && trail.temperature_known;
-    vibration = vibration && trail.vibration_known;
+  bool gravity = !histories_.empty(), temperature = gravity, vibration = gravity;
+  for (const StateHistory& history : histories_) {
+    gravity = gravity && history.gravity_known;
+    temperature = temperature && history.temperature_known;
+    vibration = vibration && history.vibration_known;
   }
   for (Eigen::Index i = 0; i < rows(); ++i) {
     const double dt = intervals_[static_cast<std::size_t>(i)].duration_s;
-    felt_axes_.push_back(FeelAxes(trail(i), ref(i).interval, channel_));
+    felt_axes_.push_back(FeelAxes(history(i), ref(i).interval, channel_));
     for (std::size_t h = 0; h < 2; ++h) {
-      const TrackPoint& point = half(i, h);
+      const SensorState& point = half(i, h);
       max_rate_ = std::max(max_rate_, std::fabs(point.rate_deg_s[channel_]));
       gravity = gravity && std::isfinite(point.gravity_g[0]);
     }
     for (std::size_t c = 0; c < 3 && !half(i, 0).still; ++c)
-      path_[c] += std::fabs(trail(i).rotation_deg[ref(i).interval][c]);
+      path_[c] += std::fabs(history(i).rotation_deg[ref(i).interval][c]);
     for (std::size_t a = 0; a < 3; ++a) {
-      const double lever = std::fabs(Lever(i, a));
+      const double lever = std::fabs(AxisProjection(i, a));
       const double turned_deg = std::fabs(half(i, 0).table_rate_deg_s[a]) * dt;
       path_deg[a] += turned_deg;
       path_by_error[a] += std::fabs(felt_axes_.back()[a].direction);
@@ -275,17 +277,17 @@ void ChannelProblem::Survey() {
   }
   auto bit = [](bool known, unsigned need) { return known ? need : 0u; };
   temperature_known_ = temperature;
-  knows_ = bit(path_[channel_] > kLeastPath_deg, kNeedsRate) | bit(gravity, kNeedsGravity) |
-           bit(temperature && max_temperature_ - min_temperature_ >= kLeastRange_degC,
-               kNeedsTemperature) |
-           bit(!table_axes_.empty(), kNeedsTableAxis) | bit(vibration, kNeedsVibration) |
-           bit(PowerOnIsKnown(), kNeedsPowerOn) | bit(gear_ratio() > 0.0, kNeedsGear);
+  observables_ = bit(path_[channel_] > kLeastPath_deg, kNeedsRate) | bit(gravity, kNeedsGravity) |
+                 bit(temperature && max_temperature_ - min_temperature_ >= kLeastRange_degC,
+                     kNeedsTemperature) |
+                 bit(!table_axes_.empty(), kNeedsTableAxis) | bit(vibration, kNeedsVibration) |
+                 bit(PowerOnIsKnown(), kNeedsPowerOn) | bit(gear_ratio() > 0.0, kNeedsGear);
 }
 
 // A table of rests alone, cut from somewhere, does not say when the sensor was switched on.
 bool ChannelProblem::PowerOnIsKnown() const {
-  return std::ranges::all_of(trails_, [](const Trail& trail) {
-    const MeasurementInfo& info = trail.recording->info;
+  return std::ranges::all_of(histories_, [](const StateHistory& history) {
+    const MeasurementInfo& info = history.recording->info;
     return info.reference != ReferenceKind::kNone || !info.power_on.empty();
   });
 }
@@ -345,8 +347,9 @@ Baseline ChannelProblem::MakeBaseline() const {
 }
 
 bool ChannelProblem::DelayIsDeclared() const {
-  return (knows() & kNeedsRate) != 0 && std::ranges::any_of(trails_, [](const Trail& trail) {
-           return trail.recording->info.gyro_delay_s > 0.0;
+  return (observables() & kNeedsRate) != 0 &&
+         std::ranges::any_of(histories_, [](const StateHistory& history) {
+           return history.recording->info.gyro_delay_s > 0.0;
          });
 }
 
@@ -354,20 +357,20 @@ bool ChannelProblem::DelayIsDeclared() const {
 Eigen::VectorXd ChannelProblem::FilterShape() const {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(rows());
   for (Eigen::Index i = 0; i < rows(); ++i) {
-    const Trail& history = trail(i);
-    if (!(history.recording->info.gyro_delay_s > 0.0) ||
+    const StateHistory& measured = history(i);
+    if (!(measured.recording->info.gyro_delay_s > 0.0) ||
         intervals_[static_cast<std::size_t>(i)].still)
       continue;
     const std::size_t interval = row_refs()[static_cast<std::size_t>(i)].interval;
-    out(i) = Acceleration(history.nodes[interval + 1], channel_) -
-             Acceleration(history.nodes[interval], channel_);
+    out(i) = Acceleration(measured.nodes[interval + 1], channel_) -
+             Acceleration(measured.nodes[interval], channel_);
   }
   return out;
 }
 
 // Of (T - T0)^power, in degC^power s.
 Eigen::VectorXd ChannelProblem::TemperaturePower(int power) const {
-  return RateColumn([&](const TrackPoint& point) {
+  return RateColumn([&](const SensorState& point) {
     return std::pow(point.temperature_degC - mean_temperature_, power);
   });
 }
@@ -380,29 +383,29 @@ Eigen::MatrixXd ChannelProblem::Columns(const Effect& effect, const BasisContext
   const std::unique_ptr<Basis> basis = effect.basis(context);
   std::vector<double> a(terms), b(terms);
   const bool table = (effect.needs & kNeedsTableAxis) != 0;
-  for (std::size_t t = 0, row = 0; t < trails_.size(); ++t) {
-    const Trail& trail = trails_[t];
+  for (std::size_t t = 0, row = 0; t < histories_.size(); ++t) {
+    const StateHistory& history = histories_[t];
     if (power_on && power_on_of_trail_[t] != *power_on) {
-      while (row < rows_.size() && rows_[row].trail == t) ++row;
+      while (row < rows_.size() && rows_[row].history == t) ++row;
       continue;
     }
-    if (effect.domain != EffectDomain::kRate && !trail.nodes.empty())
-      basis->At(trail.nodes.front(), b.data());
-    for (std::size_t i = 0; i < trail.still.size(); ++i) {
+    if (effect.domain != EffectDomain::kRate && !history.nodes.empty())
+      basis->At(history.nodes.front(), b.data());
+    for (std::size_t i = 0; i < history.still.size(); ++i) {
       if (effect.domain == EffectDomain::kRate) {
-        basis->At(trail.halves[2 * i], a.data());
-        basis->At(trail.halves[2 * i + 1], b.data());
+        basis->At(history.midpoints[2 * i], a.data());
+        basis->At(history.midpoints[2 * i + 1], b.data());
       } else {
         std::swap(a, b);
-        basis->At(trail.nodes[i + 1], b.data());
+        basis->At(history.nodes[i + 1], b.data());
       }
-      if (row == rows_.size() || rows_[row].trail != t || rows_[row].interval != i) continue;
+      if (row == rows_.size() || rows_[row].history != t || rows_[row].interval != i) continue;
       const auto index = static_cast<Eigen::Index>(row++);
       const double half_s = 0.5 * intervals_[static_cast<std::size_t>(index)].duration_s;
       FeltAxis felt = {.turn = 1.0};
       if (table)
-        felt = trail.still[i] ? FeltAxis{}
-                              : felt_axes_[static_cast<std::size_t>(index)][context.table_axis];
+        felt = history.still[i] ? FeltAxis{}
+                                : felt_axes_[static_cast<std::size_t>(index)][context.table_axis];
       for (std::size_t j = 0; j < terms; ++j) {
         out(index, static_cast<Eigen::Index>(j)) =
             effect.domain == EffectDomain::kRate

@@ -12,14 +12,14 @@
 #include "calibration/effects/effect.h"
 #include "calibration/effects/factor.h"
 #include "calibration/gls/interval_gls.h"
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 #include "calibration/trace/felt_axes.h"
 
 namespace gyrobench::calibration {
 
 // One interval of one measurement.
 struct ProblemRow {
-  std::uint32_t trail = 0;
+  std::uint32_t history = 0;
   std::uint32_t interval = 0;
 };
 
@@ -44,8 +44,9 @@ inline constexpr double kLeastScaleFactor = 1e-3;
 
 class ChannelProblem {
  public:
-  // `trails` must outlive the problem. `units_per_deg_s`: s0.
-  ChannelProblem(std::span<const Trail> trails, std::size_t channel, double units_per_deg_s);
+  // `histories` must outlive the problem. `units_per_deg_s`: s0.
+  ChannelProblem(std::span<const StateHistory> histories, std::size_t channel,
+                 double units_per_deg_s);
   // Some of its rows, in order, as if the others had not been measured: what happened in them is
   // known, what the sensor said is not. Every power-on must keep a row.
   ChannelProblem Part(const std::vector<Eigen::Index>& rows) const;
@@ -57,19 +58,19 @@ class ChannelProblem {
   // y = int xi / s0 dt of each row, less M (turn by the row's two readings - turn by the rates of
   // its halves): y = M (turn by rates) + noise of the gyro - M (error of the readings).
   const Eigen::VectorXd& output_deg() const { return output_; }
-  std::span<const Trail> trails() const { return trails_; }
-  const Trail& trail(Eigen::Index row) const { return trails_[ref(row).trail]; }
+  std::span<const StateHistory> histories() const { return histories_; }
+  const StateHistory& history(Eigen::Index row) const { return histories_[ref(row).history]; }
   double begin_s(Eigen::Index row) const;
   double end_s(Eigen::Index row) const;
-  const TrackPoint& half(Eigen::Index row, std::size_t h) const;
-  const TrackPoint& end_node(Eigen::Index row) const;
+  const SensorState& half(Eigen::Index row, std::size_t h) const;
+  const SensorState& end_node(Eigen::Index row) const;
   // Rows at which another measurement begins.
   const std::vector<Eigen::Index>& run_begins() const { return run_begins_; }
   // Rows at which another power-on begins, and with it another zero-rate offset. Measurements of
   // one power-on share theirs: its random walk goes on through the gaps between them.
   const std::vector<Eigen::Index>& power_on_begins() const { return power_on_begins_; }
   // Of a row: index of its power-on.
-  std::size_t power_on(Eigen::Index row) const { return power_on_of_trail_[ref(row).trail]; }
+  std::size_t power_on(Eigen::Index row) const { return power_on_of_trail_[ref(row).history]; }
   // Its rows.
   Eigen::Index begin_of(std::size_t power_on) const { return power_on_begins_[power_on]; }
   Eigen::Index end_of(std::size_t power_on) const {
@@ -95,7 +96,7 @@ class ChannelProblem {
   }
 
   // What the measurements allow: Needs, as bits.
-  unsigned knows() const { return knows_; }
+  unsigned observables() const { return observables_; }
   // The gyro's delay is stated, with which its filter's shape is free in the baseline.
   bool DelayIsDeclared() const;
   // Axes of the table whose turning the channel feels.
@@ -105,7 +106,7 @@ class ChannelProblem {
   // Of each run: whether the sensor turns about the channel's axis.
   std::vector<bool> turns_in_run() const;
   // Of a run, by its place from 0: its number as the measurements were given, from 1.
-  std::size_t number_of_run(std::size_t place) const { return trails_[place].number; }
+  std::size_t number_of_run(std::size_t place) const { return histories_[place].number; }
   double gear_ratio() const;
   double min_temperature_degC() const { return min_temperature_; }
   double max_temperature_degC() const { return max_temperature_; }
@@ -119,7 +120,7 @@ class ChannelProblem {
   // are [g]. NaN where gravity is not known.
   const Vector3& gravity_range_g() const { return gravity_range_; }
   // How much of a turn of the table's axis the channel feels in a row.
-  double Lever(Eigen::Index row, std::size_t table_axis) const {
+  double AxisProjection(Eigen::Index row, std::size_t table_axis) const {
     return felt_axes_[static_cast<std::size_t>(row)][table_axis].turn;
   }
   // An axis of the table turns in a row, and the channel feels it.
@@ -131,7 +132,7 @@ class ChannelProblem {
   Eigen::VectorXd FilterShape() const;
   // Of the reference about the sensor's axes in a row [deg].
   const Vector3& Rotation(Eigen::Index row) const {
-    return trail(row).rotation_deg[ref(row).interval];
+    return history(row).rotation_deg[ref(row).interval];
   }
   // The same of all rows, as the rates of their halves have it.
   Eigen::VectorXd TurnByRates(std::size_t axis) const;
@@ -146,14 +147,14 @@ class ChannelProblem {
   void SurveyTemperature();
   void SurveyGravity();
 
-  std::span<const Trail> trails_;
+  std::span<const StateHistory> histories_;
   std::size_t channel_;
   std::vector<ProblemRow> rows_;
   std::vector<Interval> intervals_;
   std::vector<Eigen::Index> run_begins_, power_on_begins_;
   std::vector<std::size_t> power_on_of_trail_;
   Eigen::VectorXd output_;
-  unsigned knows_ = 0;
+  unsigned observables_ = 0;
   bool temperature_known_ = false;
   std::vector<std::size_t> table_axes_, axes_with_felt_errors_;
   std::vector<bool> feels_table_;

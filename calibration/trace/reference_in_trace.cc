@@ -18,15 +18,15 @@ std::optional<double> Larger(const std::optional<double>& a, const std::optional
   return std::max(*a, *b);
 }
 
-bool HasReference(const Trail& trail) {
-  return trail.recording->info.reference != ReferenceKind::kNone;
+bool HasReference(const StateHistory& history) {
+  return history.recording->info.reference != ReferenceKind::kNone;
 }
 
-ReferenceUncertainty Said(std::span<const Trail> trails) {
+ReferenceUncertainty Said(std::span<const StateHistory> histories) {
   std::optional<ReferenceUncertainty> all;
-  for (const Trail& trail : trails) {
-    if (!HasReference(trail)) continue;
-    const ReferenceUncertainty& one = trail.recording->info.reference_uncertainty;
+  for (const StateHistory& history : histories) {
+    if (!HasReference(history)) continue;
+    const ReferenceUncertainty& one = history.recording->info.reference_uncertainty;
     all = !all ? one
                : ReferenceUncertainty{Larger(all->scale, one.scale),
                                       Larger(all->eccentricity_deg, one.eccentricity_deg),
@@ -36,12 +36,12 @@ ReferenceUncertainty Said(std::span<const Trail> trails) {
 }
 
 // Largest range of the rotation about each axis of the sensor among the inputs.
-Vector3 Ranges_deg(std::span<const Trail> trails) {
+Vector3 Ranges_deg(std::span<const StateHistory> histories) {
   Vector3 range = {};
-  for (const Trail& trail : trails) {
+  for (const StateHistory& history : histories) {
     for (std::size_t c = 0; c < 3; ++c) {
       double low = 0.0, high = 0.0;
-      for (const Node& node : trail.recording->columns.nodes) {
+      for (const Node& node : history.recording->columns.nodes) {
         if (!std::isfinite(node.rotation_deg[c])) continue;
         low = std::min(low, node.rotation_deg[c]);
         high = std::max(high, node.rotation_deg[c]);
@@ -52,14 +52,14 @@ Vector3 Ranges_deg(std::span<const Trail> trails) {
   return range;
 }
 
-ReferenceError ErrorOf(std::span<const Trail> trails, const ChannelTrace& trace) {
-  ReferenceUncertainty said = Said(trails);
+ReferenceError ErrorOf(std::span<const StateHistory> histories, const ChannelTrace& trace) {
+  ReferenceUncertainty said = Said(histories);
   const bool found = std::ranges::any_of(trace.effects, [](const TracedEffect& effect) {
     const Effect* known = FindEffect(effect.id);
     return known != nullptr && known->reference_eccentricity;
   });
   if (found && said.eccentricity_deg) said.eccentricity_deg = 0.0;
-  return MakeReferenceError(said, Ranges_deg(trails));
+  return MakeReferenceError(said, Ranges_deg(histories));
 }
 
 // The axis of "scale_factor" and "cross_axis_zx", 3 of another parameter.
@@ -71,8 +71,9 @@ std::size_t AxisOf(const std::string& name, std::size_t channel) {
 
 }  // namespace
 
-void AddReferenceError(std::span<const Trail> trails, std::size_t channel, TracedChannel* traced) {
-  const ReferenceError error = ErrorOf(trails, traced->trace);
+void AddReferenceError(std::span<const StateHistory> histories, std::size_t channel,
+                       TracedChannel* traced) {
+  const ReferenceError error = ErrorOf(histories, traced->trace);
   if (!error.said) return;
   traced->row.reference = error;
   ChannelModel& model = traced->model;
@@ -102,14 +103,14 @@ void AddReferenceError(std::span<const Trail> trails, std::size_t channel, Trace
   }
 }
 
-void DescribeReferenceError(std::span<const Trail> trails, TraceResult* result) {
-  if (std::none_of(trails.begin(), trails.end(), HasReference)) return;
-  const ReferenceUncertainty said = Said(trails);
+void DescribeReferenceError(std::span<const StateHistory> histories, TraceResult* result) {
+  if (std::none_of(histories.begin(), histories.end(), HasReference)) return;
+  const ReferenceUncertainty said = Said(histories);
   if (!said.said()) {
     result->reference_error = kRelativeToReference;
     return;
   }
-  const ReferenceError error = MakeReferenceError(said, Ranges_deg(trails));
+  const ReferenceError error = MakeReferenceError(said, Ranges_deg(histories));
   result->reference_uncertainty = 0.0;
   for (std::size_t c = 0; c < 3; ++c)
     result->reference_uncertainty = std::max(result->reference_uncertainty, error.OfScale(c));

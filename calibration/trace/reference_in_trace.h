@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 #include "calibration/trace/channel_report.h"
 #include "calibration/trace/trace_result.h"
 
@@ -14,9 +14,10 @@ namespace gyrobench::calibration {
 // model's covariance among them. The eccentricity of the certificate is left out where the channel
 // found an eccentricity and took it off. Where one of the inputs with a reference says nothing of
 // it, nothing is added.
-void AddReferenceError(std::span<const Trail> trails, std::size_t channel, TracedChannel* traced);
+void AddReferenceError(std::span<const StateHistory> histories, std::size_t channel,
+                       TracedChannel* traced);
 
 // Fills TraceResult::reference_error and reference_uncertainty.
-void DescribeReferenceError(std::span<const Trail> trails, TraceResult* result);
+void DescribeReferenceError(std::span<const StateHistory> histories, TraceResult* result);
 
 }  // namespace gyrobench::calibration

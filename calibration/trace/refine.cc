@@ -83,7 +83,7 @@ std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidat
   const Effect& effect = *candidate.effect;
   RefineRange range;
   range.start = candidate.context.nonlinear;
-  range.tied = effect.search == Search::kCoefficient;
+  range.is_coefficient = effect.search == Search::kCoefficient;
   for (std::size_t i = 0; i < effect.nonlinear.size(); ++i) {
     const NonlinearParameter& parameter = effect.nonlinear[i];
     double low = parameter.low, high = parameter.high;

@@ -14,7 +14,7 @@ namespace gyrobench::calibration {
 // Where the non-linear parameters of a candidate may go. Of a curve: its middle and its width.
 struct RefineRange {
   std::vector<double> start, low, high;
-  bool tied = false;  // the parameter is the coefficient itself
+  bool is_coefficient = false;  // the parameter is the coefficient itself
 };
 // nullopt where there is nothing to refine.
 std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidate& candidate);

@@ -29,8 +29,8 @@ constexpr double kRateSigmas = 8.0;
 // Of the rate between two nodes, by the readings' errors [deg/s].
 double RateError(const ChannelProblem& problem) {
   double error_deg = 0.0, time_s = 0.0;
-  for (const Trail& trail : problem.trails())
-    error_deg = std::max(error_deg, trail.angle_error_deg);
+  for (const StateHistory& history : problem.histories())
+    error_deg = std::max(error_deg, history.angle_error_deg);
   for (const Interval& interval : problem.intervals()) time_s += interval.duration_s;
   return std::sqrt(2.0) * error_deg * static_cast<double>(problem.rows()) / time_s;
 }
@@ -162,7 +162,7 @@ Test Variance(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
 
 bool WhitenessIsTested(const ChannelProblem& problem, Eigen::Index block) {
   // At rest alone the filter of the sensor shows from interval to interval: that is its noise.
-  if (block == 1 && (problem.knows() & kNeedsRate) == 0) return false;
+  if (block == 1 && (problem.observables() & kNeedsRate) == 0) return false;
   return problem.rows() / block > 10 * kLags;
 }
 
@@ -189,7 +189,7 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
   const double step =
       std::max({problem.max_rate_deg_s() / 40.0, kRateSigmas * RateError(problem), 1e-6});
   depends("rate [deg/s]", [&](Eigen::Index i) {
-    const TrackPoint& point = problem.half(i, 0);
+    const SensorState& point = problem.half(i, 0);
     return point.still ? kMissing : step * std::round(point.rate_deg_s[c] / step);
   });
   for (std::size_t a = 0; a < 3; ++a) {
@@ -199,7 +199,7 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
   }
   for (const std::size_t a : problem.table_axes()) {
     depends("table angle [deg]", [&, a](Eigen::Index i) {
-      const TrackPoint& point = problem.half(i, 0);
+      const SensorState& point = problem.half(i, 0);
       const double turn = point.table_deg[a] / 360.0;
       return point.still ? kMissing : 360.0 * (turn - std::floor(turn));
     });

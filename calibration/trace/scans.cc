@@ -116,7 +116,7 @@ class Steps {
     std::size_t stepped = problem_.table_axes().front();
     double most = 0.0;
     for (std::size_t a = 0; a < 3; ++a) {
-      const double by_deg = std::fabs(OffItsWay_deg(a) * problem_.Lever(row_, a));
+      const double by_deg = std::fabs(OffItsWay_deg(a) * problem_.AxisProjection(row_, a));
       if (!(by_deg > most)) continue;
       most = by_deg;
       stepped = a;
@@ -127,7 +127,7 @@ class Steps {
   // and after them make of it.
   double OffItsWay_deg(std::size_t axis) const {
     const std::size_t row = problem_.row_refs()[static_cast<std::size_t>(row_)].interval;
-    const std::vector<TrackPoint>& nodes = problem_.trail(row_).nodes;
+    const std::vector<SensorState>& nodes = problem_.history(row_).nodes;
     const std::size_t from = row > 0 ? row - 1 : row, to = std::min(row + 2, nodes.size() - 1);
     auto change_deg = [&](std::size_t first, std::size_t last) {
       return nodes[last].table_deg[axis] - nodes[first].table_deg[axis];
@@ -200,7 +200,7 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   // of no turn speaks. Of an orientation no ripple is known.
   auto rests = [&](Eigen::Index i) {
     constexpr double kUnfelt = 0.01;
-    if (problem.trail(i).recording->info.reference == ReferenceKind::kOrientation) return true;
+    if (problem.history(i).recording->info.reference == ReferenceKind::kOrientation) return true;
     const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
     return interval.still ||
            std::max(interval.begin_reference_share, interval.end_reference_share) < kUnfelt;
@@ -279,12 +279,12 @@ ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_sco
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!turns(i)) continue;
     const auto row = static_cast<Eigen::Index>(i);
-    const Trail& trail = problem.trail(row);
-    const double u = problem.Lever(row, axis) * output_score(row);
-    const double from = trail.nodes[rows[i].interval].table_deg[axis];
-    const double to = trail.nodes[rows[i].interval + 1].table_deg[axis];
+    const StateHistory& history = problem.history(row);
+    const double u = problem.AxisProjection(row, axis) * output_score(row);
+    const double from = history.nodes[rows[i].interval].table_deg[axis];
+    const double to = history.nodes[rows[i].interval + 1].table_deg[axis];
     if (!std::isfinite(from) || !std::isfinite(to)) continue;
-    const bool joined = i > 0 && rows[i - 1].trail == rows[i].trail &&
+    const bool joined = i > 0 && rows[i - 1].history == rows[i].history &&
                         rows[i - 1].interval + 1 == rows[i].interval && turns(i - 1);
     // Weight of a node: what the interval before gives and the one after takes.
     pending = (joined ? pending : 0.0) - u;

@@ -196,7 +196,7 @@ void Selection::Remove(std::size_t member) {
 }
 
 void Selection::SetGainByAnyNoise(std::size_t member, double gain) {
-  members_[member].gain_by_any_noise = gain;
+  members_[member].gain_over_noise = gain;
 }
 
 Eigen::MatrixXd Selection::White(const Candidate& candidate) const {
@@ -337,7 +337,7 @@ void Selection::Run() {
 double Selection::PValue(std::size_t member) const {
   const Candidate& candidate = members_[member];
   const double log_p = std::max(LogP(candidate, ModelWithout(member)),
-                                candidate.LogChance(candidate.gain_by_any_noise,
+                                candidate.LogChance(candidate.gain_over_noise,
                                                     static_cast<double>(candidate.columns.size())));
   return std::min(1.0, std::exp(log_p - candidate.log_level) * options_.false_discovery);
 }

@@ -36,7 +36,7 @@ class Selection {
   // product's other factor does: the same product, counted from another temperature.
   void JoinOrigins();
   void Remove(std::size_t member);
-  // Candidate::gain_by_any_noise
+  // Candidate::gain_over_noise
   void SetGainByAnyNoise(std::size_t member, double gain);
 
   const std::vector<Candidate>& members() const { return members_; }
@@ -67,7 +67,7 @@ class Selection {
   // The best so far of what may be added.
   struct Best {
     std::optional<Candidate> candidate;
-    double excess = 0.0;  // of the logarithm of its level over that of its p-value
+    double evidence_margin = 0.0;  // of the logarithm of its level over that of its p-value
     bool refined = false;
   };
   struct Ramp {

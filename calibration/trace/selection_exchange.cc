@@ -100,13 +100,13 @@ std::optional<Candidate> Selection::InTheOtherShape(const Candidate& member,
 double Selection::CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const {
   WhiteStore::Columns with = others;
   with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
-  return Cost(with) + candidate.handicap();
+  return Cost(with) + candidate.complexity_penalty();
 }
 
 // One member for another that explains more.
 bool Selection::ExchangeMember(std::size_t i) {
   const WhiteStore::Columns others = ModelWithout(i);
-  double least = Cost(ModelColumns()) - 1.0 + members_[i].handicap();
+  double least = Cost(ModelColumns()) - 1.0 + members_[i].complexity_penalty();
   std::optional<Candidate> better;
   auto consider = [&](const Candidate& candidate) {
     const double cost = CostWith(candidate, others);
@@ -121,7 +121,8 @@ bool Selection::ExchangeMember(std::size_t i) {
     consider(candidate);
   }
   for (const Ramp& ramp : RampsFor(members_[i], others)) {
-    const double cost = Cost(others) - ramp.gain + kCostOfColumn + ramp.candidate.handicap();
+    const double cost =
+        Cost(others) - ramp.gain + kCostOfColumn + ramp.candidate.complexity_penalty();
     if (cost >= least || Barred(ramp.candidate.family)) continue;
     least = cost;
     better = ramp.candidate;
@@ -160,7 +161,7 @@ std::vector<std::string> Selection::Rivals(std::size_t member) const {
   const double most = std::max(kRivalGain, kAlike * (Cost(others) - mine));
   auto rivals = [&](const Candidate& candidate, double cost) {
     const bool describes = candidate.effect == nullptr && members_[member].effect != nullptr;
-    return cost + (describes ? candidate.handicap() : 0.0) - mine < most;
+    return cost + (describes ? candidate.complexity_penalty() : 0.0) - mine < most;
   };
   auto found = [](const Candidate& candidate, double log_p) {
     return log_p - candidate.log_level < 0.5 * kRivalGain;

@@ -44,7 +44,7 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
     return others_off.Off(White(trial));
   };
   auto refined = [&](std::vector<double> theta) {
-    if (!range->tied)
+    if (!range->is_coefficient)
       return RefineNonlinear(columns, residual, std::move(theta), range->low, range->high);
     for (int i = 0; i < 6; ++i) {
       const Eigen::MatrixXd x = columns(theta);
@@ -73,9 +73,9 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
 std::vector<double> Selection::StartSides(Candidate candidate, const Projection& others_off,
                                           const Eigen::VectorXd& residual) const {
   std::vector<double>& sides = candidate.context.start_sides;
-  const std::span<const Trail> trails = problem_->trails();
+  const std::span<const StateHistory> histories = problem_->histories();
   sides.assign(static_cast<std::size_t>(std::ranges::count_if(
-                   trails, [](const Trail& trail) { return trail.new_power_on; })),
+                   histories, [](const StateHistory& history) { return history.new_power_on; })),
                0.0);
   candidate.raw.reset();
   const auto gain = [&] {

@@ -31,11 +31,11 @@ constexpr double kToldApart = 0.01;
 void Selection::TryPool(const WhiteStore::Columns& model, Best* best) {
   for (const Candidate& candidate : pool_) {
     if (Barred(candidate.family) || InAnotherShape(candidate)) continue;
-    double excess = candidate.log_level - LogP(candidate, model);
-    if (excess <= 0.0) continue;
-    excess = std::max(excess - 0.5 * candidate.handicap(), 1e-9);
-    if (excess <= best->excess || !Plausible(candidate, model)) continue;
-    *best = {candidate, excess};
+    double evidence_margin = candidate.log_level - LogP(candidate, model);
+    if (evidence_margin <= 0.0) continue;
+    evidence_margin = std::max(evidence_margin - 0.5 * candidate.complexity_penalty(), 1e-9);
+    if (evidence_margin <= best->evidence_margin || !Plausible(candidate, model)) continue;
+    *best = {candidate, evidence_margin};
   }
   if (best->candidate) return;
   for (const Candidate* point : NearlyFound(model)) TryBetween(*point, model, best);
@@ -64,9 +64,10 @@ std::vector<const Candidate*> Selection::NearlyFound(const WhiteStore::Columns& 
   std::map<std::string, std::pair<double, const Candidate*>> nearest;
   for (const Candidate& candidate : pool_) {
     if (!candidate.searched() || Barred(candidate.family) || InAnotherShape(candidate)) continue;
-    const double excess = candidate.log_level - LogP(candidate, model);
-    auto [place, first] = nearest.try_emplace(candidate.family, excess, &candidate);
-    if (!first && excess > place->second.first) place->second = {excess, &candidate};
+    const double evidence_margin = candidate.log_level - LogP(candidate, model);
+    auto [place, first] = nearest.try_emplace(candidate.family, evidence_margin, &candidate);
+    if (!first && evidence_margin > place->second.first)
+      place->second = {evidence_margin, &candidate};
   }
   std::vector<const Candidate*> out;
   for (const auto& [family, point] : nearest) {
@@ -82,9 +83,9 @@ void Selection::TryBetween(Candidate candidate, const WhiteStore::Columns& model
   const Eigen::Index mark = store_.used();
   Refine(&candidate, model);
   if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
-  const double excess = candidate.log_level - LogP(candidate, model);
-  if (excess > best->excess && Plausible(candidate, model)) {
-    *best = {std::move(candidate), excess, true};
+  const double evidence_margin = candidate.log_level - LogP(candidate, model);
+  if (evidence_margin > best->evidence_margin && Plausible(candidate, model)) {
+    *best = {std::move(candidate), evidence_margin, true};
   } else {
     store_.DropFrom(mark);
   }
@@ -116,14 +117,15 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     if (candidate.search() == Search::kTime) PlaceStep(model, &candidate);
     const Eigen::Index mark = store_.used();
     candidate.columns = store_.Add(White(candidate));
-    double excess = level - LogP(candidate, model);
-    if (excess > -kNearLevel && excess + kNearLevel > best->excess) {
+    double evidence_margin = level - LogP(candidate, model);
+    if (evidence_margin > -kNearLevel && evidence_margin + kNearLevel > best->evidence_margin) {
       Refine(&candidate, model);
       if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
-      excess = level - LogP(candidate, model);
+      evidence_margin = level - LogP(candidate, model);
     }
-    if (excess > best->excess && ToldFromMembers(candidate, model) && Plausible(candidate, model)) {
-      *best = {candidate, excess, true};
+    if (evidence_margin > best->evidence_margin && ToldFromMembers(candidate, model) &&
+        Plausible(candidate, model)) {
+      *best = {candidate, evidence_margin, true};
     } else {
       store_.DropFrom(mark);
     }
@@ -148,10 +150,11 @@ std::vector<Selection::Ramp> Selection::BestRamps(const WhiteStore::Columns& mod
 
 void Selection::TryRamps(const WhiteStore::Columns& model, Best* best) const {
   for (Ramp& ramp : BestRamps(model)) {
-    double excess = ramp.candidate.log_level - LogChiSquareTail(ramp.gain, 1.0);
-    if (excess <= 0.0 || Barred(ramp.candidate.family)) continue;
-    excess = std::max(excess - 0.5 * ramp.candidate.handicap(), 1e-9);
-    if (excess > best->excess) *best = {std::move(ramp.candidate), excess};
+    double evidence_margin = ramp.candidate.log_level - LogChiSquareTail(ramp.gain, 1.0);
+    if (evidence_margin <= 0.0 || Barred(ramp.candidate.family)) continue;
+    evidence_margin = std::max(evidence_margin - 0.5 * ramp.candidate.complexity_penalty(), 1e-9);
+    if (evidence_margin > best->evidence_margin)
+      *best = {std::move(ramp.candidate), evidence_margin};
   }
 }
 
@@ -173,7 +176,7 @@ void Selection::TryProducts(Best* best) const {
   const double level = std::log(options_.false_discovery * kShareOfProducts /
                                 static_cast<double>(candidates_->products.size()));
   Eigen::Index chosen = -1;
-  double most = kClearly * best->excess;
+  double most = kClearly * best->evidence_margin;
   for (Eigen::Index k = 0; k < columns.cols(); ++k) {
     const double left = columns.col(k).squaredNorm();
     if (!(left > kAbsorbed * whole(k))) {
@@ -181,9 +184,9 @@ void Selection::TryProducts(Best* best) const {
       continue;
     }
     const double gain = std::pow(columns.col(k).dot(residual), 2) / left;
-    const double excess = level - LogChiSquareTail(gain, 1.0);
-    if (excess <= most) continue;
-    most = excess;
+    const double evidence_margin = level - LogChiSquareTail(gain, 1.0);
+    if (evidence_margin <= most) continue;
+    most = evidence_margin;
     chosen = k;
   }
   if (chosen < 0 || !StaysBest(columns, residual, chosen)) return;

@@ -8,7 +8,7 @@
 
 #include "calibration/effects/effect.h"
 #include "calibration/state/gaps.h"
-#include "calibration/state/trail_parts.h"
+#include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -16,7 +16,7 @@
 #include "calibration/signal/output_unit.h"
 #include "calibration/state/inputs_together.h"
 #include "calibration/state/run_order.h"
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 #include "calibration/trace/channel_report.h"
 #include "calibration/trace/reference_in_trace.h"
 #include "calibration/trace/shared_columns.h"
@@ -76,16 +76,17 @@ void RemarkOnMissingReference(std::span<const Recording* const> recordings,
       WithoutReference(recordings.front()->info));
 }
 
-void RemarkOnEarthRate(const std::vector<Trail>& trails, std::vector<std::string>* remarks) {
+void RemarkOnEarthRate(const std::vector<StateHistory>& histories,
+                       std::vector<std::string>* remarks) {
   std::vector<std::string> known, unknown;
-  for (const Trail& trail : trails) {
-    (trail.earth_rate_known ? known : unknown).push_back(trail.name);
-    const MeasurementInfo& info = trail.recording->info;
-    if (trail.earth_rate_known || !info.site_latitude_deg) continue;
+  for (const StateHistory& history : histories) {
+    (history.earth_rate_known ? known : unknown).push_back(history.name);
+    const MeasurementInfo& info = history.recording->info;
+    if (history.earth_rate_known || !info.site_latitude_deg) continue;
     remarks->push_back(fmt::format(
         "{}: the site's latitude is given, but not how the sensor is oriented: Earth's rotation "
         "is not taken off",
-        trail.name));
+        history.name));
   }
   if (known.empty() || unknown.empty()) return;
   remarks->push_back(fmt::format("Earth's rotation is taken off in {}, and not in {}",
@@ -125,30 +126,31 @@ void AddUnidentifiable(const std::vector<Unidentifiable>& effects, ChannelTrace*
 struct Runs {
   std::vector<const Recording*> recordings;
   std::vector<Vector3> rough;
-  std::vector<Trail> trails;
+  std::vector<StateHistory> histories;
 };
 
 Runs MakeRuns(std::span<const Recording* const> recordings,
               const std::vector<std::string>& covariates, TraceResult* result) {
   Runs runs;
-  runs.trails.reserve(recordings.size());
+  runs.histories.reserve(recordings.size());
   for (const OrderedRun& run : OrderRuns(recordings, &result->remarks)) {
     const Recording& recording = *recordings[run.index];
     runs.recordings.push_back(&recording);
     runs.rough.push_back(RoughSensitivity(recording));
-    runs.trails.push_back(MakeTrail(recording, runs.rough.back(), run.restart, covariates));
-    Trail& trail = runs.trails.back();
-    trail.number = run.index + 1;
-    if (!trail.nodes.empty()) trail.nodes.front().run = runs.trails.size();
+    runs.histories.push_back(
+        MakeStateHistory(recording, runs.rough.back(), run.restart, covariates));
+    StateHistory& history = runs.histories.back();
+    history.number = run.index + 1;
+    if (!history.nodes.empty()) history.nodes.front().run = runs.histories.size();
     std::vector<Defect>& defects = result->inputs[run.index].defects;
-    defects.insert(defects.end(), trail.defects.begin(), trail.defects.end());
-    for (const std::string& remark : trail.remarks) result->remarks.push_back(remark);
+    defects.insert(defects.end(), history.defects.begin(), history.defects.end());
+    for (const std::string& remark : history.remarks) result->remarks.push_back(remark);
     for (const std::string& remark : IntakeRemarks(recording))
-      result->remarks.push_back(trail.name + ": " + remark);
+      result->remarks.push_back(history.name + ": " + remark);
     if (const std::string clocks = RemarkOnClocks(recording); !clocks.empty())
-      result->remarks.push_back(trail.name + ": " + clocks);
+      result->remarks.push_back(history.name + ": " + clocks);
   }
-  RemarkOnEarthRate(runs.trails, &result->remarks);
+  RemarkOnEarthRate(runs.histories, &result->remarks);
   return runs;
 }
 
@@ -215,12 +217,13 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
   std::vector<ChannelRequest> requests;
   for (const std::size_t c : channels) {
     ChannelRequest request;
-    request.trails = runs.trails;
+    request.histories = runs.histories;
     request.channel = c;
     request.units_per_deg_s = Units(runs.recordings, runs.rough, c);
     request.covariates = columns.names;
-    request.earth_rate_known = std::all_of(runs.trails.begin(), runs.trails.end(),
-                                           [](const Trail& t) { return t.earth_rate_known; });
+    request.earth_rate_known =
+        std::all_of(runs.histories.begin(), runs.histories.end(),
+                    [](const StateHistory& t) { return t.earth_rate_known; });
     request.false_discovery = options.false_discovery / static_cast<double>(channels.size());
     request.seed = options.seed + c;
     request.curves = options.curves;
@@ -230,14 +233,14 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
   std::vector<TracedChannel> traced_channels = TraceChannels(std::move(requests), options.progress);
   for (std::size_t k = 0; k < channels.size(); ++k) {
     TracedChannel& traced = traced_channels[k];
-    AddReferenceError(runs.trails, channels[k], &traced);
+    AddReferenceError(runs.histories, channels[k], &traced);
     AddUnidentifiable(columns.unidentifiable, &traced.trace);
     out.result.channels.push_back(std::move(traced.trace));
     out.models.push_back(std::move(traced.model));
     rows.push_back(std::move(traced.row));
   }
-  out.result.vector = MakeVectorCalibration(rows, runs.trails);
-  DescribeReferenceError(runs.trails, &out.result);
+  out.result.vector = MakeVectorCalibration(rows, runs.histories);
+  DescribeReferenceError(runs.histories, &out.result);
   return out;
 }
 

@@ -70,9 +70,9 @@ void ListRounding(const ChannelProblem& problem, std::vector<Unidentifiable>* ou
 constexpr std::int64_t kLeastClockPairs = 10;
 // Of a reference without a second one beside it.
 void ListAlwaysUnseen(const ChannelProblem& problem, std::vector<Unidentifiable>* out) {
-  if ((problem.knows() & kNeedsRate) == 0) return;
-  const bool two_clocks = std::ranges::any_of(problem.trails(), [](const Trail& trail) {
-    return trail.recording->ticks.count() >= kLeastClockPairs;
+  if ((problem.observables() & kNeedsRate) == 0) return;
+  const bool two_clocks = std::ranges::any_of(problem.histories(), [](const StateHistory& history) {
+    return history.recording->ticks.count() >= kLeastClockPairs;
   });
   for (const NeverSeen& effect : NeverSeenEffects()) {
     if (effect.seen_by_host_clock && two_clocks) continue;
@@ -103,7 +103,7 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
   }
   for (const Effect& effect : EffectCatalogue()) {
     const bool grid = effect.nonlinear.empty() || !effect.nonlinear[0].grid.empty();
-    const unsigned lacks = effect.needs & ~problem.knows();
+    const unsigned lacks = effect.needs & ~problem.observables();
     if (!grid || (effect.needs & kNeedsCovariate) != 0 || lacks == 0) continue;
     if (effect.true_motion && earth_rate_known) continue;
     list(effect.id, WhatIsMissing(lacks));

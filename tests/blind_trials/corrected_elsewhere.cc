@@ -8,7 +8,7 @@
 #include "calibration/artefact/corrector.h"
 #include "calibration/gls/whitener.h"
 #include "calibration/signal/collector.h"
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 #include "calibration/trace/problem.h"
 
 namespace gyrobench::blind_trials {
@@ -65,7 +65,7 @@ void Correct(const calibration::Calibration& calibration, Tape& tape) {
   }
   corrector.End();
   take();
-  tape.info.gyro_unit = GyroUnit::kDegPerSecond;
+  tape.info.gyro_unit = RateUnit::kDegPerSecond;
   tape.info.gyro_units_per_deg_s.reset();
 }
 
@@ -85,12 +85,12 @@ std::array<double, 3> CorrectedElsewhere(const TrialSpec& spec,
   calibration::Collector collector;
   tape.PlayTo(collector);
   const calibration::Recording recording = collector.Take();
-  const std::vector<calibration::Trail> trails = {
-      calibration::MakeTrail(recording, {1.0, 1.0, 1.0}, true, {})};
+  const std::vector<calibration::StateHistory> histories = {
+      calibration::MakeStateHistory(recording, {1.0, 1.0, 1.0}, true, {})};
   const Eigen::Vector3d gain = NoiseGain(truth.part.m);
   std::array<double, 3> out;
   for (std::size_t c = 0; c < 3; ++c) {
-    const calibration::ChannelProblem problem(trails, c, 1.0);
+    const calibration::ChannelProblem problem(histories, c, 1.0);
     const double grows = gain[static_cast<Eigen::Index>(c)];
     const calibration::Whitener whitener(
         problem.intervals(), {truth.angle_random_walk_deg_sqrt_s * grows,

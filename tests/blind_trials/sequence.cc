@@ -70,9 +70,9 @@ class Planner {
     const double rate = 3.0 * amplitude_deg / half_s;
     const double acceleration = 9.0 * amplitude_deg / (half_s * half_s);
     const double middle_deg = angle_deg_[axis];
-    const int halves = static_cast<int>(std::lround(duration_s / half_s)) - 1;
+    const int midpoints = static_cast<int>(std::lround(duration_s / half_s)) - 1;
     double side = 1.0;
-    for (int i = 0; i < halves; ++i, side = -side) {
+    for (int i = 0; i < midpoints; ++i, side = -side) {
       TurnTo(axis, middle_deg + side * amplitude_deg, rate, acceleration);
     }
     TurnTo(axis, middle_deg, rate, acceleration);

@@ -262,7 +262,7 @@ TEST(BadMeasurement, ASensorThatIsPerfectlyQuietDoesNotDivideByZero) {
 TEST(BadMeasurement, HandlingWithoutAReferenceIsNotTakenForBias) {
   Analyzer analyzer;
   MeasurementInfo info;
-  info.gyro_unit = GyroUnit::kRadPerSecond;
+  info.gyro_unit = RateUnit::kRadPerSecond;
   info.gyro_present = {true, false, false};
   info.accel_present = {true, true, true};
   analyzer.OnInfo(info);
@@ -300,7 +300,7 @@ TEST(BadMeasurement, RandomEventsNeverCrashNorMakeUpNumbers) {
       return kind < 0.05 ? 1e6 * (uniform(random) - 0.5) : usual;
     };
     MeasurementInfo info;
-    info.gyro_unit = static_cast<GyroUnit>(seed % 3);
+    info.gyro_unit = static_cast<RateUnit>(seed % 3);
     info.reference = static_cast<ReferenceKind>(seed % 4);
     info.stand_axis_present = {seed % 2 == 0, true, seed % 5 == 0};
     info.gyro_present = {true, seed % 2 == 0, seed % 3 == 0};

@@ -21,7 +21,7 @@ constexpr double kSample_s = 0.01, kReading_s = 0.1;
 MeasurementInfo OneAxis() {
   MeasurementInfo info;
   info.gyro_present = {false, false, true};
-  info.gyro_unit = GyroUnit::kDegPerSecond;
+  info.gyro_unit = RateUnit::kDegPerSecond;
   info.reference = ReferenceKind::kSensorAngle;
   info.reference_axis = SensorAxis::kZ;
   info.temperature_present = true;

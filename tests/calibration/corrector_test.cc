@@ -415,7 +415,7 @@ TEST(Corrector, TakesRatesInRadiansAsTheTracerDoes) {
     channel.model.units_per_deg_s = 1.0;
   }
   MeasurementInfo info = Info();
-  info.gyro_unit = GyroUnit::kRadPerSecond;
+  info.gyro_unit = RateUnit::kRadPerSecond;
   info.gyro_units_per_deg_s = std::numbers::pi / 180.0;
   const Corrected out = Correct(calibration, info, [&](double t) {
     GyroSample sample = Sample(t, calibration);
@@ -489,7 +489,7 @@ TEST(Corrector, RefusesDataOfAnotherUnitRangeSensorOrAxis) {
   calibration.sensor = "MPU-17";
   MeasurementInfo info = Info();
   EXPECT_EQ(RefusalOf(calibration, info), "");
-  info.gyro_unit = GyroUnit::kDegPerSecond;
+  info.gyro_unit = RateUnit::kDegPerSecond;
   EXPECT_THAT(RefusalOf(calibration, info), HasSubstr("expects LSB"));
   info = Info();
   info.gyro_units_per_deg_s = 65.5;

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "calibration/effects/effect.h"
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 #include "calibration/trace/candidate.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/trace.h"
@@ -490,9 +490,9 @@ TEST(AProductOfTemperature, IsNotLookedForWhereGravityStays) {
   for (const bool tilts : {false, true}) {
     const calibration::Recording recording =
         SyntheticBench(tilts ? EveryMotion() : ManySpeeds()).Measure({}, 3);
-    const calibration::Trail trail =
-        calibration::MakeTrail(recording, {kMissing, kMissing, 1.0}, true, {});
-    const calibration::ChannelProblem problem({&trail, 1}, 2, 1.0);
+    const calibration::StateHistory history =
+        calibration::MakeStateHistory(recording, {kMissing, kMissing, 1.0}, true, {});
+    const calibration::ChannelProblem problem({&history, 1}, 2, 1.0);
     const calibration::CandidateSet all = calibration::AllCandidates(problem, {}, true);
     EXPECT_EQ(std::ranges::count(all.grid, "composed(g*T)", &calibration::Candidate::id),
               tilts ? 1 : 0);
@@ -505,9 +505,9 @@ TEST(AProductOfGravity, IsNotLookedForWhereItStays) {
   motion.Rest(8.0).ThereAndBack(kInnerAxis, 200.0, 20.0).Turn(kMiddleAxis, 90.0, 20.0);
   motion.ThereAndBack(kInnerAxis, 200.0, 20.0).Turn(kMiddleAxis, -90.0, 20.0).Rest(8.0);
   const calibration::Recording recording = SyntheticBench(motion).Measure({}, 3);
-  const calibration::Trail trail =
-      calibration::MakeTrail(recording, {kMissing, kMissing, 1.0}, true, {});
-  const calibration::ChannelProblem problem({&trail, 1}, 2, 1.0);
+  const calibration::StateHistory history =
+      calibration::MakeStateHistory(recording, {kMissing, kMissing, 1.0}, true, {});
+  const calibration::ChannelProblem problem({&history, 1}, 2, 1.0);
   const calibration::CandidateSet all = calibration::AllCandidates(problem, {}, true);
   const auto listed = [&](const char* id) {
     return std::ranges::count(all.products, id, &calibration::Candidate::id);

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 #include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_once.h"
 
@@ -20,33 +20,33 @@ using calibration::ChannelTrace;
 using calibration::FeltAxis;
 using calibration::Recording;
 using calibration::StandFrame;
+using calibration::StateHistory;
 using calibration::TracedEffect;
-using calibration::Trail;
 using calibration::Vector3;
 
 constexpr double kPi = std::numbers::pi;
 
 // One interval of a second, in which the axes turn at such rates about such angles.
-Trail OneInterval(const Recording& recording, const StandFrame& stand, const Vector3& angles_deg,
-                  const Vector3& rates_deg_s) {
-  Trail trail;
-  trail.recording = &recording;
-  trail.stand = stand;
-  trail.nodes.resize(2);
-  trail.nodes[1].t_s = 1.0;
-  trail.halves.resize(2);
-  for (auto& half : trail.halves) {
+StateHistory OneInterval(const Recording& recording, const StandFrame& stand,
+                         const Vector3& angles_deg, const Vector3& rates_deg_s) {
+  StateHistory history;
+  history.recording = &recording;
+  history.stand = stand;
+  history.nodes.resize(2);
+  history.nodes[1].t_s = 1.0;
+  history.midpoints.resize(2);
+  for (auto& half : history.midpoints) {
     half.table_deg = angles_deg;
     half.table_rate_deg_s = rates_deg_s;
   }
-  trail.still = {false};
+  history.still = {false};
   const auto directions = stand.Rates(angles_deg);
-  trail.rotation_deg.resize(1);
+  history.rotation_deg.resize(1);
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t a = 0; a < 3; ++a)
-      trail.rotation_deg[0][c] += directions[c][a] * rates_deg_s[a];
+      history.rotation_deg[0][c] += directions[c][a] * rates_deg_s[a];
   }
-  return trail;
+  return history;
 }
 
 // The rotation by the readings, less that by the true angles, is what the error makes of it.
@@ -63,14 +63,14 @@ TEST(TheDirectionOfAMotion, IsTurnedByWhatAnAxisIsMisreadBy) {
     const StandFrame stand(draw % 2 == 0 ? StandGeometry{} : skew);
     const Vector3 angles = {angle(random), angle(random), angle(random)};
     const Vector3 rates = {rate(random), rate(random), rate(random)};
-    const Trail trail = OneInterval(recording, stand, angles, rates);
+    const StateHistory history = OneInterval(recording, stand, angles, rates);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       Vector3 wrong = angles;
       wrong[axis] += kError_deg;
-      const Trail misread = OneInterval(recording, stand, wrong, rates);
+      const StateHistory misread = OneInterval(recording, stand, wrong, rates);
       for (std::size_t c = 0; c < 3; ++c) {
-        const FeltAxis felt = calibration::FeelAxes(trail, 0, c)[axis];
-        EXPECT_NEAR((misread.rotation_deg[0][c] - trail.rotation_deg[0][c]) / kError_deg,
+        const FeltAxis felt = calibration::FeelAxes(history, 0, c)[axis];
+        EXPECT_NEAR((misread.rotation_deg[0][c] - history.rotation_deg[0][c]) / kError_deg,
                     felt.direction, 1e-4)
             << "axis " << axis << ", channel " << c;
       }

@@ -197,7 +197,7 @@ TEST_F(WildSamples, AreKnownWithTheSampleAfterThem) {
 // A wild sample is no peak that the sensor may later saturate at.
 TEST_F(WildSamples, DoNotHideASaturation) {
   MeasurementInfo info = Counts();
-  info.gyro_unit = GyroUnit::kDegPerSecond;
+  info.gyro_unit = RateUnit::kDegPerSecond;
   stream_.Start(info);
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0.0, 0.03);

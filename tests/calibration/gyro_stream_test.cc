@@ -11,7 +11,7 @@
 namespace gyrobench::calibration {
 namespace {
 
-MeasurementInfo OneAxis(GyroUnit unit = GyroUnit::kLsb) {
+MeasurementInfo OneAxis(RateUnit unit = RateUnit::kLsb) {
   MeasurementInfo info;
   info.gyro_unit = unit;
   info.gyro_present = {true, false, false};
@@ -184,7 +184,7 @@ TEST(GyroStream, RecognisesSaturationAtTheLimitsOfSixteenBits) {
 
 TEST(GyroStream, RecognisesSaturationOfASensorThatScalesByItself) {
   GyroStream stream;
-  stream.Start(OneAxis(GyroUnit::kDegPerSecond));
+  stream.Start(OneAxis(RateUnit::kDegPerSecond));
   for (int i = 0; i < 1000; ++i) {
     stream.Add(At(0.01 * i, std::clamp(400.0 * std::sin(0.01 * i) + Noise(), -250.1, 250.1)));
   }
@@ -195,7 +195,7 @@ TEST(GyroStream, RecognisesSaturationOfASensorThatScalesByItself) {
 
 TEST(GyroStream, ConvertsRadians) {
   GyroStream stream;
-  stream.Start(OneAxis(GyroUnit::kRadPerSecond));
+  stream.Start(OneAxis(RateUnit::kRadPerSecond));
   for (int i = 0; i <= 100; ++i) stream.Add(At(0.01 * i, 1.0 + 1e-6 * (i % 2)));
   IntegralMark mark;
   ASSERT_TRUE(stream.IntegralAt(1.0, &mark));

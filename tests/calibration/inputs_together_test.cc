@@ -95,7 +95,7 @@ std::string MessageOf(const Recording& a, const Recording& b) {
 TEST(TablesTogether, HaveOneUnitOneRangeAndOneZero) {
   const Recording a = Table("a.csv", 0, 100);
   Recording b = Table("b.csv", 100, 200);
-  b.info.gyro_unit = GyroUnit::kDegPerSecond;
+  b.info.gyro_unit = RateUnit::kDegPerSecond;
   EXPECT_THAT(MessageOf(a, b), AllOf(HasSubstr("b.csv:4: expected"), HasSubstr("_lsb"),
                                      HasSubstr("a.csv:4"), HasSubstr("found _deg_s")));
   b = Table("b.csv", 100, 200);

@@ -52,7 +52,7 @@ struct Bench {
   double offset_deg_s = 2.0;
   double top_deg_s = 60.0;
   double reference_digit_deg = 1e-4, reference_noise_deg = 0.004;
-  GyroUnit unit = GyroUnit::kLsb;
+  RateUnit unit = RateUnit::kLsb;
   double zero_lsb = 0.0;             // of the converter
   std::optional<double> given_zero;  // as the table says
   bool sensitivity_given = true;
@@ -66,10 +66,10 @@ MeasurementInfo InfoOf(const Bench& bench) {
   info.source = "bench.csv";
   info.gyro_unit = bench.unit;
   info.gyro_present = {true, true, true};
-  info.gyro_units_per_deg_s = bench.unit == GyroUnit::kLsb            ? 1.0 / bench.digit_deg_s
-                              : bench.unit == GyroUnit::kDegPerSecond ? 1.0
+  info.gyro_units_per_deg_s = bench.unit == RateUnit::kLsb            ? 1.0 / bench.digit_deg_s
+                              : bench.unit == RateUnit::kDegPerSecond ? 1.0
                                                                       : std::numbers::pi / 180.0;
-  if (bench.unit == GyroUnit::kLsb && !bench.sensitivity_given) info.gyro_units_per_deg_s.reset();
+  if (bench.unit == RateUnit::kLsb && !bench.sensitivity_given) info.gyro_units_per_deg_s.reset();
   info.gyro_lsb_zero = bench.given_zero;
   info.reference = ReferenceKind::kStandAngles;
   info.stand_axis_present = {false, false, true};
@@ -78,11 +78,11 @@ MeasurementInfo InfoOf(const Bench& bench) {
 
 double Output(const Bench& bench, double rate_deg_s) {
   const double digits = std::round(rate_deg_s / bench.digit_deg_s);
-  if (bench.unit == GyroUnit::kLsb)
+  if (bench.unit == RateUnit::kLsb)
     return std::clamp(digits + bench.zero_lsb, bench.low_lsb, bench.high_lsb) -
            bench.given_zero.value_or(0.0);
   return digits * bench.digit_deg_s *
-         (bench.unit == GyroUnit::kRadPerSecond ? std::numbers::pi / 180.0 : 1.0);
+         (bench.unit == RateUnit::kRadPerSecond ? std::numbers::pi / 180.0 : 1.0);
 }
 
 Recording Measure(const Bench& bench) {
@@ -171,14 +171,14 @@ TEST(SoundSamples, AreNotFrozenWhereTheDigitIsCoarserThanTheNoise) {
     ExpectSound(bench, "counts of 0.1 deg/s with some noise");
     bench.noise_deg_s = 0.01;
   }
-  bench.unit = GyroUnit::kDegPerSecond;
+  bench.unit = RateUnit::kDegPerSecond;
   ExpectSound(bench, "deg/s with one decimal");
 }
 
 // A steady turn shows one value over and over where the digit is coarse.
 TEST(SoundSamples, AreNotSaturatedOnASteadyTurnWithACoarseDigit) {
   Bench bench;
-  bench.unit = GyroUnit::kDegPerSecond;
+  bench.unit = RateUnit::kDegPerSecond;
   bench.digit_deg_s = 0.1;
   bench.noise_deg_s = 0.01;
   for (const double top : {120.0, 200.0, 250.0}) {
@@ -189,7 +189,7 @@ TEST(SoundSamples, AreNotSaturatedOnASteadyTurnWithACoarseDigit) {
 
 TEST(SoundSamples, OfOtherUnitsOffsetsAndReferencesAreNotMasked) {
   Bench bench;
-  bench.unit = GyroUnit::kRadPerSecond;
+  bench.unit = RateUnit::kRadPerSecond;
   bench.digit_deg_s = 1e-4 * 180.0 / std::numbers::pi;
   ExpectSound(bench, "rad/s with four decimals");
   bench = {};

@@ -15,7 +15,7 @@ namespace gyrobench::testing {
 namespace {
 
 using calibration::GyroTurn;
-using calibration::TrackPoint;
+using calibration::SensorState;
 
 // A swing, which differs from a straight line by much within a node's distance.
 double SwingAngle(double t_s) { return 10.0 * std::sin(2.0 * std::numbers::pi * 0.6 * t_s); }
@@ -35,7 +35,7 @@ std::vector<GyroTurn> NodesOf(double (*angle_deg)(double), double step_s, std::s
 TEST(HowFarTheGyroTurnedOn, IsKnownAcrossTheNodesAround) {
   for (const double step_s : {0.02, 0.1, 0.2}) {
     const std::vector<GyroTurn> turns = NodesOf(SwingAngle, step_s, 41);
-    TrackPoint point;
+    SensorState point;
     point.gyro_turns = turns;
     point.node = 20;
     const double t_s = turns[20].t_s;
@@ -49,7 +49,7 @@ TEST(HowFarTheGyroTurnedOn, IsKnownAcrossTheNodesAround) {
 
 TEST(HowFarTheGyroTurnedOn, GoesOnAtTheRateOfTheLastNode) {
   const std::vector<GyroTurn> turns = NodesOf([](double t_s) { return 7.0 * t_s; }, 0.1, 5);
-  TrackPoint point;
+  SensorState point;
   point.gyro_turns = turns;
   for (const std::size_t node : {0u, 4u}) {
     point.node = node;
@@ -59,7 +59,7 @@ TEST(HowFarTheGyroTurnedOn, GoesOnAtTheRateOfTheLastNode) {
 }
 
 TEST(HowFarTheGyroTurnedOn, IsNotKnownWhereThereIsNoNode) {
-  EXPECT_TRUE(std::isnan(calibration::TurnedOn(TrackPoint(), 2, 0.01)));
+  EXPECT_TRUE(std::isnan(calibration::TurnedOn(SensorState(), 2, 0.01)));
 }
 
 // At the end the clocks are 0.2 s apart, which is a good part of each ramp.

@@ -73,7 +73,7 @@ Recording Read(const File& which) {
 AnalysisResult Analyze(const Recording& recording, SensorAxis axis) {
   MeasurementInfo info;
   info.source = "stepper-encoder";
-  info.gyro_unit = GyroUnit::kDegPerSecond;
+  info.gyro_unit = RateUnit::kDegPerSecond;
   info.gyro_present[Index(axis)] = true;
   info.reference = ReferenceKind::kSensorAngle;
   info.reference_axis = axis;
@@ -181,7 +181,7 @@ TEST(HandHeld, EveryAxisIsCalibratedAgainstAnOrientationReference) {
   const Table table = ReadTable("mocap-hand-slow.csv.gz");
   if (table.rows.empty()) GTEST_SKIP() << "no recording at ../shared/datasets";
   MeasurementInfo info;
-  info.gyro_unit = GyroUnit::kRadPerSecond;
+  info.gyro_unit = RateUnit::kRadPerSecond;
   info.gyro_present = {true, true, true};
   info.reference = ReferenceKind::kOrientation;
   Analyzer analyzer;
@@ -208,7 +208,7 @@ TEST(Poses, TheBiasIsThatOfTheQuietStretches) {
     const Table table = ReadTable(name);
     if (table.rows.empty()) GTEST_SKIP() << "no recording at ../shared/datasets";
     MeasurementInfo info;
-    info.gyro_unit = GyroUnit::kRadPerSecond;
+    info.gyro_unit = RateUnit::kRadPerSecond;
     info.gyro_present = info.accel_present = {true, true, true};
     Analyzer analyzer;
     analyzer.OnInfo(info);

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "calibration/gls/whitener.h"
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/scans.h"
 #include "tests/calibration/synthetic_bench.h"
@@ -21,7 +21,7 @@ namespace {
 
 using calibration::ChannelTrace;
 using calibration::Recording;
-using calibration::Trail;
+using calibration::StateHistory;
 
 constexpr double kReading_deg = 0.045;
 
@@ -52,9 +52,9 @@ Story StoryOf(const Motion& motion, std::uint64_t seed) {
   return story;
 }
 
-// A trail refers to its recording.
-Trail TrailOf(const Recording& recording) {
-  return MakeTrail(recording, {kMissing, kMissing, 131.0}, true, {});
+// A history refers to its recording.
+StateHistory TrailOf(const Recording& recording) {
+  return MakeStateHistory(recording, {kMissing, kMissing, 131.0}, true, {});
 }
 
 void ExpectTheStepAlone(const ChannelTrace& channel, double size_deg, std::uint64_t seed) {
@@ -73,8 +73,8 @@ class DrawnTails {
   DrawnTails(const Motion& motion, double reading_deg)
       : story_(Told(motion, reading_deg)),
         recording_(story_.Collect()),
-        trail_(TrailOf(recording_)),
-        problem_({&trail_, 1}, 2, 131.0),
+        history_(TrailOf(recording_)),
+        problem_({&history_, 1}, 2, 131.0),
         whitener_(problem_.intervals(),
                   {.angle_random_walk_deg_sqrt_s = story_.white_deg_s / std::sqrt(story_.gyro_hz),
                    .bias_random_walk_deg_s_sqrt_s = 1e-5,
@@ -115,7 +115,7 @@ class DrawnTails {
 
   Story story_;
   Recording recording_;
-  Trail trail_;
+  StateHistory history_;
   calibration::ChannelProblem problem_;
   calibration::Whitener whitener_;
   Eigen::MatrixXd model_;
@@ -221,11 +221,11 @@ TEST(ARestBesideNoisyReadings, HasNoTurningInIt) {
         return true;
       };
       const Recording recording = story.Collect();
-      const Trail trail = TrailOf(recording);
+      const StateHistory history = TrailOf(recording);
       double rested_s = 0.0;
-      for (std::size_t i = 0; i < trail.still.size(); ++i) {
-        if (!trail.still[i]) continue;
-        const double from_s = trail.nodes[i].t_s, to_s = trail.nodes[i + 1].t_s;
+      for (std::size_t i = 0; i < history.still.size(); ++i) {
+        if (!history.still[i]) continue;
+        const double from_s = history.nodes[i].t_s, to_s = history.nodes[i + 1].t_s;
         rested_s += to_s - from_s;
         EXPECT_NEAR(story.angle_deg(from_s), story.angle_deg(to_s), 0.03)
             << "from " << from_s << " s to " << to_s << " s, seed " << seed
@@ -242,10 +242,10 @@ TEST(AnAxisWithShortRests, IsReadAsExactlyAsItsReadingsAre) {
   for (int round = 0; round < 12; ++round) motion.ThereAndBack(kInnerAxis, 20.0, 8.0).Rest(0.5);
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const Recording recording = StoryOf(motion, seed).Collect();
-    const Trail trail = TrailOf(recording);
+    const StateHistory history = TrailOf(recording);
     // Of some hundred changes the median is known to a tenth.
-    EXPECT_NEAR(trail.axis_error_deg[2], kReading_deg, 0.4 * kReading_deg) << "seed " << seed;
-    EXPECT_LE(trail.axis_error_deg[2], trail.angle_error_deg);
+    EXPECT_NEAR(history.axis_error_deg[2], kReading_deg, 0.4 * kReading_deg) << "seed " << seed;
+    EXPECT_LE(history.axis_error_deg[2], history.angle_error_deg);
   }
 }
 

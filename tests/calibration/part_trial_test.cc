@@ -25,7 +25,7 @@ using calibration::RestOf;
 using calibration::RowRange;
 using calibration::SearchedChannel;
 using calibration::Split;
-using calibration::Trail;
+using calibration::StateHistory;
 
 constexpr std::size_t kZ = 2;
 
@@ -35,10 +35,10 @@ class HeldOutRows : public ::testing::Test {
 
   void Measure(const Injection& injection) {
     recording_ = SyntheticBench(EveryMotion(), {}).Measure(injection, 3);
-    trails_ = {MakeTrail(recording_, RoughSensitivity(recording_), true, {})};
-    trails_.front().recording = &recording_;
+    histories_ = {MakeStateHistory(recording_, RoughSensitivity(recording_), true, {})};
+    histories_.front().recording = &recording_;
     rest_rows_.clear();
-    request_.trails = trails_;
+    request_.histories = histories_;
     request_.channel = kZ;
     request_.false_discovery = 0.003;
     const ChannelProblem problem = Problem();
@@ -49,11 +49,11 @@ class HeldOutRows : public ::testing::Test {
     references_ = problem.row_refs();
   }
 
-  ChannelProblem Problem() const { return ChannelProblem(trails_, kZ, 1.0); }
+  ChannelProblem Problem() const { return ChannelProblem(histories_, kZ, 1.0); }
 
   // The output turns by `deg` in a row, and stays there.
   void Turn(Eigen::Index row, double deg) {
-    std::vector<calibration::Node>& nodes = trails_.front().epochs;
+    std::vector<calibration::Node>& nodes = histories_.front().epochs;
     for (std::size_t k = references_[static_cast<std::size_t>(row)].interval + 1; k < nodes.size();
          ++k) {
       nodes[k].at.z[kZ] += deg;
@@ -80,7 +80,7 @@ class HeldOutRows : public ::testing::Test {
   }
 
   Recording recording_;
-  std::vector<Trail> trails_;
+  std::vector<StateHistory> histories_;
   ChannelRequest request_;
   Split split_;
   std::vector<Eigen::Index> rest_rows_;
@@ -128,8 +128,8 @@ TEST_F(HeldOutRows, AreATimeInWhichNothingWasMeasured) {
 
 // Each power-on has an offset of its own, which training must be able to know.
 TEST_F(HeldOutRows, LeaveEveryPowerOnItsBegin) {
-  trails_.push_back(MakeTrail(recording_, RoughSensitivity(recording_), true, {}));
-  trails_.back().recording = &recording_;
+  histories_.push_back(MakeStateHistory(recording_, RoughSensitivity(recording_), true, {}));
+  histories_.back().recording = &recording_;
   const ChannelProblem problem = Problem();
   const Split split = *EveryThirdBlock(problem, problem.MakeBaseline());
   const ChannelProblem part = problem.Part(split.training);

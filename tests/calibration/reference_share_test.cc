@@ -6,7 +6,7 @@
 
 #include "calibration/gls/likelihood.h"
 #include "calibration/gls/noise_search.h"
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 #include "calibration/trace/problem.h"
 #include "tests/calibration/synthetic_bench.h"
 
@@ -14,32 +14,33 @@ namespace gyrobench::testing {
 namespace {
 
 using calibration::ChannelProblem;
-using calibration::MakeTrail;
+using calibration::MakeStateHistory;
 using calibration::Recording;
 using calibration::RoughSensitivity;
-using calibration::Trail;
+using calibration::StateHistory;
 
 constexpr std::size_t kZ = 2;
 
 struct Told {
   Recording recording;
-  std::vector<Trail> trails;
+  std::vector<StateHistory> histories;
 };
 
 Told Tell(const Motion& motion, const BenchSensor& sensor, std::uint64_t seed) {
   Told told{SyntheticBench(motion, sensor).Measure({}, seed), {}};
-  told.trails.push_back(MakeTrail(told.recording, RoughSensitivity(told.recording), true, {}));
-  told.trails.front().recording = &told.recording;
+  told.histories.push_back(
+      MakeStateHistory(told.recording, RoughSensitivity(told.recording), true, {}));
+  told.histories.front().recording = &told.recording;
   return told;
 }
 
 // Of the channel z at the ends of intervals in which the axis turns fast.
 std::vector<double> SharesWhileTurning(const Told& told, TableAxis axis) {
-  const Trail& trail = told.trails.front();
+  const StateHistory& history = told.histories.front();
   std::vector<double> shares;
-  for (std::size_t i = 0; i < trail.still.size(); ++i) {
-    if (std::fabs(trail.halves[2 * i].table_rate_deg_s[axis]) > 10.0)
-      shares.push_back(trail.ReferenceShare(i + 1, {0.0, 0.0, 1.0}));
+  for (std::size_t i = 0; i < history.still.size(); ++i) {
+    if (std::fabs(history.midpoints[2 * i].table_rate_deg_s[axis]) > 10.0)
+      shares.push_back(history.ReferenceShare(i + 1, {0.0, 0.0, 1.0}));
   }
   return shares;
 }
@@ -50,7 +51,7 @@ TEST(ReferenceShare, IsOneOverTheReadingsOfANodeWhereTheChannelTurns) {
   const std::vector<double> shares = SharesWhileTurning(told, kInnerAxis);
   ASSERT_GT(shares.size(), 100U);
   const double readings = static_cast<double>(told.recording.reference_samples) /
-                          static_cast<double>(told.trails.front().nodes.size()) / 3.0;
+                          static_cast<double>(told.histories.front().nodes.size()) / 3.0;
   ASSERT_GT(readings, 2.0);
   for (const double share : shares) EXPECT_NEAR(share, 1.0 / readings, 0.05 / readings);
 }
@@ -62,12 +63,12 @@ TEST(AnAxisThatRests, StaysWhereItIsHoweverSeldomItIsRead) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Motion motion = Motion().Rest(20).ThereAndBack(kInnerAxis, 300, 5).Rest(20);
     const Told told = Tell(motion, sensor, seed);
-    const Trail& trail = told.trails.front();
+    const StateHistory& history = told.histories.front();
     int turns = 0, moved = 0;
-    for (std::size_t i = 0; i < trail.still.size(); ++i) {
-      if (std::fabs(trail.halves[2 * i].table_rate_deg_s[kInnerAxis]) < 4.0) continue;
+    for (std::size_t i = 0; i < history.still.size(); ++i) {
+      if (std::fabs(history.midpoints[2 * i].table_rate_deg_s[kInnerAxis]) < 4.0) continue;
       ++turns;
-      moved += trail.nodes[i].table_deg[kOuterAxis] != trail.nodes[i + 1].table_deg[kOuterAxis];
+      moved += history.nodes[i].table_deg[kOuterAxis] != history.nodes[i + 1].table_deg[kOuterAxis];
     }
     EXPECT_GT(turns, 800);
     EXPECT_LE(moved, turns / 100) << "seed " << seed;
@@ -96,7 +97,7 @@ TEST(ReferenceNoise, IsWhatWasPutInWhateverElseTheStandDoes) {
   constexpr int kSeeds = 12;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const Told told = Tell(motion, sensor, static_cast<std::uint64_t>(seed));
-    const ChannelProblem problem(told.trails, kZ, 1.0);
+    const ChannelProblem problem(told.histories, kZ, 1.0);
     const calibration::NoiseSearch search(problem.intervals(), problem.MakeBaseline().columns,
                                           problem.output_deg());
     const double s = search.Best()->noise.reference_deg;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calibration/signal/collector.h"
-#include "calibration/state/trail_parts.h"
+#include "calibration/state/history_parts.h"
 #include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_once.h"

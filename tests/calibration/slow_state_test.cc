@@ -23,7 +23,7 @@ std::vector<Seen> Watch(double duration_s, const std::function<double(double)>& 
   std::vector<Seen> out;
   const auto take = [&] {
     while (out.size() < times.size() && state.Knows(times[out.size()])) {
-      TrackPoint point;
+      SensorState point;
       state.At(times[out.size()], &point);
       out.push_back({times[out.size()], point.temperature_degC, point.temperature_rate_degC_s,
                      point.covariates[0]});

@@ -65,7 +65,7 @@ MeasurementInfo InfoOf(bool with_supply) {
   MeasurementInfo info;
   info.source = "synthetic";
   info.power_on = "1";
-  info.gyro_unit = GyroUnit::kDegPerSecond;
+  info.gyro_unit = RateUnit::kDegPerSecond;
   info.gyro_units_per_deg_s = 1.0;
   info.gyro_present = {false, false, true};
   info.accel_present = {true, true, true};

@@ -297,7 +297,7 @@ TEST(TraceOfPerfectData, NamesNoEffect) {
   Story story;
   story.white_deg_s = story.reading_deg = 0.0;
   TraceOrMessage(story);
-  story.info.gyro_unit = GyroUnit::kRadPerSecond;
+  story.info.gyro_unit = RateUnit::kRadPerSecond;
   story.info.gyro_units_per_deg_s = 0.017453292519943295;
   TraceOrMessage(story);
 }
@@ -410,7 +410,7 @@ TEST(TraceOfManyRuns, NamesTheOneThatIsEmpty) {
 TEST(TraceOfManyRuns, OfDifferentKindsGivesAMessageOrAVerdict) {
   Story story;
   const Recording counts = story.Collect();
-  story.info.gyro_unit = GyroUnit::kDegPerSecond;
+  story.info.gyro_unit = RateUnit::kDegPerSecond;
   story.info.gyro_units_per_deg_s = 1.0;
   const Recording degrees = story.Collect();
   TraceOrMessage({&counts, &degrees});

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 namespace gyrobench::calibration {
@@ -38,6 +39,27 @@ TraceResult Full() {
 
 void ExpectKeys(const json& object, std::initializer_list<const char*> keys) {
   for (const char* key : keys) EXPECT_TRUE(object.contains(key)) << key << " in " << object.dump();
+}
+
+// Every key of `before` is in `now` as well; of lists the first entries are compared.
+void ExpectAllKeysOf(const json& before, const json& now, const std::string& path) {
+  if (before.is_array() && now.is_array() && !before.empty() && !now.empty())
+    return ExpectAllKeysOf(before[0], now[0], path + "[0]");
+  if (!before.is_object() || !now.is_object()) return;
+  for (const auto& [key, value] : before.items()) {
+    if (now.contains(key)) {
+      ExpectAllKeysOf(value, now[key], path + "." + key);
+    } else {
+      ADD_FAILURE() << path << "." << key << " was in trace.json of version 1";
+    }
+  }
+}
+
+TEST(TraceJson, HoldsEveryKeyThatAnEarlierProgramWrote) {
+  std::ifstream file(std::string(GYROBENCH_SOURCE_DIR) + "/tests/compatibility/trace-1.json");
+  const json before = json::parse(file);
+  ASSERT_FALSE(before["channels"][0]["effects"].empty());
+  ExpectAllKeysOf(before, ToJson(Full()), "trace");
 }
 
 // The format that other programs read; fields may be added to it, none may go.

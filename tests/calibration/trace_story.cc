@@ -37,8 +37,8 @@ GyroSample SampleAt(const Story& story, double t_s, std::mt19937_64& random) {
   constexpr double kBias_deg_s[3] = {0.3, -0.2, 0.15};
   std::normal_distribution<double> normal;
   const double temperature = story.temperature_degC(t_s);
-  const double units = story.info.gyro_unit == GyroUnit::kRadPerSecond ? kPi / 180.0
-                       : story.info.gyro_unit == GyroUnit::kLsb        ? 131.0
+  const double units = story.info.gyro_unit == RateUnit::kRadPerSecond ? kPi / 180.0
+                       : story.info.gyro_unit == RateUnit::kLsb        ? 131.0
                                                                        : 1.0;
   GyroSample sample;
   sample.t_s = t_s;

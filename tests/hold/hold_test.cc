@@ -32,7 +32,7 @@ constexpr double kDeg = 180.0 / 3.14159265358979323846;
 MeasurementInfo SixAxes() {
   MeasurementInfo info;
   info.source = "poses.csv";
-  info.gyro_unit = GyroUnit::kDegPerSecond;
+  info.gyro_unit = RateUnit::kDegPerSecond;
   info.gyro_units_per_deg_s = 1.0;
   info.gyro_present = info.accel_present = {true, true, true};
   return info;
@@ -183,7 +183,7 @@ TEST(ArrowSystem, SolvesWhatADenseSystemSolves) {
 HoldRecording Poses(int poses, double tremble_deg_s, double scale, int accel_every = 1) {
   EpochCollector collector;
   MeasurementInfo info = SixAxes();
-  info.gyro_unit = GyroUnit::kLsb;
+  info.gyro_unit = RateUnit::kLsb;
   info.gyro_units_per_deg_s.reset();
   collector.OnInfo(info);
   std::mt19937 random(3);
@@ -271,7 +271,7 @@ TEST(EpochCollector, MarksEpochsOfAGapAndOfNoNumberAsUnusable) {
 // The same motion in counts about `zero`, at 100 per deg/s.
 HoldRecording Counts(double zero, std::optional<double> given = {}) {
   MeasurementInfo info = SixAxes();
-  info.gyro_unit = GyroUnit::kLsb;
+  info.gyro_unit = RateUnit::kLsb;
   info.gyro_units_per_deg_s = 100.0;
   info.gyro_lsb_zero = given;
   EpochCollector collector;

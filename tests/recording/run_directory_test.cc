@@ -118,7 +118,7 @@ TEST(RunDirectory, NoRecordsIsAnEmptyListAndNoLatest) {
 
 TEST(MeasurementInfoJson, IsUndoneByItsInverseForEveryField) {
   MeasurementInfo info = PlannedInfo({});
-  info.gyro_unit = GyroUnit::kRadPerSecond;
+  info.gyro_unit = RateUnit::kRadPerSecond;
   info.gyro_present = {false, true, false};
   info.accel_present = {false, false, true};
   info.reference = ReferenceKind::kSensorAngle;

@@ -130,7 +130,7 @@ class WriterOfAll : public testing::Test {
   MeasurementInfo Info(ReferenceKind reference) const {
     MeasurementInfo info;
     info.gyro_present = {true, true, true};
-    info.gyro_unit = GyroUnit::kDegPerSecond;
+    info.gyro_unit = RateUnit::kDegPerSecond;
     info.reference = reference;
     info.reference_axis = SensorAxis::kY;
     info.stand_axis_present = {true, true, true};
@@ -152,7 +152,7 @@ TEST_F(WriterOfAll, OtherUnitsAndReferencesComeBackToo) {
     EXPECT_EQ(writer.Close().rows, reference == ReferenceKind::kNone ? 2 : 3);
     const KeepingSink sink = ReplayOf(folder_ / "t.csv");
     EXPECT_EQ(sink.info.reference, reference);
-    EXPECT_EQ(sink.info.gyro_unit, GyroUnit::kDegPerSecond);
+    EXPECT_EQ(sink.info.gyro_unit, RateUnit::kDegPerSecond);
     ASSERT_EQ(sink.gyro.size(), 1u);
     EXPECT_EQ(sink.gyro[0].t_s, -0.5);
     EXPECT_EQ(sink.gyro[0].xi[0], 0.123456789);

@@ -15,7 +15,7 @@ namespace {
 class BacklashBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     const std::size_t axis = context().table_axis;
     const double b_deg = context().nonlinear[0];
     const double play_deg = std::max(std::fabs(b_deg), kLeastPlay_deg);
@@ -53,7 +53,7 @@ class BacklashBasis final : public ChannelBasis {
 
   // Of the axis, as the gyro shows it or, where the reference stands for the table, about its
   // angle.
-  OneWay WayOf(const TrackPoint& point, double b_deg) const {
+  OneWay WayOf(const SensorState& point, double b_deg) const {
     const std::size_t axis = context().table_axis;
     OneWay way;
     way.fill(kMissing);
@@ -69,7 +69,7 @@ class BacklashBasis final : public ChannelBasis {
     return way;
   }
   // The last reading is at the end of the way.
-  static double MeanOverReadings(const TrackPoint& point, const OneWay& along) {
+  static double MeanOverReadings(const SensorState& point, const OneWay& along) {
     const double way_step_s =
         point.gyro_turns.empty() ? 0.0 : point.gyro_turns[point.node].way_step_s;
     if (!(way_step_s > 0.0)) return along.back();
@@ -84,7 +84,7 @@ class BacklashBasis final : public ChannelBasis {
     return sum / readings;
   }
   // Which leaves `side_` as it is after the last of them.
-  double MeanSide(const TrackPoint& point, const OneWay& way, double play_deg) {
+  double MeanSide(const SensorState& point, const OneWay& way, double play_deg) {
     OneWay sides;
     for (std::size_t i = 0; i < kWaySteps; ++i) {
       if (i > 1) Turn(way[i - 2], way[i - 1], way[i], play_deg);

@@ -12,7 +12,7 @@ namespace {
 class ClockDriftBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     constexpr double kShort_s = 1e-7;
     const double per_ppm_s = 1e-6 * point.t_s;
     const double tau_s = context().nonlinear[0] * per_ppm_s;

@@ -13,7 +13,7 @@ namespace {
 class LatencyBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     constexpr double kShort_s = 1e-5;
     const double tau_s = context().nonlinear[0];
     const double by_s = std::fabs(tau_s) > kShort_s ? tau_s : kShort_s;

@@ -14,7 +14,7 @@ constexpr double kMostRuns = 20.0;  // that are looked at
 class LatencyOfRunBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     constexpr double kShort_s = 1e-5;
     if (point.begins) run_ = static_cast<double>(point.run);
     terms[0] = run_ == context().nonlinear[0]

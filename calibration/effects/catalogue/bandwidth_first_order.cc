@@ -12,7 +12,7 @@ namespace {
 class LagBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     constexpr double kStep_s = 0.5 * kNearStep_s;
     terms[0] = -(TurnedOn(point, context().channel, kStep_s) -
                  TurnedOn(point, context().channel, -kStep_s)) /
@@ -22,7 +22,7 @@ class LagBasis final : public ChannelBasis {
 
 }  // namespace
 
-// A pure delay is the simpler cause of the same: hence the handicap.
+// A pure delay is the simpler cause of the same: hence the complexity penalty.
 Effect BandwidthFirstOrder() {
   return {.id = "bandwidth.first_order",
           .domain = EffectDomain::kAngle,
@@ -38,7 +38,7 @@ Effect BandwidthFirstOrder() {
           .typical_size = 0.02,
           .size_source = "filters of this class: 2 to 20 ms",
           .positive = true,
-          .handicap = 10.0,
+          .complexity_penalty = 10.0,
           .filter_shape = true,
           .basis = Make<LagBasis>};
 }

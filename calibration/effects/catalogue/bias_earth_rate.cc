@@ -12,7 +12,7 @@ constexpr const char* kEarthRate = "bias.earth_rate";
 class EarthBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     const std::size_t c = context().channel;
     const Vector3& x = point.world_x;
     const Vector3& z = point.gravity_g;

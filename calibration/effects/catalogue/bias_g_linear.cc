@@ -10,7 +10,7 @@ constexpr const char* kGLinear = "bias.g_linear";
 class GravityBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     for (std::size_t i = 0; i < 3; ++i) terms[i] = point.gravity_g[i];
   }
 };

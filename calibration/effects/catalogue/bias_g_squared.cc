@@ -9,7 +9,7 @@ namespace {
 class GravitySquaredBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     terms[0] = point.gravity_g[0] * point.gravity_g[0];
     terms[1] = point.gravity_g[1] * point.gravity_g[1];
   }

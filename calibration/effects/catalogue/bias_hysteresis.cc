@@ -12,7 +12,7 @@ namespace {
 class HysteresisBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     const double temperature = point.temperature_degC;
     const double play = context().nonlinear[0];
     if (point.restart) ++power_ons_;

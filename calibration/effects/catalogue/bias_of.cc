@@ -8,7 +8,7 @@ namespace {
 class CovariateBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     terms[0] = point.covariates[context().covariate] - context().covariate_mean;
   }
 };

@@ -11,7 +11,7 @@ namespace {
 class BiasStepBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     const double since_s = point.t_s - context().nonlinear[0];
     terms[0] = point.length_s > 0.0 ? std::clamp(0.5 + since_s / point.length_s, 0.0, 1.0)
                                     : static_cast<double>(since_s >= 0.0);

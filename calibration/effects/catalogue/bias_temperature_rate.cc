@@ -8,7 +8,7 @@ namespace {
 class TemperatureRateBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     terms[0] = point.temperature_rate_degC_s;
   }
 };

@@ -11,7 +11,7 @@ namespace {
 class ToneBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     const double omega = kTwoPi * context().nonlinear[0];
     const double mean = MeanOfWave(point.readings, omega * point.reading_step_s) / omega;
     terms[0] = -mean * std::cos(omega * point.t_s);

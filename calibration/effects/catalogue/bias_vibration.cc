@@ -8,7 +8,7 @@ namespace {
 class VibrationBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override { terms[0] = point.vibration_g2; }
+  void At(const SensorState& point, double* terms) override { terms[0] = point.vibration_g2; }
 };
 
 }  // namespace

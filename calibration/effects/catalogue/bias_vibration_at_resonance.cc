@@ -13,7 +13,7 @@ namespace {
 class ResonanceBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     terms[0] = 0.0;
     if (point.still) return;
     if (!context().of_stand) {

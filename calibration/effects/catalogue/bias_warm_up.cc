@@ -10,7 +10,7 @@ namespace {
 class WarmUpBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     terms[0] = std::exp(-point.since_power_on_s / context().nonlinear[0]);
   }
 };

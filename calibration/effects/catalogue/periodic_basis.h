@@ -12,7 +12,7 @@ namespace gyrobench::calibration {
 class PeriodicBasis : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) final {
+  void At(const SensorState& point, double* terms) final {
     const double k = periods();
     const double x = k * kRadPerDeg * point.reading_step_deg[context().table_axis];
     const double mean = MeanOfWave(point.readings, x);

@@ -9,7 +9,7 @@ template <double (*kShape)(double rate_deg_s)>
 class RateBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override { terms[0] = kShape(rate(point)); }
+  void At(const SensorState& point, double* terms) override { terms[0] = kShape(rate(point)); }
 };
 
 }  // namespace gyrobench::calibration

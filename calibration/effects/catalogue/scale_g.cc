@@ -8,7 +8,7 @@ namespace {
 class ScaleGravityBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     for (std::size_t i = 0; i < 3; ++i) terms[i] = point.gravity_g[i] * rate(point);
   }
 };

@@ -8,7 +8,7 @@ namespace {
 class ScaleCovariateBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
-  void At(const TrackPoint& point, double* terms) override {
+  void At(const SensorState& point, double* terms) override {
     terms[0] = rate(point) * (point.covariates[context().covariate] - context().covariate_mean);
   }
 };

@@ -64,7 +64,7 @@ class AboutNode {
 
 }  // namespace
 
-double TurnedOn(const TrackPoint& point, std::size_t channel, double tau_s) {
+double TurnedOn(const SensorState& point, std::size_t channel, double tau_s) {
   constexpr double kLongGap_s = 0.5;
   const std::span<const GyroTurn> turns = point.gyro_turns;
   if (turns.empty()) return kMissing;

@@ -8,6 +8,6 @@ namespace gyrobench::calibration {
 // Angle by which the gyro turned on from the point's time to `tau_s` after it [deg], by a cubic
 // through the four known times about that; before the first node and after the last at constant
 // rate. NaN where the point is no node.
-double TurnedOn(const TrackPoint& point, std::size_t channel, double tau_s);
+double TurnedOn(const SensorState& point, std::size_t channel, double tau_s);
 
 }  // namespace gyrobench::calibration

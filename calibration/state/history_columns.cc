@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "calibration/state/gaps.h"
+#include "calibration/state/history_parts.h"
 #include "calibration/state/smooth.h"
-#include "calibration/state/trail_parts.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -14,21 +14,21 @@ constexpr double kTemperatureHalfWindow_s = 5.0;
 
 // Takes out the intervals that end or begin where a column cannot be told, and says so.
 void LeaveOut(const std::vector<double>& t_s, const std::vector<bool>& tellable,
-              const std::string& what, const std::string& kind, Trail* trail) {
+              const std::string& what, const std::string& kind, StateHistory* history) {
   Defect defect{kind, 0, kMissing, what};
   double missing_s = 0.0;
   for (std::size_t i = 0; i + 1 < t_s.size(); ++i) {
     if (tellable[i] && tellable[i + 1]) continue;
-    trail->usable[i] = {false, false, false};
+    history->usable[i] = {false, false, false};
     if (defect.count++ == 0) defect.first_t_s = t_s[i];
     missing_s += t_s[i + 1] - t_s[i];
   }
   if (defect.count == 0) return;
-  trail->remarks.push_back(
+  history->remarks.push_back(
       fmt::format("{}: {} is missing for {:.1f} s, first at {:.1f} s, in gaps too long to be "
                   "bridged: these stretches are left out",
-                  trail->name, what, missing_s, defect.first_t_s));
-  trail->defects.push_back(std::move(defect));
+                  history->name, what, missing_s, defect.first_t_s));
+  history->defects.push_back(std::move(defect));
 }
 
 // Value and rate where the temperature can be told, NaN elsewhere.
@@ -69,19 +69,19 @@ void Hold(std::vector<double>* value) {
 
 // Where it is told for less than half of the time it is taken as unknown; what is missing beside is
 // held, as vibration does not change from one epoch to the next.
-void FillVibration(const std::vector<Node>& nodes, Trail* trail) {
+void FillVibration(const std::vector<Node>& nodes, StateHistory* history) {
   std::vector<double> value;
   for (const Node& node : nodes) value.push_back(node.vibration_g2);
   const auto known =
       std::count_if(value.begin(), value.end(), [](double one) { return std::isfinite(one); });
-  trail->vibration_known =
+  history->vibration_known =
       static_cast<double>(known) >= kLeastKnownShare * static_cast<double>(value.size() - 1);
   Hold(&value);
-  value = SinceEpochs(nodes, trail->epochs, std::move(value));
+  value = SinceEpochs(nodes, history->epochs, std::move(value));
   for (std::size_t k = 0; k < nodes.size(); ++k) {
-    trail->nodes[k].vibration_g2 = value[k];
+    history->nodes[k].vibration_g2 = value[k];
     if (k == 0) continue;
-    for (std::size_t h = 0; h < 2; ++h) trail->halves[2 * (k - 1) + h].vibration_g2 = value[k];
+    for (std::size_t h = 0; h < 2; ++h) history->midpoints[2 * (k - 1) + h].vibration_g2 = value[k];
   }
 }
 
@@ -98,9 +98,9 @@ std::vector<double> WithoutGaps(const std::vector<double>& t_s, std::vector<doub
   return value;
 }
 
-std::vector<double> EpochTimes(const Trail& trail) {
+std::vector<double> EpochTimes(const StateHistory& history) {
   std::vector<double> t_s;
-  for (const Node& epoch : trail.epochs) t_s.push_back(epoch.at.t_s);
+  for (const Node& epoch : history.epochs) t_s.push_back(epoch.at.t_s);
   return t_s;
 }
 
@@ -128,60 +128,60 @@ std::vector<double> CovariateOf(const Recording& recording, const std::string& n
   return out;
 }
 
-void FillTemperature(const Recording& recording, Trail* trail) {
+void FillTemperature(const Recording& recording, StateHistory* history) {
   if (!recording.info.temperature_present) return;
-  const std::vector<double> t_s = EpochTimes(*trail);
+  const std::vector<double> t_s = EpochTimes(*history);
   std::vector<double> value = TemperatureOf(recording);
   const std::vector<bool> tellable = TellableTimes(t_s, value);
   const double share = TellableShare(t_s, tellable);
   if (share < kLeastKnownShare) {
-    trail->remarks.push_back(fmt::format(
+    history->remarks.push_back(fmt::format(
         "{}: the temperature is known for {:.0f} % of the time, less than half: it is taken as "
         "unknown",
-        trail->name, 100.0 * share));
+        history->name, 100.0 * share));
     return;
   }
   const Smoothed smooth = SmoothTemperature(t_s, std::move(value), tellable);
   for (std::size_t k = 0; k < t_s.size(); ++k) {
-    trail->nodes[k].temperature_degC = smooth.value[k];
-    trail->nodes[k].temperature_rate_degC_s = smooth.rate[k];
+    history->nodes[k].temperature_degC = smooth.value[k];
+    history->nodes[k].temperature_rate_degC_s = smooth.rate[k];
   }
   for (std::size_t i = 0; i + 1 < t_s.size(); ++i) {
     for (std::size_t h = 0; h < 2; ++h) {
       const double part = 0.25 + 0.5 * static_cast<double>(h);
-      TrackPoint& half = trail->halves[2 * i + h];
-      const TrackPoint& a = trail->nodes[i];
-      const TrackPoint& b = trail->nodes[i + 1];
+      SensorState& half = history->midpoints[2 * i + h];
+      const SensorState& a = history->nodes[i];
+      const SensorState& b = history->nodes[i + 1];
       half.temperature_degC = a.temperature_degC + part * (b.temperature_degC - a.temperature_degC);
       half.temperature_rate_degC_s = a.temperature_rate_degC_s +
                                      part * (b.temperature_rate_degC_s - a.temperature_rate_degC_s);
     }
   }
-  trail->temperature_known = true;
-  LeaveOut(t_s, tellable, "temperature", "temperature_missing", trail);
+  history->temperature_known = true;
+  LeaveOut(t_s, tellable, "temperature", "temperature_missing", history);
 }
 
 void FillCovariates(const Recording& recording, const std::vector<std::string>& covariates,
-                    Trail* trail) {
-  FillVibration(recording.columns.nodes, trail);
+                    StateHistory* history) {
+  FillVibration(recording.columns.nodes, history);
   const std::size_t count = covariates.size();
   if (count == 0) return;
-  const std::vector<double> t_s = EpochTimes(*trail);
-  trail->covariates.resize(t_s.size() * count);
+  const std::vector<double> t_s = EpochTimes(*history);
+  history->covariates.resize(t_s.size() * count);
   for (std::size_t j = 0; j < count; ++j) {
     std::vector<double> value = CovariateOf(recording, covariates[j]);
     const std::vector<bool> tellable = TellableTimes(t_s, value);
-    value = SinceEpochs(recording.columns.nodes, trail->epochs,
+    value = SinceEpochs(recording.columns.nodes, history->epochs,
                         WithoutGaps(t_s, std::move(value), tellable));
-    for (std::size_t k = 0; k < t_s.size(); ++k) trail->covariates[k * count + j] = value[k];
-    LeaveOut(t_s, tellable, "column " + covariates[j], "column_missing", trail);
+    for (std::size_t k = 0; k < t_s.size(); ++k) history->covariates[k * count + j] = value[k];
+    LeaveOut(t_s, tellable, "column " + covariates[j], "column_missing", history);
   }
   // The mean up to an epoch is that of its interval: both halves have it.
   for (std::size_t k = 0; k < t_s.size(); ++k) {
-    const double* values = trail->covariates.data() + k * count;
-    trail->nodes[k].covariates = values;
+    const double* values = history->covariates.data() + k * count;
+    history->nodes[k].covariates = values;
     if (k == 0) continue;
-    trail->halves[2 * k - 2].covariates = trail->halves[2 * k - 1].covariates = values;
+    history->midpoints[2 * k - 2].covariates = history->midpoints[2 * k - 1].covariates = values;
   }
 }
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/median.h"
-#include "calibration/state/trail_parts.h"
+#include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
 namespace {

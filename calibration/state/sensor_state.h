@@ -19,7 +19,7 @@ struct GyroTurn {
   // those kNear_s before and after it.
   Vector3 since_first_deg = {};
   Near near_deg = {};
-  // About each of the table's axes, as TrackPoint::table_by_gyro_deg: through instants on the way
+  // About each of the table's axes, as SensorState::table_by_gyro_deg: through instants on the way
   // to the last of the readings that the node stands for, from the last one before them; and how
   // long a step of it takes, 0 where nothing turns.
   Way table_way_deg = {};
@@ -27,7 +27,7 @@ struct GyroTurn {
 };
 
 // What the sensor went through at one time. Values that are not known are NaN.
-struct TrackPoint {
+struct SensorState {
   double t_s = 0.0;               // of the measurement
   double length_s = 0.0;          // of the half of an interval that it stands for; 0: an instant
   double since_power_on_s = 0.0;  // t_s, which counts from it where power_on is given

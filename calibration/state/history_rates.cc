@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/median.h"
-#include "calibration/state/trail_parts.h"
+#include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -17,16 +17,16 @@ constexpr double kAlike_deg_s = 0.5, kAlikeShare = 0.03;
 // there is none, of the one on the other side. NaN where the channel never rests. Over a long rest
 // the zero-rate offset follows the temperature.
 std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& units_per_deg_s,
-                                 const Trail& trail, bool backward) {
+                                 const StateHistory& history, bool backward) {
   constexpr double kForget_s = 10.0;
   std::vector<Vector3> out(nodes.size(), {kMissing, kMissing, kMissing});
-  const std::size_t intervals = trail.still.size();
+  const std::size_t intervals = history.still.size();
   auto node = [&](std::size_t n) { return backward ? intervals - n : n; };  // the n-th on the way
   for (std::size_t c = 0; c < 3; ++c) {
     double last = kMissing, sum = 0.0, time_s = 0.0;
     for (std::size_t n = 0; n < intervals; ++n) {
       const std::size_t i = std::min(node(n), node(n + 1));
-      if (trail.still[i] && trail.usable[i][c]) {
+      if (history.still[i] && history.usable[i][c]) {
         const double length_s = nodes[i + 1].at.t_s - nodes[i].at.t_s;
         const double keep = std::exp(-length_s / kForget_s);
         sum = keep * sum + (nodes[i + 1].at.z[c] - nodes[i].at.z[c]) / units_per_deg_s[c];
@@ -47,12 +47,12 @@ std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& 
 class RateMaker {
  public:
   RateMaker(const std::vector<Node>& nodes, const Vector3& units,
-            const std::vector<Vector3>& settled_deg, Trail* trail)
+            const std::vector<Vector3>& settled_deg, StateHistory* history)
       : nodes_(nodes),
         units_(units),
         settled_deg_(settled_deg),
-        trail_(*trail),
-        at_rest_(RatesAtRest(nodes, units, *trail, false)) {
+        history_(*history),
+        at_rest_(RatesAtRest(nodes, units, *history, false)) {
     for (std::size_t c = 0; c < 3; ++c) walk_deg_sqrt_s_[c] = WalkAtRest(c);
   }
 
@@ -60,13 +60,13 @@ class RateMaker {
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
       const double dt = Length(i);
       for (std::size_t c = 0; c < 3; ++c) {
-        const double turned = trail_.rotation_deg[i][c];
+        const double turned = history_.rotation_deg[i][c];
         double uneven = 0.0;  // half the difference of the halves, as the gyro saw it
         if (Shapes(i, c) && !Quiet(i, c) && HasMiddle(i)) {
           uneven = 0.25 * dt * (MeanOutput(i, c, false) - MeanOutput(i, c, true)) / units_[c];
         }
-        trail_.halves[2 * i].rate_deg_s[c] = (turned + 2.0 * uneven) / dt;
-        trail_.halves[2 * i + 1].rate_deg_s[c] = (turned - 2.0 * uneven) / dt;
+        history_.midpoints[2 * i].rate_deg_s[c] = (turned + 2.0 * uneven) / dt;
+        history_.midpoints[2 * i + 1].rate_deg_s[c] = (turned - 2.0 * uneven) / dt;
       }
     }
   }
@@ -74,47 +74,48 @@ class RateMaker {
   // At steady speed the rate is what the neighbours say: with the noise of its own two readings,
   // which is in the output as well, a steep function of the rate would find it.
   void Steady() {
-    std::vector<Vector3> rates(trail_.still.size());
+    std::vector<Vector3> rates(history_.still.size());
     for (std::size_t i = 0; i < rates.size(); ++i) {
-      for (std::size_t c = 0; c < 3; ++c) rates[i][c] = trail_.rotation_deg[i][c] / Length(i);
+      for (std::size_t c = 0; c < 3; ++c) rates[i][c] = history_.rotation_deg[i][c] / Length(i);
     }
     for (std::size_t i = kReach; i + kReach < rates.size(); ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
         double sum = 0.0, count = 0.0;
         const double alike =
-            std::max({kAlike_deg_s, kAlikeShare * std::fabs(rates[i][c]), RateNoise(trail_, i)});
+            std::max({kAlike_deg_s, kAlikeShare * std::fabs(rates[i][c]), RateNoise(history_, i)});
         for (std::size_t j = i - kReach; j <= i + kReach; ++j) {
-          if (trail_.still[j] || std::fabs(rates[j][c] - rates[i][c]) > alike) break;
+          if (history_.still[j] || std::fabs(rates[j][c] - rates[i][c]) > alike) break;
           if (j + 1 >= i && j <= i + 1) continue;  // they share a reading with it
           sum += rates[j][c];
           count += 1.0;
         }
         if (count < 2 * kReach - 2) continue;
-        trail_.halves[2 * i].rate_deg_s[c] = trail_.halves[2 * i + 1].rate_deg_s[c] = sum / count;
+        history_.midpoints[2 * i].rate_deg_s[c] = history_.midpoints[2 * i + 1].rate_deg_s[c] =
+            sum / count;
       }
     }
   }
 
-  // Of the halves, once the nodes are known.
+  // Of the midpoints, once the nodes are known.
   void Spans() {
-    for (std::size_t i = 0; i < trail_.halves.size(); ++i) {
+    for (std::size_t i = 0; i < history_.midpoints.size(); ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
-        const double middle = 0.5 * (trail_.halves[i / 2 * 2].rate_deg_s[c] +
-                                     trail_.halves[i / 2 * 2 + 1].rate_deg_s[c]);
-        const double node = trail_.nodes[(i + 1) / 2].rate_deg_s[c];
-        trail_.halves[i].rate_span_deg_s[c] = i % 2 == 0 ? middle - node : node - middle;
+        const double middle = 0.5 * (history_.midpoints[i / 2 * 2].rate_deg_s[c] +
+                                     history_.midpoints[i / 2 * 2 + 1].rate_deg_s[c]);
+        const double node = history_.nodes[(i + 1) / 2].rate_deg_s[c];
+        history_.midpoints[i].rate_span_deg_s[c] = i % 2 == 0 ? middle - node : node - middle;
       }
     }
   }
 
   void Nodes() {
-    std::vector<GyroTurn>& turns = trail_.gyro_turns;
+    std::vector<GyroTurn>& turns = history_.gyro_turns;
     turns.assign(nodes_.size(), GyroTurn{});
     std::vector<Vector3> steady(nodes_.size());
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       turns[k].t_s = nodes_[k].at.t_s;
-      trail_.nodes[k].node = k;
-      trail_.nodes[k].gyro_turns = turns;
+      history_.nodes[k].node = k;
+      history_.nodes[k].gyro_turns = turns;
       for (std::size_t c = 0; c < 3; ++c) {
         steady[k][c] = SteadyOutput(k, c);
         Node(k, c, steady[k][c]);
@@ -139,8 +140,9 @@ class RateMaker {
   double WalkAtRest(std::size_t c) const {
     constexpr double kMedianOfNormal = 0.6745;
     std::vector<double> walks;
-    for (std::size_t i = 1; i < trail_.still.size(); ++i) {
-      if (!trail_.still[i - 1] || !trail_.still[i] || !Shapes(i - 1, c) || !Shapes(i, c)) continue;
+    for (std::size_t i = 1; i < history_.still.size(); ++i) {
+      if (!history_.still[i - 1] || !history_.still[i] || !Shapes(i - 1, c) || !Shapes(i, c))
+        continue;
       const double change_deg_s = Output(i, i + 1, c) - Output(i - 1, i, c);
       if (!std::isfinite(change_deg_s)) continue;
       walks.push_back(std::fabs(change_deg_s) / std::sqrt(1.0 / Length(i - 1) + 1.0 / Length(i)));
@@ -155,7 +157,7 @@ class RateMaker {
            (nodes_[to].at.t_s - nodes_[from].at.t_s);
   }
   bool Shapes(std::size_t i, std::size_t c) const {
-    return trail_.usable[i][c] && std::isfinite(units_[c]);
+    return history_.usable[i][c] && std::isfinite(units_[c]);
   }
 
   // How far before node i + 1 the output's integral is known on the way [s].
@@ -175,8 +177,9 @@ class RateMaker {
 
   // The channel hardly turns: what shape the gyro sees is its noise.
   bool Quiet(std::size_t i, std::size_t c) const {
-    return trail_.still[i] || std::fabs(settled_deg_[i][c]) <
-                                  std::max(kLeastMotion_deg_s, RateNoise(trail_, i)) * Length(i);
+    return history_.still[i] ||
+           std::fabs(settled_deg_[i][c]) <
+               std::max(kLeastMotion_deg_s, RateNoise(history_, i)) * Length(i);
   }
 
   // Mean output about node k where it does not change by more than its own noise [deg/s]; NaN
@@ -187,7 +190,7 @@ class RateMaker {
     const double mean = Output(k - kReach, k + kReach, c);
     for (std::size_t j = k - kReach; j < k + kReach; ++j) {
       const double noise = kNoiseSigmas * walk_deg_sqrt_s_[c] / std::sqrt(Length(j));
-      if (trail_.still[j] || !(std::fabs(Output(j, j + 1, c) - mean) < noise)) return kMissing;
+      if (history_.still[j] || !(std::fabs(Output(j, j + 1, c) - mean) < noise)) return kMissing;
     }
     return mean;
   }
@@ -195,10 +198,10 @@ class RateMaker {
   // The gyro's shape within 40 ms, less its rate at rest; where it never rests, with the mean over
   // both neighbours as the reference has it.
   void Node(std::size_t k, std::size_t c, double steady) {
-    TrackPoint& point = trail_.nodes[k];
+    SensorState& point = history_.nodes[k];
     double turned = 0.0, seen = 0.0, time_s = 0.0;
     bool shapes = std::isfinite(units_[c]), quiet = true;
-    for (std::size_t i = k > 0 ? k - 1 : k; i < k + 1 && i < trail_.still.size(); ++i) {
+    for (std::size_t i = k > 0 ? k - 1 : k; i < k + 1 && i < history_.still.size(); ++i) {
       turned += settled_deg_[i][c];
       seen += nodes_[i + 1].at.z[c] - nodes_[i].at.z[c];
       time_s += Length(i);
@@ -209,7 +212,7 @@ class RateMaker {
     const double mean = turned / time_s;
     double offset = -at_rest_[k][c];
     if (!std::isfinite(offset)) offset = mean - seen / units_[c] / time_s;
-    Near& near = trail_.gyro_turns[k].near_deg;
+    Near& near = history_.gyro_turns[k].near_deg;
     for (std::size_t n = 0; n < kNear_s.size(); ++n) {
       const double shown =
           std::isfinite(steady) ? steady * kNear_s[n] : nodes_[k].z_near[n][c] / units_[c];
@@ -235,7 +238,7 @@ class RateMaker {
   const std::vector<calibration::Node>& nodes_;
   const Vector3& units_;
   const std::vector<Vector3>& settled_deg_;
-  Trail& trail_;
+  StateHistory& history_;
   const std::vector<Vector3> at_rest_;
   Vector3 walk_deg_sqrt_s_ = {};
 };
@@ -243,15 +246,15 @@ class RateMaker {
 }  // namespace
 
 void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
-               const std::vector<Vector3>& settled_deg, Trail* trail) {
-  RateMaker maker(trail->epochs, units_per_deg_s, settled_deg, trail);
+               const std::vector<Vector3>& settled_deg, StateHistory* history) {
+  RateMaker maker(history->epochs, units_per_deg_s, settled_deg, history);
   maker.Halves();
   maker.Steady();
   maker.Nodes();
   maker.Spans();
-  const std::vector<Vector3> next = RatesAtRest(trail->epochs, units_per_deg_s, *trail, true);
+  const std::vector<Vector3> next = RatesAtRest(history->epochs, units_per_deg_s, *history, true);
   FillTableWays(recording, {units_per_deg_s, maker.at_rest_deg_s(), next, maker.walk_deg_sqrt_s()},
-                trail);
+                history);
 }
 
 }  // namespace gyrobench::calibration

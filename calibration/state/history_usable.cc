@@ -1,4 +1,4 @@
-// Which intervals of a trail may be used.
+// Which intervals of a history may be used.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 #include "base/away_from_drift.h"
 #include "base/median.h"
-#include "calibration/state/trail_parts.h"
+#include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -16,12 +16,12 @@ namespace {
 constexpr double kTurning_deg_s = 3.0;
 constexpr double kDriftShare = 0.02;  // of what a drift is followed by in one interval
 
-void MarkBad(const Recording& recording, Trail* trail) {
+void MarkBad(const Recording& recording, StateHistory* history) {
   const std::vector<Node>& nodes = recording.columns.nodes;
   const bool none = recording.info.reference == ReferenceKind::kNone;
   for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c)
-      trail->usable[i][c] = recording.info.gyro_present[c] && (!none || trail->still[i]);
+      history->usable[i][c] = recording.info.gyro_present[c] && (!none || history->still[i]);
   }
   for (const BadStretch& stretch : recording.columns.bad) {
     const auto after =
@@ -31,11 +31,11 @@ void MarkBad(const Recording& recording, Trail* trail) {
     for (; i + 1 < nodes.size() && nodes[i].at.t_s < stretch.end_s; ++i) {
       // A node that is the mean of its readings carries what happens up to it into the next
       // interval.
-      const bool next = i + 2 < nodes.size() && trail->epochs[i + 1].mean.output_known;
+      const bool next = i + 2 < nodes.size() && history->epochs[i + 1].mean.output_known;
       for (std::size_t c = 0; c < 3; ++c) {
         if (!stretch.channel[c]) continue;
-        trail->usable[i][c] = false;
-        if (next) trail->usable[i + 1][c] = false;
+        history->usable[i][c] = false;
+        if (next) history->usable[i + 1][c] = false;
       }
     }
   }
@@ -44,16 +44,16 @@ void MarkBad(const Recording& recording, Trail* trail) {
 // Where the reference says rest and the gyro says turning, one of them is wrong: such stretches
 // are not used, and what they hold is no effect. A bias that drifts with temperature goes as far,
 // but slowly.
-void MarkDeadReference(const Vector3& units_per_deg_s, Trail* trail) {
-  const std::vector<Node>& nodes = trail->epochs;
+void MarkDeadReference(const Vector3& units_per_deg_s, StateHistory* history) {
+  const std::vector<Node>& nodes = history->epochs;
   std::size_t wrong = 0, rests = 0;
   std::pair<std::size_t, double> first;  // channel and time
   for (std::size_t c = 0; c < 3; ++c) {
     if (!std::isfinite(units_per_deg_s[c])) continue;
     std::vector<std::size_t> still;
     std::vector<double> rates;
-    for (std::size_t i = 0; i < trail->still.size(); ++i) {
-      if (!trail->still[i] || !trail->usable[i][c]) continue;
+    for (std::size_t i = 0; i < history->still.size(); ++i) {
+      if (!history->still[i] || !history->usable[i][c]) continue;
       still.push_back(i);
       rates.push_back((nodes[i + 1].at.z[c] - nodes[i].at.z[c]) / units_per_deg_s[c] /
                       (nodes[i + 1].at.t_s - nodes[i].at.t_s));
@@ -65,25 +65,26 @@ void MarkDeadReference(const Vector3& units_per_deg_s, Trail* trail) {
     for (std::size_t k = 0; k < still.size(); ++k) {
       if (!turning[k]) continue;
       if (wrong++ == 0) first = {c, nodes[still[k]].at.t_s};
-      trail->usable[still[k]] = {false, false, false};
+      history->usable[still[k]] = {false, false, false};
     }
   }
   if (wrong == 0) return;
-  if (trail->recording->info.reference != ReferenceKind::kNone) {
-    trail->defects.push_back({"turned_at_rest", static_cast<std::int64_t>(wrong), first.second,
-                              fmt::format("gyro {}", "xyz"[first.first])});
+  if (history->recording->info.reference != ReferenceKind::kNone) {
+    history->defects.push_back({"turned_at_rest", static_cast<std::int64_t>(wrong), first.second,
+                                fmt::format("gyro {}", "xyz"[first.first])});
   }
-  trail->remarks.push_back(fmt::format(
+  history->remarks.push_back(fmt::format(
       "{}: the gyro turns in {:.0f} % of the time in which the reference stands still (or no "
       "reference is given): not used; is the reference connected to what turns?",
-      trail->name, 100.0 * static_cast<double>(wrong) / static_cast<double>(rests)));
+      history->name, 100.0 * static_cast<double>(wrong) / static_cast<double>(rests)));
 }
 
 }  // namespace
 
-void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail) {
-  MarkBad(recording, trail);
-  MarkDeadReference(units_per_deg_s, trail);
+void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s,
+                  StateHistory* history) {
+  MarkBad(recording, history);
+  MarkDeadReference(units_per_deg_s, history);
 }
 
 }  // namespace gyrobench::calibration

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/median.h"
-#include "calibration/state/trail_parts.h"
+#include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,4 +1,4 @@
-// The parts that a trail is made of. Its rests come first.
+// The parts that a history is made of. Its rests come first.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 
 namespace gyrobench::calibration {
 
@@ -46,7 +46,8 @@ void SplitRestsAtSteps(const Recording& recording, std::vector<std::size_t>* res
 
 // What may be used of it, channel by channel: no bad stretches, and rests alone where there is no
 // reference; none in which the reference says rest and the gyro says turning. Needs `still`.
-void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s, Trail* trail);
+void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s,
+                  StateHistory* history);
 
 // Angles of the table's axes at the nodes. An axis that stands still while another turns would
 // bring the noise of its readings into the rotation: along such stretches its angle is their mean.
@@ -81,17 +82,18 @@ class ReadingErrors {
 
 // Gravity and heading in the sensor's frame: by the reference where it gives an orientation, by the
 // accelerometer where one axis turns or none. `rest_of`: index of each node's rest, or kNoRest.
-void FillGravity(const Recording& recording, const std::vector<std::size_t>& rest_of, Trail* trail);
-// Rates of halves and nodes: size by the reference, shape between its readings by the gyro.
+void FillGravity(const Recording& recording, const std::vector<std::size_t>& rest_of,
+                 StateHistory* history);
+// Rates of midpoints and nodes: size by the reference, shape between its readings by the gyro.
 // `units_per_deg_s`: of each channel, NaN where it is not known. `settled_deg`: rotation over each
 // interval, without the noise of axes that rest.
 void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
-               const std::vector<Vector3>& settled_deg, Trail* trail);
+               const std::vector<Vector3>& settled_deg, StateHistory* history);
 // Rates below the first are no motion; less than so many standard deviations of what two readings
 // say is their noise.
 inline constexpr double kLeastMotion_deg_s = 0.3, kNoiseSigmas = 4.0;
 // What the readings' errors can make of the rate over an interval [deg/s]; 0 beyond the last.
-double RateNoise(const Trail& trail, std::size_t interval);
+double RateNoise(const StateHistory& history, std::size_t interval);
 // What is needed to take a channel's output for a turn: its scale, at each node its rate at rest
 // and that of the next rest (NaN where it never rests), and the largest angle random walk of the
 // channels.
@@ -102,13 +104,13 @@ struct FeltByGyro {
 };
 // The turns of the table's axes as the gyro felt them, and with them the angles at the nodes
 // without the noise of their own reading.
-void FillTableWays(const Recording& recording, const FeltByGyro& gyro, Trail* trail);
+void FillTableWays(const Recording& recording, const FeltByGyro& gyro, StateHistory* history);
 // Smoothed. What is missing is bridged where the gap is short (state/gaps.h); longer stretches are
 // left out, counted as a defect. Unknown where it is known for less than half of the time.
-void FillTemperature(const Recording& recording, Trail* trail);
+void FillTemperature(const Recording& recording, StateHistory* history);
 // Vibration, and the columns `covariates` in this order, missing values as of the temperature.
 void FillCovariates(const Recording& recording, const std::vector<std::string>& covariates,
-                    Trail* trail);
+                    StateHistory* history);
 
 // At the nodes, as measured. The column must be there.
 std::vector<double> NodeTimes(const Recording& recording);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calibration/state/trail_parts.h"
+#include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -13,8 +13,8 @@ constexpr std::size_t kNoAxis = 3;  // of the table's
 
 class TableWays {
  public:
-  TableWays(const FeltByGyro& gyro, Trail* trail)
-      : gyro_(gyro), trail_(*trail), nodes_(trail->epochs) {}
+  TableWays(const FeltByGyro& gyro, StateHistory* history)
+      : gyro_(gyro), history_(*history), nodes_(history->epochs) {}
 
   // Turns of the table's axes, summed up, and the way there. `recorded`: the nodes as they were,
   // which are instants, with the ways between them.
@@ -22,10 +22,10 @@ class TableWays {
     const std::vector<std::size_t> next = NextToTurn(), last = LastToTurn();
     Vector3 sum = {}, end = {};
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      GyroTurn& turn = trail_.gyro_turns[k];
+      GyroTurn& turn = history_.gyro_turns[k];
       Vector3 by_gyro_deg = {};  // NaN where the gyro was not followed up to here
       turn.table_way_deg.fill(end);
-      if (k > 0 && !trail_.still[k - 1]) {
+      if (k > 0 && !history_.still[k - 1]) {
         const Matrix3 directions = DirectionsAt(k);
         auto felt = [&](const Vector3& z, double since_s) {
           return AboutAxes(info, directions, Turned(k, z, since_s), since_s, k);
@@ -73,7 +73,7 @@ class TableWays {
         end = turn.table_way_deg.back();
       }
       for (std::size_t a = 0; a < 3; ++a)
-        trail_.nodes[k].table_by_gyro_deg[a] = by_gyro_deg[a] + sum[a];
+        history_.nodes[k].table_by_gyro_deg[a] = by_gyro_deg[a] + sum[a];
     }
     for (std::size_t a = 0; a < 3; ++a) SmoothAngles(a);
   }
@@ -91,13 +91,13 @@ class TableWays {
     double square = 0.0, count = 0.0;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       angles[k] = WithoutOwnReading(k, axis);
-      const double change = angles[k] - trail_.nodes[k].table_deg[axis];
+      const double change = angles[k] - history_.nodes[k].table_deg[axis];
       if (!(std::fabs(change) > 0.0)) continue;
       square += change * change;
       count += 1.0;
     }
     if (count == 0.0 || std::sqrt(square / count) > kFollows_deg) return;
-    for (std::size_t k = 0; k < nodes_.size(); ++k) trail_.nodes[k].table_deg[axis] = angles[k];
+    for (std::size_t k = 0; k < nodes_.size(); ++k) history_.nodes[k].table_deg[axis] = angles[k];
   }
 
   // Angle of a turning axis without the noise of its own reading: what the gyro saw since the
@@ -106,7 +106,7 @@ class TableWays {
   double WithoutOwnReading(std::size_t k, std::size_t axis) const {
     constexpr std::size_t kPairs = 3;
     auto off = [&](std::size_t j) {
-      const TrackPoint& point = trail_.nodes[j];
+      const SensorState& point = history_.nodes[j];
       return point.table_deg[axis] - point.table_by_gyro_deg[axis];
     };
     double sum = 0.0, count = 0.0;
@@ -115,15 +115,15 @@ class TableWays {
       sum += off(k - d) + off(k + d);
       count += 2.0;
     }
-    const double angle_deg = trail_.nodes[k].table_by_gyro_deg[axis] + sum / count;
-    return std::isfinite(angle_deg) ? angle_deg : trail_.nodes[k].table_deg[axis];
+    const double angle_deg = history_.nodes[k].table_by_gyro_deg[axis] + sum / count;
+    return std::isfinite(angle_deg) ? angle_deg : history_.nodes[k].table_deg[axis];
   }
 
   // Of each node: the axis that turns there or, before the next rest, after it.
   std::vector<std::size_t> NextToTurn() const {
     std::vector<std::size_t> next(nodes_.size(), kNoAxis);
     for (std::size_t k = nodes_.size(); k-- > 1;) {
-      if (k + 1 < nodes_.size() && !trail_.still[k]) next[k] = next[k + 1];
+      if (k + 1 < nodes_.size() && !history_.still[k]) next[k] = next[k + 1];
       if (const std::size_t axis = MostTurned(k); axis != kNoAxis) next[k] = axis;
     }
     return next;
@@ -132,7 +132,7 @@ class TableWays {
   std::vector<std::size_t> LastToTurn() const {
     std::vector<std::size_t> last(nodes_.size(), kNoAxis);
     for (std::size_t k = 1; k < nodes_.size(); ++k) {
-      if (!trail_.still[k - 1]) last[k] = last[k - 1];
+      if (!history_.still[k - 1]) last[k] = last[k - 1];
       if (const std::size_t axis = MostTurned(k); axis != kNoAxis) last[k] = axis;
     }
     return last;
@@ -140,9 +140,9 @@ class TableWays {
   // Of the axes whose readings say that they turned up to node k.
   std::size_t MostTurned(std::size_t k) const {
     std::size_t axis = kNoAxis;
-    double most = std::max(kLeastMotion_deg_s, RateNoise(trail_, k - 1));
+    double most = std::max(kLeastMotion_deg_s, RateNoise(history_, k - 1));
     for (std::size_t a = 0; a < 3; ++a) {
-      const double rate = std::fabs(trail_.nodes[k].table_rate_deg_s[a]);
+      const double rate = std::fabs(history_.nodes[k].table_rate_deg_s[a]);
       if (!(rate > most)) continue;
       most = rate;
       axis = a;
@@ -153,7 +153,7 @@ class TableWays {
   // The reference says that the axis turned up to node k.
   bool Turns(std::size_t k, std::size_t axis) const {
     return k < nodes_.size() &&
-           std::fabs(trail_.nodes[k].table_rate_deg_s[axis]) > kLeastMotion_deg_s;
+           std::fabs(history_.nodes[k].table_rate_deg_s[axis]) > kLeastMotion_deg_s;
   }
 
   // What may be felt about each of the table's axes without a turn: an offset that is another after
@@ -168,7 +168,7 @@ class TableWays {
       }
       for (std::size_t other = 0; other < 3; ++other) {
         if (other != a && Turns(k, other))
-          doubt_deg_s[a] += kMisalignment * std::fabs(trail_.nodes[k].table_rate_deg_s[other]);
+          doubt_deg_s[a] += kMisalignment * std::fabs(history_.nodes[k].table_rate_deg_s[other]);
       }
     }
     return doubt_deg_s;
@@ -181,7 +181,7 @@ class TableWays {
     bool forward = false, backward = false;
     for (std::size_t j = k - 1; j <= k + 1; ++j) {
       if (!Turns(j, axis)) continue;
-      (trail_.nodes[j].table_rate_deg_s[axis] > 0.0 ? forward : backward) = true;
+      (history_.nodes[j].table_rate_deg_s[axis] > 0.0 ? forward : backward) = true;
     }
     if (forward && backward) return 0;
     if (!forward && !backward) forward = felt_deg > 0.0;
@@ -200,7 +200,7 @@ class TableWays {
   }
 
   Matrix3 DirectionsAt(std::size_t k) const {
-    return trail_.stand.Rates(trail_.nodes[k].table_deg);
+    return history_.stand.Rates(history_.nodes[k].table_deg);
   }
 
   // Parts of a rotation about the sensor's axes over `by_s` up to node k that are about each of the
@@ -221,7 +221,7 @@ class TableWays {
         double of_others = 0.0;
         for (std::size_t other = 0; other < 3; ++other) {
           if (other != a && Turns(k, other))
-            of_others += directions[c][other] * trail_.nodes[k].table_rate_deg_s[other] * by_s;
+            of_others += directions[c][other] * history_.nodes[k].table_rate_deg_s[other] * by_s;
         }
         about[a] += directions[c][a] * (turned[c] - of_others);
       }
@@ -232,20 +232,20 @@ class TableWays {
   double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
 
   const FeltByGyro& gyro_;
-  Trail& trail_;
+  StateHistory& history_;
   const std::vector<Node>& nodes_;
 };
 
 }  // namespace
 
-double RateNoise(const Trail& trail, std::size_t interval) {
-  if (interval >= trail.still.size()) return 0.0;
-  const double length_s = trail.epochs[interval + 1].at.t_s - trail.epochs[interval].at.t_s;
-  return kNoiseSigmas * std::numbers::sqrt2 * trail.angle_error_deg / length_s;
+double RateNoise(const StateHistory& history, std::size_t interval) {
+  if (interval >= history.still.size()) return 0.0;
+  const double length_s = history.epochs[interval + 1].at.t_s - history.epochs[interval].at.t_s;
+  return kNoiseSigmas * std::numbers::sqrt2 * history.angle_error_deg / length_s;
 }
 
-void FillTableWays(const Recording& recording, const FeltByGyro& gyro, Trail* trail) {
-  TableWays(gyro, trail).Fill(recording.info, recording.columns.nodes);
+void FillTableWays(const Recording& recording, const FeltByGyro& gyro, StateHistory* history) {
+  TableWays(gyro, history).Fill(recording.info, recording.columns.nodes);
 }
 
 }  // namespace gyrobench::calibration

@@ -1,9 +1,9 @@
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/state/trail_parts.h"
+#include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -20,12 +20,12 @@ Vector3 Minus(const Vector3& a, const Vector3& b) {
 class TrailMaker {
  public:
   TrailMaker(const Recording& recording, const Vector3& units,
-             const std::vector<std::string>& covariates, Trail* trail)
+             const std::vector<std::string>& covariates, StateHistory* history)
       : recording_(recording),
         covariates_(covariates),
         units_(units),
-        trail_(*trail),
-        nodes_(trail->epochs),
+        history_(*history),
+        nodes_(history->epochs),
         rest_of_(RestsOfNodes(recording)) {
     SplitRestsAtSteps(recording, &rest_of_);
     for (const std::size_t rest : rest_of_) {
@@ -35,30 +35,30 @@ class TrailMaker {
 
   void Make() {
     ChooseEpochs();
-    trail_.nodes.resize(nodes_.size());
+    history_.nodes.resize(nodes_.size());
     const std::size_t intervals = nodes_.empty() ? 0 : nodes_.size() - 1;
-    trail_.halves.resize(2 * intervals);
-    trail_.still.assign(intervals, false);
-    trail_.usable.assign(intervals, {true, true, true});
-    trail_.rotation_deg.assign(intervals, Vector3{});
-    trail_.reading_share.assign(nodes_.size(), {1.0, 1.0, 1.0});
-    trail_.axis_errs.assign(nodes_.size(), {});
-    trail_.reference_walk_s.assign(nodes_.size(), 0.0);
+    history_.midpoints.resize(2 * intervals);
+    history_.still.assign(intervals, false);
+    history_.usable.assign(intervals, {true, true, true});
+    history_.rotation_deg.assign(intervals, Vector3{});
+    history_.reading_share.assign(nodes_.size(), {1.0, 1.0, 1.0});
+    history_.axis_errs.assign(nodes_.size(), {});
+    history_.reference_walk_s.assign(nodes_.size(), 0.0);
     Points();
-    MarkUnusable(recording_, units_, &trail_);
+    MarkUnusable(recording_, units_, &history_);
     AngleErrors();
     settled_ = SettleAxes(recording_, nodes_, ErrorsAtRest_deg());
     RestAngles();
     Rotations();
     Tables();
     AxisErrors();
-    for (std::size_t k = 0; k < trail_.nodes.size(); ++k) trail_.nodes[k].still = AtRest(k);
-    FillGravity(recording_, rest_of_, &trail_);
-    FillRates(recording_, units_, Settled(), &trail_);
-    FillTemperature(recording_, &trail_);
-    FillCovariates(recording_, covariates_, &trail_);
-    for (std::vector<TrackPoint>* points : {&trail_.nodes, &trail_.halves}) {
-      for (TrackPoint& point : *points) point.earth_rate_known = trail_.earth_rate_known;
+    for (std::size_t k = 0; k < history_.nodes.size(); ++k) history_.nodes[k].still = AtRest(k);
+    FillGravity(recording_, rest_of_, &history_);
+    FillRates(recording_, units_, Settled(), &history_);
+    FillTemperature(recording_, &history_);
+    FillCovariates(recording_, covariates_, &history_);
+    for (std::vector<SensorState>* points : {&history_.nodes, &history_.midpoints}) {
+      for (SensorState& point : *points) point.earth_rate_known = history_.earth_rate_known;
     }
   }
 
@@ -69,9 +69,9 @@ class TrailMaker {
   // A moving node is the mean of its readings. Earth's rotation, the table's angles and the world's
   // axes go with them; what is sampled beside the gyro follows in trail_columns.cc.
   void ChooseEpochs() {
-    trail_.epochs = recording_.columns.nodes;
+    history_.epochs = recording_.columns.nodes;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      Node& epoch = trail_.epochs[k];
+      Node& epoch = history_.epochs[k];
       const Node& before = recording_.columns.nodes[k > 0 ? k - 1 : 0];
       if (!AtRest(k) && epoch.mean.output_known && epoch.mean.readings > 0.0) {
         epoch.at = {epoch.mean.t_s, epoch.mean.z};
@@ -83,7 +83,7 @@ class TrailMaker {
       } else {
         epoch.mean.output_known = false;
       }
-      if (k > 0) ChooseMiddle(before, trail_.epochs[k - 1].at.t_s, &epoch);
+      if (k > 0) ChooseMiddle(before, history_.epochs[k - 1].at.t_s, &epoch);
     }
   }
 
@@ -104,18 +104,18 @@ class TrailMaker {
       moving += 1.0;
     }
     const ReadingErrors errors(recording_);
-    trail_.coarse_steps = errors.CoarseSteps();
+    history_.coarse_steps = errors.CoarseSteps();
     const double averaged = moving > 0.0 ? readings / moving : 1.0;
-    trail_.angle_error_deg = errors.ErrorInMotion_deg(averaged);
-    trail_.axis_error_deg.fill(trail_.angle_error_deg);
+    history_.angle_error_deg = errors.ErrorInMotion_deg(averaged);
+    history_.axis_error_deg.fill(history_.angle_error_deg);
     const std::vector<NodeRange> rests = RangesOfRests(rest_of_);
     for (std::size_t a = 0; a < 3; ++a) {
       const double scatter_deg = ScatterAtRest(nodes_, rests, a);
       if (!std::isfinite(scatter_deg)) continue;
       // Readings that hardly ever change hide noise of half a step.
       const double least_deg = 0.5 * std::fmax(0.0, recording_.reference_step_deg[a]);
-      trail_.axis_error_deg[a] =
-          std::min(trail_.angle_error_deg, std::max(scatter_deg, least_deg) / std::sqrt(averaged));
+      history_.axis_error_deg[a] = std::min(history_.angle_error_deg,
+                                            std::max(scatter_deg, least_deg) / std::sqrt(averaged));
     }
   }
 
@@ -124,7 +124,7 @@ class TrailMaker {
     constexpr std::size_t kFew = 20;  // one node in so many
     const ReadingErrors errors(recording_);
     Vector3 error_deg;
-    error_deg.fill(trail_.angle_error_deg);
+    error_deg.fill(history_.angle_error_deg);
     for (std::size_t a = 0; a < 3; ++a) {
       std::vector<double> own;
       for (const Node& node : nodes_) {
@@ -140,27 +140,27 @@ class TrailMaker {
 
   void Points() {
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      TrackPoint& point = trail_.nodes[k];
+      SensorState& point = history_.nodes[k];
       point.t_s = point.since_power_on_s = nodes_[k].at.t_s;
       if (!nodes_[k].mean.output_known) continue;
-      trail_.reference_walk_s[k] = nodes_[k].mean.walk_s;
+      history_.reference_walk_s[k] = nodes_[k].mean.walk_s;
       point.readings = nodes_[k].mean.steps;
       point.reading_step_s = nodes_[k].mean.step_s;
     }
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i)
-      trail_.still[i] = AtRest(i) && rest_of_[i] == rest_of_[i + 1];
-    if (!trail_.nodes.empty()) {
-      trail_.nodes.front().restart = trail_.new_power_on;
-      trail_.nodes.front().begins = true;
+      history_.still[i] = AtRest(i) && rest_of_[i] == rest_of_[i + 1];
+    if (!history_.nodes.empty()) {
+      history_.nodes.front().restart = history_.new_power_on;
+      history_.nodes.front().begins = true;
     }
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
       for (std::size_t h = 0; h < 2; ++h) {
-        TrackPoint& point = trail_.halves[2 * i + h];
+        SensorState& point = history_.midpoints[2 * i + h];
         point.t_s = nodes_[i].at.t_s + (0.25 + 0.5 * static_cast<double>(h)) * Length(i);
         point.since_power_on_s = point.t_s;
         point.length_s = 0.5 * Length(i);
-        point.still = trail_.still[i];
-        point.restart = trail_.new_power_on && i == 0 && h == 0;
+        point.still = history_.still[i];
+        point.restart = history_.new_power_on && i == 0 && h == 0;
       }
     }
   }
@@ -173,7 +173,7 @@ class TrailMaker {
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
       Vector3 turned = Minus(NodeRotation(i + 1), NodeRotation(i));
       if (recording_.info.reference == ReferenceKind::kStandAngles) {
-        const Matrix3 rates = trail_.stand.Rates(settled_.angle_deg[i]);
+        const Matrix3 rates = history_.stand.Rates(settled_.angle_deg[i]);
         // About an axis that stays where it is in the sensor the readings of the axes that rest
         // have no part: their noise would tilt it.
         const bool fixed = OthersRest(i);
@@ -186,8 +186,8 @@ class TrailMaker {
         }
       }
       for (std::size_t c = 0; c < 3; ++c) {
-        trail_.rotation_deg[i][c] = (trail_.still[i] ? 0.0 : turned[c]) +
-                                    nodes_[i + 1].earth_deg[c] - nodes_[i].earth_deg[c];
+        history_.rotation_deg[i][c] = (history_.still[i] ? 0.0 : turned[c]) +
+                                      nodes_[i + 1].earth_deg[c] - nodes_[i].earth_deg[c];
       }
     }
   }
@@ -195,11 +195,11 @@ class TrailMaker {
   // The rotations without what single readings of axes that rest add to them: their noise is in the
   // output too, and what depends on the rate would find it there.
   std::vector<Vector3> Settled() const {
-    std::vector<Vector3> rotations = trail_.rotation_deg;
+    std::vector<Vector3> rotations = history_.rotation_deg;
     if (recording_.info.reference != ReferenceKind::kStandAngles) return rotations;
     for (std::size_t i = 0; i < rotations.size(); ++i) {
-      if (trail_.still[i]) continue;
-      const Matrix3 rates = trail_.stand.Rates(settled_.angle_deg[i]);
+      if (history_.still[i]) continue;
+      const Matrix3 rates = history_.stand.Rates(settled_.angle_deg[i]);
       for (std::size_t a = 0; a < 3; ++a) {
         const double noise_deg = (TurnedTo(i + 1, a) - settled_.angle_deg[i + 1][a]) -
                                  (TurnedTo(i, a) - settled_.angle_deg[i][a]);
@@ -252,12 +252,12 @@ class TrailMaker {
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       if (AtRest(k)) {
         const double share = errors.ShareAtRest(count[rest_of_[k]]);
-        trail_.reading_share[k].fill(std::max(kLeastShare, share));
+        history_.reading_share[k].fill(std::max(kLeastShare, share));
       } else if (nodes_[k].mean.output_known) {
         const Vector3& to = nodes_[k].table_deg;
         const Vector3& from = nodes_[k > 0 ? k - 1 : k].table_deg;
         for (std::size_t a = 0; a < 3; ++a)
-          trail_.reading_share[k][a] = errors.ShareInMotion(nodes_[k].mean, a, from, to);
+          history_.reading_share[k][a] = errors.ShareInMotion(nodes_[k].mean, a, from, to);
       }
       for (std::size_t a = 0; a < 3; ++a) {
         if (AtRest(k) && !settled_.is_settled[k][a])
@@ -294,23 +294,23 @@ class TrailMaker {
     if (recording_.info.reference != ReferenceKind::kStandAngles) return;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       const bool readings = AllSettled(k) && !AtRest(k);
-      for (std::size_t a = 0; a < 3; ++a) trail_.axis_errs[k][a] = Errs(k, a) || readings;
+      for (std::size_t a = 0; a < 3; ++a) history_.axis_errs[k][a] = Errs(k, a) || readings;
     }
   }
 
   // Angles and rates of the table's axes.
   void Tables() {
     for (std::size_t k = 0; k < nodes_.size(); ++k)
-      trail_.nodes[k].table_deg = settled_.angle_deg[k];
+      history_.nodes[k].table_deg = settled_.angle_deg[k];
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
-      const TrackPoint& from = trail_.nodes[i];
-      TrackPoint& to = trail_.nodes[i + 1];
+      const SensorState& from = history_.nodes[i];
+      SensorState& to = history_.nodes[i + 1];
       for (std::size_t a = 0; a < 3; ++a) {
-        const double step = trail_.still[i] ? 0.0 : to.table_deg[a] - from.table_deg[a];
+        const double step = history_.still[i] ? 0.0 : to.table_deg[a] - from.table_deg[a];
         const double rate = std::isfinite(step) ? step / Length(i) : 0.0;
         to.table_rate_deg_s[a] = rate;
         for (std::size_t h = 0; h < 2; ++h) {
-          TrackPoint& half = trail_.halves[2 * i + h];
+          SensorState& half = history_.midpoints[2 * i + h];
           half.table_rate_deg_s[a] = rate;
           half.table_deg[a] = from.table_deg[a] + (0.25 + 0.5 * static_cast<double>(h)) * step;
         }
@@ -318,9 +318,9 @@ class TrailMaker {
     }
     for (std::size_t k = 1; k + 1 < nodes_.size(); ++k) {
       for (std::size_t a = 0; a < 3; ++a) {
-        const double rate =
-            0.5 * (trail_.nodes[k].table_rate_deg_s[a] + trail_.nodes[k + 1].table_rate_deg_s[a]);
-        trail_.nodes[k].reading_step_deg[a] = rate * nodes_[k].mean.step_s;
+        const double rate = 0.5 * (history_.nodes[k].table_rate_deg_s[a] +
+                                   history_.nodes[k + 1].table_rate_deg_s[a]);
+        history_.nodes[k].reading_step_deg[a] = rate * nodes_[k].mean.step_s;
       }
     }
   }
@@ -328,8 +328,8 @@ class TrailMaker {
   const Recording& recording_;
   const std::vector<std::string>& covariates_;
   const Vector3& units_;
-  Trail& trail_;
-  const std::vector<Node>& nodes_;  // the trail's epochs
+  StateHistory& history_;
+  const std::vector<Node>& nodes_;  // the history's epochs
   std::vector<std::size_t> rest_of_;
   std::size_t rests_ = 0;
   SettledAngles settled_;
@@ -339,7 +339,7 @@ class TrailMaker {
 
 }  // namespace
 
-double Trail::ReferenceShare(std::size_t node, const Vector3& m_row) const {
+double StateHistory::ReferenceShare(std::size_t node, const Vector3& m_row) const {
   const MeasurementInfo& info = recording->info;
   const Vector3& share = reading_share[node];
   if (info.reference == ReferenceKind::kSensorAngle)
@@ -358,17 +358,17 @@ double Trail::ReferenceShare(std::size_t node, const Vector3& m_row) const {
   return std::isfinite(felt) ? std::max(square, least * kLeastFelt) : least;
 }
 
-Trail MakeTrail(const Recording& recording, const Vector3& units_per_deg_s, bool new_power_on,
-                const std::vector<std::string>& covariates) {
-  Trail trail;
-  trail.recording = &recording;
-  trail.stand = StandFrame(recording.info.geometry);
-  trail.name = recording.info.source;
-  trail.new_power_on = new_power_on;
-  trail.earth_rate_known =
+StateHistory MakeStateHistory(const Recording& recording, const Vector3& units_per_deg_s,
+                              bool new_power_on, const std::vector<std::string>& covariates) {
+  StateHistory history;
+  history.recording = &recording;
+  history.stand = StandFrame(recording.info.geometry);
+  history.name = recording.info.source;
+  history.new_power_on = new_power_on;
+  history.earth_rate_known =
       recording.orientation_known && recording.info.site_latitude_deg.has_value();
-  TrailMaker(recording, units_per_deg_s, covariates, &trail).Make();
-  return trail;
+  TrailMaker(recording, units_per_deg_s, covariates, &history).Make();
+  return history;
 }
 
 }  // namespace gyrobench::calibration

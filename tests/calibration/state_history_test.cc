@@ -1,5 +1,5 @@
 // The state along a measurement where columns are missing for a time.
-#include "calibration/state/trail.h"
+#include "calibration/state/state_history.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,26 +16,26 @@
 namespace gyrobench::testing {
 namespace {
 
-using calibration::MakeTrail;
+using calibration::MakeStateHistory;
 using calibration::Recording;
 using calibration::RoughSensitivity;
+using calibration::SensorState;
 using calibration::SharedColumns;
-using calibration::TrackPoint;
-using calibration::Trail;
+using calibration::StateHistory;
 using ::testing::HasSubstr;
 
 constexpr double kSlope_degC_s = 0.05;
 
 struct Told {
   Recording recording;
-  Trail trail;
+  StateHistory history;
 };
 
 Told Tell(const Story& story) {
   Told out{story.Collect(), {}};
-  out.trail = MakeTrail(out.recording, RoughSensitivity(out.recording), true,
-                        out.recording.info.covariates);
-  out.trail.recording = nullptr;
+  out.history = MakeStateHistory(out.recording, RoughSensitivity(out.recording), true,
+                                 out.recording.info.covariates);
+  out.history.recording = nullptr;
   return out;
 }
 
@@ -50,27 +50,27 @@ Story WithoutTemperature(double begin_s, double end_s) {
   return story;
 }
 
-bool Within(const TrackPoint& point, double begin_s, double end_s) {
+bool Within(const SensorState& point, double begin_s, double end_s) {
   return point.t_s > begin_s && point.t_s < end_s;
 }
 
 TEST(TrailWithAShortGapOfTemperature, GoesStraightFromEndToEnd) {
   const Told told = Tell(WithoutTemperature(60.0, 110.0));
-  for (const TrackPoint& half : told.trail.halves) {
+  for (const SensorState& half : told.history.midpoints) {
     ASSERT_TRUE(std::isfinite(half.temperature_degC)) << half.t_s;
     if (!Within(half, 10.0, 110.0)) continue;
     EXPECT_NEAR(half.temperature_degC, 20.0 + kSlope_degC_s * half.t_s, 0.01) << half.t_s;
     EXPECT_NEAR(half.temperature_rate_degC_s, kSlope_degC_s, 1e-3) << half.t_s;
   }
-  EXPECT_TRUE(told.trail.defects.empty());
+  EXPECT_TRUE(told.history.defects.empty());
 }
 
 TEST(TrailWithALongGapOfTemperature, LeavesItOutAndSaysHowLong) {
   const Told told = Tell(WithoutTemperature(60.0, 150.0));
-  ASSERT_TRUE(told.trail.temperature_known);
-  for (std::size_t i = 0; i < told.trail.still.size(); ++i) {
-    const TrackPoint& half = told.trail.halves[2 * i];
-    const bool used = told.trail.usable[i][2];
+  ASSERT_TRUE(told.history.temperature_known);
+  for (std::size_t i = 0; i < told.history.still.size(); ++i) {
+    const SensorState& half = told.history.midpoints[2 * i];
+    const bool used = told.history.usable[i][2];
     if (Within(half, 62.0, 148.0)) {
       EXPECT_FALSE(used) << half.t_s;
       EXPECT_TRUE(std::isnan(half.temperature_degC) && std::isnan(half.temperature_rate_degC_s));
@@ -81,30 +81,30 @@ TEST(TrailWithALongGapOfTemperature, LeavesItOutAndSaysHowLong) {
       ASSERT_TRUE(std::isfinite(half.temperature_degC)) << half.t_s;
     }
   }
-  ASSERT_EQ(told.trail.defects.size(), 1u);
-  EXPECT_EQ(told.trail.defects[0].kind, "temperature_missing");
-  EXPECT_NEAR(told.trail.defects[0].first_t_s, 61.0, 0.5);
-  EXPECT_NEAR(static_cast<double>(told.trail.defects[0].count), 880.0, 20.0) << "0.1 s each";
-  EXPECT_THAT(told.trail.remarks, ::testing::Contains(HasSubstr("temperature is missing")));
+  ASSERT_EQ(told.history.defects.size(), 1u);
+  EXPECT_EQ(told.history.defects[0].kind, "temperature_missing");
+  EXPECT_NEAR(told.history.defects[0].first_t_s, 61.0, 0.5);
+  EXPECT_NEAR(static_cast<double>(told.history.defects[0].count), 880.0, 20.0) << "0.1 s each";
+  EXPECT_THAT(told.history.remarks, ::testing::Contains(HasSubstr("temperature is missing")));
 }
 
 // The slope at the end of what is known says nothing of what comes after.
 TEST(TrailWithATemperatureThatEnds, ClaimsNoSlopeBeyondTheEnd) {
   const Told told = Tell(WithoutTemperature(130.0, 1e9));
-  for (std::size_t i = 0; i < told.trail.still.size(); ++i) {
-    const TrackPoint& half = told.trail.halves[2 * i + 1];
+  for (std::size_t i = 0; i < told.history.still.size(); ++i) {
+    const SensorState& half = told.history.midpoints[2 * i + 1];
     if (half.t_s < 132.0) continue;
-    EXPECT_FALSE(told.trail.usable[i][2]);
+    EXPECT_FALSE(told.history.usable[i][2]);
     EXPECT_TRUE(std::isnan(half.temperature_rate_degC_s));
   }
 }
 
 TEST(TrailWithATemperatureThatIsMissingForMostOfTheTime, TakesItAsUnknownAndUsesEverything) {
   const Told told = Tell(WithoutTemperature(60.0, 200.0));
-  EXPECT_FALSE(told.trail.temperature_known);
-  EXPECT_TRUE(told.trail.defects.empty());
-  for (const auto& usable : told.trail.usable) EXPECT_TRUE(usable[2]);
-  EXPECT_THAT(told.trail.remarks, ::testing::Contains(HasSubstr("less than half")));
+  EXPECT_FALSE(told.history.temperature_known);
+  EXPECT_TRUE(told.history.defects.empty());
+  for (const auto& usable : told.history.usable) EXPECT_TRUE(usable[2]);
+  EXPECT_THAT(told.history.remarks, ::testing::Contains(HasSubstr("less than half")));
 }
 
 TEST(TrailOfASlowThermometer, KnowsTheTemperatureBetweenItsReadings) {
@@ -113,8 +113,8 @@ TEST(TrailOfASlowThermometer, KnowsTheTemperatureBetweenItsReadings) {
     return std::fmod(t_s, 8.0) < 0.019 ? known(t_s) : kMissing;
   };
   const Told told = Tell(story);
-  ASSERT_TRUE(told.trail.temperature_known);
-  for (const TrackPoint& half : told.trail.halves) {
+  ASSERT_TRUE(told.history.temperature_known);
+  for (const SensorState& half : told.history.midpoints) {
     if (!Within(half, 10.0, 110.0)) continue;
     EXPECT_NEAR(half.temperature_degC, 20.0 + kSlope_degC_s * half.t_s, 0.01) << half.t_s;
     EXPECT_NEAR(half.temperature_rate_degC_s, kSlope_degC_s, 2e-3) << half.t_s;
@@ -129,7 +129,7 @@ TEST(TrailOfATableThatWaitsForItsMotion, IsNotTurnedByTheNoiseOfTheGyro) {
     story.seed = seed;
     story.white_deg_s = 0.1;
     const Told told = Tell(story);
-    const std::vector<TrackPoint>& nodes = told.trail.nodes;
+    const std::vector<SensorState>& nodes = told.history.nodes;
     int waits = 0, turned = 0;
     for (std::size_t k = 1; k + 1 < nodes.size(); ++k) {
       // Of neither neighbour, as the ramps of a motion are soft.
@@ -169,9 +169,9 @@ TEST(TrailOfATableThatSwingsBackBeforeItRests, FeelsHowFar) {
     return angle(t_s) + before + sense(t_s) * kBack_deg * turned;
   };
   const Told told = Tell(story);
-  const std::vector<TrackPoint>& nodes = told.trail.nodes;
+  const std::vector<SensorState>& nodes = told.history.nodes;
   auto node_at = [&](double t_s) {
-    return std::ranges::find_if(nodes, [=](const TrackPoint& node) { return node.t_s >= t_s; });
+    return std::ranges::find_if(nodes, [=](const SensorState& node) { return node.t_s >= t_s; });
   };
   for (int turn = 1; turn < 20; ++turn) {
     const double end_s = turn * (kRest_s + kTurn_s);
@@ -194,7 +194,7 @@ TEST(TrailOfAxesThatTurnAtOnce, FeelsEachByItself) {
   };
   MeasurementInfo info;
   info.gyro_present = {true, true, true};
-  info.gyro_unit = GyroUnit::kDegPerSecond;
+  info.gyro_unit = RateUnit::kDegPerSecond;
   info.reference = ReferenceKind::kStandAngles;
   info.stand_axis_present = {true, true, true};
   calibration::Collector collector;
@@ -214,8 +214,8 @@ TEST(TrailOfAxesThatTurnAtOnce, FeelsEachByItself) {
     collector.OnAngle({t_s, 2, inner_deg});
   }
   const Recording recording = collector.Take();
-  const Trail trail = MakeTrail(recording, {1.0, 1.0, 1.0}, true, {});
-  for (const TrackPoint& node : trail.nodes) {
+  const StateHistory history = MakeStateHistory(recording, {1.0, 1.0, 1.0}, true, {});
+  for (const SensorState& node : history.nodes) {
     if (!Within(node, kRest_s + 1.0, kDuration_s - 1.0)) continue;
     EXPECT_NEAR(node.table_by_gyro_deg[2], swing(node.t_s, kInner_deg, kInner_rad_s)[0], 1.0)
         << node.t_s;
@@ -236,8 +236,8 @@ TEST(TrailOfATableThatTurnsOneAxis, HasNoRateAboutTheOthers) {
   sensor.reading_deg = kReading_deg;
   sensor.three_channels = true;
   const Recording recording = SyntheticBench(motion, sensor).Measure({}, 1);
-  const Trail trail = MakeTrail(recording, {1.0, 1.0, 1.0}, true, {});
-  for (const TrackPoint& node : trail.nodes) {
+  const StateHistory history = MakeStateHistory(recording, {1.0, 1.0, 1.0}, true, {});
+  for (const SensorState& node : history.nodes) {
     EXPECT_NEAR(node.rate_deg_s[0], 0.0, 1e-6) << node.t_s;
     EXPECT_NEAR(node.rate_deg_s[1], 0.0, 1e-6) << node.t_s;
   }
@@ -249,8 +249,8 @@ TEST(TrailOfAMotionThatNoChannelCanTell, DoesNotSayThatTheAxisStood) {
   motion.Rest(10.0).Turn(kMiddleAxis, 45.0, 20.0).Turn(kOuterAxis, 90.0, 20.0);
   motion.Turn(kInnerAxis, 90.0, 20.0).Rest(5.0);
   const Recording recording = SyntheticBench(motion).Measure({}, 1);
-  const Trail trail = MakeTrail(recording, {kMissing, kMissing, 1.0}, true, {});
-  const auto& way_deg = trail.gyro_turns.back().table_way_deg.back();
+  const StateHistory history = MakeStateHistory(recording, {kMissing, kMissing, 1.0}, true, {});
+  const auto& way_deg = history.gyro_turns.back().table_way_deg.back();
   EXPECT_TRUE(std::isnan(way_deg[kOuterAxis]));
   EXPECT_NEAR(way_deg[kInnerAxis], 90.0, 2.0);
 }
@@ -263,11 +263,11 @@ TEST(TrailOfAMotionThatNoChannelCanTell, FollowsWhatIsFeltAfterIt) {
   const double from_s = motion.duration_s() - 1.0;
   motion.Turn(kOuterAxis, kTurned_deg, 20.0).Rest(5.0);
   const Recording recording = SyntheticBench(motion).Measure({}, 1);
-  const Trail trail = MakeTrail(recording, {kMissing, kMissing, 1.0}, true, {});
-  const auto before =
-      std::ranges::find_if(trail.nodes, [=](const TrackPoint& node) { return node.t_s >= from_s; });
+  const StateHistory history = MakeStateHistory(recording, {kMissing, kMissing, 1.0}, true, {});
+  const auto before = std::ranges::find_if(
+      history.nodes, [=](const SensorState& node) { return node.t_s >= from_s; });
   EXPECT_NEAR(
-      trail.nodes.back().table_by_gyro_deg[kOuterAxis] - before->table_by_gyro_deg[kOuterAxis],
+      history.nodes.back().table_by_gyro_deg[kOuterAxis] - before->table_by_gyro_deg[kOuterAxis],
       kTurned_deg, 1.0);
 }
 
@@ -286,7 +286,8 @@ TEST(TrailThatBeginsAtRest, HasTheAngleOfItsRestFromTheFirstReadingOn) {
     return true;
   };
   const Told told = Tell(story);
-  EXPECT_NEAR(told.trail.nodes[0].table_deg[2], told.trail.nodes[5].table_deg[2], 0.05 * kStep_deg);
+  EXPECT_NEAR(told.history.nodes[0].table_deg[2], told.history.nodes[5].table_deg[2],
+              0.05 * kStep_deg);
 }
 
 // A quarter of an hour at rest, then turns of a table whose worm makes a wave of the rate.
@@ -318,15 +319,15 @@ TEST(TrailOfAWaveAfterALongRest, DoesNotDependOnHowTheOffsetDriftedThere) {
   constexpr double kReach_s = calibration::kNear_s.back();
   const Told warming = Tell(WithAWormAfterALongRest(0.04)),
              steady = Tell(WithAWormAfterALongRest(0.0));
-  ASSERT_EQ(warming.trail.nodes.size(), steady.trail.nodes.size());
+  ASSERT_EQ(warming.history.nodes.size(), steady.history.nodes.size());
   int compared = 0;
-  for (std::size_t k = 1; k < steady.trail.nodes.size(); ++k) {
-    if (steady.trail.still[k - 1]) continue;
+  for (std::size_t k = 1; k < steady.history.nodes.size(); ++k) {
+    if (steady.history.still[k - 1]) continue;
     ++compared;
     // The drift of the last ten seconds of a rest may be in it.
-    EXPECT_NEAR(warming.trail.gyro_turns[k].near_deg.back()[2],
-                steady.trail.gyro_turns[k].near_deg.back()[2], 0.01 * kReach_s)
-        << "at " << steady.trail.nodes[k].t_s << " s";
+    EXPECT_NEAR(warming.history.gyro_turns[k].near_deg.back()[2],
+                steady.history.gyro_turns[k].near_deg.back()[2], 0.01 * kReach_s)
+        << "at " << steady.history.nodes[k].t_s << " s";
   }
   EXPECT_GT(compared, 300);
 }
@@ -342,17 +343,17 @@ Story WithSupply(double begin_s, double end_s) {
 
 TEST(TrailWithAGapOfAColumn, BridgesAShortOneAndLeavesOutALongOne) {
   const Told bridged = Tell(WithSupply(60.0, 110.0));
-  for (const TrackPoint& half : bridged.trail.halves)
+  for (const SensorState& half : bridged.history.midpoints)
     EXPECT_NEAR(half.covariates[0], 5.0 + 0.01 * half.t_s, 2e-3) << half.t_s;
-  EXPECT_TRUE(bridged.trail.defects.empty());
+  EXPECT_TRUE(bridged.history.defects.empty());
   const Told missing = Tell(WithSupply(60.0, 150.0));
-  ASSERT_EQ(missing.trail.defects.size(), 1u);
-  EXPECT_EQ(missing.trail.defects[0].kind, "column_missing");
-  EXPECT_THAT(missing.trail.defects[0].where, HasSubstr("supply_v"));
-  for (std::size_t i = 0; i < missing.trail.still.size(); ++i) {
-    if (!missing.trail.usable[i][2]) continue;
-    EXPECT_NEAR(missing.trail.halves[2 * i].covariates[0],
-                5.0 + 0.01 * missing.trail.halves[2 * i].t_s, 0.011);
+  ASSERT_EQ(missing.history.defects.size(), 1u);
+  EXPECT_EQ(missing.history.defects[0].kind, "column_missing");
+  EXPECT_THAT(missing.history.defects[0].where, HasSubstr("supply_v"));
+  for (std::size_t i = 0; i < missing.history.still.size(); ++i) {
+    if (!missing.history.usable[i][2]) continue;
+    EXPECT_NEAR(missing.history.midpoints[2 * i].covariates[0],
+                5.0 + 0.01 * missing.history.midpoints[2 * i].t_s, 0.011);
   }
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/angle_unit.h"
-#include "calibration/state/trail_parts.h"
+#include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -39,7 +39,8 @@ bool Finite(const Vector3& v) {
 
 // One axis turns, the accelerometer turns with it: taken back to angle 0 it must say the same
 // all the time.
-void GravityFromAccelerometer(const std::vector<Node>& nodes, std::size_t axis, Trail* trail) {
+void GravityFromAccelerometer(const std::vector<Node>& nodes, std::size_t axis,
+                              StateHistory* history) {
   Vector3 sum = {};
   double count = 0.0;
   for (std::size_t k = 0; k < nodes.size(); ++k) {
@@ -53,20 +54,20 @@ void GravityFromAccelerometer(const std::vector<Node>& nodes, std::size_t axis, 
   for (double& part : sum) part /= count;
   const double size = std::hypot(sum[0], sum[1], sum[2]);
   if (size < 0.5 || size > 1.5) {
-    trail->remarks.push_back(
+    history->remarks.push_back(
         fmt::format("the accelerometer shows {:.2f} g where 1 g is expected: gravity in the "
                     "sensor's frame is not known, its effects are not looked for",
                     size));
     return;
   }
   sum = Normalised(sum);
-  for (TrackPoint& point : trail->nodes)
+  for (SensorState& point : history->nodes)
     point.gravity_g = TurnedBack(sum, axis, point.table_deg[axis]);
-  trail->gravity_known = true;
+  history->gravity_known = true;
 }
 
-void GravityByPose(const std::vector<std::size_t>& rest_of, Trail* trail) {
-  const std::vector<Node>& nodes = trail->epochs;
+void GravityByPose(const std::vector<std::size_t>& rest_of, StateHistory* history) {
+  const std::vector<Node>& nodes = history->epochs;
   std::size_t rests = 0;
   for (const std::size_t rest : rest_of)
     rests = rest == kNoRest ? rests : std::max(rests, rest + 1);
@@ -79,19 +80,19 @@ void GravityByPose(const std::vector<std::size_t>& rest_of, Trail* trail) {
     if (rest_of[k] == kNoRest) continue;
     const Vector3 direction = Normalised(sum[rest_of[k]]);
     if (!Finite(direction)) continue;
-    trail->nodes[k].gravity_g = direction;
-    trail->gravity_known = true;
+    history->nodes[k].gravity_g = direction;
+    history->gravity_known = true;
   }
 }
 
 // Gravity comes from the reference; the accelerometer is its witness.
-void CompareWithAccelerometer(const std::vector<Node>& nodes, Trail* trail) {
+void CompareWithAccelerometer(const std::vector<Node>& nodes, StateHistory* history) {
   double product = 0.0, count = 0.0;
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     const Vector3& a = nodes[k].accel_g;
     if (!Finite(a) || std::hypot(a[0], a[1], a[2]) < 0.5) continue;
     const Vector3 direction = Normalised(a);
-    const Vector3& g = trail->nodes[k].gravity_g;
+    const Vector3& g = history->nodes[k].gravity_g;
     if (!Finite(g)) continue;  // before the first reading of all axes
     product += direction[0] * g[0] + direction[1] * g[1] + direction[2] * g[2];
     count += 1.0;
@@ -99,7 +100,7 @@ void CompareWithAccelerometer(const std::vector<Node>& nodes, Trail* trail) {
   if (count < 10.0) return;
   const double off_deg = std::acos(std::clamp(product / count, -1.0, 1.0)) * kDegPerRad;
   if (!(off_deg >= kAccelDisagrees_deg)) return;
-  trail->remarks.push_back(fmt::format(
+  history->remarks.push_back(fmt::format(
       "the accelerometer points {:.0f} deg away from the gravity that the reference says: check "
       "how the sensor is mounted (on a stand: mount_x_deg and its like); effects of gravity are "
       "taken by the reference",
@@ -109,28 +110,29 @@ void CompareWithAccelerometer(const std::vector<Node>& nodes, Trail* trail) {
 }  // namespace
 
 void FillGravity(const Recording& recording, const std::vector<std::size_t>& rest_of,
-                 Trail* trail) {
-  const std::vector<Node>& nodes = trail->epochs;
+                 StateHistory* history) {
+  const std::vector<Node>& nodes = history->epochs;
   const ReferenceKind kind = recording.info.reference;
   if (kind == ReferenceKind::kStandAngles || kind == ReferenceKind::kOrientation) {
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-      trail->nodes[k].gravity_g = nodes[k].world_z;
-      trail->nodes[k].world_x = nodes[k].world_x;
+      history->nodes[k].gravity_g = nodes[k].world_z;
+      history->nodes[k].world_x = nodes[k].world_x;
     }
-    trail->gravity_known = !nodes.empty() && Finite(nodes.back().world_z);
-    if (trail->gravity_known) CompareWithAccelerometer(nodes, trail);
+    history->gravity_known = !nodes.empty() && Finite(nodes.back().world_z);
+    if (history->gravity_known) CompareWithAccelerometer(nodes, history);
   } else if (kind == ReferenceKind::kSensorAngle) {
-    GravityFromAccelerometer(nodes, static_cast<std::size_t>(recording.info.reference_axis), trail);
+    GravityFromAccelerometer(nodes, static_cast<std::size_t>(recording.info.reference_axis),
+                             history);
   } else {
-    GravityByPose(rest_of, trail);
+    GravityByPose(rest_of, history);
   }
   for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
-    const TrackPoint& a = trail->nodes[i];
-    const TrackPoint& b = trail->nodes[i + 1];
+    const SensorState& a = history->nodes[i];
+    const SensorState& b = history->nodes[i + 1];
     for (std::size_t h = 0; h < 2; ++h) {
       const double part = 0.25 + 0.5 * static_cast<double>(h);
-      trail->halves[2 * i + h].gravity_g = Between(a.gravity_g, b.gravity_g, part);
-      trail->halves[2 * i + h].world_x = Between(a.world_x, b.world_x, part);
+      history->midpoints[2 * i + h].gravity_g = Between(a.gravity_g, b.gravity_g, part);
+      history->midpoints[2 * i + h].world_x = Between(a.world_x, b.world_x, part);
     }
   }
 }

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "calibration/signal/collector.h"
-#include "calibration/state/track.h"
+#include "calibration/state/sensor_state.h"
 
 namespace gyrobench::calibration {
 
-struct Trail {
+struct StateHistory {
   const Recording* recording = nullptr;
   StandFrame stand;  // that the recording was made on
   std::string name;
@@ -21,8 +21,8 @@ struct Trail {
   // (times, rotations, integrals of the output), at rest as they are.
   std::vector<Node> epochs;
   // One point a node; two a interval (i from node i to i + 1), in the middle of its halves:
-  // halves[2 i], halves[2 i + 1]. Rates there are means over the half.
-  std::vector<TrackPoint> nodes, halves;
+  // midpoints[2 i], midpoints[2 i + 1]. Rates there are means over the half.
+  std::vector<SensorState> nodes, midpoints;
   // Of interval i: the reference stood still; may be used, channel by channel.
   std::vector<bool> still;
   std::vector<std::array<bool, 3>> usable;
@@ -47,7 +47,7 @@ struct Trail {
   bool coarse_steps = false;
   // Of each node: ReadingsMean::walk_s; 0 where it is one instant.
   std::vector<double> reference_walk_s;
-  std::vector<double> covariates;    // of the points: nodes, then halves
+  std::vector<double> covariates;    // of the points: nodes, then midpoints
   std::vector<GyroTurn> gyro_turns;  // of the nodes, which point to it
   bool gravity_known = false, temperature_known = false, vibration_known = false;
   std::vector<Defect> defects;  // what is missing for long, and was left out
@@ -57,8 +57,8 @@ struct Trail {
 // `units_per_deg_s`: of each channel, for the shape of the motion between readings of the
 // reference; NaN where it is not known. `covariates`: columns that the points shall have, in this
 // order; all are in the recording.
-Trail MakeTrail(const Recording& recording, const Vector3& units_per_deg_s, bool new_power_on,
-                const std::vector<std::string>& covariates);
+StateHistory MakeStateHistory(const Recording& recording, const Vector3& units_per_deg_s,
+                              bool new_power_on, const std::vector<std::string>& covariates);
 
 // Output units per deg/s of each channel: least squares of the output on the reference over what
 // turns beyond the noise of its readings; the nominal value where the channel did not turn; NaN
