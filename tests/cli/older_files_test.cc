@@ -1,5 +1,5 @@
-// Files of version 1 as an earlier program wrote them (tests/compatibility): they are read, and give
-// the numbers that they gave.
+// Files of version 1 as an earlier program wrote them (tests/compatibility): they are read, and
+// give the numbers that they gave.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
