@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "base/stand_geometry.h"
+#include "base/geometry.h"
 
 namespace gyrobench {
 

@@ -18,7 +18,6 @@
 #include "cli/inputs.h"
 #include "cli/number_text.h"
 #include "cli/targets.h"
-#include "recording/file_hash.h"
 #include "recording/measurement_files.h"
 #include "recording/run_directory.h"
 #include "recording/table_writer.h"

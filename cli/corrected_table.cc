@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "base/error.h"
-#include "recording/field_text.h"
 #include "recording/line_buffer.h"
 #include "recording/table_columns.h"
-#include "recording/table_file.h"
+#include "recording/table_words.h"
+#include "recording/table_writer.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -227,7 +227,7 @@ class TableCorrection {
   }
 
   void Give() {
-    calibration::Vector3 rate;
+    Vector3 rate;
     while (!rows_.empty()) {
       Row& row = rows_.front();
       if (!row.has_sample) {
@@ -243,7 +243,7 @@ class TableCorrection {
   }
 
   // Rates to 1e-7 deg/s: 0.0004 deg in an hour, were all rounded the same way.
-  void PutRow(std::string_view text, const calibration::Vector3& rate) {
+  void PutRow(std::string_view text, const Vector3& rate) {
     Split(text, fields_);
     for (std::size_t i = 0; i < fields_.size(); ++i) {
       if (i > 0) out_.Append(",");

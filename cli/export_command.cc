@@ -15,7 +15,7 @@
 #include "cli/exit_status.h"
 #include "cli/targets.h"
 #include "export/exporter.h"
-#include "recording/file_hash.h"
+#include "recording/measurement_files.h"
 
 namespace gyrobench::cli {
 namespace {

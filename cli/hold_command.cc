@@ -6,7 +6,6 @@
 #include "base/json_text.h"
 #include "calibration/hold/calibrate_hold.h"
 #include "calibration/hold/epoch_collector.h"
-#include "calibration/hold/hold_json.h"
 #include "cli/calibration_output.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"

@@ -1,7 +1,7 @@
 #include "cli/input_files.h"
 
 #include "cli/inputs.h"
-#include "recording/file_hash.h"
+#include "recording/measurement_files.h"
 
 namespace gyrobench::cli {
 

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "recording/message_bytes.h"
+#include "recording/message_decoder.h"
 
 namespace gyrobench::cli {
 namespace {

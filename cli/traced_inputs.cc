@@ -19,7 +19,7 @@
 #include "calibration/estimators/analyzer.h"
 #include "calibration/estimators/plausibility.h"
 #include "calibration/signal/clock_offset.h"
-#include "calibration/signal/intake_remarks.h"
+#include "calibration/signal/intake.h"
 #include "cli/calibration_output.h"
 #include "cli/inputs.h"
 #include "cli/json_field.h"

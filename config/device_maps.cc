@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "config/config_readers.h"
+#include "config/stand_config.h"
 #include "config/toml_reader.h"
 
 namespace gyrobench::config {

@@ -9,6 +9,8 @@
 
 namespace gyrobench::config {
 
+class TomlTable;
+
 enum class WordOrder { kHighFirst, kLowFirst };
 
 // Stepper drive with one-frame moves (Leadshine RS family). Addresses are 0-based.
@@ -89,5 +91,12 @@ DriveMap LoadDriveMap(const std::filesystem::path& file);
 EncoderMap LoadEncoderMap(const std::filesystem::path& file);
 GyroUnitMap LoadGyroUnitMap(const std::filesystem::path& file);
 RelayMap LoadRelayMap(const std::filesystem::path& file);
+
+// What reads a table already opened. Apart, so that a test can ask the table afterwards which keys
+// are known (docs/configuration.md is checked against them).
+DriveMap ReadDriveMap(const TomlTable& root);
+EncoderMap ReadEncoderMap(const TomlTable& root);
+GyroUnitMap ReadGyroUnitMap(const TomlTable& root);
+RelayMap ReadRelayMap(const TomlTable& root);
 
 }  // namespace gyrobench::config

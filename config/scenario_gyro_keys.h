@@ -1,9 +1,20 @@
-// The keys of a scenario's [gyro] (see scenario_keys.h).
+// What is said of a key of a scenario file, and the keys of its [gyro] (see scenario_keys.h).
 #pragma once
 
-#include "config/scenario_key_info.h"
+#include <string_view>
+
+#include "config/scenario.h"
 
 namespace gyrobench::config {
+
+struct KeyInfo {
+  std::string_view unit;
+  double min, max;
+  std::string_view help;
+};
+
+// A rate error or a scale error beyond this is a wrong number, not an imperfection.
+inline constexpr double kMostRel = 0.2;
 
 template <class V>
 void Describe(V& v, GyroScenario::BiasStep& s) {

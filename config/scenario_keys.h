@@ -4,7 +4,6 @@
 #pragma once
 
 #include "config/scenario_gyro_keys.h"
-#include "config/scenario_key_info.h"
 
 namespace gyrobench::config {
 

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "config/bus_load.h"
-#include "config/config_readers.h"
 #include "config/toml_reader.h"
 
 namespace gyrobench::config {

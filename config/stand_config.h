@@ -5,11 +5,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "base/stand_geometry.h"
+#include "base/geometry.h"
 #include "config/device_maps.h"
 
 namespace gyrobench::config {
@@ -133,5 +134,13 @@ struct StandConfig {
 // taken from the file's folder. Throws ConfigError: "stand.toml:12: axis.inner.max_rate_deg_s = -5:
 // expected 0.001 .. 1000 deg/s"; an unknown key is an error that names the nearest known one.
 StandConfig LoadStandConfig(const std::filesystem::path& file);
+
+// The part that reads a table already opened, as ReadDriveMap does.
+StandConfig ReadStandConfig(const TomlTable& root, const std::filesystem::path& file);
+
+// The stand file as a record keeps it: all of the stand and of its device maps, with the keys of
+// the files. Of a simulation only that it is one ("virtual": true): its truth, seed and answers stay
+// out of records, so that no analysis can know them.
+nlohmann::json ToJson(const StandConfig& stand);
 
 }  // namespace gyrobench::config

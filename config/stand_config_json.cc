@@ -1,5 +1,3 @@
-#include "config/stand_config_json.h"
-
 #include <nlohmann/json.hpp>
 
 #include "config/stand_config.h"

@@ -9,8 +9,8 @@
 #include <sstream>
 #include <system_error>
 
-#include "base/decimal_comma.h"
 #include "base/error.h"
+#include "base/nearest_word.h"
 
 namespace gyrobench::config {
 namespace fs = std::filesystem;

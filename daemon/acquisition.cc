@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "daemon/gyro_message.h"
+#include "daemon/messages.h"
 #include "gyrobench/angle_t.hpp"
 #include "gyrobench/axes_t.hpp"
 

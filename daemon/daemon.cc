@@ -18,7 +18,7 @@
 #include "daemon/simulated_buses.h"
 #include "daemon/status_publisher.h"
 #include "daemon/telemetry.h"
-#include "drivers/modbus_devices.h"
+#include "drivers/factory.h"
 #include "gyrobench/fault_t.hpp"
 
 namespace gyrobench::daemon {

@@ -7,11 +7,10 @@
 #include <utility>
 
 #include "base/error.h"
-#include "daemon/axis_facts.h"
-#include "daemon/manoeuvre_choice.h"
+#include "daemon/bench_facts.h"
 #include "daemon/run_trace.h"
+#include "procedures/engine/bench.h"
 #include "procedures/engine/motion_time.h"
-#include "procedures/engine/outputs.h"
 #include "procedures/engine/settling.h"
 
 namespace gyrobench::daemon {
@@ -63,7 +62,7 @@ std::vector<procedures::AxisFacts> LiveBench::Axes() const {
   return facts;
 }
 
-kinematics::StandGeometry LiveBench::Geometry() const { return context_.stand.geometry; }
+StandGeometry LiveBench::Geometry() const { return context_.stand.geometry; }
 
 double LiveBench::TemperatureDegC() const { return context_.acquisition.Sensor().temperature_degC; }
 

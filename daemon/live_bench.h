@@ -10,7 +10,7 @@
 
 #include "base/clock.h"
 #include "calibration/estimators/results.h"
-#include "calibration/plan/loop_memory.h"
+#include "calibration/plan/next_manoeuvre.h"
 #include "calibration/trace/trace.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
@@ -56,7 +56,7 @@ class LiveBench final : public procedures::Bench {
 
   double ElapsedS() const override;
   std::vector<procedures::AxisFacts> Axes() const override;
-  kinematics::StandGeometry Geometry() const override;
+  StandGeometry Geometry() const override;
   double TemperatureDegC() const override;
   std::vector<std::string> Outputs() const override;
   void SwitchOutput(const std::string& output, bool on) override;

@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "calibration/estimators/plausibility.h"
 #include "calibration/estimators/result_json.h"
-#include "daemon/axis_facts.h"
+#include "daemon/bench_facts.h"
 #include "daemon/run_record.h"
 #include "daemon/run_trace.h"
 #include "gyrobench/run_t.hpp"

@@ -7,9 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/version.h"
-#include "config/stand_config_json.h"
+#include "config/stand_config.h"
 #include "procedures/engine/procedure.h"
-#include "recording/measurement_info_json.h"
 #include "recording/run_directory.h"
 
 namespace gyrobench::daemon {

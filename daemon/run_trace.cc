@@ -12,7 +12,6 @@
 #include "calibration/artefact/trace_json.h"
 #include "calibration/effects/effect.h"
 #include "calibration/trace/trace.h"
-#include "recording/file_hash.h"
 #include "recording/measurement_files.h"
 #include "report/report.h"
 

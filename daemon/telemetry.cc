@@ -6,8 +6,7 @@
 
 #include "base/error.h"
 #include "calibration/estimators/analyzer.h"
-#include "daemon/model_message.h"
-#include "daemon/result_messages.h"
+#include "daemon/messages.h"
 #include "gyrobench/reflection.hpp"
 #include "recording/event_log.h"
 #include "recording/message_decoder.h"

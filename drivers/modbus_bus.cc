@@ -9,8 +9,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "drivers/modbus_fault.h"
-#include "drivers/wire_time.h"
+#include "drivers/modbus_line.h"
 
 namespace gyrobench::drivers {
 namespace {

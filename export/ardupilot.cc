@@ -33,7 +33,7 @@ std::string ThermalRows(const ThermalBias& bias) {
   return rows;
 }
 
-std::string OffsetRows(const calibration::Vector3& offset_rad_s) {
+std::string OffsetRows(const Vector3& offset_rad_s) {
   std::string rows;
   for (std::size_t c = 0; c < 3; ++c)
     rows += Row(fmt::format("INS_GYROFFS_{}", "XYZ"[c]), Fixed(offset_rad_s[c]));

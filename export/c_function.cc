@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <utility>
 
 namespace gyrobench::exporting {
 namespace {
@@ -153,7 +154,7 @@ std::string Function::Flags() const {
 std::string Function::Text() const {
   std::string rows;
   for (std::size_t c = 0; c < 3; ++c) {
-    const calibration::Vector3& row = model_.inverse[c];
+    const Vector3& row = model_.inverse[c];
     rows += fmt::format("      {{{}, {}, {}}}{}\n", CNumber(row[0]), CNumber(row[1]),
                         CNumber(row[2]), c < 2 ? "," : "};");
   }
@@ -190,6 +191,45 @@ std::string Function::Text() const {
 
 std::string FunctionText(const LinearModel& model, const HeldTerms& held, const std::string& name) {
   return Function(model, held, name).Text();
+}
+
+namespace {
+
+void TakeTerm(const calibration::ModelTerm& term, calibration::ChannelModel* model, HeldTerms* held,
+              LeftOut* left_out) {
+  if (!calibration::WhyNotApplied(term).empty()) return;
+  const auto c = static_cast<std::size_t>(model->axis);
+  std::string why_not;
+  const std::optional<CTerm> text = MakeCTerm(term, model->axis, &why_not);
+  if (!text) {
+    left_out->Add(model->axis, term.id, why_not);
+    return;
+  }
+  held->texts[c][text->dependence].push_back(text->text);
+  held->needs.gravity |= text->needs.gravity;
+  held->needs.temperature_rate |= text->needs.temperature_rate;
+  held->needs.time |= text->needs.time;
+  model->terms.push_back(term);
+}
+
+}  // namespace
+
+bool HeldTerms::Any(Dependence dependence) const {
+  for (const auto& of_channel : texts)
+    if (of_channel.contains(dependence)) return true;
+  return false;
+}
+
+HeldTerms HoldTerms(const calibration::Calibration& calibration) {
+  HeldTerms held;
+  held.calibration = calibration;
+  LeftOut left_out;
+  for (calibration::ChannelCalibration& channel : held.calibration.channels) {
+    const std::vector<calibration::ModelTerm> all = std::exchange(channel.model.terms, {});
+    for (const calibration::ModelTerm& term : all) TakeTerm(term, &channel.model, &held, &left_out);
+  }
+  held.notes = left_out.Notes();
+  return held;
 }
 
 }  // namespace gyrobench::exporting

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "export/c_function.h"
-#include "export/example.h"
 #include "export/formats.h"
+#include "export/text.h"
 
 namespace gyrobench::exporting {
 namespace {

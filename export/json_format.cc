@@ -5,7 +5,6 @@
 #include "base/json_number.h"
 #include "base/json_text.h"
 #include "calibration/effects/effect.h"
-#include "export/example.h"
 #include "export/formats.h"
 #include "export/text.h"
 

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "base/angle_unit.h"
 #include "base/error.h"
+#include "base/geometry.h"
 #include "export/formats.h"
 #include "export/text.h"
 

@@ -16,14 +16,14 @@ using calibration::ChannelModel;
 // As in the corrector: beyond this share of its largest entry an inverse means nothing.
 constexpr double kLeastPivot = 1e-3;
 
-void FillRow(const ChannelModel& model, std::size_t c, calibration::Vector3* row) {
+void FillRow(const ChannelModel& model, std::size_t c, Vector3* row) {
   for (std::size_t j = 0; j < 3; ++j) {
     const bool never_turned = c == j && model.m_row[j] == 0.0;
     (*row)[j] = never_turned ? 1.0 : model.m_row[j];
   }
 }
 
-calibration::Matrix3 Inverse(const calibration::Matrix3& m) {
+Matrix3 Inverse(const Matrix3& m) {
   Eigen::Matrix3d matrix;
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t j = 0; j < 3; ++j)
@@ -35,7 +35,7 @@ calibration::Matrix3 Inverse(const calibration::Matrix3& m) {
         "which each axis turned");
   }
   const Eigen::Matrix3d inverse = lu.inverse();
-  calibration::Matrix3 out;
+  Matrix3 out;
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t j = 0; j < 3; ++j)
       out[c][j] = inverse(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(j));

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "base/geometry.h"
 #include "calibration/artefact/calibration_file.h"
-#include "calibration/signal/geometry.h"
 
 namespace gyrobench::exporting {
 
@@ -18,8 +18,8 @@ inline constexpr const char* kAxisNames = "xyz";
 struct LinearModel {
   std::array<const calibration::ChannelModel*, 3> axes = {};  // nullptr: not in the calibration
   std::string unit;                                           // of xi
-  calibration::Vector3 units_per_deg_s = {};
-  calibration::Matrix3 m = {}, inverse = {};
+  Vector3 units_per_deg_s = {};
+  Matrix3 m = {}, inverse = {};
 };
 
 // Refers to `calibration`. Throws DataError: channels of different units, no inverse.

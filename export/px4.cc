@@ -30,7 +30,7 @@ std::string ThermalRows(const ThermalBias& bias) {
 }
 
 // They are taken off as well: 0 where the thermal ones hold all of the offset.
-std::string ConstantRows(const calibration::Vector3& offset_rad_s) {
+std::string ConstantRows(const Vector3& offset_rad_s) {
   std::string rows;
   for (std::size_t c = 0; c < 3; ++c)
     rows += Row(fmt::format("CAL_GYRO0_{}OFF", "XYZ"[c]), Fixed(offset_rad_s[c]), kReal32);
@@ -72,7 +72,7 @@ Exported WritePx4(const calibration::Calibration& calibration, const Origin& ori
   Append(&about, {"", "Vehicle-Id Component-Id Name Value Type"});
   out.text = Commented(about, "# ");
   if (thermal) out.text += ThermalRows(bias);
-  out.text += ConstantRows(thermal ? calibration::Vector3{} : bias.OffsetAt(kMissing));
+  out.text += ConstantRows(thermal ? Vector3{} : bias.OffsetAt(kMissing));
   return out;
 }
 

@@ -1,9 +1,12 @@
-// Text that the formats have in common: the head of a file, comments, numbers.
+// What the formats have in common: the head of a file, comments, numbers, and the worked example,
+// computed by the corrector, not by what it is to show.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "base/geometry.h"
+#include "calibration/artefact/calibration_file.h"
 #include "export/exporter.h"
 #include "export/linear_model.h"
 
@@ -50,5 +53,19 @@ void RequireFloat(double value);
 std::string Fixed(double value);
 // To four digits; "not known" for NaN.
 std::string Figure(double value);
+
+// A sensor at one temperature that turns steadily, lying as `gravity_g` says, just switched on.
+struct Example {
+  Vector3 xi = {};
+  double temperature_degC = 25.0;
+  Vector3 gravity_g = {0.6, 0.0, 0.8};
+  Vector3 rate_deg_s = {};  // corrected, frame S
+};
+
+// Within the range of the calibration. Throws DataError where that has no correction.
+Example WorkedExample(const calibration::Calibration& calibration);
+
+// "2.5, -1, 0.25": as many digits as bring the values back.
+std::string ListOf(const Vector3& values);
 
 }  // namespace gyrobench::exporting

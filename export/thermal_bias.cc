@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 #include "calibration/artefact/model_terms.h"
 
 namespace gyrobench::exporting {
@@ -135,7 +135,7 @@ Lines ExampleLines(const ThermalBias& bias) {
                     bias.range.high_degC};
   }
   for (const double temperature : temperatures) {
-    const calibration::Vector3 offset = bias.OffsetAt(temperature);
+    const Vector3 offset = bias.OffsetAt(temperature);
     const std::string when =
         bias.range.known() ? fmt::format("at {:.2f} degC", temperature) : "at any temperature";
     lines.push_back(fmt::format("  {} the offset is {:.8f} {:.8f} {:.8f} rad/s", when, offset[0],
@@ -146,10 +146,10 @@ Lines ExampleLines(const ThermalBias& bias) {
 
 }  // namespace
 
-calibration::Vector3 ThermalBias::OffsetAt(double temperature_degC) const {
+Vector3 ThermalBias::OffsetAt(double temperature_degC) const {
   const double held = std::fmin(std::fmax(temperature_degC, range.low_degC), range.high_degC);
   const double off = range.known() ? held - reference_degC : 0.0;
-  calibration::Vector3 offset;
+  Vector3 offset;
   for (std::size_t c = 0; c < 3; ++c) {
     const Cubic& k = coefficients_rad_s[c];
     offset[c] = k[0] + off * (k[1] + off * (k[2] + off * k[3]));

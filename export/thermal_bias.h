@@ -23,7 +23,7 @@ struct ThermalBias {
   Lines notes;                                   // what the autopilots cannot hold, matrix and all
 
   // At a temperature held within the range [rad/s].
-  calibration::Vector3 OffsetAt(double temperature_degC) const;
+  Vector3 OffsetAt(double temperature_degC) const;
 };
 
 // `reference_degC`: where the autopilot fixes it, else NaN for the middle of the range. Throws

@@ -4,7 +4,7 @@
 
 #include <Eigen/Dense>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 #include "kinematics/stand_frame.h"
 
 namespace gyrobench::kinematics {

@@ -4,12 +4,26 @@
 // World W: z up. Sensor S. Right-handed, degrees throughout.
 #pragma once
 
-#include "base/stand_geometry.h"
-#include "kinematics/geometry.h"
+#include <array>
+
+#include "base/geometry.h"
 
 namespace gyrobench::kinematics {
 
-using gyrobench::StandGeometry;
+// Earth's rotation in W [deg/s]: 15.041 deg/h (cos lat cos h, -cos lat sin h, sin lat), h the
+// heading of W's x axis from north.
+Vector3 EarthRate(double latitude_deg, double heading_deg);
+
+// R_WS of a unit quaternion (w, x, y, z).
+Matrix3 QuaternionOrientation(const std::array<double, 4>& q_wxyz);
+
+// Rotation vector, in the sensor frame [deg], of the shortest way from one orientation to the next:
+//   q_next = q_from (x) exp(v / 2)
+Vector3 RotationBetween(const std::array<double, 4>& from_wxyz,
+                        const std::array<double, 4>& to_wxyz);
+
+// M^T v: a vector given in W, expressed in S, for M = R_WS.
+Vector3 TransposedTimes(const Matrix3& m, const Vector3& v);
 
 // Source: docs/measurement-table.md, "Geometry of the stand". By default the perfect stand.
 class StandFrame {

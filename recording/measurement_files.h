@@ -1,7 +1,9 @@
-// What a name of a measurement stands for on disk: the one place that tells records from tables.
+// What a name of a measurement stands for on disk, the one place that tells records from tables;
+// and what a result was made from, to the bit.
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace gyrobench::recording {
@@ -21,5 +23,8 @@ MeasurementFiles FilesOfMeasurement(const std::filesystem::path& path);
 
 // Whether a folder holds an event log or a run.json.
 bool IsRecordFolder(const std::filesystem::path& folder);
+
+// SHA-256 of a file's bytes, 64 hexadecimal digits, read as a stream. Throws DataError.
+std::string Sha256OfFile(const std::filesystem::path& file);
 
 }  // namespace gyrobench::recording

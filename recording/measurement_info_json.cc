@@ -1,5 +1,3 @@
-#include "recording/measurement_info_json.h"
-
 #include <fmt/format.h>
 
 #include <array>
@@ -8,6 +6,7 @@
 
 #include "base/error.h"
 #include "recording/plausible.h"
+#include "recording/run_directory.h"
 
 namespace gyrobench::recording {
 

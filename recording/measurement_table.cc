@@ -11,8 +11,8 @@
 
 #include "base/error.h"
 #include "recording/decimal.h"
-#include "recording/field_text.h"
 #include "recording/plausible.h"
+#include "recording/table_words.h"
 
 namespace gyrobench::recording {
 

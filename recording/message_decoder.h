@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "base/clock.h"
@@ -18,6 +19,16 @@ class run_t;
 }  // namespace gyrobench
 
 namespace gyrobench::recording {
+
+// The bytes of a message, checked before they reach generated code: lcm-gen's decoder takes counts
+// and string lengths from the bytes as they are: a damaged one makes it reserve gigabytes, or read
+// past the end.
+using MessageBytes = std::span<const std::uint8_t>;
+
+// Decodes bytes in which all counts and lengths fit the size. False when they are another type,
+// another version or damaged. Message: any type of msgs/.
+template <typename Message>
+bool DecodeSound(MessageBytes bytes, Message& message);
 
 // Turns the messages of one run into the events of a measurement: t_s = (utime - origin) * 1e-6.
 // The origin is the power-on of the sensor, where `info` says when that was, else the run's start.

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "base/measurement.h"
 
 namespace gyrobench::recording {
 
@@ -76,5 +77,13 @@ std::vector<RunDirectory> ListRuns(const std::filesystem::path& records);
 // The record that `name` means: "latest", a run id, the unique beginning of one, or the path of a
 // record's folder or of a file in it. Throws DataError that lists what there is.
 RunDirectory FindRun(const std::filesystem::path& records, const std::string& name);
+
+// Every field under its own name; enumerations by name; axes as lists of those present; values that
+// are not known are left out.
+nlohmann::json ToJson(const MeasurementInfo& info);
+
+// The inverse. A key that is absent keeps its default, a key that is not known here is passed over
+// (a later version's). Throws DataError that names the key and what was expected.
+MeasurementInfo MeasurementInfoFromJson(const nlohmann::json& json);
 
 }  // namespace gyrobench::recording

@@ -10,8 +10,6 @@
 #include "recording/defect_counter.h"
 #include "recording/event_log.h"
 #include "recording/measurement_files.h"
-#include "recording/measurement_info_json.h"
-#include "recording/message_bytes.h"
 #include "recording/message_decoder.h"
 #include "recording/plausible.h"
 #include "recording/replay.h"

@@ -8,11 +8,10 @@
 #include <limits>
 #include <sstream>
 
-#include "base/angle_unit.h"
 #include "base/error.h"
-#include "recording/field_text.h"
-#include "recording/nearest_name.h"
+#include "base/geometry.h"
 #include "recording/plausible.h"
+#include "recording/table_words.h"
 
 namespace gyrobench::recording {
 

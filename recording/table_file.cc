@@ -1,5 +1,3 @@
-#include "recording/table_file.h"
-
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -9,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "recording/table_writer.h"
 
 namespace gyrobench::recording {
 

@@ -5,15 +5,33 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/measurement.h"
-#include "recording/table_file.h"
 
 namespace gyrobench::recording {
+
+// The name says the form: .csv or .csv.gz. The file appears under its name when Close is done;
+// until then it is <file>.part, and without Close nothing is left behind. Throws DataError.
+class TableFile {
+ public:
+  explicit TableFile(const std::filesystem::path& file);
+  ~TableFile();
+  TableFile(const TableFile&) = delete;
+  TableFile& operator=(const TableFile&) = delete;
+
+  void Append(std::string_view text);
+  void EndLine();
+  void Close();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 // What is only known at a run's end but stands in a table's head.
 struct TableExtras {

@@ -12,8 +12,6 @@ namespace {
 using calibration::AccelerometerCalibration;
 using calibration::AxisSplit;
 using calibration::GravityCheck;
-using calibration::Matrix3;
-using calibration::Vector3;
 using calibration::VectorCalibration;
 
 Markup Cell(double value, double std_error) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 #include "stand/random.h"
 
 namespace gyrobench::stand {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 
 namespace gyrobench::stand {
 namespace {

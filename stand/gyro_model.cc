@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "stand/play.h"
+#include "stand/motion.h"
 
 namespace gyrobench::stand {
 namespace {

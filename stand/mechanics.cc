@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "base/angle_unit.h"
-#include "stand/play.h"
+#include "base/geometry.h"
+#include "stand/motion.h"
 
 namespace gyrobench::stand {
 namespace {

@@ -11,7 +11,6 @@
 #include "stand/devices/gyro_device.h"
 #include "stand/devices/relay_device.h"
 #include "stand/server/bus_server.h"
-#include "stand/specimen.h"
 
 namespace gyrobench::stand {
 namespace {

@@ -8,12 +8,12 @@
 #include <deque>
 #include <utility>
 
-#include "base/angle_unit.h"
 #include "base/error.h"
+#include "base/geometry.h"
 #include "calibration/artefact/corrector_channel.h"
 #include "calibration/artefact/model_terms.h"
 #include "calibration/artefact/zero_match.h"
-#include "calibration/sensor/accel_correction.h"
+#include "calibration/sensor/accelerometer.h"
 #include "calibration/signal/output_unit.h"
 #include "calibration/state/slow_state.h"
 

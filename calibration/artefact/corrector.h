@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "base/geometry.h"
 #include "base/measurement.h"
 #include "calibration/artefact/calibration_file.h"
-#include "calibration/signal/geometry.h"
 
 namespace gyrobench::calibration {
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 #include "calibration/effects/effect.h"
 
 namespace gyrobench::calibration {

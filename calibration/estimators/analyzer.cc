@@ -8,7 +8,7 @@
 #include "calibration/estimators/scale.h"
 #include "calibration/estimators/schedule.h"
 #include "calibration/signal/clock_offset.h"
-#include "calibration/signal/intake_remarks.h"
+#include "calibration/signal/intake.h"
 #include "calibration/signal/reference_error.h"
 
 namespace gyrobench::calibration {

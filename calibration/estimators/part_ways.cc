@@ -7,8 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "base/away_from_drift.h"
-#include "base/median.h"
+#include "base/robust.h"
 
 namespace gyrobench::calibration {
 namespace {

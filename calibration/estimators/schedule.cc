@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/signal/intake_remarks.h"
+#include "calibration/signal/intake.h"
 
 namespace gyrobench::calibration {
 namespace {

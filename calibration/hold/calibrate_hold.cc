@@ -7,14 +7,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/angle_unit.h"
 #include "base/error.h"
-#include "base/median.h"
-#include "calibration/hold/hold_findings.h"
-#include "calibration/hold/hold_observability.h"
-#include "calibration/hold/hold_plausibility.h"
-#include "calibration/hold/hold_report.h"
-#include "calibration/signal/intake_remarks.h"
+#include "base/geometry.h"
+#include "base/robust.h"
+#include "calibration/hold/hold_judgement.h"
+#include "calibration/signal/intake.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "calibration/hold/epoch.h"
-#include "calibration/signal/defect_log.h"
 #include "calibration/signal/gyro_stream.h"
+#include "calibration/signal/intake.h"
 
 namespace gyrobench::calibration {
 

@@ -1,9 +1,8 @@
-#include "calibration/hold/hold_json.h"
-
 #include <nlohmann/json.hpp>
 
 #include "base/json_number.h"
 #include "calibration/artefact/vector_json.h"
+#include "calibration/hold/calibrate_hold.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "calibration/signal/geometry.h"
+#include "base/geometry.h"
 
 namespace gyrobench::calibration {
 namespace {

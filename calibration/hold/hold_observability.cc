@@ -1,5 +1,3 @@
-#include "calibration/hold/hold_observability.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -7,7 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
+#include "calibration/hold/hold_judgement.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,16 +1,14 @@
-#include "calibration/hold/hold_report.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 #include "calibration/effects/effect.h"
 #include "calibration/gls/statistics.h"
-#include "calibration/sensor/axis_split.h"
-#include "calibration/sensor/matrix_inverse.h"
+#include "calibration/hold/hold_judgement.h"
+#include "calibration/sensor/sensor_matrix.h"
 
 namespace gyrobench::calibration {
 namespace {

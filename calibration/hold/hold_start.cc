@@ -7,8 +7,8 @@
 #include <cmath>
 #include <span>
 
-#include "base/angle_unit.h"
-#include "base/median.h"
+#include "base/geometry.h"
+#include "base/robust.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "base/median.h"
+#include "base/robust.h"
 
 namespace gyrobench::calibration {
 namespace {

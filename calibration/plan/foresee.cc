@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinematics/stand_frame.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -63,8 +65,8 @@ class Motion {
 };
 
 // Mean rate of the sensor between two poses of the stand [deg/s], frame S.
-Vector3 MeanRate(const StandFrame& stand, const Vector3& from_deg, const Vector3& to_deg,
-                 double step_s) {
+Vector3 MeanRate(const kinematics::StandFrame& stand, const Vector3& from_deg,
+                 const Vector3& to_deg, double step_s) {
   Vector3 middle_deg = {}, rate = {};
   for (std::size_t a = 0; a < 3; ++a) middle_deg[a] = 0.5 * (from_deg[a] + to_deg[a]);
   const Matrix3 rates = stand.Rates(middle_deg);
@@ -100,7 +102,7 @@ Recording Foresee(const Manoeuvre& manoeuvre, const Recording& so_far,
   collector.OnInfo(info);
   const Temperature temperature(so_far, manoeuvre.warms_degC);
   Motion motion(manoeuvre);
-  const StandFrame stand(info.geometry);
+  const kinematics::StandFrame stand(info.geometry);
   const double begin_s = so_far.last_time_s + kGyroStep_s;
   const auto samples = static_cast<std::int64_t>(manoeuvre.duration_s / kGyroStep_s);
   Vector3 last_deg = manoeuvre.begin_deg;
@@ -121,7 +123,7 @@ Recording Foresee(const Manoeuvre& manoeuvre, const Recording& so_far,
     GyroSample sample;
     sample.t_s = begin_s + t_s;
     sample.temperature_degC = info.temperature_present ? temperature.At(t_s) : kMissing;
-    const Vector3 up = TransposedTimes(stand.Orientation(angles_deg), {0.0, 0.0, 1.0});
+    const Vector3 up = kinematics::TransposedTimes(stand.Orientation(angles_deg), {0.0, 0.0, 1.0});
     const double dither = std::sin(2.4 * static_cast<double>(k));
     for (std::size_t c = 0; c < 3; ++c) {
       if (info.gyro_present[c])

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "base/geometry.h"
 #include "calibration/signal/collector.h"
-#include "calibration/signal/geometry.h"
 
 namespace gyrobench::calibration {
 

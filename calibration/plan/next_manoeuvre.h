@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -10,10 +12,20 @@
 #include <vector>
 
 #include "calibration/plan/foresee.h"
-#include "calibration/plan/loop_memory.h"
 #include "calibration/trace/trace.h"
 
 namespace gyrobench::calibration {
+
+// One for each run. A pair is "z: angle.latency or bandwidth.first_order": two effects that explain
+// the same so far.
+struct LoopMemory {
+  // Bench time that is left for manoeuvres.
+  double left_min = std::numeric_limits<double>::infinity();
+  // Pairs that are not to be separated on this stand: they are not asked for again.
+  std::set<std::string> closed;
+  // What was expected, in sum, of the manoeuvres that were chosen while the pair was open [nats].
+  std::map<std::string, double> asked_nats;
+};
 
 // What is expected of one manoeuvre [nats: natural logarithms of odds].
 struct ManoeuvreWorth {

@@ -1,13 +1,11 @@
-#include "calibration/sensor/gravity_check.h"
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "base/angle_unit.h"
-#include "calibration/sensor/seen_solve.h"
-#include "calibration/signal/geometry.h"
+#include "base/geometry.h"
+#include "calibration/sensor/accelerometer.h"
+#include "calibration/sensor/least_squares.h"
 
 namespace gyrobench::calibration {
 namespace {

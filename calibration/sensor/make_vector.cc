@@ -12,10 +12,9 @@
 
 #include "calibration/gls/likelihood.h"
 #include "calibration/sensor/accelerometer.h"
-#include "calibration/sensor/axis_split.h"
-#include "calibration/sensor/equal_parameters.h"
-#include "calibration/sensor/matrix_inverse.h"
-#include "calibration/sensor/poses.h"
+#include "calibration/sensor/least_squares.h"
+#include "calibration/sensor/sensor_matrix.h"
+#include "calibration/state/state_history.h"
 
 namespace gyrobench::calibration {
 namespace {

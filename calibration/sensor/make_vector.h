@@ -1,13 +1,45 @@
 // From the channels' fits to one sensor.
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <span>
+#include <string>
+#include <vector>
 
-#include "calibration/sensor/channel_row.h"
+#include "base/geometry.h"
 #include "calibration/sensor/vector_calibration.h"
-#include "calibration/state/state_history.h"
+#include "calibration/signal/reference_error.h"
 
 namespace gyrobench::calibration {
+
+struct StateHistory;
+
+// A channel's offset per g of gravity along x, y, z of N [deg/s/g].
+struct GravityRow {
+  Eigen::Vector3d value = Eigen::Vector3d::Constant(kMissing);
+  Eigen::Vector3d std_error = Eigen::Vector3d::Constant(kMissing);
+  bool in_model = false;
+  std::string because;  // why elements are not known
+};
+
+struct ChannelRow {
+  std::size_t channel = 2;
+  std::string unit;  // of xi
+  double units_per_deg_s = 1.0;
+  bool fitted = false;
+  // Row of M about the sensor's x, y, z, then the shared parameters. NaN: the sensor never turned
+  // about that axis. Errors as they are stated, grown where the residual is larger than the noise.
+  Eigen::VectorXd values;
+  Eigen::MatrixXd covariance;
+  struct Name {
+    std::string name, unit;
+  };
+  std::vector<Name> shared;  // of values from the fourth on
+  GravityRow gravity;
+  ReferenceError reference;  // not in the covariance
+};
 
 // `rows`: of the channels that were traced. The noise of channels is taken as independent: of the
 // reference's, which they share, each feels what turns about its own axis. That holds of turns

@@ -1,6 +1,7 @@
-#include "calibration/sensor/poses.h"
-
 #include <algorithm>
+
+#include "calibration/sensor/accelerometer.h"
+#include "calibration/state/state_history.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "base/geometry.h"
 #include "base/measurement.h"
-#include "calibration/signal/geometry.h"
 
 namespace gyrobench::calibration {
 

@@ -7,7 +7,7 @@
 #include "calibration/signal/gyro_stream.h"
 #include "calibration/signal/node_readings.h"
 #include "calibration/signal/reference_track.h"
-#include "calibration/signal/rests_without_reference.h"
+#include "calibration/signal/rest_finder.h"
 #include "calibration/signal/shared_sequence.h"
 
 namespace gyrobench::calibration {

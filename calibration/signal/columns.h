@@ -7,8 +7,8 @@
 #include <limits>
 #include <vector>
 
+#include "base/geometry.h"
 #include "base/measurement.h"
-#include "calibration/signal/geometry.h"
 
 namespace gyrobench::calibration {
 

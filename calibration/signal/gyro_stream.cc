@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 #include "calibration/signal/output_unit.h"
 
 namespace gyrobench::calibration {

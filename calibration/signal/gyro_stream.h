@@ -8,9 +8,9 @@
 
 #include "base/measurement.h"
 #include "calibration/signal/columns.h"
-#include "calibration/signal/defect_log.h"
 #include "calibration/signal/freeze.h"
 #include "calibration/signal/gyro_ring.h"
+#include "calibration/signal/intake.h"
 #include "calibration/signal/rest_edges.h"
 #include "calibration/signal/saturation.h"
 

@@ -1,6 +1,6 @@
 #include "calibration/signal/output_unit.h"
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 
 namespace gyrobench::calibration {
 namespace {

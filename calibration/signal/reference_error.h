@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "base/geometry.h"
 #include "base/measurement.h"
-#include "calibration/signal/geometry.h"
 
 namespace gyrobench::calibration {
 

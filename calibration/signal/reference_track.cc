@@ -33,12 +33,12 @@ void Append(OpenRest* rest, const Vector3& rotation_deg) {
 
 void ReferenceTrack::Start(const MeasurementInfo& info) {
   info_ = info;
-  stand_ = StandFrame(info.geometry);
+  stand_ = kinematics::StandFrame(info.geometry);
   const bool full = info.reference == ReferenceKind::kStandAngles ||
                     info.reference == ReferenceKind::kOrientation;
   orientation_known_ = full;
   if (full && info.site_latitude_deg) {
-    earth_rate_deg_s_ = EarthRate(*info.site_latitude_deg, info.site_heading_deg);
+    earth_rate_deg_s_ = kinematics::EarthRate(*info.site_latitude_deg, info.site_heading_deg);
   }
   if (info.reference == ReferenceKind::kStandAngles) watched_ = info.stand_axis_present;
   if (info.reference == ReferenceKind::kSensorAngle) {
@@ -229,8 +229,8 @@ void ReferenceTrack::Add(const OrientationSample& sample) {
   if (!Accepts(q, sample.t_s)) return;
   started_ = true;
   time_s_ = sample.t_s;
-  if (info_.site_latitude_deg) AddEarth(sample.t_s, QuaternionOrientation(q));
-  if (q_known_ && !lost_since_s_) Turn(RotationBetween(q_, q));
+  if (info_.site_latitude_deg) AddEarth(sample.t_s, kinematics::QuaternionOrientation(q));
+  if (q_known_ && !lost_since_s_) Turn(kinematics::RotationBetween(q_, q));
   q_pace_.Take(sample.t_s);
   q_ = q;
   q_known_ = true;
@@ -243,9 +243,10 @@ bool ReferenceTrack::Accepts(const std::array<double, 4>& q, double t_s) {
   const std::optional<std::array<double, 4>> suspect = std::exchange(suspect_q_, std::nullopt);
   if (!q_known_ || lost_since_s_) return true;
   std::optional<double> from_suspect_deg;
-  if (suspect) from_suspect_deg = Length(RotationBetween(*suspect, q));
+  if (suspect) from_suspect_deg = Length(kinematics::RotationBetween(*suspect, q));
   const double since_s = t_s - (suspect ? suspect_s_ : q_time_s_);
-  if (WithinGate(Length(RotationBetween(q_, q)), since_s, from_suspect_deg, q_time_s_)) return true;
+  if (WithinGate(Length(kinematics::RotationBetween(q_, q)), since_s, from_suspect_deg, q_time_s_))
+    return true;
   suspect_q_ = q;
   suspect_s_ = t_s;
   return false;
@@ -305,7 +306,7 @@ Vector3 ReferenceTrack::table_now_deg() const {
 
 Matrix3 ReferenceTrack::world_now() const {
   if (info_.reference == ReferenceKind::kStandAngles) return stand_.Orientation(table_now_deg());
-  if (info_.reference == ReferenceKind::kOrientation) return QuaternionOrientation(q_);
+  if (info_.reference == ReferenceKind::kOrientation) return kinematics::QuaternionOrientation(q_);
   Matrix3 out;
   for (Vector3& row : out) row.fill(kMissing);
   return out;
@@ -319,7 +320,7 @@ void ReferenceTrack::Turn(const Vector3& increment_deg) {
 }
 
 void ReferenceTrack::AddEarth(double t_s, const Matrix3& orientation) {
-  const Vector3 rate = TransposedTimes(orientation, earth_rate_deg_s_);
+  const Vector3 rate = kinematics::TransposedTimes(orientation, earth_rate_deg_s_);
   if (earth_time_s_ && t_s > *earth_time_s_) {
     for (std::size_t c = 0; c < 3; ++c) earth_deg_[c] += rate[c] * (t_s - *earth_time_s_);
   }

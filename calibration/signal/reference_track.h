@@ -7,8 +7,9 @@
 
 #include "base/measurement.h"
 #include "calibration/signal/columns.h"
-#include "calibration/signal/defect_log.h"
+#include "calibration/signal/intake.h"
 #include "calibration/signal/rest_finder.h"
+#include "kinematics/stand_frame.h"
 
 namespace gyrobench::calibration {
 
@@ -126,7 +127,7 @@ class ReferenceTrack {
   void KeepReading();
 
   MeasurementInfo info_;
-  StandFrame stand_;
+  kinematics::StandFrame stand_;
   Vector3 earth_rate_deg_s_ = {};
   bool orientation_known_ = false, started_ = false;
   bool updated_ = false, rest_began_ = false, rest_ended_ = false;

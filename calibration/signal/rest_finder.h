@@ -1,9 +1,14 @@
-// Finds when one reference angle stands still, from its readings alone.
+// Finds when one reference angle stands still, from its readings alone, and where a sensor without
+// a reference was at rest.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <vector>
+
+#include "base/measurement.h"
+#include "calibration/signal/columns.h"
 
 namespace gyrobench::calibration {
 
@@ -52,5 +57,9 @@ class RestFinder {
   bool scatter_known_ = false;
   int block_count_ = 0;
 };
+
+// Without a reference: the whole measurement is one rest, unless the accelerometer shows that the
+// sensor was handled; then the stretches of 2 s and more in which neither it nor the gyro changes.
+std::vector<Rest> RestsWithoutReference(const MeasurementInfo& info, const Columns& columns);
 
 }  // namespace gyrobench::calibration

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 #include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {

@@ -105,8 +105,8 @@ struct FeltByGyro {
 // The turns of the table's axes as the gyro felt them, and with them the angles at the nodes
 // without the noise of their own reading.
 void FillTableWays(const Recording& recording, const FeltByGyro& gyro, StateHistory* history);
-// Smoothed. What is missing is bridged where the gap is short (state/gaps.h); longer stretches are
-// left out, counted as a defect. Unknown where it is known for less than half of the time.
+// Smoothed. What is missing is bridged where the gap is short (slow_quantity.h); longer stretches
+// are left out, counted as a defect. Unknown where it is known for less than half of the time.
 void FillTemperature(const Recording& recording, StateHistory* history);
 // Vibration, and the columns `covariates` in this order, missing values as of the temperature.
 void FillCovariates(const Recording& recording, const std::vector<std::string>& covariates,

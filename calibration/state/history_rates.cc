@@ -2,7 +2,7 @@
 #include <array>
 #include <cmath>
 
-#include "base/median.h"
+#include "base/robust.h"
 #include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {

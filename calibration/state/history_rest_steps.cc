@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "base/median.h"
+#include "base/robust.h"
 #include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {

@@ -6,8 +6,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "base/away_from_drift.h"
-#include "base/median.h"
+#include "base/robust.h"
 #include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {

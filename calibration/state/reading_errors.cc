@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "base/median.h"
+#include "base/robust.h"
 #include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {

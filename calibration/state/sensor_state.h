@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "base/geometry.h"
 #include "base/measurement.h"
 #include "calibration/signal/columns.h"
-#include "calibration/signal/geometry.h"
 
 namespace gyrobench::calibration {
 
@@ -33,7 +33,7 @@ struct SensorState {
   double since_power_on_s = 0.0;  // t_s, which counts from it where power_on is given
   bool restart = false;           // first point of a power-on: memories of effects begin anew
   bool begins = false;            // first point of a measurement
-  std::size_t run = 0;            // there: its place among the runs, from 1 (run_order.h)
+  std::size_t run = 0;            // there: its place among the runs, from 1 (inputs_together.h)
   bool still = false;             // the reference stood still
   // True rate of the sensor, frame S, Earth's rotation included where it is known [deg/s].
   Vector3 rate_deg_s = {};

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/state/gaps.h"
-#include "calibration/state/smooth.h"
+#include "calibration/state/slow_quantity.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -13,8 +13,8 @@
 namespace gyrobench::calibration {
 
 // Means over 0.1 s; the temperature and its rate by lines through what lies within 5 s of each
-// (trace/smooth.h); in between linear. What is missing is bridged where the gap is short, and NaN
-// where it is not (state/gaps.h), but for gravity, which is as it was last.
+// (slow_quantity.h); in between linear. What is missing is bridged where the gap is short, and NaN
+// where it is not (state/slow_quantity.h), but for gravity, which is as it was last.
 class SlowState {
  public:
   static constexpr double kNode_s = 0.1;

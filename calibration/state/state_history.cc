@@ -362,7 +362,7 @@ StateHistory MakeStateHistory(const Recording& recording, const Vector3& units_p
                               bool new_power_on, const std::vector<std::string>& covariates) {
   StateHistory history;
   history.recording = &recording;
-  history.stand = StandFrame(recording.info.geometry);
+  history.stand = kinematics::StandFrame(recording.info.geometry);
   history.name = recording.info.source;
   history.new_power_on = new_power_on;
   history.earth_rate_known =

@@ -7,12 +7,13 @@
 
 #include "calibration/signal/collector.h"
 #include "calibration/state/sensor_state.h"
+#include "kinematics/stand_frame.h"
 
 namespace gyrobench::calibration {
 
 struct StateHistory {
   const Recording* recording = nullptr;
-  StandFrame stand;  // that the recording was made on
+  kinematics::StandFrame stand;  // that the recording was made on
   std::string name;
   std::size_t number = 1;  // of the measurement, as they were given
   bool new_power_on = true;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "calibration/effects/channel_model.h"
-#include "calibration/sensor/channel_row.h"
+#include "calibration/sensor/make_vector.h"
 #include "calibration/trace/bench_finding.h"
 #include "calibration/trace/channel_request.h"
 #include "calibration/trace/trace_result.h"

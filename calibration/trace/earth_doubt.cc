@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "calibration/effects/effect.h"
-#include "kinematics/geometry.h"
+#include "kinematics/stand_frame.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 #include "calibration/effects/factor.h"
 
 namespace gyrobench::calibration {

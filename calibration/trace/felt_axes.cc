@@ -1,6 +1,6 @@
 #include "calibration/trace/felt_axes.h"
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 
 namespace gyrobench::calibration {
 namespace {

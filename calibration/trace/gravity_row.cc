@@ -9,7 +9,7 @@
 
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/scaled_ldlt.h"
-#include "calibration/sensor/seen_solve.h"
+#include "calibration/sensor/least_squares.h"
 
 namespace gyrobench::calibration {
 namespace {

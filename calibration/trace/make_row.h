@@ -1,7 +1,7 @@
 // A channel's part in the three axes, from its fit.
 #pragma once
 
-#include "calibration/sensor/channel_row.h"
+#include "calibration/sensor/make_vector.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/selection.h"

@@ -7,8 +7,8 @@
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
-#include "base/angle_unit.h"
-#include "base/median.h"
+#include "base/geometry.h"
+#include "base/robust.h"
 #include "calibration/effects/basis.h"
 #include "calibration/gls/likelihood.h"
 #include "calibration/gls/scaled_ldlt.h"

@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "base/angle_unit.h"
+#include "base/geometry.h"
 #include "calibration/gls/likelihood.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/refine.h"

@@ -7,8 +7,8 @@
 #include <set>
 
 #include "calibration/effects/effect.h"
-#include "calibration/state/gaps.h"
 #include "calibration/state/history_parts.h"
+#include "calibration/state/slow_quantity.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -168,7 +168,7 @@ class Bench {
   virtual double ElapsedS() const = 0;
   virtual std::vector<AxisFacts> Axes() const = 0;
   // How the sensor is mounted and the axes lean.
-  virtual kinematics::StandGeometry Geometry() const = 0;
+  virtual StandGeometry Geometry() const = 0;
   virtual double TemperatureDegC() const = 0;
   // What the stand switches by itself: fan, heater. Others are the operator's.
   virtual std::vector<std::string> Outputs() const = 0;
@@ -194,5 +194,12 @@ class Bench {
   // Called between commands: waits here while the run is paused, throws Aborted when it is to end.
   virtual void SafePoint() = 0;
 };
+
+// Fan and heater are switched by the stand where it can, by the operator where it cannot: what the
+// operator is asked where the stand has not the output; `id` is "fan_on", "heater_off" ...
+Question SwitchQuestion(const std::string& output, bool on);
+
+// All that may be switched.
+const std::vector<std::string>& KnownOutputs();
 
 }  // namespace gyrobench::procedures

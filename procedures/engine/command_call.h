@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "procedures/engine/bench.h"
-#include "procedures/engine/stage.h"
+#include "procedures/engine/commands.h"
 #include "procedures/engine/table_reader.h"
 
 namespace gyrobench::procedures {

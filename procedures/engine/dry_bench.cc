@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "base/error.h"
+#include "procedures/engine/bench.h"
 #include "procedures/engine/motion_time.h"
-#include "procedures/engine/outputs.h"
 
 namespace gyrobench::procedures {
 namespace {

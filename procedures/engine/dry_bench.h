@@ -58,7 +58,7 @@ struct DryOptions {
   double fan_degC = 8.0;
   double heater_degC = 8.0;
   std::vector<std::string> outputs = {};  // that the stand switches by itself
-  kinematics::StandGeometry geometry = {};
+  StandGeometry geometry = {};
 };
 
 // Soaks settle, after max_s. Not thread-safe.
@@ -73,7 +73,7 @@ class DryBench final : public Bench {
   double TemperatureDegC() const override;
   std::vector<std::string> Outputs() const override { return options_.outputs; }
   void SwitchOutput(const std::string& output, bool on) override;
-  kinematics::StandGeometry Geometry() const override { return options_.geometry; }
+  StandGeometry Geometry() const override { return options_.geometry; }
   // These four throw LimitError: a limit of the axis, or a run that grows beyond the options'
   // budget.
   TurnOutcome Turn(const TurnCommand& command) override;

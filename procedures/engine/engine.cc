@@ -8,7 +8,7 @@
 #include <typeinfo>
 
 #include "procedures/engine/commands.h"
-#include "procedures/engine/number_list.h"
+#include "procedures/engine/text.h"
 
 namespace gyrobench::procedures {
 namespace {

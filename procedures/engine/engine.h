@@ -10,7 +10,6 @@
 #include "procedures/engine/bench.h"
 #include "procedures/engine/procedure.h"
 #include "procedures/engine/sandbox.h"
-#include "procedures/engine/script_error.h"
 
 namespace gyrobench::procedures {
 

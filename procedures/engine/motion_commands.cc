@@ -5,7 +5,6 @@
 #include "base/error.h"
 #include "procedures/engine/command_call.h"
 #include "procedures/engine/motion_time.h"
-#include "procedures/engine/poses.h"
 
 namespace gyrobench::procedures {
 namespace {
@@ -29,31 +28,6 @@ TurnCommand ReadMove(const TableReader& fields, const AxisFacts& axis) {
   command.acceleration_deg_s2 =
       fields.Number("acceleration_deg_s2").value_or(0.5 * axis.max_acceleration_deg_s2);
   return command;
-}
-
-// The table that scripts get: what was found, or why nothing was.
-int PushPose(const Call& call, const kinematics::PoseAnswer& answer) {
-  lua_State* state = call.state;
-  lua_createtable(state, 0, 7);
-  lua_pushboolean(state, answer.pose ? 1 : 0);
-  lua_setfield(state, -2, "possible");
-  SetField(state, "reason", answer.reason);
-  if (!answer.pose) return 1;
-  const kinematics::Pose& pose = *answer.pose;
-  lua_newtable(state);
-  for (const AxisFacts& axis : call.bench.Axes()) {
-    for (const std::size_t i : {0U, 1U, 2U}) {
-      if (axis.name == Name(static_cast<kinematics::StandAxis>(i)))
-        SetField(state, axis.name.c_str(), pose.angles_deg[i]);
-    }
-  }
-  lua_setfield(state, -2, "angles_deg");
-  if (pose.axis) SetField(state, "axis", std::string(Name(*pose.axis)));
-  if (pose.axis) SetField(state, "sense", pose.sense);
-  SetField(state, "off_deg", pose.off_deg);
-  lua_pushboolean(state, pose.gimbal_lock ? 1 : 0);
-  lua_setfield(state, -2, "gimbal_lock");
-  return 1;
 }
 
 }  // namespace
@@ -119,25 +93,6 @@ int SwingRoom(const Call& call) {
   axis.angle_deg = fields.Number("angle_deg").value_or(axis.angle_deg);
   lua_pushnumber(call.state, SwingRoom_deg(axis, fields.RequiredNumber("frequency_hz")));
   return 1;
-}
-
-int FindPose(const Call& call) {
-  return PushPose(call,
-                  procedures::FindPose(call.bench, ReadPoseRequest(call.Fields(PoseFields()))));
-}
-
-int TakePose(const Call& call) {
-  std::vector<std::string> known = PoseFields();
-  known.emplace_back("rate_deg_s");
-  const TableReader fields = call.Fields(known);
-  const double rate_deg_s = fields.Number("rate_deg_s").value_or(0.0);
-  if (fields.Has("rate_deg_s") && !(rate_deg_s > 0.0))
-    fields.Refuse(fmt::format("rate_deg_s = {:.10g}: expected a number above 0", rate_deg_s));
-  const kinematics::PoseAnswer answer = procedures::FindPose(call.bench, ReadPoseRequest(fields));
-  if (!answer.pose)
-    throw LimitError(fmt::format("{}: there is no such pose: {}", call.name, answer.reason));
-  procedures::TakePose(call.bench, *answer.pose, rate_deg_s);
-  return PushPose(call, answer);
 }
 
 int Soak(const Call& call) {

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "procedures/engine/bench.h"
 #include "procedures/engine/command_call.h"
-#include "procedures/engine/outputs.h"
 #include "procedures/engine/text.h"
 
 namespace gyrobench::procedures {

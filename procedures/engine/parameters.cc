@@ -5,8 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "base/decimal_comma.h"
-#include "procedures/engine/number_list.h"
+#include "base/nearest_word.h"
 #include "procedures/engine/procedure.h"
 #include "procedures/engine/text.h"
 

@@ -11,8 +11,6 @@
 #include <string_view>
 #include <utility>
 
-#include "procedures/engine/script_error.h"
-
 namespace gyrobench::procedures {
 namespace {
 

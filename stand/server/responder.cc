@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "stand/server/pdu.h"
+#include "stand/server/modbus.h"
 
 namespace gyrobench::stand {
 namespace {

@@ -9,8 +9,7 @@
 #include <system_error>
 
 #include "stand/server/bus_server.h"
-#include "stand/server/framing.h"
-#include "stand/server/pdu.h"
+#include "stand/server/modbus.h"
 
 namespace gyrobench::stand {
 namespace {

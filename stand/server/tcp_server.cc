@@ -13,8 +13,7 @@
 
 #include "base/error.h"
 #include "stand/server/bus_server.h"
-#include "stand/server/framing.h"
-#include "stand/server/pdu.h"
+#include "stand/server/modbus.h"
 
 namespace gyrobench::stand {
 namespace {

@@ -19,7 +19,6 @@
 
 #include "base/clock.h"
 #include "stand/bench_physics.h"
-#include "stand/specimen.h"
 #include "stand/virtual_stand.h"
 #include "tests/stand/test_stand.h"
 

@@ -25,7 +25,7 @@
 #include "daemon/lcm_publisher.h"
 #include "daemon/simulated_buses.h"
 #include "daemon/telemetry.h"
-#include "drivers/modbus_devices.h"
+#include "drivers/factory.h"
 
 namespace {
 

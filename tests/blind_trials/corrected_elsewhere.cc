@@ -54,7 +54,7 @@ class Tape : public MeasurementSink {
 void Correct(const calibration::Calibration& calibration, Tape& tape) {
   tape.info.covariates.clear();
   calibration::Corrector corrector(calibration, tape.info);
-  calibration::Vector3 rate = {};
+  Vector3 rate = {};
   std::size_t corrected = 0;
   const auto take = [&] {
     for (; corrector.Next(&rate); ++corrected) tape.samples.at(corrected).xi = rate;

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "stand/bench_physics.h"
 #include "stand/random.h"
-#include "stand/specimen.h"
 
 namespace gyrobench::blind_trials {
 namespace {

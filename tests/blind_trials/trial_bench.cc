@@ -2,8 +2,7 @@
 
 #include <cmath>
 
-#include "daemon/axis_facts.h"
-#include "daemon/manoeuvre_choice.h"
+#include "daemon/bench_facts.h"
 #include "daemon/run_trace.h"
 #include "procedures/engine/motion_time.h"
 #include "stand/bench_physics.h"

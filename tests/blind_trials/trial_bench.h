@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/plan/loop_memory.h"
+#include "calibration/plan/next_manoeuvre.h"
 #include "calibration/trace/trace.h"
 #include "procedures/engine/bench.h"
 #include "tests/blind_trials/bench_recorder.h"
@@ -23,7 +23,7 @@ class TrialBench final : public procedures::Bench {
 
   double ElapsedS() const override { return now_s_; }
   std::vector<procedures::AxisFacts> Axes() const override { return axes_; }
-  kinematics::StandGeometry Geometry() const override { return {}; }
+  StandGeometry Geometry() const override { return {}; }
   double TemperatureDegC() const override;
   std::vector<std::string> Outputs() const override { return {}; }
   void SwitchOutput(const std::string& /*output*/, bool /*on*/) override {}

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "calibration/state/state_history.h"
+#include "kinematics/stand_frame.h"
 #include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_once.h"
 
@@ -19,10 +20,9 @@ namespace {
 using calibration::ChannelTrace;
 using calibration::FeltAxis;
 using calibration::Recording;
-using calibration::StandFrame;
 using calibration::StateHistory;
 using calibration::TracedEffect;
-using calibration::Vector3;
+using kinematics::StandFrame;
 
 constexpr double kPi = std::numbers::pi;
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calibration/effects/catalogue/turned_on.h"
+#include "calibration/effects/catalogue/shared_bases.h"
 #include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_once.h"
 #include "tests/calibration/trace_story.h"

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calibration/signal/collector.h"
+#include "kinematics/stand_frame.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -186,7 +187,7 @@ TEST(ReferenceTrack, AddsUpRotationAboutTheSensorsAxesFromThreeMovingAngles) {
   const int steps = 100000;
   for (int i = 0; i < steps; ++i) {
     const double t = 10.0 * (i + 0.5) / steps;
-    const Matrix3 j = StandFrame().Rates(angles(t));
+    const Matrix3 j = kinematics::StandFrame().Rates(angles(t));
     const Vector3 w = rates(t);
     for (std::size_t c = 0; c < 3; ++c) {
       truth[c] += (j[c][0] * w[0] + j[c][1] * w[1] + j[c][2] * w[2]) * 10.0 / steps;

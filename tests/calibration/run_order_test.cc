@@ -1,7 +1,5 @@
 // Several measurements of one sensor: the result is that of the set, not of the order in which they
 // were given.
-#include "calibration/state/run_order.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 #include <map>
 #include <numeric>
 
+#include "calibration/state/inputs_together.h"
 #include "calibration/trace/trace.h"
 #include "tests/calibration/trace_story.h"
 

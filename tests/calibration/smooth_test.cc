@@ -1,6 +1,4 @@
 // A slow quantity is smoothed without a bend in it being lost.
-#include "calibration/state/smooth.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,8 @@
 #include <functional>
 #include <random>
 #include <vector>
+
+#include "calibration/state/slow_quantity.h"
 
 namespace gyrobench::testing {
 namespace {

@@ -12,10 +12,9 @@
 #include "calibration/artefact/json_place.h"
 #include "calibration/artefact/vector_json.h"
 #include "calibration/sensor/accelerometer.h"
-#include "calibration/sensor/axis_split.h"
-#include "calibration/sensor/equal_parameters.h"
+#include "calibration/sensor/least_squares.h"
 #include "calibration/sensor/make_vector.h"
-#include "calibration/sensor/matrix_inverse.h"
+#include "calibration/sensor/sensor_matrix.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "calibration/artefact/calibration_file.h"
-#include "recording/measurement_info_json.h"
+#include "recording/run_directory.h"
 #include "tests/cli/child_process.h"
 #include "tests/temporary_folder.h"
 

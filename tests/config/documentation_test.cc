@@ -6,7 +6,7 @@
 #include <sstream>
 #include <tuple>
 
-#include "config/config_readers.h"
+#include "config/stand_config.h"
 #include "config/toml_reader.h"
 #include "tests/config/config_files.h"
 

@@ -1,11 +1,9 @@
-#include "config/stand_config_json.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "config/config_readers.h"
+#include "config/stand_config.h"
 #include "config/toml_reader.h"
 #include "tests/config/config_files.h"
 

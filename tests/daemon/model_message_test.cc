@@ -1,9 +1,9 @@
-#include "daemon/model_message.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
+
+#include "daemon/messages.h"
 
 namespace gyrobench::daemon {
 namespace {

@@ -1,6 +1,6 @@
 #include "tests/daemon/resting_gyro.h"
 
-#include "daemon/gyro_message.h"
+#include "daemon/messages.h"
 #include "gyrobench/gyro_t.hpp"
 
 namespace gyrobench::daemon {

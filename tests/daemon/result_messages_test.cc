@@ -1,9 +1,9 @@
-#include "daemon/result_messages.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
+
+#include "daemon/messages.h"
 
 namespace gyrobench::daemon {
 namespace {

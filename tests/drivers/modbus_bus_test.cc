@@ -6,7 +6,7 @@
 #include <array>
 #include <memory>
 
-#include "drivers/wire_time.h"
+#include "drivers/modbus_line.h"
 #include "tests/drivers/fake_line.h"
 #include "tests/drivers/manual_clock.h"
 

@@ -1,8 +1,8 @@
-#include "drivers/unit_age.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "drivers/gyro_unit.h"
 
 namespace gyrobench::drivers {
 namespace {

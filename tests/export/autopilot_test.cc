@@ -15,7 +15,6 @@ namespace gyrobench::exporting {
 namespace {
 
 using calibration::Calibration;
-using calibration::Vector3;
 using testing::Contains;
 using testing::HasSubstr;
 

@@ -16,7 +16,6 @@ namespace {
 
 using calibration::Calibration;
 using calibration::ModelTerm;
-using calibration::Vector3;
 using testing::HasSubstr;
 using testing::Not;
 

@@ -10,7 +10,6 @@ namespace gyrobench::exporting {
 
 using calibration::Calibration;
 using calibration::ModelTerm;
-using calibration::Vector3;
 
 Calibration ThreeAxes() {
   Calibration out;

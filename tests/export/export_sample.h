@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "base/geometry.h"
 #include "calibration/artefact/calibration_file.h"
-#include "calibration/signal/geometry.h"
 #include "export/exporter.h"
 
 namespace gyrobench::exporting {
 
 inline constexpr double kUnits = 131.0;  // LSB per deg/s
-inline constexpr calibration::Vector3 kGravity = {0.6, 0.0, 0.8};
+inline constexpr Vector3 kGravity = {0.6, 0.0, 0.8};
 
 // Cubic bias, misalignment of some percent, 20 .. 30 degC, 45 deg/s, noise; no effects.
 calibration::Calibration ThreeAxes();
@@ -30,15 +30,15 @@ Exported Write(const calibration::Calibration& calibration, std::string_view for
 
 // One sample of a sensor whose state stands still.
 struct State {
-  calibration::Vector3 xi = {};
+  Vector3 xi = {};
   double temperature_degC = 25.0;
   double t_s = 0.0;  // since power-on
 };
 // Outputs about and beyond the range of rates, at one temperature, 0.1 s apart.
 std::vector<State> StatesAt(double temperature_degC);
 // What `gyrobench apply` makes of them [deg/s].
-std::vector<calibration::Vector3> Corrected(const calibration::Calibration& calibration,
-                                            const std::vector<State>& states);
+std::vector<Vector3> Corrected(const calibration::Calibration& calibration,
+                               const std::vector<State>& states);
 
 // Words as they follow each other, without the marks and ends of comment lines.
 std::string Flat(const std::string& text);

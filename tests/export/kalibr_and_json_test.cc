@@ -14,7 +14,6 @@ namespace gyrobench::exporting {
 namespace {
 
 using calibration::Calibration;
-using calibration::Vector3;
 using nlohmann::json;
 using testing::Contains;
 using testing::HasSubstr;

@@ -86,7 +86,7 @@ void Apply(const Calibration& calibration) {
   }
   corrector.End();
   int out = 0;
-  for (calibration::Vector3 rate; corrector.Next(&rate); ++out) {
+  for (Vector3 rate; corrector.Next(&rate); ++out) {
     for (const double w : rate) {
       if (std::isinf(w)) throw BrokenLaw("a corrected rate is infinite");
     }

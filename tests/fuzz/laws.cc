@@ -16,7 +16,6 @@ namespace gyrobench::testing {
 namespace {
 
 using calibration::Recording;
-using calibration::Vector3;
 
 void Require(bool holds, const std::string& law) {
   if (!holds) throw BrokenLaw(law);

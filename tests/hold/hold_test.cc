@@ -15,7 +15,7 @@
 #include "calibration/hold/calibrate_hold.h"
 #include "calibration/hold/epoch_collector.h"
 #include "calibration/hold/held_rest.h"
-#include "calibration/hold/hold_plausibility.h"
+#include "calibration/hold/hold_judgement.h"
 #include "calibration/hold/rest_search.h"
 #include "calibration/hold/turn_rotation.h"
 

@@ -38,7 +38,7 @@ class FakeBench : public Bench {
   std::map<std::string, std::string> answers;
   std::map<std::string, Estimate> estimates;
   std::vector<AxisVerdict> verdicts;
-  kinematics::StandGeometry geometry;
+  StandGeometry geometry;
   double temperature_degC = 21.5;
   // How far a question changes the temperature, by its id: a fan, a heater.
   std::map<std::string, double> warms_degC;
@@ -50,7 +50,7 @@ class FakeBench : public Bench {
 
   double ElapsedS() const override { return elapsed_s_; }
   std::vector<AxisFacts> Axes() const override { return axes; }
-  kinematics::StandGeometry Geometry() const override { return geometry; }
+  StandGeometry Geometry() const override { return geometry; }
   double TemperatureDegC() const override { return temperature_degC; }
 
   std::vector<std::string> Outputs() const override { return outputs; }

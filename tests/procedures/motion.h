@@ -32,20 +32,18 @@ class FeltBench : public FakeBench {
   explicit FeltBench(std::vector<AxisFacts> of = ThreeAxes()) { axes = std::move(of); }
 
   struct Turned {
-    kinematics::Vector3 rate_deg_s = {};  // at the begin
-    kinematics::Vector3 up = {};
+    Vector3 rate_deg_s = {};  // at the begin
+    Vector3 up = {};
     double angle_deg = 0.0;
   };
-  std::vector<kinematics::Vector3> rests;  // up
+  std::vector<Vector3> rests;  // up
   std::vector<double> rest_s;
   std::vector<Turned> turned;
 
-  kinematics::Vector3 Up() const {
-    return kinematics::StandFrame(geometry).Orientation(Angles())[2];
-  }
+  Vector3 Up() const { return kinematics::StandFrame(geometry).Orientation(Angles())[2]; }
 
   TurnOutcome Turn(const TurnCommand& command) override {
-    const kinematics::Matrix3 j = kinematics::StandFrame(geometry).Rates(Angles());
+    const Matrix3 j = kinematics::StandFrame(geometry).Rates(Angles());
     const double rate = std::copysign(command.rate_deg_s, command.angle_deg);
     const std::size_t axis = IndexOf(command.axis);
     turned.push_back(
@@ -59,14 +57,14 @@ class FeltBench : public FakeBench {
   }
 
  private:
-  kinematics::Vector3 Angles() const {
-    kinematics::Vector3 angles_deg = {};
+  Vector3 Angles() const {
+    Vector3 angles_deg = {};
     for (const AxisFacts& axis : axes) angles_deg[IndexOf(axis.name)] = axis.angle_deg;
     return angles_deg;
   }
 };
 
-inline double Dot(const kinematics::Vector3& a, const kinematics::Vector3& b) {
+inline double Dot(const Vector3& a, const Vector3& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 

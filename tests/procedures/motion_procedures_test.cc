@@ -18,7 +18,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr std::array<kinematics::Vector3, 3> kAxes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+constexpr std::array<Vector3, 3> kAxes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
 // The hardware stand: all axes alike, with room for ten turns.
 std::vector<AxisFacts> Roomy(const std::vector<std::string>& names) {
@@ -33,7 +33,7 @@ struct Tally {
   int up = 0, down = 0, plus = 0, minus = 0;
 };
 
-Tally Count(const FeltBench& bench, const kinematics::Vector3& axis, double rate_deg_s) {
+Tally Count(const FeltBench& bench, const Vector3& axis, double rate_deg_s) {
   Tally tally;
   for (const FeltBench::Turned& turned : bench.turned) {
     const double along = Dot(turned.rate_deg_s, axis);
@@ -48,7 +48,7 @@ Tally Count(const FeltBench& bench, const kinematics::Vector3& axis, double rate
 TEST(Rates, TurnsAboutEachSensorAxisUpAndDownBothWaysAtEveryRate) {
   FeltBench bench(RoomyStand());
   RunProcedure(Shipped("rates"), {{"rates_deg_s", "7, 23"}}, bench);
-  for (const kinematics::Vector3& axis : kAxes) {
+  for (const Vector3& axis : kAxes) {
     for (const double rate_deg_s : {7.0, 23.0}) {
       const Tally tally = Count(bench, axis, rate_deg_s);
       EXPECT_EQ(tally.up, 2);
@@ -63,7 +63,7 @@ TEST(Rates, AMountedSensorIsTurnedAboutItsOwnAxes) {
   FeltBench bench(RoomyStand());
   bench.geometry.mount_deg = {90, 0, 20};
   RunProcedure(Shipped("rates"), {{"rates_deg_s", "7"}}, bench);
-  for (const kinematics::Vector3& axis : kAxes) EXPECT_EQ(Count(bench, axis, 7).up, 2);
+  for (const Vector3& axis : kAxes) EXPECT_EQ(Count(bench, axis, 7).up, 2);
 }
 
 TEST(Rates, AnAxisThatCannotTurnFullyTurnsAsFarAsItGoes) {

@@ -50,8 +50,8 @@ TEST(PoseCommands, TellWhichAxisTurnsAboutASensorAxisAndWhichWay) {
     while (bench.calls[turn] != "rest") ++turn;
     ++turn;
   }
-  const kinematics::Vector3 expected = {0, 0, -5};
-  const kinematics::Vector3 rate = bench.turned.back().rate_deg_s;
+  const Vector3 expected = {0, 0, -5};
+  const Vector3 rate = bench.turned.back().rate_deg_s;
   for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(rate[k], expected[k], 1e-9);
 }
 
@@ -100,10 +100,10 @@ TEST(Poses, RestsInEveryOrientationOnce) {
     RunProcedure(Shipped("poses"), {{"poses", poses}, {"rest_s", 7.0}}, bench);
     ASSERT_EQ(bench.rests.size(), count + 1U);
     std::set<std::array<long, 3>> directions;
-    kinematics::Vector3 sum = {};
+    Vector3 sum = {};
     for (std::size_t i = 1; i < bench.rests.size(); ++i) {
       EXPECT_EQ(bench.rest_s[i], 7.0);
-      const kinematics::Vector3& up = bench.rests[i];
+      const Vector3& up = bench.rests[i];
       directions.insert(
           {std::lround(1e3 * up[0]), std::lround(1e3 * up[1]), std::lround(1e3 * up[2])});
       for (std::size_t k = 0; k < 3; ++k) sum[k] += up[k];

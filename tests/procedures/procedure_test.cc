@@ -7,7 +7,7 @@
 #include <fstream>
 #include <limits>
 
-#include "procedures/engine/script_error.h"
+#include "procedures/engine/sandbox.h"
 #include "procedures/engine/text.h"
 #include "tests/procedures/fake_bench.h"
 

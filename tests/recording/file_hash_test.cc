@@ -1,10 +1,9 @@
-#include "recording/file_hash.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "base/error.h"
+#include "recording/measurement_files.h"
 #include "tests/temporary_folder.h"
 
 namespace gyrobench::recording {

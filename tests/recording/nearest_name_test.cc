@@ -1,12 +1,12 @@
 // Names that were meant to be the format's own are told from names of other quantities.
-#include "recording/nearest_name.h"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <regex>
 #include <string>
 #include <utility>
+
+#include "recording/table_words.h"
 
 namespace gyrobench::recording {
 namespace {

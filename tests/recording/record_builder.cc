@@ -8,7 +8,6 @@
 #include "gyrobench/gyro_t.hpp"
 #include "gyrobench/run_t.hpp"
 #include "recording/event_log.h"
-#include "recording/measurement_info_json.h"
 #include "recording/run_directory.h"
 
 namespace gyrobench::recording {

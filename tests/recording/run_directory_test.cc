@@ -7,7 +7,6 @@
 
 #include "base/error.h"
 #include "record_builder.h"
-#include "recording/measurement_info_json.h"
 #include "sinks.h"
 
 namespace gyrobench::recording {

@@ -1,9 +1,9 @@
-#include "stand/server/framing.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 #include <vector>
+
+#include "stand/server/modbus.h"
 
 namespace gyrobench::stand {
 namespace {

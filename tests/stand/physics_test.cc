@@ -6,7 +6,7 @@
 #include <random>
 
 #include "base/error.h"
-#include "stand/specimen.h"
+#include "stand/bench_physics.h"
 #include "tests/stand/test_stand.h"
 
 namespace gyrobench::stand {

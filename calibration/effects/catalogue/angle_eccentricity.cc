@@ -4,7 +4,7 @@
 
 #include "calibration/effects/basis.h"
 #include "calibration/effects/catalogue/makers.h"
-#include "calibration/effects/catalogue/periodic_basis.h"
+#include "calibration/effects/catalogue/shared_bases.h"
 
 namespace gyrobench::calibration {
 namespace {

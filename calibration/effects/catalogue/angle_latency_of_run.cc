@@ -3,7 +3,7 @@
 
 #include "calibration/effects/basis.h"
 #include "calibration/effects/catalogue/makers.h"
-#include "calibration/effects/catalogue/turned_on.h"
+#include "calibration/effects/catalogue/shared_bases.h"
 
 namespace gyrobench::calibration {
 namespace {

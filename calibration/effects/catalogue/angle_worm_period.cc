@@ -1,7 +1,7 @@
 // An error that repeats with the turn of the shaft.
 #include "calibration/effects/basis.h"
 #include "calibration/effects/catalogue/makers.h"
-#include "calibration/effects/catalogue/periodic_basis.h"
+#include "calibration/effects/catalogue/shared_bases.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,7 +1,7 @@
 // The gyro follows through a lag of first order.
 #include "calibration/effects/basis.h"
 #include "calibration/effects/catalogue/makers.h"
-#include "calibration/effects/catalogue/turned_on.h"
+#include "calibration/effects/catalogue/shared_bases.h"
 #include "calibration/signal/columns.h"
 
 namespace gyrobench::calibration {

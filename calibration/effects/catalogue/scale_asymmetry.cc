@@ -3,7 +3,7 @@
 
 #include "calibration/effects/basis.h"
 #include "calibration/effects/catalogue/makers.h"
-#include "calibration/effects/catalogue/rate_shape.h"
+#include "calibration/effects/catalogue/shared_bases.h"
 
 namespace gyrobench::calibration {
 namespace {

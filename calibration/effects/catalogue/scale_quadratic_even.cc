@@ -1,7 +1,7 @@
 // Nonlinearity without the sign of the rate.
 #include "calibration/effects/basis.h"
 #include "calibration/effects/catalogue/makers.h"
-#include "calibration/effects/catalogue/rate_shape.h"
+#include "calibration/effects/catalogue/shared_bases.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,0 +1,80 @@
+#include "calibration/signal/intake.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "base/error.h"
+#include "calibration/signal/collector.h"
+#include "calibration/signal/reference_track.h"
+
+namespace gyrobench::calibration {
+
+void DefectLog::Add(std::string_view kind, std::string_view where, double t_s, std::int64_t count) {
+  for (Defect& defect : defects_) {
+    if (defect.kind == kind && defect.where == where) {
+      // Damaged files announce counts that no sum could hold.
+      defect.count += std::min(count, std::numeric_limits<std::int64_t>::max() - defect.count);
+      return;
+    }
+  }
+  defects_.push_back(Defect{std::string(kind), count, t_s, std::string(where)});
+}
+
+std::vector<std::string> IntakeRemarks(const Recording& recording) {
+  std::vector<std::string> remarks;
+  for (const Defect& defect : recording.defects) {
+    if (defect.kind == "reference_jump" && defect.where == kByWholeTurns) {
+      remarks.push_back(fmt::format(
+          "the reference jumps by whole turns ({} times, first at {:.1f} s): its angle is wrapped, "
+          "and what was measured across each jump is left out; let the column run on beyond 180 "
+          "or 360 deg",
+          defect.count, defect.first_t_s));
+    }
+    if (defect.kind != "unsigned_counts") continue;
+    const bool accel = defect.where.starts_with("accel");
+    remarks.push_back(fmt::format(
+        "the counts of {} run through 32767 and 32768 and stay within 0 .. 65535: they are those "
+        "of an unsigned converter, and its count of zero is contained in the {}; give it above the "
+        "header, such as \"# {}_lsb_zero = 32768\"",
+        defect.where, accel ? "specific force" : "zero-rate offset", accel ? "accel" : "gyro"));
+  }
+  return remarks;
+}
+
+void RefuseNoSamples(const std::string& source, std::int64_t samples,
+                     const std::vector<Defect>& defects, const char* expected) {
+  if (samples > 0) return;
+  std::string wrong;
+  if (!defects.empty()) {
+    const Defect& first = defects.front();
+    wrong = fmt::format("; found {} {}, the first at {}", first.count, first.kind, first.where);
+  }
+  throw DataError(fmt::format("{}: no gyro sample; expected {}{}",
+                              source.empty() ? "measurement" : source, expected, wrong));
+}
+
+void RefuseSamplesFarApart(const Recording& recording) {
+  constexpr double kFarthest_s = 1.0;
+  if (!(recording.median_interval_s > kFarthest_s)) return;
+  const std::string& source = recording.info.source;
+  throw DataError(fmt::format(
+      "{}: expected samples of the gyro less than {:g} s apart, found {:g} s from one to the next: "
+      "no angle can be summed up from them. t_s is in seconds; is it in milliseconds here? Then "
+      "divide the column by 1000",
+      source.empty() ? "measurement" : source, kFarthest_s, recording.median_interval_s));
+}
+
+std::string WithoutReference(const MeasurementInfo& info) {
+  const auto all = [](const std::array<bool, 3>& axes) {
+    return std::ranges::all_of(axes, [](bool present) { return present; });
+  };
+  if (all(info.gyro_present) && all(info.accel_present)) {
+    return "poses held still with turns by hand between them are calibrated by gyrobench hold";
+  }
+  return "gyrobench hold calibrates without a reference, by poses held still, where the table has "
+         "all three axes of gyro and accelerometer";
+}
+
+}  // namespace gyrobench::calibration

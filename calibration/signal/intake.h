@@ -1,0 +1,42 @@
+// What is wrong with the data of a measurement: defects as they are met, what the samples say of
+// how it is described, and what is refused.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/measurement.h"
+
+namespace gyrobench::calibration {
+
+struct Recording;
+
+class DefectLog {
+ public:
+  // One row per kind and `where`; the first time stays.
+  void Add(std::string_view kind, std::string_view where, double t_s, std::int64_t count = 1);
+  const std::vector<Defect>& defects() const { return defects_; }
+
+ private:
+  std::vector<Defect> defects_;
+};
+
+// Sentences without the measurement's name: counts of an unsigned converter whose zero nobody gave,
+// an angle of the reference that jumps by whole turns.
+std::vector<std::string> IntakeRemarks(const Recording& recording);
+
+// Throws DataError where there is no sample of the gyro, with what was wrong first. `expected`: of
+// the measurement.
+void RefuseNoSamples(const std::string& source, std::int64_t samples,
+                     const std::vector<Defect>& defects, const char* expected);
+
+// Throws DataError where samples come so far apart that no angle can be summed up from them, as
+// where t_s is in milliseconds.
+void RefuseSamplesFarApart(const Recording& recording);
+
+// What calibrates a sensor without any reference, and what it still takes where that is not there.
+std::string WithoutReference(const MeasurementInfo& info);
+
+}  // namespace gyrobench::calibration
