@@ -16,7 +16,6 @@
 
 #include <array>
 #include <cmath>
-#include <concepts>
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
