@@ -26,7 +26,9 @@ target_compile_options(gyrobench_flags INTERFACE
 if(GYROBENCH_WARNINGS_AS_ERRORS)
   target_compile_options(gyrobench_flags INTERFACE -Werror)
 endif()
+set(GYROBENCH_TEST_TIMEOUT_S 300)
 if(GYROBENCH_SANITIZE)
+  set(GYROBENCH_TEST_TIMEOUT_S 3000)
   target_compile_options(gyrobench_flags INTERFACE
     -fsanitize=${GYROBENCH_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(gyrobench_flags INTERFACE -fsanitize=${GYROBENCH_SANITIZE})
@@ -92,7 +94,7 @@ function(gyrobench_test name)
   target_compile_definitions(${name} PRIVATE GYROBENCH_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   # gtest_discover_tests would run each binary at build time; one entry a binary keeps ctest quick.
   add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES TIMEOUT 300)
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${GYROBENCH_TEST_TIMEOUT_S})
 endfunction()
 
 function(gyrobench_benchmark name)

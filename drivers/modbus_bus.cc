@@ -178,11 +178,13 @@ void ModbusBus::WriteVerified(const ModbusUnit& unit, std::uint16_t address, std
   std::array<std::uint16_t, 1> back = {};
   ReadHolding(unit, address, back, what);
   if (back[0] == value) return;
-  throw DeviceError(fmt::format(
-      "{} ({}, unit {}): {}: register 0x{:04X} was written with {} (0x{:04X}) and reads "
-      "back {} (0x{:04X}). Check the register map against the device's manual, and whether "
-      "the register is locked.",
-      unit.name, description_, unit.unit, what, address, value, value, back[0], back[0]));
+  throw DeviceError(
+      fmt::format(
+          "{} ({}, unit {}): {}: register 0x{:04X} was written with {} (0x{:04X}) and reads "
+          "back {} (0x{:04X}). Check the register map against the device's manual, and "
+          "whether the register is locked.",
+          unit.name, description_, unit.unit, what, address, value, value, back[0], back[0]),
+      {.device = unit.name, .action = what, .address = address});
 }
 
 Timing ModbusBus::WriteRegisters(const ModbusUnit& unit, std::uint16_t address,
@@ -208,8 +210,9 @@ Timing ModbusBus::Transact(const Request& request) {
     }
     ++statistics_.failures;
     const std::string message = Message(request, failure, tries);
-    if (IsException(failure.error)) throw RefusedByDevice(message);
-    throw DeviceError(message);
+    const DeviceFailure fields = FieldsOf(request, failure);
+    if (IsException(failure.error)) throw RefusedByDevice(message, fields);
+    throw DeviceError(message, fields);
   }
 }
 
@@ -330,6 +333,14 @@ void ModbusBus::Close() {
   if (!line_->connected) return;
   modbus_close(line_->context);
   line_->connected = false;
+}
+
+DeviceFailure ModbusBus::FieldsOf(const Request& request, const Failure& failure) {
+  return {.device = request.unit.name,
+          .action = request.what,
+          .code_kind = CodeKindOf(failure.error),
+          .code = CodeOf(failure.error),
+          .address = request.address};
 }
 
 std::string ModbusBus::Message(const Request& request, const Failure& failure, int tries) const {

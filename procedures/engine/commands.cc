@@ -6,15 +6,15 @@
 #include <cmath>
 #include <iterator>
 
-#include "base/error.h"
 #include "procedures/engine/command_call.h"
+#include "procedures/engine/script_error.h"
 #include "procedures/engine/text.h"
 
 namespace gyrobench::procedures {
 
 void Call::CheckNothing() const {
   if (lua_isnil(state, argument)) return;
-  throw Error(fmt::format("{}: takes nothing, got {}", name, ShowValue(state, argument)));
+  throw ScriptError(fmt::format("{}: takes nothing, got {}", name, ShowValue(state, argument)));
 }
 
 namespace {
@@ -37,8 +37,8 @@ int ReadEstimate(const Call& call) {
   const std::vector<std::string> known = {"scale_factor", "bias"};
   const std::string what = call.Text();
   if (what != known[0] && what != known[1]) {
-    throw Error(fmt::format("{}: \"{}\" is not known{}; known: {}", call.name, what,
-                            DidYouMean(what, known), fmt::join(known, ", ")));
+    throw ScriptError(fmt::format("{}: \"{}\" is not known{}; known: {}", call.name, what,
+                                  DidYouMean(what, known), fmt::join(known, ", ")));
   }
   const Estimate estimate = call.bench.ReadEstimate(what);
   if (!estimate.available) {
@@ -145,14 +145,14 @@ int Progress(const Call& call) {
   const bool number = lua_type(call.state, call.argument) == LUA_TNUMBER;
   const double fraction = number ? lua_tonumber(call.state, call.argument) : -1.0;
   if (!(fraction >= 0.0 && fraction <= 1.0)) {
-    throw Error(fmt::format("{}: expected a number 0 .. 1, got {}", call.name,
-                            ShowValue(call.state, call.argument)));
+    throw ScriptError(fmt::format("{}: expected a number 0 .. 1, got {}", call.name,
+                                  ShowValue(call.state, call.argument)));
   }
   call.bench.Progress(fraction);
   return 0;
 }
 
-int FailRun(const Call& call) { throw Error(call.Text()); }
+int FailRun(const Call& call) { throw ScriptError(call.Text()); }
 
 int Limit(const Call& call) {
   const TableReader fields = call.Fields({"name", "value", "min", "max", "unit"});

@@ -22,8 +22,8 @@ std::string CommandName(lua_State* thread);
 
 // Executes on the stage the command that `thread` yielded with `values` values, and leaves its
 // outcome in their place. Returns the number of values of the outcome, to be resumed with. The
-// checks of bench.limit are added to `checks`. Throws Error where fields are wrong, and what the
-// bench throws.
+// checks of bench.limit are added to `checks`. Throws ScriptError where fields are wrong, and what
+// the bench throws.
 int ExecuteCommand(lua_State* thread, int values, Stage& stage, std::vector<LimitCheck>& checks);
 
 }  // namespace gyrobench::procedures

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "base/error.h"
+#include "procedures/engine/script_error.h"
 
 namespace gyrobench::procedures {
 namespace {
@@ -14,7 +14,7 @@ constexpr double kLimitReading_deg = 0.1;
 }  // namespace
 
 void Stage::Begin() {
-  if (rehearsal_) throw Error("a rehearsal is on: end it with bench.rehearsed first");
+  if (rehearsal_) throw ScriptError("a rehearsal is on: end it with bench.rehearsed first");
   DryOptions options;
   options.geometry = real_.Geometry();
   options.outputs = real_.Outputs();
@@ -28,7 +28,7 @@ void Stage::Begin() {
 }
 
 bool Stage::End(const std::string& name, double warms_degC, double at_most_s) {
-  if (!rehearsal_) throw Error("no rehearsal is on: begin one with bench.rehearse");
+  if (!rehearsal_) throw ScriptError("no rehearsal is on: begin one with bench.rehearse");
   const std::unique_ptr<DryBench> done = std::move(rehearsal_);
   const Plan& plan = done->plan();
   const bool affordable = plan.duration_s <= at_most_s;
@@ -38,8 +38,8 @@ bool Stage::End(const std::string& name, double warms_degC, double at_most_s) {
 }
 
 std::vector<Rehearsal> Stage::TakeMenu() {
-  if (rehearsal_) throw Error("a rehearsal is on: end it with bench.rehearsed first");
-  if (menu_.empty()) throw Error("nothing was rehearsed: there is nothing to choose from");
+  if (rehearsal_) throw ScriptError("a rehearsal is on: end it with bench.rehearsed first");
+  if (menu_.empty()) throw ScriptError("nothing was rehearsed: there is nothing to choose from");
   return std::exchange(menu_, {});
 }
 

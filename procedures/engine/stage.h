@@ -18,13 +18,13 @@ class Stage {
     if (rehearsal_) return *rehearsal_;
     return real_;
   }
-  // Throws Error while one is on.
+  // Throws ScriptError while one is on.
   void Begin();
   // What was tried since Begin goes on the menu. False where it takes longer than `at_most_s`: it
-  // is weighed then, and not chosen. Throws Error without a Begin.
+  // is weighed then, and not chosen. Throws ScriptError without a Begin.
   bool End(const std::string& name, double warms_degC, double at_most_s);
   bool rehearsing() const { return rehearsal_ != nullptr; }
-  // Empties it. Throws Error while a rehearsal is on, and where nothing was rehearsed.
+  // Empties it. Throws ScriptError while a rehearsal is on, and where nothing was rehearsed.
   std::vector<Rehearsal> TakeMenu();
 
  private:
