@@ -21,7 +21,7 @@ namespace {
 
 using calibration::Effect;
 using calibration::NeverSeen;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 // Of the equations.
 constexpr const char* kSymbols =
     "w: rate about the axis; g: specific force in g; T: temperature, T0: that from which it is "
@@ -116,19 +116,19 @@ std::string MarkdownText(const std::string& id, const Facts& facts) {
   return text;
 }
 
-Json ToJson(const Effect& effect) {
-  Json parameters = Json::array();
+OrderedJson ToJson(const Effect& effect) {
+  OrderedJson parameters = OrderedJson::array();
   for (const calibration::EffectTerm& term : effect.terms)
     parameters.push_back({{"name", term.name}, {"unit", term.unit}});
   for (const calibration::NonlinearParameter& parameter : effect.nonlinear) {
     if (effect.search == calibration::Search::kCoefficient) continue;
-    Json one = {{"name", parameter.name}, {"unit", parameter.unit}};
+    OrderedJson one = {{"name", parameter.name}, {"unit", parameter.unit}};
     if (parameter.high > parameter.low)
       one.update({{"low", parameter.low}, {"high", parameter.high}});
     parameters.push_back(std::move(one));
   }
   const bool angle = effect.domain == calibration::EffectDomain::kAngle;
-  Json size;
+  OrderedJson size;
   if (effect.typical_size > 0.0)
     size = {{"value", effect.typical_size}, {"unit", effect.terms[0].unit}};
   return {{"id", effect.id},
@@ -145,10 +145,10 @@ Json ToJson(const Effect& effect) {
           {"is_corrected", CorrectionText(effect)}};
 }
 
-Json ToJson(const NeverSeen& effect) {
+OrderedJson ToJson(const NeverSeen& effect) {
   return {{"id", effect.id},
           {"owner", nullptr},
-          {"parameters", Json::array()},
+          {"parameters", OrderedJson::array()},
           {"cannot_be_seen_because", effect.because},
           {"to_show_it", effect.settled_by}};
 }
@@ -186,8 +186,8 @@ std::string ListText() {
   return AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft});
 }
 
-Json JsonList(const std::string& id) {
-  Json list = Json::array();
+OrderedJson JsonList(const std::string& id) {
+  OrderedJson list = OrderedJson::array();
   ForEach(id, [&](const auto& effect) { list.push_back(ToJson(effect)); });
   return list;
 }
@@ -196,9 +196,9 @@ Json JsonList(const std::string& id) {
 
 int Effects(const Options& options) {
   if (options.json) {
-    fmt::print(
-        "{}\n",
-        JsonText(Json{{"format", "gyrobench.effects/1"}, {"effects", JsonList(options.name)}}, 2));
+    fmt::print("{}\n", JsonText(OrderedJson{{"format", "gyrobench.effects/1"},
+                                            {"effects", JsonList(options.name)}},
+                                2));
     return kDone;
   }
   const Terminal terminal = DescribeTerminal(fileno(stdout));
