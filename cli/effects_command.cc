@@ -23,7 +23,7 @@ namespace {
 using calibration::Effect;
 using calibration::EffectGallery;
 using calibration::NeverSeen;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 // Of the equations.
 constexpr const char* kSymbols =
     "w: rate about the axis; g: specific force in g; T: temperature, T0: that from which it is "
@@ -141,19 +141,19 @@ std::string MarkdownText(const Facts& facts, const std::string& picture) {
   return text;
 }
 
-Json ToJson(const Effect& effect, const EffectGallery& gallery) {
-  Json parameters = Json::array();
+OrderedJson ToJson(const Effect& effect, const EffectGallery& gallery) {
+  OrderedJson parameters = OrderedJson::array();
   for (const calibration::EffectTerm& term : effect.terms)
     parameters.push_back({{"name", term.name}, {"unit", term.unit}});
   for (const calibration::NonlinearParameter& parameter : effect.nonlinear) {
     if (effect.search == calibration::Search::kCoefficient) continue;
-    Json one = {{"name", parameter.name}, {"unit", parameter.unit}};
+    OrderedJson one = {{"name", parameter.name}, {"unit", parameter.unit}};
     if (parameter.high > parameter.low)
       one.update({{"low", parameter.low}, {"high", parameter.high}});
     parameters.push_back(std::move(one));
   }
   const bool angle = effect.domain == calibration::EffectDomain::kAngle;
-  Json size;
+  OrderedJson size;
   if (effect.typical_size > 0.0)
     size = {{"value", effect.typical_size}, {"unit", effect.terms[0].unit}};
   return {{"id", effect.id},
@@ -171,11 +171,11 @@ Json ToJson(const Effect& effect, const EffectGallery& gallery) {
           {"is_corrected", CorrectionText(effect)}};
 }
 
-Json ToJson(const NeverSeen& effect, const EffectGallery&) {
+OrderedJson ToJson(const NeverSeen& effect, const EffectGallery&) {
   return {{"id", effect.id},
           {"owner", nullptr},
-          {"parameters", Json::array()},
-          {"rivals", Json::array()},
+          {"parameters", OrderedJson::array()},
+          {"rivals", OrderedJson::array()},
           {"cannot_be_seen_because", effect.because},
           {"to_show_it", effect.settled_by}};
 }
@@ -213,9 +213,9 @@ std::string ListText() {
   return AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft});
 }
 
-Json JsonList(const std::string& id) {
+OrderedJson JsonList(const std::string& id) {
   const EffectGallery gallery;
-  Json list = Json::array();
+  OrderedJson list = OrderedJson::array();
   ForEach(id, [&](const auto& effect) { list.push_back(ToJson(effect, gallery)); });
   return list;
 }
@@ -254,9 +254,9 @@ void PrintText(const std::string& id, const Terminal& terminal) {
 int Effects(const Options& options) {
   ForEach(options.name, [](const auto&) {});  // says so at once where there is none of that name
   if (options.json) {
-    fmt::print(
-        "{}\n",
-        JsonText(Json{{"format", "gyrobench.effects/1"}, {"effects", JsonList(options.name)}}, 2));
+    fmt::print("{}\n", JsonText(OrderedJson{{"format", "gyrobench.effects/1"},
+                                            {"effects", JsonList(options.name)}},
+                                2));
     return kDone;
   }
   if (options.markdown) {
