@@ -99,7 +99,6 @@ function(gyrobench_room name)
   file(MAKE_DIRECTORY ${outer})
   file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${door}/${name} SYMBOLIC)
   target_include_directories(gyrobench_${target} PUBLIC ${door})
-  # Functions of templates are made once for twelve files; see GYROBENCH_UNITY.
   set_target_properties(gyrobench_${target} PROPERTIES UNITY_BUILD ${GYROBENCH_UNITY} UNITY_BUILD_BATCH_SIZE 12)
 endfunction()
 
