@@ -12,6 +12,7 @@
 #include "base/nearest_word.h"
 #include "calibration/artefact/calibration_file.h"
 #include "calibration/effects/effect.h"
+#include "calibration/plan/effect_picture.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/text_layout.h"
@@ -20,13 +21,23 @@ namespace gyrobench::cli {
 namespace {
 
 using calibration::Effect;
+using calibration::EffectGallery;
 using calibration::NeverSeen;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 // Of the equations.
 constexpr const char* kSymbols =
     "w: rate about the axis; g: specific force in g; T: temperature, T0: that from which it is "
     "counted; t: time; phi: angle of the table; psi: angle of the shaft; x: the column; P_r[T]: T "
     "through a play of r either way; 1(...): 1 where it holds, else 0; w_E: rate of the Earth.";
+
+// Of the pictures; EffectGallery.
+constexpr const char* kTypicalRun =
+    "Each picture is the residual of the baseline without noise, with the effect at its largest "
+    "usual size (1 where that is not known), in a run made for it: z up, horizontal and down, the "
+    "table rests and turns by 360 deg there and back at 6 to 36 deg/s while the temperature goes "
+    "from 25 to 40 degC, and all of that once more while it falls. The vibration of the stand is "
+    "largest at 18 deg/s. Where such a run is all there is, an effect is hard to tell from those "
+    "that describe nine tenths of its picture (of its sum of squares).";
 
 using Facts = std::vector<std::pair<std::string, std::string>>;  // what, and what is said of it
 
@@ -76,7 +87,19 @@ std::string CorrectionText(const Effect& effect) {
                                      : "by gyrobench apply and in exported C";
 }
 
-Facts FactsOf(const Effect& effect) {
+std::string RivalsText(const Effect& effect, const EffectGallery& gallery) {
+  const std::vector<std::string> rivals = gallery.RivalsOf(effect);
+  return rivals.empty() ? "none of the catalogue" : fmt::format("{}", fmt::join(rivals, ", "));
+}
+
+std::string PictureText(const Effect& effect, const EffectGallery& gallery) {
+  calibration::EffectPicture picture = gallery.PictureOf(effect);
+  return DrawPoints({std::move(picture.x_label), std::move(picture.y_label), std::move(picture.x),
+                     std::move(picture.y)});
+}
+std::string PictureText(const NeverSeen&, const EffectGallery&) { return ""; }
+
+Facts FactsOf(const Effect& effect, const EffectGallery& gallery) {
   const bool angle = effect.domain == calibration::EffectDomain::kAngle;
   Facts facts = {{angle ? "adds to the angle" : "adds to the rate", effect.equation},
                  {"parameters", TermsText(effect)},
@@ -85,13 +108,14 @@ Facts FactsOf(const Effect& effect) {
                  {"belongs to", Name(effect.owner)},
                  {"largest size", SizeText(effect)}};
   if (!effect.size_source.empty()) facts.back().second += "; " + effect.size_source;
+  facts.emplace_back("hard to tell from", RivalsText(effect, gallery));
   facts.emplace_back("must be known", NeedsText(effect.needs));
   facts.emplace_back("to show it", ManoeuvreFor(effect));
   facts.emplace_back("is corrected", CorrectionText(effect));
   return facts;
 }
 
-Facts FactsOf(const NeverSeen& effect) {
+Facts FactsOf(const NeverSeen& effect, const EffectGallery&) {
   return {{"cannot be seen", effect.because}, {"to show it", effect.settled_by}};
 }
 
@@ -106,29 +130,30 @@ std::string FactsText(const std::string& id, const Facts& facts, const Terminal&
   return text;
 }
 
-std::string MarkdownText(const std::string& id, const Facts& facts) {
-  std::string text = fmt::format("## `{}`\n\n| | |\n|---|---|\n", id);
+std::string MarkdownText(const Facts& facts, const std::string& picture) {
+  std::string text = "\n| | |\n|---|---|\n";
   for (const auto& [what, says] : facts) {
     std::string cell;
     for (const char c : says) cell += c == '|' ? std::string("\\|") : std::string(1, c);
     text += fmt::format("| {} | {} |\n", what, cell);
   }
+  if (!picture.empty()) text += fmt::format("\n```\n{}```\n", picture);
   return text;
 }
 
-Json ToJson(const Effect& effect) {
-  Json parameters = Json::array();
+OrderedJson ToJson(const Effect& effect, const EffectGallery& gallery) {
+  OrderedJson parameters = OrderedJson::array();
   for (const calibration::EffectTerm& term : effect.terms)
     parameters.push_back({{"name", term.name}, {"unit", term.unit}});
   for (const calibration::NonlinearParameter& parameter : effect.nonlinear) {
     if (effect.search == calibration::Search::kCoefficient) continue;
-    Json one = {{"name", parameter.name}, {"unit", parameter.unit}};
+    OrderedJson one = {{"name", parameter.name}, {"unit", parameter.unit}};
     if (parameter.high > parameter.low)
       one.update({{"low", parameter.low}, {"high", parameter.high}});
     parameters.push_back(std::move(one));
   }
   const bool angle = effect.domain == calibration::EffectDomain::kAngle;
-  Json size;
+  OrderedJson size;
   if (effect.typical_size > 0.0)
     size = {{"value", effect.typical_size}, {"unit", effect.terms[0].unit}};
   return {{"id", effect.id},
@@ -140,15 +165,17 @@ Json ToJson(const Effect& effect) {
           {"cause", effect.cause},
           {"largest_size", size},
           {"size_source", effect.size_source},
+          {"rivals", gallery.RivalsOf(effect)},
           {"must_be_known", NeedsText(effect.needs)},
           {"to_show_it", ManoeuvreFor(effect)},
           {"is_corrected", CorrectionText(effect)}};
 }
 
-Json ToJson(const NeverSeen& effect) {
+OrderedJson ToJson(const NeverSeen& effect, const EffectGallery&) {
   return {{"id", effect.id},
           {"owner", nullptr},
-          {"parameters", Json::array()},
+          {"parameters", OrderedJson::array()},
+          {"rivals", OrderedJson::array()},
           {"cannot_be_seen_because", effect.because},
           {"to_show_it", effect.settled_by}};
 }
@@ -186,36 +213,56 @@ std::string ListText() {
   return AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft});
 }
 
-Json JsonList(const std::string& id) {
-  Json list = Json::array();
-  ForEach(id, [&](const auto& effect) { list.push_back(ToJson(effect)); });
+OrderedJson JsonList(const std::string& id) {
+  const EffectGallery gallery;
+  OrderedJson list = OrderedJson::array();
+  ForEach(id, [&](const auto& effect) { list.push_back(ToJson(effect, gallery)); });
   return list;
+}
+
+// An effect that has several forms is one section.
+void PrintPage(const std::string& id) {
+  fmt::print("# The effects that gyrobench looks for\n\n{}\n\n{}\n", kSymbols, kTypicalRun);
+  const EffectGallery gallery;
+  std::string last;
+  ForEach(id, [&](const auto& effect) {
+    if (effect.id != last) fmt::print("\n## `{}`\n", effect.id);
+    last = effect.id;
+    fmt::print("{}", MarkdownText(FactsOf(effect, gallery), PictureText(effect, gallery)));
+  });
+}
+
+void PrintText(const std::string& id, const Terminal& terminal) {
+  if (id.empty()) {
+    fmt::print(
+        "{}\n{}\ngyrobench effects ID says what it looks like, its cause, and what shows it.\n",
+        FitLines(ListText(), terminal), Wrap(kSymbols, terminal.columns, 0));
+    return;
+  }
+  const EffectGallery gallery;
+  ForEach(id, [&](const auto& effect) {
+    fmt::print("{}", FactsText(effect.id, FactsOf(effect, gallery), terminal));
+    const std::string picture = PictureText(effect, gallery);
+    if (!picture.empty()) fmt::print("\n{}\n", FitLines(picture, terminal));
+  });
+  fmt::print("{}\n\n{}\n", Wrap(kSymbols, terminal.columns, 0),
+             Wrap(kTypicalRun, terminal.columns, 0));
 }
 
 }  // namespace
 
 int Effects(const Options& options) {
+  ForEach(options.name, [](const auto&) {});  // says so at once where there is none of that name
   if (options.json) {
-    fmt::print(
-        "{}\n",
-        JsonText(Json{{"format", "gyrobench.effects/1"}, {"effects", JsonList(options.name)}}, 2));
+    fmt::print("{}\n", JsonText(OrderedJson{{"format", "gyrobench.effects/1"},
+                                            {"effects", JsonList(options.name)}},
+                                2));
     return kDone;
   }
-  const Terminal terminal = DescribeTerminal(fileno(stdout));
   if (options.markdown) {
-    fmt::print("# The effects that gyrobench looks for\n\n{}\n", kSymbols);
-    ForEach(options.name, [](const auto& effect) {
-      fmt::print("\n{}", MarkdownText(effect.id, FactsOf(effect)));
-    });
-  } else if (options.name.empty()) {
-    fmt::print(
-        "{}\n{}\ngyrobench effects ID says what it looks like, its cause, and what shows it.\n",
-        FitLines(ListText(), terminal), Wrap(kSymbols, terminal.columns, 0));
+    PrintPage(options.name);
   } else {
-    ForEach(options.name, [&](const auto& effect) {
-      fmt::print("{}", FactsText(effect.id, FactsOf(effect), terminal));
-    });
-    fmt::print("\n{}\n", Wrap(kSymbols, terminal.columns, 0));
+    PrintText(options.name, DescribeTerminal(fileno(stdout)));
   }
   return kDone;
 }

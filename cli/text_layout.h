@@ -61,4 +61,13 @@ struct Plot {
 };
 std::string DrawPlot(const Plot& plot);
 
+// Points (x[i], y[i]) in the same way, over their range.
+struct PointPlot {
+  std::string x_label, y_label;
+  std::vector<double> x, y;
+  int columns = 70;
+  int rows = 10;
+};
+std::string DrawPoints(const PointPlot& plot);
+
 }  // namespace gyrobench::cli

@@ -16,6 +16,8 @@ class Canvas {
  public:
   Canvas(int columns, int rows)
       : columns_(columns), rows_(rows), cells_(static_cast<std::size_t>(columns * rows), 0U) {}
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
   int dots_across() const { return columns_ * 2; }
   int dots_down() const { return rows_ * 4; }
 
@@ -77,6 +79,36 @@ void DrawCurve(Canvas& canvas, const std::vector<double>& values, const Range& r
   }
 }
 
+// Two digits below the span of the curve, so that both labels differ.
+constexpr int kLabelColumns = 9;
+
+Canvas CanvasFor(int columns, int rows) {
+  return {std::max(10, columns - kLabelColumns - 2), std::max(2, rows - 2)};
+}
+
+struct Labels {
+  std::string x, y;
+};
+
+std::string Framed(const Canvas& canvas, const Labels& labels, const Range& across,
+                   const Range& up) {
+  std::string text = fmt::format("{:>{}} {}\n", "", kLabelColumns, labels.y);
+  for (int row = 0; row < canvas.rows(); ++row) {
+    std::string label;
+    if (row == 0) label = FormatNumber(up.high, 4);
+    if (row == canvas.rows() - 1) label = FormatNumber(up.low, 4);
+    text += fmt::format("{:>{}} {}{}\n", label, kLabelColumns, label.empty() ? "│" : "┤",
+                        canvas.Row(row));
+  }
+  const std::string left = FormatNumber(across.low, 4), right = FormatNumber(across.high, 4);
+  const int middle = canvas.columns() - DisplayWidth(left) - DisplayWidth(right);
+  const std::string label = DisplayWidth(labels.x) + 2 <= middle ? labels.x : "";
+  const int before = std::max(1, (middle - DisplayWidth(label)) / 2);
+  const int after = std::max(1, middle - before - DisplayWidth(label));
+  return text + fmt::format("{:>{}} {}{:{}}{}{:{}}{}\n", "", kLabelColumns, left, "", before, label,
+                            "", after, right);
+}
+
 std::vector<std::string> LinesOf(const std::string& text) {
   std::vector<std::string> lines;
   for (std::size_t begin = 0; begin < text.size();) {
@@ -103,11 +135,7 @@ std::string SideBySide(const std::vector<std::string>& pictures) {
 }
 
 std::string DrawPlot(const Plot& plot) {
-  const int rows = std::max(2, plot.rows - 2);
-  // Two digits below the span of the curve, so that both labels differ.
-  constexpr int kLabelColumns = 9;
-  const int columns = std::max(10, plot.columns - kLabelColumns - 2);
-  Canvas canvas(columns, rows);
+  Canvas canvas = CanvasFor(plot.columns, plot.rows);
   std::vector<double> values(static_cast<std::size_t>(canvas.dots_across()));
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double part = static_cast<double>(i) / static_cast<double>(values.size() - 1);
@@ -116,23 +144,23 @@ std::string DrawPlot(const Plot& plot) {
   const Range range = FiniteRange(values);
   if (!(range.low < range.high)) return "";
   DrawCurve(canvas, values, range);
+  return Framed(canvas, {plot.x_label, plot.y_label}, {plot.x_min, plot.x_max}, range);
+}
 
-  std::string text = fmt::format("{:>{}} {}\n", "", kLabelColumns, plot.y_label);
-  for (int row = 0; row < rows; ++row) {
-    std::string label;
-    if (row == 0) label = FormatNumber(range.high, 4);
-    if (row == rows - 1) label = FormatNumber(range.low, 4);
-    text += fmt::format("{:>{}} {}{}\n", label, kLabelColumns, label.empty() ? "│" : "┤",
-                        canvas.Row(row));
+std::string DrawPoints(const PointPlot& plot) {
+  Canvas canvas = CanvasFor(plot.columns, plot.rows);
+  const Range across = FiniteRange(plot.x), up = FiniteRange(plot.y);
+  if (!(across.low < across.high) || !(up.low < up.high)) return "";
+  const auto dot = [](double value, const Range& range, int dots) {
+    return static_cast<int>(
+        std::lround((value - range.low) / (range.high - range.low) * (dots - 1)));
+  };
+  for (std::size_t i = 0; i < plot.x.size(); ++i) {
+    if (!std::isfinite(plot.x[i]) || !std::isfinite(plot.y[i])) continue;
+    canvas.Set(dot(plot.x[i], across, canvas.dots_across()),
+               canvas.dots_down() - 1 - dot(plot.y[i], up, canvas.dots_down()));
   }
-  const std::string left = FormatNumber(plot.x_min, 4), right = FormatNumber(plot.x_max, 4);
-  const int middle = columns - DisplayWidth(left) - DisplayWidth(right);
-  const std::string label = DisplayWidth(plot.x_label) + 2 <= middle ? plot.x_label : "";
-  const int before = std::max(1, (middle - DisplayWidth(label)) / 2);
-  const int after = std::max(1, middle - before - DisplayWidth(label));
-  text += fmt::format("{:>{}} {}{:{}}{}{:{}}{}\n", "", kLabelColumns, left, "", before, label, "",
-                      after, right);
-  return text;
+  return Framed(canvas, {plot.x_label, plot.y_label}, across, up);
 }
 
 }  // namespace gyrobench::cli

@@ -1,14 +1,17 @@
-# gyrobench_room(<name> SOURCES ... [DEPENDS room...] [LINK target...])
+# gyrobench_room(<name> SOURCES ... [DEPENDS room...] [LINK target...] [SHOWS target...])
 # gyrobench_program(<name> ROOM <room> SOURCES ... [DEPENDS room...] [LINK target...])
 # gyrobench_test(<name> SOURCES ... DEPENDS room... [LINK target...])
 # gyrobench_benchmark(<name> SOURCES ... DEPENDS room... [LINK target...])
-#
 # gyrobench_rooms_as_one(<name> room...)
 #
 # A room is one static library, gyrobench::<name>, in the folder of that name; one in another's folder is
-# <outer>/<inner>, its library gyrobench::<outer>_<inner>. Which room may use which
-# is the one table below; configuring fails where DEPENDS breaks it, and the test `layers` reads the
-# #include lines against the same table (cmake/layers.txt).
+# <outer>/<inner>, its library gyrobench::<outer>_<inner>. DEPENDS are rooms that it uses, LINK other libraries. SHOWS
+# are those of them that its headers include: who uses the room sees them as well, and nothing else.
+#
+# Which room may use which is the one table below; configuring fails where DEPENDS breaks it. Every room has an include
+# directory of its own, in which its folder is all there is, so that the header of a room that is not linked is not
+# found. The test `layers` reads the #include lines against the same table (cmake/layers.txt), and compares it with the
+# documents.
 
 file(STRINGS ${PROJECT_SOURCE_DIR}/cmake/layers.txt gyrobench_layer_lines REGEX "^[a-z]")
 foreach(line IN LISTS gyrobench_layer_lines)
@@ -19,14 +22,15 @@ foreach(line IN LISTS gyrobench_layer_lines)
 endforeach()
 
 add_library(gyrobench_flags INTERFACE)
-target_include_directories(gyrobench_flags INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(gyrobench_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
   -Wold-style-cast -Woverloaded-virtual -Wdouble-promotion -Wformat=2)
 if(GYROBENCH_WARNINGS_AS_ERRORS)
   target_compile_options(gyrobench_flags INTERFACE -Werror)
 endif()
+set(GYROBENCH_TEST_TIMEOUT_S 300)
 if(GYROBENCH_SANITIZE)
+  set(GYROBENCH_TEST_TIMEOUT_S 3000)
   target_compile_options(gyrobench_flags INTERFACE
     -fsanitize=${GYROBENCH_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(gyrobench_flags INTERFACE -fsanitize=${GYROBENCH_SANITIZE})
@@ -49,30 +53,61 @@ function(gyrobench_check_layers room)
   endforeach()
 endfunction()
 
+# The libraries of rooms, in place of their names.
+function(gyrobench_libraries variable)
+  set(out)
+  foreach(name IN LISTS ARGN)
+    if(GYROBENCH_HAS_LAYER_${name})
+      string(REPLACE "/" "_" target ${name})
+      list(APPEND out gyrobench::${target})
+    else()
+      list(APPEND out ${name})
+    endif()
+  endforeach()
+  set(${variable} ${out} PARENT_SCOPE)
+endfunction()
+
 function(gyrobench_link target)
-  cmake_parse_arguments(arg "" "" "DEPENDS;LINK" ${ARGN})
-  list(TRANSFORM arg_DEPENDS REPLACE "/" "_")
-  list(TRANSFORM arg_DEPENDS PREPEND gyrobench::)
-  target_link_libraries(${target} PUBLIC ${arg_DEPENDS} ${arg_LINK} PRIVATE gyrobench_flags)
+  gyrobench_libraries(libraries ${ARGN})
+  target_link_libraries(${target} PRIVATE ${libraries} gyrobench_flags)
+endfunction()
+
+# What belongs to the tests sees everything of the rooms that it links, and the tests' own headers.
+function(gyrobench_link_for_tests target)
+  gyrobench_libraries(libraries ${ARGN})
+  target_link_libraries(${target} PUBLIC ${libraries} PRIVATE gyrobench_flags)
   target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
 endfunction()
 
 function(gyrobench_room name)
-  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LINK;SHOWS" ${ARGN})
   gyrobench_check_layers(${name} ${arg_DEPENDS})
   string(REPLACE "/" "_" target ${name})
   add_library(gyrobench_${target} STATIC ${arg_SOURCES})
   add_library(gyrobench::${target} ALIAS gyrobench_${target})
-  gyrobench_link(gyrobench_${target} DEPENDS ${arg_DEPENDS} LINK ${arg_LINK})
+  gyrobench_link(gyrobench_${target} ${arg_DEPENDS} ${arg_LINK})
+  foreach(shown IN LISTS arg_SHOWS)
+    if(NOT shown IN_LIST arg_DEPENDS AND NOT shown IN_LIST arg_LINK)
+      message(FATAL_ERROR "room '${name}' SHOWS '${shown}', which is neither in its DEPENDS nor in its LINK")
+    endif()
+  endforeach()
+  gyrobench_libraries(shown ${arg_SHOWS})
+  target_link_libraries(gyrobench_${target} INTERFACE ${shown})
+
+  set(door ${PROJECT_BINARY_DIR}/rooms/${target})
+  get_filename_component(outer ${door}/${name} DIRECTORY)
+  file(MAKE_DIRECTORY ${outer})
+  file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${door}/${name} SYMBOLIC)
+  target_include_directories(gyrobench_${target} PUBLIC ${door})
+  set_target_properties(gyrobench_${target} PROPERTIES UNITY_BUILD ${GYROBENCH_UNITY} UNITY_BUILD_BATCH_SIZE 12)
 endfunction()
 
 # For those outside who want the whole of a room that is made of rooms.
 function(gyrobench_rooms_as_one name)
   add_library(gyrobench_${name} INTERFACE)
   add_library(gyrobench::${name} ALIAS gyrobench_${name})
-  list(TRANSFORM ARGN REPLACE "/" "_")
-  list(TRANSFORM ARGN PREPEND gyrobench::)
-  target_link_libraries(gyrobench_${name} INTERFACE ${ARGN})
+  gyrobench_libraries(libraries ${ARGN})
+  target_link_libraries(gyrobench_${name} INTERFACE ${libraries})
 endfunction()
 
 function(gyrobench_program name)
@@ -81,18 +116,18 @@ function(gyrobench_program name)
   list(REMOVE_ITEM others ${arg_ROOM})
   gyrobench_check_layers(${arg_ROOM} ${others})
   add_executable(${name} ${arg_SOURCES})
-  gyrobench_link(${name} DEPENDS ${arg_DEPENDS} LINK ${arg_LINK})
+  gyrobench_link(${name} ${arg_DEPENDS} ${arg_LINK})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 endfunction()
 
 function(gyrobench_test name)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
-  gyrobench_link(${name} DEPENDS ${arg_DEPENDS} LINK ${arg_LINK} GTest::gmock GTest::gtest_main)
+  gyrobench_link_for_tests(${name} ${arg_DEPENDS} ${arg_LINK} GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE GYROBENCH_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   # gtest_discover_tests would run each binary at build time; one entry a binary keeps ctest quick.
   add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES TIMEOUT 300)
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${GYROBENCH_TEST_TIMEOUT_S})
 endfunction()
 
 function(gyrobench_benchmark name)
@@ -101,7 +136,7 @@ function(gyrobench_benchmark name)
   endif()
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
-  gyrobench_link(${name} DEPENDS ${arg_DEPENDS} LINK ${arg_LINK})
+  gyrobench_link_for_tests(${name} ${arg_DEPENDS} ${arg_LINK})
   target_compile_definitions(${name} PRIVATE GYROBENCH_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 endfunction()

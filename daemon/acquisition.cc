@@ -19,6 +19,9 @@ constexpr Utime kOutputsPeriod = kMicrosecondsPerSecond / 2;
 // Beyond a soft limit by more than the play of a worm and the noise of an encoder.
 constexpr double kSoftLimitMargin_deg = 0.2;
 
+// Of each device, for the report of a fault: two seconds of a reference that is read at 10 Hz.
+constexpr std::size_t kLastSamples = 20;
+
 Utime Period(double rate_hz) { return FromSeconds(1.0 / rate_hz); }
 
 std::int8_t AxisNumber(const std::string& name) {
@@ -35,6 +38,7 @@ struct Acquisition::AxisUnit {
   std::unique_ptr<drivers::Axis> drive;
   std::unique_ptr<drivers::AngleSensor> encoder;
   AxisView view;
+  boost::circular_buffer<drivers::AngleReading> last{kLastSamples};
   angle_t message;
   bool beyond_limit = false;  // of the encoder's bus thread: reported already
 };
@@ -46,8 +50,9 @@ Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock,
       clock_(clock),
       maker_(devices),
       telemetry_(telemetry),
-      on_silence_(std::move(on_silence)),
-      on_fault_(std::move(on_fault)) {
+      on_silence_(WithLastSamples(std::move(on_silence))),
+      on_fault_(WithLastSamples(std::move(on_fault))),
+      last_gyro_(kLastSamples) {
   for (const config::BusConfig& bus : stand.buses) {
     buses_.push_back(std::make_unique<BusWorker>(bus.name, clock));
     maker_.AddBus(bus, buses_.back()->participant());
@@ -58,6 +63,13 @@ Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock,
 }
 
 Acquisition::~Acquisition() { Stop(); }
+
+FaultHandler Acquisition::WithLastSamples(FaultHandler handler) const {
+  return [this, handler = std::move(handler)](Fault fault) {
+    fault.samples = Last();
+    handler(fault);
+  };
+}
 
 BusWorker& Acquisition::BusOf(const std::string& name) {
   const auto found = std::find_if(buses_.begin(), buses_.end(),
@@ -158,6 +170,7 @@ void Acquisition::ReadEncoder(AxisUnit& unit) {
   {
     const std::lock_guard lock(mutex_);
     unit.view.reference = reading;
+    unit.last.push_back(reading);
   }
   unit.message.utime = reading.utime;
   unit.message.axis = AxisNumber(unit.config->name);
@@ -180,10 +193,11 @@ void Acquisition::CheckSoftLimits(AxisUnit& unit, double angle_deg) {
   if (std::exchange(unit.beyond_limit, true)) return;
   PostStopAll();
   on_fault_(
-      "axis." + axis.name,
-      fmt::format("the table is at {:.3f} deg, beyond its soft limits {:g} .. {:g} deg: stopped. "
-                  "Turn it back by hand or correct the limits, then: gyrobench reset",
-                  angle_deg, axis.min_deg, axis.max_deg));
+      {"axis." + axis.name,
+       fmt::format("the table is at {:.3f} deg, beyond its soft limits {:g} .. {:g} deg: stopped. "
+                   "Turn it back by hand or correct the limits, then: gyrobench reset",
+                   angle_deg, axis.min_deg, axis.max_deg),
+       {.device = "axis." + axis.name, .action = "soft limits"}});
 }
 
 void Acquisition::ReadDrive(AxisUnit& unit) {
@@ -194,11 +208,15 @@ void Acquisition::ReadDrive(AxisUnit& unit) {
   }
   SendAxes(state.utime);
   if (!state.fault) return;
-  on_fault_("axis." + unit.config->name,
-            fmt::format(
-                "the drive reports alarm {} (0x{:02X}). See the drive's manual, remove the cause, "
-                "then: gyrobench reset",
-                state.alarm, state.alarm));
+  on_fault_({"axis." + unit.config->name,
+             fmt::format(
+                 "the drive reports alarm {} (0x{:02X}). See the drive's manual, remove the cause, "
+                 "then: gyrobench reset",
+                 state.alarm, state.alarm),
+             {.device = "axis." + unit.config->name + " drive",
+              .action = "status",
+              .code_kind = DeviceFailure::CodeKind::kAlarm,
+              .code = state.alarm}});
 }
 
 void Acquisition::SendAxes(Utime utime) {
@@ -243,6 +261,7 @@ void Acquisition::ReadGyro() {
     if (!block_.samples.empty()) {
       sensor_.temperature_degC = block_.samples.back().temperature_degC;
     }
+    for (const drivers::GyroRawSample& sample : block_.samples) last_gyro_.push_back(sample);
   }
   RequireSamples();
   FillMessage(block_, sensor_.identity, gyro_message_);
@@ -261,7 +280,8 @@ void Acquisition::RequireSamples() {
   throw DeviceError(
       fmt::format("gyro: the unit answers, but has had no sample of its sensor for {:.1f} s, "
                   "expected {:g} Hz. Check the sensor's own bus and supply.",
-                  silent_s, stand_.gyro.rate_hz));
+                  silent_s, stand_.gyro.rate_hz),
+      {.device = "gyro", .action = "samples"});
 }
 
 void Acquisition::AwaitFirstTry(Clock::Participant& caller, Utime patience) const {
@@ -291,6 +311,17 @@ AxisView Acquisition::Axis(const std::string& name) const {
 SensorView Acquisition::Sensor() const {
   const std::lock_guard lock(mutex_);
   return sensor_;
+}
+
+LastSamples Acquisition::Last() const {
+  LastSamples last;
+  const std::lock_guard lock(mutex_);
+  for (const auto& unit : axes_) {
+    last.axes.push_back(
+        {unit->config->name, unit->view.drive, {unit->last.begin(), unit->last.end()}});
+  }
+  last.gyro.assign(last_gyro_.begin(), last_gyro_.end());
+  return last;
 }
 
 MeasurementInfo Acquisition::Info() const {
@@ -365,7 +396,7 @@ void Acquisition::PostStopAll() {
       try {
         u->drive->Stop();
       } catch (const std::exception& error) {
-        on_fault_("axis." + u->config->name, error.what());
+        on_fault_(FaultOf("axis." + u->config->name, error));
       }
     });
   }
@@ -376,15 +407,15 @@ void Acquisition::StopAll(Clock::Participant& caller) {
   for (const auto& unit : axes_) order.push_back(unit.get());
   std::stable_partition(order.begin(), order.end(),
                         [this](const AxisUnit* unit) { return IsActive(unit->config->name); });
-  std::string failures;
+  Fault failed;
   for (AxisUnit* unit : order) {
     try {
       unit->drive_bus->Call(caller, [&] { unit->drive->Stop(); });
     } catch (const DeviceError& error) {
-      failures += (failures.empty() ? "" : "; ") + std::string(error.what());
+      AddTo(failed, error);
     }
   }
-  if (!failures.empty()) throw DeviceError(failures);
+  if (!failed.message.empty()) throw DeviceError(failed.message, failed.failure);
 }
 
 void Acquisition::PostClearAlarms() {
@@ -393,7 +424,7 @@ void Acquisition::PostClearAlarms() {
       try {
         u->drive->ClearAlarm();
       } catch (const std::exception& error) {
-        on_fault_("axis." + u->config->name, error.what());
+        on_fault_(FaultOf("axis." + u->config->name, error));
       }
     });
   }

@@ -2,6 +2,7 @@
 // commanded.
 #pragma once
 
+#include <boost/circular_buffer.hpp>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -48,7 +49,8 @@ struct SensorView {
 class Acquisition {
  public:
   // `devices`: where they come from; outlives this. `on_silence`: a device that was there answers
-  // no more. `on_fault`: the stand is where it must not be, or a drive reports an alarm.
+  // no more. `on_fault`: the stand is where it must not be, or a drive reports an alarm. Both are
+  // told with the last samples.
   Acquisition(const config::StandConfig& stand, Clock& clock, drivers::DeviceMaker& devices,
               Telemetry& telemetry, FaultHandler on_silence, FaultHandler on_fault);
   ~Acquisition();
@@ -66,6 +68,8 @@ class Acquisition {
   std::vector<DeviceStatus> Devices() const;
   AxisView Axis(const std::string& name) const;
   SensorView Sensor() const;
+  // Of every axis and of the gyro; asked for when something went wrong.
+  LastSamples Last() const;
   MeasurementInfo Info() const;
 
   // Axes whose reference is read at its full rate; the others at their idle rate.
@@ -94,6 +98,7 @@ class Acquisition {
 
  private:
   struct AxisUnit;
+  FaultHandler WithLastSamples(FaultHandler handler) const;
   void AddAxis(const config::AxisConfig& axis);
   void AddGyro();
   void AddOutputs();
@@ -132,6 +137,7 @@ class Acquisition {
   mutable std::mutex mutex_;  // guards what follows and the views in axes_
   std::set<std::string> active_axes_;
   SensorView sensor_;
+  boost::circular_buffer<drivers::GyroRawSample> last_gyro_;
 };
 
 }  // namespace gyrobench::daemon

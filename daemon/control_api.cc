@@ -24,6 +24,17 @@ HttpReply Fail(unsigned status, const char* code, const std::string& message,
           JsonText(json{{"error", {{"code", code}, {"message", message}, {"where", where}}}})};
 }
 
+// With the fields that are known of it.
+HttpReply Fail(unsigned status, const char* code, const Error& error) {
+  const Fault fields = FaultOf("", error);
+  return {status, JsonText(json{{"error",
+                                 {{"code", code},
+                                  {"message", fields.message},
+                                  {"where", ""},
+                                  {"device", daemon::ToJson(fields.failure)},
+                                  {"script", daemon::ToJson(fields.place)}}}})};
+}
+
 json ParseBody(const std::string& body) {
   if (body.empty()) return json::object();
   json parsed = json::parse(body);
@@ -72,6 +83,8 @@ json ToJson(const procedures::Parameter& parameter) {
 
 json ToJson(const RunView& run, State state) {
   const bool on = run.outcome == Outcome::kNone;
+  json failures = json::array();
+  for (const Fault& failure : run.failures) failures.push_back(daemon::ToJson(failure));
   return {{"run_id", run.run_id},
           {"procedure", run.procedure},
           {"parameters", daemon::ToJson(run.parameters)},
@@ -83,7 +96,8 @@ json ToJson(const RunView& run, State state) {
           {"progress", on ? run.progress.fraction : 1.0},
           {"elapsed_s", run.elapsed_s},
           {"remaining_s", Number(run.progress.remaining_s)},
-          {"message", run.progress.message}};
+          {"message", run.progress.message},
+          {"failures", std::move(failures)}};
 }
 
 json Devices(const Acquisition& acquisition) {
@@ -94,7 +108,8 @@ json Devices(const Acquisition& acquisition) {
                     {"bus", device.bus},
                     {"unit", device.unit},
                     {"ok", device.ok},
-                    {"message", device.message}});
+                    {"message", device.message},
+                    {"failure", daemon::ToJson(device.failure)}});
   }
   return list;
 }
@@ -125,9 +140,7 @@ json Status(Context& c) {
     status["question"] = {
         {"id", question->id}, {"text", question->text}, {"choices", question->choices}};
   }
-  if (const auto fault = c.control.fault()) {
-    status["fault"] = {{"source", fault->source}, {"message", fault->message}};
-  }
+  if (const auto fault = c.control.fault()) status["fault"] = daemon::ToJson(*fault);
   const std::string lcm = c.publisher.health();
   status["lcm"] = {{"url", c.stand.lcm.url},
                    {"channel_prefix", c.stand.lcm.channel_prefix},
@@ -263,19 +276,19 @@ HttpReply ControlApi::Handle(const HttpRequest& request) {
   } catch (const json::exception& error) {
     return Fail(400, "bad_json", error.what(), request.path);
   } catch (const StateError& error) {
-    return Fail(409, "wrong_state", error.what());
+    return Fail(409, "wrong_state", error);
   } catch (const procedures::UnknownProcedure& error) {
-    return Fail(404, "no_such_procedure", error.what());
+    return Fail(404, "no_such_procedure", error);
   } catch (const procedures::ParameterError& error) {
-    return Fail(422, "bad_parameter", error.what());
+    return Fail(422, "bad_parameter", error);
   } catch (const LimitError& error) {
-    return Fail(422, "beyond_limit", error.what());
+    return Fail(422, "beyond_limit", error);
   } catch (const DeviceError& error) {
-    return Fail(409, "device", error.what());
+    return Fail(409, "device", error);
   } catch (const DataError& error) {
-    return Fail(500, "record", error.what());
+    return Fail(500, "record", error);
   } catch (const Error& error) {
-    return Fail(422, "refused", error.what());
+    return Fail(422, "refused", error);
   } catch (const std::exception& error) {
     return Fail(500, "internal", error.what());
   }

@@ -52,19 +52,18 @@ struct Daemon::Parts {
     devices = std::make_unique<drivers::ModbusDevices>(*clock);
     acquisition = std::make_unique<Acquisition>(
         stand, *clock, *devices, telemetry,
-        [this](const std::string& source, const std::string& message) {
+        [this](const Fault& fault) {
           // Between runs a silent device is a line in the status, not a fault to be cleared by
           // hand.
-          if (control.run_is_on()) Fault(source, message);
+          if (control.run_is_on()) Report(fault);
         },
-        [this](const std::string& source, const std::string& message) { Fault(source, message); });
+        [this](const Fault& fault) { Report(fault); });
     status = std::make_unique<StatusPublisher>(stand, *clock, *acquisition, control, telemetry,
                                                publisher);
     time = std::make_unique<BenchTime>(stand, virtual_clock, *acquisition, control, *status);
     engine = std::make_unique<RunEngine>(RunEngine::Context{
         stand, *clock, *acquisition, telemetry, control, *time, [this] { status->Changed(); },
-        [this](const std::string& source, const std::string& message) { Fault(source, message); },
-        [this] { FaultCleared(); },
+        [this](const Fault& fault) { Report(fault); }, [this] { FaultCleared(); },
         [this](const std::string& question_id) {
           if (simulated) simulated->Answered(question_id);
         }});
@@ -119,9 +118,9 @@ struct Daemon::Parts {
   }
 
   // The first fault is the one that counts; those that follow are in the log.
-  void Fault(const std::string& source, const std::string& message) {
-    spdlog::error("fault: {}: {}", source, message);
-    control.Report({source, message});
+  void Report(const Fault& fault) {
+    spdlog::error("fault: {}: {}", fault.source, fault.message);
+    control.Report(fault);
     if (!announced.exchange(true)) Announce(true);
   }
 

@@ -147,7 +147,8 @@ AxisView LiveBench::WaitForEndOfMove(const procedures::TurnCommand& command, dou
            fmt::format("the drive still moves {:.1f} s after the start of a move of {:g} deg at "
                        "{:g} deg/s that should have taken {:.1f} s",
                        ToSeconds(context_.clock.Now() - begin), command.angle_deg,
-                       command.rate_deg_s, expected_s)});
+                       command.rate_deg_s, expected_s),
+           {.device = "axis." + command.axis, .action = "move"}});
     }
     context_.control.Wait(context_.clock, context_.clock.Now() + poll);
   }
@@ -161,7 +162,8 @@ void LiveBench::CheckFollowing(const procedures::TurnCommand& command, double mo
        fmt::format("turn failed: the reference sensor moved {:.3f} deg, commanded {:.3f} deg, "
                    "allowed difference {:g} deg (lost steps, a loose coupling, or a wrong gear "
                    "ratio or encoder resolution in the stand file?)",
-                   moved_deg, command.angle_deg, allowed)});
+                   moved_deg, command.angle_deg, allowed),
+       {.device = "axis." + command.axis, .action = "move"}});
 }
 
 procedures::TurnOutcome LiveBench::Turn(const procedures::TurnCommand& command) {

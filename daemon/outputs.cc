@@ -48,10 +48,11 @@ void Outputs::Compare(const std::map<std::string, bool>& found) {
   for (const auto& [output, on] : found) {
     if (on == wanted.at(output)) continue;
     SwitchHere(output, false);
-    on_fault_("relays",
-              fmt::format("{} was switched {} and was found {}: switched off. Was the relay unit "
-                          "restarted, or does somebody else switch it? Then: gyrobench reset",
-                          output, wanted.at(output) ? "on" : "off", on ? "on" : "off"));
+    on_fault_({"relays",
+               fmt::format("{} was switched {} and was found {}: switched off. Was the relay unit "
+                           "restarted, or does somebody else switch it? Then: gyrobench reset",
+                           output, wanted.at(output) ? "on" : "off", on ? "on" : "off"),
+               {.device = "relays", .action = output}});
   }
 }
 
@@ -82,28 +83,31 @@ void Outputs::Switch(Clock::Participant& caller, const std::string& output, bool
   });
 }
 
-std::string Outputs::TryAllOff() {
-  std::string failures;
+std::optional<Fault> Outputs::TryAllOff() {
+  std::optional<Fault> fault;
   for (const auto& [output, channel] : std::views::reverse(config_.channels)) {
     try {
       SwitchHere(output, false);
     } catch (const Error& error) {
-      failures += fmt::format("{}the {} cannot be switched off, disconnect it by hand: {}",
-                              failures.empty() ? "" : "; ", output, error.what());
+      const Fault why = FaultOf("relays", error);
+      const std::string message = fmt::format(
+          "the {} cannot be switched off, disconnect it by hand: {}", output, why.message);
+      if (!fault) fault = Fault{"relays", ""};
+      AddTo(*fault, DeviceError(message, why.failure));
     }
   }
-  return failures;
+  return fault;
 }
 
 void Outputs::PostAllOff() {
   worker_.Post([this] {
-    if (const std::string failures = TryAllOff(); !failures.empty()) on_fault_("relays", failures);
+    if (const auto fault = TryAllOff()) on_fault_(*fault);
   });
 }
 
 void Outputs::AllOff(Clock::Participant& caller) {
-  const std::string failures = worker_.Call(caller, [this] { return TryAllOff(); });
-  if (!failures.empty()) throw DeviceError(failures);
+  const auto fault = worker_.Call(caller, [this] { return TryAllOff(); });
+  if (fault) throw DeviceError(fault->message, fault->failure);
 }
 
 void Outputs::Watch(double temperature_degC) {
@@ -116,13 +120,14 @@ void Outputs::Watch(double temperature_degC) {
   }
   // Reported once it is known what became of it, and before anything else can be switched.
   worker_.Post([this, temperature_degC] {
-    const std::string failures = TryAllOff();
-    on_fault_("relays",
-              fmt::format("the gyro's thermometer says {:.1f} degC with the heater on, "
-                          "heater_max_degC = {:g}: {}. Let it cool, or correct the limit, then: "
-                          "gyrobench reset",
-                          temperature_degC, config_.heater_max_degC,
-                          failures.empty() ? "everything was switched off" : failures));
+    const auto fault = TryAllOff();
+    on_fault_({"relays",
+               fmt::format("the gyro's thermometer says {:.1f} degC with the heater on, "
+                           "heater_max_degC = {:g}: {}. Let it cool, or correct the limit, then: "
+                           "gyrobench reset",
+                           temperature_degC, config_.heater_max_degC,
+                           fault ? fault->message : "everything was switched off"),
+               fault ? fault->failure : DeviceFailure{.device = "relays", .action = "heater"}});
   });
 }
 

@@ -48,7 +48,8 @@ class Outputs {
  private:
   // These belong to the thread of the bus.
   void Compare(const std::map<std::string, bool>& found);
-  std::string TryAllOff();
+  // What went wrong; nullopt if nothing.
+  std::optional<Fault> TryAllOff();
   void SwitchHere(const std::string& output, bool on);
 
   const config::RelaysConfig& config_;

@@ -1,7 +1,6 @@
 #include "daemon/polled_device.h"
 
 #include <algorithm>
-#include <exception>
 #include <utility>
 
 namespace gyrobench::daemon {
@@ -40,7 +39,7 @@ Utime PolledDevice::Poll() {
     return due_;
   } catch (const std::exception& error) {  // nothing may end a bus's thread while a drive moves
     const Utime now = clock_.Now();
-    Failed(now, error.what());
+    Failed(now, error);
     due_ = open_ ? now + actions_.period() : now + kReopenAfter;
     tried_ = true;
     return due_;
@@ -54,20 +53,21 @@ void PolledDevice::Succeeded(Utime now) {
   if (status_.ok) return;
   status_.ok = true;
   status_.message.clear();
+  status_.failure = {};
 }
 
-void PolledDevice::Failed(Utime now, const std::string& message) {
-  DeviceStatus status;
+void PolledDevice::Failed(Utime now, const std::exception& error) {
+  const Fault fault = FaultOf(status_.name, error);  // the name never changes
   {
     const std::lock_guard lock(mutex_);
     status_.ok = false;
-    status_.message = message;
-    status = status_;
+    status_.message = fault.message;
+    status_.failure = fault.failure;
   }
   if (!open_ || reported_ || now - last_answer_ < silence_) return;
   reported_ = true;
   open_ = false;  // it may have been exchanged or restarted: check its identity again
-  on_silence_(status.name, message);
+  on_silence_(fault);
 }
 
 DeviceStatus PolledDevice::status() const {

@@ -3,16 +3,15 @@
 #pragma once
 
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <string>
 
 #include "base/clock.h"
+#include "daemon/fault.h"
 
 namespace gyrobench::daemon {
-
-// Source ("axis.inner") and message of something that must stop the bench.
-using FaultHandler = std::function<void(const std::string& source, const std::string& message)>;
 
 struct DeviceStatus {
   std::string name;  // axis.inner, encoder.inner, gyro
@@ -20,7 +19,8 @@ struct DeviceStatus {
   std::string bus;
   int unit = 0;
   bool ok = false;
-  std::string message;  // why not
+  std::string message;      // why not
+  DeviceFailure failure{};  // the same as fields
 };
 
 // Poll and the functions given belong to the thread of the bus; status may be asked from any
@@ -45,7 +45,7 @@ class PolledDevice {
 
  private:
   void Succeeded(Utime now);
-  void Failed(Utime now, const std::string& message);
+  void Failed(Utime now, const std::exception& error);
 
   const Actions actions_;
   Clock& clock_;

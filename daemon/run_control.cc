@@ -81,7 +81,11 @@ void RunControl::ClearFault() {
 
 void RunControl::Report(const Fault& fault) {
   const std::lock_guard lock(mutex_);
-  if (fault_) return;
+  if (fault_) {
+    const bool same = fault_->source == fault.source && fault_->message == fault.message;
+    if (same && !fault_->place) fault_->place = fault.place;
+    return;
+  }
   fault_ = fault;
   if (waiter_ == nullptr) state_ = State::kFault;
   Wake();

@@ -7,6 +7,7 @@
 
 #include "base/clock.h"
 #include "base/error.h"
+#include "daemon/fault.h"
 #include "procedures/engine/bench.h"
 
 namespace gyrobench::daemon {
@@ -14,22 +15,6 @@ namespace gyrobench::daemon {
 // kPausing: the operator wants a pause, and the segment under way ends first.
 enum class State { kIdle, kRunning, kPaused, kAsking, kStopping, kFault, kPausing };
 const char* Name(State state);
-
-struct Fault {
-  std::string source;  // axis.inner, encoder.inner, gyro, record
-  std::string message;
-};
-
-// The bench is broken: thrown inside a run when a fault was reported.
-class FaultError : public Error {
- public:
-  explicit FaultError(Fault fault)
-      : Error(fault.source + ": " + fault.message), fault_(std::move(fault)) {}
-  const Fault& fault() const { return fault_; }
-
- private:
-  Fault fault_;
-};
 
 // A request that does not fit the state (HTTP 409).
 class StateError : public Error {
@@ -48,7 +33,8 @@ class RunControl {
   void Abort(const std::string& reason = "aborted by the operator");
   void Answer(const std::string& answer);
   void ClearFault();
-  // Latches the first fault and ends a run that is on.
+  // Latches the first fault and ends a run that is on. Where the same is reported again, the place
+  // in the script is taken over if none was known.
   void Report(const Fault& fault);
 
   // With what was commanded last, even while the run's thread has yet to notice.

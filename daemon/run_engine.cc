@@ -113,7 +113,8 @@ void RunEngine::RequireDevicesWell() const {
   for (const DeviceStatus& device : context_.acquisition.Devices()) {
     if (!device.ok) {
       throw DeviceError(
-          fmt::format("{} is not well, so nothing was started: {}", device.name, device.message));
+          fmt::format("{} is not well, so nothing was started: {}", device.name, device.message),
+          device.failure);
     }
   }
 }
@@ -208,10 +209,11 @@ void RunEngine::WaitForTickFit(const Job& job) {
     }
     RequireDevicesWell();
     if (context_.clock.Now() > deadline) {
-      throw FaultError(
-          {"gyro", fmt::format("its clock could not be compared with the host's for {:g} s "
-                               "on end within {:g} s",
-                               kTickFitSpan_s, ToSeconds(kTickFitPatience))});
+      throw FaultError({"gyro",
+                        fmt::format("its clock could not be compared with the host's for {:g} s "
+                                    "on end within {:g} s",
+                                    kTickFitSpan_s, ToSeconds(kTickFitPatience)),
+                        {.device = "gyro", .action = "compare clocks"}});
     }
     context_.control.Wait(context_.clock, context_.clock.Now() + kMicrosecondsPerSecond);
   }
@@ -268,95 +270,98 @@ void RunEngine::WaitForStandstill(Job& job, const std::string& axis) {
   const Utime deadline = context_.clock.Now() + kStopPatience;
   while (context_.acquisition.ReadDriveNow(*job.participant, axis).moving) {
     if (context_.clock.Now() > deadline) {
-      throw DeviceError("axis." + axis +
-                        ": the drive still moves after a quick stop: use the emergency stop");
+      throw DeviceError(
+          "axis." + axis + ": the drive still moves after a quick stop: use the emergency stop",
+          {.device = "axis." + axis, .action = "quick stop"});
     }
     context_.control.Wait(context_.clock, context_.clock.Now() + kMicrosecondsPerSecond / 20);
   }
 }
 
-// Every axis is tried, whatever the others do. Returns what went wrong, empty if nothing.
-std::string RunEngine::StopMotion(Job& job) {
-  std::string failures;
-  const auto attempt = [&failures](const auto& action) {
+void RunEngine::AddFault(Ending& ending, Fault fault) {
+  if (fault.samples.axes.empty()) fault.samples = context_.acquisition.Last();
+  context_.on_fault(fault);
+  ending.outcome = Outcome::kFault;
+  ending.message +=
+      fmt::format("{}{}: {}", ending.message.empty() ? "" : "; ", fault.source, fault.message);
+  ending.failures.push_back(std::move(fault));
+}
+
+// Every axis is tried, whatever the others do.
+void RunEngine::StopMotion(Job& job, Ending& ending) {
+  Fault failed{"stop", ""};
+  const auto attempt = [&failed](const auto& action) {
     try {
       action();
     } catch (const Error& error) {
-      failures += (failures.empty() ? "" : "; ") + std::string(error.what());
+      AddTo(failed, error);
     }
   };
   attempt([&] { context_.acquisition.StopAll(*job.participant); });
   for (const config::AxisConfig& axis : context_.stand.axes) {
     attempt([&] { WaitForStandstill(job, axis.name); });
   }
-  return failures;
+  if (!failed.message.empty()) AddFault(ending, std::move(failed));
 }
 
-// However a run ends, nothing of the stand heats behind it. Returns what went wrong, empty if
-// nothing.
-std::string RunEngine::SwitchOff(Job& job) {
+// However a run ends, nothing of the stand heats behind it.
+void RunEngine::SwitchOff(Job& job, Ending& ending) {
   Outputs* outputs = context_.acquisition.outputs();
-  if (outputs == nullptr) return "";
+  if (outputs == nullptr) return;
   try {
     outputs->AllOff(*job.participant);
-    return "";
   } catch (const Error& error) {
-    return error.what();
+    AddFault(ending, FaultOf("relays", error));
   }
 }
 
 RunEngine::Ending RunEngine::RunToItsEnd(Job& job) {
-  const auto fault = [&](const Fault& what) -> Ending {
-    context_.on_fault(what.source, what.message);
-    return {Outcome::kFault, what.source + ": " + what.message};
-  };
+  Ending ending;
   try {
     RunProcedureOn(job);
-    Ending ending;
     for (const procedures::LimitCheck& check : job.bench->limits()) {
-      if (!check.passed) ending = {Outcome::kFailedLimits, procedures::Describe(check)};
+      if (check.passed) continue;
+      ending.outcome = Outcome::kFailedLimits;
+      ending.message += (ending.message.empty() ? "" : "; ") + procedures::Describe(check);
     }
-    return ending;
   } catch (const procedures::Aborted& aborted) {
-    return {Outcome::kAborted, aborted.what()};
+    return {Outcome::kAborted, aborted.what(), {}};
   } catch (const FaultError& error) {
-    return fault(error.fault());
+    Fault fault = error.fault();
+    fault.place = error.place();
+    AddFault(ending, std::move(fault));
   } catch (const DeviceError& error) {
-    return fault({"device", error.what()});
+    AddFault(ending, FaultOf("device", error));
   } catch (const std::exception& error) {
-    return {Outcome::kError, error.what()};
+    return {Outcome::kError, error.what(), {FaultOf("procedure", error)}};
   }
+  return ending;
 }
 
 void RunEngine::Execute(Job& job) {
-  auto [outcome, message] = RunToItsEnd(job);
+  Ending ending = RunToItsEnd(job);
   context_.control.BeginStopping();
   context_.time.Run();
-  const auto add_fault = [&](const char* source, const std::string& failure) {
-    if (failure.empty()) return;
-    context_.on_fault(source, failure);
-    outcome = Outcome::kFault;
-    message += fmt::format("{}{}: {}", message.empty() ? "" : "; ", source, failure);
-  };
   // Nothing heats while the drives are waited for.
   if (Outputs* outputs = context_.acquisition.outputs()) outputs->PostAllOff();
-  if (outcome != Outcome::kDone && outcome != Outcome::kFailedLimits) {
-    add_fault("stop", StopMotion(job));
-    if (job.bench) message += Reminder(job.bench->on_by_hand());
+  if (ending.outcome != Outcome::kDone && ending.outcome != Outcome::kFailedLimits) {
+    StopMotion(job, ending);
+    if (job.bench) ending.message += Reminder(job.bench->on_by_hand());
   }
-  add_fault("relays", SwitchOff(job));
+  SwitchOff(job, ending);
   try {
-    Finish(job, outcome, message);
+    Finish(job, ending);
   } catch (const std::exception& error) {
-    context_.on_fault("record", error.what());
+    context_.on_fault(FaultOf("record", error));
   }
-  spdlog::info("run {}: {}{}{}", job.directory->run_id(), Name(outcome),
-               message.empty() ? "" : ": ", message);
+  spdlog::info("run {}: {}{}{}", job.directory->run_id(), Name(ending.outcome),
+               ending.message.empty() ? "" : ": ", ending.message);
   context_.acquisition.SetActiveAxes({});
   {
     const std::lock_guard lock(mutex_);
-    view_->outcome = outcome;
-    view_->progress.message = message;
+    view_->outcome = ending.outcome;
+    view_->progress.message = ending.message;
+    view_->failures = ending.failures;
     view_->progress.remaining_s = 0.0;
     view_->elapsed_s = ToSeconds(context_.clock.Now() - run_start_);
   }
@@ -367,7 +372,7 @@ void RunEngine::Execute(Job& job) {
   job.participant.reset();
 }
 
-void RunEngine::Finish(Job& job, Outcome& outcome, std::string& message) {
+void RunEngine::Finish(Job& job, Ending& ending) {
   if (job.description.is_null()) {
     BeginRecord(job, context_.clock.Now());
   } else {
@@ -379,7 +384,8 @@ void RunEngine::Finish(Job& job, Outcome& outcome, std::string& message) {
   const Utime end = context_.clock.Now();
   context_.telemetry.SendResults(results, end, true);
   // What ended before its time is not judged by what it did not do.
-  const bool complete = outcome == Outcome::kDone || outcome == Outcome::kFailedLimits;
+  const bool complete =
+      ending.outcome == Outcome::kDone || ending.outcome == Outcome::kFailedLimits;
   const auto trace =
       complete ? TraceRun(context_.telemetry.Recorded(), TraceFor::kRecord) : std::nullopt;
   if (trace) {
@@ -388,20 +394,21 @@ void RunEngine::Finish(Job& job, Outcome& outcome, std::string& message) {
   }
   const std::vector<std::string> implausible = calibration::Implausible(results);
   if (complete && !implausible.empty()) {
-    outcome = Outcome::kError;
-    message = fmt::format("{}", fmt::join(implausible, "; "));
+    ending.outcome = Outcome::kError;
+    ending.message = fmt::format("{}", fmt::join(implausible, "; "));
   }
   run_t stop{};
   stop.utime = end;
   stop.event = run_t::STOP;
   stop.procedure = job.procedure.info().name;
   stop.progress = 1.0;
-  stop.outcome = Name(outcome);
-  stop.text = message;
+  stop.outcome = Name(ending.outcome);
+  stop.text = ending.message;
   stop.record = job.directory->folder().string();
   context_.telemetry.Send(stop);
   const std::string failure = context_.telemetry.EndRun();
-  DescribeEnd(job.description, outcome, message, job.bench.get(), end);
+  DescribeEnd(job.description, ending.outcome, ending.message, ending.failures, job.bench.get(),
+              end);
   const MeasurementInfo at_end = context_.acquisition.Info();
   DescribePowerOnAtEnd(job.description, at_end.power_on);
   job.directory->WriteResult(calibration::ToJson(results));

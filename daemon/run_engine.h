@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "base/clock.h"
 #include "config/stand_config.h"
@@ -33,6 +34,7 @@ struct RunView {
   Outcome outcome = Outcome::kNone;
   RunProgress progress;
   double elapsed_s = 0.0;
+  std::vector<Fault> failures;  // that it ended by, in their order
 };
 
 struct StartedRun {
@@ -75,7 +77,8 @@ class RunEngine {
   struct Job;
   struct Ending {
     Outcome outcome = Outcome::kDone;
-    std::string message;  // why, where it is not kDone
+    std::string message;          // why, where it is not kDone
+    std::vector<Fault> failures;  // the same as fields, where something failed
   };
   void Execute(Job& job);
   Ending RunToItsEnd(Job& job);
@@ -85,10 +88,12 @@ class RunEngine {
   // none.
   void BeginRecord(Job& job, Utime start);
   void WaitForStandstill(Job& job, const std::string& axis);
-  std::string StopMotion(Job& job);
-  std::string SwitchOff(Job& job);
+  void StopMotion(Job& job, Ending& ending);
+  void SwitchOff(Job& job, Ending& ending);
+  // A fault on the way to the end: told, latched, and added to how the run ended.
+  void AddFault(Ending& ending, Fault fault);
   // Closes the record. Results that cannot be make an error of a run that was done.
-  void Finish(Job& job, Outcome& outcome, std::string& message);
+  void Finish(Job& job, Ending& ending);
   static procedures::RunHooks DryHooks();
   procedures::DryOptions DryOptions() const;
   void RequireDevicesWell() const;

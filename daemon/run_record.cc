@@ -46,12 +46,14 @@ json DescribeRun(const std::string& run_id, const procedures::Procedure& procedu
           {"outcome", "running"}};
 }
 
-void DescribeEnd(json& run, Outcome outcome, const std::string& message, const LiveBench* bench,
-                 Utime end) {
+void DescribeEnd(json& run, Outcome outcome, const std::string& message,
+                 const std::vector<Fault>& failures, const LiveBench* bench, Utime end) {
   run["ended"] = IsoTime(end);
   run["end_utime"] = end;
   run["outcome"] = Name(outcome);
   run["message"] = message;
+  json& failed = run["failures"] = json::array();
+  for (const Fault& failure : failures) failed.push_back(ToJson(failure));
   json& list = run["limits"] = json::array();
   json& said = run[recording::kSaidKey] = json::array();
   if (bench == nullptr) return;

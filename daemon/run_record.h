@@ -3,10 +3,12 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "base/clock.h"
 #include "base/measurement.h"
 #include "config/stand_config.h"
+#include "daemon/fault.h"
 #include "daemon/live_bench.h"
 #include "daemon/run_engine.h"
 
@@ -17,9 +19,10 @@ nlohmann::json DescribeRun(const std::string& run_id, const procedures::Procedur
                            const procedures::Parameters& parameters,
                            const config::StandConfig& stand, const MeasurementInfo& info,
                            Utime start);
-// The same with its end. `bench`: that the run had; nullptr where it came to none.
+// The same with its end. `failures`: what it ended by, the first first. `bench`: that the run had;
+// nullptr where it came to none.
 void DescribeEnd(nlohmann::json& run, Outcome outcome, const std::string& message,
-                 const LiveBench* bench, Utime end);
+                 const std::vector<Fault>& failures, const LiveBench* bench, Utime end);
 
 // A run in which the unit started anew belongs to no one power-on: its name is taken back. Its
 // times count on from the power-on at its begin. `power_on`: the name at its end.

@@ -7,8 +7,8 @@
 
 namespace gyrobench::daemon {
 
-SegmentAnalysis::SegmentAnalysis(Clock& clock, Telemetry& telemetry)
-    : telemetry_(telemetry), worker_("analysis", clock) {
+SegmentAnalysis::SegmentAnalysis(Clock& clock, Telemetry& telemetry, Evaluate evaluate)
+    : telemetry_(telemetry), evaluate_(std::move(evaluate)), worker_("analysis", clock) {
   worker_.Start();
 }
 
@@ -42,7 +42,7 @@ void SegmentAnalysis::Work() {
     utime = next_utime_;
   }
   try {
-    newest_ = ResultOf(snapshot);
+    newest_ = evaluate_(snapshot);
     telemetry_.SendResults(newest_, utime, false);
   } catch (const std::exception& error) {  // the stand may be moving: the run goes on without it
     spdlog::error("results of a segment: {}", error.what());

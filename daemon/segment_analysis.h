@@ -1,6 +1,7 @@
 // What a run has measured so far, worked out beside it.
 #pragma once
 
+#include <functional>
 #include <mutex>
 
 #include "base/clock.h"
@@ -15,7 +16,9 @@ namespace gyrobench::daemon {
 // result is there, so that a record does not depend on the machine's speed.
 class SegmentAnalysis {
  public:
-  SegmentAnalysis(Clock& clock, Telemetry& telemetry);
+  // `evaluate`: what is done with a snapshot.
+  using Evaluate = std::function<calibration::AnalysisResult(const Telemetry::Snapshot&)>;
+  SegmentAnalysis(Clock& clock, Telemetry& telemetry, Evaluate evaluate = ResultOf);
   // Ends after what it is at, which takes no time once it was finished; else from a thread that
   // takes no part in the clock any more.
   ~SegmentAnalysis();
@@ -32,6 +35,7 @@ class SegmentAnalysis {
   void Work();
 
   Telemetry& telemetry_;
+  const Evaluate evaluate_;
   std::mutex mutex_;  // guards the next two
   Telemetry::Snapshot next_;
   Utime next_utime_ = 0;

@@ -16,8 +16,10 @@ namespace gyrobench::daemon {
 struct Telemetry::Run {
   Run(const std::string& run_id, const std::string& log_file, const MeasurementInfo& info,
       Utime start)
-      : log(log_file), decoder(info, start, analyzer, run_id) {}
-  recording::EventLogWriter log;
+      : log(std::make_shared<recording::EventLogWriter>(log_file)),
+        decoder(info, start, analyzer, run_id) {}
+  // Shared with who syncs it, so that no sample waits for the disk.
+  std::shared_ptr<recording::EventLogWriter> log;
   calibration::Analyzer analyzer;
   recording::MessageDecoder decoder;
   std::string failure;
@@ -49,41 +51,47 @@ void Telemetry::EndMeasurement() {
 bool Telemetry::Measures() const { return run_ && run_->measuring && run_->failure.empty(); }
 
 std::string Telemetry::EndRun() {
-  const std::lock_guard lock(mutex_);
-  run_id_.clear();
-  if (!run_) return {};
-  std::string failure = std::move(run_->failure);
-  if (failure.empty()) {
-    try {
-      run_->log.Close();
-    } catch (const DataError& error) {
-      failure = error.what();
-    }
+  std::unique_ptr<Run> ended;
+  {
+    const std::lock_guard lock(mutex_);
+    run_id_.clear();
+    ended = std::move(run_);
   }
-  run_.reset();
-  return failure;
+  if (!ended) return {};
+  if (!ended->failure.empty()) return ended->failure;
+  try {
+    ended->log->Close();
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return {};
 }
 
 void Telemetry::Sync() {
-  std::string failure;
+  std::shared_ptr<recording::EventLogWriter> log;
   {
     const std::lock_guard lock(mutex_);
     if (!run_ || !run_->failure.empty()) return;
-    try {
-      run_->log.Sync();
-      return;
-    } catch (const DataError& error) {
-      failure = run_->failure = error.what();
-    }
+    log = run_->log;
   }
-  on_record_failure_(failure);
+  try {
+    log->Sync();
+  } catch (const DataError& error) {
+    {
+      const std::lock_guard lock(mutex_);
+      // Whoever ended the run meanwhile has closed the log, and hears of its errors there.
+      if (!run_ || run_->log != log || !run_->failure.empty()) return;
+      run_->failure = error.what();
+    }
+    on_record_failure_(error.what());
+  }
 }
 
 // With mutex_ held; the message is in buffer_.
 void Telemetry::Record(std::string_view suffix, Utime utime, std::size_t size) {
   channel_.assign(publisher_.prefix()).append(suffix);
   try {
-    run_->log.Write(channel_, utime, buffer_.data(), size);
+    run_->log->Write(channel_, utime, buffer_.data(), size);
   } catch (const DataError& error) {
     run_->failure = error.what();
     on_record_failure_(run_->failure);

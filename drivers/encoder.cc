@@ -56,11 +56,13 @@ AngleReading Encoder::Read() {
   const std::uint32_t raw =
       map.words == 1 ? words[0] : FromWords(words[0], words[1], map.word_order);
   if (raw >= map.range_counts) {
-    throw DeviceError(fmt::format(
-        "{} ({}, unit {}): angle at 0x{:04X}: expected 0 to {}, found {}. Check range_counts, "
-        "words and word order of the map ({}).",
-        unit_.name, bus_.description(), unit_.unit, map.address, map.range_counts - 1, raw,
-        map.model));
+    throw DeviceError(
+        fmt::format(
+            "{} ({}, unit {}): angle at 0x{:04X}: expected 0 to {}, found {}. Check range_counts, "
+            "words and word order of the map ({}).",
+            unit_.name, bus_.description(), unit_.unit, map.address, map.range_counts - 1, raw,
+            map.model),
+        {.device = unit_.name, .action = "angle", .address = map.address});
   }
   counts_ = known_ ? counts_ + WrappedStep(raw_, raw, map.range_counts) : NearestToZero(raw);
   raw_ = raw;

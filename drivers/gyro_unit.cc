@@ -82,9 +82,12 @@ GyroUnit::GyroUnit(const config::GyroConfig& config, ModbusBus& bus)
   }
 }
 
-void GyroUnit::Fail(const std::string& text) const {
+// The device's name is added to `fields`.
+void GyroUnit::Fail(const std::string& text, DeviceFailure fields) const {
+  fields.device = unit_.name;
   throw DeviceError(
-      fmt::format("{} ({}, unit {}): {}", unit_.name, bus_.description(), unit_.unit, text));
+      fmt::format("{} ({}, unit {}): {}", unit_.name, bus_.description(), unit_.unit, text),
+      fields);
 }
 
 GyroIdentity GyroUnit::Open() {
@@ -118,7 +121,8 @@ void GyroUnit::CheckIdentity(const std::array<std::uint16_t, 11>& words) const {
                           const char* advice) {
     if (expected == found) return;
     Fail(fmt::format("{} at 0x{:04X}: expected {} (0x{:X}), found {} (0x{:X}). {}", what,
-                     map_.identity_address + offset, expected, expected, found, found, advice));
+                     map_.identity_address + offset, expected, expected, found, found, advice),
+         {.action = what, .address = map_.identity_address + offset});
   };
   expect("identity", 0, map_.magic, words[0],
          "This unit number is not a gyro unit's: check gyro.bus and gyro.unit.");
@@ -148,7 +152,8 @@ void GyroUnit::ApplySettings() {
     if (found[i] == settings_[i]) continue;
     Fail(
         fmt::format("{} at 0x{:04X} was set to {} and reads back {}. Check the firmware's version.",
-                    kSettingNames[i], map_.settings_address + i, settings_[i], found[i]));
+                    kSettingNames[i], map_.settings_address + i, settings_[i], found[i]),
+        {.action = kSettingNames[i], .address = map_.settings_address + static_cast<int>(i)});
   }
 }
 
@@ -206,11 +211,14 @@ GyroUnit::Head GyroUnit::RequestFresh(Timing& timing) {
     if (!IsStale(head, timing)) return head;
     bus_.InvalidateReply();
   }
-  Fail(fmt::format(
-      "samples: expected tick and sample number to grow from {} and {} and a block from sample "
-      "{} on; found {}, {} and a block from {} (low 16 bits) with the same boot counter {} ({} "
-      "tries). Check for a second unit of the same number on the bus; otherwise restart the unit.",
-      tick_, next_, wanted_, head.tick, head.next, head.first, head.boot, kStaleTries));
+  Fail(
+      fmt::format(
+          "samples: expected tick and sample number to grow from {} and {} and a block from sample "
+          "{} on; found {}, {} and a block from {} (low 16 bits) with the same boot counter {} ({} "
+          "tries). Check for a second unit of the same number on the bus; otherwise restart the "
+          "unit.",
+          tick_, next_, wanted_, head.tick, head.next, head.first, head.boot, kStaleTries),
+      {.action = "samples", .address = map_.block_address});
 }
 
 void GyroUnit::Advance(const Head& head, const Timing& timing) {
@@ -230,7 +238,8 @@ Utime GyroUnit::HostTime(std::int64_t tick) const {
 void GyroUnit::Read(GyroBlock& block) {
   block.samples.clear();
   block.missed = 0;
-  if (!begun_) Fail("is not open, or its last Open failed. Open it (again).");
+  if (!begun_)
+    Fail("is not open, or its last Open failed. Open it (again).", {.action = "samples"});
   Timing timing;
   Head head = RequestFresh(timing);
   if (head.boot != identity_.boot_count) {
@@ -285,10 +294,11 @@ void GyroUnit::Take(const Head& head, GyroBlock& block) {
     if (i > 0 && words_[word] == kDeltaOverflow) break;
     if (i > 0) tick += words_[word];
     if (tick <= last_sample_tick_ || tick > tick_) {
-      Fail(fmt::format(
-          "samples: sample {} has tick {}, expected above {} (the sample before) and at most {} "
-          "(the unit's tick at the read). Check the firmware's version.",
-          number, tick, last_sample_tick_, tick_));
+      Fail(fmt::format("samples: sample {} has tick {}, expected above {} (the sample before) and "
+                       "at most {} "
+                       "(the unit's tick at the read). Check the firmware's version.",
+                       number, tick, last_sample_tick_, tick_),
+           {.action = "samples", .address = map_.block_address});
     }
     Append(number, tick, word, block);
   }

@@ -58,7 +58,7 @@ class GyroUnit final : public Gyro {
   void ReadCounters();
   std::optional<Utime> BootTime() const;
   Utime HostTime(std::int64_t tick) const;
-  [[noreturn]] void Fail(const std::string& text) const;
+  [[noreturn]] void Fail(const std::string& text, DeviceFailure fields) const;
 
   const config::GyroConfig config_;
   const config::GyroUnitMap& map_;

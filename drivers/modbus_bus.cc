@@ -12,6 +12,16 @@
 #include "drivers/modbus_line.h"
 
 namespace gyrobench::drivers {
+
+enum class ModbusFunction {
+  kReadCoils = 1,
+  kReadHolding = 3,
+  kReadInput = 4,
+  kWriteCoil = 5,
+  kWriteRegister = 6,
+  kWriteRegisters = 16
+};
+
 namespace {
 
 using Transport = config::BusConfig::Transport;
@@ -23,28 +33,19 @@ constexpr Utime kQuiet_us = 20'000;
 constexpr int kMostDrains = 10;
 constexpr Utime kBusyPause_us = 10'000;
 
-enum class Function {
-  kReadCoils = 1,
-  kReadHolding = 3,
-  kReadInput = 4,
-  kWriteCoil = 5,
-  kWriteRegister = 6,
-  kWriteRegisters = 16
-};
-
-const char* FunctionName(Function function) {
+const char* FunctionName(ModbusFunction function) {
   switch (function) {
-    case Function::kReadCoils:
+    case ModbusFunction::kReadCoils:
       return "read coils (function 01)";
-    case Function::kWriteCoil:
+    case ModbusFunction::kWriteCoil:
       return "write coil (function 05)";
-    case Function::kReadHolding:
+    case ModbusFunction::kReadHolding:
       return "read holding registers (function 03)";
-    case Function::kReadInput:
+    case ModbusFunction::kReadInput:
       return "read input registers (function 04)";
-    case Function::kWriteRegister:
+    case ModbusFunction::kWriteRegister:
       return "write register (function 06)";
-    case Function::kWriteRegisters:
+    case ModbusFunction::kWriteRegisters:
       return "write registers (function 16)";
   }
   return "?";
@@ -87,7 +88,7 @@ struct ModbusBus::Line {
 
 struct ModbusBus::Request {
   const ModbusUnit& unit;
-  Function function;
+  ModbusFunction function;
   std::uint16_t address;
   std::uint16_t count;         // registers or coils
   std::uint16_t* read;         // where a reply's registers go
@@ -98,7 +99,9 @@ struct ModbusBus::Request {
 
   bool Reads() const { return read != nullptr || coils != nullptr; }
   // Bytes of the RTU frames.
-  int RequestBytes() const { return function == Function::kWriteRegisters ? 9 + 2 * count : 8; }
+  int RequestBytes() const {
+    return function == ModbusFunction::kWriteRegisters ? 9 + 2 * count : 8;
+  }
   int ReplyBytes() const {
     if (coils != nullptr) return 5 + (count + 7) / 8;
     return read != nullptr ? 5 + 2 * count : 8;
@@ -106,17 +109,17 @@ struct ModbusBus::Request {
 
   int Call(modbus_t* context) const {
     switch (function) {
-      case Function::kReadCoils:
+      case ModbusFunction::kReadCoils:
         return modbus_read_bits(context, address, count, coils);
-      case Function::kWriteCoil:
+      case ModbusFunction::kWriteCoil:
         return modbus_write_bit(context, address, *write);
-      case Function::kReadHolding:
+      case ModbusFunction::kReadHolding:
         return modbus_read_registers(context, address, count, read);
-      case Function::kReadInput:
+      case ModbusFunction::kReadInput:
         return modbus_read_input_registers(context, address, count, read);
-      case Function::kWriteRegister:
+      case ModbusFunction::kWriteRegister:
         return modbus_write_register(context, address, *write);
-      case Function::kWriteRegisters:
+      case ModbusFunction::kWriteRegisters:
         return modbus_write_registers(context, address, count, write);
     }
     return -1;
@@ -144,31 +147,32 @@ ModbusBus::~ModbusBus() = default;
 
 Timing ModbusBus::ReadHolding(const ModbusUnit& unit, std::uint16_t address,
                               std::span<std::uint16_t> values, const char* what) {
-  return Transact({unit, Function::kReadHolding, address, static_cast<std::uint16_t>(values.size()),
-                   values.data(), nullptr, what});
+  return Transact({unit, ModbusFunction::kReadHolding, address,
+                   static_cast<std::uint16_t>(values.size()), values.data(), nullptr, what});
 }
 
 Timing ModbusBus::ReadInput(const ModbusUnit& unit, std::uint16_t address,
                             std::span<std::uint16_t> values, const char* what) {
-  return Transact({unit, Function::kReadInput, address, static_cast<std::uint16_t>(values.size()),
-                   values.data(), nullptr, what});
+  return Transact({unit, ModbusFunction::kReadInput, address,
+                   static_cast<std::uint16_t>(values.size()), values.data(), nullptr, what});
 }
 
 Timing ModbusBus::ReadCoils(const ModbusUnit& unit, std::uint16_t address,
                             std::span<std::uint8_t> values, const char* what) {
-  return Transact({unit, Function::kReadCoils, address, static_cast<std::uint16_t>(values.size()),
-                   nullptr, nullptr, what, Repeat::kAllowed, values.data()});
+  return Transact({unit, ModbusFunction::kReadCoils, address,
+                   static_cast<std::uint16_t>(values.size()), nullptr, nullptr, what,
+                   Repeat::kAllowed, values.data()});
 }
 
 Timing ModbusBus::WriteCoil(const ModbusUnit& unit, std::uint16_t address, bool value,
                             const char* what) {
   const std::uint16_t on = value ? 1 : 0;
-  return Transact({unit, Function::kWriteCoil, address, 1, nullptr, &on, what});
+  return Transact({unit, ModbusFunction::kWriteCoil, address, 1, nullptr, &on, what});
 }
 
 Timing ModbusBus::WriteRegister(const ModbusUnit& unit, std::uint16_t address, std::uint16_t value,
                                 const char* what) {
-  return Transact({unit, Function::kWriteRegister, address, 1, nullptr, &value, what});
+  return Transact({unit, ModbusFunction::kWriteRegister, address, 1, nullptr, &value, what});
 }
 
 void ModbusBus::WriteVerified(const ModbusUnit& unit, std::uint16_t address, std::uint16_t value,
@@ -177,17 +181,19 @@ void ModbusBus::WriteVerified(const ModbusUnit& unit, std::uint16_t address, std
   std::array<std::uint16_t, 1> back = {};
   ReadHolding(unit, address, back, what);
   if (back[0] == value) return;
-  throw DeviceError(fmt::format(
-      "{} ({}, unit {}): {}: register 0x{:04X} was written with {} (0x{:04X}) and reads "
-      "back {} (0x{:04X}). Check the register map against the device's manual, and whether "
-      "the register is locked.",
-      unit.name, description_, unit.unit, what, address, value, value, back[0], back[0]));
+  throw DeviceError(
+      fmt::format(
+          "{} ({}, unit {}): {}: register 0x{:04X} was written with {} (0x{:04X}) and reads "
+          "back {} (0x{:04X}). Check the register map against the device's manual, and "
+          "whether the register is locked.",
+          unit.name, description_, unit.unit, what, address, value, value, back[0], back[0]),
+      {.device = unit.name, .action = what, .address = address});
 }
 
 Timing ModbusBus::WriteRegisters(const ModbusUnit& unit, std::uint16_t address,
                                  std::span<const std::uint16_t> values, const char* what,
                                  Repeat repeat) {
-  return Transact({unit, Function::kWriteRegisters, address,
+  return Transact({unit, ModbusFunction::kWriteRegisters, address,
                    static_cast<std::uint16_t>(values.size()), nullptr, values.data(), what,
                    repeat});
 }
@@ -207,8 +213,9 @@ Timing ModbusBus::Transact(const Request& request) {
     }
     ++statistics_.failures;
     const std::string message = Message(request, failure, tries);
-    if (IsException(failure.error)) throw RefusedByDevice(message);
-    throw DeviceError(message);
+    const DeviceFailure fields = FieldsOf(request, failure);
+    if (IsException(failure.error)) throw RefusedByDevice(message, fields);
+    throw DeviceError(message, fields);
   }
 }
 
@@ -331,6 +338,14 @@ void ModbusBus::Close() {
   line_->connected = false;
 }
 
+DeviceFailure ModbusBus::FieldsOf(const Request& request, const Failure& failure) {
+  return {.device = request.unit.name,
+          .action = request.what,
+          .code_kind = CodeKindOf(failure.error),
+          .code = CodeOf(failure.error),
+          .address = request.address};
+}
+
 std::string ModbusBus::Message(const Request& request, const Failure& failure, int tries) const {
   const std::string where = fmt::format("{} ({}, unit {}): {}", request.unit.name, description_,
                                         request.unit.unit, request.what);
@@ -347,8 +362,8 @@ std::string ModbusBus::Message(const Request& request, const Failure& failure, i
   } else if (failure.error == ETIMEDOUT) {
     came = "no complete reply";
   }
-  const bool coils =
-      request.function == Function::kReadCoils || request.function == Function::kWriteCoil;
+  const bool coils = request.function == ModbusFunction::kReadCoils ||
+                     request.function == ModbusFunction::kWriteCoil;
   return fmt::format("{}: {} at 0x{:04X}: expected {} {} within {:.1f} ms, got {} ({} {}). {}",
                      where, FunctionName(request.function), request.address,
                      request.Reads() ? "a reply of" : "an echo for",

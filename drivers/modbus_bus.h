@@ -57,9 +57,9 @@ enum class Repeat { kAllowed, kNever };
 
 // Belongs to one thread, that of `participant`. Nothing is opened before the first transaction.
 // Every transaction throws DeviceError (RefusedByDevice for an exception reply) that names device,
-// bus, unit, function, address, what was expected and what came, and what to check. `what` says in
-// a word what is read or written; it is used in messages only. No transaction allocates unless it
-// fails.
+// bus, unit, function, address, what was expected and what came, and what to check, and has them as
+// fields. `what` says in a word what is read or written; it is used in errors only. No transaction
+// allocates unless it fails.
 class ModbusBus {
  public:
   // Throws ConfigError for a rate that libmodbus cannot set.
@@ -112,6 +112,7 @@ class ModbusBus {
   void WaitUntil(Utime utime);
   void Close();
   std::string Message(const Request& request, const Failure& failure, int tries) const;
+  static DeviceFailure FieldsOf(const Request& request, const Failure& failure);
 
   const config::BusConfig config_;
   const Utime response_timeout_us_;

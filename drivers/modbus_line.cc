@@ -62,6 +62,14 @@ bool IsPassingException(int error) { return error == EMBXSBUSY || error == EMBXG
 
 bool IsLinkLost(int error) { return error != ETIMEDOUT && error < MODBUS_ENOBASE; }
 
+DeviceFailure::CodeKind CodeKindOf(int error) {
+  if (IsException(error)) return DeviceFailure::CodeKind::kModbusException;
+  return error < MODBUS_ENOBASE ? DeviceFailure::CodeKind::kSystemError
+                                : DeviceFailure::CodeKind::kBadReply;
+}
+
+int CodeOf(int error) { return error < MODBUS_ENOBASE ? error : error - MODBUS_ENOBASE; }
+
 std::string DescribeFault(int error) {
   if (IsException(error)) {
     const int code = error - MODBUS_ENOBASE;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/clock.h"
+#include "base/error.h"
 #include "config/stand_config.h"
 
 namespace gyrobench::drivers {
@@ -16,6 +17,10 @@ bool IsException(int error);
 bool IsPassingException(int error);
 // True when the connection or the serial adapter itself is gone.
 bool IsLinkLost(int error);
+
+// The number as it stands in an error's fields: exception code, errno, or libmodbus's own.
+DeviceFailure::CodeKind CodeKindOf(int error);
+int CodeOf(int error);
 
 // "exception 02 (illegal data address)", "a reply with a wrong checksum (CRC)", ...
 std::string DescribeFault(int error);

@@ -51,11 +51,13 @@ std::map<std::string, bool> RelayUnit::Read() {
 
 void RelayUnit::Expect(const std::string& output, bool on) {
   if (Read().at(output) == on) return;
-  throw DeviceError(fmt::format(
-      "relays ({}, unit {}): {}: coil 0x{:04X} was switched {} and reads {}. Check first_coil and "
-      "the channel against the unit's manual.",
-      bus_.description(), unit_.unit, output, CoilOf(config_.channels.at(output)), OnOff(on),
-      OnOff(!on)));
+  throw DeviceError(
+      fmt::format("relays ({}, unit {}): {}: coil 0x{:04X} was switched {} and reads {}. Check "
+                  "first_coil and "
+                  "the channel against the unit's manual.",
+                  bus_.description(), unit_.unit, output, CoilOf(config_.channels.at(output)),
+                  OnOff(on), OnOff(!on)),
+      {.device = unit_.name, .action = output, .address = CoilOf(config_.channels.at(output))});
 }
 
 }  // namespace gyrobench::drivers

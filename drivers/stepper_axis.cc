@@ -96,9 +96,12 @@ StepperAxis::StepperAxis(const config::AxisConfig& config, ModbusBus& bus)
   }
 }
 
-void StepperAxis::Fail(const std::string& text) const {
+// The device's name is added to `fields`.
+void StepperAxis::Fail(const std::string& text, DeviceFailure fields) const {
+  fields.device = unit_.name;
   throw DeviceError(
-      fmt::format("{} ({}, unit {}): {}", unit_.name, bus_.description(), unit_.unit, text));
+      fmt::format("{} ({}, unit {}): {}", unit_.name, bus_.description(), unit_.unit, text),
+      fields);
 }
 
 std::uint16_t StepperAxis::ReadWord(std::uint16_t address, const char* what) {
@@ -111,17 +114,19 @@ void StepperAxis::Open() {
   const int pulses = ReadWord(map_.pulses_per_turn_address, "pulses per turn");
   if (pulses != map_.pulses_per_turn) {
     Fail(fmt::format(
-        "pulses per turn at 0x{:04X}: expected {} (map of {}), found {}. Set the drive to {} "
-        "or correct pulses_per_turn in the map.",
-        map_.pulses_per_turn_address, map_.pulses_per_turn, map_.model, pulses,
-        map_.pulses_per_turn));
+             "pulses per turn at 0x{:04X}: expected {} (map of {}), found {}. Set the drive to {} "
+             "or correct pulses_per_turn in the map.",
+             map_.pulses_per_turn_address, map_.pulses_per_turn, map_.model, pulses,
+             map_.pulses_per_turn),
+         {.action = "pulses per turn", .address = map_.pulses_per_turn_address});
   }
   position_known_ = false;
   remainder_pulses_ = 0.0;
   const AxisState state = Read();
   if (state.fault) {
     Fail(fmt::format("reports a fault, alarm 0x{:X}. Remove its cause and clear the alarm.",
-                     state.alarm));
+                     state.alarm),
+         {.action = "open", .code_kind = DeviceFailure::CodeKind::kAlarm, .code = state.alarm});
   }
   if (!state.enabled) Enable();
 }
@@ -134,10 +139,12 @@ void StepperAxis::Enable() {
     if (StatusBit(status, map_.enabled_bit)) return;
     bus_.Wait(kSettlePause_us);
   }
-  Fail(fmt::format(
-      "does not become enabled: status 0x{:04X}, expected bit {} set. Check the drive's enable "
-      "input and its emergency stop.",
-      status, map_.enabled_bit));
+  Fail(
+      fmt::format(
+          "does not become enabled: status 0x{:04X}, expected bit {} set. Check the drive's enable "
+          "input and its emergency stop.",
+          status, map_.enabled_bit),
+      {.action = "enable", .address = map_.status_address});
 }
 
 AxisState StepperAxis::Read() {
@@ -162,15 +169,19 @@ AxisState StepperAxis::Read() {
 
 void StepperAxis::CheckReady(const AxisState& state) const {
   if (state.fault) {
-    Fail(fmt::format(
-        "move refused: the drive reports a fault, alarm 0x{:X}. Remove its cause and clear the "
-        "alarm.",
-        state.alarm));
+    Fail(
+        fmt::format(
+            "move refused: the drive reports a fault, alarm 0x{:X}. Remove its cause and clear the "
+            "alarm.",
+            state.alarm),
+        {.action = "move", .code_kind = DeviceFailure::CodeKind::kAlarm, .code = state.alarm});
   }
   if (!state.enabled)
-    Fail("move refused: the drive is not enabled. Check its enable input and open it again.");
+    Fail("move refused: the drive is not enabled. Check its enable input and open it again.",
+         {.action = "move"});
   if (state.moving)
-    Fail("move refused: the drive is still moving. Wait for the move to end, or stop it.");
+    Fail("move refused: the drive is still moving. Wait for the move to end, or stop it.",
+         {.action = "move"});
 }
 
 double StepperAxis::MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2) {
@@ -223,9 +234,10 @@ void StepperAxis::ClearAlarm() {
     if (alarm == 0) return;
     bus_.Wait(kSettlePause_us);
   }
-  Fail(fmt::format(
-      "alarm 0x{:X} stays after it was cleared. Remove its cause (the drive's manual lists it).",
-      alarm));
+  Fail(fmt::format("alarm 0x{:X} stays after it was cleared. Remove its cause (the drive's manual "
+                   "lists it).",
+                   alarm),
+       {.action = "clear alarm", .code_kind = DeviceFailure::CodeKind::kAlarm, .code = alarm});
 }
 
 }  // namespace gyrobench::drivers

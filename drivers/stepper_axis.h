@@ -51,7 +51,7 @@ class StepperAxis final : public Axis {
   void Enable();
   void CheckReady(const AxisState& state) const;
   void Send(const StepperMove& move);
-  [[noreturn]] void Fail(const std::string& text) const;
+  [[noreturn]] void Fail(const std::string& text, DeviceFailure fields) const;
 
   const config::AxisConfig config_;
   const config::DriveMap& map_;

@@ -14,30 +14,31 @@ namespace {
 // Of MAV_PARAM_TYPE.
 constexpr int kInt32 = 6, kReal32 = 9;
 
-std::string Row(const std::string& name, const std::string& value, int type) {
+std::string Px4Row(const std::string& name, const std::string& value, int type) {
   return fmt::format("1\t1\t{}\t{}\t{}\n", name, value, type);
 }
 
-std::string ThermalRows(const ThermalBias& bias) {
-  std::string rows = Row("TC_G_ENABLE", "1", kInt32);
+std::string Px4ThermalRows(const ThermalBias& bias) {
+  std::string rows = Px4Row("TC_G_ENABLE", "1", kInt32);
   for (std::size_t k = 4; k-- > 0;) {
     for (std::size_t c = 0; c < 3; ++c)
-      rows += Row(fmt::format("TC_G0_X{}_{}", k, c), Fixed(bias.coefficients_rad_s[c][k]), kReal32);
+      rows +=
+          Px4Row(fmt::format("TC_G0_X{}_{}", k, c), Fixed(bias.coefficients_rad_s[c][k]), kReal32);
   }
-  rows += Row("TC_G0_TREF", Fixed(bias.reference_degC), kReal32);
-  rows += Row("TC_G0_TMIN", Fixed(bias.range.low_degC), kReal32);
-  return rows + Row("TC_G0_TMAX", Fixed(bias.range.high_degC), kReal32);
+  rows += Px4Row("TC_G0_TREF", Fixed(bias.reference_degC), kReal32);
+  rows += Px4Row("TC_G0_TMIN", Fixed(bias.range.low_degC), kReal32);
+  return rows + Px4Row("TC_G0_TMAX", Fixed(bias.range.high_degC), kReal32);
 }
 
 // They are taken off as well: 0 where the thermal ones hold all of the offset.
-std::string ConstantRows(const Vector3& offset_rad_s) {
+std::string Px4ConstantRows(const Vector3& offset_rad_s) {
   std::string rows;
   for (std::size_t c = 0; c < 3; ++c)
-    rows += Row(fmt::format("CAL_GYRO0_{}OFF", "XYZ"[c]), Fixed(offset_rad_s[c]), kReal32);
+    rows += Px4Row(fmt::format("CAL_GYRO0_{}OFF", "XYZ"[c]), Fixed(offset_rad_s[c]), kReal32);
   return rows;
 }
 
-Lines FormulaLines(bool thermal) {
+Lines Px4FormulaLines(bool thermal) {
   if (!thermal) {
     return {"Formula: rate - CAL_GYRO0_(X, Y, Z)OFF   [rad/s]"};
   }
@@ -48,7 +49,7 @@ Lines FormulaLines(bool thermal) {
           "Units: rate and offset rad/s, temperatures degC, TC_G0_Xk_i rad/s/degC^k."};
 }
 
-void AddNotes(bool thermal, Lines* notes) {
+void AddPx4Notes(bool thermal, Lines* notes) {
   if (!thermal) {
     notes->push_back(
         "the calibration saw no temperature: no thermal parameters (TC_G0_*); the constant offset "
@@ -67,12 +68,13 @@ Exported WritePx4(const calibration::Calibration& calibration, const Origin& ori
   const bool thermal = bias.range.known();
   Exported out;
   out.notes = bias.notes;
-  AddNotes(thermal, &out.notes);
-  Lines about = AutopilotLines("PX4", calibration, origin, bias, FormulaLines(thermal), out.notes);
+  AddPx4Notes(thermal, &out.notes);
+  Lines about =
+      AutopilotLines("PX4", calibration, origin, bias, Px4FormulaLines(thermal), out.notes);
   Append(&about, {"", "Vehicle-Id Component-Id Name Value Type"});
   out.text = Commented(about, "# ");
-  if (thermal) out.text += ThermalRows(bias);
-  out.text += ConstantRows(thermal ? Vector3{} : bias.OffsetAt(kMissing));
+  if (thermal) out.text += Px4ThermalRows(bias);
+  out.text += Px4ConstantRows(thermal ? Vector3{} : bias.OffsetAt(kMissing));
   return out;
 }
 

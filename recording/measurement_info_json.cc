@@ -3,8 +3,11 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <type_traits>
 
 #include "base/error.h"
+#include "base/measurement_fields.h"
 #include "recording/plausible.h"
 #include "recording/run_directory.h"
 
@@ -13,12 +16,6 @@ namespace gyrobench::recording {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::array<const char*, 3> kUnits = {"lsb", "deg_s", "rad_s"};
-constexpr std::array<const char*, 4> kReferences = {"none", "stand_angles", "sensor_angle",
-                                                    "orientation"};
-constexpr std::array<const char*, 3> kSensorAxes = {"x", "y", "z"};
-constexpr std::array<const char*, 3> kStandAxes = {"outer", "middle", "inner"};
 
 // On one line, cut when long.
 std::string Shown(const json& value) {
@@ -39,23 +36,49 @@ std::size_t IndexOf(const std::array<const char*, N>& names, const std::string& 
       fmt::format("measurement.{} = {}: expected one of {}", key, Shown(value), expected));
 }
 
-json PresentToJson(const std::array<bool, 3>& present, const std::array<const char*, 3>& names) {
-  json list = json::array();
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (present.at(i)) list.push_back(names.at(i));
-  }
-  return list;
-}
-
-// Reads one key after the other out of one object.
-class Fields {
+// Writes one key after the other; what is not known is left out.
+class Writer {
  public:
-  explicit Fields(const json& object) : object_(object) {
+  template <typename T>
+  using Field = const T;
+
+  template <typename T, typename... Bounds>
+  void operator()(const char* key, const T& value, const Bounds&... /*bounds*/) {
+    object_[key] = value;
+  }
+  template <typename T, typename... Bounds>
+  void operator()(const char* key, const std::optional<T>& value, const Bounds&... /*bounds*/) {
+    if (value) object_[key] = *value;
+  }
+  template <typename Enum, std::size_t N>
+  void Named(const char* key, Enum value, const std::array<const char*, N>& names) {
+    object_[key] = names.at(static_cast<std::size_t>(value));
+  }
+  void Present(const char* key, const std::array<bool, 3>& present,
+               const std::array<const char*, 3>& names) {
+    json& list = object_[key] = json::array();
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (present.at(i)) list.push_back(names.at(i));
+    }
+  }
+  json Take() { return std::move(object_); }
+
+ private:
+  json object_ = json::object();
+};
+
+// Reads one key after the other out of one object; a field whose key is not there stays as it is.
+class Reader {
+ public:
+  template <typename T>
+  using Field = T;
+
+  explicit Reader(const json& object) : object_(object) {
     if (!object.is_object())
       throw DataError("measurement: expected an object, found " + Shown(object));
   }
-  template <typename Value>
-  void Read(const char* key, Value& value) const {
+  template <typename T>
+  void operator()(const char* key, T& value) const {
     const auto found = object_.find(key);
     if (found == object_.end()) return;
     try {
@@ -64,27 +87,28 @@ class Fields {
       throw DataError(fmt::format("measurement.{} = {}: {}", key, Shown(*found), error.what()));
     }
   }
-  void ReadNumber(const char* key, double min, double max, double& value) const {
+  void operator()(const char* key, double& value, double min, double max) const {
     double number = value;
-    Read(key, number);
+    (*this)(key, number);
     if (!(number >= min && number <= max)) {
       throw DataError(
           fmt::format("measurement.{} = {}: expected a number {} .. {}", key, number, min, max));
     }
     value = number;
   }
-  void ReadNumber(const char* key, double min, double max, std::optional<double>& value) const {
-    if (object_.contains(key)) ReadNumber(key, min, max, value.emplace(kMissing));
+  template <typename T, typename... Bounds>
+  void operator()(const char* key, std::optional<T>& value, const Bounds&... bounds) const {
+    if (object_.contains(key)) (*this)(key, value.emplace(), bounds...);
   }
   template <typename Enum, std::size_t N>
-  void ReadEnum(const char* key, const std::array<const char*, N>& names, Enum& value) const {
+  void Named(const char* key, Enum& value, const std::array<const char*, N>& names) const {
     const auto found = object_.find(key);
     if (found != object_.end()) value = static_cast<Enum>(IndexOf(names, key, *found));
   }
-  void ReadPresent(const char* key, const std::array<const char*, 3>& names,
-                   std::array<bool, 3>& present) const {
+  void Present(const char* key, std::array<bool, 3>& present,
+               const std::array<const char*, 3>& names) const {
     json list = json::array();
-    Read(key, list);
+    (*this)(key, list);
     for (const json& name : list) present.at(IndexOf(names, key, name)) = true;
   }
 
@@ -92,75 +116,57 @@ class Fields {
   const json& object_;
 };
 
+template <typename Visitor>
+void GeometryFields(Visitor& field, FieldsOf<Visitor, StandGeometry>& geometry) {
+  StandGeometry angles = geometry;
+  for (const auto& [name, value_deg, limit_deg] : AnglesOf(angles))
+    field(name, *value_deg, -limit_deg, limit_deg);
+  if constexpr (!std::is_const_v<FieldsOf<Visitor, StandGeometry>>) geometry = angles;
+}
+
+template <typename Visitor>
+void InfoFields(Visitor& field, FieldsOf<Visitor, MeasurementInfo>& info) {
+  field("source", info.source);
+  field.Named("gyro_unit", info.gyro_unit, kRateUnitNames);
+  field.Present("gyro", info.gyro_present, kSensorAxisNames);
+  field.Present("accel", info.accel_present, kSensorAxisNames);
+  field("temperature", info.temperature_present);
+  field.Named("reference", info.reference, kReferenceKindNames);
+  field.Present("stand_axes", info.stand_axis_present, kStandAxisNames);
+  field.Named("reference_axis", info.reference_axis, kSensorAxisNames);
+  GeometryFields(field, info.geometry);
+  field("site_heading_deg", info.site_heading_deg, -360.0, 360.0);
+  field("gyro_delay_s", info.gyro_delay_s, 0.0, kLongestDelay_s);
+  field("ref_delay_s", info.reference_delay_s, 0.0, kLongestDelay_s);
+  field("sensor", info.sensor);
+  field("power_on", info.power_on);
+  field("power_on_utime", info.power_on_utime);
+  field("notes", info.notes);
+  field("covariates", info.covariates);
+  field("gyro_units_per_deg_s", info.gyro_units_per_deg_s, kSmallestFactor, kLargestFactor);
+  field("site_latitude_deg", info.site_latitude_deg, -90.0, 90.0);
+  field("gyro_lsb_zero", info.gyro_lsb_zero, 0.0, kLargestZero);
+  field("accel_lsb_zero", info.accel_lsb_zero, 0.0, kLargestZero);
+  auto& reference = info.reference_uncertainty;
+  field("ref_scale_uncertainty", reference.scale, 0.0, kLargestScaleUncertainty);
+  field("ref_eccentricity_deg", reference.eccentricity_deg, 0.0, kLargestBound_deg);
+  field("ref_alignment_deg", reference.alignment_deg, 0.0, kLargestBound_deg);
+  field("gear_ratio", info.gear_ratio, kSmallestFactor, kLargestFactor);
+  field("stop_accuracy_deg", info.stop_accuracy_deg, kSmallestFactor, kLargestFactor);
+}
+
 }  // namespace
 
 json ToJson(const MeasurementInfo& info) {
-  json out = {{"source", info.source},
-              {"gyro_unit", kUnits.at(static_cast<std::size_t>(info.gyro_unit))},
-              {"gyro", PresentToJson(info.gyro_present, kSensorAxes)},
-              {"accel", PresentToJson(info.accel_present, kSensorAxes)},
-              {"temperature", info.temperature_present},
-              {"reference", kReferences.at(static_cast<std::size_t>(info.reference))},
-              {"stand_axes", PresentToJson(info.stand_axis_present, kStandAxes)},
-              {"reference_axis", kSensorAxes.at(static_cast<std::size_t>(info.reference_axis))},
-              {"site_heading_deg", info.site_heading_deg},
-              {"gyro_delay_s", info.gyro_delay_s},
-              {"ref_delay_s", info.reference_delay_s},
-              {"sensor", info.sensor},
-              {"power_on", info.power_on},
-              {"notes", info.notes},
-              {"covariates", info.covariates}};
-  const auto add = [&out](const char* key, const std::optional<double>& value) {
-    if (value) out[key] = *value;
-  };
-  add("gyro_units_per_deg_s", info.gyro_units_per_deg_s);
-  StandGeometry geometry = info.geometry;
-  for (const GeometryAngle& angle : AnglesOf(geometry)) out[angle.name] = *angle.value_deg;
-  add("site_latitude_deg", info.site_latitude_deg);
-  add("gyro_lsb_zero", info.gyro_lsb_zero);
-  add("accel_lsb_zero", info.accel_lsb_zero);
-  add("ref_scale_uncertainty", info.reference_uncertainty.scale);
-  add("ref_eccentricity_deg", info.reference_uncertainty.eccentricity_deg);
-  add("ref_alignment_deg", info.reference_uncertainty.alignment_deg);
-  add("gear_ratio", info.gear_ratio);
-  add("stop_accuracy_deg", info.stop_accuracy_deg);
-  if (info.power_on_utime) out["power_on_utime"] = *info.power_on_utime;
-  return out;
+  Writer writer;
+  InfoFields(writer, info);
+  return writer.Take();
 }
 
 MeasurementInfo MeasurementInfoFromJson(const json& object) {
-  const Fields fields(object);
   MeasurementInfo info;
-  fields.Read("source", info.source);
-  fields.ReadEnum("gyro_unit", kUnits, info.gyro_unit);
-  fields.ReadPresent("gyro", kSensorAxes, info.gyro_present);
-  fields.ReadPresent("accel", kSensorAxes, info.accel_present);
-  fields.Read("temperature", info.temperature_present);
-  fields.ReadEnum("reference", kReferences, info.reference);
-  fields.ReadPresent("stand_axes", kStandAxes, info.stand_axis_present);
-  fields.ReadEnum("reference_axis", kSensorAxes, info.reference_axis);
-  for (const auto& [name, value_deg, limit_deg] : AnglesOf(info.geometry))
-    fields.ReadNumber(name, -limit_deg, limit_deg, *value_deg);
-  fields.ReadNumber("site_heading_deg", -360.0, 360.0, info.site_heading_deg);
-  fields.ReadNumber("gyro_delay_s", 0.0, kLongestDelay_s, info.gyro_delay_s);
-  fields.ReadNumber("ref_delay_s", 0.0, kLongestDelay_s, info.reference_delay_s);
-  fields.Read("sensor", info.sensor);
-  fields.Read("power_on", info.power_on);
-  if (object.contains("power_on_utime"))
-    fields.Read("power_on_utime", info.power_on_utime.emplace(0));
-  fields.Read("notes", info.notes);
-  fields.Read("covariates", info.covariates);
-  fields.ReadNumber("gyro_units_per_deg_s", kSmallestFactor, kLargestFactor,
-                    info.gyro_units_per_deg_s);
-  fields.ReadNumber("site_latitude_deg", -90.0, 90.0, info.site_latitude_deg);
-  fields.ReadNumber("gyro_lsb_zero", 0.0, kLargestZero, info.gyro_lsb_zero);
-  fields.ReadNumber("accel_lsb_zero", 0.0, kLargestZero, info.accel_lsb_zero);
-  ReferenceUncertainty& reference = info.reference_uncertainty;
-  fields.ReadNumber("ref_scale_uncertainty", 0.0, kLargestScaleUncertainty, reference.scale);
-  fields.ReadNumber("ref_eccentricity_deg", 0.0, kLargestBound_deg, reference.eccentricity_deg);
-  fields.ReadNumber("ref_alignment_deg", 0.0, kLargestBound_deg, reference.alignment_deg);
-  fields.ReadNumber("gear_ratio", kSmallestFactor, kLargestFactor, info.gear_ratio);
-  fields.ReadNumber("stop_accuracy_deg", kSmallestFactor, kLargestFactor, info.stop_accuracy_deg);
+  const Reader reader(object);
+  InfoFields(reader, info);
   return info;
 }
 

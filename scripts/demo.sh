@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 scripts/setup.sh build
 echo "== building (build/demo)"
 cmake -S . -B build/demo -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
-  -DGYROBENCH_BENCHMARKS=OFF -DGYROBENCH_WARNINGS_AS_ERRORS=OFF >/dev/null
+  -DGYROBENCH_BENCHMARKS=OFF -DGYROBENCH_WARNINGS_AS_ERRORS=OFF -DGYROBENCH_UNITY=ON >/dev/null
 cmake --build build/demo
 
 bin=build/demo/bin

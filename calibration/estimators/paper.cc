@@ -8,7 +8,7 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr double kLeastTurn_deg = 1.0;
+constexpr double kLeastRotation_deg = 1.0;
 
 struct RestMean {
   double z = 0.0, time_s = 0.0;
@@ -32,8 +32,8 @@ PaperScale EstimatePaperScale(const std::vector<Row>& rows, std::size_t channel)
   }
   std::vector<double> by_rest_before, by_first_rest;
   for (const Row& row : rows) {
-    const bool turn =
-        !row.still && row.usable[channel] && std::fabs(row.rotation_deg[channel]) >= kLeastTurn_deg;
+    const bool turn = !row.still && row.usable[channel] &&
+                      std::fabs(row.rotation_deg[channel]) >= kLeastRotation_deg;
     if (!turn || !rests[row.rest].known()) continue;
     const double alpha = AlphaOf(row, channel, rests[row.rest]);
     if (!std::isfinite(alpha)) continue;

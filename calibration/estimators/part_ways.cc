@@ -18,7 +18,7 @@ constexpr double kMadOfNormal = 0.6745;
 constexpr double kDriftShare = 0.3;  // of what the offset is followed by from rest to rest
 constexpr double kLeast_deg = 0.1, kLeastShare = 0.003, kLeastAtRest_deg_s = 5.0;
 // Of the rotation of a row: less about the channel's axis says nothing of it.
-constexpr double kAboutTheAxis = 0.7, kLeastTurn_deg = 5.0;
+constexpr double kAboutTheAxis = 0.7, kLeastDisagreeingTurn_deg = 5.0;
 constexpr std::size_t kFewestTurns = 4;
 constexpr double kLeastRatio = 1e-3;
 constexpr double kMostApart = 0.25;  // of the turns
@@ -122,7 +122,7 @@ class PartedFinder {
       const std::optional<double> rest_deg_s = RateAtRest(i);
       if (!rest_deg_s) continue;
       const double gyro_deg = (Rate(row) - *rest_deg_s) * row.duration_s();
-      if (std::max(std::fabs(own_deg), std::fabs(gyro_deg)) < kLeastTurn_deg) continue;
+      if (std::max(std::fabs(own_deg), std::fabs(gyro_deg)) < kLeastDisagreeingTurn_deg) continue;
       turns.push_back({i, own_deg, gyro_deg});
     }
     return turns;

@@ -15,13 +15,14 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Natural logarithms of K/N [1/s] and s/N [sqrt(s)].
-constexpr double kLowWalk = -14.0, kHighWalk = 3.0, kLowReference = -7.0, kHighReference = 12.0;
+constexpr double kLowestWalk = -14.0, kHighestWalk = 3.0, kLowestReference = -7.0,
+                 kHighestReference = 12.0;
 
 std::vector<double> Low(bool moving) {
-  return moving ? std::vector{kLowWalk, kLowReference} : std::vector{kLowWalk};
+  return moving ? std::vector{kLowestWalk, kLowestReference} : std::vector{kLowestWalk};
 }
 std::vector<double> High(bool moving) {
-  return moving ? std::vector{kHighWalk, kHighReference} : std::vector{kHighWalk};
+  return moving ? std::vector{kHighestWalk, kHighestReference} : std::vector{kHighestWalk};
 }
 
 // Index of the piece that each interval becomes a part of.
@@ -173,9 +174,10 @@ double NoiseSearch::Deviance(const IntervalNoise& noise) const {
 std::vector<double> NoiseSearch::Start(const IntervalNoise& noise) const {
   const double unit = noise.angle_random_walk_deg_sqrt_s;
   std::vector<double> u = {
-      std::clamp(std::log(noise.bias_random_walk_deg_s_sqrt_s / unit), kLowWalk, kHighWalk)};
+      std::clamp(std::log(noise.bias_random_walk_deg_s_sqrt_s / unit), kLowestWalk, kHighestWalk)};
   if (moving_)
-    u.push_back(std::clamp(std::log(noise.reference_deg / unit), kLowReference, kHighReference));
+    u.push_back(
+        std::clamp(std::log(noise.reference_deg / unit), kLowestReference, kHighestReference));
   return u;
 }
 

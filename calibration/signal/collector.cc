@@ -90,7 +90,6 @@ class Collector::Impl {
     gyro_.Start(info);
     track_.Start(info);
     beside_.Start(info.covariates.size());
-    columns_.rests.reserve(256);
   }
 
   void Gyro(const GyroSample& sample) {
@@ -318,7 +317,7 @@ class Collector::Impl {
     IntegralMark end;
     if (!gyro_.IntegralAt(gyro_.RestEnd(job.coarse_s, job.moving_s), &end)) return;
     if (end.t_s - rest_begin_.t_s < kShortestRest_s) return;
-    columns_.rests.push_back(MakeRest(rest_begin_, end, job.rest));
+    finished_rests_.push_back(MakeRest(rest_begin_, end, job.rest));
   }
 
   Columns ColumnsSoFar() const;
@@ -332,7 +331,8 @@ class Collector::Impl {
   ReferenceTrack track_;
   TickFit ticks_;
   SharedSequence<Node> done_;
-  Columns columns_;  // without the nodes
+  SharedSequence<Rest> finished_rests_;
+  Columns columns_;  // without the nodes and rests
   PendingQueue nodes_, rests_;
   NodeReadings readings_;  // since the last node
   bool any_node_ = false, rest_begin_known_ = false;
@@ -346,6 +346,7 @@ class Collector::Impl {
 Columns Collector::Impl::ColumnsSoFar() const {
   Columns columns = columns_;
   columns.nodes = done_.ToVector();
+  columns.rests = finished_rests_.ToVector();
   const std::vector<BadStretch> bad = gyro_.bad();
   columns.bad.insert(columns.bad.end(), bad.begin(), bad.end());
   std::sort(columns.bad.begin(), columns.bad.end(),

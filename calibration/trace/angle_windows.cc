@@ -9,7 +9,7 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kWindow_s = 10.0;
-constexpr Eigen::Index kLeastRows = 10;  // of a window whose error counts
+constexpr Eigen::Index kLeastRowsOfWindow = 10;  // of a window whose error counts
 
 // each(begin, end) of the windows of rows, one after the other. A break ends one.
 template <typename Each>
@@ -55,7 +55,7 @@ Windows AngleWindows(const ChannelProblem& problem, const Eigen::VectorXd& resid
                      Eigen::Index begin, Eigen::Index end) {
   Windows out;
   ForEachWindow(problem, begin, end, [&](Eigen::Index from, Eigen::Index to) {
-    if (to - from < kLeastRows) return;
+    if (to - from < kLeastRowsOfWindow) return;
     out.square.push_back(AngleErrorIn(residual_deg, from, to).squaredNorm());
     out.count.push_back(static_cast<double>(to - from));
   });

@@ -25,25 +25,26 @@ std::string WhatIsMissing(unsigned lacks) {
 }
 
 // The grid point of an effect that the measurements see best: least absorbed, and its bound.
-struct Sight {
+struct Observability {
   double left = 0.0;  // of a term's square, the largest
   double bound = std::numeric_limits<double>::infinity();
 };
 
 // Of every effect that was looked for, by its name.
-std::map<std::string, Sight> SightsOf(const Selection& selection) {
-  std::map<std::string, Sight> out;
+std::map<std::string, Observability> ObservabilityOf(const Selection& selection) {
+  std::map<std::string, Observability> out;
   const Projection baseline(selection.store().Take(selection.baseline_columns()));
   for (const std::vector<Candidate>* list : {&selection.pool(), &selection.unseen()}) {
     for (const Candidate& candidate : *list) {
       if (candidate.effect == nullptr) continue;
-      Sight& sight = out[candidate.id];
+      Observability& observability = out[candidate.id];
       const Eigen::MatrixXd white = selection.White(candidate);
       const Eigen::MatrixXd left = baseline.Off(white);
       for (Eigen::Index j = 0; j < white.cols(); ++j) {
         const double whole = white.col(j).squaredNorm(), square = left.col(j).squaredNorm();
-        if (whole > 0) sight.left = std::max(sight.left, square / whole);
-        if (square > 0) sight.bound = std::min(sight.bound, 1.0 / std::sqrt(square));
+        if (whole > 0) observability.left = std::max(observability.left, square / whole);
+        if (square > 0)
+          observability.bound = std::min(observability.bound, 1.0 / std::sqrt(square));
       }
     }
   }
@@ -51,11 +52,12 @@ std::map<std::string, Sight> SightsOf(const Selection& selection) {
 }
 
 // Why these data cannot show an effect that was looked for; empty where they can.
-std::string WhyUnseen(const Effect& effect, const Sight& sight) {
-  if (sight.left < Selection::kAbsorbed) return "the baseline explains it just as well (absorbed)";
-  if (!(effect.typical_size > 0) || sight.bound <= effect.typical_size) return "";
+std::string WhyUnseen(const Effect& effect, const Observability& observability) {
+  if (observability.left < Selection::kAbsorbed)
+    return "the baseline explains it just as well (absorbed)";
+  if (!(effect.typical_size > 0) || observability.bound <= effect.typical_size) return "";
   return fmt::format("its bound here, {:.2g} {}, is beyond the largest size of such parts, {:.2g}",
-                     sight.bound, effect.terms[0].unit, effect.typical_size);
+                     observability.bound, effect.terms[0].unit, effect.typical_size);
 }
 
 // Of a coarse encoder.
@@ -86,7 +88,7 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
                                             const Selection& selection,
                                             const std::set<std::string>& named,
                                             bool earth_rate_known) {
-  const std::map<std::string, Sight> seen = SightsOf(selection);
+  const std::map<std::string, Observability> seen = ObservabilityOf(selection);
   std::vector<Unidentifiable> out;
   std::set<std::string> listed;
   const auto list = [&](const std::string& id, const std::string& because) {
@@ -96,9 +98,9 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
   // As if every row had what they depend on.
   for (const Candidate& candidate :
        CatalogueCandidates(problem, selection.covariates(), earth_rate_known)) {
-    const auto sight = seen.find(candidate.id);
-    list(candidate.id, sight != seen.end()
-                           ? WhyUnseen(*candidate.effect, sight->second)
+    const auto observability = seen.find(candidate.id);
+    list(candidate.id, observability != seen.end()
+                           ? WhyUnseen(*candidate.effect, observability->second)
                            : "what it depends on is not known all the time: not looked for");
   }
   for (const Effect& effect : EffectCatalogue()) {

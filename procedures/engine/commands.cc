@@ -8,15 +8,15 @@
 #include <iterator>
 #include <utility>
 
-#include "base/error.h"
 #include "procedures/engine/command_call.h"
+#include "procedures/engine/sandbox.h"
 #include "procedures/engine/text.h"
 
 namespace gyrobench::procedures {
 
 void Call::CheckNothing() const {
   if (lua_isnil(state, argument)) return;
-  throw Error(fmt::format("{}: takes nothing, got {}", name, ShowValue(state, argument)));
+  throw ScriptError(fmt::format("{}: takes nothing, got {}", name, ShowValue(state, argument)));
 }
 
 namespace {
@@ -39,8 +39,8 @@ int ReadEstimate(const Call& call) {
   const std::vector<std::string> known = {"scale_factor", "bias"};
   const std::string what = call.Text();
   if (what != known[0] && what != known[1]) {
-    throw Error(fmt::format("{}: \"{}\" is not known{}; known: {}", call.name, what,
-                            DidYouMean(what, known), fmt::join(known, ", ")));
+    throw ScriptError(fmt::format("{}: \"{}\" is not known{}; known: {}", call.name, what,
+                                  DidYouMean(what, known), fmt::join(known, ", ")));
   }
   const Estimate estimate = call.bench.ReadEstimate(what);
   if (!estimate.available) {
@@ -147,14 +147,14 @@ int Progress(const Call& call) {
   const bool number = lua_type(call.state, call.argument) == LUA_TNUMBER;
   const double fraction = number ? lua_tonumber(call.state, call.argument) : -1.0;
   if (!(fraction >= 0.0 && fraction <= 1.0)) {
-    throw Error(fmt::format("{}: expected a number 0 .. 1, got {}", call.name,
-                            ShowValue(call.state, call.argument)));
+    throw ScriptError(fmt::format("{}: expected a number 0 .. 1, got {}", call.name,
+                                  ShowValue(call.state, call.argument)));
   }
   call.bench.Progress(fraction);
   return 0;
 }
 
-int FailRun(const Call& call) { throw Error(call.Text()); }
+int FailRun(const Call& call) { throw ScriptError(call.Text()); }
 
 int Limit(const Call& call) {
   const TableReader fields = call.Fields({"name", "value", "min", "max", "unit"});
@@ -278,7 +278,7 @@ constexpr double kLimitReading_deg = 0.1;
 }  // namespace
 
 void Stage::Begin() {
-  if (rehearsal_) throw Error("a rehearsal is on: end it with bench.rehearsed first");
+  if (rehearsal_) throw ScriptError("a rehearsal is on: end it with bench.rehearsed first");
   DryOptions options;
   options.geometry = real_.Geometry();
   options.outputs = real_.Outputs();
@@ -292,7 +292,7 @@ void Stage::Begin() {
 }
 
 bool Stage::End(const std::string& name, double warms_degC, double at_most_s) {
-  if (!rehearsal_) throw Error("no rehearsal is on: begin one with bench.rehearse");
+  if (!rehearsal_) throw ScriptError("no rehearsal is on: begin one with bench.rehearse");
   const std::unique_ptr<DryBench> done = std::move(rehearsal_);
   const Plan& plan = done->plan();
   const bool affordable = plan.duration_s <= at_most_s;
@@ -302,8 +302,8 @@ bool Stage::End(const std::string& name, double warms_degC, double at_most_s) {
 }
 
 std::vector<Rehearsal> Stage::TakeMenu() {
-  if (rehearsal_) throw Error("a rehearsal is on: end it with bench.rehearsed first");
-  if (menu_.empty()) throw Error("nothing was rehearsed: there is nothing to choose from");
+  if (rehearsal_) throw ScriptError("a rehearsal is on: end it with bench.rehearsed first");
+  if (menu_.empty()) throw ScriptError("nothing was rehearsed: there is nothing to choose from");
   return std::exchange(menu_, {});
 }
 

@@ -22,13 +22,13 @@ class Stage {
     if (rehearsal_) return *rehearsal_;
     return real_;
   }
-  // Throws Error while one is on.
+  // Throws ScriptError while one is on.
   void Begin();
   // What was tried since Begin goes on the menu. False where it takes longer than `at_most_s`: it
-  // is weighed then, and not chosen. Throws Error without a Begin.
+  // is weighed then, and not chosen. Throws ScriptError without a Begin.
   bool End(const std::string& name, double warms_degC, double at_most_s);
   bool rehearsing() const { return rehearsal_ != nullptr; }
-  // Empties it. Throws Error while a rehearsal is on, and where nothing was rehearsed.
+  // Empties it. Throws ScriptError while a rehearsal is on, and where nothing was rehearsed.
   std::vector<Rehearsal> TakeMenu();
 
  private:
@@ -49,8 +49,8 @@ std::string CommandName(lua_State* thread);
 
 // Executes on the stage the command that `thread` yielded with `values` values, and leaves its
 // outcome in their place. Returns the number of values of the outcome, to be resumed with. The
-// checks of bench.limit are added to `checks`. Throws Error where fields are wrong, and what the
-// bench throws.
+// checks of bench.limit are added to `checks`. Throws ScriptError where fields are wrong, and what
+// the bench throws.
 int ExecuteCommand(lua_State* thread, int values, Stage& stage, std::vector<LimitCheck>& checks);
 
 }  // namespace gyrobench::procedures

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <lua.hpp>
-#include <typeinfo>
 
 #include "procedures/engine/commands.h"
 #include "procedures/engine/text.h"
@@ -75,26 +74,13 @@ class Run {
   // Executes the command that was yielded; adds the script's position to what goes wrong.
   int ExecuteOne(int values) {
     const int line = sandbox_.CurrentLine();
-    const auto placed = [&](const std::exception& error) {
-      return fmt::format("{}:{}: {}", sandbox_.file(), line, error.what());
-    };
     try {
       return ExecuteAt(line, values);
-    } catch (const LimitError& error) {
-      if (typeid(error) != typeid(LimitError)) throw;
-      throw LimitError(placed(error));
-    } catch (const DeviceError& error) {
-      if (typeid(error) != typeid(DeviceError)) throw;
-      throw DeviceError(placed(error));
-    } catch (const DataError& error) {
-      if (typeid(error) != typeid(DataError)) throw;
-      throw DataError(placed(error));
-    } catch (const ConfigError& error) {
-      if (typeid(error) != typeid(ConfigError)) throw;
-      throw ConfigError(placed(error));
-    } catch (const Error& error) {
-      if (typeid(error) != typeid(Error)) throw;
-      throw ScriptError(sandbox_.file(), line, error.what());
+    } catch (const Aborted&) {  // what somebody wanted is no mistake of a line
+      throw;
+    } catch (Error& error) {
+      error.SetPlace({sandbox_.file(), line});
+      throw;
     }
   }
 

@@ -43,8 +43,9 @@ struct RunResult {
 // once: the script is not resumed, so its pcall cannot catch it and nothing moves after it. Throws
 //   ParameterError            before the script is started;
 //   ScriptError               the script failed: "scale.lua:41: ...", and bench.fail;
-//   LimitError, DeviceError, DataError, ConfigError, Error   out of the bench, with "scale.lua:41:
-//   " put before; any other type (Aborted)  out of the bench, as it came.
+//   any other Error           out of the bench, of its own type, with the script's place set and
+//                             "scale.lua:41: " put before;
+//   Aborted, and what is no Error   out of the bench, as it came.
 RunResult RunProcedure(const Procedure& procedure, const Parameters& parameters, Bench& bench,
                        const RunHooks& hooks = {});
 

@@ -14,20 +14,15 @@ struct lua_Debug;
 
 namespace gyrobench::procedures {
 
-// A script that is wrong, failed, or used more than it may. what() begins with file and line.
+// A script that is wrong, failed, or used more than it may. what() begins with file and line once
+// the place is known.
 class ScriptError : public Error {
  public:
+  using Error::Error;  // the place follows
   // `line` 0: none is known.
-  ScriptError(const std::string& file, int line, const std::string& message)
-      : Error(file + ":" + (line > 0 ? std::to_string(line) + ":" : "") + " " + message),
-        file_(file),
-        line_(line) {}
-  const std::string& file() const { return file_; }
-  int line() const { return line_; }
-
- private:
-  std::string file_;
-  int line_;
+  ScriptError(const std::string& file, int line, const std::string& message) : Error(message) {
+    SetPlace({file, line});
+  }
 };
 
 // What a script may use. The instruction counts make the same script stop at the same place on

@@ -8,7 +8,7 @@
 #include <lua.hpp>
 #include <utility>
 
-#include "base/error.h"
+#include "procedures/engine/sandbox.h"
 #include "procedures/engine/text.h"
 
 namespace gyrobench::procedures {
@@ -18,7 +18,8 @@ namespace {
 class StackMark {
  public:
   explicit StackMark(lua_State* state) : state_(state), top_(lua_gettop(state)) {
-    if (lua_checkstack(state, LUA_MINSTACK) == 0) throw Error("the script's stack is used up");
+    if (lua_checkstack(state, LUA_MINSTACK) == 0)
+      throw ScriptError("the script's stack is used up");
   }
   ~StackMark() { lua_settop(state_, top_); }
   StackMark(const StackMark&) = delete;
@@ -52,7 +53,7 @@ std::string ShowValue(lua_State* state, int index) {
 std::string ReadText(lua_State* state, int index, const std::string& what) {
   const int type = lua_type(state, index);
   if (type != LUA_TSTRING && type != LUA_TNUMBER) {
-    throw Error(fmt::format("{}: expected a text, got {}", what, ShowValue(state, index)));
+    throw ScriptError(fmt::format("{}: expected a text, got {}", what, ShowValue(state, index)));
   }
   const StackMark mark(state);
   lua_pushvalue(state, index);  // lua_tolstring changes a number where it lies
@@ -60,8 +61,9 @@ std::string ReadText(lua_State* state, int index, const std::string& what) {
   const char* data = lua_tolstring(state, -1, &length);
   std::string text(data, length);
   if (length > TableReader::kMaxText || !IsText(text)) {
-    throw Error(fmt::format("{}: expected UTF-8 text of at most {} bytes, got {} bytes{}", what,
-                            TableReader::kMaxText, length, IsText(text) ? "" : " that are not"));
+    throw ScriptError(fmt::format("{}: expected UTF-8 text of at most {} bytes, got {} bytes{}",
+                                  what, TableReader::kMaxText, length,
+                                  IsText(text) ? "" : " that are not"));
   }
   return text;
 }
@@ -96,7 +98,9 @@ void TableReader::CheckFields() const {
   }
 }
 
-void TableReader::Refuse(const std::string& message) const { throw Error(what_ + ": " + message); }
+void TableReader::Refuse(const std::string& message) const {
+  throw ScriptError(what_ + ": " + message);
+}
 
 void TableReader::Expected(const char* field, const std::string& expected) const {
   Refuse(fmt::format("{} = {}: expected {}", field, ShowValue(state_, -1), expected));

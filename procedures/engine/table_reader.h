@@ -10,7 +10,7 @@ struct lua_State;
 namespace gyrobench::procedures {
 
 // The table at `index` of the stack. `what` names it in messages ("bench.turn"). All fields must be
-// among `known`. Every error is an Error that names table, field, value and what was expected;
+// among `known`. Every error is a ScriptError that names table, field, value and what was expected;
 // fields that are absent are nullopt. Numbers are finite, texts are UTF-8 of at most kMaxText
 // bytes.
 class TableReader {

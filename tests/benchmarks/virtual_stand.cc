@@ -51,11 +51,12 @@ Speed RunVirtualStand(double bench_s) {
   const auto simulated = gyrobench::daemon::MakeSimulatedBuses(stand, *clock);
   stand.buses = simulated->buses();
   gyrobench::daemon::LcmPublisher publisher("udpm://239.255.76.67:7699?ttl=0", "GYROBENCH");
-  const auto complain = [](const std::string& source, const std::string& message) {
-    std::fprintf(stderr, "%s: %s\n", source.c_str(), message.c_str());
+  const auto complain = [](const gyrobench::daemon::Fault& fault) {
+    std::fprintf(stderr, "%s: %s\n", fault.source.c_str(), fault.message.c_str());
   };
-  gyrobench::daemon::Telemetry telemetry(
-      publisher, [&](const std::string& message) { complain("record", message); });
+  gyrobench::daemon::Telemetry telemetry(publisher, [&](const std::string& message) {
+    complain({"record", message});
+  });
   gyrobench::drivers::ModbusDevices devices(*clock);
   gyrobench::daemon::Acquisition acquisition(stand, *clock, devices, telemetry, complain, complain);
   acquisition.SetActiveAxes({stand.axes.front().name});

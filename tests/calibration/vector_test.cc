@@ -9,8 +9,7 @@
 #include <random>
 
 #include "base/error.h"
-#include "calibration/artefact/json_place.h"
-#include "calibration/artefact/vector_json.h"
+#include "calibration/artefact/vector_fields.h"
 #include "calibration/sensor/accelerometer.h"
 #include "calibration/sensor/least_squares.h"
 #include "calibration/sensor/make_vector.h"
@@ -370,15 +369,15 @@ TEST(VectorJson, IsReadAsItWasWritten) {
   vector.accelerometer =
       CalibrateAccelerometer(AnyPoses({Matrix3d::Identity(), Vector3d::Zero()}, 3, 0.0, random));
   vector.remarks = {"a remark"};
-  const nlohmann::json written = nlohmann::json::parse(ToJson(vector).dump());
+  const nlohmann::json written = nlohmann::json::parse(WriteFields(vector).dump());
   const std::string file = "cal.json";
-  EXPECT_EQ(ToJson(VectorFromJson(Place(written, file, "vector"))), written);
+  EXPECT_EQ(WriteFields(ReadFields<VectorCalibration>(Place(written, file, "vector"))), written);
   nlohmann::json damaged = written;
   damaged["matrix"]["m"][1].push_back(0.0);
-  EXPECT_THROW(VectorFromJson(Place(damaged, file, "vector")), DataError);
+  EXPECT_THROW(ReadFields<VectorCalibration>(Place(damaged, file, "vector")), DataError);
   damaged = written;
   damaged["g_sensitivity"]["unit"] = "rad/s/g";
-  EXPECT_THROW(VectorFromJson(Place(damaged, file, "vector")), DataError);
+  EXPECT_THROW(ReadFields<VectorCalibration>(Place(damaged, file, "vector")), DataError);
 }
 
 }  // namespace

@@ -45,15 +45,16 @@ class AcquisitionTest : public testing::Test {
   LcmPublisher publisher_{"memq://", "TEST"};
   Telemetry telemetry_{publisher_, [](const std::string&) {}};
   std::vector<std::string> silent_, faults_;
-  Acquisition acquisition_{
-      stand_,
-      *clock_,
-      devices_,
-      telemetry_,
-      [this](const std::string& source, const std::string&) { silent_.push_back(source); },
-      [this](const std::string& source, const std::string& message) {
-        faults_.push_back(source + ": " + message);
-      }};
+  std::vector<Fault> told_;  // the same as faults_, with their fields
+  Acquisition acquisition_{stand_,
+                           *clock_,
+                           devices_,
+                           telemetry_,
+                           [this](const Fault& fault) { silent_.push_back(fault.source); },
+                           [this](const Fault& fault) {
+                             faults_.push_back(fault.source + ": " + fault.message);
+                             told_.push_back(fault);
+                           }};
 };
 
 TEST_F(AcquisitionTest, OpensEveryDeviceAndSaysThatAllAreWell) {
@@ -141,13 +142,40 @@ TEST_F(AcquisitionTest, StopsEveryAxisWhereTheTableIsBeyondItsLimits) {
   EXPECT_THAT(faults_, SizeIs(2));
 }
 
+TEST_F(AcquisitionTest, AFaultHasTheFieldsAndTheSamplesUpToIt) {
+  acquisition_.SetActiveAxes({"inner"});
+  Wait(5 * kSecond);
+  devices_.drives.at("inner")->SetAlarm(33);
+  Wait(kSecond);
+  ASSERT_THAT(told_, Not(IsEmpty()));
+  const Fault& fault = told_[0];
+  EXPECT_EQ(fault.failure.device, "axis.inner drive");
+  EXPECT_EQ(fault.failure.action, "status");
+  EXPECT_EQ(fault.failure.code_kind, DeviceFailure::CodeKind::kAlarm);
+  EXPECT_EQ(fault.failure.code, 33);
+  ASSERT_THAT(fault.samples.axes, SizeIs(3));
+  const LastSamples::Axis& inner = fault.samples.axes.back();
+  EXPECT_EQ(inner.name, "inner");
+  EXPECT_EQ(inner.drive.alarm, 33);
+  ASSERT_THAT(inner.reference, SizeIs(20));
+  ASSERT_THAT(fault.samples.gyro, SizeIs(20));
+  // The newest of all that there were, in their order.
+  for (std::size_t i = 1; i < 20; ++i) {
+    EXPECT_GT(inner.reference[i].utime, inner.reference[i - 1].utime);
+    EXPECT_EQ(fault.samples.gyro[i].counter, fault.samples.gyro[i - 1].counter + 1);
+  }
+  EXPECT_LE(inner.drive.utime - inner.reference.back().utime, kSecond / 5);
+}
+
 TEST_F(AcquisitionTest, StopsEveryAxisWhateverOneOfThemDoes) {
   devices_.drives.at("outer")->faults().FailAlways("axis.outer: no answer");
+  devices_.drives.at("outer")->faults().fields.device = "axis.outer drive";
   try {
     acquisition_.StopAll(*me_);
     FAIL() << "a drive that did not stop was passed over";
   } catch (const DeviceError& error) {
     EXPECT_THAT(error.what(), HasSubstr("axis.outer: no answer"));
+    EXPECT_EQ(error.failure().device, "axis.outer drive");
   }
   EXPECT_THAT(CallsOf("middle"), Contains("stop"));
   EXPECT_THAT(CallsOf("inner"), Contains("stop"));

@@ -144,6 +144,34 @@ TEST_F(ControlApiTest, APausedRunGoesOn) {
   EXPECT_EQ(bench_.Ended().outcome, Outcome::kDone);
 }
 
+TEST_F(ControlApiTest, WhatADeviceIsAndWhereAScriptIsAreFieldsOfAnError) {
+  bench_.Script("far", "bench.turn{ axis='inner', angle_deg=720, rate_deg_s=10 }");
+  const json far = BodyOf(bench_.Ask("POST", "/v1/runs", R"({"procedure": "far"})"))["error"];
+  EXPECT_EQ(far["script"], json({{"file", "far.lua"}, {"line", 3}}));
+  EXPECT_TRUE(far["device"].is_null());
+
+  bench_.Script("fine", "bench.rest{ duration_s=1 }");
+  drivers::FaultScript& faults = bench_.devices.encoders.at("outer")->faults();
+  faults.fields = {.device = "axis.outer encoder", .action = "angle", .address = 7};
+  faults.FailAlways("no answer");
+  bench_.Wait(5.0);
+  const json expected = {{"name", "axis.outer encoder"},
+                         {"action", "angle"},
+                         {"code_kind", nullptr},
+                         {"code", nullptr},
+                         {"address", 7}};
+  const json silent = BodyOf(bench_.Ask("POST", "/v1/runs", R"({"procedure": "fine"})"))["error"];
+  EXPECT_EQ(silent["code"], "device");
+  EXPECT_EQ(silent["device"], expected);
+  for (const json& device : BodyOf(bench_.Ask("GET", "/v1/status"))["devices"]) {
+    if (device["name"] == "encoder.outer") {
+      EXPECT_EQ(device["failure"], expected);
+    } else {
+      EXPECT_TRUE(device["failure"].is_null()) << device;
+    }
+  }
+}
+
 TEST_F(ControlApiTest, AFaultIsShownUntilItIsReset) {
   StartMinuteLongTurn();
   bench_.devices.drives.at("inner")->SetAlarm(4);
@@ -151,6 +179,10 @@ TEST_F(ControlApiTest, AFaultIsShownUntilItIsReset) {
   const json status = BodyOf(bench_.Ask("GET", "/v1/status"));
   EXPECT_EQ(status["state"], "fault");
   EXPECT_THAT(status["fault"]["source"].get<std::string>(), HasSubstr("inner"));
+  EXPECT_EQ(status["fault"]["device"]["code"], 4);
+  EXPECT_EQ(status["fault"]["script"]["line"], 3);
+  EXPECT_EQ(status["fault"]["last_samples"]["gyro"].size(), 20u);
+  EXPECT_EQ(status["run"]["failures"][0], status["fault"]);
   ExpectError(bench_.Ask("POST", "/v1/runs", R"({"procedure": "turn"})"), 409, "wrong_state");
   EXPECT_EQ(bench_.Ask("POST", "/v1/reset").status, 200u);
   EXPECT_EQ(StateNow(), "idle");

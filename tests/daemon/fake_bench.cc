@@ -34,13 +34,11 @@ FakeBench::FakeBench(const std::string& lcm_url)
       clock(MakeVirtualClock(kStart)),
       publisher(lcm_url, "TEST") {
   fs::create_directories(stand.procedure_dirs.front());
-  const auto fault = [this](const std::string& source, const std::string& message) {
-    control.Report({source, message});
-  };
+  const auto fault = [this](const Fault& what) { control.Report(what); };
   acquisition = std::make_unique<Acquisition>(
       stand, *clock, devices, telemetry,
-      [this, fault](const std::string& source, const std::string& message) {
-        if (control.run_is_on()) fault(source, message);
+      [this, fault](const Fault& what) {
+        if (control.run_is_on()) fault(what);
       },
       fault);
   status =

@@ -26,9 +26,9 @@ class OutputsTest : public testing::Test {
     config_.heater_max_degC = 50;
     auto relays = std::make_unique<drivers::FakeRelays>();
     relays_ = relays.get();
-    outputs_ = std::make_unique<Outputs>(
-        config_, worker_, std::move(relays),
-        [this](const std::string&, const std::string& message) { faults_.push_back(message); });
+    outputs_ =
+        std::make_unique<Outputs>(config_, worker_, std::move(relays),
+                                  [this](const Fault& fault) { faults_.push_back(fault.message); });
     worker_.Start();
     worker_.Call(*me_, [this] { outputs_->Open(); });
   }
@@ -119,8 +119,7 @@ TEST_F(OutputsTest, NothingIsSwitchedOnOnceTheRunIsToEnd) {
 }
 
 TEST_F(OutputsTest, AnUnopenedUnitIsUnknownNotOff) {
-  Outputs unopened(config_, worker_, std::make_unique<drivers::FakeRelays>(),
-                   [](const std::string&, const std::string&) {});
+  Outputs unopened(config_, worker_, std::make_unique<drivers::FakeRelays>(), [](const Fault&) {});
   for (const auto& [output, on] : unopened.States()) EXPECT_FALSE(on.has_value()) << output;
   for (const auto& [output, on] : outputs_->States()) EXPECT_EQ(on, false) << output;
 }

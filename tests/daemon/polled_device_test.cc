@@ -30,21 +30,22 @@ class PolledDeviceTest : public testing::Test {
   int read_ = 0;
   bool there_ = true;
   std::vector<std::string> reported_;
-  PolledDevice device_{{"gyro", "gyro", "b", 21, false, ""},
-                       {[this] {
-                          if (!there_) throw DeviceError("gyro: no answer");
-                          ++opened_;
-                        },
-                        [this] {
-                          if (!there_) throw DeviceError("gyro: no answer");
-                          ++read_;
-                        },
-                        [] { return kPeriod; }},
-                       *clock_,
-                       kSilence,
-                       [this](const std::string& source, const std::string& message) {
-                         reported_.push_back(source + "|" + message);
-                       }};
+  PolledDevice device_{
+      {"gyro", "gyro", "b", 21, false, ""},
+      {[this] {
+         if (!there_) throw DeviceError("gyro: no answer", {.device = "gyro", .action = "samples"});
+         ++opened_;
+       },
+       [this] {
+         if (!there_) throw DeviceError("gyro: no answer", {.device = "gyro", .action = "samples"});
+         ++read_;
+       },
+       [] { return kPeriod; }},
+      *clock_,
+      kSilence,
+      [this](const Fault& fault) {
+        reported_.push_back(fault.source + "|" + fault.message + "|" + fault.failure.action);
+      }};
   Utime due_ = kStart;
 };
 
@@ -73,7 +74,7 @@ TEST_F(PolledDeviceTest, SilenceIsReportedOnceAfterItsTimeAndIdentityIsCheckedAg
   EXPECT_TRUE(reported_.empty());
   PollFor(10 * kSilence);
   ASSERT_EQ(reported_.size(), 1u);
-  EXPECT_EQ(reported_[0], "gyro|gyro: no answer");
+  EXPECT_EQ(reported_[0], "gyro|gyro: no answer|samples");
   there_ = true;
   PollFor(5 * kMicrosecondsPerSecond);
   EXPECT_TRUE(device_.status().ok);

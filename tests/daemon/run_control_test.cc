@@ -43,6 +43,16 @@ TEST_F(RunControlTest, AnAbortEndsAWaitAtOnce) {
   control_.EndRun();
 }
 
+// The thread of a bus reports it; the run, once it hears of it, knows at which command it was.
+TEST_F(RunControlTest, AFaultThatIsReportedAgainKeepsAllButTakesTheScriptsPlace) {
+  control_.Report({"axis.inner", "lost steps", {.device = "axis.inner"}});
+  control_.Report({"gyro", "a consequence", {}, ScriptPlace{"other.lua", 3}});
+  EXPECT_FALSE(control_.fault()->place);
+  control_.Report({"axis.inner", "lost steps", {}, ScriptPlace{"scale.lua", 41}});
+  EXPECT_EQ(control_.fault()->place->line, 41);
+  EXPECT_EQ(control_.fault()->failure.device, "axis.inner");
+}
+
 TEST_F(RunControlTest, AFaultEndsTheRunAndStaysLatched) {
   control_.BeginRun(*run_);
   control_.Report({"axis.inner", "lost steps"});

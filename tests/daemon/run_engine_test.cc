@@ -80,6 +80,83 @@ TEST_F(RunEngineTest, ADeviceThatFallsSilentIsAFault) {
   EXPECT_THROW(bench_.engine->Start("turn", {}), StateError);
 }
 
+// The script's third line is the body's first.
+TEST_F(RunEngineTest, AFaultOfTheBenchIsInTheRecordAsFieldsWithTheScriptsLineAndTheLastSamples) {
+  bench_.Script("turn", "bench.rest{ duration_s=5 }\n" + std::string(kTurn));
+  bench_.engine->Start("turn", {});
+  ASSERT_TRUE(bench_.InnerTurns());
+  bench_.devices.drives.at("inner")->SetAlarm(33);
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kFault);
+  const json failures = RunFileOf(run)["failures"];
+  ASSERT_EQ(failures.size(), 1u) << failures;
+  EXPECT_EQ(failures[0]["source"], "axis.inner");
+  EXPECT_EQ(failures[0]["device"], json({{"name", "axis.inner drive"},
+                                         {"action", "status"},
+                                         {"code_kind", "alarm"},
+                                         {"code", 33},
+                                         {"address", nullptr}}));
+  EXPECT_EQ(failures[0]["script"], json({{"file", "turn.lua"}, {"line", 4}}));
+  const json& samples = failures[0]["last_samples"];
+  EXPECT_EQ(samples["axes"].back()["drive"]["alarm"], 33);
+  EXPECT_EQ(samples["axes"].back()["reference"].size(), 20u);
+  EXPECT_EQ(samples["gyro"].size(), 20u);
+  EXPECT_EQ(bench_.control.fault()->place->line, 4);
+}
+
+// It lost its line, since it is of a type of its own.
+TEST_F(RunEngineTest, ACommandThatADeviceRefusesIsAFaultOfItsLine) {
+  bench_.Script("turn", kTurn);
+  bench_.devices.drives.at("inner")->faults().fields = {
+      .device = "axis.inner drive",
+      .action = "move",
+      .code_kind = DeviceFailure::CodeKind::kModbusException,
+      .code = 3,
+      .address = 0x6200};
+  bench_.devices.drives.at("inner")->on_call = [&](const std::string& call) {
+    if (call.starts_with("move"))
+      bench_.devices.drives.at("inner")->faults().FailNext("exception 03 (illegal data value)");
+  };
+  bench_.engine->Start("turn", {});
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kFault);
+  EXPECT_THAT(run.progress.message, HasSubstr("turn.lua:3: exception 03"));
+  ASSERT_EQ(run.failures.size(), 1u);
+  EXPECT_EQ(run.failures[0].place->line, 3);
+  const json device = RunFileOf(run)["failures"][0]["device"];
+  EXPECT_EQ(device["code_kind"], "modbus_exception");
+  EXPECT_EQ(device["code"], 3);
+  EXPECT_EQ(device["address"], 0x6200);
+}
+
+// It does not in the dry run, in which a turn is exact.
+TEST_F(RunEngineTest, AScriptThatFailsIsAnErrorOfItsLine) {
+  bench_.Script("fails",
+                "local turn = bench.turn{ axis='inner', angle_deg=10, rate_deg_s=10 }\n"
+                "if turn.moved_deg ~= 10 then bench.fail('no part in the holder') end");
+  bench_.engine->Start("fails", {});
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kError);
+  const json failures = RunFileOf(run)["failures"];
+  ASSERT_EQ(failures.size(), 1u);
+  EXPECT_EQ(failures[0]["script"], json({{"file", "fails.lua"}, {"line", 4}}));
+  EXPECT_TRUE(failures[0]["device"].is_null());
+}
+
+TEST_F(RunEngineTest, EveryLimitThatFailedIsTold) {
+  bench_.Script("limits",
+                "bench.limit{name='bias', value=3, max=2}\n"
+                "bench.limit{name='noise', value=1, max=2}\n"
+                "bench.limit{name='scale', value=5, max=4}");
+  bench_.engine->Start("limits", {});
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kFailedLimits);
+  EXPECT_THAT(run.progress.message, HasSubstr("bias = 3"));
+  EXPECT_THAT(run.progress.message, HasSubstr("scale = 5"));
+  EXPECT_THAT(run.progress.message, Not(HasSubstr("noise")));
+  EXPECT_EQ(RunFileOf(run)["failures"], json::array());
+}
+
 TEST_F(RunEngineTest, NothingIsStartedBesideARunOrOnABenchThatIsNotWell) {
   StartTurn();
   EXPECT_THROW(bench_.engine->Start("turn", {}), StateError);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <future>
 #include <thread>
 
 #include "recording/event_log.h"
@@ -110,6 +111,35 @@ TEST_F(SegmentAnalysisTest, WorksBesideTheMeasurement) {
   const std::vector<Utime> sent = SentBiases();
   EXPECT_TRUE(std::ranges::is_sorted(sent));
   EXPECT_EQ(sent.back(), gyro_.utime());
+}
+
+// However long a result takes, measuring and segments go on, and what is worked out after it is the
+// newest alone.
+TEST_F(SegmentAnalysisTest, NothingWaitsForAResultThatIsBeingWorkedOut) {
+  const std::unique_ptr<Clock> clock = MakeSystemClock();
+  auto caller = clock->Join("test");
+  std::promise<void> begun, may_end;
+  int evaluations = 0;
+  {
+    SegmentAnalysis analysis(*clock, telemetry_, [&](const Telemetry::Snapshot& snapshot) {
+      if (++evaluations == 1) {
+        begun.set_value();
+        may_end.get_future().wait();
+      }
+      return ResultOf(snapshot);
+    });
+    Measure(30.0, 100);
+    analysis.Begin(gyro_.utime());
+    begun.get_future().wait();
+    for (int segment = 0; segment < 10; ++segment) {
+      Measure(30.0, 100);
+      analysis.Begin(gyro_.utime());
+    }
+    may_end.set_value();
+    EXPECT_EQ(analysis.Newest(*caller).samples, 33'000);
+    caller.reset();
+  }
+  EXPECT_EQ(evaluations, 2);
 }
 
 // Too early to say anything.

@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <thread>
 
@@ -19,6 +21,7 @@
 #include "gyrobench/status_t.hpp"
 #include "tests/daemon/published.h"
 #include "tests/daemon/resting_gyro.h"
+#include "tests/daemon/slow_disk.h"
 #include "tests/temporary_folder.h"
 
 namespace gyrobench::daemon {
@@ -195,6 +198,43 @@ class FullDisk {
   void (*handler_)(int);
   rlimit before_;
 };
+
+// A bus that waited for the disk would miss samples.
+TEST_F(TelemetryTest, NoMessageWaitsForTheDisk) {
+  BeginRun("run");
+  Measure(1.0);
+  int synced = 0;
+  std::future<void> sending;
+  {
+    const SlowDisk disk([&] {
+      ++synced;
+      sending = std::async(std::launch::async, [&] { Measure(1.0); });
+      EXPECT_EQ(sending.wait_for(std::chrono::seconds(60)), std::future_status::ready);
+    });
+    telemetry_->Sync();
+    telemetry_->EndRun();
+  }
+  EXPECT_EQ(synced, 2);
+}
+
+TEST_F(TelemetryTest, ARunMayEndWhileItsRecordIsBeingSynced) {
+  BeginRun("run");
+  Measure(1.0);
+  std::future<std::string> ending;
+  {
+    const SlowDisk disk([&] {
+      if (ending.valid()) return;
+      ending = std::async(std::launch::async, [&] { return telemetry_->EndRun(); });
+      run_t message{};
+      do {
+        telemetry_->Send(message);
+      } while (!message.run_id.empty());
+    });
+    telemetry_->Sync();
+  }
+  EXPECT_EQ(ending.get(), "");
+  EXPECT_THAT(failures_, IsEmpty());
+}
 
 // Of a telemetry whose messages go nowhere else: what LCM publishes must not meet the limit.
 TEST(TelemetryOnAFullDisk, SaysSoOnceAndGoesOnPublishing) {

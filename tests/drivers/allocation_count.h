@@ -6,5 +6,7 @@
 namespace gyrobench {
 
 std::int64_t AllocationsOfThisThread();
+// What they asked for in all.
+std::int64_t BytesAllocatedByThisThread();
 
 }  // namespace gyrobench

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "base/error.h"
-
 namespace gyrobench::drivers {
 
 void FaultScript::FailNext(const std::string& message, int times) {
@@ -25,7 +23,7 @@ void FaultScript::Step() {
     fault = faults_.front();
     faults_.pop_front();
   }
-  if (!fault.empty()) throw DeviceError(fault);
+  if (!fault.empty()) throw DeviceError(fault, fields);
 }
 
 FakeAxis::FakeAxis(std::string name, const Clock& clock) : name_(std::move(name)), clock_(clock) {}

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "base/error.h"
 #include "drivers/angle_sensor.h"
 #include "drivers/axis.h"
 #include "drivers/gyro.h"
@@ -19,13 +20,14 @@
 namespace gyrobench::drivers {
 
 // Failures told beforehand. Each call of a fake takes the next one: an empty text lets it pass, any
-// other is thrown as DeviceError.
+// other is thrown as DeviceError with `fields`.
 class FaultScript {
  public:
   void FailNext(const std::string& message, int times = 1);
   void PassNext(int times = 1) { FailNext("", times); }
   void FailAlways(const std::string& message) { always_ = message; }
   void Recover();
+  DeviceFailure fields;
   // Throws when it is time to.
   void Step();
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cerrno>
 #include <memory>
 
 #include "drivers/modbus_line.h"
@@ -154,6 +155,42 @@ TEST_P(ModbusBusTest, AnExceptionIsARefusalAtOnceAndNamesItself) {
   std::array<std::uint16_t, 1> value = {};
   EXPECT_THROW(bench.bus->ReadHolding(kUnit, 0x7000, value, "nothing"), RefusedByDevice);
   EXPECT_EQ(bench.bus->statistics().connections, 1);
+}
+
+TEST_P(ModbusBusTest, AnErrorHasItsDeviceActionCodeAndAddressAsFields) {
+  using CodeKind = DeviceFailure::CodeKind;
+  struct Case {
+    LineFault::Kind fault;
+    int detail;
+    CodeKind kind;
+    int code;
+  };
+  for (const Case& c : {Case{LineFault::kException, 2, CodeKind::kModbusException, 2},
+                        Case{LineFault::kLostReply, 0, CodeKind::kSystemError, ETIMEDOUT}}) {
+    Bench bench(GetParam(), 0);
+    bench.line.Inject(c.fault, c.detail);
+    try {
+      bench.Read();
+      FAIL() << "no error";
+    } catch (const DeviceError& error) {
+      EXPECT_EQ(error.failure().device, kUnit.name);
+      EXPECT_EQ(error.failure().action, "status");
+      EXPECT_EQ(error.failure().address, 0x1003);
+      EXPECT_EQ(error.failure().code_kind, c.kind);
+      EXPECT_EQ(error.failure().code, c.code);
+    }
+  }
+}
+
+TEST(ModbusRtu, ABadFrameIsToldApartFromSilence) {
+  Bench bench(Transport::kRtu, 0);
+  bench.line.Inject(LineFault::kWrongUnit);
+  try {
+    bench.Read();
+    FAIL() << "no error";
+  } catch (const DeviceError& error) {
+    EXPECT_EQ(error.failure().code_kind, DeviceFailure::CodeKind::kBadReply);
+  }
 }
 
 TEST_P(ModbusBusTest, ABusyDeviceIsAskedAgain) {

@@ -10,7 +10,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("GYROBENCH_BIN", ROOT / "build/dev/bin"))
-DEADLINE_S = 120
+DEADLINE_S = 120 * int(os.environ.get("GYROBENCH_SLOWNESS", "1"))
 
 
 def free_udp_port():
@@ -22,6 +22,12 @@ def free_udp_port():
 def can_isolate_network():
     return shutil.which("unshare") is not None and subprocess.run(
         ["unshare", "-Urn", "true"], capture_output=True).returncode == 0
+
+
+def refuse_findings(output):
+    """A finding of a sanitizer fails the test, whatever the program's exit status means to it."""
+    if "Sanitizer" in output or "runtime error:" in output:
+        raise AssertionError(output)
 
 
 class Bench:
@@ -71,7 +77,9 @@ class Bench:
 
     def __exit__(self, *_):
         self.stop()
+        log = self.daemon_log() if self.daemon else ""
         shutil.rmtree(self.folder)
+        refuse_findings(log)
 
     def stop(self):
         if self.daemon and self.daemon.poll() is None:
@@ -80,10 +88,12 @@ class Bench:
 
     def run(self, *arguments, **options):
         """Runs `gyrobench` and returns the finished process."""
-        return subprocess.run([BIN / "gyrobench", *map(str, arguments)],
+        done = subprocess.run([BIN / "gyrobench", *map(str, arguments)],
                               env={**os.environ, "GYROBENCH_CONFIG": str(self.config), "NO_COLOR": "1"},
                               stdin=subprocess.DEVNULL, capture_output=True, text=True,
                               timeout=DEADLINE_S, **options)
+        refuse_findings(done.stderr)
+        return done
 
     def json(self, *arguments):
         done = self.run(*arguments, "--json")

@@ -196,8 +196,9 @@ TEST(Engine, AScriptErrorTellsFileAndLineApart) {
     RunBody(bench, "\n\nerror('x')");
     FAIL();
   } catch (const ScriptError& error) {
-    EXPECT_EQ(error.file(), "try.lua");
-    EXPECT_EQ(error.line(), 4);
+    ASSERT_TRUE(error.place());
+    EXPECT_EQ(error.place()->file, "try.lua");
+    EXPECT_EQ(error.place()->line, 4);
   }
 }
 
@@ -225,15 +226,32 @@ TEST(Engine, WhatTheBenchThrowsEndsTheRunWithItsTypeAndTheScriptsLine) {
   ExpectEndsTheRun<DataError>("record: disk full", "try.lua:3: record: disk full");
   ExpectEndsTheRun<ConfigError>("key", "try.lua:3: key");
   ExpectEndsTheRun<Error>("other", "try.lua:3: other");
-}
-
-TEST(Engine, AnAbortAndForeignExceptionsComeThroughAsTheyAre) {
   class OwnFault : public DeviceError {
    public:
     using DeviceError::DeviceError;
   };
+  ExpectEndsTheRun<OwnFault>("exception 03", "try.lua:3: exception 03");
+}
+
+TEST(Engine, WhatTheBenchThrowsKeepsItsFieldsAndHasTheScriptsPlace) {
+  FakeBench bench;
+  bench.on_turn = [] {
+    throw DeviceError("exception 03", {.device = "axis.inner drive", .address = 0x6200});
+  };
+  try {
+    RunBody(bench, kTurn);
+    FAIL();
+  } catch (const DeviceError& error) {
+    EXPECT_EQ(error.failure().device, "axis.inner drive");
+    EXPECT_EQ(error.failure().address, 0x6200);
+    ASSERT_TRUE(error.place());
+    EXPECT_EQ(error.place()->file, "try.lua");
+    EXPECT_EQ(error.place()->line, 2);
+  }
+}
+
+TEST(Engine, AnAbortAndForeignExceptionsComeThroughAsTheyAre) {
   ExpectEndsTheRun<Aborted>("aborted by the operator", "aborted by the operator");
-  ExpectEndsTheRun<OwnFault>("own", "own");
   ExpectEndsTheRun<std::logic_error>("foreign", "foreign");
 }
 

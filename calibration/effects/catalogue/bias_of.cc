@@ -23,6 +23,7 @@ Effect BiasOf() {
           .manoeuvre = "vary {} while the sensor rests",
           .needs = kNeedsCovariate,
           .terms = {{"c", "deg/s per unit"}},
+          .size_source = "it depends on what the column is",
           .slow = true,
           .basis = Make<CovariateBasis>};
 }

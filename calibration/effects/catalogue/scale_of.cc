@@ -25,6 +25,7 @@ Effect ScaleOf() {
           .manoeuvre = "vary {} and turn at the same speeds at each value",
           .needs = kNeedsCovariate | kNeedsRate,
           .terms = {{"c", "1 per unit"}},
+          .size_source = "it depends on what the column is",
           .basis = Make<ScaleCovariateBasis>};
 }
 

@@ -5,9 +5,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
-#include <initializer_list>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,7 +14,7 @@
 #include "base/error.h"
 #include "base/measurement.h"
 
-namespace gyrobench::calibration {
+namespace gyrobench {
 
 // A value of a JSON file and the way to it, for messages: "cal.json: channels[0].m_row".
 class Place {
@@ -34,8 +33,8 @@ class Place {
   }
 
   // An object with exactly these keys; `optional` ones may be missing.
-  const Place& Keys(std::initializer_list<const char*> keys,
-                    std::initializer_list<const char*> optional = {}) const {
+  const Place& Keys(const std::vector<const char*>& keys,
+                    const std::vector<const char*>& optional = {}) const {
     if (!value_.is_object()) Expected("an object {...}");
     for (const char* key : keys) {
       if (!value_.contains(key)) Fail(fmt::format("the key \"{}\" is missing", key));
@@ -49,6 +48,7 @@ class Place {
     }
     return *this;
   }
+  bool Has(const char* key) const { return value_.contains(key); }
   Place operator[](const char* key) const {
     return {value_.at(key), file_, path_ + (path_.empty() ? "" : ".") + key};
   }
@@ -87,21 +87,8 @@ class Place {
     for (const Place& place : List()) values.push_back(place.Number());
     return values;
   }
-  template <std::size_t kCount>
-  std::array<double, kCount> NumbersOrNull() const {
-    const std::vector<Place> places = List();
-    if (places.size() != kCount) Expected(fmt::format("{} numbers", kCount));
-    std::array<double, kCount> values;
-    for (std::size_t i = 0; i < kCount; ++i) values[i] = places[i].NumberOrNull();
-    return values;
-  }
-  std::vector<std::string> Texts() const {
-    std::vector<std::string> values;
-    for (const Place& place : List()) values.push_back(place.Text());
-    return values;
-  }
   // The one of `choices`, in whose order they are numbered.
-  std::size_t Choice(const std::vector<std::string>& choices) const {
+  std::size_t Choice(std::span<const char* const> choices) const {
     const auto found = std::find(choices.begin(), choices.end(), Text());
     if (found == choices.end()) Expected(fmt::format("one of {}", fmt::join(choices, ", ")));
     return static_cast<std::size_t>(found - choices.begin());
@@ -113,4 +100,4 @@ class Place {
   std::string path_;
 };
 
-}  // namespace gyrobench::calibration
+}  // namespace gyrobench

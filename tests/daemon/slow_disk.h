@@ -1,0 +1,18 @@
+// A disk that takes its time, for tests of who waits for it.
+#pragma once
+
+#include <functional>
+
+namespace gyrobench::daemon {
+
+// While one lives, `during` is called whenever a file of this process is being synced, in the
+// thread that syncs it. One at a time.
+class SlowDisk {
+ public:
+  explicit SlowDisk(std::function<void()> during);
+  ~SlowDisk();
+  SlowDisk(const SlowDisk&) = delete;
+  SlowDisk& operator=(const SlowDisk&) = delete;
+};
+
+}  // namespace gyrobench::daemon
