@@ -29,6 +29,10 @@ if(GYROBENCH_WARNINGS_AS_ERRORS)
   target_compile_options(gyrobench_flags INTERFACE -Werror)
 endif()
 set(GYROBENCH_TEST_TIMEOUT_S 300)
+if(GYROBENCH_UNITY)
+  # It warns of anonymous types in the fields of a class that an included file has; here every source is included.
+  target_compile_options(gyrobench_flags INTERFACE -Wno-subobject-linkage)
+endif()
 if(GYROBENCH_SANITIZE)
   set(GYROBENCH_TEST_TIMEOUT_S 3000)
   target_compile_options(gyrobench_flags INTERFACE
