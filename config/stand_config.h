@@ -139,8 +139,8 @@ StandConfig LoadStandConfig(const std::filesystem::path& file);
 StandConfig ReadStandConfig(const TomlTable& root, const std::filesystem::path& file);
 
 // The stand file as a record keeps it: all of the stand and of its device maps, with the keys of
-// the files. Of a simulation only that it is one ("virtual": true): its truth, seed and answers stay
-// out of records, so that no analysis can know them.
+// the files. Of a simulation only that it is one ("virtual": true): its truth, seed and answers
+// stay out of records, so that no analysis can know them.
 nlohmann::json ToJson(const StandConfig& stand);
 
 }  // namespace gyrobench::config

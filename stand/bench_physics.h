@@ -103,9 +103,9 @@ inline constexpr std::array<const char*, 3> kAxisNames = {"outer", "middle", "in
 // Index of an axis of the stand file. Throws ConfigError for another name.
 std::size_t AxisIndex(const std::string& name);
 
-// From a scenario with spreads to one specimen: draws what differs from part to part (Scenario::drawn) and adds it to the values of the scenario.
-// The result has no spread left. The same seed gives the same specimen; a spread of zero leaves the
-// others' draws as they are.
+// From a scenario with spreads to one specimen: draws what differs from part to part
+// (Scenario::drawn) and adds it to the values of the scenario. The result has no spread left. The
+// same seed gives the same specimen; a spread of zero leaves the others' draws as they are.
 config::Scenario DrawSpecimen(const config::Scenario& scenario, std::uint64_t seed);
 
 }  // namespace gyrobench::stand

@@ -58,8 +58,9 @@ Plan PlanStop(double t_s, double x, double v, double down);
 // Goes to `target`, from (x, v) at `t_s`; a motion still running is braked first.
 Plan PlanMove(double t_s, double x, double v, std::int64_t target, const Ramp& ramp);
 
-// The play operator, the follower of a loose link: where the follower is when the leader has gone, without turning back, to `x`: it stays until the
-// leader is half the play ahead, then follows. `before` is where it was.
+// The play operator, the follower of a loose link: where the follower is when the leader has gone,
+// without turning back, to `x`: it stays until the leader is half the play ahead, then follows.
+// `before` is where it was.
 constexpr double Follow(double before, double x, double half_width) {
   return std::clamp(before, x - half_width, x + half_width);
 }
