@@ -101,13 +101,13 @@ void CheckPowerOn(const RunFacts& facts) {
 }
 
 void ReadRunJson(const fs::path& file, RunFacts& facts) {
-  const nlohmann::json json = ReadJson(file);
-  const auto id = json.find(kRunIdKey);
-  if (id != json.end() && id->is_string()) facts.run_id = id->get<std::string>();
-  const auto start = json.find(kStartUtimeKey);
-  if (start != json.end() && start->is_number_integer()) facts.start = StartFrom(*start);
-  const auto measurement = json.find(kMeasurementKey);
-  if (measurement == json.end()) return;
+  const nlohmann::json run = ReadJson(file);
+  const auto id = run.find(kRunIdKey);
+  if (id != run.end() && id->is_string()) facts.run_id = id->get<std::string>();
+  const auto start = run.find(kStartUtimeKey);
+  if (start != run.end() && start->is_number_integer()) facts.start = StartFrom(*start);
+  const auto measurement = run.find(kMeasurementKey);
+  if (measurement == run.end()) return;
   facts.info = MeasurementInfoFromJson(*measurement);
   CheckPowerOn(facts);
   facts.has_measurement = true;

@@ -99,9 +99,9 @@ Vector3d AccelOf(const Epoch& epoch) {
   return epoch.accel_g.allFinite() ? epoch.accel_g : Vector3d::Zero();
 }
 
-class Search {
+class RestSearcher {
  public:
-  explicit Search(std::span<const Epoch> epochs)
+  explicit RestSearcher(std::span<const Epoch> epochs)
       : epochs_(epochs), gyro_(Windows(epochs, RateOf)), accel_(Windows(epochs, AccelOf)) {}
 
   RestSearch Run() {
@@ -259,6 +259,6 @@ class Search {
 
 }  // namespace
 
-RestSearch FindRests(std::span<const Epoch> epochs) { return Search(epochs).Run(); }
+RestSearch FindRests(std::span<const Epoch> epochs) { return RestSearcher(epochs).Run(); }
 
 }  // namespace gyrobench::calibration

@@ -14,6 +14,7 @@
 #include "calibration/signal/collector.h"
 #include "calibration/trace/candidate.h"
 #include "calibration/trace/problem.h"
+#include "kinematics/stand_frame.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -21,7 +22,7 @@ namespace {
 constexpr std::size_t kChannel = 2, kTable = 2;  // z, inner
 const std::vector<std::string> kColumns = {"x"};
 
-// Motion.
+// PictureMotion.
 constexpr std::array kPoses_deg = {0.0, 90.0, 180.0};  // of the middle axis
 constexpr std::array kRates_deg_s = {6.0, 12.0, 18.0, 27.0, 36.0};
 constexpr double kTurn_deg = 360.0, kAcceleration_deg_s2 = 40.0, kRest_s = 20.0;
@@ -30,11 +31,11 @@ constexpr double kCold_degC = 25.0, kHot_degC = 40.0, kWarms_s = 200.0;
 constexpr double kResonance_deg_s = 18.0, kWidth_deg_s = 4.0, kShakes_g = 0.1;
 constexpr double kColumnPeriod_s = 140.0;
 constexpr double kStep_s = 0.02;
-constexpr int kSamplesPerReading = 5;
+constexpr int kSamplesPerPictureReading = 5;
 // Where a scan finds what has a place of its own.
 constexpr double kStepAt_s = 400.0, kToneAt_hz = 0.004, kPeriodsInTurn = 6.0;
 
-struct Motion {
+struct PictureMotion {
   std::vector<ForeseenMove> moves;
   double duration_s = 0.0;
 
@@ -52,8 +53,8 @@ struct Motion {
   }
 };
 
-Motion TypicalMotion() {
-  Motion motion;
+PictureMotion TypicalMotion() {
+  PictureMotion motion;
   double pose_deg = 0.0;
   for (const double next_deg : kPoses_deg) {
     if (next_deg != pose_deg) motion.Turn(StandAxis::kMiddle, pose_deg, next_deg, 18.0);
@@ -90,23 +91,23 @@ double Vibration_g(double rate_deg_s) {
 }
 
 // What a perfect sensor shows.
-Recording Record(const Motion& motion, double begin_s, bool heats) {
+Recording Record(const PictureMotion& motion, double begin_s, bool heats) {
   Collector collector;
   const MeasurementInfo info = TypicalInfo();
   collector.OnInfo(info);
-  const StandFrame stand(info.geometry);
+  const kinematics::StandFrame stand(info.geometry);
   const auto samples = static_cast<std::int64_t>(motion.duration_s / kStep_s);
   for (std::int64_t k = 0; k <= samples; ++k) {
     const double t_s = static_cast<double>(k) * kStep_s;
     const Vector3 angles_deg = motion.At(t_s);
-    if (k % kSamplesPerReading == 0) {
+    if (k % kSamplesPerPictureReading == 0) {
       for (const int axis : {0, 1, 2})
         collector.OnAngle({begin_s + t_s, axis, angles_deg[static_cast<std::size_t>(axis)]});
     }
     const Vector3 before_deg = motion.At(t_s - 0.5 * kStep_s),
                   after_deg = motion.At(t_s + 0.5 * kStep_s);
     const Matrix3 rates = stand.Rates(angles_deg);
-    const Vector3 up = TransposedTimes(stand.Orientation(angles_deg), {0.0, 0.0, 1.0});
+    const Vector3 up = kinematics::TransposedTimes(stand.Orientation(angles_deg), {0.0, 0.0, 1.0});
     // A sensor that gives the same value again and again is taken for frozen.
     const double dither = std::sin(2.4 * static_cast<double>(k));
     const double inner_deg_s = (after_deg[kTable] - before_deg[kTable]) / kStep_s;
@@ -282,7 +283,7 @@ class EffectGallery::Run {
     return {"time [min]", [this](Eigen::Index i) { return problem_.end_s(i) / 60.0; }};
   }
 
-  Motion motion_;
+  PictureMotion motion_;
   std::array<Recording, 2> recordings_;
   std::array<StateHistory, 2> histories_;
   ChannelProblem problem_;

@@ -49,7 +49,7 @@ double RestTolerance(const std::vector<Node>& nodes, std::size_t axis, double er
 void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, double error_deg,
                  std::size_t* begin, std::size_t* end) {
   constexpr double kSigmas = 3.0, kScatter = 2.0;
-  constexpr double kLeast_deg = 1e-4, kLeastScatter_deg = 0.0025;
+  constexpr double kLeast_deg = 1e-4, kScatterOfRest_deg = 0.0025;
   std::vector<double> off;
   for (std::size_t k = *begin; k < *end; ++k) off.push_back(Angle(nodes[k], axis));
   const double median = Median(off);
@@ -68,7 +68,7 @@ void CutSoftEnds(const std::vector<Node>& nodes, std::size_t axis, double error_
   while (*end > *begin + 1 && away(*begin) > limit) ++*begin;
   double square = 0.0;
   for (std::size_t k = *begin; k < *end; ++k) square += away(k) * away(k);
-  const double scatter_deg = std::max(kLeastScatter_deg, kScatter * error_deg);
+  const double scatter_deg = std::max(kScatterOfRest_deg, kScatter * error_deg);
   while (*end > *begin + 1 &&
          square > scatter_deg * scatter_deg * static_cast<double>(*end - *begin)) {
     const bool last = away(*end - 1) > away(*begin);
