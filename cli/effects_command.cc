@@ -14,7 +14,7 @@
 #include "calibration/effects/effect.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
-#include "cli/text_layout.h"
+#include "presentation/text_layout.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -95,13 +95,14 @@ Facts FactsOf(const NeverSeen& effect) {
   return {{"cannot be seen", effect.because}, {"to show it", effect.settled_by}};
 }
 
-std::string FactsText(const std::string& id, const Facts& facts, const Terminal& terminal) {
+std::string FactsText(const std::string& id, const Facts& facts,
+                      const presentation::Terminal& terminal) {
   std::size_t width = 0;
   for (const auto& [what, says] : facts) width = std::max(width, what.size());
   std::string text = terminal.Bold(id) + "\n";
   for (const auto& [what, says] : facts) {
     const std::string line = fmt::format("{:<{}}  {}", what, width, says);
-    text += Wrap(line, terminal.columns, static_cast<int>(width) + 2) + "\n";
+    text += presentation::Wrap(line, terminal.columns, static_cast<int>(width) + 2) + "\n";
   }
   return text;
 }
@@ -183,7 +184,8 @@ std::string ListText() {
     rows.push_back({effect.id, Name(effect.owner), effect.equation});
   for (const NeverSeen& effect : calibration::NeverSeenEffects())
     rows.push_back({effect.id, "", "cannot be seen with one reference and one clock"});
-  return AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft});
+  return presentation::AlignColumns(
+      rows, {presentation::Align::kLeft, presentation::Align::kLeft, presentation::Align::kLeft});
 }
 
 Json JsonList(const std::string& id) {
@@ -201,7 +203,7 @@ int Effects(const Options& options) {
         JsonText(Json{{"format", "gyrobench.effects/1"}, {"effects", JsonList(options.name)}}, 2));
     return kDone;
   }
-  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   if (options.markdown) {
     fmt::print("# The effects that gyrobench looks for\n\n{}\n", kSymbols);
     ForEach(options.name, [](const auto& effect) {
@@ -210,12 +212,13 @@ int Effects(const Options& options) {
   } else if (options.name.empty()) {
     fmt::print(
         "{}\n{}\ngyrobench effects ID says what it looks like, its cause, and what shows it.\n",
-        FitLines(ListText(), terminal), Wrap(kSymbols, terminal.columns, 0));
+        presentation::FitLines(ListText(), terminal),
+        presentation::Wrap(kSymbols, terminal.columns, 0));
   } else {
     ForEach(options.name, [&](const auto& effect) {
       fmt::print("{}", FactsText(effect.id, FactsOf(effect), terminal));
     });
-    fmt::print("\n{}\n", Wrap(kSymbols, terminal.columns, 0));
+    fmt::print("\n{}\n", presentation::Wrap(kSymbols, terminal.columns, 0));
   }
   return kDone;
 }

@@ -41,7 +41,7 @@ json ToJson(const Defect& defect) {
 
 json ToJson(const Unidentifiable& unidentifiable) {
   return {{"id", unidentifiable.id},
-          {"because", unidentifiable.because},
+          {"because", Message(unidentifiable)},
           {"settled_by", unidentifiable.settled_by}};
 }
 

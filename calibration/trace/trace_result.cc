@@ -1,5 +1,7 @@
 #include "calibration/trace/trace_result.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -24,6 +26,12 @@ const char* Name(Verdict verdict) {
       return "unexplained";
   }
   return "";
+}
+
+std::string Message(const Unidentifiable& one) {
+  if (!one.limit) return one.because;
+  return fmt::format("{}: {:.2g} {}, of parts {:.2g}", one.because, one.limit->bound,
+                     one.limit->unit, one.limit->largest);
 }
 
 bool IsTraced(const ChannelTrace& channel) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,9 +60,19 @@ double ShareOfError(const TracedEffect& effect);
 
 struct Unidentifiable {
   std::string id;
-  std::string because;
+  std::string because;     // without figures
   std::string settled_by;  // the manoeuvre that would show it
+  // Where its size is the reason: one standard deviation of the effect in these data, and the
+  // largest size that parts show.
+  struct Limit {
+    double bound = kMissing, largest = kMissing;
+    std::string unit;
+  };
+  std::optional<Limit> limit = std::nullopt;
 };
+
+// The reason with its figures.
+std::string Message(const Unidentifiable& one);
 
 // What still speaks after the effects.
 struct Finding {

@@ -1,11 +1,10 @@
 #include "calibration/trace/unidentifiable.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "calibration/gls/scaled_ldlt.h"
 
@@ -50,12 +49,16 @@ std::map<std::string, Sight> SightsOf(const Selection& selection) {
   return out;
 }
 
-// Why these data cannot show an effect that was looked for; empty where they can.
-std::string WhyUnseen(const Effect& effect, const Sight& sight) {
-  if (sight.left < Selection::kAbsorbed) return "the baseline explains it just as well (absorbed)";
-  if (!(effect.typical_size > 0) || sight.bound <= effect.typical_size) return "";
-  return fmt::format("its bound here, {:.2g} {}, is beyond the largest size of such parts, {:.2g}",
-                     sight.bound, effect.terms[0].unit, effect.typical_size);
+// Why these data cannot show an effect that was looked for; no reason where they can.
+Unidentifiable WhyUnseen(const Effect& effect, const Sight& sight) {
+  Unidentifiable unseen;
+  if (sight.left < Selection::kAbsorbed) {
+    unseen.because = "the baseline explains it just as well (absorbed)";
+  } else if (effect.typical_size > 0 && sight.bound > effect.typical_size) {
+    unseen.because = "its bound here is beyond the largest size of such parts";
+    unseen.limit = {sight.bound, effect.typical_size, effect.terms[0].unit};
+  }
+  return unseen;
 }
 
 // Of a coarse encoder.
@@ -89,9 +92,16 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
   const std::map<std::string, Sight> seen = SightsOf(selection);
   std::vector<Unidentifiable> out;
   std::set<std::string> listed;
-  const auto list = [&](const std::string& id, const std::string& because) {
-    if (because.empty() || named.contains(id) || !listed.insert(id).second) return;
-    out.push_back({id, because, ManoeuvreOf(id)});
+  const auto list = [&](const std::string& id, Unidentifiable unseen) {
+    if (unseen.because.empty() || named.contains(id) || !listed.insert(id).second) return;
+    unseen.id = id;
+    unseen.settled_by = ManoeuvreOf(id);
+    out.push_back(std::move(unseen));
+  };
+  const auto because = [](std::string reason) {
+    Unidentifiable unseen;
+    unseen.because = std::move(reason);
+    return unseen;
   };
   // As if every row had what they depend on.
   for (const Candidate& candidate :
@@ -99,14 +109,15 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
     const auto sight = seen.find(candidate.id);
     list(candidate.id, sight != seen.end()
                            ? WhyUnseen(*candidate.effect, sight->second)
-                           : "what it depends on is not known all the time: not looked for");
+                           : because("what it depends on is not known all the time: not looked "
+                                     "for"));
   }
   for (const Effect& effect : EffectCatalogue()) {
     const bool grid = effect.nonlinear.empty() || !effect.nonlinear[0].grid.empty();
     const unsigned lacks = effect.needs & ~problem.observables();
     if (!grid || (effect.needs & kNeedsCovariate) != 0 || lacks == 0) continue;
     if (effect.true_motion && earth_rate_known) continue;
-    list(effect.id, WhatIsMissing(lacks));
+    list(effect.id, because(WhatIsMissing(lacks)));
   }
   ListRounding(problem, &out);
   ListAlwaysUnseen(problem, &out);
