@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "config/stand_config.h"
 #include "drivers/factory.h"
+#include "drivers/modbus_bus.h"
 #include "stand/bench_physics.h"
 #include "stand/virtual_stand.h"
 #include "tests/stand/test_stand.h"
