@@ -18,6 +18,7 @@
 
 #include "base/clock.h"
 #include "drivers/factory.h"
+#include "drivers/modbus_bus.h"
 #include "tests/drivers/fake_line.h"
 #include "tests/drivers/gyro_unit_model.h"
 
