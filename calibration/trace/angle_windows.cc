@@ -1,9 +1,9 @@
-#include "calibration/trace/angle_windows.h"
-
 #include <cmath>
 #include <numeric>
 
 #include "base/measurement.h"
+#include "calibration/trace/held_out.h"
+#include "calibration/trace/problem.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -6,6 +6,9 @@
 #include <limits>
 #include <utility>
 
+#include "calibration/trace/candidate.h"
+#include "calibration/trace/channel_fit.h"
+
 namespace gyrobench::calibration {
 namespace {
 

@@ -8,10 +8,12 @@
 #include <span>
 #include <vector>
 
-#include "calibration/trace/candidate.h"
-#include "calibration/trace/channel_fit.h"
-
 namespace gyrobench::calibration {
+
+struct Candidate;
+struct ChannelFit;
+class ChannelProblem;
+struct Effect;
 
 // An effect of the catalogue on the angle of one axis, or one of the stand's vibration.
 struct BenchFinding {

@@ -7,6 +7,7 @@
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/refine.h"
+#include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {
 namespace {

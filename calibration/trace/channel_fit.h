@@ -4,11 +4,12 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "calibration/trace/problem.h"
-#include "calibration/trace/selection.h"
-#include "calibration/trace/trace_result.h"
-
 namespace gyrobench::calibration {
+
+struct Baseline;
+struct Candidate;
+class ChannelProblem;
+class Selection;
 
 // Columns of a model, and what they change by when a non-linear parameter does.
 struct ModelColumns {

@@ -8,20 +8,16 @@
 #include <set>
 
 #include "calibration/signal/output_unit.h"
-#include "calibration/trace/angle_windows.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/channel_search.h"
-#include "calibration/trace/curves.h"
-#include "calibration/trace/earth_doubt.h"
-#include "calibration/trace/effect_parameters.h"
-#include "calibration/trace/hold_out.h"
-#include "calibration/trace/make_row.h"
+#include "calibration/trace/held_out.h"
 #include "calibration/trace/model_of_channel.h"
 #include "calibration/trace/part_trial.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/remaining.h"
+#include "calibration/trace/report_parts.h"
 #include "calibration/trace/selection.h"
-#include "calibration/trace/unidentifiable.h"
+#include "calibration/trace/split.h"
 
 namespace gyrobench::calibration {
 namespace {

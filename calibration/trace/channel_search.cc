@@ -11,10 +11,8 @@
 #include "calibration/gls/likelihood.h"
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/scaled_ldlt.h"
-#include "calibration/trace/angle_windows.h"
 #include "calibration/trace/channel_fit.h"
-#include "calibration/trace/correlated_members.h"
-#include "calibration/trace/hold_out.h"
+#include "calibration/trace/held_out.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/scans.h"
 

@@ -1,16 +1,34 @@
-// From a channel's problem to the effects that stand, and the noise under which they do.
+// What is asked of one channel; from its problem to the effects that stand, and the noise under
+// which they do.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "calibration/trace/channel_request.h"
+#include "calibration/state/state_history.h"
+#include "calibration/trace/bench_finding.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {
+
+struct ChannelRequest {
+  std::span<const StateHistory> histories;
+  std::size_t channel = 2;
+  double units_per_deg_s = 1.0;
+  std::vector<std::string> covariates;
+  bool earth_rate_known = false;
+  double false_discovery = 0.001;
+  std::uint64_t seed = 1;
+  bool curves = true;
+  bool try_on_rest = true;
+  std::vector<BenchFinding> told;  // by any channel, that this one may feel as well
+};
 
 struct SearchedChannel {
   std::shared_ptr<const CandidateSet> candidates;  // that the selection looks at

@@ -1,8 +1,7 @@
-#include "calibration/trace/correlated_members.h"
-
 #include <optional>
 
 #include "calibration/gls/scaled_ldlt.h"
+#include "calibration/trace/channel_fit.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/selection.h"
 

@@ -1,5 +1,3 @@
-#include "calibration/trace/curves.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +8,10 @@
 #include <unsupported/Eigen/FFT>
 
 #include "calibration/effects/factor.h"
-#include "calibration/trace/angle_windows.h"
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/held_out.h"
+#include "calibration/trace/report_parts.h"
+#include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,11 +1,10 @@
-#include "calibration/trace/earth_doubt.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "calibration/effects/effect.h"
+#include "calibration/trace/report_parts.h"
 #include "kinematics/stand_frame.h"
 
 namespace gyrobench::calibration {

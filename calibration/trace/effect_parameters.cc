@@ -1,9 +1,10 @@
-#include "calibration/trace/effect_parameters.h"
-
 #include <cmath>
 
 #include "base/geometry.h"
 #include "calibration/effects/factor.h"
+#include "calibration/trace/candidate.h"
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/report_parts.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,6 +1,5 @@
-#include "calibration/trace/felt_axes.h"
-
 #include "base/geometry.h"
+#include "calibration/trace/problem.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,5 +1,3 @@
-#include "calibration/trace/gravity_row.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -10,6 +8,9 @@
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/sensor/least_squares.h"
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/report_parts.h"
+#include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,10 +1,10 @@
-#include "calibration/trace/hold_out.h"
-
 #include <algorithm>
 
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/scaled_ldlt.h"
-#include "calibration/trace/angle_windows.h"
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/held_out.h"
+#include "calibration/trace/problem.h"
 #include "calibration/trace/split.h"
 
 namespace gyrobench::calibration {

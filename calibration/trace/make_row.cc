@@ -1,12 +1,12 @@
-#include "calibration/trace/make_row.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <string>
 #include <vector>
 
-#include "calibration/trace/gravity_row.h"
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/report_parts.h"
+#include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {
 namespace {

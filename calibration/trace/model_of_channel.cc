@@ -5,6 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/selection.h"
+
 namespace gyrobench::calibration {
 namespace {
 

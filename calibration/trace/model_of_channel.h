@@ -5,12 +5,15 @@
 #include <vector>
 
 #include "calibration/effects/channel_model.h"
-#include "calibration/trace/channel_fit.h"
-#include "calibration/trace/problem.h"
-#include "calibration/trace/selection.h"
 #include "calibration/trace/trace_result.h"
 
 namespace gyrobench::calibration {
+
+struct Baseline;
+struct Candidate;
+struct ChannelFit;
+class ChannelProblem;
+class Selection;
 
 // Where a run is a parameter of the effect, it is called by its number as the measurements were
 // given; within the trace it is its place among the runs.

@@ -6,6 +6,9 @@
 
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/scaled_ldlt.h"
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/channel_search.h"
+#include "calibration/trace/split.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -7,13 +7,17 @@
 #include <string>
 #include <vector>
 
-#include "calibration/trace/channel_fit.h"
-#include "calibration/trace/channel_request.h"
-#include "calibration/trace/channel_search.h"
 #include "calibration/trace/held_out.h"
-#include "calibration/trace/split.h"
 
 namespace gyrobench::calibration {
+
+struct Baseline;
+struct CandidateSet;
+struct ChannelFit;
+class ChannelProblem;
+struct ChannelRequest;
+class Selection;
+struct Split;
 
 // A forecast's offset goes on from where the noise says that it has walked to at the end of
 // training. Between blocks of training the walk since the power-on stays in the error.

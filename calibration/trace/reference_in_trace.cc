@@ -1,5 +1,3 @@
-#include "calibration/trace/reference_in_trace.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,8 @@
 
 #include "calibration/effects/effect.h"
 #include "calibration/signal/reference_error.h"
+#include "calibration/state/state_history.h"
+#include "calibration/trace/channel_report.h"
 
 namespace gyrobench::calibration {
 namespace {

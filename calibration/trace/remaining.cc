@@ -10,6 +10,8 @@
 
 #include "calibration/gls/correlated.h"
 #include "calibration/gls/likelihood.h"
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/problem.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,14 +1,17 @@
-// What still speaks in the residual after the effects.
+// What still speaks in the residual after the effects, and what an effect gains beside a residual
+// that is not white.
 #pragma once
 
 #include <Eigen/Core>
 #include <vector>
 
-#include "calibration/trace/channel_fit.h"
-#include "calibration/trace/problem.h"
+#include "calibration/gls/correlated.h"
 #include "calibration/trace/trace_result.h"
 
 namespace gyrobench::calibration {
+
+struct ChannelFit;
+class ChannelProblem;
 
 // Rows that are summed before their serial correlations are tested, at up to ten of such sums.
 inline constexpr Eigen::Index kWhitenessBlocks[] = {1, 10, 100};
@@ -19,5 +22,11 @@ bool WhitenessIsTested(const ChannelProblem& problem, Eigen::Index block);
 // correction over all of them, at 1 %. Findings that pass it.
 ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const ChannelFit& fit,
                                     const std::vector<std::string>& covariates);
+
+// Of the columns `own` beside the others of the fit: what they gain of -2 log L with errors that
+// allow for residuals that belong together, the least over every distance at which whiteness is
+// tested.
+CorrelatedGain LeastWhereCorrelated(const ChannelProblem& problem, const ChannelFit& fit,
+                                    const std::vector<Eigen::Index>& own);
 
 }  // namespace gyrobench::calibration

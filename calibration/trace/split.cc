@@ -5,6 +5,7 @@
 
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/scaled_ldlt.h"
+#include "calibration/trace/problem.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -6,9 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/trace/problem.h"
-
 namespace gyrobench::calibration {
+
+struct Baseline;
+class ChannelProblem;
 
 struct RowRange {
   Eigen::Index begin = 0, end = 0;

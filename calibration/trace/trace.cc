@@ -17,7 +17,7 @@
 #include "calibration/state/inputs_together.h"
 #include "calibration/state/state_history.h"
 #include "calibration/trace/channel_report.h"
-#include "calibration/trace/reference_in_trace.h"
+#include "calibration/trace/channel_search.h"
 #include "calibration/trace/shared_columns.h"
 
 namespace gyrobench::calibration {

@@ -1,5 +1,3 @@
-#include "calibration/trace/unidentifiable.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,8 @@
 #include <map>
 
 #include "calibration/gls/scaled_ldlt.h"
+#include "calibration/trace/report_parts.h"
+#include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,7 +1,5 @@
 // An axis of the stand that is read wrong turns the direction from which the motions of the axes
 // outside of it come.
-#include "calibration/trace/felt_axes.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +8,7 @@
 #include <random>
 
 #include "calibration/state/state_history.h"
+#include "calibration/trace/problem.h"
 #include "kinematics/stand_frame.h"
 #include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_once.h"

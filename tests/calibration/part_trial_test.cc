@@ -11,6 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/channel_search.h"
+#include "calibration/trace/split.h"
 #include "tests/calibration/synthetic_bench.h"
 
 namespace gyrobench::testing {

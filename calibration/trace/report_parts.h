@@ -1,0 +1,66 @@
+// Parts of a channel's report: its fit's parameters; its part in the three axes, and its
+// g-sensitivity, whether the model names it or not; what is drawn, residuals before and after,
+// spectrum, Allan deviation; what the data do not tell; and Earth's rotation where the site's
+// latitude is not known.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "calibration/gls/interval_gls.h"
+#include "calibration/sensor/make_vector.h"
+#include "calibration/trace/trace_result.h"
+
+namespace gyrobench::calibration {
+
+struct Baseline;
+struct Candidate;
+struct ChannelFit;
+class ChannelProblem;
+class Selection;
+
+// The j-th of the fit; its standard error is `grow` times its bound.
+ModelParameter Parameter(const ChannelFit& fit, Eigen::Index j, std::string name, std::string unit,
+                         double grow);
+// Of the member with that index: its coefficients, a sine and a cosine as amplitude and phase, and
+// its non-linear parameters, those without a standard error that a scan or a grid has placed.
+std::vector<ModelParameter> EffectParameters(const Candidate& member, const ChannelFit& fit,
+                                             std::size_t index, double grow,
+                                             const std::vector<std::string>& covariates);
+
+// Row of M, parameters that other channels may feel as well, and g-sensitivity; `unit` and
+// `units_per_deg_s` are left to the caller. `grow`: what standard errors are multiplied by.
+ChannelRow MakeChannelRow(const ChannelProblem& problem, const Baseline& baseline,
+                          const Selection& selection, const ChannelFit& fit, double grow);
+
+// The members' own numbers where the model has bias.g_linear. Otherwise by one more fit with its
+// three columns next to the model, under the same noise. An element that the model explains just as
+// well, or whose standard error is beyond the largest size that such parts show, is not known.
+// `grow`: what standard errors are multiplied by.
+GravityRow FitGravityRow(const ChannelProblem& problem, const Selection& selection,
+                         const ChannelFit& fit, double grow);
+
+ResidualCurves MakeCurves(const ChannelProblem& problem, const ChannelFit& fit,
+                          const Selection& selection, const IntervalNoise& noise);
+
+// `named`: ids that the trace found. An effect is unidentifiable where the measurements lack what
+// it depends on, where the baseline absorbs it, or where its bound (one standard deviation) is
+// beyond the largest size that parts of this class show.
+std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
+                                            const Selection& selection,
+                                            const std::set<std::string>& named,
+                                            bool earth_rate_known);
+
+// Makes bias.earth_rate a rival of a plain g-sensitivity that is not certainly larger than Earth's
+// rotation: its vertical part is one with k_z of a sensor axis z, so no odds can tell.
+// For measurements without latitude or orientation only.
+void AddEarthAsRival(TracedEffect* effect);
+
+// What a reader is to do where Earth's rotation is among the effects or their rivals; empty where
+// it is not.
+std::string LatitudeNeeded(const std::vector<TracedEffect>& effects);
+
+}  // namespace gyrobench::calibration
