@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "calibration/effects/effect.h"
+
 namespace gyrobench::testing {
 namespace {
 
