@@ -126,6 +126,7 @@ void Telemetry::Send(Message& message) {
   if constexpr (std::is_same_v<Message, run_t>) run_->decoder.Run(message);
 }
 
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a type has none.
 #define GYROBENCH_INSTANTIATE(Message) template void Telemetry::Send(Message&);
 GYROBENCH_FOR_EACH_MESSAGE(GYROBENCH_INSTANTIATE)
 #undef GYROBENCH_INSTANTIATE

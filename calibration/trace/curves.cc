@@ -164,7 +164,7 @@ std::vector<AllanPoint> Allan(const ChannelProblem& problem, const Eigen::Vector
   }
   const double step_s = time_s / static_cast<double>(length);
   for (double exact = 1.0; exact < static_cast<double>(length) / 4.0; exact *= 1.5) {
-    const auto m = static_cast<std::size_t>(exact + 0.5);
+    const auto m = static_cast<std::size_t>(std::lround(exact));
     const double tau = static_cast<double>(m) * step_s;
     double square = 0.0, n = 0.0;
     for (std::size_t i = 0; i + 2 * m < angle.size(); ++i) {
