@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "calibration/estimators/paper.h"
 #include "calibration/estimators/part_ways.h"
@@ -39,7 +38,7 @@ class ChannelBias {
   IntervalSeries Series(const std::vector<Row>& rows) const;
   FitOptions Options(std::size_t order) const;
   std::size_t LongestOrder(const TemperatureRange& range, BiasResult* result) const;
-  std::size_t ChooseOrder(const IntervalSeries& series, const GlsFit& longest) const;
+  GlsFit Fit(const std::vector<Row>& rows, IntervalSeries* series, std::size_t* order);
   void Report(const GlsFit& fit, std::size_t order, BiasResult* result) const;
   void ReportPaper(const IntervalSeries& series, const std::vector<Row>& rows,
                    BiasResult* result) const;
@@ -88,26 +87,6 @@ std::size_t ChannelBias::LongestOrder(const TemperatureRange& range, BiasResult*
     return 0;
   }
   return static_cast<std::size_t>(std::clamp(estimation_.options.max_bias_order, 0, 5));
-}
-
-// The least BIC, with the noise of the longest polynomial: a curve too short must not pass as
-// noise.
-std::size_t ChannelBias::ChooseOrder(const IntervalSeries& series, const GlsFit& longest) const {
-  const WhiteGram gram = Whiten(series, longest.noise.noise);
-  std::size_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t order = 0; order <= longest_; ++order) {
-    const FitOptions options = Options(order);
-    const GlsSolution solution = Solve(gram, options.regressors, options.output);
-    if (!solution.solvable) continue;
-    const double bic = solution.residual_square +
-                       static_cast<double>(order) * std::log(static_cast<double>(series.rows()));
-    if (bic < least) {
-      least = bic;
-      best = order;
-    }
-  }
-  return best;
 }
 
 void ChannelBias::Report(const GlsFit& fit, std::size_t order, BiasResult* result) const {
@@ -165,6 +144,21 @@ void ChannelBias::ReportPaper(const IntervalSeries& series, const std::vector<Ro
   result->paper_rms_error = paper.rms_error;
 }
 
+// With the order of the bias's polynomial that the data ask for; `longest_` and the series follow
+// where they cannot tell so many coefficients apart. Not solvable: not even one.
+GlsFit ChannelBias::Fit(const std::vector<Row>& rows, IntervalSeries* series, std::size_t* order) {
+  GlsFit fit = FitIntervals(*series, Options(longest_));
+  while (!fit.solvable && longest_ > 0) {
+    --longest_;
+    *series = Series(rows);
+    fit = FitIntervals(*series, Options(longest_));
+  }
+  if (!fit.solvable) return fit;
+  *order = OrderOfLeastBic(Whiten(*series, fit.noise.noise), longest_,
+                           [&](std::size_t shorter) { return Options(shorter); });
+  return *order < longest_ ? FitIntervals(*series, Options(*order)) : fit;
+}
+
 bool ChannelBias::Run(BiasResult* result, std::string* reason) {
   const double rest_s = RestTime(estimation_.columns);
   const double piece_s = rest_s > kMostPieces ? rest_s / kMostPieces
@@ -197,20 +191,10 @@ bool ChannelBias::Run(BiasResult* result, std::string* reason) {
     longest_ = series.rows() / 4;
     series = Series(rows);  // its columns follow the longest polynomial
   }
-  GlsFit fit = FitIntervals(series, Options(longest_));
-  while (!fit.solvable && longest_ > 0) {
-    --longest_;
-    series = Series(rows);
-    fit = FitIntervals(series, Options(longest_));
-  }
+  std::size_t order = 0;
+  const GlsFit fit = Fit(rows, &series, &order);
   if (!fit.solvable) {
     *reason = "its output at rest is the same throughout or not a number";
-    return false;
-  }
-  const std::size_t order = ChooseOrder(series, fit);
-  if (order < longest_) fit = FitIntervals(series, Options(order));
-  if (!fit.solvable) {
-    *reason = "the fit of the chosen order failed";
     return false;
   }
   Report(fit, order, result);

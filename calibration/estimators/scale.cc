@@ -174,7 +174,8 @@ void ChannelScale::ReportPaper(ScaleResult* result) const {
 double ChannelScale::AllowForStructure(const GlsFit& fit, const FitOptions& options,
                                        const IntervalSeries& series, double variance,
                                        ScaleResult* result) const {
-  const double p_white = WhitenessPValue(fit.residuals, kWhitenessLags);
+  const double p_white =
+      WhitenessPValue({fit.white_residuals.data(), series.rows()}, kWhitenessLags);
   if (p_white >= kNotWhite) return 0.0;
   double more = std::fmax(0.0, SandwichVariance(fit, 0) - variance);
   const std::vector<double> angles = SolveAngles(series, options.regressors, options.output);
@@ -262,7 +263,9 @@ bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
   ChooseReference(&options, result);
   GlsFit fit = FitIntervals(series, options);
   if (fit.solvable && problem_.bias_orders > 0) {
-    const std::size_t order = ChooseBiasOrder(series, problem_, fit.noise.noise);
+    const std::size_t order =
+        OrderOfLeastBic(Whiten(series, fit.noise.noise), problem_.bias_orders,
+                        [&](std::size_t shorter) { return problem_.Options(shorter); });
     FitOptions chosen = problem_.Options(order);
     chosen.known_reference_deg = options.known_reference_deg;
     if (order < problem_.bias_orders) fit = FitIntervals(series, chosen);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace gyrobench::calibration {
 namespace {
@@ -86,25 +85,6 @@ double RoughGain(const std::vector<Row>& rows, std::size_t channel) {
   const double std_error = std::sqrt(solution.variance(0) * solution.residual_square / freedom);
   const double gain = solution.coefficients[0];
   return std::fabs(gain) > 4.0 * std_error ? gain : kMissing;
-}
-
-std::size_t ChooseBiasOrder(const IntervalSeries& series, const ScaleProblem& problem,
-                            const IntervalNoise& noise) {
-  const WhiteGram gram = Whiten(series, noise);
-  std::size_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t order = 0; order <= problem.bias_orders; ++order) {
-    const FitOptions options = problem.Options(order);
-    const GlsSolution solution = Solve(gram, options.regressors, options.output);
-    if (!solution.solvable) continue;
-    const double bic = solution.residual_square +
-                       static_cast<double>(order) * std::log(static_cast<double>(series.rows()));
-    if (bic < least) {
-      least = bic;
-      best = order;
-    }
-  }
-  return best;
 }
 
 }  // namespace gyrobench::calibration

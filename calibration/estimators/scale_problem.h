@@ -50,8 +50,4 @@ struct ScaleProblem {
 // channel does not respond.
 double RoughGain(const std::vector<Row>& rows, std::size_t channel);
 
-// Order of the bias's polynomial with the least BIC, under the noise of the longest.
-std::size_t ChooseBiasOrder(const IntervalSeries& series, const ScaleProblem& problem,
-                            const IntervalNoise& noise);
-
 }  // namespace gyrobench::calibration

@@ -21,11 +21,10 @@ struct Step {
 // Covariance of (b, e, c): bias deviation, error of the last reference angle, integral of b so far.
 class CovarianceFilter {
  public:
-  CovarianceFilter(const IntervalNoise& noise, double gain)
+  explicit CovarianceFilter(const IntervalNoise& noise)
       : n2_(noise.angle_random_walk_deg_sqrt_s * noise.angle_random_walk_deg_sqrt_s),
         k2_(noise.bias_random_walk_deg_s_sqrt_s * noise.bias_random_walk_deg_s_sqrt_s),
-        s2_(noise.reference_deg * noise.reference_deg),
-        g_(gain) {
+        s2_(noise.reference_deg * noise.reference_deg) {
     ee_ = s2_;
   }
 
@@ -37,7 +36,7 @@ class CovarianceFilter {
       be_ = ec_ = 0.0;
     }
     const double dt = interval.duration_s;
-    const double g = interval.still ? 0.0 : g_;
+    const double g = interval.still ? 0.0 : 1.0;  // of the reference's error in the output
     // May be negative: an error that only lessens what two neighbours would share without it.
     const double end_s2 = s2_ * interval.end_reference_share - n2_ * interval.end_reference_walk_s;
     // I = int b dt over the interval, b' and c' = c + I its end values (exact process noise).
@@ -59,7 +58,7 @@ class CovarianceFilter {
     step.reference_transition = interval.still && !interval.new_reference ? 1.0 : 0.0;
     const double cov_yb = cov_ib + g * be_;
     const double cov_yc = cov_ic + g * ec;
-    const double cov_ye = interval.still ? cov_ie : -g * end_s2;
+    const double cov_ye = interval.still ? cov_ie : -end_s2;
     variance_ = variance;
     const double inverse = 1.0 / variance;
     step.inverse_sigma = std::sqrt(inverse);
@@ -78,7 +77,7 @@ class CovarianceFilter {
   double integral_variance() const { return cc_; }
 
  private:
-  double n2_, k2_, s2_, g_;
+  double n2_, k2_, s2_;
   double bb_ = 0, be_ = 0, bc_ = 0, ee_ = 0, ec_ = 0, cc_ = 0;
   double variance_ = 1.0;
 };

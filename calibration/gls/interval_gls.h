@@ -1,24 +1,26 @@
 // Generalised least squares over a sequence of intervals, exact and in O(n p).
 //
 // Output of interval i, in deg:
-//   y_i = x_i theta + int b dt + w_i - g (e_i - e_{i-1})  moving: a reference angle at each end
-//   y_i = x_i theta + int b dt + w_i                      still: true rotation 0, reference kept
+//   y_i = x_i theta + int b dt + w_i - (e_i - e_{i-1})  moving: a reference angle at each end
+//   y_i = x_i theta + int b dt + w_i                    still: true rotation 0, reference kept
 //   w ~ N^2 dt           angle random walk
 //   b(0) = 0, db = K dW  bias random walk, since the first interval
 //   e ~ s^2              error of one reference angle (of a stop, or of a node)
-//   g                    gain of that error in the output
 //
 // The covariance of y is full, but a Kalman filter over (b, e) turns each column, and y, into
 // innovations that are white and of unit variance under the noise: ordinary least squares on these
 // is the exact GLS.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace gyrobench::calibration {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 struct IntervalNoise {
   double angle_random_walk_deg_sqrt_s = 0.0;   // N
@@ -50,8 +52,7 @@ struct Interval {
 // later.
 class IntervalSeries {
  public:
-  explicit IntervalSeries(int columns, double reference_gain = 1.0)
-      : columns_(columns), reference_gain_(reference_gain) {}
+  explicit IntervalSeries(int columns) : columns_(columns) {}
   void Reserve(std::size_t rows);
   // Adds an interval; returns its columns, zero, to be filled in.
   double* Add(const Interval& interval);
@@ -59,42 +60,33 @@ class IntervalSeries {
   int columns() const { return columns_; }
   std::size_t rows() const { return intervals_.size(); }
   const Interval& interval(std::size_t row) const { return intervals_[row]; }
+  const std::vector<Interval>& intervals() const { return intervals_; }
+  Eigen::Map<const RowMajor> values() const {
+    return {values_.data(), static_cast<Eigen::Index>(rows()), columns_};
+  }
   double* row(std::size_t row) { return values_.data() + row * static_cast<std::size_t>(columns_); }
   const double* row(std::size_t row) const {
     return values_.data() + row * static_cast<std::size_t>(columns_);
   }
-  double reference_gain() const { return reference_gain_; }
-  void set_reference_gain(double gain) { reference_gain_ = gain; }
 
  private:
   int columns_;
-  double reference_gain_;
   std::vector<Interval> intervals_;
   std::vector<double> values_;
 };
 
 // All columns whitened under a noise, as products: what every later step needs.
 struct WhiteGram {
-  int columns = 0;
   std::size_t rows = 0;
-  std::vector<double> products;  // columns x columns, row-major, sum of whitened_i whitened_j
-  double log_det = 0.0;          // of the covariance of y
-  // The integral of the bias deviation over all intervals, as the filter sees it at the end: its
-  // estimate is linear in the columns (one entry for each), its variance does not depend on them.
-  std::vector<double> walk_integral_s;
-  double walk_integral_variance = 0.0;
-  double duration_s = 0.0;  // of all intervals
-
-  double product(int i, int j) const {
-    return products[static_cast<std::size_t>(i) * static_cast<std::size_t>(columns) +
-                    static_cast<std::size_t>(j)];
-  }
+  Eigen::MatrixXd products;  // columns x columns: sum of whitened_i whitened_j
+  double log_det = 0.0;      // of the covariance of y
 };
 
 WhiteGram Whiten(const IntervalSeries& series, const IntervalNoise& noise);
-// Also hands out the whitened rows, rows x columns, row-major.
-WhiteGram Whiten(const IntervalSeries& series, const IntervalNoise& noise,
-                 std::vector<double>* white);
+
+// Share of a regressor's square below which what those before leave of it is rounding: then they
+// are not independent.
+inline constexpr double kLeastIndependentShare = 1e-13;
 
 // Least squares of column `output` on the columns `regressors`.
 struct GlsSolution {

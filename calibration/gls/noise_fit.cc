@@ -6,83 +6,18 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/gls/minimize.h"
+#include "calibration/gls/noise_search.h"
 #include "calibration/gls/statistics.h"
+#include "calibration/gls/whitener.h"
 
 namespace gyrobench::calibration {
 namespace {
 
-// Bounds of the ratios, natural logarithms: K/N [1/s], s/N [sqrt(s)]. Below the lower one it is as
-// good as 0.
-constexpr double kLowWalk = -16.0, kHighWalk = 4.0;
-constexpr double kLowReference = -9.0, kHighReference = 14.0;
-// A noise that gains less deviance than this is none.
-constexpr double kNoGain = 1e-3;
-
-struct Profile {
-  double deviance = std::numeric_limits<double>::infinity();
-  double n = 0.0;
-};
-
-// The restricted deviance with N in closed form, for the ratios k = K/N and s = s/N:
-//   N^2 = RSS(1, k, s) / (n - p),   deviance = log det V(1, k, s) + log det X'V^-1X + (n - p) log
-//   N^2
-Profile ProfileAt(const IntervalSeries& series, const FitOptions& options, double k, double s) {
-  Profile out;
-  const WhiteGram gram = Whiten(series, IntervalNoise{1.0, k, s});
-  const GlsSolution solution = Solve(gram, options.regressors, options.output);
-  const double freedom =
-      static_cast<double>(gram.rows) - static_cast<double>(options.regressors.size());
-  if (!solution.solvable || freedom < 1.0) return out;
-  out.n = std::max(std::sqrt(solution.residual_square / freedom), kLeastAngleRandomWalk);
-  out.deviance = gram.log_det + solution.log_det_information + 2.0 * freedom * std::log(out.n);
-  return out;
-}
-
-struct Ratios {
-  double k = 0.0, s = 0.0;
-};
-
-Ratios SearchRatios(const IntervalSeries& series, const FitOptions& options, bool with_reference) {
-  auto at = [&](const std::vector<double>& u) {
-    return ProfileAt(series, options, std::exp(u[0]), u.size() > 1 ? std::exp(u[1]) : 0.0).deviance;
-  };
-  std::vector<double> best;
-  double best_value = std::numeric_limits<double>::infinity();
-  for (const double k : {-9.0, -5.5, -3.0}) {
-    const std::vector<double> references =
-        with_reference ? std::vector<double>{-1.0, 1.5, 4.0} : std::vector<double>{0.0};
-    for (const double s : references) {
-      std::vector<double> u = {k};
-      if (with_reference) u.push_back(s);
-      const double value = at(u);
-      if (value < best_value) {
-        best_value = value;
-        best = u;
-      }
-    }
-  }
-  if (best.empty()) return {};
-  std::vector<double> low = {kLowWalk}, high = {kHighWalk};
-  if (with_reference) {
-    low.push_back(kLowReference);
-    high.push_back(kHighReference);
-  }
-  const Minimum minimum = Minimize(at, best, 1.0, low, high, 3e-3, 120);
-  Ratios out{std::exp(minimum.at[0]), with_reference ? std::exp(minimum.at[1]) : 0.0};
-  double value = minimum.value;
-  const double without_walk = ProfileAt(series, options, 0.0, out.s).deviance;
-  if (without_walk <= value + kNoGain) {
-    out.k = 0.0;
-    value = without_walk;
-  }
-  if (with_reference && ProfileAt(series, options, out.k, 0.0).deviance <= value + kNoGain)
-    out.s = 0.0;
-  return out;
-}
+// Of the logarithms of K/N and s/N.
+constexpr double kRatioTolerance = 3e-3;
 
 IntervalSeries StillOnly(const IntervalSeries& series) {
-  IntervalSeries out(series.columns(), series.reference_gain());
+  IntervalSeries out(series.columns());
   double passed_s = 0.0;
   for (std::size_t i = 0; i < series.rows(); ++i) {
     Interval interval = series.interval(i);
@@ -117,14 +52,19 @@ NoiseFit FitNoise(const IntervalSeries& series, const FitOptions& options) {
     out.noise.reference_deg = *options.known_reference_deg;
     return out;
   }
-  const Ratios ratios = SearchRatios(series, options, moving);
-  const Profile profile = ProfileAt(series, options, ratios.k, ratios.s);
-  if (!std::isfinite(profile.deviance)) return out;
-  out.solvable = true;
-  out.noise = {profile.n, ratios.k * profile.n, ratios.s * profile.n};
-  out.angle_estimated = true;
-  out.bias_estimated = ratios.k > 0;
-  out.reference_estimated = ratios.s > 0;
+  // In the pieces that the series is made of.
+  constexpr double kNoLongerPieces_s = 0.0;
+  const Eigen::Map<const RowMajor> values = series.values();
+  const NoiseSearch search(series.intervals(),
+                           Eigen::MatrixXd(values(Eigen::all, options.regressors)),
+                           values.col(options.output), kLeastIndependentShare, kNoLongerPieces_s);
+  if (search.independent() < options.regressors.size()) return out;
+  const std::optional<NoiseEstimate> best = search.Best({}, kRatioTolerance);
+  if (!best) return out;
+  out.solvable = out.angle_estimated = true;
+  out.noise = search.WithoutUnseen(*best).noise;
+  out.bias_estimated = out.noise.bias_random_walk_deg_s_sqrt_s > 0;
+  out.reference_estimated = out.noise.reference_deg > 0;
   return out;
 }
 
@@ -230,32 +170,51 @@ GlsFit FitIntervals(IntervalSeries series, const FitOptions& options) {
   Detrend(&series, options.regressors, pilot, options.output);
   fit.noise = FitNoise(series, options);
   if (!fit.noise.solvable) return fit;
-  std::vector<double> white;
-  fit.gram = Whiten(series, fit.noise.noise, &white);
-  fit.solution = Solve(fit.gram, options.regressors, options.output);
+  const Whitener whitener(series.intervals(), fit.noise.noise);
+  Eigen::MatrixXd white = series.values();
+  whitener.Apply(white);
+  const WhiteGram gram{series.rows(), white.transpose() * white, whitener.log_det()};
+  fit.solution = Solve(gram, options.regressors, options.output);
   if (!fit.solution.solvable) return fit;
   fit.inflation = Inflation(series, options, fit.noise);
-  const auto columns = static_cast<std::size_t>(series.columns());
-  const std::size_t p = options.regressors.size();
-  fit.residuals.resize(series.rows());
-  fit.white_regressors.resize(series.rows() * p);
-  for (std::size_t i = 0; i < series.rows(); ++i) {
-    const double* row = white.data() + i * columns;
-    double residual = row[options.output];
-    for (std::size_t j = 0; j < p; ++j) {
-      fit.white_regressors[i * p + j] = row[options.regressors[j]];
-      residual -= fit.solution.coefficients[j] * row[options.regressors[j]];
-    }
-    fit.residuals[i] = residual;
-  }
-  for (std::size_t j = 0; j < p; ++j) fit.solution.coefficients[j] += pilot[j];
-  // The walk's integral of the output as given: the pilot's part put back.
-  for (std::size_t j = 0; j < p; ++j) {
-    fit.gram.walk_integral_s[static_cast<std::size_t>(options.output)] +=
-        pilot[j] * fit.gram.walk_integral_s[static_cast<std::size_t>(options.regressors[j])];
+  fit.white_regressors = white(Eigen::all, options.regressors);
+  const auto p = static_cast<Eigen::Index>(pilot.size());
+  fit.white_residuals =
+      white.col(options.output) -
+      fit.white_regressors * Eigen::Map<Eigen::VectorXd>(fit.solution.coefficients.data(), p);
+  fit.walk = IntegrateWalk(series, fit.noise.noise);
+  for (std::size_t j = 0; j < pilot.size(); ++j) {
+    fit.solution.coefficients[j] += pilot[j];
+    // The walk's integral of the output as given: the pilot's part put back.
+    fit.walk.of_columns(options.output) += pilot[j] * fit.walk.of_columns(options.regressors[j]);
   }
   fit.solvable = true;
   return fit;
+}
+
+WalkIntegral IntegrateWalk(const IntervalSeries& series, const IntervalNoise& noise) {
+  const Whitener whitener(series.intervals(), noise);
+  WalkIntegral out{whitener.WalkIntegrals(series.values()), whitener.walk_integral_variance(), 0.0};
+  for (const Interval& interval : series.intervals()) out.duration_s += interval.duration_s;
+  return out;
+}
+
+std::size_t OrderOfLeastBic(const WhiteGram& gram, std::size_t longest,
+                            const std::function<FitOptions(std::size_t)>& options_of) {
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t order = 0; order <= longest; ++order) {
+    const FitOptions options = options_of(order);
+    const GlsSolution solution = Solve(gram, options.regressors, options.output);
+    if (!solution.solvable) continue;
+    const double bic = solution.residual_square +
+                       static_cast<double>(order) * std::log(static_cast<double>(gram.rows));
+    if (bic < least) {
+      least = bic;
+      best = order;
+    }
+  }
+  return best;
 }
 
 // A = theta_i + (c_y - sum_j theta_j c_j) / T, with c the walk's integral as the filter ends with
@@ -264,12 +223,11 @@ MeanBias AverageBias(const GlsFit& fit, const FitOptions& options, std::size_t i
   const std::size_t p = options.regressors.size();
   std::vector<double> direction(p);
   MeanBias out;
-  const double duration_s = fit.gram.duration_s;
-  out.value = fit.gram.walk_integral_s[static_cast<std::size_t>(options.output)] / duration_s;
+  const double duration_s = fit.walk.duration_s;
+  out.value = fit.walk.of_columns(options.output) / duration_s;
   for (std::size_t j = 0; j < p; ++j) {
     direction[j] =
-        (j == index ? 1.0 : 0.0) -
-        fit.gram.walk_integral_s[static_cast<std::size_t>(options.regressors[j])] / duration_s;
+        (j == index ? 1.0 : 0.0) - fit.walk.of_columns(options.regressors[j]) / duration_s;
     out.value += direction[j] * fit.solution.coefficients[j];
   }
   out.covariance.assign(p, 0.0);
@@ -278,26 +236,24 @@ MeanBias AverageBias(const GlsFit& fit, const FitOptions& options, std::size_t i
       out.covariance[i] += fit.solution.covariance[i * p + j] * direction[j];
     }
   }
-  out.variance = fit.gram.walk_integral_variance / (duration_s * duration_s);
+  out.variance = fit.walk.variance / (duration_s * duration_s);
   for (std::size_t i = 0; i < p; ++i) out.variance += direction[i] * out.covariance[i];
   return out;
 }
 
 double SandwichVariance(const GlsFit& fit, std::size_t index) {
-  const std::size_t p = fit.solution.coefficients.size(), n = fit.residuals.size();
+  const std::size_t p = fit.solution.coefficients.size(),
+                    n = static_cast<std::size_t>(fit.white_residuals.size());
   const std::size_t blocks = std::min<std::size_t>(n / 20, 30);
   if (blocks < 8) return std::numeric_limits<double>::quiet_NaN();
-  using Map =
-      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
   const auto cols = static_cast<Eigen::Index>(p);
-  const Map x(fit.white_regressors.data(), static_cast<Eigen::Index>(n), cols);
-  const Map covariance(fit.solution.covariance.data(), cols, cols);
-  const Eigen::Map<const Eigen::VectorXd> v(fit.residuals.data(), static_cast<Eigen::Index>(n));
+  const Eigen::Map<const RowMajor> covariance(fit.solution.covariance.data(), cols, cols);
   double sum = 0.0;
   for (std::size_t b = 0; b < blocks; ++b) {
     const auto begin = static_cast<Eigen::Index>(b * n / blocks);
     const auto size = static_cast<Eigen::Index>((b + 1) * n / blocks) - begin;
-    const Eigen::VectorXd score = x.middleRows(begin, size).transpose() * v.segment(begin, size);
+    const Eigen::VectorXd score = fit.white_regressors.middleRows(begin, size).transpose() *
+                                  fit.white_residuals.segment(begin, size);
     sum += std::pow(covariance.row(static_cast<Eigen::Index>(index)).dot(score), 2);
   }
   const auto count = static_cast<double>(blocks);

@@ -1,7 +1,9 @@
 // Parameters and noise of an interval series, together.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -19,8 +21,7 @@ struct FitOptions {
   std::optional<double> known_reference_deg;
 };
 
-// Noise by restricted maximum likelihood (REML) over (N, K, s): N in closed form, the ratios K/N
-// and s/N by search on their logarithms; zero where the likelihood does not want them.
+// Noise by restricted maximum likelihood (NoiseSearch); zero where the likelihood does not want it.
 struct NoiseFit {
   bool solvable = false;
   IntervalNoise noise;
@@ -31,18 +32,25 @@ struct NoiseFit {
 // `series`: the output should be without its bulk (Detrend), so that products keep their digits.
 NoiseFit FitNoise(const IntervalSeries& series, const FitOptions& options);
 
+// The integral of the bias deviation over all intervals, as the filter sees it at the end.
+struct WalkIntegral {
+  Eigen::VectorXd of_columns;  // its estimate is linear in them
+  double variance = 0.0;
+  double duration_s = 0.0;  // of all intervals
+};
+WalkIntegral IntegrateWalk(const IntervalSeries& series, const IntervalNoise& noise);
+
 // A whole fit: pilot, noise, parameters, degrees of freedom.
 struct GlsFit {
   bool solvable = false;
   NoiseFit noise;
-  WhiteGram gram;  // under this noise; the output's products without what a first fit took off
+  WalkIntegral walk;     // under this noise
   GlsSolution solution;  // coefficients of the output as given
   // For each coefficient, the factor by which its standard error grows because the noise was
   // estimated (Satterthwaite's degrees of freedom, Student's t).
   std::vector<double> inflation;
-  // Whitened residuals, one a row, and whitened regressors, rows x p.
-  std::vector<double> residuals;
-  std::vector<double> white_regressors;
+  Eigen::VectorXd white_residuals;
+  Eigen::MatrixXd white_regressors;  // rows x p
 };
 
 GlsFit FitIntervals(IntervalSeries series, const FitOptions& options);
@@ -55,6 +63,11 @@ struct MeanBias {
   std::vector<double> covariance;
 };
 MeanBias AverageBias(const GlsFit& fit, const FitOptions& options, std::size_t index);
+
+// The order of a polynomial, 0 to `longest`, of the least Bayesian information criterion (Schwarz
+// 1978). Of one noise, that of the longest: a curve too short must not pass as noise.
+std::size_t OrderOfLeastBic(const WhiteGram& gram, std::size_t longest,
+                            const std::function<FitOptions(std::size_t)>& options_of);
 
 // Variance of coefficient `index` by a block sandwich: scores summed over blocks, longer than any
 // correlation that is left in the residuals. NaN with too few rows.

@@ -216,6 +216,24 @@ std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<IntervalNoise
       {n, n * std::exp(minimum.at[0]), moving_ ? n * std::exp(minimum.at[1]) : 0.0}, deviance};
 }
 
+NoiseEstimate NoiseSearch::WithoutUnseen(const NoiseEstimate& best) const {
+  constexpr double kNoGain = 1e-3;  // of the deviance
+  NoiseEstimate out = best;
+  const auto try_without = [&](double IntervalNoise::*unseen) {
+    IntervalNoise ratios = out.noise;
+    ratios.*unseen = 0.0;
+    const double unit = ratios.angle_random_walk_deg_sqrt_s;
+    const double walk = ratios.bias_random_walk_deg_s_sqrt_s / unit;
+    const double reference = ratios.reference_deg / unit;
+    double n = 0.0;
+    const double deviance = Profile(At(walk, reference), &n);
+    if (deviance <= out.deviance + kNoGain) out = {{n, n * walk, n * reference}, deviance};
+  };
+  try_without(&IntervalNoise::bias_random_walk_deg_s_sqrt_s);
+  if (moving_) try_without(&IntervalNoise::reference_deg);
+  return out;
+}
+
 NoiseEstimate NoiseSearch::WithMeanWalk(const NoiseEstimate& best) const {
   constexpr double kStep = 0.4, kHardlyAny = -8.0;  // of the logarithm of K/N
   constexpr double kUnlikely = 12.0;                // of the deviance

@@ -40,6 +40,10 @@ class NoiseSearch {
   // size from 0 being as likely before, in place of the likeliest one: that is 0 for many data in
   // which there is a walk, and slow effects would be known better than they are.
   NoiseEstimate WithMeanWalk(const NoiseEstimate& best) const;
+  // K, then s, is 0 where the likelihood does not want it.
+  NoiseEstimate WithoutUnseen(const NoiseEstimate& best) const;
+  // Columns that do not depend on the ones before them.
+  std::size_t independent() const { return kept_.size(); }
   // Deviance of a given noise.
   double Deviance(const IntervalNoise& noise) const;
   // By how much the deviance grows, for each group of columns, when the model goes without them and

@@ -105,7 +105,7 @@ void AddProducts(const RowMajor& white, const std::vector<Eigen::Index>& places,
 }  // namespace
 
 Whitener::Whitener(std::span<const Interval> intervals, const IntervalNoise& noise) {
-  CovarianceFilter filter(noise, 1.0);
+  CovarianceFilter filter(noise);
   steps_.reserve(intervals.size());
   // A logarithm of a few variances at once.
   constexpr std::size_t kTogether = 4;
@@ -118,6 +118,7 @@ Whitener::Whitener(std::span<const Interval> intervals, const IntervalNoise& noi
     product = 1.0;
   }
   log_det_ += std::log(product);
+  walk_integral_variance_ = filter.integral_variance();
 }
 
 ColumnsInChunks::ColumnsInChunks(RowMajor columns) : columns_(std::move(columns)) {
@@ -152,6 +153,22 @@ Eigen::MatrixXd Whitener::Products(const ColumnsInChunks& columns) const {
     AddProducts(white, active, &gram);
   }
   return gram.selfadjointView<Eigen::Lower>();
+}
+
+Eigen::VectorXd Whitener::WalkIntegrals(const Eigen::Ref<const RowMajor>& columns) const {
+  Eigen::RowVectorXd bias = Eigen::RowVectorXd::Zero(columns.cols());
+  Eigen::RowVectorXd reference = bias, integral = bias;
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    const Step& step = steps_[i];
+    bias *= step.bias_transition;
+    const Eigen::RowVectorXd innovation = columns.row(static_cast<Eigen::Index>(i)) -
+                                          step.bias_factor * bias -
+                                          step.reference_factor * reference;
+    integral += step.bias_factor * bias + step.gain_integral * innovation;
+    bias += step.gain_bias * innovation;
+    reference = step.reference_transition * reference + step.gain_reference * innovation;
+  }
+  return integral.transpose();
 }
 
 void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns, Eigen::Index first) const {

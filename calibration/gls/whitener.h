@@ -11,8 +11,6 @@
 
 namespace gyrobench::calibration {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 // Columns in pieces of some rows, and which of them are not 0 there: constants of other power-ons
 // cost nothing.
 class ColumnsInChunks {
@@ -47,6 +45,11 @@ class Whitener {
   void Apply(Eigen::Ref<Eigen::MatrixXd> columns, Eigen::Index first = 0) const;
   // Products of all columns with each other once they are white; the columns stay as they are.
   Eigen::MatrixXd Products(const ColumnsInChunks& columns) const;
+  // Of each column, were it the output: the integral of the bias deviation over all intervals, as
+  // the filter sees it at the end [deg for an output in deg]. It is linear in the column; its
+  // variance depends on the noise alone.
+  Eigen::VectorXd WalkIntegrals(const Eigen::Ref<const RowMajor>& columns) const;
+  double walk_integral_variance() const { return walk_integral_variance_; }
 
   // Scores of shocks, for white columns (disturbance smoother; Harvey and Koopman 1992): row i of
   //   bias    score of a bias that is higher by 1 deg/s from interval i on
@@ -60,7 +63,7 @@ class Whitener {
 
  private:
   std::vector<Step> steps_;
-  double log_det_ = 0.0;
+  double log_det_ = 0.0, walk_integral_variance_ = 0.0;
 };
 
 }  // namespace gyrobench::calibration

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "calibration/gls/noise_fit.h"
+#include "calibration/gls/whitener.h"
 #include "tests/calibration/dense_gls.h"
 
 namespace gyrobench::calibration {
@@ -115,8 +116,8 @@ TEST(IntervalGls, AveragesTheBiasAsDensePredictionDoes) {
     FitOptions options;
     options.regressors = kRegressors;
     options.output = 3;
-    fit.gram = Whiten(problem.series, noise);
-    fit.solution = Solve(fit.gram, kRegressors, 3);
+    fit.walk = IntegrateWalk(problem.series, noise);
+    fit.solution = Solve(Whiten(problem.series, noise), kRegressors, 3);
     const MeanBias mean = AverageBias(fit, options, 1);
 
     // Cov(int b over all, y_i), and its variance, from the walk's part of the covariance alone.
@@ -154,14 +155,14 @@ TEST(IntervalGls, WhitenedRowsAndProductsAreTheSameThingForManyColumns) {
     double* row = series.Add({0.1, 0.0, i % 3 == 0, i == 0});
     for (int j = 0; j < columns; ++j) row[j] = normal(random);
   }
-  std::vector<double> white;
-  const WhiteGram gram = Whiten(series, {0.1, 0.2, 0.3}, &white);
-  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> w(
-      white.data(), 150, columns);
-  const Eigen::MatrixXd expected = w.transpose() * w;
+  const IntervalNoise noise = {0.1, 0.2, 0.3};
+  const WhiteGram gram = Whiten(series, noise);
+  Eigen::MatrixXd white = series.values();
+  Whitener(series.intervals(), noise).Apply(white);
+  const Eigen::MatrixXd expected = white.transpose() * white;
   for (int i = 0; i < columns; ++i) {
     for (int j = 0; j < columns; ++j)
-      EXPECT_NEAR(gram.product(i, j), expected(i, j), 1e-10 * expected(i, i));
+      EXPECT_NEAR(gram.products(i, j), expected(i, j), 1e-10 * expected(i, i));
   }
 }
 
@@ -251,11 +252,11 @@ TEST(NoiseFit, LeavesWhiteResiduals) {
   std::mt19937 random(24);
   const GlsFit fit =
       FitIntervals(DrawRun(&random, 200, {0.0035, 0.001, 0.0144}, 1.0), RunOptions());
-  const double n = static_cast<double>(fit.residuals.size());
+  const double n = static_cast<double>(fit.white_residuals.size());
   double square = 0, next = 0;
-  for (std::size_t i = 1; i < fit.residuals.size(); ++i) {
-    square += fit.residuals[i] * fit.residuals[i];
-    next += fit.residuals[i] * fit.residuals[i - 1];
+  for (Eigen::Index i = 1; i < fit.white_residuals.size(); ++i) {
+    square += std::pow(fit.white_residuals(i), 2);
+    next += fit.white_residuals(i) * fit.white_residuals(i - 1);
   }
   EXPECT_NEAR(square / n, 1.0, 0.02);
   EXPECT_NEAR(next / n, 0.0, 5 / std::sqrt(n));
