@@ -1,7 +1,7 @@
 #include "cli/json_field.h"
 
 #include "base/json_text.h"
-#include "cli/number_text.h"
+#include "presentation/number.h"
 
 namespace gyrobench::cli {
 
@@ -39,7 +39,7 @@ std::vector<double> Numbers(const nlohmann::json& list) {
 std::string Plain(const nlohmann::json& value) {
   if (value.is_null()) return "";
   if (value.is_string()) return value.get<std::string>();
-  if (value.is_number_float()) return FormatNumber(value.get<double>(), 10);
+  if (value.is_number_float()) return presentation::FormatNumber(value.get<double>(), 10);
   return JsonText(value);
 }
 
