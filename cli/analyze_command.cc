@@ -11,8 +11,8 @@
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
-#include "cli/result_text.h"
-#include "cli/text_layout.h"
+#include "presentation/results.h"
+#include "presentation/text_layout.h"
 #include "recording/replay.h"
 
 namespace gyrobench::cli {
@@ -30,19 +30,21 @@ calibration::AnalysisResult AnalyzeOne(const std::filesystem::path& path) {
   return analyzer.Result();
 }
 
-std::string Heading(const std::string& input, const Terminal& terminal) {
-  const int rule = std::max(0, std::min(terminal.columns, 72) - DisplayWidth(input) - 4);
+std::string Heading(const std::string& input, const presentation::Terminal& terminal) {
+  const int rule =
+      std::max(0, std::min(terminal.columns, 72) - presentation::DisplayWidth(input) - 4);
   std::string line = "── " + terminal.Bold(input) + " ";
   for (int i = 0; i < rule; ++i) line += "─";
   return line;
 }
 
 // The same quantity of several inputs, one under the other.
-std::string Overview(const std::vector<std::string>& inputs, const std::vector<Json>& results) {
+std::string Overview(const std::vector<std::string>& inputs,
+                     const std::vector<calibration::AnalysisResult>& results) {
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < inputs.size(); ++i)
-    rows.push_back({inputs[i], ResultSummary(results[i])});
-  return AlignColumns(rows, {Align::kLeft, Align::kLeft});
+    rows.push_back({inputs[i], presentation::AnalysisSummary(results[i])});
+  return presentation::AlignColumns(rows, {presentation::Align::kLeft, presentation::Align::kLeft});
 }
 
 // Each input was analysed alone, so that its numbers hold; what contradicts another is said.
@@ -62,15 +64,13 @@ bool GoTogether(const std::vector<calibration::AnalysisResult>& analyses) {
 }  // namespace
 
 int Analyze(const Options& options) {
-  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   std::vector<std::string> inputs;
-  std::vector<Json> results;
   std::vector<calibration::AnalysisResult> analyses;
   for (const std::string& input : options.inputs) {
     const std::filesystem::path path = LocateInput(input, options.bench);
     try {
       analyses.push_back(AnalyzeOne(path));
-      results.push_back(calibration::ToJson(analyses.back()));
     } catch (const DataError& error) {
       // The others are still worth reading.
       fmt::print(stderr, "gyrobench analyze: {}\n", error.what());
@@ -79,18 +79,21 @@ int Analyze(const Options& options) {
     inputs.push_back(input);
     if (options.json) continue;
     if (options.inputs.size() > 1) fmt::print("{}\n", Heading(input, terminal));
-    fmt::print("{}{}", ResultText(results.back(), terminal), options.inputs.size() > 1 ? "\n" : "");
+    fmt::print("{}{}", RenderText(presentation::AnalysisDocument(analyses.back()), terminal),
+               options.inputs.size() > 1 ? "\n" : "");
     std::fflush(stdout);
   }
-  if (options.json && options.inputs.size() == 1 && !results.empty()) {
-    fmt::print("{}\n", JsonText(results.front(), 2));
+  if (options.json && options.inputs.size() == 1 && !analyses.empty()) {
+    fmt::print("{}\n", JsonText(calibration::ToJson(analyses.front()), 2));
   } else if (options.json) {
-    fmt::print("{}\n", JsonText(Json(results), 2));
-  } else if (results.size() > 1) {
-    fmt::print("{}", Overview(inputs, results));
+    Json results = Json::array();
+    for (const auto& one : analyses) results.push_back(calibration::ToJson(one));
+    fmt::print("{}\n", JsonText(results, 2));
+  } else if (analyses.size() > 1) {
+    fmt::print("{}", Overview(inputs, analyses));
   }
   const bool together = GoTogether(analyses);
-  return together && results.size() == options.inputs.size() ? kDone : kFailed;
+  return together && analyses.size() == options.inputs.size() ? kDone : kFailed;
 }
 
 }  // namespace gyrobench::cli

@@ -13,11 +13,11 @@
 #include "cli/calibration_input.h"
 #include "cli/commands.h"
 #include "cli/corrected_table.h"
-#include "cli/effect_text.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
-#include "cli/number_text.h"
 #include "cli/targets.h"
+#include "presentation/number.h"
+#include "presentation/text_layout.h"
 #include "recording/measurement_files.h"
 #include "recording/run_directory.h"
 #include "recording/table_writer.h"
@@ -108,10 +108,10 @@ Json ToJson(const CorrectedTable& table, const Options& options) {
 std::string ChannelText(const ChannelCorrection& channel) {
   std::string text =
       fmt::format("  gyro {}: {} samples {}", "xyz"[static_cast<std::size_t>(channel.axis)],
-                  FormatCount(channel.corrected),
+                  presentation::FormatCount(channel.corrected),
                   channel.calibrated ? "corrected" : "over the nominal sensitivity");
   if (channel.missing > 0)
-    text += fmt::format(", {} without a value", FormatCount(channel.missing));
+    text += fmt::format(", {} without a value", presentation::FormatCount(channel.missing));
   return text + "\n";
 }
 
@@ -120,12 +120,12 @@ std::string BeyondText(const ChannelCorrection& channel) {
   std::vector<std::string> parts;
   if (channel.beyond_rate > 0) {
     parts.push_back(fmt::format("{} rows beyond the {:.3g} deg/s of the calibration, up to {:.3g}",
-                                FormatCount(channel.beyond_rate), channel.max_rate_deg_s,
-                                channel.largest_rate_deg_s));
+                                presentation::FormatCount(channel.beyond_rate),
+                                channel.max_rate_deg_s, channel.largest_rate_deg_s));
   }
   if (channel.beyond_temperature > 0) {
     parts.push_back(fmt::format("{} rows outside of its {:.1f} to {:.1f} degC, at {:.1f} to {:.1f}",
-                                FormatCount(channel.beyond_temperature),
+                                presentation::FormatCount(channel.beyond_temperature),
                                 channel.min_temperature_degC, channel.max_temperature_degC,
                                 channel.lowest_degC, channel.highest_degC));
   }
@@ -139,7 +139,7 @@ std::vector<std::string> Warnings(const CorrectionReport& report) {
     texts.push_back(fmt::format(
         "WARNING: {} of {} rows ({:.1f} %) lie outside of what the calibration saw; there bias and "
         "effects are held at their values at its edge, and the errors are not known",
-        FormatCount(report.outside), FormatCount(report.samples),
+        presentation::FormatCount(report.outside), presentation::FormatCount(report.samples),
         100.0 * static_cast<double>(report.outside) / static_cast<double>(report.samples)));
   }
   for (const ChannelCorrection& channel : report.channels) {
@@ -152,7 +152,8 @@ std::vector<std::string> Warnings(const CorrectionReport& report) {
     texts.push_back(fmt::format(
         "WARNING: gyro {}: {} rows left empty: the effects of the calibration have no solution "
         "there; trace data that reach these rates",
-        "xyz"[static_cast<std::size_t>(channel.axis)], FormatCount(channel.unsolved)));
+        "xyz"[static_cast<std::size_t>(channel.axis)],
+        presentation::FormatCount(channel.unsolved)));
   }
   return texts;
 }
@@ -160,25 +161,26 @@ std::vector<std::string> Warnings(const CorrectionReport& report) {
 // After all else; where stdout is a machine's or nobody's, on stderr.
 void PrintWarnings(const CorrectionReport& report, const Options& options) {
   std::FILE* out = options.json || options.quiet ? stderr : stdout;
-  const Terminal terminal = DescribeTerminal(fileno(out));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(out));
   for (const std::string& warning : Warnings(report))
     fmt::print(out, "{}",
-               terminal.Red(Paragraph(warning, terminal, warning.starts_with('W') ? 0 : 2)));
+               terminal.Red(presentation::WrappedParagraph(warning, terminal,
+                                                           warning.starts_with('W') ? 0 : 2)));
 }
 
 void Print(const CorrectedTable& table, const std::string& line) {
-  const Terminal terminal = DescribeTerminal(fileno(stdout));
-  fmt::print("{}: {} rows\n", line, FormatCount(table.rows));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
+  fmt::print("{}: {} rows\n", line, presentation::FormatCount(table.rows));
   for (const auto& channel : table.correction.channels) fmt::print("{}", ChannelText(channel));
   if (table.without_time > 0)
     fmt::print("  {} rows without a time, or of other length: left empty\n",
-               FormatCount(table.without_time));
+               presentation::FormatCount(table.without_time));
   const std::vector<std::string>& remarks = table.correction.remarks;
   for (auto remark = remarks.begin(); remark != remarks.end(); ++remark) {
     if (std::find(remarks.begin(), remark, *remark) != remark) continue;
     const auto times = std::count(remark, remarks.end(), *remark);
     const std::string note = times > 1 ? fmt::format(" ({} times)", times) : "";
-    fmt::print("{}", Paragraph("! " + *remark + note, terminal, 2));
+    fmt::print("{}", presentation::WrappedParagraph("! " + *remark + note, terminal, 2));
   }
 }
 

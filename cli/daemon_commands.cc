@@ -9,9 +9,9 @@
 #include "cli/control_client.h"
 #include "cli/exit_status.h"
 #include "cli/json_field.h"
-#include "cli/number_text.h"
 #include "cli/request_parameters.h"
-#include "cli/text_layout.h"
+#include "presentation/number.h"
+#include "presentation/text_layout.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -48,24 +48,29 @@ std::string RangeOf(const Json& parameter) {
   }
   const double min = Number(parameter, "min"), max = Number(parameter, "max");
   if (std::isfinite(min) && std::isfinite(max)) {
-    return fmt::format("{} .. {}", FormatNumber(min), FormatNumber(max));
+    return fmt::format("{} .. {}", presentation::FormatNumber(min),
+                       presentation::FormatNumber(max));
   }
-  if (std::isfinite(min)) return "from " + FormatNumber(min);
-  if (std::isfinite(max)) return "up to " + FormatNumber(max);
+  if (std::isfinite(min)) return "from " + presentation::FormatNumber(min);
+  if (std::isfinite(max)) return "up to " + presentation::FormatNumber(max);
   return Text(parameter, "type");
 }
 
-std::string ProcedureText(const Json& procedure, const Terminal& terminal) {
+std::string ProcedureText(const Json& procedure, const presentation::Terminal& terminal) {
   std::string text =
       terminal.Bold(Text(procedure, "name")) + "  " + Text(procedure, "summary") + "\n";
   const std::string problem = Text(procedure, "problem");
   if (!problem.empty()) text += "  " + terminal.Red("cannot be run: ") + problem + "\n";
   Rows rows;
   for (const Json& p : Field(procedure, "parameters")) {
-    rows.push_back({Text(p, "name"), WithUnit(Plain(Field(p, "default")), Text(p, "unit")),
-                    RangeOf(p), Text(p, "help")});
+    rows.push_back({Text(p, "name"),
+                    presentation::WithUnit(Plain(Field(p, "default")), Text(p, "unit")), RangeOf(p),
+                    Text(p, "help")});
   }
-  return text + AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft}, 2);
+  return text + presentation::AlignColumns(rows,
+                                           {presentation::Align::kLeft, presentation::Align::kLeft,
+                                            presentation::Align::kLeft, presentation::Align::kLeft},
+                                           2);
 }
 
 std::string RunText(const Json& run) {
@@ -77,7 +82,8 @@ std::string RunText(const Json& run) {
     text += fmt::format(": {:.0f} %", 100.0 * Number(run, "progress"));
     if (const std::string segment = Text(run, "segment"); !segment.empty()) text += ", " + segment;
     const double remaining = Number(run, "remaining_s");
-    if (std::isfinite(remaining)) text += ", " + FormatDuration(remaining) + " of bench time left";
+    if (std::isfinite(remaining))
+      text += ", " + presentation::FormatDuration(remaining) + " of bench time left";
   }
   const std::string message = Text(run, "message");
   return message.empty() ? text : text + ": " + message;
@@ -106,7 +112,7 @@ std::string BenchText(const Json& status) {
   return text;
 }
 
-std::string StatusText(const Json& status, const Terminal& terminal) {
+std::string StatusText(const Json& status, const presentation::Terminal& terminal) {
   Rows rows;
   const std::string state = Text(status, "state");
   rows.push_back({"bench", (state == "fault" ? terminal.Red(state) : terminal.Bold(state)) +
@@ -130,10 +136,10 @@ std::string StatusText(const Json& status, const Terminal& terminal) {
   if (const std::string version = Text(status, "version"); !version.empty()) {
     rows.push_back({"daemon", "gyrobenchd " + version});
   }
-  return AlignColumns(rows, {Align::kLeft, Align::kLeft});
+  return presentation::AlignColumns(rows, {presentation::Align::kLeft, presentation::Align::kLeft});
 }
 
-std::string DevicesText(const Json& devices, const Terminal& terminal) {
+std::string DevicesText(const Json& devices, const presentation::Terminal& terminal) {
   Rows rows;
   for (const Json& device : devices) {
     const Json& ok = Field(device, "ok");
@@ -144,13 +150,15 @@ std::string DevicesText(const Json& devices, const Terminal& terminal) {
   }
   if (rows.empty()) return "";
   return "\n" +
-         AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft});
+         presentation::AlignColumns(rows, {presentation::Align::kLeft, presentation::Align::kLeft,
+                                           presentation::Align::kLeft, presentation::Align::kLeft,
+                                           presentation::Align::kLeft});
 }
 
 std::string MoveText(const Json& move) {
   const double angle = Number(move, "angle_deg"), rate = Number(move, "rate_deg_s");
-  return fmt::format("{} by {} deg at {} deg/s", Text(move, "axis"), FormatNumber(angle),
-                     FormatNumber(rate));
+  return fmt::format("{} by {} deg at {} deg/s", Text(move, "axis"),
+                     presentation::FormatNumber(angle), presentation::FormatNumber(rate));
 }
 
 // Equal moves that follow each other as one line.
@@ -167,7 +175,8 @@ std::string MovesText(const Json& moves) {
   const std::size_t more = rows.size() > kShown ? rows.size() - kShown : 0;
   rows.resize(rows.size() - more);
   if (more > 0) rows.push_back({"", fmt::format("... and {} more; all with --json", more)});
-  return AlignColumns(rows, {Align::kRight, Align::kLeft}, 2);
+  return presentation::AlignColumns(rows, {presentation::Align::kRight, presentation::Align::kLeft},
+                                    2);
 }
 
 // Minutes and seconds of the run: when somebody has to be there.
@@ -193,7 +202,7 @@ std::string QuestionsText(const Json& questions) {
 int Procedures(const Options& options) {
   const Json answer = ClientOf(options).Get("/v1/procedures");
   if (options.json) return PrintJson(answer);
-  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   bool first = true;
   for (const Json& procedure : Field(answer, "procedures")) {
     fmt::print("{}{}", first ? "" : "\n", ProcedureText(procedure, terminal));
@@ -209,7 +218,7 @@ int Check(const Options& options) {
   const Json& moves = Field(answer, "moves");
   fmt::print(
       "{} may run: {} of bench time, {} segments, {} moves. Nothing has moved.\n", options.name,
-      FormatDuration(Number(answer, "duration_s")),
+      presentation::FormatDuration(Number(answer, "duration_s")),
       segments.is_array() ? segments.size() : static_cast<std::size_t>(Integer(answer, "segments")),
       moves.size());
   fmt::print("{}{}", MovesText(moves), QuestionsText(Field(answer, "questions")));
@@ -221,7 +230,7 @@ int Check(const Options& options) {
 int Status(const Options& options) {
   const Json answer = ClientOf(options).Get("/v1/status");
   if (options.json) return PrintJson(answer);
-  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   fmt::print("{}{}", StatusText(answer, terminal), DevicesText(Field(answer, "devices"), terminal));
   return kDone;
 }

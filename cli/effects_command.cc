@@ -15,7 +15,7 @@
 #include "calibration/plan/effect_picture.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
-#include "cli/text_layout.h"
+#include "presentation/text_layout.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -94,8 +94,8 @@ std::string RivalsText(const Effect& effect, const EffectGallery& gallery) {
 
 std::string PictureText(const Effect& effect, const EffectGallery& gallery) {
   calibration::EffectPicture picture = gallery.PictureOf(effect);
-  return DrawPoints({std::move(picture.x_label), std::move(picture.y_label), std::move(picture.x),
-                     std::move(picture.y)});
+  return presentation::DrawPoints({std::move(picture.x_label), std::move(picture.y_label),
+                                   std::move(picture.x), std::move(picture.y)});
 }
 std::string PictureText(const NeverSeen&, const EffectGallery&) { return ""; }
 
@@ -119,13 +119,14 @@ Facts FactsOf(const NeverSeen& effect, const EffectGallery&) {
   return {{"cannot be seen", effect.because}, {"to show it", effect.settled_by}};
 }
 
-std::string FactsText(const std::string& id, const Facts& facts, const Terminal& terminal) {
+std::string FactsText(const std::string& id, const Facts& facts,
+                      const presentation::Terminal& terminal) {
   std::size_t width = 0;
   for (const auto& [what, says] : facts) width = std::max(width, what.size());
   std::string text = terminal.Bold(id) + "\n";
   for (const auto& [what, says] : facts) {
     const std::string line = fmt::format("{:<{}}  {}", what, width, says);
-    text += Wrap(line, terminal.columns, static_cast<int>(width) + 2) + "\n";
+    text += presentation::Wrap(line, terminal.columns, static_cast<int>(width) + 2) + "\n";
   }
   return text;
 }
@@ -210,7 +211,8 @@ std::string ListText() {
     rows.push_back({effect.id, Name(effect.owner), effect.equation});
   for (const NeverSeen& effect : calibration::NeverSeenEffects())
     rows.push_back({effect.id, "", "cannot be seen with one reference and one clock"});
-  return AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft});
+  return presentation::AlignColumns(
+      rows, {presentation::Align::kLeft, presentation::Align::kLeft, presentation::Align::kLeft});
 }
 
 OrderedJson JsonList(const std::string& id) {
@@ -232,7 +234,8 @@ void PrintPage(const std::string& id) {
   });
 }
 
-void PrintText(const std::string& id, const Terminal& terminal) {
+void PrintText(const std::string& id, const presentation::Terminal& terminal) {
+  using presentation::FitLines, presentation::Wrap;
   if (id.empty()) {
     fmt::print(
         "{}\n{}\ngyrobench effects ID says what it looks like, its cause, and what shows it.\n",
@@ -262,7 +265,7 @@ int Effects(const Options& options) {
   if (options.markdown) {
     PrintPage(options.name);
   } else {
-    PrintText(options.name, DescribeTerminal(fileno(stdout)));
+    PrintText(options.name, presentation::DescribeTerminal(fileno(stdout)));
   }
   return kDone;
 }

@@ -11,10 +11,10 @@
 #include "base/version.h"
 #include "cli/calibration_input.h"
 #include "cli/commands.h"
-#include "cli/effect_text.h"
 #include "cli/exit_status.h"
 #include "cli/targets.h"
 #include "export/exporter.h"
+#include "presentation/text_layout.h"
 #include "recording/measurement_files.h"
 
 namespace gyrobench::cli {
@@ -67,10 +67,10 @@ int ExportCalibration(const Options& options) {
                            .dump(2));
     return kDone;
   }
-  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   fmt::print("{}\n", line);
   for (const std::string& note : exported.notes)
-    fmt::print("{}", Paragraph("! " + note, terminal, 2));
+    fmt::print("{}", presentation::WrappedParagraph("! " + note, terminal, 2));
   return kDone;
 }
 

@@ -9,10 +9,11 @@
 #include "cli/calibration_output.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
-#include "cli/hold_text.h"
 #include "cli/input_files.h"
 #include "cli/inputs.h"
 #include "cli/targets.h"
+#include "presentation/results.h"
+#include "presentation/text_layout.h"
 #include "recording/replay.h"
 
 namespace gyrobench::cli {
@@ -58,11 +59,11 @@ int Hold(const Options& options) {
   for (const calibration::HoldRecording& recording : recordings) all.push_back(&recording);
   const calibration::HoldResult result =
       calibration::CalibrateHold(all, {.g_sensitivity = options.g_sensitivity});
-  const nlohmann::json json = calibration::ToJson(result);
   if (options.json) {
-    fmt::print("{}\n", JsonText(json, 2));
+    fmt::print("{}\n", JsonText(calibration::ToJson(result), 2));
   } else if (!options.quiet) {
-    fmt::print("{}", HoldText(json, DescribeTerminal(fileno(stdout))));
+    fmt::print("{}", presentation::RenderText(presentation::HoldDocument(result),
+                                              presentation::DescribeTerminal(fileno(stdout))));
   }
   std::fflush(stdout);
   if (!result.missing.empty()) {

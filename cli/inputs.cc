@@ -24,7 +24,7 @@ std::filesystem::path LocateInput(const std::string& input, const BenchOptions& 
 }
 
 WorkBar::WorkBar(bool quiet)
-    : terminal_(DescribeTerminal(fileno(stderr))),
+    : terminal_(presentation::DescribeTerminal(fileno(stderr))),
       next_(Steady::now() + std::chrono::milliseconds(300)) {
   if (quiet) terminal_.redraws = false;
 }
@@ -38,8 +38,8 @@ void WorkBar::Show(double fraction, const std::string& doing) {
   if (!terminal_.redraws || now < next_) return;
   next_ = now + std::chrono::milliseconds(100);
   const std::string line =
-      fmt::format("{} {:3.0f} %  {}", Bar(fraction, 24), 100.0 * fraction, doing);
-  fmt::print(stderr, "\r\x1b[K{}", Shorten(line, terminal_.columns - 1));
+      fmt::format("{} {:3.0f} %  {}", presentation::Bar(fraction, 24), 100.0 * fraction, doing);
+  fmt::print(stderr, "\r\x1b[K{}", presentation::Shorten(line, terminal_.columns - 1));
   shown_ = true;
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "cli/bench_place.h"
-#include "cli/text_layout.h"
+#include "presentation/text_layout.h"
 
 namespace gyrobench::cli {
 
@@ -25,7 +25,7 @@ class WorkBar {
 
  private:
   using Steady = std::chrono::steady_clock;
-  Terminal terminal_;
+  presentation::Terminal terminal_;
   Steady::time_point next_;
   bool shown_ = false;
 };

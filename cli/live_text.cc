@@ -8,8 +8,8 @@
 #include <ctime>
 
 #include "base/measurement.h"
-#include "cli/number_text.h"
-#include "cli/trace_text.h"
+#include "presentation/number.h"
+#include "presentation/results.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -27,7 +27,7 @@ std::string Describe(const status_t& m) {
 std::string Progress(const run_t& m) {
   std::string text = fmt::format("{:.0f} %", 100.0 * m.progress);
   if (std::isfinite(m.remaining_s))
-    text += ", " + FormatDuration(m.remaining_s) + " of bench time left";
+    text += ", " + presentation::FormatDuration(m.remaining_s) + " of bench time left";
   return text;
 }
 
@@ -48,7 +48,7 @@ std::string Describe(const run_t& m) {
     case run_t::SEGMENT_END:
       return fmt::format(
           "end {} after {}, {} done", SegmentText(m),
-          FormatDuration(static_cast<double>(m.utime - m.segment_begin_utime) * 1e-6),
+          presentation::FormatDuration(static_cast<double>(m.utime - m.segment_begin_utime) * 1e-6),
           m.segments_done);
     case run_t::PROGRESS:
       return Progress(m);
@@ -83,21 +83,23 @@ std::string Describe(const scale_result_t& m) {
   std::string text = EstimateText(m) + fmt::format(", {} turn{}", m.turns, m.turns == 1 ? "" : "s");
   if (std::isfinite(m.scale_error)) {
     const double error = m.alpha_std_error / m.alpha_deg_s_per_lsb * (1.0 + m.scale_error);
-    text += ", scale error " + FormatMeasured(100.0 * m.scale_error, 100.0 * error) + " %";
+    text += ", scale error " + presentation::FormatMeasured(100.0 * m.scale_error, 100.0 * error) +
+            " %";
   }
   return text + (m.final ? ", final" : "");
 }
 
 std::string Describe(const model_result_t& m) {
-  return fmt::format("A diagonal {}, {}, {} deg/s per LSB{}", FormatNumber(m.a_deg_s_per_lsb[0][0]),
-                     FormatNumber(m.a_deg_s_per_lsb[1][1]), FormatNumber(m.a_deg_s_per_lsb[2][2]),
-                     m.final ? ", final" : "");
+  return fmt::format("A diagonal {}, {}, {} deg/s per LSB{}",
+                     presentation::FormatNumber(m.a_deg_s_per_lsb[0][0]),
+                     presentation::FormatNumber(m.a_deg_s_per_lsb[1][1]),
+                     presentation::FormatNumber(m.a_deg_s_per_lsb[2][2]), m.final ? ", final" : "");
 }
 
 std::string Describe(const trace_result_t& m) {
   const std::string axis = SensorAxisName(m.sensor_axis);
   if (m.effect_index < 0) {
-    const std::string verdict = axis + ": " + VerdictWords(m.verdict);
+    const std::string verdict = axis + ": " + presentation::VerdictWords(m.verdict);
     return m.summary.empty() ? verdict : verdict + ": " + m.summary;
   }
   std::vector<std::string> names = {m.effect_id};
@@ -105,11 +107,13 @@ std::string Describe(const trace_result_t& m) {
   std::string text = fmt::format("{}: {} ({} of {})", axis, fmt::join(names, " or "),
                                  m.effect_index + 1, m.effect_count);
   for (std::size_t i = 0; i < m.parameter_name.size(); ++i) {
-    const std::string value = FormatMeasured(m.parameter_value[i], m.parameter_std_error[i]);
-    text += ", " + m.parameter_name[i] + " " + WithUnit(value, m.parameter_unit[i]);
+    const std::string value =
+        presentation::FormatMeasured(m.parameter_value[i], m.parameter_std_error[i]);
+    text += ", " + m.parameter_name[i] + " " + presentation::WithUnit(value, m.parameter_unit[i]);
   }
-  return text + fmt::format(", held out {} → {} deg", FormatNumber(m.angle_rms_deg_before, 3),
-                            FormatNumber(m.angle_rms_deg_after, 3));
+  return text + fmt::format(", held out {} → {} deg",
+                            presentation::FormatNumber(m.angle_rms_deg_before, 3),
+                            presentation::FormatNumber(m.angle_rms_deg_after, 3));
 }
 
 std::string Describe(const fault_t& m) {
@@ -184,7 +188,7 @@ std::string StateName(int state) {
 
 std::string EstimateText(const scale_result_t& m) {
   return fmt::format("scale {}: {} deg/s per LSB", SensorAxisName(m.sensor_axis),
-                     FormatMeasured(m.alpha_deg_s_per_lsb, m.alpha_std_error));
+                     presentation::FormatMeasured(m.alpha_deg_s_per_lsb, m.alpha_std_error));
 }
 
 std::string EstimateText(const bias_result_t& m) {
@@ -192,9 +196,10 @@ std::string EstimateText(const bias_result_t& m) {
   const std::string at = std::isfinite(m.reference_temperature_degC)
                              ? fmt::format(" at {:.1f} degC", m.reference_temperature_degC)
                              : "";
-  return fmt::format(
-      "bias {}: {} LSB{}", SensorAxisName(m.sensor_axis),
-      FormatMeasured(m.coefficient[0], m.std_error.empty() ? kMissing : m.std_error[0]), at);
+  return fmt::format("bias {}: {} LSB{}", SensorAxisName(m.sensor_axis),
+                     presentation::FormatMeasured(m.coefficient[0],
+                                                  m.std_error.empty() ? kMissing : m.std_error[0]),
+                     at);
 }
 
 std::string NewsText(const LiveMessage& message) {
@@ -215,7 +220,7 @@ std::string NewsKey(const LiveMessage& message) {
   return "";
 }
 
-std::string LiveLine(const LiveMessage& message, const Terminal& terminal) {
+std::string LiveLine(const LiveMessage& message, const presentation::Terminal& terminal) {
   std::string line;
   if (message.lost > 0) {
     line += terminal.Red(fmt::format("{:12}  {:<12}  {} message{} of this channel before this one",

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "cli/live_feed.h"
-#include "cli/text_layout.h"
+#include "presentation/text_layout.h"
 
 namespace gyrobench::cli {
 
@@ -24,7 +24,7 @@ std::string EstimateText(const bias_result_t& result);
 std::string SegmentText(const run_t& message);
 
 // "14:03:12.345  RUN  ...", without a newline.
-std::string LiveLine(const LiveMessage& message, const Terminal& terminal);
+std::string LiveLine(const LiveMessage& message, const presentation::Terminal& terminal);
 
 // What the message says, but for what a status measures. Two of one NewsKey with the same text
 // say the same.

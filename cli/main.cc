@@ -11,7 +11,7 @@
 #include "cli/control_client.h"
 #include "cli/exit_status.h"
 #include "cli/options.h"
-#include "cli/text_layout.h"
+#include "presentation/text_layout.h"
 
 namespace {
 
@@ -56,9 +56,12 @@ bool IsUsage(const RefusedError& error) {
 }
 
 void PrintError(const std::string& command, const std::exception& error) {
-  const Terminal terminal = DescribeTerminal(fileno(stderr));
+  const gyrobench::presentation::Terminal terminal =
+      gyrobench::presentation::DescribeTerminal(fileno(stderr));
   const std::string text = fmt::format("gyrobench{}: {}", command, error.what());
-  fmt::print(stderr, "{}\n", terminal.is_terminal ? Wrap(text, terminal.columns, 2) : text);
+  fmt::print(
+      stderr, "{}\n",
+      terminal.is_terminal ? gyrobench::presentation::Wrap(text, terminal.columns, 2) : text);
 }
 
 }  // namespace

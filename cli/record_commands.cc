@@ -11,10 +11,11 @@
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
 #include "cli/json_field.h"
-#include "cli/number_text.h"
-#include "cli/result_text.h"
+#include "cli/stored_results.h"
 #include "cli/targets.h"
-#include "cli/trace_text.h"
+#include "presentation/number.h"
+#include "presentation/results.h"
+#include "presentation/text_layout.h"
 #include "recording/measurement_files.h"
 #include "recording/run_directory.h"
 #include "recording/table_writer.h"
@@ -85,7 +86,7 @@ std::string HeadText(const Json& record) {
   AddRow(rows, "", Text(run, "problem"));
   AddRow(rows, "stand", Text(run, "stand"));
   AddRow(rows, "record", Text(record, "record"));
-  return AlignColumns(rows, {Align::kLeft, Align::kLeft});
+  return presentation::AlignColumns(rows, {presentation::Align::kLeft, presentation::Align::kLeft});
 }
 
 }  // namespace
@@ -105,12 +106,13 @@ int Runs(const Options& options) {
   std::vector<std::vector<std::string>> rows;
   for (const Json& record : list) {
     rows.push_back({Text(record, "run_id"), LocalTime(record["run"]), OutcomeOf(record["run"]),
-                    ResultSummary(record["result"])});
+                    presentation::AnalysisSummary(ReadAnalysis(record["result"]))});
   }
-  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   const std::string table =
-      AlignColumns(rows, {Align::kLeft, Align::kLeft, Align::kLeft, Align::kLeft});
-  fmt::print("{}", FitLines(table, terminal));
+      presentation::AlignColumns(rows, {presentation::Align::kLeft, presentation::Align::kLeft,
+                                        presentation::Align::kLeft, presentation::Align::kLeft});
+  fmt::print("{}", presentation::FitLines(table, terminal));
   return kDone;
 }
 
@@ -131,7 +133,9 @@ int Show(const Options& options) {
     fmt::print("{}\n", JsonText(record, 2));
     return kDone;
   }
-  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
+  const calibration::TraceResult trace = ReadTrace(record["trace"]);
+  presentation::Document document;
   fmt::print("{}", HeadText(record));
   const Json& result = record["result"];
   const std::string problem = Text(result, "problem");
@@ -139,10 +143,11 @@ int Show(const Options& options) {
     fmt::print("\n{}: from the record itself: gyrobench analyze {}\n",
                problem.empty() ? "no results yet" : problem, Text(record, "run_id"));
   } else {
-    fmt::print("\n{}", ResultText(WithTraceRemarks(result, record["trace"]), terminal));
+    document =
+        presentation::AnalysisDocument(presentation::WithTraceRemarks(ReadAnalysis(result), trace));
   }
-  const std::string trace = TraceSummary(record["trace"], terminal);
-  if (!trace.empty()) fmt::print("\n{}", trace);
+  Add(document, presentation::TraceSummary(trace));
+  if (!document.empty()) fmt::print("\n{}", RenderText(document, terminal));
   return kDone;
 }
 
@@ -160,15 +165,15 @@ int ExportRecord(const Options& options) {
                            .dump(2));
     return kDone;
   }
-  fmt::print("{}: {} rows of run {}\n", options.output.string(), FormatCount(summary.rows),
-             run.run_id());
+  fmt::print("{}: {} rows of run {}\n", options.output.string(),
+             presentation::FormatCount(summary.rows), run.run_id());
   if (summary.late > 0) {
-    fmt::print("  {} values left out: over {:g} s out of order\n", FormatCount(summary.late),
-               recording::TableWriter::kReorder_s);
+    fmt::print("  {} values left out: over {:g} s out of order\n",
+               presentation::FormatCount(summary.late), recording::TableWriter::kReorder_s);
   }
   if (summary.unannounced > 0) {
     fmt::print("  {} values left out: of an axis that the record does not announce\n",
-               FormatCount(summary.unannounced));
+               presentation::FormatCount(summary.unannounced));
   }
   return kDone;
 }

@@ -12,11 +12,12 @@
 #include "cli/follow_run.h"
 #include "cli/json_field.h"
 #include "cli/live_feed.h"
-#include "cli/number_text.h"
 #include "cli/request_parameters.h"
-#include "cli/result_text.h"
 #include "cli/run_display.h"
-#include "cli/trace_text.h"
+#include "cli/stored_results.h"
+#include "presentation/number.h"
+#include "presentation/results.h"
+#include "presentation/text_layout.h"
 #include "recording/run_directory.h"
 
 namespace gyrobench::cli {
@@ -56,12 +57,16 @@ Json ReadOf(const std::string& record, const char* name, std::string& why_not) {
 
 void PrintEnd(const Json& started, const RunEnd& end, const Json& result, const Json& trace,
               const std::string& why_not) {
-  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   const std::string text = fmt::format("run {}: {}", Text(started, "run_id"), OutcomeText(end));
   fmt::print("{}\n", end.outcome == "done" ? terminal.Bold(text) : terminal.Red(text));
-  if (!result.is_null()) fmt::print("\n{}", ResultText(WithTraceRemarks(result, trace), terminal));
-  const std::string verdict = TraceSummary(trace, terminal);
-  if (!verdict.empty()) fmt::print("\n{}", verdict);
+  const calibration::TraceResult verdicts = ReadTrace(trace);
+  presentation::Document document;
+  if (!result.is_null())
+    document = presentation::AnalysisDocument(
+        presentation::WithTraceRemarks(ReadAnalysis(result), verdicts));
+  Add(document, presentation::TraceSummary(verdicts));
+  if (!document.empty()) fmt::print("\n{}", RenderText(document, terminal));
   if (!why_not.empty()) fmt::print("results cannot be shown: {}\n", why_not);
   fmt::print("\nrecord: {}\n", Text(started, "record"));
 }
@@ -69,7 +74,7 @@ void PrintEnd(const Json& started, const RunEnd& end, const Json& result, const 
 void PrintStart(const Options& options, const Json& started) {
   if (options.json) return;
   fmt::print("run {}: {} of bench time\n", Text(started, "run_id"),
-             FormatDuration(Number(started, "duration_s")));
+             presentation::FormatDuration(Number(started, "duration_s")));
   std::fflush(stdout);
 }
 
@@ -105,7 +110,7 @@ int Run(const Options& options) {
   if (options.detach) return RunDetached(options, client);
 
   InterruptWatch interrupts;
-  const Terminal terminal = DescribeTerminal(fileno(stdout));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   const auto display = MakeRunDisplay(terminal, options.json);
   const bool may_ask = terminal.is_terminal && isatty(STDIN_FILENO) == 1 && !options.json;
   RunFollower follower(client, interrupts, *display, may_ask);

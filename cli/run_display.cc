@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "cli/number_text.h"
+#include "presentation/number.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -18,7 +18,8 @@ constexpr double kFastPace = 1.5;
 
 std::string TimeLeft(const RunView& view) {
   if (!std::isfinite(view.remaining_s)) return "";
-  if (view.pace < kFastPace) return FormatDuration(std::round(view.remaining_s)) + " left";
+  if (view.pace < kFastPace)
+    return presentation::FormatDuration(std::round(view.remaining_s)) + " left";
   return fmt::format("{:.0f} s left at {:.0f}x", view.remaining_s / view.pace, view.pace);
 }
 
@@ -51,7 +52,8 @@ class BarDisplay : public RunDisplay {
   }
   void Show(const RunView& view) override {
     // The last column stays free: some terminals wrap when it is written.
-    const std::string line = BarLine(view, DescribeTerminal(fileno(stdout)).columns - 1);
+    const std::string line =
+        BarLine(view, presentation::DescribeTerminal(fileno(stdout)).columns - 1);
     if (line == shown_) return;
     std::fputs(("\r\x1b[K" + line).c_str(), stdout);
     std::fflush(stdout);
@@ -103,15 +105,15 @@ class NoDisplay : public RunDisplay {
 
 std::string BarLine(const RunView& view, int columns) {
   const int bar_columns = std::clamp(columns / 5, 8, 24);
-  const std::string bar = fmt::format("{} {:3.0f} %", Bar(view.progress, bar_columns),
+  const std::string bar = fmt::format("{} {:3.0f} %", presentation::Bar(view.progress, bar_columns),
                                       std::floor(100.0 * std::clamp(view.progress, 0.0, 1.0)));
   // What matters less goes first when there is no room.
   const std::string left = TimeLeft(view);
   for (const std::string& text : {Join({bar, Where(view), view.estimate, left}),
                                   Join({bar, view.estimate, left}), Join({bar, left})}) {
-    if (DisplayWidth(text) <= columns) return text;
+    if (presentation::DisplayWidth(text) <= columns) return text;
   }
-  return Shorten(bar, columns);
+  return presentation::Shorten(bar, columns);
 }
 
 std::string PlainLine(const RunView& view) {
@@ -119,7 +121,7 @@ std::string PlainLine(const RunView& view) {
                Where(view), view.estimate, TimeLeft(view)});
 }
 
-std::unique_ptr<RunDisplay> MakeRunDisplay(const Terminal& terminal, bool quiet) {
+std::unique_ptr<RunDisplay> MakeRunDisplay(const presentation::Terminal& terminal, bool quiet) {
   if (quiet) return std::make_unique<NoDisplay>();
   if (terminal.redraws) return std::make_unique<BarDisplay>();
   return std::make_unique<LineDisplay>();

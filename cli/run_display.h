@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "cli/text_layout.h"
+#include "presentation/text_layout.h"
 
 namespace gyrobench::cli {
 
@@ -39,6 +39,6 @@ std::string PlainLine(const RunView& view);
 
 // On `stream` (stdout): the bar on a terminal, otherwise a line for each new segment, no more than
 // one a second. With `quiet` nothing at all.
-std::unique_ptr<RunDisplay> MakeRunDisplay(const Terminal& terminal, bool quiet);
+std::unique_ptr<RunDisplay> MakeRunDisplay(const presentation::Terminal& terminal, bool quiet);
 
 }  // namespace gyrobench::cli

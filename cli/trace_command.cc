@@ -11,11 +11,11 @@
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
 #include "cli/targets.h"
-#include "cli/trace_text.h"
 #include "cli/traced_inputs.h"
+#include "presentation/report.h"
+#include "presentation/results.h"
+#include "presentation/text_layout.h"
 #include "recording/run_directory.h"
-#include "report/reason.h"
-#include "report/report.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -23,14 +23,11 @@ namespace {
 namespace fs = std::filesystem;
 
 void Print(const TracedInputs& inputs, const Options& options) {
-  const nlohmann::json trace = calibration::ToJson(inputs.traced.result);
   if (options.json) {
-    fmt::print("{}\n", JsonText(trace, 2));
+    fmt::print("{}\n", JsonText(calibration::ToJson(inputs.traced.result), 2));
   } else if (!options.quiet) {
-    std::vector<double> rates_deg_s;
-    for (const auto& channel : inputs.traced.result.channels)
-      rates_deg_s.push_back(report::LargestRate_deg_s(channel));
-    fmt::print("{}", TraceText(trace, DescribeTerminal(fileno(stdout)), rates_deg_s));
+    fmt::print("{}", presentation::RenderText(presentation::TraceDocument(inputs.traced.result),
+                                              presentation::DescribeTerminal(fileno(stdout))));
   }
   std::fflush(stdout);
 }
@@ -90,7 +87,7 @@ int Trace(const Options& options) {
     WriteCalibration(MakeCalibration(inputs, hashed, options), options);
   if (!options.report.empty()) {
     const std::string line = TargetLine("report", options.report);
-    report::WriteReport(MakeReportContent(inputs, hashed), options.report);
+    presentation::WriteReport(MakeReportContent(inputs, hashed), options.report);
     Say(options, line);
   }
   if (!why_nothing.empty()) throw DataError(why_nothing);
@@ -103,7 +100,7 @@ int Report(const Options& options) {
   CheckTarget("report", file, AllFiles(files));
   const TracedInputs inputs = TraceInputs(files, options);
   const std::string line = TargetLine("report", file);
-  report::WriteReport(MakeReportContent(inputs, HashFiles(inputs.inputs)), file);
+  presentation::WriteReport(MakeReportContent(inputs, HashFiles(inputs.inputs)), file);
   if (options.json) {
     fmt::print("{}\n", JsonText(nlohmann::json{{"report", file.string()}}, 2));
   } else {

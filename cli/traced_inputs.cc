@@ -226,7 +226,7 @@ std::int64_t NowUtime() {
 }
 
 // What run.json says, where a record has one that can be read.
-void AddRun(const recording::MeasurementFiles& record, report::Provenance* provenance) {
+void AddRun(const recording::MeasurementFiles& record, presentation::Provenance* provenance) {
   const fs::path file = record.folder / recording::kRunJsonName;
   std::error_code none;
   if (!record.is_record || !fs::exists(file, none)) return;
@@ -300,12 +300,12 @@ calibration::Calibration MakeCalibration(const TracedInputs& inputs,
   return calibration;
 }
 
-report::ReportContent MakeReportContent(const TracedInputs& inputs,
-                                        const std::vector<HashedFile>& files) {
-  report::ReportContent content;
+presentation::ReportContent MakeReportContent(const TracedInputs& inputs,
+                                              const std::vector<HashedFile>& files) {
+  presentation::ReportContent content;
   content.trace = inputs.traced.result;
   if (inputs.recordings.size() == 1) content.analysis = calibration::Analyze(inputs.recordings[0]);
-  report::Provenance& provenance = content.provenance;
+  presentation::Provenance& provenance = content.provenance;
   provenance.sensor = inputs.sensor;
   provenance.written_utime = NowUtime();
   if (inputs.inputs.size() == 1) AddRun(inputs.inputs[0].on_disk, &provenance);

@@ -9,7 +9,7 @@
 #include "calibration/trace/trace.h"
 #include "cli/input_files.h"
 #include "cli/options.h"
-#include "report/report.h"
+#include "presentation/report.h"
 
 namespace gyrobench::cli {
 
@@ -32,7 +32,7 @@ calibration::Calibration MakeCalibration(const TracedInputs& inputs,
                                          const Options& options);
 
 // Trace, baseline (of a single input) and where they come from.
-report::ReportContent MakeReportContent(const TracedInputs& inputs,
-                                        const std::vector<HashedFile>& files);
+presentation::ReportContent MakeReportContent(const TracedInputs& inputs,
+                                              const std::vector<HashedFile>& files);
 
 }  // namespace gyrobench::cli

@@ -26,7 +26,7 @@ using Steady = std::chrono::steady_clock;
 class Watcher {
  public:
   explicit Watcher(const Options& options)
-      : options_(options), terminal_(DescribeTerminal(fileno(stdout))) {}
+      : options_(options), terminal_(presentation::DescribeTerminal(fileno(stdout))) {}
 
   bool done() const { return done_; }
 
@@ -98,7 +98,7 @@ class Watcher {
   }
 
   const Options& options_;
-  Terminal terminal_;
+  presentation::Terminal terminal_;
   std::int64_t printed_ = 0;
   bool done_ = false;
   std::map<std::string, Said> said_;  // last, of each channel and what it speaks of

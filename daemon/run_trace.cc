@@ -12,16 +12,16 @@
 #include "calibration/artefact/trace_json.h"
 #include "calibration/effects/effect.h"
 #include "calibration/trace/trace.h"
+#include "presentation/report.h"
 #include "recording/measurement_files.h"
-#include "report/report.h"
 
 namespace gyrobench::daemon {
 namespace {
 
 using nlohmann::json;
 
-report::Provenance ProvenanceOf(const recording::RunDirectory& directory, const json& run) {
-  report::Provenance provenance;
+presentation::Provenance ProvenanceOf(const recording::RunDirectory& directory, const json& run) {
+  presentation::Provenance provenance;
   provenance.run_id = directory.run_id();
   provenance.version = kVersion;
   provenance.procedure = run.value("procedure", "");
@@ -94,11 +94,11 @@ void WriteTrace(const recording::RunDirectory& directory, const json& run,
   recording::WriteJsonAtomically(directory.folder() / recording::kTraceJsonName,
                                  calibration::ToJson(trace));
   try {
-    report::ReportContent content;
+    presentation::ReportContent content;
     content.trace = trace;
     content.analysis = analysis;
     content.provenance = ProvenanceOf(directory, run);
-    report::WriteReport(content, directory.folder() / recording::kReportName);
+    presentation::WriteReport(content, directory.folder() / recording::kReportName);
   } catch (const Error& error) {
     spdlog::warn("no report of {}: {}", directory.run_id(), error.what());
   }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -61,6 +62,13 @@ struct Unidentifiable {
   std::string id;
   std::string because;
   std::string settled_by;  // the manoeuvre that would show it
+  // The figures of `because` where the effect's size is the reason: its standard deviation in these
+  // data, and the largest size that such parts show. Not part of the JSON.
+  struct Limit {
+    double bound = kMissing, largest = kMissing;
+    std::string unit;
+  };
+  std::optional<Limit> limit = std::nullopt;
 };
 
 // What still speaks after the effects.

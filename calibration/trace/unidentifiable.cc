@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/report_parts.h"
@@ -51,13 +52,23 @@ std::map<std::string, Observability> ObservabilityOf(const Selection& selection)
   return out;
 }
 
-// Why these data cannot show an effect that was looked for; empty where they can.
-std::string WhyUnseen(const Effect& effect, const Observability& observability) {
+Unidentifiable Because(std::string reason) {
+  Unidentifiable unseen;
+  unseen.because = std::move(reason);
+  return unseen;
+}
+
+// Why these data cannot show an effect that was looked for; no reason where they can.
+Unidentifiable WhyUnseen(const Effect& effect, const Observability& observability) {
   if (observability.left < Selection::kAbsorbed)
-    return "the baseline explains it just as well (absorbed)";
-  if (!(effect.typical_size > 0) || observability.bound <= effect.typical_size) return "";
-  return fmt::format("its bound here, {:.2g} {}, is beyond the largest size of such parts, {:.2g}",
-                     observability.bound, effect.terms[0].unit, effect.typical_size);
+    return Because("the baseline explains it just as well (absorbed)");
+  if (!(effect.typical_size > 0) || observability.bound <= effect.typical_size) return {};
+  const std::string& unit = effect.terms[0].unit;
+  Unidentifiable unseen = Because(
+      fmt::format("its bound here, {:.2g} {}, is beyond the largest size of such parts, {:.2g}",
+                  observability.bound, unit, effect.typical_size));
+  unseen.limit = {observability.bound, effect.typical_size, unit};
+  return unseen;
 }
 
 // Of a coarse encoder.
@@ -91,24 +102,27 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
   const std::map<std::string, Observability> seen = ObservabilityOf(selection);
   std::vector<Unidentifiable> out;
   std::set<std::string> listed;
-  const auto list = [&](const std::string& id, const std::string& because) {
-    if (because.empty() || named.contains(id) || !listed.insert(id).second) return;
-    out.push_back({id, because, ManoeuvreOf(id)});
+  const auto list = [&](const std::string& id, Unidentifiable unseen) {
+    if (unseen.because.empty() || named.contains(id) || !listed.insert(id).second) return;
+    unseen.id = id;
+    unseen.settled_by = ManoeuvreOf(id);
+    out.push_back(std::move(unseen));
   };
   // As if every row had what they depend on.
   for (const Candidate& candidate :
        CatalogueCandidates(problem, selection.covariates(), earth_rate_known)) {
     const auto observability = seen.find(candidate.id);
-    list(candidate.id, observability != seen.end()
-                           ? WhyUnseen(*candidate.effect, observability->second)
-                           : "what it depends on is not known all the time: not looked for");
+    list(candidate.id,
+         observability != seen.end()
+             ? WhyUnseen(*candidate.effect, observability->second)
+             : Because("what it depends on is not known all the time: not looked for"));
   }
   for (const Effect& effect : EffectCatalogue()) {
     const bool grid = effect.nonlinear.empty() || !effect.nonlinear[0].grid.empty();
     const unsigned lacks = effect.needs & ~problem.observables();
     if (!grid || (effect.needs & kNeedsCovariate) != 0 || lacks == 0) continue;
     if (effect.true_motion && earth_rate_known) continue;
-    list(effect.id, WhatIsMissing(lacks));
+    list(effect.id, Because(WhatIsMissing(lacks)));
   }
   ListRounding(problem, &out);
   ListAlwaysUnseen(problem, &out);

@@ -7,10 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "cli/number_text.h"
-#include "cli/result_text.h"
 #include "gyrobench/gyro_t.hpp"
 #include "gyrobench/run_t.hpp"
+#include "presentation/number.h"
 #include "recording/event_log.h"
 #include "tests/cli/child_process.h"
 #include "tests/cli/program.h"
@@ -55,7 +54,7 @@ TEST(Analyze, FindsTheScaleOfATableAndSaysTheSameInTextAsInJson) {
   const json& scale = result.at("scale").at(0);
   const double alpha = scale.at("alpha"), std_error = scale.at("alpha_std_error");
   EXPECT_NEAR(alpha, kAlpha, 5.0 * std_error + 1e-4 * kAlpha);
-  EXPECT_THAT(text.out, HasSubstr(FormatMeasured(alpha, std_error) + "  "));
+  EXPECT_THAT(text.out, HasSubstr(presentation::FormatMeasured(alpha, std_error) + "  "));
   EXPECT_THAT(text.out, HasSubstr("deg/s per LSB"));
   EXPECT_THAT(text.out, HasSubstr("Defects"));
 }

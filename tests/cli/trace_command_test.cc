@@ -10,7 +10,6 @@
 #include <random>
 #include <sstream>
 
-#include "cli/trace_text.h"
 #include "tests/cli/child_process.h"
 #include "tests/cli/program.h"
 #include "tests/temporary_folder.h"
@@ -359,22 +358,6 @@ TEST_F(Trace, NamesTablesThatOverlapWithinAPowerOnByFileAndLine) {
       EXPECT_THAT(finished.err, HasSubstr("a.csv:1")) << command;
     }
   }
-}
-
-// Fields that another version leaves out, or null for what is not known, are no reason to fail.
-TEST(TraceText, ShowsWhatThereIsOfATraceThatIsNotWhole) {
-  const Terminal terminal;
-  EXPECT_EQ(TraceSummary(json(), terminal), "");
-  const json trace = {
-      {"channels",
-       {{{"gyro", "x"},
-         {"verdict", "partly_explained"},
-         {"effects", {{{"id", "angle.latency"}, {"rivals", {"angle.clock_drift"}}}}}}}}};
-  EXPECT_THAT(TraceText(trace, terminal), HasSubstr("Gyro x: partly explained"));
-  EXPECT_THAT(TraceText(trace, terminal), HasSubstr("or angle.clock_drift"));
-  EXPECT_THAT(TraceSummary(trace, terminal),
-              HasSubstr("gyro x: partly explained by angle.latency or angle.clock_drift"));
-  EXPECT_THAT(TraceText(trace, terminal), Not(HasSubstr("nan")));
 }
 
 }  // namespace

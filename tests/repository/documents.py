@@ -25,7 +25,7 @@ def check_links(path, text):
 
 
 def check_named_files(text):
-    rooms = "base|cli|cmake|config|daemon|docs|drivers|export|kinematics|msgs|procedures|recording|calibration|report|scripts|stand|tests"
+    rooms = "base|cli|cmake|config|daemon|docs|drivers|export|kinematics|msgs|procedures|presentation|recording|calibration|scripts|stand|tests"
     for name in re.findall(rf"`((?:{rooms})/[A-Za-z0-9_./-]+\.[a-z]+)`", text):
         if "NAME" not in name and not list(ROOT.glob(name)):
             yield f"names {name}, which is not there"

@@ -9,7 +9,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CATALOGUE = ROOT / "calibration" / "effects" / "catalogue"
-ROOMS = ["calibration", "cli", "daemon", "export", "procedures", "report"]
+ROOMS = ["calibration", "cli", "daemon", "export", "presentation", "procedures"]
 STRING = re.compile(r"\"((?:[^\"\\\\]|\\\\.)*)\"|'((?:[^'\\\\]|\\\\.)*)'")
 ID = re.compile(r"(?:bias|scale|angle|bandwidth|time)\.[a-z_0-9]+")
 

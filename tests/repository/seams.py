@@ -10,14 +10,14 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PRODUCT = r"(base|calibration|cli|config|daemon|drivers|export|kinematics|msgs|procedures|recording|report|stand)/"
+PRODUCT = r"(base|calibration|cli|config|daemon|drivers|export|kinematics|msgs|presentation|procedures|recording|stand)/"
 
 # Seam, member, what speaks of it, where it counts, and how many files at most.
 SEAMS = [
     ("effect, memoryless", "bias.g_squared", r"bias\.g_squared|BiasGSquared",
      PRODUCT + r"(?!.*\.lua)|tests/calibration/effects_test", 3),
     ("effect, searched", "angle.ripple", r"angle\.ripple|AngleRipple",
-     r"calibration/|export/|report/|daemon/|tests/calibration/effects_test", 3),
+     r"calibration/|export/|presentation/|daemon/|tests/calibration/effects_test", 3),
     ("driver", "encoder", r"drivers/encoder\.h|encoder\.cc|class Encoder\b",
      r"drivers/|daemon/|tests/drivers/encoder_test", 5),
     ("channel", "_FAULT", r"\bfault_t\b|_FAULT\b",

@@ -1,0 +1,222 @@
+#include "presentation/report.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+#include "base/error.h"
+#include "presentation/charter.h"
+#include "presentation/markup.h"
+#include "presentation/number.h"
+#include "presentation/sections.h"
+#include "presentation/style_sheet.h"
+
+namespace gyrobench::presentation {
+namespace {
+
+Markup Head(const Provenance& provenance) {
+  std::string title = "Gyro calibration report";
+  if (!provenance.run_id.empty()) {
+    title += " " + provenance.run_id;
+  } else if (!provenance.files.empty()) {
+    title += " " + provenance.files.front().name;
+  }
+  // No source of anything may be loaded: the page is whole as it is.
+  return Markup::Trusted(
+      fmt::format("<head>\n<meta charset=\"utf-8\"/>\n"
+                  "<meta http-equiv=\"Content-Security-Policy\" "
+                  "content=\"default-src 'none'; style-src 'unsafe-inline'\"/>\n"
+                  "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
+                  "<title>{}</title>\n<style>{}</style>\n</head>\n",
+                  Markup::Text(title).html(), kStyleSheet));
+}
+
+void AddPart(std::string& line, const std::string& name, const std::string& text) {
+  if (!text.empty()) line += fmt::format("{}{}{}", line.empty() ? "" : "  ·  ", name, text);
+}
+
+// "a.csv.gz and 2 more"; empty where a run is named in its place.
+std::string FilesText(const Provenance& provenance) {
+  if (!provenance.run_id.empty() || provenance.files.empty()) return "";
+  const std::string first = provenance.files.front().name;
+  const std::size_t more = provenance.files.size() - 1;
+  return more == 0 ? first : fmt::format("{} and {} more", first, more);
+}
+
+// "65 432 samples in 11 min"
+std::string SamplesText(const ReportContent& content) {
+  std::int64_t samples = 0;
+  double duration_s = 0.0;
+  if (content.trace) {
+    for (const auto& input : content.trace->inputs) {
+      samples += input.samples;
+      duration_s += input.duration_s;
+    }
+  } else if (content.analysis) {
+    samples = content.analysis->samples;
+    duration_s = content.analysis->duration_s;
+  }
+  if (samples == 0) return "";
+  return fmt::format("{} samples in {}", Typeset(FormatCount(samples)), FormatDuration(duration_s));
+}
+
+// What was measured, when, and how much of it; of a table, which has no time of its own, when the
+// report was written.
+Markup Masthead(const ReportContent& content) {
+  const Provenance& provenance = content.provenance;
+  std::string line;
+  AddPart(line, "", provenance.sensor.empty() ? "Sensor not named" : "Sensor " + provenance.sensor);
+  AddPart(line, "Run ", provenance.run_id);
+  AddPart(line, "", FilesText(provenance));
+  AddPart(line, "", SamplesText(content));
+  if (provenance.started_utime != 0) {
+    AddPart(line, "", FormatUtc(provenance.started_utime));
+  } else if (provenance.written_utime != 0) {
+    AddPart(line, "report of ", FormatUtc(provenance.written_utime));
+  }
+  return Element("header", Element("h1", "Gyro calibration report") + Element("p", line, "run"));
+}
+
+Section WithoutTrace() {
+  Section section{"No trace", {}, "verdict none"};
+  Add(section.blocks,
+      Paragraph{"The residual of these data was not traced to effects. What follows is the "
+                "baseline alone; whether it misses anything, and how large its error is on data it "
+                "has not seen, is not known.",
+                "summary"});
+  return section;
+}
+
+std::string TimesOfRun(const Provenance& provenance) {
+  if (provenance.started_utime == 0) return {};
+  std::string text = FormatUtc(provenance.started_utime);
+  if (provenance.ended_utime != 0) text += " to " + FormatUtc(provenance.ended_utime);
+  return text;
+}
+
+Table FileTable(const std::vector<ProvenanceFile>& files) {
+  Table table{{{"File"}, {"Bytes", kNumber}, {"SHA-256"}}, {}, false, "files"};
+  for (const ProvenanceFile& file : files) {
+    table.Add({file.name, Number(file.bytes < 0 ? "-" : FormatCount(file.bytes)),
+               file.sha256.empty() ? Number("-") : Code(file.sha256)});
+  }
+  return table;
+}
+
+Table InputTable(const ReportContent& content) {
+  Table table{{{"Input"}, {"Samples", kNumber}, {"Duration", kNumber}}, {}};
+  const auto add = [&table](const std::string& name, std::int64_t samples, double duration_s) {
+    table.Add({name, Number(FormatCount(samples)), Number(FormatDuration(duration_s))});
+  };
+  if (content.trace) {
+    for (const auto& input : content.trace->inputs)
+      add(input.file, input.samples, input.duration_s);
+  } else if (content.analysis) {
+    const auto& analysis = *content.analysis;
+    add(analysis.info.source, analysis.samples, analysis.duration_s);
+  }
+  return table;
+}
+
+Section CourseSection(const Provenance& provenance) {
+  Table table{{{"Time", kNumber}, {"Said"}}, {}};
+  for (const Provenance::Said& said : provenance.said)
+    table.Add({Number(fmt::format("{:.1f} min", said.t_s / 60.0)), said.text});
+  Section section{"Course of the run", {}, "short"};
+  Add(section.blocks, std::move(table));
+  return section;
+}
+
+Section DefectsOf(const ReportContent& content) {
+  std::vector<DefectsOfFile> files;
+  if (content.trace) {
+    for (const auto& input : content.trace->inputs) files.emplace_back(input.file, &input.defects);
+  } else if (content.analysis) {
+    files.emplace_back(content.analysis->info.source, &content.analysis->defects);
+  }
+  Section section = DefectSection(files);
+  if (std::holds_alternative<Table>(section.blocks.front().content)) {
+    Add(section.blocks, Paragraph{"Counted and left out; never explained by an effect.", "note"});
+  }
+  return section;
+}
+
+Section ProvenanceSection(const ReportContent& content) {
+  const Provenance& provenance = content.provenance;
+  Facts facts;
+  facts.Add("Run", provenance.run_id);
+  facts.Add("Sensor", provenance.sensor);
+  facts.Add("Procedure", provenance.procedure);
+  facts.Add("Configuration", provenance.configuration);
+  facts.Add("Measured", TimesOfRun(provenance));
+  if (provenance.written_utime != 0)
+    facts.Add("Report written", FormatUtc(provenance.written_utime));
+  facts.Add("gyrobench", provenance.version);
+  for (const auto& [name, text] : provenance.notes) facts.Add(name, text);
+  Section section{"Inputs and provenance"};
+  Add(section.blocks, std::move(facts));
+  Add(section.blocks, InputTable(content));
+  Add(section.blocks, FileTable(provenance.files));
+  return section;
+}
+
+Document PageOf(const ReportContent& content) {
+  Document page;
+  if (content.trace) {
+    Add(page, TracePage(*content.trace));
+  } else {
+    Add(page, WithoutTrace());
+  }
+  if (!content.trace && content.analysis) Add(page, AnalysisPage(*content.analysis));
+  Add(page, CourseSection(content.provenance));
+  Add(page, DefectsOf(content));
+  if (content.trace) Add(page, NoisePage(*content.trace));
+  if (content.trace && content.analysis) Add(page, AnalysisPage(*content.analysis));
+  Add(page, ProvenanceSection(content));
+  return page;
+}
+
+void WriteOrThrow(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) {
+    throw DataError(
+        fmt::format("report {}: cannot be written: {}; is the folder there, writable, "
+                    "and the disk not full?",
+                    file.string(), std::strerror(errno)));
+  }
+}
+
+}  // namespace
+
+std::string ReportHtml(const ReportContent& content, const ReportOptions& options) {
+  Charter charter(options.gnuplot, options.chart_limit);
+  const Markup page = Masthead(content) + RenderPage(PageOf(content), charter);
+  const Markup body = Element("body", Element("main", page));
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n" + Head(content.provenance).html() + body.html() +
+         "</html>\n";
+}
+
+void WriteReport(const ReportContent& content, const std::filesystem::path& file,
+                 const ReportOptions& options) {
+  const std::string html = ReportHtml(content, options);
+  const std::filesystem::path part = file.string() + fmt::format(".{}.part", getpid());
+  try {
+    WriteOrThrow(part, html);
+    std::error_code error;
+    std::filesystem::rename(part, file, error);
+    if (error) throw DataError(fmt::format("report {}: {}", file.string(), error.message()));
+  } catch (const DataError&) {
+    std::error_code ignored;  // what is left of a failure does no more harm than the failure
+    std::filesystem::remove(part, ignored);
+    throw;
+  }
+}
+
+}  // namespace gyrobench::presentation

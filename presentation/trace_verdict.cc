@@ -1,0 +1,166 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "presentation/number.h"
+#include "presentation/sections.h"
+
+namespace gyrobench::presentation {
+namespace {
+
+using calibration::ChannelTrace;
+using calibration::HeldOut;
+using calibration::Verdict;
+
+// A sentence as a part of another one.
+std::string Clause(std::string sentence) {
+  if (sentence.ends_with('.')) sentence.pop_back();
+  if (!sentence.empty())
+    sentence.front() =
+        static_cast<char>(std::tolower(static_cast<unsigned char>(sentence.front())));
+  return sentence;
+}
+
+// Only what is known of before or after.
+void AddFigure(Comparisons& errors, const std::string& name, const HeldOut& figure,
+               const std::string& unit, const std::string& note) {
+  if (!std::isfinite(figure.before) && !std::isfinite(figure.after)) return;
+  errors.figures.push_back({name,
+                            Number(BeforeAfter(figure, unit.empty() ? FormatRatio : FormatFigure)),
+                            Number(Reduction(figure)), unit, note});
+}
+
+// Where nothing was added there is nothing after it.
+HeldOut Before(const HeldOut& figure) { return {figure.before, kMissing, {kMissing, kMissing}}; }
+
+std::string FindingText(const calibration::Finding& finding) {
+  if (!finding.says.empty()) return finding.says;
+  return finding.covariate.empty() ? finding.test : finding.test + " against " + finding.covariate;
+}
+
+}  // namespace
+
+std::string AxisName(SensorAxis axis) { return {"xyz"[static_cast<std::size_t>(axis)]}; }
+std::string GyroName(SensorAxis axis) { return "gyro " + AxisName(axis); }
+
+std::string Capitalized(std::string text) {
+  if (!text.empty())
+    text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
+std::string BeforeAfter(const HeldOut& figure, std::string (*format)(double)) {
+  if (!std::isfinite(figure.after))
+    return std::isfinite(figure.before) ? format(figure.before) : "-";
+  return format(figure.before) + " → " + format(figure.after);
+}
+
+std::string Reduction(const HeldOut& figure) {
+  if (!std::isfinite(figure.before) || !std::isfinite(figure.after) || figure.before <= 0.0)
+    return "";
+  const auto [low, high] = figure.reduction_ci95;
+  if (!std::isfinite(low) || !std::isfinite(high)) {
+    const double share = 1.0 - figure.after / figure.before;
+    return FormatPercent(std::fabs(share)) + (share < 0.0 ? " more" : " less");
+  }
+  if (low < 0.0 && high > 0.0)
+    return FormatPercent(-low) + " more to " + FormatPercent(high) + " less (95 %)";
+  const bool more = low < 0.0;
+  return fmt::format("{:.1f} to {} {} (95 %)", 100.0 * (more ? -high : low),
+                     FormatPercent(more ? -low : high), more ? "more" : "less");
+}
+
+std::string VerdictWords(const std::string& verdict) {
+  if (verdict == "none") return "nothing beyond the baseline";
+  std::string words = verdict;
+  std::ranges::replace(words, '_', ' ');
+  return words;
+}
+
+Text NamesOfEffects(const ChannelTrace& channel, bool owners) {
+  struct Named {
+    Text name;
+    int times;
+    std::string owner;
+  };
+  std::vector<Named> all;
+  bool rivals = false;
+  for (const calibration::TracedEffect& effect : channel.effects) {
+    std::vector<Text> one = {Code(effect.id)};
+    for (const std::string& rival : effect.rivals) one.push_back(Code(rival));
+    rivals = rivals || one.size() > 1;
+    const Text name = Join(one, " or ");
+    const auto same = std::ranges::find_if(all, [&](const Named& n) { return n.name == name; });
+    if (same != all.end()) {
+      ++same->times;
+    } else {
+      const bool own = effect.owner == calibration::EffectOwner::kGyro;
+      all.push_back({name, 1, own ? "" : fmt::format("the {}'s", Name(effect.owner))});
+    }
+  }
+  std::vector<Text> names;
+  for (const Named& one : all) {
+    const Text note = Join(
+        {one.times > 1 ? fmt::format("{} times", one.times) : "", owners ? one.owner : ""}, ", ");
+    names.push_back(note.empty() ? one.name : one.name + " (" + note + ")");
+  }
+  // "a, b or c" would leave open what belongs together.
+  return Join(names, rivals ? "; " : ", ");
+}
+
+Text VerdictSentence(const ChannelTrace& channel) {
+  const std::string words = VerdictWords(Name(channel.verdict));
+  if (!channel.effects.empty()) return words + " by " + NamesOfEffects(channel, false);
+  if (!IsTraced(channel)) return "not traced; the remarks say why";
+  if (channel.verdict == Verdict::kNone) return words;
+  return Join({words, Clause(channel.summary)}, "; ");
+}
+
+Comparisons ErrorsOf(const ChannelTrace& channel) {
+  const bool added = !channel.effects.empty();
+  const auto shown = [&](const HeldOut& figure) { return added ? figure : Before(figure); };
+  constexpr const char* kHeldOut = "by two thirds, tried on the rest";
+  constexpr const char* kWhite = "1: as the noise explains";
+  Comparisons errors;
+  AddFigure(errors, "angle error, held out", shown(channel.heldout_angle_rms_deg), "deg", kHeldOut);
+  AddFigure(errors, "whitened rms, held out", shown(channel.heldout_whitened_rms), "", kWhite);
+  AddFigure(errors, "angle error, forecast", shown(channel.forecast_angle_rms_deg), "deg",
+            "by the first 60 %, tried on the last 40 %");
+  const auto& baseline = channel.baseline;
+  AddFigure(errors, "angle error, all data",
+            added ? channel.fitted_angle_rms_deg : HeldOut{baseline.angle_rms_deg}, "deg",
+            "of what it was fitted to");
+  AddFigure(errors, "whitened rms, all data",
+            added ? channel.fitted_whitened_rms : HeldOut{baseline.whitened_rms}, "", kWhite);
+  return errors;
+}
+
+std::string TrainingNote(const ChannelTrace& channel) {
+  if (channel.effects.empty() || !std::isfinite(channel.heldout_whitened_rms.after)) return "";
+  std::vector<std::string> found = channel.training_effects, named;
+  for (const auto& effect : channel.effects) named.push_back(effect.id);
+  std::ranges::sort(found);
+  std::ranges::sort(named);
+  if (found == named) return "";
+  return "Held out is the error of " +
+         (found.empty()
+              ? "the baseline alone, as two thirds of the data ask for no effect"
+              : fmt::format("{}, as two thirds of the data ask for", fmt::join(found, ", ")));
+}
+
+std::vector<Text> RemainingTexts(const ChannelTrace& channel) {
+  if (!std::isfinite(channel.baseline.whitened_rms)) return {};
+  std::vector<Text> texts;
+  for (const calibration::Finding& finding : channel.remaining.findings) {
+    texts.push_back(FindingText(finding) + " (" + Number(FormatPValue(finding.p_value)) + ")");
+  }
+  if (texts.empty())
+    texts.emplace_back(channel.remaining.white ? "white noise"
+                                               : "the rounding of the encoder, and noise");
+  return texts;
+}
+
+}  // namespace gyrobench::presentation

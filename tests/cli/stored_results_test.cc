@@ -1,0 +1,113 @@
+// Results of records that another version wrote.
+#include "cli/stored_results.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "calibration/artefact/trace_json.h"
+#include "calibration/estimators/result_json.h"
+#include "presentation/results.h"
+#include "presentation/text_layout.h"
+
+namespace gyrobench::cli {
+namespace {
+
+using nlohmann::json;
+
+calibration::AnalysisResult SomeResult() {
+  calibration::AnalysisResult result;
+  result.info.source = "turns.csv";
+  result.samples = 4000;
+  result.reference_samples = 80;
+  result.duration_s = 40.0;
+  result.gyro_rate_hz = 100.0;
+  result.defects = {{"gap", 2, 8.5, "line 851"}};
+  result.remarks = {"a remark of all"};
+  calibration::ScaleResult& scale = result.scale.emplace_back();
+  scale.axis = SensorAxis::kY;
+  scale.unit = "LSB";
+  scale.schedule = "stops";
+  double value = 0.0;
+  for (double* field : {&scale.alpha,
+                        &scale.alpha_std_error,
+                        &scale.alpha_statistical_std_error,
+                        &scale.reference_uncertainty,
+                        &scale.scale_error,
+                        &scale.bias,
+                        &scale.bias_std_error,
+                        &scale.bias_temperature_degC,
+                        &scale.residual_rms_deg,
+                        &scale.whitened_rms,
+                        &scale.paper_alpha,
+                        &scale.paper_alpha_std_error,
+                        &scale.paper_first_rest_alpha,
+                        &scale.min_rate_deg_s,
+                        &scale.max_rate_deg_s,
+                        &scale.min_temperature_degC,
+                        &scale.max_temperature_degC,
+                        &scale.tick_ratio,
+                        &scale.tick_ratio_std_error,
+                        &scale.noise.angle_random_walk_deg_sqrt_s,
+                        &scale.noise.bias_random_walk_deg_s_sqrt_s,
+                        &scale.noise.reference_deg})
+    *field = value += 1.25;
+  scale.turns = 17;
+  scale.remarks = {"a remark of the scale factor"};
+  calibration::BiasResult& bias = result.bias.emplace_back();
+  bias.axis = SensorAxis::kX;
+  bias.unit = "LSB";
+  for (double* field : {&bias.reference_temperature_degC, &bias.min_temperature_degC,
+                        &bias.max_temperature_degC, &bias.rms_error, &bias.residual_rms,
+                        &bias.paper_rms_error, &bias.noise.angle_random_walk_deg_sqrt_s,
+                        &bias.noise.bias_random_walk_deg_s_sqrt_s, &bias.noise.reference_deg})
+    *field = value += 1.25;
+  bias.coefficients = {71.5, 72.5};
+  bias.std_errors = {0.25, 0.5};
+  bias.paper_coefficients = {73.5, 74.5};
+  bias.remarks = {"a remark of the bias"};
+  return result;
+}
+
+// Every field has a value of its own, so that none is taken for another.
+TEST(ReadAnalysis, SaysWhatTheResultSaidThatWasWritten) {
+  const calibration::AnalysisResult result = SomeResult();
+  const auto text = [](const calibration::AnalysisResult& one) {
+    return RenderText(presentation::AnalysisDocument(one), {});
+  };
+  EXPECT_EQ(text(ReadAnalysis(calibration::ToJson(result))), text(result));
+}
+
+// Fields that another version leaves out or has of another kind, and null for what is not known, are
+// no reason to fail.
+TEST(ReadAnalysis, TakesWhatIsNotThereForNotKnown) {
+  EXPECT_TRUE(ReadAnalysis(nullptr).scale.empty());
+  const auto result = ReadAnalysis(
+      {{"scale", {{{"axis", "x"}, {"alpha", nullptr}, {"turns", "many"}, {"paper", 1.5}}}}});
+  ASSERT_EQ(result.scale.size(), 1u);
+  EXPECT_EQ(result.scale[0].axis, SensorAxis::kX);
+  EXPECT_TRUE(std::isnan(result.scale[0].alpha));
+  EXPECT_EQ(result.scale[0].turns, 0);
+  EXPECT_TRUE(std::isnan(result.scale[0].paper_alpha));
+}
+
+TEST(ReadTrace, SaysWhatTheTraceSaid) {
+  EXPECT_TRUE(ReadTrace(nullptr).channels.empty());
+  calibration::TraceResult trace;
+  trace.channels.resize(3);
+  trace.channels[0].verdict = calibration::Verdict::kPartlyExplained;
+  trace.channels[0].effects.resize(1);
+  trace.channels[0].effects[0].id = "angle.latency";
+  trace.channels[0].effects[0].rivals = {"angle.clock_drift"};
+  trace.channels[1].verdict = calibration::Verdict::kUnexplained;
+  trace.channels[1].summary = "Something remains.";
+  trace.channels[2].baseline.whitened_rms = 1.0;
+  const auto text = [](const calibration::TraceResult& one) {
+    return RenderText(presentation::TraceSummary(one), {});
+  };
+  EXPECT_EQ(text(ReadTrace(calibration::ToJson(trace))), text(trace));
+}
+
+}  // namespace
+}  // namespace gyrobench::cli

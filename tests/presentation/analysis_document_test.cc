@@ -1,0 +1,72 @@
+// What an analysis says beside a trace of the same run.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "presentation/results.h"
+#include "presentation/text_layout.h"
+#include "tests/presentation/sample_content.h"
+
+namespace gyrobench::presentation {
+namespace {
+
+using calibration::AnalysisResult;
+using testing::HasSubstr;
+using testing::Not;
+
+int Count(const std::string& text, const std::string& part) {
+  int count = 0;
+  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size())
+    ++count;
+  return count;
+}
+
+calibration::ChannelTrace Traced(SensorAxis axis, const std::vector<std::string>& ids) {
+  calibration::ChannelTrace channel;
+  channel.axis = axis;
+  for (const std::string& id : ids) channel.effects.emplace_back().id = id;
+  return channel;
+}
+
+// A scale factor beside which a nonlinearity is named is none that holds elsewhere.
+TEST(WithTraceRemarks, SaysOfWhichNumbersTheTraceNamesEffects) {
+  AnalysisResult result;
+  result.scale.resize(1);
+  result.scale[0].axis = SensorAxis::kZ;
+  result.bias.resize(2);
+  result.bias[0].axis = SensorAxis::kX;
+  result.bias[1].axis = SensorAxis::kZ;
+  for (auto& bias : result.bias) bias.coefficients = {-132.0};
+  calibration::TraceResult trace;
+  trace.channels = {Traced(SensorAxis::kX, {"bias.g_linear", "angle.latency"}),
+                    Traced(SensorAxis::kZ, {"scale.cubic", "scale.cubic"})};
+  const std::string text = RenderText(AnalysisDocument(WithTraceRemarks(result, trace)), {});
+  EXPECT_EQ(Count(text, "the trace names"), 2);
+  EXPECT_THAT(text, HasSubstr("the trace names scale.cubic: alpha holds for the rates"));
+  EXPECT_THAT(text, HasSubstr("x: the trace names bias.g_linear: this bias is the mean"));
+  EXPECT_EQ(RenderText(AnalysisDocument(WithTraceRemarks(result, {})), {}),
+            RenderText(AnalysisDocument(result), {}));
+}
+
+TEST(AnalysisDocument, DrawsTheBiasWhereItWasWhatTheRunMeasured) {
+  AnalysisResult result = *AnalysisSample().analysis;
+  EXPECT_THAT(RenderText(AnalysisDocument(result), {}), Not(HasSubstr("beta z, LSB")));
+  result.scale.clear();
+  EXPECT_THAT(RenderText(AnalysisDocument(result), {}), HasSubstr("beta z, LSB"));
+  result.bias[0].coefficients[1] = kMissing;  // a curve that is not known in full is not drawn
+  EXPECT_THAT(RenderText(AnalysisDocument(result), {}), Not(HasSubstr("beta z, LSB")));
+}
+
+// The same facts in both: every number of the terminal stands on the page, and the other way round.
+TEST(AnalysisDocument, SaysTheSameOnATerminalAndOnAPage) {
+  const AnalysisResult result = *AnalysisSample().analysis;
+  const std::string text = RenderText(AnalysisDocument(result), {});
+  const std::string page = ReportHtml(AnalysisSample(), {.gnuplot = "/nowhere/gnuplot"});
+  for (const char* word : {"alpha, joint estimate", "the paper&#39;s: rest before each turn",
+                           "scale error", "40 turns", "valid for"})
+    EXPECT_THAT(page, HasSubstr(word));
+  EXPECT_THAT(text, HasSubstr("0.00762040 ± 0.00000039"));
+  EXPECT_THAT(page, HasSubstr("0.00762040\u00A0±\u00A00.00000039"));
+}
+
+}  // namespace
+}  // namespace gyrobench::presentation
