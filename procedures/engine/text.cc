@@ -4,26 +4,11 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
+
+#include "base/nearest_word.h"
 
 namespace gyrobench::procedures {
 namespace {
-
-// Levenshtein distance.
-std::size_t Distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0U);
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
-    }
-  }
-  return row[b.size()];
-}
 
 // Length of the sequence that `lead` begins, 0 where none may begin so.
 std::size_t SequenceLength(std::uint8_t lead) {
@@ -46,12 +31,13 @@ bool SecondFits(std::uint8_t lead, std::uint8_t second) {
 
 std::string DidYouMean(std::string_view word, const std::vector<std::string>& known) {
   // A word that another begins with is half typed, whatever their distance.
-  const auto slips = [&](const std::string& other) -> std::size_t {
-    return word.size() >= 3 && other.starts_with(word) ? 1 : Distance(word, other);
+  const auto slips = [&](const std::string& other) {
+    return word.size() >= 3 && other.starts_with(word) ? 1 : EditDistance(word, other);
   };
   const auto nearest = std::min_element(known.begin(), known.end(),
                                         [&](auto& a, auto& b) { return slips(a) < slips(b); });
-  if (nearest == known.end() || slips(*nearest) > (word.size() + 2) / 3) return {};
+  if (nearest == known.end() || slips(*nearest) > static_cast<int>((word.size() + 2) / 3))
+    return {};
   return " (did you mean " + *nearest + "?)";
 }
 
