@@ -91,7 +91,7 @@ std::string RunText(const Json& run) {
 
 std::string LiveDataText(const Json& lcm) {
   if (!lcm.is_object()) return Plain(lcm);
-  const std::string message = Text(lcm, "message");
+  std::string message = Text(lcm, "message");
   if (!message.empty()) return message;
   return fmt::format("{}, channels {}_*", Text(lcm, "url"), Text(lcm, "channel_prefix"));
 }

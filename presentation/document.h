@@ -118,7 +118,7 @@ using Document = std::vector<Block>;
 
 struct Section {
   Text title;
-  Document blocks = {};
+  Document blocks;
   std::string role = {};  // how a page shows it: "verdict explained"
 };
 
