@@ -84,7 +84,7 @@ Section ScaleSection(const ScaleResult& scale, double duration_s) {
   AddRow(table, "valid for", RangeText(scale.min_rate_deg_s, scale.max_rate_deg_s), "deg/s",
          "mean rate of each turn, from rest to rest");
   AddRow(table, "", RangeText(scale.min_temperature_degC, scale.max_temperature_degC), "degC");
-  Section section{ScaleHeading(scale)};
+  Section section{ScaleHeading(scale), {}};
   Add(section.blocks, std::move(table));
   List remarks;
   for (const std::string& remark : scale.remarks) remarks.items.emplace_back(remark);
@@ -191,7 +191,7 @@ Charts BiasCharts(const std::vector<BiasResult>& biases) {
 }
 
 Section BiasSection(const AnalysisResult& result) {
-  Section section{"Bias: beta(T) = sum of c_j (T - T_ref)^j"};
+  Section section{"Bias: beta(T) = sum of c_j (T - T_ref)^j", {}};
   if (result.bias.empty()) return section;
   Add(section.blocks, BiasTable(result.bias, result.duration_s));
   SharedTexts remarks;
@@ -280,14 +280,14 @@ Document AnalysisDocument(const AnalysisResult& result) {
   Add(document, Paragraph{SourceText(result)});
   AddEstimates(document, result);
   Add(document, DefectSection({{"", &result.defects}}));
-  Section remarks{"Remarks"};
+  Section remarks{"Remarks", {}};
   Add(remarks.blocks, RemarksOf(result));
   Add(document, std::move(remarks));
   return document;
 }
 
 Document AnalysisPage(const AnalysisResult& result) {
-  Section section{"Baseline estimates"};
+  Section section{"Baseline estimates", {}};
   AddEstimates(section.blocks, result);
   if (section.blocks.empty())
     Add(section.blocks, Paragraph{"Neither offset nor scale factor could be estimated."});

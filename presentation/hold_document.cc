@@ -60,7 +60,7 @@ Section GyroSection(const HoldResult& result) {
                                        result.sensitivity_given ? "as given" : "from these turns"));
   table.Add(std::move(offset));
   if (result.unit != "deg/s") table.Add(std::move(sensitivity));
-  Section section{"Gyro, mean over the rests"};
+  Section section{"Gyro, mean over the rests", {}};
   Add(section.blocks, std::move(table));
   return section;
 }
@@ -84,7 +84,7 @@ Section NoiseSection(const HoldResult& result) {
   add("accelerometer", 1e3 * noise.accel_density_g_sqrt_s, "mg sqrt(s)",
       "of a rest's mean over the root of its length");
   add("pose to pose", 1e3 * noise.pose_scatter_g, "mg", "beyond that");
-  Section section{"Error and noise"};
+  Section section{"Error and noise", {}};
   Add(section.blocks, std::move(table));
   return section;
 }
@@ -97,7 +97,7 @@ Document HoldDocument(const HoldResult& result) {
     Add(document, Paragraph{InputText(input)});
   Add(document, DoneText(result));
   if (result.missing.empty()) {
-    Section verdict{Capitalized(VerdictWords(Name(result.verdict)))};
+    Section verdict{Capitalized(VerdictWords(Name(result.verdict))), {}};
     Add(verdict.blocks, Paragraph{result.summary});
     Add(document, std::move(verdict));
     Add(document, GyroSection(result));
@@ -110,7 +110,7 @@ Document HoldDocument(const HoldResult& result) {
   Add(document, DefectSection(defects));
   List list;
   for (const std::string& remark : result.remarks) list.items.emplace_back(remark);
-  Section remarks{"Remarks"};
+  Section remarks{"Remarks", {}};
   Add(remarks.blocks, std::move(list));
   Add(document, std::move(remarks));
   return document;

@@ -158,7 +158,7 @@ Section ProvenanceSection(const ReportContent& content) {
     facts.Add("Report written", FormatUtc(provenance.written_utime));
   facts.Add("gyrobench", provenance.version);
   for (const auto& [name, text] : provenance.notes) facts.Add(name, text);
-  Section section{"Inputs and provenance"};
+  Section section{"Inputs and provenance", {}};
   Add(section.blocks, std::move(facts));
   Add(section.blocks, InputTable(content));
   Add(section.blocks, FileTable(provenance.files));

@@ -26,7 +26,7 @@ Paragraph Headline(const ChannelTrace& channel) {
 }
 
 Section BaselineSection(const ChannelTrace& channel) {
-  Section section{"Baseline"};
+  Section section{"Baseline", {}};
   Add(section.blocks, ParameterTable(channel.baseline.parameters, kMissing));
   if (!section.blocks.empty() && std::isfinite(channel.baseline.reference_degC)) {
     Add(section.blocks,
@@ -39,14 +39,14 @@ Section BaselineSection(const ChannelTrace& channel) {
 }
 
 Section FiguresSection(const ChannelTrace& channel) {
-  Section section{"Figures"};
+  Section section{"Figures", {}};
   Add(section.blocks, ErrorsOf(channel));
   if (!section.blocks.empty()) Add(section.blocks, Paragraph{TrainingNote(channel), "note"});
   return section;
 }
 
 Section ChannelSection(const ChannelTrace& channel, double duration_s) {
-  Section section{Capitalized(GyroName(channel.axis))};
+  Section section{Capitalized(GyroName(channel.axis)), {}};
   Document& blocks = section.blocks;
   const std::vector<EffectGroup> groups = GroupById(channel);
   Add(blocks, GainTable(groups));
@@ -59,10 +59,10 @@ Section ChannelSection(const ChannelTrace& channel, double duration_s) {
   }
   Add(blocks, BaselineSection(channel));
   Add(blocks, FiguresSection(channel));
-  Section noise{"Noise"};
+  Section noise{"Noise", {}};
   Add(noise.blocks, NoiseTable(channel.noise, duration_s));
   Add(blocks, std::move(noise));
-  Section remaining{"What remains"};
+  Section remaining{"What remains", {}};
   for (Text& text : RemainingTexts(channel)) Add(remaining.blocks, Paragraph{std::move(text)});
   Add(blocks, std::move(remaining));
   return section;
@@ -158,7 +158,7 @@ void AddParameters(Table& table, const Text& group, const std::vector<ModelParam
 }
 
 Section ParameterSection(const TraceResult& trace) {
-  Section section{"Parameters"};
+  Section section{"Parameters", {}};
   for (const ChannelTrace& channel : trace.channels) {
     Table table{{{"Parameter"},
                  {"Value ± standard error", kNumber},
@@ -190,7 +190,7 @@ Section ParameterSection(const TraceResult& trace) {
 Section EffectCard(const ChannelTrace& channel, const EffectGroup& group) {
   Text title = Strong(Capitalized(GyroName(channel.axis))) + Code(group.front()->id);
   if (group.size() > 1) title += fmt::format(", {} times", group.size());
-  Section card{std::move(title)};
+  Section card{std::move(title), {}};
   Add(card.blocks, Paragraph{AboutEffects(group)});
   Add(card.blocks, GainTable({group}));
   Add(card.blocks, EffectBlocks(group, LargestRate_deg_s(channel)));
@@ -217,7 +217,7 @@ Section EffectSection(const TraceResult& trace) {
   Document others;
   Add(others, EffectsOf(trace, EffectOwner::kReference));
   Add(others, EffectsOf(trace, EffectOwner::kBench));
-  Section section{"Effects, and whose they are"};
+  Section section{"Effects, and whose they are", {}};
   if (gyro.blocks.empty() && others.empty()) {
     section.title = "Effects";
     Add(section.blocks, Paragraph{"No effect was added to the baseline."});
@@ -275,7 +275,7 @@ Document TraceDocument(const TraceResult& trace) {
   for (const ChannelTrace& channel : trace.channels)
     Add(document, ChannelSection(channel, LongestDuration_s(trace)));
   Add(document, VectorSection(trace.vector));
-  Section reference{"Reference"};
+  Section reference{"Reference", {}};
   Add(reference.blocks, Paragraph{trace.reference_error});
   Add(document, std::move(reference));
   Add(document, UnseenSection(trace));
@@ -285,7 +285,7 @@ Document TraceDocument(const TraceResult& trace) {
 }
 
 Document TraceSummary(const TraceResult& trace) {
-  Section section{"Trace"};
+  Section section{"Trace", {}};
   for (const ChannelTrace& channel : trace.channels)
     Add(section.blocks, Paragraph{GyroName(channel.axis) + ": " + VerdictSentence(channel)});
   Document document;
@@ -318,7 +318,7 @@ Document TracePage(const TraceResult& trace) {
 Document NoisePage(const TraceResult& trace) {
   Section section{"Noise", {}, "short"};
   for (const ChannelTrace& channel : trace.channels) {
-    Section axis{Capitalized(GyroName(channel.axis))};
+    Section axis{Capitalized(GyroName(channel.axis)), {}};
     Add(axis.blocks, NoiseTable(channel.noise, LongestDuration_s(trace)));
     Add(section.blocks, std::move(axis));
   }

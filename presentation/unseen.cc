@@ -126,7 +126,7 @@ Table NoiseTable(const calibration::TraceNoise& noise, double duration_s) {
 }
 
 Section UnseenSection(const TraceResult& trace) {
-  Section section{"Not to be seen in these data, and what would show it"};
+  Section section{"Not to be seen in these data, and what would show it", {}};
   for (const Unseen& group : Joined(trace)) {
     std::vector<std::string> axes;
     for (const SensorAxis axis : group.axes) axes.push_back(AxisName(axis));

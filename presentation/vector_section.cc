@@ -55,13 +55,13 @@ Section GyroPart(const VectorCalibration& vector) {
     table.Add("A", vector.matrix->a, vector.matrix->a_std_error, "deg/s per " + vector.unit);
     if (vector.split) table.Add(*vector.split);
   }
-  Section part{"Gyro: w = A (xi - s0 (b(T) + effects)), row: output, column: axis"};
+  Section part{"Gyro: w = A (xi - s0 (b(T) + effects)), row: output, column: axis", {}};
   Add(part.blocks, table.table());
   return part;
 }
 
 Section GravityPart(const VectorCalibration& vector) {
-  Section part{"g-sensitivity: row: output, column: gravity along"};
+  Section part{"g-sensitivity: row: output, column: gravity along", {}};
   if (!vector.g_sensitivity) return part;
   ThreeColumns table;
   table.Add("offset", vector.g_sensitivity->value, vector.g_sensitivity->std_error, "deg/s/g");
@@ -80,7 +80,7 @@ Section SharedPart(const VectorCalibration& vector) {
                (shared.p_value < kDiffers ? "differ: " : "agree: ") +
                    Number(FormatPValue(shared.p_value))});
   }
-  Section part{"Felt by several channels"};
+  Section part{"Felt by several channels", {}};
   Add(part.blocks, std::move(table));
   return part;
 }
@@ -107,7 +107,7 @@ Section AccelerometerPart(const AccelerometerCalibration& accelerometer) {
   table.Add("M", accelerometer.m, accelerometer.m_std_error, "1");
   table.Add("offset", accelerometer.offset_g, accelerometer.offset_std_error_g, "g");
   if (accelerometer.split) table.Add(*accelerometer.split);
-  Section part{fmt::format("Accelerometer, {} rests: a = M g + offset", accelerometer.poses)};
+  Section part{fmt::format("Accelerometer, {} rests: a = M g + offset", accelerometer.poses), {}};
   Add(part.blocks, table.table());
   AddTexts(part.blocks, accelerometer.because);
   if (!accelerometer.check) return part;
@@ -127,7 +127,7 @@ Section AccelerometerPart(const AccelerometerCalibration& accelerometer) {
 }  // namespace
 
 Section VectorSection(const VectorCalibration& vector) {
-  Section section{"Three axes"};
+  Section section{"Three axes", {}};
   for (const std::string& reason : vector.missing)
     Add(section.blocks, Paragraph{"no matrix: " + reason, "note"});
   Add(section.blocks, GyroPart(vector));
