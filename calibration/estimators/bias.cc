@@ -38,7 +38,8 @@ class ChannelBias {
   IntervalSeries Series(const std::vector<Row>& rows) const;
   FitOptions Options(std::size_t order) const;
   std::size_t LongestOrder(const TemperatureRange& range, BiasResult* result) const;
-  GlsFit Fit(const std::vector<Row>& rows, IntervalSeries* series, std::size_t* order);
+  GlsFit Fit(const std::vector<Row>& rows, IntervalSeries* series, std::size_t* order,
+             std::string* reason);
   void Report(const GlsFit& fit, std::size_t order, BiasResult* result) const;
   void ReportPaper(const IntervalSeries& series, const std::vector<Row>& rows,
                    BiasResult* result) const;
@@ -145,18 +146,24 @@ void ChannelBias::ReportPaper(const IntervalSeries& series, const std::vector<Ro
 }
 
 // With the order of the bias's polynomial that the data ask for; `longest_` and the series follow
-// where they cannot tell so many coefficients apart. Not solvable: not even one.
-GlsFit ChannelBias::Fit(const std::vector<Row>& rows, IntervalSeries* series, std::size_t* order) {
+// where they cannot tell so many coefficients apart. `reason`: why it is not solvable.
+GlsFit ChannelBias::Fit(const std::vector<Row>& rows, IntervalSeries* series, std::size_t* order,
+                        std::string* reason) {
   GlsFit fit = FitIntervals(*series, Options(longest_));
   while (!fit.solvable && longest_ > 0) {
     --longest_;
     *series = Series(rows);
     fit = FitIntervals(*series, Options(longest_));
   }
-  if (!fit.solvable) return fit;
+  if (!fit.solvable) {
+    *reason = "its output at rest is the same throughout or not a number";
+    return fit;
+  }
   *order = OrderOfLeastBic(Whiten(*series, fit.noise.noise), longest_,
                            [&](std::size_t shorter) { return Options(shorter); });
-  return *order < longest_ ? FitIntervals(*series, Options(*order)) : fit;
+  if (*order < longest_) fit = FitIntervals(*series, Options(*order));
+  if (!fit.solvable) *reason = "the fit of the chosen order failed";
+  return fit;
 }
 
 bool ChannelBias::Run(BiasResult* result, std::string* reason) {
@@ -192,11 +199,8 @@ bool ChannelBias::Run(BiasResult* result, std::string* reason) {
     series = Series(rows);  // its columns follow the longest polynomial
   }
   std::size_t order = 0;
-  const GlsFit fit = Fit(rows, &series, &order);
-  if (!fit.solvable) {
-    *reason = "its output at rest is the same throughout or not a number";
-    return false;
-  }
+  const GlsFit fit = Fit(rows, &series, &order, reason);
+  if (!fit.solvable) return false;
   Report(fit, order, result);
   ReportPaper(series, rows, result);
   double square = 0.0, usable = 0.0;

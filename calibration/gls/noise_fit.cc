@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/statistics.h"
@@ -75,7 +76,10 @@ namespace {
 class NearOptimum {
  public:
   NearOptimum(const IntervalSeries& series, const FitOptions& options, const NoiseFit& fit)
-      : series_(series), options_(options), noise_(fit.noise) {
+      : intervals_(series.intervals()),
+        columns_(series.values()),
+        options_(options),
+        noise_(fit.noise) {
     if (fit.angle_estimated) free_.push_back(0);
     if (fit.bias_estimated) free_.push_back(1);
     if (fit.reference_estimated) free_.push_back(2);
@@ -90,7 +94,8 @@ class NearOptimum {
     const IntervalNoise noise = {noise_.angle_random_walk_deg_sqrt_s * std::exp(shift[0]),
                                  noise_.bias_random_walk_deg_s_sqrt_s * std::exp(shift[1]),
                                  noise_.reference_deg * std::exp(shift[2])};
-    const WhiteGram gram = Whiten(series_, noise);
+    const Whitener whitener(intervals_, noise);
+    const WhiteGram gram{intervals_.size(), whitener.Products(columns_), whitener.log_det()};
     const GlsSolution solution = Solve(gram, options_.regressors, options_.output);
     if (!solution.solvable) return std::numeric_limits<double>::quiet_NaN();
     const auto p = static_cast<Eigen::Index>(options_.regressors.size());
@@ -104,7 +109,8 @@ class NearOptimum {
   const Eigen::VectorXd& log_variance() const { return log_variance_; }
 
  private:
-  const IntervalSeries& series_;
+  std::span<const Interval> intervals_;
+  ColumnsInChunks columns_;
   const FitOptions& options_;
   IntervalNoise noise_;
   std::vector<std::size_t> free_;
@@ -182,7 +188,7 @@ GlsFit FitIntervals(IntervalSeries series, const FitOptions& options) {
   fit.white_residuals =
       white.col(options.output) -
       fit.white_regressors * Eigen::Map<Eigen::VectorXd>(fit.solution.coefficients.data(), p);
-  fit.walk = IntegrateWalk(series, fit.noise.noise);
+  fit.walk = IntegrateWalk(series, whitener);
   for (std::size_t j = 0; j < pilot.size(); ++j) {
     fit.solution.coefficients[j] += pilot[j];
     // The walk's integral of the output as given: the pilot's part put back.
@@ -192,8 +198,7 @@ GlsFit FitIntervals(IntervalSeries series, const FitOptions& options) {
   return fit;
 }
 
-WalkIntegral IntegrateWalk(const IntervalSeries& series, const IntervalNoise& noise) {
-  const Whitener whitener(series.intervals(), noise);
+WalkIntegral IntegrateWalk(const IntervalSeries& series, const Whitener& whitener) {
   WalkIntegral out{whitener.WalkIntegrals(series.values()), whitener.walk_integral_variance(), 0.0};
   for (const Interval& interval : series.intervals()) out.duration_s += interval.duration_s;
   return out;

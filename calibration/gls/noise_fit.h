@@ -11,6 +11,8 @@
 
 namespace gyrobench::calibration {
 
+class Whitener;
+
 struct FitOptions {
   std::vector<int> regressors;
   // Of these, the ones that are not zero at rest: where the reference's error is known, N and K
@@ -38,7 +40,7 @@ struct WalkIntegral {
   double variance = 0.0;
   double duration_s = 0.0;  // of all intervals
 };
-WalkIntegral IntegrateWalk(const IntervalSeries& series, const IntervalNoise& noise);
+WalkIntegral IntegrateWalk(const IntervalSeries& series, const Whitener& whitener);
 
 // A whole fit: pilot, noise, parameters, degrees of freedom.
 struct GlsFit {

@@ -40,9 +40,9 @@ class NoiseSearch {
   // size from 0 being as likely before, in place of the likeliest one: that is 0 for many data in
   // which there is a walk, and slow effects would be known better than they are.
   NoiseEstimate WithMeanWalk(const NoiseEstimate& best) const;
-  // K, then s, is 0 where the likelihood does not want it.
+  // `best` with K of 0, then with s of 0, each where that costs next to nothing of the deviance.
   NoiseEstimate WithoutUnseen(const NoiseEstimate& best) const;
-  // Columns that do not depend on the ones before them.
+  // How many columns do not depend on the ones before them.
   std::size_t independent() const { return kept_.size(); }
   // Deviance of a given noise.
   double Deviance(const IntervalNoise& noise) const;

@@ -157,13 +157,12 @@ Eigen::MatrixXd Whitener::Products(const ColumnsInChunks& columns) const {
 
 Eigen::VectorXd Whitener::WalkIntegrals(const Eigen::Ref<const RowMajor>& columns) const {
   Eigen::RowVectorXd bias = Eigen::RowVectorXd::Zero(columns.cols());
-  Eigen::RowVectorXd reference = bias, integral = bias;
+  Eigen::RowVectorXd reference = bias, integral = bias, innovation = bias;
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     const Step& step = steps_[i];
     bias *= step.bias_transition;
-    const Eigen::RowVectorXd innovation = columns.row(static_cast<Eigen::Index>(i)) -
-                                          step.bias_factor * bias -
-                                          step.reference_factor * reference;
+    innovation = columns.row(static_cast<Eigen::Index>(i)) - step.bias_factor * bias -
+                 step.reference_factor * reference;
     integral += step.bias_factor * bias + step.gain_integral * innovation;
     bias += step.gain_bias * innovation;
     reference = step.reference_transition * reference + step.gain_reference * innovation;

@@ -116,7 +116,7 @@ TEST(IntervalGls, AveragesTheBiasAsDensePredictionDoes) {
     FitOptions options;
     options.regressors = kRegressors;
     options.output = 3;
-    fit.walk = IntegrateWalk(problem.series, noise);
+    fit.walk = IntegrateWalk(problem.series, Whitener(problem.series.intervals(), noise));
     fit.solution = Solve(Whiten(problem.series, noise), kRegressors, 3);
     const MeanBias mean = AverageBias(fit, options, 1);
 
