@@ -27,15 +27,6 @@ std::int64_t Integer(const nlohmann::json& json, const std::string& key) {
   return value.is_number() ? value.get<std::int64_t>() : 0;
 }
 
-std::vector<double> Numbers(const nlohmann::json& list) {
-  std::vector<double> numbers;
-  for (const nlohmann::json& value : list) {
-    numbers.push_back(value.is_number() ? value.get<double>()
-                                        : std::numeric_limits<double>::quiet_NaN());
-  }
-  return numbers;
-}
-
 std::string Plain(const nlohmann::json& value) {
   if (value.is_null()) return "";
   if (value.is_string()) return value.get<std::string>();

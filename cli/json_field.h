@@ -6,7 +6,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 namespace gyrobench::cli {
 
@@ -17,8 +16,6 @@ double Number(const nlohmann::json& json, const std::string& key);
 // Empty when it is no text.
 std::string Text(const nlohmann::json& json, const std::string& key);
 std::int64_t Integer(const nlohmann::json& json, const std::string& key);
-// Numbers of a list; NaN for what is none.
-std::vector<double> Numbers(const nlohmann::json& list);
 // A value as a person reads it: text without quotes.
 std::string Plain(const nlohmann::json& value);
 

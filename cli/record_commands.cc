@@ -134,7 +134,7 @@ int Show(const Options& options) {
     return kDone;
   }
   const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
-  const calibration::TraceResult trace = ReadVerdicts(record["trace"]);
+  const calibration::TraceResult trace = ReadTrace(record["trace"]);
   presentation::Document document;
   fmt::print("{}", HeadText(record));
   const Json& result = record["result"];

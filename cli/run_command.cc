@@ -60,7 +60,7 @@ void PrintEnd(const Json& started, const RunEnd& end, const Json& result, const 
   const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   const std::string text = fmt::format("run {}: {}", Text(started, "run_id"), OutcomeText(end));
   fmt::print("{}\n", end.outcome == "done" ? terminal.Bold(text) : terminal.Red(text));
-  const calibration::TraceResult verdicts = ReadVerdicts(trace);
+  const calibration::TraceResult verdicts = ReadTrace(trace);
   presentation::Document document;
   if (!result.is_null())
     document = presentation::AnalysisDocument(

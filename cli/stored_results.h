@@ -8,11 +8,8 @@
 
 namespace gyrobench::cli {
 
-// Of result.json. A field that is missing or null reads as not known, never as an error.
+// A field that is missing, null or of another kind reads as not known, never as an error.
 calibration::AnalysisResult ReadAnalysis(const nlohmann::json& json);
-
-// Verdict and summary of each channel of trace.json, and the names of its effects: what a summary
-// of a trace says. No channels where `json` is null.
-calibration::TraceResult ReadVerdicts(const nlohmann::json& json);
+calibration::TraceResult ReadTrace(const nlohmann::json& json);
 
 }  // namespace gyrobench::cli

@@ -79,18 +79,32 @@ TEST(ReadAnalysis, SaysWhatTheResultSaidThatWasWritten) {
   EXPECT_EQ(text(ReadAnalysis(calibration::ToJson(result))), text(result));
 }
 
-// Fields that another version leaves out, or null for what is not known, are no reason to fail.
+// Fields that another version leaves out or has of another kind, and null for what is not known,
+// are no reason to fail.
 TEST(ReadAnalysis, TakesWhatIsNotThereForNotKnown) {
   EXPECT_TRUE(ReadAnalysis(nullptr).scale.empty());
-  const auto result = ReadAnalysis({{"scale", {{{"axis", "x"}, {"alpha", nullptr}}}}});
+  const auto result = ReadAnalysis(
+      {{"scale", {{{"axis", "x"}, {"alpha", nullptr}, {"turns", "many"}, {"paper", 1.5}}}}});
   ASSERT_EQ(result.scale.size(), 1u);
   EXPECT_EQ(result.scale[0].axis, SensorAxis::kX);
   EXPECT_TRUE(std::isnan(result.scale[0].alpha));
+  EXPECT_EQ(result.scale[0].turns, 0);
   EXPECT_TRUE(std::isnan(result.scale[0].paper_alpha));
 }
 
-TEST(ReadVerdicts, SaysWhatTheTraceSaid) {
-  EXPECT_TRUE(ReadVerdicts(nullptr).channels.empty());
+TEST(ReadAnalysis, KeepsTheOtherNumbersOfAListInTheirPlaces) {
+  const auto result =
+      ReadAnalysis({{"bias", {{{"axis", "z"}, {"coefficients", {nullptr, 2.5, "none"}}}}}});
+  ASSERT_EQ(result.bias.size(), 1u);
+  const std::vector<double>& coefficients = result.bias[0].coefficients;
+  ASSERT_EQ(coefficients.size(), 3u);
+  EXPECT_TRUE(std::isnan(coefficients[0]));
+  EXPECT_EQ(coefficients[1], 2.5);
+  EXPECT_TRUE(std::isnan(coefficients[2]));
+}
+
+TEST(ReadTrace, SaysWhatTheTraceSaid) {
+  EXPECT_TRUE(ReadTrace(nullptr).channels.empty());
   calibration::TraceResult trace;
   trace.channels.resize(3);
   trace.channels[0].verdict = calibration::Verdict::kPartlyExplained;
@@ -103,7 +117,7 @@ TEST(ReadVerdicts, SaysWhatTheTraceSaid) {
   const auto text = [](const calibration::TraceResult& one) {
     return RenderText(presentation::TraceSummary(one), {});
   };
-  EXPECT_EQ(text(ReadVerdicts(calibration::ToJson(trace))), text(trace));
+  EXPECT_EQ(text(ReadTrace(calibration::ToJson(trace))), text(trace));
 }
 
 }  // namespace
