@@ -28,13 +28,14 @@ target_compile_options(gyrobench_flags INTERFACE
 if(GYROBENCH_WARNINGS_AS_ERRORS)
   target_compile_options(gyrobench_flags INTERFACE -Werror)
 endif()
-set(GYROBENCH_TEST_TIMEOUT_S 300)
+# How much longer tests may take: a sanitizer slows what they run.
+set(GYROBENCH_TEST_SLOWNESS 1)
 if(GYROBENCH_UNITY)
   # It warns of anonymous types in the fields of a class that an included file has; here every source is included.
   target_compile_options(gyrobench_flags INTERFACE -Wno-subobject-linkage)
 endif()
 if(GYROBENCH_SANITIZE)
-  set(GYROBENCH_TEST_TIMEOUT_S 3000)
+  set(GYROBENCH_TEST_SLOWNESS 10)
   target_compile_options(gyrobench_flags INTERFACE
     -fsanitize=${GYROBENCH_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(gyrobench_flags INTERFACE -fsanitize=${GYROBENCH_SANITIZE})
@@ -45,6 +46,8 @@ if(GYROBENCH_SANITIZE)
     target_compile_options(gyrobench_flags INTERFACE -Wno-tsan)
   endif()
 endif()
+
+math(EXPR GYROBENCH_TEST_TIMEOUT_S "300 * ${GYROBENCH_TEST_SLOWNESS}")
 
 function(gyrobench_check_layers room)
   if(NOT GYROBENCH_HAS_LAYER_${room})
