@@ -24,24 +24,20 @@ MOST_SOURCES = 24
 
 
 def git(*arguments):
-    done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True)
-    return done.stdout.split("\n") if done.returncode == 0 else []
-
-
-def first_line(*arguments):
-    return (git(*arguments) or [""])[0]
+    """Lines; none where git refuses, as of a commit that is not known."""
+    return subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True).stdout.splitlines()
 
 
 def base_commit():
     wanted = os.environ.get("GYROBENCH_TIDY_BASE")
     if wanted:
-        if not first_line("rev-parse", "--verify", "--quiet", wanted + "^{commit}"):
+        if not git("rev-parse", "--verify", "--quiet", wanted + "^{commit}"):
             sys.exit(f"tidy: GYROBENCH_TIDY_BASE names no commit of this repository: {wanted}")
         return wanted
-    branched = first_line("merge-base", "HEAD", "origin/main")
-    if branched and branched != first_line("rev-parse", "HEAD"):
-        return branched
-    return (git("rev-list", "--first-parent", f"--max-count={LAST_COMMITS + 1}", "HEAD") or ["HEAD"])[:-1][-1]
+    branched = git("merge-base", "HEAD", "origin/main")
+    if branched and branched != git("rev-parse", "HEAD"):
+        return branched[0]
+    return git("rev-list", "--first-parent", f"--max-count={LAST_COMMITS + 1}", "HEAD")[-1]
 
 
 def changed_sources(sources):
@@ -81,6 +77,9 @@ def main():
     if not (build / "compile_commands.json").is_file():
         print(f"tidy: {options.build} has no compile_commands.json: configure it first (cmake --preset dev)")
         return 1
+    if not options.all and not (ROOT / ".git").exists():
+        print("skipped: not a clone")
+        return 77
     known = commands(build)
     wanted = sorted(known) if options.all else changed_sources(known)
     left_out = [] if options.all else wanted[MOST_SOURCES:]
