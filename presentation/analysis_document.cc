@@ -34,12 +34,6 @@ double At(const std::vector<double>& values, std::size_t i) {
   return i < values.size() ? values[i] : kMissing;
 }
 
-// Rows of name, value, unit, note; without those that have no value.
-void AddRow(Table& table, const std::string& name, const std::string& value,
-            const std::string& unit, const std::string& note = "") {
-  if (value != "-") table.Add({name, Number(value), Unit(unit), note});
-}
-
 std::string ScaleHeading(const ScaleResult& scale) {
   std::string text = "Scale factor, " + GyroName(scale.axis);
   if (scale.turns > 0)
@@ -50,45 +44,44 @@ std::string ScaleHeading(const ScaleResult& scale) {
 }
 
 void AddAlpha(Table& table, const ScaleResult& scale, const std::string& unit) {
-  AddRow(table, "alpha, joint estimate", FormatMeasured(scale.alpha, scale.alpha_std_error), unit);
+  AddValue(table, "alpha, joint estimate", FormatMeasured(scale.alpha, scale.alpha_std_error),
+           unit);
   if (std::isfinite(scale.reference_uncertainty)) {
-    AddRow(table, "  of the fit alone", "± " + FormatNumber(scale.alpha_statistical_std_error, 2),
-           unit, fmt::format("the reference adds {:.2g} of alpha", scale.reference_uncertainty));
+    AddValue(table, "  of the fit alone", "± " + FormatNumber(scale.alpha_statistical_std_error, 2),
+             unit, fmt::format("the reference adds {:.2g} of alpha", scale.reference_uncertainty));
   }
-  AddRow(table, "alpha, eq. (5)", FormatMeasured(scale.paper_alpha, scale.paper_alpha_std_error),
-         unit, "the paper's: rest before each turn");
-  AddRow(table, "alpha, eq. (5) once", FormatNumber(scale.paper_first_rest_alpha), unit,
-         "the paper's: first rest only");
+  AddValue(table, "alpha, eq. (5)", FormatMeasured(scale.paper_alpha, scale.paper_alpha_std_error),
+           unit, "the paper's: rest before each turn");
+  AddValue(table, "alpha, eq. (5) once", FormatNumber(scale.paper_first_rest_alpha), unit,
+           "the paper's: first rest only");
   const double relative = scale.alpha_std_error / scale.alpha;
-  AddRow(table, "scale error",
-         FormatMeasured(100.0 * scale.scale_error, 100.0 * (1.0 + scale.scale_error) * relative),
-         "%", "against the nominal sensitivity");
+  AddValue(table, "scale error",
+           FormatMeasured(100.0 * scale.scale_error, 100.0 * (1.0 + scale.scale_error) * relative),
+           "%", "against the nominal sensitivity");
 }
 
 Section ScaleSection(const ScaleResult& scale, double duration_s) {
   const std::string output = OutputUnit(scale.unit);
-  Table table{{{}, {"", kNumber}, {}, {"", kNote}}, {}};
+  Table table = ValueTable();
   AddAlpha(table, scale, "deg/s per " + output);
-  AddRow(table, "bias", FormatMeasured(scale.bias, scale.bias_std_error), output,
-         std::isfinite(scale.bias_temperature_degC)
-             ? fmt::format("at {:.2f} degC", scale.bias_temperature_degC)
-             : "");
-  AddRow(table, "residual, rms", FormatNumber(scale.residual_rms_deg, 3), "deg",
-         std::isfinite(scale.whitened_rms)
-             ? fmt::format("whitened {:.2f}; 1: as the noise explains", scale.whitened_rms)
-             : "");
+  AddValue(table, "bias", FormatMeasured(scale.bias, scale.bias_std_error), output,
+           std::isfinite(scale.bias_temperature_degC)
+               ? fmt::format("at {:.2f} degC", scale.bias_temperature_degC)
+               : "");
+  AddValue(table, "residual, rms", FormatNumber(scale.residual_rms_deg, 3), "deg",
+           std::isfinite(scale.whitened_rms)
+               ? fmt::format("whitened {:.2f}; 1: as the noise explains", scale.whitened_rms)
+               : "");
   for (const NoiseLine& line : NoiseLines(Noise(scale.noise), duration_s))
-    AddRow(table, line.name, line.value, line.unit, line.note);
-  AddRow(table, "unit's clock", FormatMeasured(scale.tick_ratio, scale.tick_ratio_std_error), "s/s",
-         "host over gyro unit");
-  AddRow(table, "valid for", RangeText(scale.min_rate_deg_s, scale.max_rate_deg_s), "deg/s",
-         "mean rate of each turn, from rest to rest");
-  AddRow(table, "", RangeText(scale.min_temperature_degC, scale.max_temperature_degC), "degC");
+    AddValue(table, line.name, line.value, line.unit, line.note);
+  AddValue(table, "unit's clock", FormatMeasured(scale.tick_ratio, scale.tick_ratio_std_error),
+           "s/s", "host over gyro unit");
+  AddValue(table, "valid for", RangeText(scale.min_rate_deg_s, scale.max_rate_deg_s), "deg/s",
+           "mean rate of each turn, from rest to rest");
+  AddValue(table, "", RangeText(scale.min_temperature_degC, scale.max_temperature_degC), "degC");
   Section section{ScaleHeading(scale), {}};
   Add(section.blocks, std::move(table));
-  List remarks;
-  for (const std::string& remark : scale.remarks) remarks.items.emplace_back(remark);
-  Add(section.blocks, std::move(remarks));
+  Add(section.blocks, ListOf(scale.remarks));
   return section;
 }
 
@@ -222,12 +215,6 @@ std::string SourceText(const AnalysisResult& result) {
   return source.empty() || text.empty() ? source + text : source + ": " + text;
 }
 
-List RemarksOf(const AnalysisResult& result) {
-  List list;
-  for (const std::string& remark : result.remarks) list.items.emplace_back(remark);
-  return list;
-}
-
 // The channel's effects that are so, each once: "scale.cubic, scale.g".
 std::string NamedEffects(const calibration::ChannelTrace& channel,
                          bool (*is_so)(const std::string& id)) {
@@ -258,6 +245,13 @@ void AddRemark(std::vector<Result>& results, SensorAxis axis, const std::string&
 
 }  // namespace
 
+Table ValueTable() { return {{{}, {"", kNumber}, {}, {"", kNote}}, {}}; }
+
+void AddValue(Table& table, const std::string& name, const std::string& value,
+              const std::string& unit, const std::string& note) {
+  if (value != "-") table.Add({name, Number(value), Unit(unit), note});
+}
+
 Section DefectSection(const std::vector<DefectsOfFile>& files) {
   Table table{{{}, {"", kNumber}, {}, {}, {}}, {}};
   for (const auto& [file, defects] : files) {
@@ -281,7 +275,7 @@ Document AnalysisDocument(const AnalysisResult& result) {
   AddEstimates(document, result);
   Add(document, DefectSection({{"", &result.defects}}));
   Section remarks{"Remarks", {}};
-  Add(remarks.blocks, RemarksOf(result));
+  Add(remarks.blocks, ListOf(result.remarks));
   Add(document, std::move(remarks));
   return document;
 }
@@ -291,7 +285,7 @@ Document AnalysisPage(const AnalysisResult& result) {
   AddEstimates(section.blocks, result);
   if (section.blocks.empty())
     Add(section.blocks, Paragraph{"Neither offset nor scale factor could be estimated."});
-  Add(section.blocks, RemarksOf(result));
+  Add(section.blocks, ListOf(result.remarks));
   return {{std::move(section)}};
 }
 

@@ -42,6 +42,8 @@ Text Join(const std::vector<Text>& parts, const std::string& separator) {
   return joined;
 }
 
+List ListOf(const std::vector<std::string>& items) { return {{items.begin(), items.end()}}; }
+
 void Add(Document& document, Paragraph paragraph) {
   if (!paragraph.text.empty()) document.push_back({std::move(paragraph)});
 }

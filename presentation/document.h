@@ -96,8 +96,10 @@ struct Facts {
 
 struct List {
   std::vector<Text> items = {};
-  std::string marker = "- ";  // of a terminal
+  // Of a terminal; without one an item stands two columns further right than what is around it.
+  std::string marker = "- ";
 };
+List ListOf(const std::vector<std::string>& items);
 
 // A figure before and after something was done about it.
 struct Comparison {

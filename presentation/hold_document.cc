@@ -30,7 +30,7 @@ std::string FacesText(const HoldResult& result) {
 
 // What was done, and what of it is not used.
 List DoneText(const HoldResult& result) {
-  List list{{}, "  "};
+  List list{{}, ""};
   if (!result.faces.empty()) {
     list.items.emplace_back(FacesText(result));
     const auto& turned = result.turned_deg;
@@ -66,10 +66,10 @@ Section GyroSection(const HoldResult& result) {
 }
 
 Section NoiseSection(const HoldResult& result) {
-  Table table{{{}, {"", kNumber}, {}, {"", kNote}}, {}};
+  Table table = ValueTable();
   const auto add = [&table](const char* name, double value, const char* unit,
                             const std::string& note = "") {
-    if (!std::isnan(value)) table.Add({name, Number(FormatNumber(value, 3)), Unit(unit), note});
+    AddValue(table, name, FormatNumber(value, 3), unit, note);
   };
   const calibration::HoldNoiseResult& noise = result.noise;
   add("turn's end, nominal", result.angle_rms_nominal_deg, "deg rms",
@@ -108,10 +108,8 @@ Document HoldDocument(const HoldResult& result) {
   for (const calibration::HoldInput& input : result.inputs)
     defects.emplace_back(input.info.source, &input.defects);
   Add(document, DefectSection(defects));
-  List list;
-  for (const std::string& remark : result.remarks) list.items.emplace_back(remark);
   Section remarks{"Remarks", {}};
-  Add(remarks.blocks, std::move(list));
+  Add(remarks.blocks, ListOf(result.remarks));
   Add(document, std::move(remarks));
   return document;
 }

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "presentation/number.h"
+#include "presentation/sections.h"
+
 namespace gyrobench::presentation {
 namespace {
 
@@ -31,6 +34,33 @@ NoiseFigures JudgeNoise(const calibration::TraceNoise& noise, double duration_s)
                             noise.reference_deg > 0.0 ? "the angle random walk hides it"
                                                       : "none, or the angle random walk hides it");
   return figures;
+}
+
+std::vector<NoiseLine> NoiseLines(const calibration::TraceNoise& noise, double duration_s) {
+  const NoiseFigures figures = JudgeNoise(noise, duration_s);
+  std::vector<NoiseLine> lines;
+  const auto add = [&](const char* name, const NoiseFigure& figure, const char* unit) {
+    const std::string value = FormatNumber(figure.value, 3);
+    if (figure.hidden()) {
+      lines.push_back({name, "not seen", "", figure.why});
+    } else if (value != "-") {
+      lines.push_back({name, value, unit, ""});
+    }
+  };
+  add("angle random walk", figures.angle_random_walk, "deg/sqrt(s)");
+  add("bias random walk", figures.bias_random_walk, "deg/s/sqrt(s)");
+  add("reference noise", figures.reference, "deg");
+  if (!lines.empty() && lines.back().name == "reference noise" && lines.back().note.empty())
+    lines.back().note = "standard deviation of one reading";
+  return lines;
+}
+
+Table NoiseTable(const calibration::TraceNoise& noise, double duration_s) {
+  Table table = ValueTable();
+  for (const NoiseLine& line : NoiseLines(noise, duration_s))
+    table.Add({line.name, line.unit.empty() ? Text(line.value) : Number(line.value),
+               Unit(line.unit), line.note});
+  return table;
 }
 
 double LongestDuration_s(const calibration::TraceResult& trace) {

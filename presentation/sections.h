@@ -14,6 +14,12 @@ namespace gyrobench::presentation {
 inline constexpr auto kNumber = Column::Kind::kNumber;
 inline constexpr auto kNote = Column::Kind::kNote;
 
+// A table of name, value, unit, note.
+Table ValueTable();
+// Nothing where there is no value ("-").
+void AddValue(Table& table, const std::string& name, const std::string& value,
+              const std::string& unit, const std::string& note = "");
+
 std::string AxisName(SensorAxis axis);  // "z"
 std::string GyroName(SensorAxis axis);  // "gyro z"
 std::string Capitalized(std::string text);

@@ -108,6 +108,7 @@ std::string Rendered(const Facts& facts, const Terminal& terminal, int indent) {
 
 std::string Rendered(const List& list, const Terminal& terminal, int indent) {
   std::string text;
+  if (list.marker.empty()) indent += 2;
   for (const Text& item : list.items)
     text += WrappedParagraph(list.marker + Written(item, terminal), terminal, indent);
   return text;

@@ -1,4 +1,4 @@
-// What the data could not show, noise among it, and what several axes say alike.
+// What the data could not show, and what several axes say alike.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -97,33 +97,6 @@ std::string For(const std::vector<std::string>& axes, std::size_t all) {
 }
 
 }  // namespace
-
-std::vector<NoiseLine> NoiseLines(const calibration::TraceNoise& noise, double duration_s) {
-  const NoiseFigures figures = JudgeNoise(noise, duration_s);
-  std::vector<NoiseLine> lines;
-  const auto add = [&](const char* name, const NoiseFigure& figure, const char* unit) {
-    const std::string value = FormatNumber(figure.value, 3);
-    if (figure.hidden()) {
-      lines.push_back({name, "not seen", "", figure.why});
-    } else if (value != "-") {
-      lines.push_back({name, value, unit, ""});
-    }
-  };
-  add("angle random walk", figures.angle_random_walk, "deg/sqrt(s)");
-  add("bias random walk", figures.bias_random_walk, "deg/s/sqrt(s)");
-  add("reference noise", figures.reference, "deg");
-  if (!lines.empty() && lines.back().name == "reference noise" && lines.back().note.empty())
-    lines.back().note = "standard deviation of one reading";
-  return lines;
-}
-
-Table NoiseTable(const calibration::TraceNoise& noise, double duration_s) {
-  Table table{{{}, {"", kNumber}, {}, {"", kNote}}, {}};
-  for (const NoiseLine& line : NoiseLines(noise, duration_s))
-    table.Add({line.name, line.unit.empty() ? Text(line.value) : Number(line.value),
-               Unit(line.unit), line.note});
-  return table;
-}
 
 Section UnseenSection(const TraceResult& trace) {
   Section section{"Not to be seen in these data, and what would show it", {}};

@@ -1,0 +1,26 @@
+// What a calibration by held poses says.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "presentation/results.h"
+#include "presentation/text_layout.h"
+
+namespace gyrobench::presentation {
+namespace {
+
+using testing::HasSubstr;
+
+// What was done stands under the input that it was done with.
+TEST(HoldDocument, IndentsWhatWasDoneWithAnInput) {
+  calibration::HoldResult result;
+  result.inputs.emplace_back().info.source = "poses.csv";
+  result.faces = {{"+x", 10.0, true}, {"-x", 90.0, false}};
+  result.missing = {"too few poses"};
+  const std::string text = RenderText(HoldDocument(result), {});
+  EXPECT_THAT(text, HasSubstr("poses.csv: "));
+  EXPECT_THAT(text, HasSubstr("\n  faces held up: +x; not: -x\n"));
+  EXPECT_THAT(text, HasSubstr("\n  no calibration: too few poses\n"));
+}
+
+}  // namespace
+}  // namespace gyrobench::presentation
