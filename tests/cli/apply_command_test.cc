@@ -13,6 +13,7 @@
 #include "tests/cli/gyro_z.h"
 #include "tests/cli/program.h"
 #include "tests/temporary_folder.h"
+#include "tests/words.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -27,14 +28,6 @@ std::vector<std::string> LinesOf(const std::filesystem::path& file) {
   std::vector<std::string> lines;
   for (std::string line; std::getline(in, line);) lines.push_back(line);
   return lines;
-}
-
-// Words as they follow each other, wherever lines end.
-std::string Flat(const std::string& text) {
-  std::istringstream stream(text);
-  std::string flat;
-  for (std::string word; stream >> word;) flat += (flat.empty() ? "" : " ") + word;
-  return flat;
 }
 
 std::vector<std::string> Fields(const std::string& line) {

@@ -5,6 +5,7 @@
 #include "presentation/results.h"
 #include "presentation/text_layout.h"
 #include "tests/presentation/sample_content.h"
+#include "tests/words.h"
 
 namespace gyrobench::presentation {
 namespace {
@@ -12,13 +13,6 @@ namespace {
 using calibration::AnalysisResult;
 using testing::HasSubstr;
 using testing::Not;
-
-int Count(const std::string& text, const std::string& part) {
-  int count = 0;
-  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size())
-    ++count;
-  return count;
-}
 
 calibration::ChannelTrace Traced(SensorAxis axis, const std::vector<std::string>& ids) {
   calibration::ChannelTrace channel;

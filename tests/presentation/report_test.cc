@@ -12,6 +12,7 @@
 #include "presentation/markup.h"
 #include "tests/presentation/sample_content.h"
 #include "tests/temporary_folder.h"
+#include "tests/words.h"
 
 namespace gyrobench::presentation {
 namespace {
@@ -108,13 +109,6 @@ TEST(Report, TellsTheGyrosEffectsFromTheReferences) {
   EXPECT_LT(gyro, html.find("<code>bias.of(supply_V)</code></h4>"));
   EXPECT_LT(html.find("<code>bias.of(supply_V)</code></h4>"), reference);
   EXPECT_LT(reference, html.find("<code>angle.eccentricity_1</code></h4>"));
-}
-
-int Count(const std::string& text, const std::string& part) {
-  int count = 0;
-  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size())
-    ++count;
-  return count;
 }
 
 TEST(Report, GivesTheSummaryWhereNoEffectWasNamed) {

@@ -3,19 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <sstream>
 
 #include "base/measurement.h"
+#include "tests/words.h"
 
 namespace gyrobench::presentation {
 namespace {
-
-std::vector<std::string> Lines(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
 
 TEST(DisplayWidth, CountsSignsNotBytesNorColourCodes) {
   EXPECT_EQ(DisplayWidth("1 ± 2"), 5);

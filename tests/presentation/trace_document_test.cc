@@ -2,11 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <sstream>
-
 #include "base/measurement.h"
 #include "presentation/sections.h"
 #include "presentation/text_layout.h"
+#include "tests/words.h"
 
 namespace gyrobench::presentation {
 namespace {
@@ -14,28 +13,6 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
-
-std::vector<std::string> Lines(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
-
-// Words as they follow each other, wherever lines end.
-std::string Flat(const std::string& text) {
-  std::istringstream stream(text);
-  std::string flat;
-  for (std::string word; stream >> word;) flat += (flat.empty() ? "" : " ") + word;
-  return flat;
-}
-
-int Count(const std::string& text, const std::string& part) {
-  int count = 0;
-  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size())
-    ++count;
-  return count;
-}
 
 Terminal Narrow(int columns) {
   Terminal terminal;
