@@ -138,11 +138,18 @@ Eigen::MatrixXd WhiteStore::Products(const std::vector<Eigen::Index>& rows,
   return out;
 }
 
-Eigen::MatrixXd WhiteStore::Take(std::span<const Eigen::Index> columns) const {
-  Eigen::MatrixXd out(rows(), static_cast<Eigen::Index>(columns.size()));
+Eigen::MatrixXd WhiteStore::Take(std::span<const Eigen::Index> columns, Eigen::Index first,
+                                 Eigen::Index count) const {
+  Eigen::MatrixXd out(count, static_cast<Eigen::Index>(columns.size()));
   for (std::size_t j = 0; j < columns.size(); ++j)
-    out.col(static_cast<Eigen::Index>(j)) = column(columns[j]);
+    out.col(static_cast<Eigen::Index>(j)) = column(columns[j]).segment(first, count);
   return out;
+}
+
+Eigen::MatrixXd WhiteStore::Products(std::span<const Eigen::Index> columns) const {
+  std::vector<Eigen::Index> places;
+  for (const Eigen::Index column : columns) places.push_back(column + 1);
+  return Products(places, places);
 }
 
 WhiteStore::Fit WhiteStore::FitTo(std::span<const Eigen::Index> columns) const {

@@ -31,7 +31,14 @@ class WhiteStore {
   Eigen::Index rows() const { return white_.rows(); }
   auto column(Eigen::Index j) const { return white_.col(j + 1); }
   auto output() const { return white_.col(0); }
-  Eigen::MatrixXd Take(std::span<const Eigen::Index> columns) const;
+  Eigen::MatrixXd Take(std::span<const Eigen::Index> columns) const {
+    return Take(columns, 0, rows());
+  }
+  // The same of `count` rows from `first` on.
+  Eigen::MatrixXd Take(std::span<const Eigen::Index> columns, Eigen::Index first,
+                       Eigen::Index count) const;
+  // Of columns with each other.
+  Eigen::MatrixXd Products(std::span<const Eigen::Index> columns) const;
 
   // Least squares of the output; dependent columns count once.
   struct Fit {

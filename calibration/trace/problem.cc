@@ -377,18 +377,37 @@ Eigen::VectorXd ChannelProblem::TemperaturePower(int power) const {
 
 Eigen::MatrixXd ChannelProblem::Columns(const Effect& effect, const BasisContext& context,
                                         std::optional<std::size_t> power_on) const {
+  Eigen::MatrixXd out(rows(), static_cast<Eigen::Index>(effect.terms.size()));
+  if (power_on) {
+    out.setZero();
+    const Eigen::Index first = begin_of(*power_on);
+    FillColumns(effect, context, power_on, out.middleRows(first, end_of(*power_on) - first));
+  } else {
+    FillColumns(effect, context, power_on, out);
+  }
+  return out;
+}
+
+Eigen::MatrixXd ChannelProblem::ColumnsIn(std::size_t power_on, const Effect& effect,
+                                          const BasisContext& context) const {
+  Eigen::MatrixXd out(end_of(power_on) - begin_of(power_on),
+                      static_cast<Eigen::Index>(effect.terms.size()));
+  FillColumns(effect, context, power_on, out);
+  return out;
+}
+
+void ChannelProblem::FillColumns(const Effect& effect, const BasisContext& context,
+                                 std::optional<std::size_t> power_on,
+                                 Eigen::Ref<Eigen::MatrixXd> out) const {
   const std::size_t terms = effect.terms.size();
-  Eigen::MatrixXd out(rows(), static_cast<Eigen::Index>(terms));
-  if (power_on) out.setZero();
   const std::unique_ptr<Basis> basis = effect.basis(context);
   std::vector<double> a(terms), b(terms);
   const bool table = (effect.needs & kNeedsTableAxis) != 0;
-  for (std::size_t t = 0, row = 0; t < histories_.size(); ++t) {
+  const Eigen::Index first = power_on ? begin_of(*power_on) : 0;
+  auto row = static_cast<std::size_t>(first);
+  for (std::size_t t = 0; t < histories_.size(); ++t) {
+    if (power_on && power_on_of_trail_[t] != *power_on) continue;
     const StateHistory& history = histories_[t];
-    if (power_on && power_on_of_trail_[t] != *power_on) {
-      while (row < rows_.size() && rows_[row].history == t) ++row;
-      continue;
-    }
     if (effect.domain != EffectDomain::kRate && !history.nodes.empty())
       basis->At(history.nodes.front(), b.data());
     for (std::size_t i = 0; i < history.still.size(); ++i) {
@@ -407,14 +426,13 @@ Eigen::MatrixXd ChannelProblem::Columns(const Effect& effect, const BasisContext
         felt = history.still[i] ? FeltAxis{}
                                 : felt_axes_[static_cast<std::size_t>(index)][context.table_axis];
       for (std::size_t j = 0; j < terms; ++j) {
-        out(index, static_cast<Eigen::Index>(j)) =
+        out(index - first, static_cast<Eigen::Index>(j)) =
             effect.domain == EffectDomain::kRate
                 ? half_s * (a[j] + b[j])
                 : felt.turn * (b[j] - a[j]) + 0.5 * felt.direction * (a[j] + b[j]);
       }
     }
   }
-  return out;
 }
 
 }  // namespace gyrobench::calibration

@@ -99,6 +99,9 @@ class ChannelProblem {
   // of an effect without a memory that acts in this one alone.
   Eigen::MatrixXd Columns(const Effect& effect, const BasisContext& context,
                           std::optional<std::size_t> power_on = {}) const;
+  // The same of the power-on's own rows, beyond which it is 0.
+  Eigen::MatrixXd ColumnsIn(std::size_t power_on, const Effect& effect,
+                            const BasisContext& context) const;
   // The same for a rate [deg/s per unit] that is a function of the state.
   template <typename RateOf>
   Eigen::VectorXd RateColumn(RateOf rate_of) const {
@@ -145,6 +148,9 @@ class ChannelProblem {
   const ProblemRow& ref(Eigen::Index row) const { return rows_[static_cast<std::size_t>(row)]; }
   Eigen::VectorXd TemperaturePower(int power) const;
   Eigen::VectorXd FilterShape() const;
+  // `out`: of the power-on's rows, or of all.
+  void FillColumns(const Effect& effect, const BasisContext& context,
+                   std::optional<std::size_t> power_on, Eigen::Ref<Eigen::MatrixXd> out) const;
   // Of the reference about the sensor's axes in a row [deg].
   const Vector3& Rotation(Eigen::Index row) const {
     return history(row).rotation_deg[ref(row).interval];

@@ -30,6 +30,12 @@ double LongestRowAt(const ChannelProblem& problem, double t_s, Eigen::Index firs
   return longest_s;
 }
 
+// Column of a step in the rows that it may act in.
+Eigen::VectorXd RawInPowerOn(const ChannelProblem& problem, const Candidate& step) {
+  return step.power_on ? problem.ColumnsIn(*step.power_on, *step.effect, step.context)
+                       : problem.Columns(*step.effect, step.context);
+}
+
 }  // namespace
 
 // Variable projection against everything else in the model.
@@ -110,29 +116,34 @@ void Selection::PlaceStep(const WhiteStore::Columns& others, Candidate* candidat
   constexpr int kPlaces = 8;                                           // on either side
   constexpr std::array kSteps = {1.0 / 4.0, 1.0 / 32.0, 1.0 / 256.0};  // of a row
   // A step is 0 in other power-ons: its own rows do.
-  const Eigen::Index first = candidate->power_on ? problem_->begin_of(*candidate->power_on) : 0;
-  const Eigen::Index rows =
-      candidate->power_on ? problem_->end_of(*candidate->power_on) - first : problem_->rows();
-  const Eigen::MatrixXd white = store_.Take(others);
-  const ScaledLdlt products(white.transpose() * white);
-  const Eigen::MatrixXd own = white.middleRows(first, rows);
+  const std::optional<std::size_t> power_on = candidate->power_on;
+  const Eigen::Index first = power_on ? problem_->begin_of(*power_on) : 0;
+  const Eigen::Index rows = (power_on ? problem_->end_of(*power_on) : problem_->rows()) - first;
+  const ScaledLdlt products(store_.Products(others));
+  const Eigen::MatrixXd own = store_.Take(others, first, rows);
   const Eigen::VectorXd residual =
       store_.output().segment(first, rows) - own * store_.Solve(others);
   double best_s = candidate->context.nonlinear[0];
   const double row_s = LongestRowAt(*problem_, best_s, first, first + rows);
+  Eigen::MatrixXd columns(rows, 2 * kPlaces + 1);
   for (const double step : kSteps) {
     const double middle_s = best_s;
+    auto place_s = [&](int place) { return middle_s + place * step * row_s; };
+    for (int place = -kPlaces; place <= kPlaces; ++place) {
+      SetNonlinear({place_s(place)}, candidate);
+      columns.col(place + kPlaces) = RawInPowerOn(*problem_, *candidate);
+    }
+    whitener_.Apply(columns, first);
+    const Eigen::MatrixXd with = own.transpose() * columns;
     double most = 0.0;
     for (int place = -kPlaces; place <= kPlaces; ++place) {
-      SetNonlinear({middle_s + place * step * row_s}, candidate);
-      const Eigen::VectorXd column = White(*candidate).col(0).segment(first, rows);
-      const Eigen::VectorXd with = own.transpose() * column;
-      const double left = column.squaredNorm() - products.Square(with);
+      const auto column = columns.col(place + kPlaces);
+      const double left = column.squaredNorm() - products.Square(with.col(place + kPlaces));
       if (!(left > kAbsorbed * column.squaredNorm())) continue;
       const double gain = std::pow(column.dot(residual), 2) / left;
       if (!(gain > most)) continue;
       most = gain;
-      best_s = candidate->context.nonlinear[0];
+      best_s = place_s(place);
     }
   }
   SetNonlinear({best_s}, candidate);

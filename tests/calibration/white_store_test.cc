@@ -58,6 +58,14 @@ TEST_F(Store, GivesTheSameWhetherProductsAreMadeAheadOrWhenTheyAreAskedFor) {
     EXPECT_NEAR(store_.Left(column, model), ahead.Left(column, model), 1e-12);
 }
 
+TEST_F(Store, GivesSomeRowsOfItsColumnsAndTheirProductsOfAllRows) {
+  store_.Add(columns_);
+  const WhiteStore::Columns model = {4, 0, 3};
+  EXPECT_EQ(store_.Take(model, 20, 50), columns_(Eigen::seqN(20, 50), model));
+  const Eigen::MatrixXd taken = columns_(Eigen::all, model);
+  EXPECT_TRUE(store_.Products(model).isApprox(taken.transpose() * taken, 1e-12));
+}
+
 TEST_F(Store, KnowsNothingMoreOfColumnsThatWereTakenAway) {
   store_.Add(columns_.leftCols(2));
   const Eigen::Index mark = store_.used();
