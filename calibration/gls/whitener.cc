@@ -27,51 +27,51 @@ void Pass(std::span<const Step> steps, double* const* column) {
   }
 }
 
-// The same of rows that lie one after the other, of a few neighbouring columns: from `from` of the
-// raw rows to `to` of the white ones. `bias`, `reference`: the states of the white ones' columns.
+// The same of rows that lie one after the other, of a few neighbouring columns from `first` on.
+// `bias`, `reference`: the states of all columns.
 template <int kColumns>
-void PassRows(std::span<const Step> steps, const RawRows& raw, Eigen::Index from, Eigen::Index to,
-              RowMajor* white, Eigen::ArrayXd* bias, Eigen::ArrayXd* reference) {
+void PassRows(std::span<const Step> steps, Eigen::Index first, RowMajor* rows, Eigen::ArrayXd* bias,
+              Eigen::ArrayXd* reference) {
   using Some = Eigen::Array<double, kColumns, 1>;
-  Some b = bias->segment<kColumns>(to), r = reference->segment<kColumns>(to);
+  Some b = bias->segment<kColumns>(first), r = reference->segment<kColumns>(first);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const Step& step = steps[i];
-    const auto row = static_cast<Eigen::Index>(i);
+    Eigen::Map<Some> row(&(*rows)(static_cast<Eigen::Index>(i), first));
     b *= step.bias_transition;
-    const Some innovation = Eigen::Map<const Some>(raw.data() + row * raw.outerStride() + from) -
-                            step.bias_factor * b - step.reference_factor * r;
+    const Some innovation = row - step.bias_factor * b - step.reference_factor * r;
     b += step.gain_bias * innovation;
     r = step.reference_transition * r + step.gain_reference * innovation;
-    Eigen::Map<Some>(&(*white)(row, to)) = step.inverse_sigma * innovation;
+    row = step.inverse_sigma * innovation;
   }
-  bias->segment<kColumns>(to) = b;
-  reference->segment<kColumns>(to) = r;
+  bias->segment<kColumns>(first) = b;
+  reference->segment<kColumns>(first) = r;
 }
 
-// `columns`: of the raw rows, in rising order; the white ones have these alone. Neighbours pass
-// together.
-void PassAllRows(std::span<const Step> steps, const RawRows& raw,
-                 const std::vector<Eigen::Index>& columns, RowMajor* white, Eigen::ArrayXd* bias,
-                 Eigen::ArrayXd* reference) {
-  constexpr Eigen::Index kTogether = 8;
-  const auto count = static_cast<Eigen::Index>(columns.size());
-  for (Eigen::Index to = 0; to < count;) {
-    const Eigen::Index from = columns[static_cast<std::size_t>(to)];
-    const auto neighbours = [&](Eigen::Index wanted) {
-      return to + wanted <= count &&
-             columns[static_cast<std::size_t>(to + wanted - 1)] == from + wanted - 1;
-    };
-    if (neighbours(kTogether)) {
-      PassRows<kTogether>(steps, raw, from, to, white, bias, reference);
-      to += kTogether;
-    } else if (neighbours(2)) {
-      PassRows<2>(steps, raw, from, to, white, bias, reference);
-      to += 2;
-    } else {
-      PassRows<1>(steps, raw, from, to, white, bias, reference);
-      to += 1;
-    }
+// Some columns of raw rows, in rising order, side by side: as neighbours they pass together.
+void Gather(const RawRows& raw, const std::vector<Eigen::Index>& columns, RowMajor* out) {
+  out->resize(raw.rows(), static_cast<Eigen::Index>(columns.size()));
+  for (Eigen::Index i = 0; i < raw.rows(); ++i) {
+    const double* from = raw.data() + i * raw.outerStride();
+    double* to = out->data() + i * out->cols();
+    for (const Eigen::Index column : columns) *to++ = from[column];
   }
+}
+
+// All that are so many at once, from `first` on; returns the first that is left.
+template <int kTogether>
+Eigen::Index PassTogether(std::span<const Step> steps, Eigen::Index first, RowMajor* rows,
+                          Eigen::ArrayXd* bias, Eigen::ArrayXd* reference) {
+  for (; first + kTogether <= rows->cols(); first += kTogether)
+    PassRows<kTogether>(steps, first, rows, bias, reference);
+  return first;
+}
+
+void PassAllRows(std::span<const Step> steps, RowMajor* rows, Eigen::ArrayXd* bias,
+                 Eigen::ArrayXd* reference) {
+  Eigen::Index first = PassTogether<8>(steps, 0, rows, bias, reference);
+  first = PassTogether<4>(steps, first, rows, bias, reference);
+  first = PassTogether<2>(steps, first, rows, bias, reference);
+  PassTogether<1>(steps, first, rows, bias, reference);
 }
 
 // Columns that are not 0 in some rows, or of which the filter remembers something.
@@ -143,11 +143,11 @@ Eigen::MatrixXd Whitener::Products(const ColumnsInChunks& columns) const {
   for (std::size_t chunk = 0; chunk < columns.chunks(); ++chunk) {
     const std::vector<Eigen::Index> active = Active(columns.not_zero(chunk), bias, reference);
     const RawRows raw = columns.rows(chunk);
-    white.resize(raw.rows(), static_cast<Eigen::Index>(active.size()));
+    Gather(raw, active, &white);
     Eigen::ArrayXd some_bias = bias(active), some_reference = reference(active);
     PassAllRows(
-        steps.subspan(chunk * ColumnsInChunks::kChunk, static_cast<std::size_t>(raw.rows())), raw,
-        active, &white, &some_bias, &some_reference);
+        steps.subspan(chunk * ColumnsInChunks::kChunk, static_cast<std::size_t>(raw.rows())),
+        &white, &some_bias, &some_reference);
     bias(active) = some_bias;
     reference(active) = some_reference;
     AddProducts(white, active, &gram);

@@ -166,6 +166,25 @@ TEST(IntervalGls, WhitenedRowsAndProductsAreTheSameThingForManyColumns) {
   }
 }
 
+// Several runs, each of which some columns, scattered among the others, are not 0 in alone.
+TEST(IntervalGls, ProductsAreTheSameWhereColumnsActInOneRunAlone) {
+  std::mt19937 random(16);
+  std::normal_distribution<double> normal;
+  constexpr int kColumns = 37, kRuns = 4, kRows = 300;
+  Eigen::MatrixXd raw = Eigen::MatrixXd::Zero(kRuns * kRows, kColumns);
+  std::vector<Interval> intervals;
+  for (int i = 0; i < kRuns * kRows; ++i) {
+    intervals.push_back({0.1, 0.0, i % 3 == 0, i % kRows == 0, i > 0 && i % kRows == 0});
+    for (int j = 0; j < kColumns; ++j)
+      if (j % 3 == 0 || j % kRuns == i / kRows) raw(i, j) = normal(random);
+  }
+  const Whitener whitener(intervals, {0.1, 0.2, 0.3});
+  const Eigen::MatrixXd products = whitener.Products(ColumnsInChunks(raw));
+  Eigen::MatrixXd white = raw;
+  whitener.Apply(white);
+  EXPECT_TRUE(products.isApprox(white.transpose() * white, 1e-12));
+}
+
 // Outputs drawn from the model itself: a stop-and-go run.
 IntervalSeries DrawRun(std::mt19937* random, int turns, const IntervalNoise& noise, double unit) {
   std::normal_distribution<double> normal;
