@@ -24,6 +24,11 @@ class ScaledLdlt {
     const Eigen::VectorXd scaled = scale_.cwiseProduct(right);
     return scaled.dot(factor_.solve(scaled));
   }
+  // The same of each column.
+  Eigen::VectorXd Squares(const Eigen::MatrixXd& right) const {
+    const Eigen::MatrixXd scaled = scale_.asDiagonal() * right;
+    return scaled.cwiseProduct(factor_.solve(scaled)).colwise().sum();
+  }
 
  private:
   Eigen::VectorXd scale_;

@@ -37,16 +37,14 @@ class Steps {
     factor_ = ScaledLdlt(model.transpose() * model);
   }
 
+  // `left`: of the information, by the model.
   ScanPeak Best(const Eigen::MatrixXd& score, const Eigen::VectorXd& information,
-                bool moving_only) const {
+                const Eigen::VectorXd& left, bool moving_only) const {
     ScanPeak peak;
     ForEachPlace(1, moving_only, [&](Eigen::Index i, Eigen::Index) {
       const double s = score(i, p_);
-      // The model can only take information away: most places need no closer look.
-      if (s * s < peak.gain * kLeastInformation * information(i)) return;
-      const double left = Left(score, information, i);
-      if (!(left > kLeastInformation * information(i)) || s * s / left <= peak.gain) return;
-      peak.gain = s * s / left;
+      if (!(left(i) > kLeastInformation * information(i)) || s * s / left(i) <= peak.gain) return;
+      peak.gain = s * s / left(i);
       peak.nonlinear = problem_.begin_s(i) +
                        (moving_only ? 0.5 * (problem_.end_s(i) - problem_.begin_s(i)) : 0.0);
       peak.row = row_ = i;
@@ -55,26 +53,27 @@ class Steps {
   }
 
   ScanPeak Bias() const {
-    ScanPeak peak = Best(shocks_.bias, shocks_.bias_information, false);
+    const Eigen::VectorXd left = Left(shocks_.bias, shocks_.bias_information);
+    ScanPeak peak = Best(shocks_.bias, shocks_.bias_information, left, false);
     peak.effect = &ScannedEffect(Search::kTime, EffectDomain::kRate);
-    peak.tried = TestsOfBias(peak.gain);
+    peak.tried = TestsOfBias(left, peak.gain);
     return peak;
   }
   // A step and that of the next row differ by what one row says of the bias.
-  double TestsOfBias(double gain) const {
+  double TestsOfBias(const Eigen::VectorXd& left, double gain) const {
     double tests = 1.0;
     ForEachPlace(kLooked, false, [&](Eigen::Index i, Eigen::Index rows) {
-      const double left = Left(shocks_.bias, shocks_.bias_information, i);
-      if (!(left > kLeastInformation * shocks_.bias_information(i))) return;
+      if (!(left(i) > kLeastInformation * shocks_.bias_information(i))) return;
       const double duration_s = problem_.intervals()[static_cast<std::size_t>(i)].duration_s;
       const double one_row = duration_s * duration_s * shocks_.output_information(i);
-      tests +=
-          static_cast<double>(rows) * TestsFromNeighbour(gain, std::min(1.0, 0.5 * one_row / left));
+      tests += static_cast<double>(rows) *
+               TestsFromNeighbour(gain, std::min(1.0, 0.5 * one_row / left(i)));
     });
     return tests;
   }
   ScanPeak Angle() const {
-    ScanPeak peak = Best(shocks_.output, shocks_.output_information, true);
+    const Eigen::VectorXd left = Left(shocks_.output, shocks_.output_information);
+    ScanPeak peak = Best(shocks_.output, shocks_.output_information, left, true);
     peak.effect = &ScannedEffect(Search::kTime, EffectDomain::kAngle);
     peak.tried = static_cast<double>(problem_.rows());
     peak.tail_freedom = TailFreedom();
@@ -157,10 +156,15 @@ class Steps {
       }
     }
   }
-  // Information on a step that the model leaves.
-  double Left(const Eigen::MatrixXd& score, const Eigen::VectorXd& information,
-              Eigen::Index i) const {
-    return information(i) - factor_.Square(score.row(i).head(p_).transpose());
+  // Information on a step at each row that the model leaves.
+  Eigen::VectorXd Left(const Eigen::MatrixXd& score, const Eigen::VectorXd& information) const {
+    constexpr Eigen::Index kTogether = 256;  // rows, that stay in the cache
+    Eigen::VectorXd left = information;
+    for (Eigen::Index begin = 0; begin < left.size(); begin += kTogether) {
+      const Eigen::Index rows = std::min(kTogether, left.size() - begin);
+      left.segment(begin, rows) -= factor_.Squares(score.block(begin, 0, rows, p_).transpose());
+    }
+    return left;
   }
 
   const ChannelProblem& problem_;
