@@ -30,6 +30,14 @@ class RawColumns {
   double operator()(Eigen::Index row, Eigen::Index column) const {
     return (*whole_)(picked_ ? (*picked_)[static_cast<std::size_t>(row)] : row, column);
   }
+  // Of one column, the rows from `first` on that `out` has room for.
+  void CopyRows(Eigen::Index column, Eigen::Index first, Eigen::Ref<Eigen::VectorXd> out) const {
+    if (picked_) {
+      for (Eigen::Index i = 0; i < out.size(); ++i) out(i) = (*this)(first + i, column);
+    } else {
+      out = whole_->col(column).segment(first, out.size());
+    }
+  }
   void CopyTo(Eigen::Ref<Eigen::MatrixXd> out) const {
     if (picked_) {
       out = (*whole_)(*picked_, Eigen::all);

@@ -42,7 +42,9 @@ class Projection {
       : model_(std::move(model)), factor_(model_.transpose() * model_) {}
 
   Eigen::MatrixXd Off(const Eigen::MatrixXd& columns) const {
-    return columns - model_ * factor_.Solve(model_.transpose() * columns);
+    Eigen::MatrixXd left = columns;
+    left.noalias() -= model_ * factor_.Solve(model_.transpose() * columns);
+    return left;
   }
 
  private:

@@ -1,6 +1,7 @@
 #include "calibration/gls/whitener.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -9,11 +10,20 @@ namespace {
 
 using RawRows = Eigen::Ref<const RowMajor>;
 
+// What the filter remembers of one column between two of its rows.
+struct ColumnState {
+  double bias = 0.0, reference = 0.0;
+};
+
 // Several columns at once: each waits for its own innovation before the next row, together they
 // fill the pipeline.
 template <std::size_t kColumns>
-void Pass(std::span<const Step> steps, double* const* column) {
-  double bias[kColumns] = {}, reference[kColumns] = {};
+void Pass(std::span<const Step> steps, double* const* column, ColumnState* states) {
+  double bias[kColumns], reference[kColumns];
+  for (std::size_t j = 0; j < kColumns; ++j) {
+    bias[j] = states[j].bias;
+    reference[j] = states[j].reference;
+  }
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const Step& step = steps[i];
     for (std::size_t j = 0; j < kColumns; ++j) {
@@ -23,6 +33,39 @@ void Pass(std::span<const Step> steps, double* const* column) {
       bias[j] += step.gain_bias * innovation;
       reference[j] = step.reference_transition * reference[j] + step.gain_reference * innovation;
       column[j][i] = step.inverse_sigma * innovation;
+    }
+  }
+  for (std::size_t j = 0; j < kColumns; ++j) states[j] = {bias[j], reference[j]};
+}
+
+// Rows and steps of a piece stay in the cache while all columns pass it.
+constexpr Eigen::Index kPieceRows = 1024;
+
+// `fill(column, first row, rows)` puts a column's raw values where they become white.
+template <typename Fill>
+void PassColumns(std::span<const Step> steps, Eigen::Ref<Eigen::MatrixXd> columns,
+                 const Fill& fill) {
+  constexpr std::size_t kTogether = 8;
+  constexpr auto kStep = static_cast<Eigen::Index>(kTogether);
+  std::vector<ColumnState> states(static_cast<std::size_t>(columns.cols()));
+  for (Eigen::Index begin = 0; begin < columns.rows(); begin += kPieceRows) {
+    const Eigen::Index count = std::min(kPieceRows, columns.rows() - begin);
+    const auto piece =
+        steps.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(count));
+    Eigen::Index j = 0;
+    double* pointers[kTogether];
+    auto take = [&](Eigen::Index column) {
+      fill(column, begin, count);
+      return &columns(begin, column);
+    };
+    for (; j + kStep <= columns.cols(); j += kStep) {
+      for (std::size_t k = 0; k < kTogether; ++k)
+        pointers[k] = take(j + static_cast<Eigen::Index>(k));
+      Pass<kTogether>(piece, pointers, &states[static_cast<std::size_t>(j)]);
+    }
+    for (; j < columns.cols(); ++j) {
+      pointers[0] = take(j);
+      Pass<1>(piece, pointers, &states[static_cast<std::size_t>(j)]);
     }
   }
 }
@@ -171,21 +214,22 @@ Eigen::VectorXd Whitener::WalkIntegrals(const Eigen::Ref<const RowMajor>& column
 }
 
 void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns, Eigen::Index first) const {
-  const std::span<const Step> steps(&steps_[static_cast<std::size_t>(first)],
-                                    static_cast<std::size_t>(columns.rows()));
-  constexpr std::size_t kTogether = 8;
-  constexpr auto kStep = static_cast<Eigen::Index>(kTogether);
-  Eigen::Index j = 0;
-  for (; j + kStep <= columns.cols(); j += kStep) {
-    double* pointers[kTogether];
-    for (std::size_t k = 0; k < kTogether; ++k)
-      pointers[k] = columns.col(j + static_cast<Eigen::Index>(k)).data();
-    Pass<kTogether>(steps, pointers);
+  const std::span<const Step> all = steps_;
+  PassColumns(
+      all.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(columns.rows())),
+      columns, [](Eigen::Index, Eigen::Index, Eigen::Index) {});
+}
+
+void Whitener::Whiten(std::span<const RawColumns> raw, Eigen::Ref<Eigen::MatrixXd> white) const {
+  std::vector<std::pair<const RawColumns*, Eigen::Index>> from;
+  for (const RawColumns& some : raw) {
+    for (Eigen::Index j = 0; j < some.cols(); ++j) from.emplace_back(&some, j);
   }
-  for (; j < columns.cols(); ++j) {
-    double* pointer = columns.col(j).data();
-    Pass<1>(steps, &pointer);
-  }
+  assert(static_cast<Eigen::Index>(from.size()) == white.cols());
+  PassColumns(steps_, white, [&](Eigen::Index column, Eigen::Index first, Eigen::Index count) {
+    const auto& [some, place] = from[static_cast<std::size_t>(column)];
+    some->CopyRows(place, first, white.col(column).segment(first, count));
+  });
 }
 
 // Backwards: r is what the states before a row are worth for all rows from it on.

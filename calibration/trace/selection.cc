@@ -90,16 +90,17 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   for (const Candidate& candidate : pool_) count += candidate.raw->cols();
   Eigen::Ref<Eigen::MatrixXd> all = store_.Places(count);
   Eigen::Index used = 0;
-  auto place = [&](const RawColumns& raw) {
-    raw.CopyTo(all.middleCols(used, raw.cols()));
+  std::vector<RawColumns> raw;
+  auto place = [&](const RawColumns& some) {
+    raw.push_back(some);
     WhiteStore::Columns columns;
-    for (Eigen::Index j = 0; j < raw.cols(); ++j) columns.push_back(used++);
+    for (Eigen::Index j = 0; j < some.cols(); ++j) columns.push_back(used++);
     return columns;
   };
   base_ = place(RawColumns(baseline.columns));
   for (const CurveCells& cells : candidates.cells) cells_.push_back(place(cells.raw));
   for (Candidate& candidate : pool_) candidate.columns = place(*candidate.raw);
-  whitener_.Apply(all);
+  whitener_.Whiten(raw, all);
   const Projection baseline_off(all.leftCols(baseline.columns.cols()));
   for (Candidate& candidate : pool_) DropBlindTerms(baseline_off, &candidate, all);
   store_.Add(count);

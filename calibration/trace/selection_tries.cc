@@ -167,9 +167,9 @@ void Selection::TryProducts(Best* best) const {
   }
   if (open.empty()) return;
   Eigen::MatrixXd columns(problem_->rows(), static_cast<Eigen::Index>(open.size()));
-  for (std::size_t k = 0; k < open.size(); ++k)
-    open[k]->raw->CopyTo(columns.col(static_cast<Eigen::Index>(k)));
-  whitener_.Apply(columns);
+  std::vector<RawColumns> raw;
+  for (const Candidate* product : open) raw.push_back(*product->raw);
+  whitener_.Whiten(raw, columns);
   const Eigen::VectorXd whole = columns.colwise().squaredNorm();
   columns = Projection(store_.Take(ModelColumns())).Off(columns);
   const Eigen::VectorXd residual = Residual();

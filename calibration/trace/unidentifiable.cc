@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/report_parts.h"
@@ -31,24 +32,42 @@ struct Observability {
   double bound = std::numeric_limits<double>::infinity();
 };
 
+// White columns of a candidate with all its terms; in the store those that these data are blind to
+// are 0.
+Eigen::MatrixXd AllTerms(const Selection& selection, const Candidate& candidate) {
+  const Eigen::MatrixXd stored = selection.store().Take(candidate.columns);
+  return stored.colwise().any().all() ? stored : selection.White(candidate);
+}
+
 // Of every effect that was looked for, by its name.
 std::map<std::string, Observability> ObservabilityOf(const Selection& selection) {
+  // Columns that the baseline is taken off together, which reads it once.
+  constexpr Eigen::Index kTogether = 32;  // more than any effect has
   std::map<std::string, Observability> out;
   const Projection baseline(selection.store().Take(selection.baseline_columns()));
+  Eigen::MatrixXd places(selection.store().rows(), kTogether);
+  std::vector<Observability*> of;  // of each column
+  auto look = [&] {
+    const Eigen::MatrixXd white = places.leftCols(static_cast<Eigen::Index>(of.size()));
+    const Eigen::MatrixXd left = baseline.Off(white);
+    for (Eigen::Index j = 0; j < white.cols(); ++j) {
+      Observability& observability = *of[static_cast<std::size_t>(j)];
+      const double whole = white.col(j).squaredNorm(), square = left.col(j).squaredNorm();
+      if (whole > 0) observability.left = std::max(observability.left, square / whole);
+      if (square > 0) observability.bound = std::min(observability.bound, 1.0 / std::sqrt(square));
+    }
+    of.clear();
+  };
   for (const std::vector<Candidate>* list : {&selection.pool(), &selection.unseen()}) {
     for (const Candidate& candidate : *list) {
       if (candidate.effect == nullptr) continue;
-      Observability& observability = out[candidate.id];
-      const Eigen::MatrixXd white = selection.White(candidate);
-      const Eigen::MatrixXd left = baseline.Off(white);
-      for (Eigen::Index j = 0; j < white.cols(); ++j) {
-        const double whole = white.col(j).squaredNorm(), square = left.col(j).squaredNorm();
-        if (whole > 0) observability.left = std::max(observability.left, square / whole);
-        if (square > 0)
-          observability.bound = std::min(observability.bound, 1.0 / std::sqrt(square));
-      }
+      const Eigen::MatrixXd terms = AllTerms(selection, candidate);
+      if (static_cast<Eigen::Index>(of.size()) + terms.cols() > places.cols()) look();
+      places.middleCols(static_cast<Eigen::Index>(of.size()), terms.cols()) = terms;
+      of.resize(of.size() + candidate.columns.size(), &out[candidate.id]);
     }
   }
+  look();
   return out;
 }
 

@@ -516,6 +516,26 @@ TEST(AProductOfGravity, IsNotLookedForWhereItStays) {
   EXPECT_EQ(listed("composed(g_y*g_z)"), 1);
 }
 
+// A step of the offset acts in one power-on of two: its columns there are those rows of its columns
+// in all, which are 0 elsewhere.
+TEST(ColumnsOfOnePowerOn, AreTheRowsOfThoseInWhichTheyAct) {
+  const calibration::Recording recording = SyntheticBench(ManySpeeds()).Measure({}, 3);
+  std::vector<calibration::StateHistory> histories(
+      2, calibration::MakeStateHistory(recording, {kMissing, kMissing, 1.0}, true, {}));
+  const calibration::ChannelProblem problem(histories, 2, 1.0);
+  const calibration::Effect& step =
+      calibration::ScannedEffect(calibration::Search::kTime, calibration::EffectDomain::kRate);
+  calibration::BasisContext context;
+  context.nonlinear = {30.0};
+  for (std::size_t power_on = 0; power_on < 2; ++power_on) {
+    const Eigen::Index begin = problem.begin_of(power_on), end = problem.end_of(power_on);
+    const Eigen::MatrixXd all = problem.Columns(step, context, power_on);
+    EXPECT_EQ(problem.ColumnsIn(power_on, step, context), all.middleRows(begin, end - begin));
+    EXPECT_GT(all.norm(), 0.0);
+    EXPECT_EQ(all.topRows(begin).norm() + all.bottomRows(all.rows() - end).norm(), 0.0);
+  }
+}
+
 // What is late in one run of two is one effect, of the run that it is in, in whatever order the two
 // are given and whatever their power-ons are called.
 TEST(ALatency, OfOneOfTwoRunsIsOfThatRunInAnyOrder) {

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <random>
 
@@ -183,6 +184,32 @@ TEST(IntervalGls, ProductsAreTheSameWhereColumnsActInOneRunAlone) {
   Eigen::MatrixXd white = raw;
   whitener.Apply(white);
   EXPECT_TRUE(products.isApprox(white.transpose() * white, 1e-12));
+}
+
+// Raw columns of a whole and of a part of its rows, more of them and more rows than pass together.
+TEST(IntervalGls, RawColumnsBecomeWhiteWhereTheyAreWanted) {
+  std::mt19937 random(17);
+  std::normal_distribution<double> normal;
+  constexpr Eigen::Index kRows = 2500;
+  std::vector<Interval> intervals;
+  auto rows = std::make_shared<std::vector<Eigen::Index>>();
+  for (Eigen::Index i = 0; i < kRows; ++i) {
+    intervals.push_back({0.1, 0.0, i % 3 == 0, i == 0, i > 0 && i % 900 == 0});
+    rows->push_back(2 * i);
+  }
+  Eigen::MatrixXd whole(kRows, 11), twice(2 * kRows, 3);
+  for (double& value : whole.reshaped()) value = normal(random);
+  for (double& value : twice.reshaped()) value = normal(random);
+  const Whitener whitener(intervals, {0.1, 0.2, 0.3});
+  Eigen::MatrixXd white(kRows, 14);
+  const std::vector<RawColumns> raw = {RawColumns(whole), RawColumns(twice).Part(rows)};
+  whitener.Whiten(raw, white);
+  for (Eigen::Index j = 0; j < white.cols(); ++j) {
+    Eigen::MatrixXd alone =
+        j < 11 ? whole.col(j) : Eigen::MatrixXd(twice(*rows, Eigen::all).col(j - 11));
+    whitener.Apply(alone);
+    EXPECT_TRUE(white.col(j).isApprox(alone.col(0), 1e-14)) << j;
+  }
 }
 
 // Outputs drawn from the model itself: a stop-and-go run.

@@ -5,6 +5,8 @@
 #include <Eigen/QR>
 #include <random>
 
+#include "calibration/gls/scaled_ldlt.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -89,6 +91,20 @@ TEST_F(Store, CountsADependentColumnOnceAndKeepsWhatItHasWhenItGrows) {
   EXPECT_DOUBLE_EQ(fit.residual_square, before);
   EXPECT_EQ(store_.Solve(model)(2), 0.0);
   EXPECT_LT(store_.Left(sum[0], std::vector<Eigen::Index>{0, 1}), 1e-9);
+}
+
+// What a model explains of an output is what orthogonal factors leave out of it.
+TEST_F(Store, SquaresOfManyOutputsAreWhatTheModelExplainsOfEach) {
+  Eigen::MatrixXd columns = columns_;
+  columns.col(2) *= 1e6;  // units differ
+  const Eigen::MatrixXd outputs = Draw(5);
+  const ScaledLdlt factor(columns.transpose() * columns);
+  const Eigen::VectorXd squares = factor.Squares(columns.transpose() * outputs);
+  for (Eigen::Index k = 0; k < outputs.cols(); ++k) {
+    const Eigen::VectorXd output = outputs.col(k);
+    EXPECT_NEAR(squares(k), output.squaredNorm() - ResidualSquare(columns, output),
+                1e-9 * output.squaredNorm());
+  }
 }
 
 }  // namespace
