@@ -100,6 +100,7 @@ Json ToJson(const CorrectedTable& table, const Options& options) {
           {"calibration", options.calibration.string()},
           {"rows", table.rows},
           {"rows_without_time", table.without_time},
+          {"samples", table.correction.samples},
           {"rows_outside", table.correction.outside},
           {"channels", channels},
           {"remarks", table.correction.remarks}};
@@ -115,16 +116,16 @@ std::string ChannelText(const ChannelCorrection& channel) {
   return text + "\n";
 }
 
-// "gyro z: 300 rows beyond 40 deg/s, up to 95.2; 20 rows outside of 20.0 to 40.0 degC, ..."
+// "gyro z: 300 samples beyond 40 deg/s, up to 95.2; 20 samples outside of 20.0 to 40.0 degC, ..."
 std::string BeyondText(const ChannelCorrection& channel) {
   std::vector<std::string> parts;
   if (channel.beyond_rate > 0) {
-    parts.push_back(fmt::format("{} rows beyond the {:.3g} deg/s of the calibration, up to {:.3g}",
+    parts.push_back(fmt::format("{} samples beyond the {:.3g} deg/s of the calibration, up to {:.3g}",
                                 presentation::FormatCount(channel.beyond_rate),
                                 channel.max_rate_deg_s, channel.largest_rate_deg_s));
   }
   if (channel.beyond_temperature > 0) {
-    parts.push_back(fmt::format("{} rows outside of its {:.1f} to {:.1f} degC, at {:.1f} to {:.1f}",
+    parts.push_back(fmt::format("{} samples outside of its {:.1f} to {:.1f} degC, at {:.1f} to {:.1f}",
                                 presentation::FormatCount(channel.beyond_temperature),
                                 channel.min_temperature_degC, channel.max_temperature_degC,
                                 channel.lowest_degC, channel.highest_degC));
@@ -137,7 +138,7 @@ std::vector<std::string> Warnings(const CorrectionReport& report) {
   std::vector<std::string> texts;
   if (report.outside > 0) {
     texts.push_back(fmt::format(
-        "WARNING: {} of {} rows ({:.1f} %) lie outside of what the calibration saw; there bias and "
+        "WARNING: {} of {} samples ({:.1f} %) lie outside of what the calibration saw; there bias and "
         "effects are held at their values at its edge, and the errors are not known",
         presentation::FormatCount(report.outside), presentation::FormatCount(report.samples),
         100.0 * static_cast<double>(report.outside) / static_cast<double>(report.samples)));
@@ -150,7 +151,7 @@ std::vector<std::string> Warnings(const CorrectionReport& report) {
   for (const ChannelCorrection& channel : report.channels) {
     if (channel.unsolved == 0) continue;
     texts.push_back(fmt::format(
-        "WARNING: gyro {}: {} rows left empty: the effects of the calibration have no solution "
+        "WARNING: gyro {}: {} samples left empty: the effects of the calibration have no solution "
         "there; trace data that reach these rates",
         "xyz"[static_cast<std::size_t>(channel.axis)],
         presentation::FormatCount(channel.unsolved)));

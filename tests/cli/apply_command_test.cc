@@ -188,8 +188,8 @@ TEST_F(Apply, WarnsLoudlyOfWhatLiesBeyondTheCalibrationAndByHowMuch) {
     text.replace(at, 6, ",55.0,");
   const auto table = folder_.Write("in.csv", text);
   const std::string says = Flat(Run(table).out);
-  EXPECT_THAT(says, HasSubstr("WARNING: 2 000 of 2 000 rows (100.0 %) lie outside"));
-  EXPECT_THAT(says, HasSubstr("gyro z: 2 000 rows outside of its 20.0 to 40.0 degC, at 55.0"));
+  EXPECT_THAT(says, HasSubstr("WARNING: 2 000 of 2 000 samples (100.0 %) lie outside"));
+  EXPECT_THAT(says, HasSubstr("gyro z: 2 000 samples outside of its 20.0 to 40.0 degC, at 55.0"));
   // A warning is no error, but neither a machine nor silence may swallow it.
   for (const char* option : {"-q", "--json"}) {
     const Finished finished = Run(table, "out.csv", {"--overwrite", option});
@@ -197,6 +197,21 @@ TEST_F(Apply, WarnsLoudlyOfWhatLiesBeyondTheCalibrationAndByHowMuch) {
     EXPECT_THAT(finished.err, HasSubstr("WARNING")) << option;
   }
   EXPECT_EQ(Run(folder_.Write("within.csv", Table()), "b.csv", {"-q"}).err, "");
+}
+
+// A reference that is logged beside the gyro has rows of its own.
+TEST_F(Apply, CountsSamplesAndNotTheRowsOfTheReference) {
+  std::ostringstream table;
+  table << "# gyro_lsb_per_deg_s = 131\nt_s,gyro_z_lsb,temp_degC,ref_angle_z_deg\n";
+  for (int i = 0; i < 1000; ++i) {
+    table << 0.01 * i << "," << 1000 + i % 7 << ",55.0,\n";
+    table << 0.01 * i + 0.004 << ",,," << i << "\n";
+  }
+  const auto file = folder_.Write("in.csv", table.str());
+  EXPECT_THAT(Flat(Run(file).out), HasSubstr("1 000 of 1 000 samples (100.0 %) lie outside"));
+  const json summary = json::parse(Run(file, "b.csv", {"--json"}).out);
+  EXPECT_EQ(summary.at("samples"), 1000);
+  EXPECT_EQ(summary.at("rows_outside"), 1000);
 }
 
 // At twice the rates and 15 degC beyond the temperatures of a calibration with a cubic term and a
