@@ -53,12 +53,10 @@ std::string Suggestion(std::string_view word, const std::vector<std::string>& kn
     return Distance(word, a) < Distance(word, b);
   };
   const auto nearest = std::min_element(known.begin(), known.end(), nearer);
-  std::string text = fmt::format("did you mean \"{}\"?", *nearest);
   const int near = static_cast<int>(std::max(word.size(), nearest->size()) / 2);
-  if (Distance(word, *nearest) > near) {
-    text += fmt::format(" (known here: \"{}\")", fmt::join(known, "\", \""));
-  }
-  return text;
+  if (Distance(word, *nearest) > near)
+    return fmt::format("known here: \"{}\"", fmt::join(known, "\", \""));
+  return fmt::format("did you mean \"{}\"?", *nearest);
 }
 
 }  // namespace gyrobench

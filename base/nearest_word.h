@@ -15,7 +15,7 @@ namespace gyrobench {
 int EditDistance(std::string_view a, std::string_view b);
 
 // `did you mean "gear_ratio"?` with the nearest of `known` (the first of equals); where none is
-// near also the whole list: `did you mean "bus"? (known here: "bus", "unit")`.
+// near, what there is: `known here: "bus", "unit"`.
 std::string Suggestion(std::string_view word, const std::vector<std::string>& known);
 
 // "0,5" as "0.5"; nothing where `text` is not one number with one comma between digits.
