@@ -55,8 +55,14 @@ constexpr const char* kOrder = "gyrobench apply CALIBRATION.json TABLE.csv -o OU
 void CheckOrder(const Options& options) {
   const fs::path& file = options.calibration;
   std::error_code none;
+  if (!fs::exists(file, none)) {
+    throw DataError(
+        fmt::format("{}: no such file; expected a calibration, as `gyrobench trace FILE... "
+                    "--calibration {}` writes it; the order is: {}",
+                    file.string(), file.string(), kOrder));
+  }
   const bool empty = fs::is_regular_file(file, none) && fs::file_size(file, none) == 0;
-  if (!fs::exists(file, none) || empty || BeginsAsJson(file)) return;
+  if (empty || BeginsAsJson(file)) return;
   const bool swapped = BeginsAsJson(options.name);
   throw UsageError(
       fmt::format("{}: expected a calibration, found {}{}; the order is: {}", file.string(),
@@ -120,15 +126,16 @@ std::string ChannelText(const ChannelCorrection& channel) {
 std::string BeyondText(const ChannelCorrection& channel) {
   std::vector<std::string> parts;
   if (channel.beyond_rate > 0) {
-    parts.push_back(fmt::format("{} samples beyond the {:.3g} deg/s of the calibration, up to {:.3g}",
-                                presentation::FormatCount(channel.beyond_rate),
-                                channel.max_rate_deg_s, channel.largest_rate_deg_s));
+    parts.push_back(
+        fmt::format("{} samples beyond the {:.3g} deg/s of the calibration, up to {:.3g}",
+                    presentation::FormatCount(channel.beyond_rate), channel.max_rate_deg_s,
+                    channel.largest_rate_deg_s));
   }
   if (channel.beyond_temperature > 0) {
-    parts.push_back(fmt::format("{} samples outside of its {:.1f} to {:.1f} degC, at {:.1f} to {:.1f}",
-                                presentation::FormatCount(channel.beyond_temperature),
-                                channel.min_temperature_degC, channel.max_temperature_degC,
-                                channel.lowest_degC, channel.highest_degC));
+    parts.push_back(fmt::format(
+        "{} samples outside of its {:.1f} to {:.1f} degC, at {:.1f} to {:.1f}",
+        presentation::FormatCount(channel.beyond_temperature), channel.min_temperature_degC,
+        channel.max_temperature_degC, channel.lowest_degC, channel.highest_degC));
   }
   return fmt::format("{}", fmt::join(parts, "; "));
 }
@@ -138,7 +145,8 @@ std::vector<std::string> Warnings(const CorrectionReport& report) {
   std::vector<std::string> texts;
   if (report.outside > 0) {
     texts.push_back(fmt::format(
-        "WARNING: {} of {} samples ({:.1f} %) lie outside of what the calibration saw; there bias and "
+        "WARNING: {} of {} samples ({:.1f} %) lie outside of what the calibration saw; there bias "
+        "and "
         "effects are held at their values at its edge, and the errors are not known",
         presentation::FormatCount(report.outside), presentation::FormatCount(report.samples),
         100.0 * static_cast<double>(report.outside) / static_cast<double>(report.samples)));
