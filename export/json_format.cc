@@ -29,11 +29,12 @@ std::string EquationOf(const calibration::ModelTerm& term) {
          "outside";
 }
 
-Json EffectJson(const calibration::ModelTerm& term) {
+Json EffectJson(const calibration::ChannelModel& model, const calibration::ModelTerm& term) {
   Json out = {{"id", term.id},
               {"origin", calibration::Name(term.origin)},
               {"equation", EquationOf(term)},
               {"coefficients", term.coefficients}};
+  if (const auto names = NotDetermined(model, term); !names.empty()) out["not_determined"] = names;
   if (!term.nonlinear.empty()) out["nonlinear"] = term.nonlinear;
   if (!term.factors.empty()) out["factors"] = term.factors;
   if (!term.offsets.empty()) out["offsets"] = term.offsets;
@@ -57,7 +58,7 @@ Json AxisJson(const LinearModel& model, std::size_t c) {
                  {"coefficients_deg_s", axis->bias_deg_s}};
   out["effects"] = Json::array();
   for (const calibration::ModelTerm& term : axis->terms)
-    if (calibration::WhyNotApplied(term).empty()) out["effects"].push_back(EffectJson(term));
+    if (calibration::WhyNotApplied(term).empty()) out["effects"].push_back(EffectJson(*axis, term));
   out["valid_for"] = {{"min_temperature_degC", Number(axis->min_temperature_degC)},
                       {"max_temperature_degC", Number(axis->max_temperature_degC)},
                       {"max_rate_deg_s", Number(axis->max_rate_deg_s)}};
@@ -91,6 +92,7 @@ Json ExampleJson(const calibration::Calibration& calibration) {
 Exported WriteJson(const calibration::Calibration& calibration, const Origin& origin) {
   const LinearModel model = MakeLinearModel(calibration);
   Exported out;
+  out.warnings = SetToZero(calibration);
   out.notes = WhatNoCorrectionHolds(calibration, model);
   Json axes = Json::array();
   for (std::size_t c = 0; c < 3; ++c) axes.push_back(AxisJson(model, c));
