@@ -19,6 +19,7 @@ namespace gyrobench::cli {
 namespace {
 
 using nlohmann::json;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
@@ -267,6 +268,17 @@ TEST_F(Apply, ShowsTheOrderOfItsArgumentsWhereATableStandsForTheCalibration) {
   EXPECT_EQ(two_tables.status, 2);
   EXPECT_THAT(two_tables.err, Not(HasSubstr("swapped")));
   EXPECT_THAT(two_tables.err, HasSubstr("gyrobench apply CALIBRATION.json TABLE.csv"));
+}
+
+TEST_F(Apply, SaysWhatItTakesWhereSomethingIsMissing) {
+  const Finished alone = Gyrobench({"apply", folder_ / "nofile"});
+  EXPECT_EQ(alone.status, 2);
+  EXPECT_THAT(alone.err, HasSubstr("gyrobench apply mpu-17.json flight.csv.gz -o"));
+  const auto table = folder_.Write("in.csv", Table());
+  const Finished absent = Gyrobench({"apply", folder_ / "nofile", table, "-o", folder_ / "o.csv"});
+  EXPECT_EQ(absent.status, 1);
+  EXPECT_THAT(absent.err, AllOf(HasSubstr("nofile: no such file; expected a calibration"),
+                                HasSubstr("gyrobench apply CALIBRATION.json TABLE.csv")));
 }
 
 TEST_F(Apply, WritesGzipThatTheProgramReadsAgain) {
