@@ -2,6 +2,7 @@
 // a record says, in the width of the terminal.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,7 +23,8 @@ void PrintError(const std::string& command, std::string_view text);
 std::string WrappedColumns(const std::vector<std::vector<std::string>>& rows, std::size_t columns,
                            const presentation::Terminal& terminal, int indent = 0);
 
-// The width that WrappedColumns keeps to.
+// The width that WrappedColumns keeps to, in columns: the terminal's, at most
+// presentation::kTextColumns.
 int TextColumns(const presentation::Terminal& terminal);
 
 }  // namespace gyrobench::cli

@@ -284,7 +284,9 @@ TEST_F(Apply, SaysWhatItTakesWhereSomethingIsMissing) {
 TEST_F(Apply, WritesGzipThatTheProgramReadsAgain) {
   ASSERT_EQ(Run(folder_.Write("in.csv", Table()), "out.csv.gz").status, 0);
   const Finished finished = Gyrobench({"analyze", folder_ / "out.csv.gz", "--json"});
-  ASSERT_EQ(finished.status, 0) << finished.err;
+  // The reference of the table turns, and the gyro does not: that cannot be, and is read all the
+  // same.
+  EXPECT_EQ(finished.status, 1) << finished.err;
   EXPECT_EQ(json::parse(finished.out).at("info").at("gyro_unit"), "deg_s");
 }
 

@@ -68,7 +68,7 @@ TEST_F(ExportCalibration, WarnsInEveryFormatOfTermsThatAreZeroBecauseNothingShow
   gravity.id = "bias.g_linear";
   gravity.coefficients = {0.0, 0.0, 0.02};
   calibration.channels[0].model.terms = {gravity};
-  calibration_ = folder_.Write("gravity.json", ToJson(calibration).dump());
+  calibration_ = folder_.Write("blind.json", ToJson(calibration).dump());
   const auto says = AllOf(HasSubstr("the data do not determine k_x, k_y of bias.g_linear"),
                           HasSubstr("is set to 0"));
   for (const char* format : {"c", "px4", "ardupilot", "kalibr", "json"}) {
