@@ -27,8 +27,8 @@ TEST(BlindGravity, OfATermThatTheModelHoldsAtZeroIsNotKnown) {
   const calibration::Recording recording = bench.Measure({gravity, {}}, 5);
   const std::array<const calibration::Recording*, 1> inputs = {&recording};
   const calibration::TraceResult result = calibration::Trace(inputs).result;
-  ASSERT_TRUE(result.vector && result.vector->g_sensitivity);
-  const calibration::GSensitivity& found = *result.vector->g_sensitivity;
+  ASSERT_TRUE(result.vector.g_sensitivity);
+  const calibration::GSensitivity& found = *result.vector.g_sensitivity;
   ASSERT_TRUE(found.in_model[2]);
   EXPECT_NEAR(found.value[2][1], 0.3, 0.01);
   EXPECT_GT(found.std_error[2][1], 0.0);
