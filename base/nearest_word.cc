@@ -55,7 +55,7 @@ std::string Suggestion(std::string_view word, const std::vector<std::string>& kn
   const auto nearest = std::min_element(known.begin(), known.end(), nearer);
   const int distance = Distance(word, *nearest);
   const int length = static_cast<int>(std::max(word.size(), nearest->size()));
-  const std::string list = fmt::format("known here: \"{}\"", fmt::join(known, "\", \""));
+  std::string list = fmt::format("known here: \"{}\"", fmt::join(known, "\", \""));
   if (3 * distance > 2 * length) return list;
   const std::string meant = fmt::format("did you mean \"{}\"?", *nearest);
   return distance > length / 2 ? fmt::format("{} ({})", meant, list) : meant;
