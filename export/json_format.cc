@@ -66,17 +66,17 @@ Json AxisJson(const LinearModel& model, std::size_t c) {
 }
 
 Json FormulaJson() {
-  constexpr const char* kHeld =
+  constexpr const char* kHeldText =
       "T: held within valid_for, in bias and effects; w: held within +- max_rate_deg_s in effects "
       "that are no straight line in it";
-  constexpr const char* kGravity =
+  constexpr const char* kGravityText =
       "gravity in effects: specific force at rest in g, of length 1, +1 on the axis that points up";
   return {"xi_c = count of the converter - lsb_zero, where that is known",
           "y_c = xi_c / units_per_deg_s_c - sum_k bias_k (T - reference_degC)^k - sum of effects",
           "w_c = sum_d matrix[c][d] y_d   [deg/s, about the sensor's axes x, y, z]",
           "effects that depend on w: repeat both lines, from the w before, until w stays",
-          kHeld,
-          kGravity};
+          kHeldText,
+          kGravityText};
 }
 
 Json ExampleJson(const calibration::Calibration& calibration) {
