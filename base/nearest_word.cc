@@ -53,12 +53,12 @@ std::string Suggestion(std::string_view word, const std::vector<std::string>& kn
     return Distance(word, a) < Distance(word, b);
   };
   const auto nearest = std::min_element(known.begin(), known.end(), nearer);
-  std::string text = fmt::format("did you mean \"{}\"?", *nearest);
-  const int near = static_cast<int>(std::max(word.size(), nearest->size()) / 2);
-  if (Distance(word, *nearest) > near) {
-    text += fmt::format(" (known here: \"{}\")", fmt::join(known, "\", \""));
-  }
-  return text;
+  const int distance = Distance(word, *nearest);
+  const int length = static_cast<int>(std::max(word.size(), nearest->size()));
+  std::string list = fmt::format("known here: \"{}\"", fmt::join(known, "\", \""));
+  if (3 * distance > 2 * length) return list;
+  const std::string meant = fmt::format("did you mean \"{}\"?", *nearest);
+  return distance > length / 2 ? fmt::format("{} ({})", meant, list) : meant;
 }
 
 }  // namespace gyrobench

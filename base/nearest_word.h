@@ -14,8 +14,9 @@ namespace gyrobench {
 // into `b`.
 int EditDistance(std::string_view a, std::string_view b);
 
-// `did you mean "gear_ratio"?` with the nearest of `known` (the first of equals); where none is
-// near also the whole list: `did you mean "bus"? (known here: "bus", "unit")`.
+// `did you mean "gear_ratio"?` with the nearest of `known` (the first of equals). Where that is not
+// near also the whole list: `did you mean "site"? (known here: "gyro", "site")`; where it is far,
+// the list alone: `known here: "bus", "unit"`.
 std::string Suggestion(std::string_view word, const std::vector<std::string>& known);
 
 // "0,5" as "0.5"; nothing where `text` is not one number with one comma between digits.

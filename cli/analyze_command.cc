@@ -1,16 +1,19 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
 #include "calibration/estimators/analyzer.h"
+#include "calibration/estimators/plausibility.h"
 #include "calibration/estimators/result_json.h"
 #include "calibration/state/inputs_together.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
+#include "cli/terminal_text.h"
 #include "presentation/results.h"
 #include "presentation/text_layout.h"
 #include "recording/replay.h"
@@ -56,9 +59,21 @@ bool GoTogether(const std::vector<calibration::AnalysisResult>& analyses) {
     calibration::CheckPowerOns(inputs);
     return true;
   } catch (const DataError& error) {
-    fmt::print(stderr, "gyrobench analyze: {}\n", error.what());
+    PrintError("analyze", error.what());
     return false;
   }
+}
+
+// What no part can have measured is an error, whatever else the analysis says.
+bool CanBe(const calibration::AnalysisResult& analysis) {
+  bool can_be = true;
+  for (const std::string& one : calibration::Implausible(analysis)) {
+    // Where a remark names another cause there is nothing more to say.
+    if (!std::ranges::count(analysis.remarks, one)) continue;
+    PrintError("analyze", fmt::format("{}: {}", analysis.info.source, one));
+    can_be = false;
+  }
+  return can_be;
 }
 
 }  // namespace
@@ -73,7 +88,7 @@ int Analyze(const Options& options) {
       analyses.push_back(AnalyzeOne(path));
     } catch (const DataError& error) {
       // The others are still worth reading.
-      fmt::print(stderr, "gyrobench analyze: {}\n", error.what());
+      PrintError("analyze", error.what());
       continue;
     }
     inputs.push_back(input);
@@ -92,8 +107,9 @@ int Analyze(const Options& options) {
   } else if (analyses.size() > 1) {
     fmt::print("{}", Overview(inputs, analyses));
   }
-  const bool together = GoTogether(analyses);
-  return together && analyses.size() == options.inputs.size() ? kDone : kFailed;
+  bool done = analyses.size() == options.inputs.size();
+  for (const calibration::AnalysisResult& one : analyses) done = CanBe(one) && done;
+  return GoTogether(analyses) && done ? kDone : kFailed;
 }
 
 }  // namespace gyrobench::cli

@@ -55,8 +55,14 @@ constexpr const char* kOrder = "gyrobench apply CALIBRATION.json TABLE.csv -o OU
 void CheckOrder(const Options& options) {
   const fs::path& file = options.calibration;
   std::error_code none;
+  if (!fs::exists(file, none)) {
+    throw DataError(
+        fmt::format("{}: no such file; expected a calibration, as `gyrobench trace FILE... "
+                    "--calibration {}` writes it; the order is: {}",
+                    file.string(), file.string(), kOrder));
+  }
   const bool empty = fs::is_regular_file(file, none) && fs::file_size(file, none) == 0;
-  if (!fs::exists(file, none) || empty || BeginsAsJson(file)) return;
+  if (empty || BeginsAsJson(file)) return;
   const bool swapped = BeginsAsJson(options.name);
   throw UsageError(
       fmt::format("{}: expected a calibration, found {}{}; the order is: {}", file.string(),
@@ -100,6 +106,7 @@ Json ToJson(const CorrectedTable& table, const Options& options) {
           {"calibration", options.calibration.string()},
           {"rows", table.rows},
           {"rows_without_time", table.without_time},
+          {"samples", table.correction.samples},
           {"rows_outside", table.correction.outside},
           {"channels", channels},
           {"remarks", table.correction.remarks}};
@@ -115,19 +122,20 @@ std::string ChannelText(const ChannelCorrection& channel) {
   return text + "\n";
 }
 
-// "gyro z: 300 rows beyond 40 deg/s, up to 95.2; 20 rows outside of 20.0 to 40.0 degC, ..."
+// "gyro z: 300 samples beyond 40 deg/s, up to 95.2; 20 samples outside of 20.0 to 40.0 degC, ..."
 std::string BeyondText(const ChannelCorrection& channel) {
   std::vector<std::string> parts;
   if (channel.beyond_rate > 0) {
-    parts.push_back(fmt::format("{} rows beyond the {:.3g} deg/s of the calibration, up to {:.3g}",
-                                presentation::FormatCount(channel.beyond_rate),
-                                channel.max_rate_deg_s, channel.largest_rate_deg_s));
+    parts.push_back(
+        fmt::format("{} samples beyond the {:.3g} deg/s of the calibration, up to {:.3g}",
+                    presentation::FormatCount(channel.beyond_rate), channel.max_rate_deg_s,
+                    channel.largest_rate_deg_s));
   }
   if (channel.beyond_temperature > 0) {
-    parts.push_back(fmt::format("{} rows outside of its {:.1f} to {:.1f} degC, at {:.1f} to {:.1f}",
-                                presentation::FormatCount(channel.beyond_temperature),
-                                channel.min_temperature_degC, channel.max_temperature_degC,
-                                channel.lowest_degC, channel.highest_degC));
+    parts.push_back(fmt::format(
+        "{} samples outside of its {:.1f} to {:.1f} degC, at {:.1f} to {:.1f}",
+        presentation::FormatCount(channel.beyond_temperature), channel.min_temperature_degC,
+        channel.max_temperature_degC, channel.lowest_degC, channel.highest_degC));
   }
   return fmt::format("{}", fmt::join(parts, "; "));
 }
@@ -137,7 +145,8 @@ std::vector<std::string> Warnings(const CorrectionReport& report) {
   std::vector<std::string> texts;
   if (report.outside > 0) {
     texts.push_back(fmt::format(
-        "WARNING: {} of {} rows ({:.1f} %) lie outside of what the calibration saw; there bias and "
+        "WARNING: {} of {} samples ({:.1f} %) lie outside of what the calibration saw; there bias "
+        "and "
         "effects are held at their values at its edge, and the errors are not known",
         presentation::FormatCount(report.outside), presentation::FormatCount(report.samples),
         100.0 * static_cast<double>(report.outside) / static_cast<double>(report.samples)));
@@ -150,7 +159,7 @@ std::vector<std::string> Warnings(const CorrectionReport& report) {
   for (const ChannelCorrection& channel : report.channels) {
     if (channel.unsolved == 0) continue;
     texts.push_back(fmt::format(
-        "WARNING: gyro {}: {} rows left empty: the effects of the calibration have no solution "
+        "WARNING: gyro {}: {} samples left empty: the effects of the calibration have no solution "
         "there; trace data that reach these rates",
         "xyz"[static_cast<std::size_t>(channel.axis)],
         presentation::FormatCount(channel.unsolved)));

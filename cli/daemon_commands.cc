@@ -10,6 +10,7 @@
 #include "cli/exit_status.h"
 #include "cli/json_field.h"
 #include "cli/request_parameters.h"
+#include "cli/terminal_text.h"
 #include "presentation/number.h"
 #include "presentation/text_layout.h"
 
@@ -57,20 +58,19 @@ std::string RangeOf(const Json& parameter) {
 }
 
 std::string ProcedureText(const Json& procedure, const presentation::Terminal& terminal) {
-  std::string text =
-      terminal.Bold(Text(procedure, "name")) + "  " + Text(procedure, "summary") + "\n";
+  std::string text = presentation::WrappedParagraph(
+      terminal.Bold(Text(procedure, "name")) + "  " + Text(procedure, "summary"), terminal, 0);
   const std::string problem = Text(procedure, "problem");
-  if (!problem.empty()) text += "  " + terminal.Red("cannot be run: ") + problem + "\n";
+  if (!problem.empty()) {
+    text += presentation::WrappedParagraph(terminal.Red("cannot be run: ") + problem, terminal, 2);
+  }
   Rows rows;
   for (const Json& p : Field(procedure, "parameters")) {
     rows.push_back({Text(p, "name"),
                     presentation::WithUnit(Plain(Field(p, "default")), Text(p, "unit")), RangeOf(p),
                     Text(p, "help")});
   }
-  return text + presentation::AlignColumns(rows,
-                                           {presentation::Align::kLeft, presentation::Align::kLeft,
-                                            presentation::Align::kLeft, presentation::Align::kLeft},
-                                           2);
+  return text + WrappedColumns(rows, 4, terminal, 2);
 }
 
 std::string RunText(const Json& run) {
@@ -136,7 +136,7 @@ std::string StatusText(const Json& status, const presentation::Terminal& termina
   if (const std::string version = Text(status, "version"); !version.empty()) {
     rows.push_back({"daemon", "gyrobenchd " + version});
   }
-  return presentation::AlignColumns(rows, {presentation::Align::kLeft, presentation::Align::kLeft});
+  return WrappedColumns(rows, 2, terminal);
 }
 
 std::string DevicesText(const Json& devices, const presentation::Terminal& terminal) {
@@ -149,10 +149,7 @@ std::string DevicesText(const Json& devices, const presentation::Terminal& termi
                     well ? "ok" : terminal.Red("NOT OK"), Text(device, "message")});
   }
   if (rows.empty()) return "";
-  return "\n" +
-         presentation::AlignColumns(rows, {presentation::Align::kLeft, presentation::Align::kLeft,
-                                           presentation::Align::kLeft, presentation::Align::kLeft,
-                                           presentation::Align::kLeft});
+  return "\n" + WrappedColumns(rows, 5, terminal);
 }
 
 std::string MoveText(const Json& move) {
@@ -180,21 +177,21 @@ std::string MovesText(const Json& moves) {
 }
 
 // Minutes and seconds of the run: when somebody has to be there.
-std::string QuestionsText(const Json& questions) {
-  std::string text;
+std::string QuestionsText(const Json& questions, const presentation::Terminal& terminal) {
+  std::string all;
   for (const Json& question : questions) {
     const auto at_s = static_cast<long long>(std::round(Number(question, "at_s")));
-    text += fmt::format("asks at about {}:{:02} min:s: {}", at_s / 60, at_s % 60,
-                        Text(question, "text"));
+    std::string text = fmt::format("asks at about {}:{:02} min:s: {}", at_s / 60, at_s % 60,
+                                   Text(question, "text"));
     std::string choices;
     for (const Json& choice : Field(question, "choices"))
       choices += (choices.empty() ? "" : " | ") + Plain(choice);
     if (!choices.empty()) text += " [" + choices + "]";
     if (const Json& answer = Field(question, "configured_answer"); answer.is_string())
       text += " (the stand file answers: " + answer.get<std::string>() + ")";
-    text += "\n";
+    all += presentation::WrappedParagraph(text, terminal, 0);
   }
-  return text;
+  return all;
 }
 
 }  // namespace
@@ -221,9 +218,12 @@ int Check(const Options& options) {
       presentation::FormatDuration(Number(answer, "duration_s")),
       segments.is_array() ? segments.size() : static_cast<std::size_t>(Integer(answer, "segments")),
       moves.size());
-  fmt::print("{}{}", MovesText(moves), QuestionsText(Field(answer, "questions")));
-  for (const Json& note : Field(answer, "notes"))
-    fmt::print("note: {}\n", note.is_string() ? note.get<std::string>() : JsonText(note));
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
+  fmt::print("{}{}", MovesText(moves), QuestionsText(Field(answer, "questions"), terminal));
+  for (const Json& note : Field(answer, "notes")) {
+    const std::string text = note.is_string() ? note.get<std::string>() : JsonText(note);
+    fmt::print("{}", presentation::WrappedParagraph("note: " + text, terminal, 0));
+  }
   return kDone;
 }
 

@@ -13,6 +13,7 @@
 #include "cli/commands.h"
 #include "cli/exit_status.h"
 #include "cli/targets.h"
+#include "cli/terminal_text.h"
 #include "export/exporter.h"
 #include "presentation/text_layout.h"
 #include "recording/measurement_files.h"
@@ -59,6 +60,8 @@ int ExportCalibration(const Options& options) {
       format.write(calibration, {input.filename().string(), recording::Sha256OfFile(input),
                                  kVersion, options.output.filename().string()});
   Write(options.output, exported.text);
+  // Neither a machine nor a pipe may swallow them.
+  for (const std::string& warning : exported.warnings) PrintError("export", "WARNING: " + warning);
   if (options.json) {
     fmt::print("{}\n", Json{{"file", options.output.string()},
                             {"format", format.name},
@@ -69,8 +72,10 @@ int ExportCalibration(const Options& options) {
   }
   const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   fmt::print("{}\n", line);
-  for (const std::string& note : exported.notes)
+  for (const std::string& note : exported.notes) {
+    if (std::ranges::count(exported.warnings, note)) continue;
     fmt::print("{}", presentation::WrappedParagraph("! " + note, terminal, 2));
+  }
   return kDone;
 }
 

@@ -13,6 +13,7 @@
 #include "cli/json_field.h"
 #include "cli/live_feed.h"
 #include "cli/live_text.h"
+#include "presentation/text_layout.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -25,6 +26,13 @@ std::string RunIdOf(const LiveMessage& message) {
   if (const auto* m = std::get_if<scale_result_t>(&message.body)) return m->run_id;
   if (const auto* m = std::get_if<bias_result_t>(&message.body)) return m->run_id;
   return "";
+}
+
+std::string NoteText(const std::string& text) {
+  std::string lines =
+      presentation::WrappedParagraph(text, presentation::DescribeTerminal(STDOUT_FILENO), 2);
+  lines.pop_back();  // the end of the last line
+  return lines;
 }
 
 }  // namespace
@@ -72,7 +80,7 @@ void RunFollower::OnLive(const LiveMessage& message) {
       view_.segment = SegmentText(*run);
       segment_is_live_ = true;
     }
-    if (run->event == run_t::NOTE) display_.Line("  " + run->text);
+    if (run->event == run_t::NOTE) display_.Line(NoteText(run->text));
     if (run->event == run_t::STOP || run->event == run_t::QUESTION) next_poll_ = {};
   }
 }

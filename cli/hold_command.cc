@@ -12,6 +12,7 @@
 #include "cli/input_files.h"
 #include "cli/inputs.h"
 #include "cli/targets.h"
+#include "cli/terminal_text.h"
 #include "presentation/results.h"
 #include "presentation/text_layout.h"
 #include "recording/replay.h"
@@ -69,7 +70,7 @@ int Hold(const Options& options) {
   if (!result.missing.empty()) {
     if (options.json || options.quiet)
       for (const std::string& reason : result.missing)
-        fmt::print(stderr, "gyrobench hold: no calibration: {}\n", reason);
+        PrintError("hold", "no calibration: " + reason);
     return kFailed;
   }
   if (!options.calibration.empty())

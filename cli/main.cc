@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cstdio>
 #include <exception>
 #include <string>
 #include <string_view>
@@ -11,7 +10,7 @@
 #include "cli/control_client.h"
 #include "cli/exit_status.h"
 #include "cli/options.h"
-#include "presentation/text_layout.h"
+#include "cli/terminal_text.h"
 
 namespace {
 
@@ -55,15 +54,6 @@ bool IsUsage(const RefusedError& error) {
   return error.code() == "no_such_procedure" || error.code() == "bad_parameter";
 }
 
-void PrintError(const std::string& command, const std::exception& error) {
-  const gyrobench::presentation::Terminal terminal =
-      gyrobench::presentation::DescribeTerminal(fileno(stderr));
-  const std::string text = fmt::format("gyrobench{}: {}", command, error.what());
-  fmt::print(
-      stderr, "{}\n",
-      terminal.is_terminal ? gyrobench::presentation::Wrap(text, terminal.columns, 2) : text);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -72,16 +62,16 @@ int main(int argc, char** argv) {
     const auto parsed = ParseOptions(argc, argv);
     if (const int* status = std::get_if<int>(&parsed)) return *status;
     const auto& options = std::get<Options>(parsed);
-    command = " " + options.command;
+    command = options.command;
     return Dispatch(options);
   } catch (const UsageError& error) {
-    PrintError(command, error);
+    PrintError(command, error.what());
     return kUsage;
   } catch (const RefusedError& error) {
-    PrintError(command, error);
+    PrintError(command, error.what());
     return IsUsage(error) ? kUsage : kFailed;
   } catch (const std::exception& error) {
-    PrintError(command, error);
+    PrintError(command, error.what());
     return kFailed;
   }
 }

@@ -9,10 +9,13 @@
 #include "base/nearest_word.h"
 #include "base/version.h"
 #include "cli/exit_status.h"
+#include "cli/terminal_text.h"
 #include "export/exporter.h"
 
 namespace gyrobench::cli {
 namespace {
+
+constexpr const char* kExample = "Example:\n  ";
 
 void AddCommon(CLI::App& app, Options& options) {
   app.add_flag("--json", options.json, "Print JSON for machines");
@@ -80,7 +83,7 @@ class CommandLine {
  private:
   CLI::App& Add(const std::string& name, const std::string& help, const std::string& example) {
     CLI::App& command = *app_.add_subcommand(name, help);
-    command.footer("Example:\n  " + example);
+    command.footer(kExample + example);
     AddCommon(command, options_);
     return command;
   }
@@ -243,16 +246,25 @@ class CommandLine {
       if (rest.front() == "help") return app_.exit(CLI::CallForHelp(), std::cout, std::cerr);
       std::vector<std::string> known;
       for (const CLI::App* command : app_.get_subcommands({})) known.push_back(command->get_name());
-      std::cerr << "gyrobench: no command '" << rest.front()
-                << "': " << Suggestion(rest.front(), known) << "\nTry: gyrobench --help\n";
+      PrintError("",
+                 fmt::format("no command '{}': {}", rest.front(), Suggestion(rest.front(), known)));
+      std::cerr << "Try: gyrobench --help\n";
       return kUsage;
     }
-    std::string command = "gyrobench";
-    if (!app_.get_subcommands().empty())
-      command += " " + app_.get_subcommands().front()->get_name();
-    std::cerr << command << ": " << error.what() << "\n"
-              << HintOnParameter() << "Try: " << command << " --help\n";
+    const std::string command =
+        app_.get_subcommands().empty() ? "" : app_.get_subcommands().front()->get_name();
+    PrintError(command, error.what());
+    std::cerr << HintOnMissing(error) << HintOnParameter() << "Try: gyrobench"
+              << (command.empty() ? "" : " ") << command << " --help\n";
     return kUsage;
+  }
+
+  // How all of it is given, where something was left out.
+  std::string HintOnMissing(const CLI::ParseError& error) const {
+    const std::vector<CLI::App*> commands = app_.get_subcommands();
+    if (commands.empty() || dynamic_cast<const CLI::RequiredError*>(&error) == nullptr) return "";
+    const std::string example = commands.front()->get_footer();
+    return "Such as: " + example.substr(std::string_view(kExample).size()) + "\n";
   }
 
   // `run scale turns=20` or `--turns=20`, as many a program takes it.

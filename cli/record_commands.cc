@@ -13,6 +13,7 @@
 #include "cli/json_field.h"
 #include "cli/stored_results.h"
 #include "cli/targets.h"
+#include "cli/terminal_text.h"
 #include "presentation/number.h"
 #include "presentation/results.h"
 #include "presentation/text_layout.h"
@@ -72,7 +73,14 @@ std::string ParametersText(const Json& parameters) {
   return text;
 }
 
-std::string HeadText(const Json& record) {
+// "aborted: by the operator", once: the message often begins with the outcome.
+std::string OutcomeText(const Json& run) {
+  const std::string outcome = OutcomeOf(run), message = Text(run, "message");
+  if (message.empty() || message.starts_with(outcome)) return message.empty() ? outcome : message;
+  return outcome + ": " + message;
+}
+
+std::string HeadText(const Json& record, const presentation::Terminal& terminal) {
   const Json& run = Field(record, "run");
   std::vector<std::vector<std::string>> rows;
   AddRow(rows, "run", Text(record, "run_id"));
@@ -81,12 +89,11 @@ std::string HeadText(const Json& record) {
     AddRow(rows, "parameters", ParametersText(Field(run, "parameters")));
   }
   AddRow(rows, "began", LocalTime(run));
-  AddRow(rows, "outcome", OutcomeOf(run));
-  AddRow(rows, "", Text(run, "message"));
+  AddRow(rows, "outcome", OutcomeText(run));
   AddRow(rows, "", Text(run, "problem"));
   AddRow(rows, "stand", Text(run, "stand"));
   AddRow(rows, "record", Text(record, "record"));
-  return presentation::AlignColumns(rows, {presentation::Align::kLeft, presentation::Align::kLeft});
+  return WrappedColumns(rows, 2, terminal);
 }
 
 }  // namespace
@@ -136,12 +143,14 @@ int Show(const Options& options) {
   const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   const calibration::TraceResult trace = ReadTrace(record["trace"]);
   presentation::Document document;
-  fmt::print("{}", HeadText(record));
+  fmt::print("{}", HeadText(record, terminal));
   const Json& result = record["result"];
   const std::string problem = Text(result, "problem");
   if (result.is_null() || !problem.empty()) {
     fmt::print("\n{}: from the record itself: gyrobench analyze {}\n",
                problem.empty() ? "no results yet" : problem, Text(record, "run_id"));
+  } else if (result.value("samples", Json()) == 0) {
+    fmt::print("\nno results: the gyro gave no sample before the run ended\n");
   } else {
     document =
         presentation::AnalysisDocument(presentation::WithTraceRemarks(ReadAnalysis(result), trace));

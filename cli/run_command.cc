@@ -15,6 +15,7 @@
 #include "cli/request_parameters.h"
 #include "cli/run_display.h"
 #include "cli/stored_results.h"
+#include "cli/terminal_text.h"
 #include "presentation/number.h"
 #include "presentation/results.h"
 #include "presentation/text_layout.h"
@@ -84,9 +85,8 @@ std::unique_ptr<LiveFeed> JoinLiveFeed(const BenchPlace& place, const LiveFeed::
   } catch (const ConfigError&) {
     throw;
   } catch (const Error& error) {
-    fmt::print(stderr,
-               "gyrobench run: {}. Following by the control socket, without live estimates.\n",
-               error.what());
+    PrintError("run", fmt::format("{}. Following by the control socket, without live estimates.",
+                                  error.what()));
     return nullptr;
   }
 }

@@ -91,6 +91,7 @@ int Trace(const Options& options) {
     Say(options, line);
   }
   if (!why_nothing.empty()) throw DataError(why_nothing);
+  if (!inputs.implausible.empty()) throw DataError(inputs.implausible.front());
   return kDone;
 }
 

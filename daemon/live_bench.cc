@@ -323,8 +323,9 @@ procedures::Choice LiveBench::Choose(const std::vector<procedures::Rehearsal>& m
   const procedures::Rehearsal& best = menu[*choice.best];
   calibration::TraceResult told = traced_->result;
   for (calibration::ChannelTrace& channel : told.channels) {
-    channel.summary += fmt::format(" Next: {}, {:.1f} min; it {} ({:.1f} nats expected).",
-                                   best.name, best.duration_s / 60.0, choice.because, choice.nats);
+    channel.summary +=
+        fmt::format(" Next: {}, {:.1f} min; it {} (chi-square {:.1f} expected).", best.name,
+                    best.duration_s / 60.0, choice.because, 2.0 * choice.nats);
   }
   context_.telemetry.SendTrace(told, context_.clock.Now(), false);
   return choice;

@@ -70,6 +70,7 @@ Exported WriteArduPilot(const calibration::Calibration& calibration, const Origi
   const bool thermal = bias.range.known();
   Exported out;
   out.notes = bias.notes;
+  out.warnings = SetToZero(calibration);
   AddNotes(thermal, &out.notes);
   out.text = Commented(
       AutopilotLines("ArduPilot", calibration, origin, bias, FormulaLines(thermal), out.notes),

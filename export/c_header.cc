@@ -113,6 +113,7 @@ Exported WriteCHeader(const Calibration& calibration, const Origin& origin) {
   const HeldTerms held = HoldTerms(calibration);
   const std::string name = Identifier(origin.target);
   Exported out;
+  out.warnings = SetToZero(calibration);
   out.notes = WhatNoCorrectionHolds(calibration, model);
   Append(&out.notes, held.notes);
   Lines about = OriginLines(calibration, origin);

@@ -24,6 +24,8 @@ struct Exported {
   // What the target cannot hold, and what is left to the user to do: one sentence each. They stand
   // in the text as well.
   std::vector<std::string> notes;
+  // Those of the notes that say that something is 0 because the data do not determine it.
+  std::vector<std::string> warnings = {};
 };
 
 struct Format {

@@ -29,11 +29,12 @@ std::string EquationOf(const calibration::ModelTerm& term) {
          "outside";
 }
 
-Json EffectJson(const calibration::ModelTerm& term) {
+Json EffectJson(const calibration::ChannelModel& model, const calibration::ModelTerm& term) {
   Json out = {{"id", term.id},
               {"origin", calibration::Name(term.origin)},
               {"equation", EquationOf(term)},
               {"coefficients", term.coefficients}};
+  if (const auto names = NotDetermined(model, term); !names.empty()) out["not_determined"] = names;
   if (!term.nonlinear.empty()) out["nonlinear"] = term.nonlinear;
   if (!term.factors.empty()) out["factors"] = term.factors;
   if (!term.offsets.empty()) out["offsets"] = term.offsets;
@@ -57,7 +58,7 @@ Json AxisJson(const LinearModel& model, std::size_t c) {
                  {"coefficients_deg_s", axis->bias_deg_s}};
   out["effects"] = Json::array();
   for (const calibration::ModelTerm& term : axis->terms)
-    if (calibration::WhyNotApplied(term).empty()) out["effects"].push_back(EffectJson(term));
+    if (calibration::WhyNotApplied(term).empty()) out["effects"].push_back(EffectJson(*axis, term));
   out["valid_for"] = {{"min_temperature_degC", Number(axis->min_temperature_degC)},
                       {"max_temperature_degC", Number(axis->max_temperature_degC)},
                       {"max_rate_deg_s", Number(axis->max_rate_deg_s)}};
@@ -65,15 +66,17 @@ Json AxisJson(const LinearModel& model, std::size_t c) {
 }
 
 Json FormulaJson() {
-  return {
-      "xi_c = count of the converter - lsb_zero, where that is known",
-      "y_c = xi_c / units_per_deg_s_c - sum_k bias_k (T - reference_degC)^k - sum of effects",
-      "w_c = sum_d matrix[c][d] y_d   [deg/s, about the sensor's axes x, y, z]",
-      "effects that depend on w: repeat both lines, from the w before, until w stays",
-      "T: held within valid_for, in bias and effects; w: held within +- max_rate_deg_s in "
-      "effects that are no straight line in it",
-      "gravity in effects: specific force at rest in g, of length 1, +1 on the axis that points "
-      "up"};
+  constexpr const char* kHeldText =
+      "T: held within valid_for, in bias and effects; w: held within +- max_rate_deg_s in effects "
+      "that are no straight line in it";
+  constexpr const char* kGravityText =
+      "gravity in effects: specific force at rest in g, of length 1, +1 on the axis that points up";
+  return {"xi_c = count of the converter - lsb_zero, where that is known",
+          "y_c = xi_c / units_per_deg_s_c - sum_k bias_k (T - reference_degC)^k - sum of effects",
+          "w_c = sum_d matrix[c][d] y_d   [deg/s, about the sensor's axes x, y, z]",
+          "effects that depend on w: repeat both lines, from the w before, until w stays",
+          kHeldText,
+          kGravityText};
 }
 
 Json ExampleJson(const calibration::Calibration& calibration) {
@@ -91,6 +94,7 @@ Json ExampleJson(const calibration::Calibration& calibration) {
 Exported WriteJson(const calibration::Calibration& calibration, const Origin& origin) {
   const LinearModel model = MakeLinearModel(calibration);
   Exported out;
+  out.warnings = SetToZero(calibration);
   out.notes = WhatNoCorrectionHolds(calibration, model);
   Json axes = Json::array();
   for (std::size_t c = 0; c < 3; ++c) axes.push_back(AxisJson(model, c));

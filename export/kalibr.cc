@@ -76,6 +76,7 @@ Exported WriteKalibr(const calibration::Calibration& calibration, const Origin& 
         origin.file, origin.file));
   }
   Exported out;
+  out.warnings = SetToZero(calibration);
   out.notes = Notes(calibration, model, walk);
   Lines about = OriginLines(calibration, origin);
   about[0] = "Noise of a gyro for Kalibr. " + about[0];

@@ -1,11 +1,14 @@
 #include "export/linear_model.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
+#include "calibration/effects/effect.h"
 #include "export/text.h"
 
 namespace gyrobench::exporting {
@@ -89,6 +92,45 @@ std::vector<std::string> WhatNoCorrectionHolds(const calibration::Calibration& c
     }
   }
   Append(&notes, left_out.Notes());
+  Append(&notes, SetToZero(calibration));
+  return notes;
+}
+
+std::vector<std::string> NotDetermined(const ChannelModel& model,
+                                       const calibration::ModelTerm& term) {
+  std::vector<std::string> names;
+  const calibration::Effect* effect =
+      term.origin == calibration::EffectOrigin::kCatalogue &&
+              calibration::WhyNotApplied(term).empty()
+          ? calibration::FindEffect(calibration::CatalogueName(term.id), term.nonlinear.size())
+          : nullptr;
+  if (effect == nullptr || effect->terms.size() != term.coefficients.size()) return names;
+  const std::size_t all = model.parameter_names.size();
+  for (std::size_t k = 0; k < term.coefficients.size(); ++k) {
+    if (term.coefficients[k] != 0.0) continue;
+    const std::string name = effect->terms[k].name;
+    const auto found = std::ranges::find(model.parameter_names, term.id + "." + name);
+    const auto at = static_cast<std::size_t>(found - model.parameter_names.begin());
+    const bool has_error =
+        at < all && model.covariance.size() == all * all && model.covariance[at * all + at] > 0.0;
+    if (!has_error) names.push_back(name);
+  }
+  return names;
+}
+
+std::vector<std::string> SetToZero(const calibration::Calibration& calibration) {
+  std::vector<std::string> notes;
+  for (const calibration::ChannelCalibration& channel : calibration.channels) {
+    for (const calibration::ModelTerm& term : channel.model.terms) {
+      const std::vector<std::string> names = NotDetermined(channel.model, term);
+      if (names.empty()) continue;
+      notes.push_back(fmt::format(
+          "gyro {}: the data do not determine {} of {}: it is set to 0, and nothing of it is "
+          "taken off; trace data that show it, of other poses say",
+          kAxisNames[static_cast<std::size_t>(channel.model.axis)], fmt::join(names, ", "),
+          term.id));
+    }
+  }
   return notes;
 }
 

@@ -29,6 +29,12 @@ LinearModel MakeLinearModel(const calibration::Calibration& calibration);
 // that no correction can take off.
 std::vector<std::string> WhatNoCorrectionHolds(const calibration::Calibration& calibration,
                                                const LinearModel& model);
+// The terms of an applied effect that the data did not show, by name ("k_y" of bias.g_linear): the
+// model holds them at 0, without an error.
+std::vector<std::string> NotDetermined(const calibration::ChannelModel& model,
+                                       const calibration::ModelTerm& term);
+// One sentence for each axis and effect with such terms.
+std::vector<std::string> SetToZero(const calibration::Calibration& calibration);
 // One sentence for each axis whose row of M is not that of the identity, for targets without a
 // matrix, with the largest rate that stays wrong.
 std::vector<std::string> MatrixLeftOut(const LinearModel& model);

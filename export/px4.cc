@@ -68,6 +68,7 @@ Exported WritePx4(const calibration::Calibration& calibration, const Origin& ori
   const bool thermal = bias.range.known();
   Exported out;
   out.notes = bias.notes;
+  out.warnings = SetToZero(calibration);
   AddPx4Notes(thermal, &out.notes);
   Lines about =
       AutopilotLines("PX4", calibration, origin, bias, Px4FormulaLines(thermal), out.notes);

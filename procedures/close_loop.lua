@@ -231,13 +231,15 @@ local function settled_but_for(p, choice)
     or "settled but for " .. table.concat(words, "; and for ")
 end
 
+-- Empty where there is nothing to say, as in a dry run.
 local function verdict_of(traced)
+  if not traced then return "Nothing to trace yet." end
   local words = {}
   for _, axis in ipairs{ "x", "y", "z" } do
-    local one = traced and traced[axis]
-    if one then words[#words + 1] = axis .. ": " .. one.summary end
+    local one = traced[axis]
+    if one and one.summary ~= "" then words[#words + 1] = axis .. ": " .. one.summary end
   end
-  return #words > 0 and table.concat(words, " ") or "Nothing to trace yet."
+  return table.concat(words, " ")
 end
 
 function run(p)
@@ -250,7 +252,8 @@ function run(p)
   while true do
     local traced = bench.trace()
     named = named_in(traced, named)
-    bench.say(string.format("after %.1f min: %s", (bench.elapsed() - begin_s) / 60, verdict_of(traced)))
+    local verdict = verdict_of(traced)
+    if verdict ~= "" then bench.say(string.format("after %.1f min: %s", (bench.elapsed() - begin_s) / 60, verdict)) end
     if not traced then
       bench.fail("the rest and the first turn gave nothing that can be traced: is the gyro sampled, and the reference?")
     end
@@ -277,8 +280,11 @@ function run(p)
       return
     end
     number = number + 1
-    bench.say(string.format("manoeuvre %d: %s, %.1f min; it %s (%.1f nats expected); open: %s", number, choice.name,
-      choice.duration_s / 60, choice.because, choice.nats, choice.settled and "whether it stays" or choice.open))
+    local because = choice.because ~= "" and
+      string.format("; it %s (chi-square %.1f expected)", choice.because, 2 * choice.nats) or ""
+    local open = choice.settled and "whether it stays" or choice.open
+    bench.say(string.format("manoeuvre %d: %s, %.1f min%s%s", number, choice.name, choice.duration_s / 60, because,
+      open ~= "" and "; open: " .. open or ""))
     items[choice.index].make(p)
     bench.progress(math.min(0.99, 1 - left_s() / (60 * p.budget_min)))
   end

@@ -131,7 +131,7 @@ class Corrector::Impl {
 
   CorrectionReport Report() const {
     CorrectionReport report;
-    report.samples = samples_;
+    report.samples = with_value_;
     report.outside = outside_;
     for (const CorrectorChannel& channel : channels_) {
       if (channel.present) report.channels.push_back(channel.count);
@@ -254,6 +254,7 @@ class Corrector::Impl {
           value ? (sample.xi[c] - zero_.off()) / channels_[c].units_per_deg_s
                 : channels_[c].last_deg_s;
     }
+    with_value_ += mask != 0 ? 1 : 0;
     unsigned unsolved = 0;
     const Eigen::Vector3d w = mask == 0 ? right : Solve(mask, right, &unsolved);
     bool outside = false;
@@ -348,7 +349,7 @@ class Corrector::Impl {
   ZeroMatch zero_;
   std::deque<Waiting> waiting_;
   SensorState point_;
-  std::int64_t samples_ = 0, outside_ = 0, cold_ = 0, left_out_ = 0;
+  std::int64_t samples_ = 0, with_value_ = 0, outside_ = 0, cold_ = 0, left_out_ = 0;
   std::vector<std::string> remarks_;
 };
 

@@ -31,7 +31,7 @@ struct ChannelCorrection {
 };
 
 struct CorrectionReport {
-  std::int64_t samples = 0;
+  std::int64_t samples = 0;  // with a value of at least one axis
   std::int64_t outside = 0;  // samples with an axis beyond its rates or temperatures
   std::vector<ChannelCorrection> channels;
   std::vector<std::string> remarks;  // effects that were not applied, and why

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 namespace gyrobench::calibration {
@@ -30,6 +31,47 @@ std::optional<int> PowerOfTwo(double factor) {
   return std::nullopt;
 }
 
+constexpr double kDegPerRad = 57.29578;
+// LSB per deg/s of the gyros on the market: from 2000 deg/s to 125 deg/s in 16 bits, and finer.
+constexpr double kLeastSensitivity = 10.0, kLargestSensitivity = 300.0;
+
+std::string ColumnOf(char axis, const char* unit) { return fmt::format("gyro_{}_{}", axis, unit); }
+
+// A column of a sensor that scales by itself, in another unit than its name says: what to do.
+// `ratio`: true rate by the reference over rate by the column.
+std::optional<std::string> OtherUnitThanNamed(double ratio, char axis, RateUnit named) {
+  const bool radians = named == RateUnit::kRadPerSecond;
+  const std::string column = ColumnOf(axis, radians ? "rad_s" : "deg_s");
+  const double factor = radians ? 1.0 / kDegPerRad : kDegPerRad;
+  if (IsNear(ratio, factor)) {
+    return fmt::format(
+        "the unit, the factor is that of degrees and radians: the values of {} are in {}. Name the "
+        "column {}",
+        column, radians ? "deg/s" : "rad/s", ColumnOf(axis, radians ? "deg_s" : "rad_s"));
+  }
+  const double counts = std::fabs((radians ? 1.0 / kDegPerRad : 1.0) / ratio);
+  if (counts < kLeastSensitivity || counts > kLargestSensitivity) return std::nullopt;
+  return fmt::format(
+      "the unit: the values of {} are counts of the converter, {:.3g} for each deg/s. Name the "
+      "column {} and give the sensitivity of the data sheet above the header: # "
+      "gyro_lsb_per_deg_s = {:.3g}",
+      column, counts, ColumnOf(axis, "lsb"), counts);
+}
+
+// The same of a column of counts.
+std::optional<std::string> NoCounts(double ratio, char axis, const MeasurementInfo& info) {
+  const char* unit = nullptr;
+  const double nominal = info.gyro_units_per_deg_s.value_or(kMissing);
+  if (IsNear(ratio, nominal)) unit = "deg_s";
+  if (IsNear(ratio, nominal * kDegPerRad)) unit = "rad_s";
+  if (unit == nullptr) return std::nullopt;
+  return fmt::format(
+      "the unit: the values of {} are no counts but {}. Name the column {}, without "
+      "gyro_lsb_per_deg_s",
+      ColumnOf(axis, "lsb"), std::string_view(unit) == "deg_s" ? "deg/s" : "rad/s",
+      ColumnOf(axis, unit));
+}
+
 // `ratio`: true rate by the reference over rate by the gyro's nominal sensitivity.
 std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info) {
   if (IsNear(ratio, -1.0)) {
@@ -43,10 +85,13 @@ std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info)
     return "a factor of 2, 4 or 8: the sensor's range, and with it its sensitivity, is another "
            "than declared. Check range_deg_s, and gyro_lsb_per_deg_s of the device map or table";
   }
-  constexpr double kDegPerRad = 57.29578;
-  if (IsNear(ratio, kDegPerRad) || IsNear(ratio, 1.0 / kDegPerRad)) {
-    return "the factor is that of degrees and radians: the values are in the other unit than the "
-           "columns' names say. Check gyro_x_rad_s, gyro_x_deg_s and the like";
+  const bool counts = info.gyro_unit == RateUnit::kLsb;
+  if (counts && (IsNear(ratio, kDegPerRad) || IsNear(ratio, 1.0 / kDegPerRad))) {
+    return fmt::format(
+        "the unit, the factor is that of degrees and radians: the sensitivity of {} is of the "
+        "other "
+        "one. Check gyro_lsb_per_deg_s of the device map or table",
+        ColumnOf(axis, "lsb"));
   }
   if (info.gear_ratio && (IsNear(std::fabs(ratio), std::fabs(*info.gear_ratio)) ||
                           IsNear(std::fabs(ratio), 1.0 / std::fabs(*info.gear_ratio)))) {
@@ -54,6 +99,9 @@ std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info)
            "the table are expected, or the other way round. Check the encoder's place and "
            "counts_per_turn";
   }
+  const std::optional<std::string> unit =
+      counts ? NoCounts(ratio, axis, info) : OtherUnitThanNamed(ratio, axis, info.gyro_unit);
+  if (unit) return *unit;
   if (std::fabs(ratio) > 1.0) {
     return fmt::format(
         "the {} axis hardly feels what the reference turns: the sensor is not mounted as declared, "

@@ -23,6 +23,9 @@ constexpr std::size_t kWhitenessLags = 10;
 constexpr std::size_t kMaxBiasOrder = 2;
 // Other axes' rotation that cannot be told from this axis's: beyond this growth of the variance.
 constexpr double kInseparable = 100.0;
+// MPU-6050 data sheet: cross-axis sensitivity within +-2 %, taken as uniform; scale factor within
+// 3 %. What cross-axis sensitivity leaves less certain than that is no result.
+constexpr double kCrossAxis = 0.02 / 1.7320508, kUselessScale = 0.03;
 
 // Residual of the moving intervals, and their rates.
 void DescribeMotion(const std::vector<Row>& rows, std::size_t channel, double units,
@@ -67,8 +70,11 @@ class ChannelScale {
  private:
   void LeaveOutWhatDisagrees(ScaleResult* result);
   void ChooseColumns();
-  void ChooseReference(FitOptions* options, ScaleResult* result) const;
+  double UnseenReference(std::int64_t count, const std::string& what, ScaleResult* result) const;
+  void ChooseReference(FitOptions* options, ScaleResult* result);
   bool Separable(const IntervalSeries& series) const;
+  bool TakeTogether(const IntervalSeries& series, ScaleResult* result, std::string* reason);
+  bool SetUp(ScaleResult* result, std::string* reason, IntervalSeries* series);
   double AllowForStructure(const GlsFit& fit, const FitOptions& options,
                            const IntervalSeries& series, double variance,
                            ScaleResult* result) const;
@@ -83,6 +89,8 @@ class ChannelScale {
   ScalePlan plan_;
   ScaleProblem problem_;
   double gain_ = kMissing;
+  // Of the scale factor, relative: what the fit does not know of.
+  double more_variance_ = 0.0;
   double unfollowed_deg_ = 0.0;
   std::vector<Defect> defects_;
 };
@@ -124,28 +132,69 @@ bool ChannelScale::Separable(const IntervalSeries& series) const {
   return with.solvable && without.solvable && with.variance(0) < kInseparable * without.variance(0);
 }
 
-void ChannelScale::ChooseReference(FitOptions* options, ScaleResult* result) const {
-  if (!plan_.stops) return;
-  int moving = 0;
-  for (const Row& row : plan_.rows) moving += !row.still && row.usable[channel_] ? 1 : 0;
-  if (moving - 1 - static_cast<int>(problem_.others.size()) >= kTurnsForReference) return;
+// All axes of the sensor that turned, turned by a fixed share of one another: the scale factor
+// contains the cross-axis sensitivity to as much of them. False where that leaves next to nothing.
+bool ChannelScale::TakeTogether(const IntervalSeries& series, ScaleResult* result,
+                                std::string* reason) {
+  const WhiteGram gram = Whiten(series, IntervalNoise{1.0, 0.0, 0.0});
+  const std::array<int, 2> own = {0, problem_.bias_column()};
+  double square = 0.0;
+  for (std::size_t k = 0; k < problem_.others.size(); ++k) {
+    const GlsSolution with_own = Solve(gram, own, static_cast<int>(k) + 1);
+    if (with_own.solvable) square += std::pow(kCrossAxis * with_own.coefficients[0], 2);
+  }
+  const double cross = std::sqrt(square);
+  if (cross > kUselessScale) {
+    *reason = fmt::format(
+        "its axis turned only with the others, and by {:.2g} of what they did: cross-axis "
+        "sensitivity alone may make {:.2g} % of it; turn about this axis",
+        kCrossAxis / cross, 100.0 * cross);
+    return false;
+  }
+  problem_.others.clear();
+  more_variance_ += square;
+  result->remarks.push_back(fmt::format(
+      "the axes turned only together: cross-axis sensitivity is contained in the scale factor, and "
+      "the standard error allows for {:.2g} % of it",
+      100.0 * cross));
+  return true;
+}
+
+// The reference's error [deg] where so few turns do not show it.
+double ChannelScale::UnseenReference(std::int64_t count, const std::string& what,
+                                     ScaleResult* result) const {
+  const std::string few = fmt::format("{} {}{} too few to see the reference's error", count, what,
+                                      count == 1 ? " is" : "s are");
   if (info_.stop_accuracy_deg) {
+    result->remarks.push_back(fmt::format("{}: +-{:.3g} deg of the shaft's accuracy is used", few,
+                                          *info_.stop_accuracy_deg));
     // Uniform over +- the stop's accuracy.
-    options->known_reference_deg = *info_.stop_accuracy_deg / std::sqrt(3.0);
-    result->remarks.push_back(
-        fmt::format("{} turns are too few to see the reference's error: +-{:.3g} deg of the "
-                    "shaft's accuracy is used",
-                    result->turns, *info_.stop_accuracy_deg));
-    return;
+    return *info_.stop_accuracy_deg / std::sqrt(3.0);
   }
   double scatter = 0.0;
   for (const Rest& rest : estimation_.columns.rests) scatter = std::max(scatter, rest.scatter_deg);
-  options->known_reference_deg = scatter;
   result->remarks.push_back(
-      fmt::format("{} turns are too few to see the reference's error, and the shaft's accuracy is "
-                  "not given: the standard "
-                  "error allows only for the scatter of its readings at rest, {:.2g} deg",
-                  result->turns, scatter));
+      fmt::format("{}, and the shaft's accuracy is not given: the standard error allows only for "
+                  "the scatter of its readings at rest, {:.2g} deg",
+                  few, scatter));
+  return scatter;
+}
+
+void ChannelScale::ChooseReference(FitOptions* options, ScaleResult* result) {
+  const int parameters = 1 + static_cast<int>(problem_.others.size());
+  if (plan_.stops) {
+    int moving = 0;
+    for (const Row& row : plan_.rows) moving += !row.still && row.usable[channel_] ? 1 : 0;
+    if (moving - parameters >= kTurnsForReference) return;
+    options->known_reference_deg = UnseenReference(result->turns, "turn", result);
+    return;
+  }
+  // From node to node the readings show how they scatter, and not what is wrong at both ends of one
+  // long way: as in a turn that has not come to its rest.
+  const OneWayRotations ways = CountOneWayRotations(estimation_.columns, channel_);
+  if (ways.count == 0 || ways.count - parameters >= kTurnsForReference) return;
+  const double reference_deg = UnseenReference(ways.count, "one-way rotation", result);
+  more_variance_ += 2.0 * reference_deg * reference_deg / ways.square_deg2;
 }
 
 // The relative uncertainty of the reference, 0 where it is not said.
@@ -197,7 +246,7 @@ void ChannelScale::Report(const GlsFit& fit, const FitOptions& options,
   variance += AllowForStructure(fit, options, series, variance, result);
   const double units = gain_ * m;
   result->alpha = 1.0 / units;
-  const double relative = std::sqrt(variance) / std::fabs(m);
+  const double relative = std::hypot(std::sqrt(variance) / std::fabs(m), std::sqrt(more_variance_));
   result->tick_ratio = estimation_.ticks.ratio();
   result->tick_ratio_std_error = estimation_.ticks.ratio_std_error();
   const double clock =
@@ -230,7 +279,8 @@ void ChannelScale::Report(const GlsFit& fit, const FitOptions& options,
                  result);
 }
 
-bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
+// The columns, or why there can be none.
+bool ChannelScale::SetUp(ScaleResult* result, std::string* reason, IntervalSeries* series) {
   plan_ = MakeScalePlan(estimation_.columns, channel_);
   const Turns turns =
       CountTurns(plan_.stops ? plan_.rows : StopRows(estimation_.columns, kScalePiece_s), channel_);
@@ -252,13 +302,16 @@ bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
   result->turns = turns.count;
   result->schedule = plan_.stops ? "stops" : "continuous";
   ChooseColumns();
-  IntervalSeries series = problem_.Series(plan_.rows, channel_, gain_);
-  if (!problem_.others.empty() && !Separable(series)) {
-    problem_.others.clear();
-    series = problem_.Series(plan_.rows, channel_, gain_);
-    result->remarks.push_back(
-        "the axes turned only together: cross-axis sensitivity is contained in the scale factor");
-  }
+  *series = problem_.Series(plan_.rows, channel_, gain_);
+  if (problem_.others.empty() || Separable(*series)) return true;
+  if (!TakeTogether(*series, result, reason)) return false;
+  *series = problem_.Series(plan_.rows, channel_, gain_);
+  return true;
+}
+
+bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
+  IntervalSeries series(0);
+  if (!SetUp(result, reason, &series)) return false;
   FitOptions options = problem_.Options(problem_.bias_orders);
   ChooseReference(&options, result);
   GlsFit fit = FitIntervals(series, options);

@@ -30,6 +30,30 @@ Turns CountTurns(const std::vector<Row>& rows, std::size_t channel) {
   return out;
 }
 
+OneWayRotations CountOneWayRotations(const Columns& columns, std::size_t channel) {
+  OneWayRotations out;
+  if (columns.nodes.empty()) return out;
+  const auto end_one = [&](double angle_deg) {
+    if (std::fabs(angle_deg) < kLeastTurn_deg) return;
+    ++out.count;
+    out.square_deg2 += angle_deg * angle_deg;
+  };
+  double begin = columns.nodes.front().rotation_deg[channel], farthest = begin;
+  for (const Node& node : columns.nodes) {
+    const double here = node.rotation_deg[channel];
+    const double way = farthest - begin;
+    if (std::fabs(way) < kLeastTurn_deg || (here - farthest) * way >= 0.0) {
+      farthest = here;
+    } else if (std::fabs(here - farthest) >= kLeastTurn_deg) {
+      end_one(way);
+      begin = farthest;
+      farthest = here;
+    }
+  }
+  end_one(farthest - begin);
+  return out;
+}
+
 double RotationRange(const Columns& columns, std::size_t channel) {
   double low = 0.0, high = 0.0;
   if (columns.nodes.empty()) return 0.0;

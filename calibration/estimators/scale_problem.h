@@ -29,6 +29,13 @@ struct Turns {
 };
 Turns CountTurns(const std::vector<Row>& stop_rows, std::size_t channel);
 
+// The channel's rotation, one way after the other: each ends where it turns back by kLeastTurn_deg.
+struct OneWayRotations {
+  std::int64_t count = 0;
+  double square_deg2 = 0.0;  // of their angles, added up
+};
+OneWayRotations CountOneWayRotations(const Columns& columns, std::size_t channel);
+
 // Largest less least angle of the reference about the channel's axis.
 double RotationRange(const Columns& columns, std::size_t channel);
 

@@ -91,7 +91,7 @@ void NoiseSearch::Prepare(RowMajor columns, double tolerance) {
       Whitener(intervals_, {1.0, 0.01, moving_ ? 1.0 : 0.0}).Products(columns_);
   kept_ = IndependentColumns(gram.topLeftCorner(p, p), tolerance);
   const auto kept = static_cast<Eigen::Index>(kept_.size());
-  solvable_ = columns_.all().rows() >= kept + 2;
+  solvable_ = columns_.all().rows() > kept;
   if (!solvable_) return;
   const Eigen::MatrixXd chosen = gram(kept_, kept_);
   const Eigen::VectorXd scale = chosen.diagonal().cwiseSqrt().cwiseInverse();

@@ -33,7 +33,7 @@ class NoiseSearch {
       : NoiseSearch(intervals, std::span(&columns, 1), output, tolerance, piece_s) {}
 
   // N in closed form, K/N and s/N by search, from `start` where something is known; both ratios to
-  // within `tolerance` of their logarithm. nullopt with fewer rows than columns.
+  // within `tolerance` of their logarithm. nullopt without a row more than columns.
   std::optional<NoiseEstimate> Best(const std::optional<IntervalNoise>& start = {},
                                     double tolerance = 0.02) const;
   // The best noise with the mean of the bias random walk that the likelihood leaves open, every

@@ -53,7 +53,9 @@ void Judge(const Effect& effect, const std::vector<bool>& seen, GravityRow* row)
   std::vector<std::string> absorbed, vague;
   for (Eigen::Index j = 0; j < 3; ++j) {
     const std::string name(1, "xyz"[j]);
-    const bool known = seen[static_cast<std::size_t>(j)] && std::isfinite(row->std_error[j]);
+    // A term of the model that these data are blind to is held at 0, without an error.
+    const bool known = seen[static_cast<std::size_t>(j)] && std::isfinite(row->std_error[j]) &&
+                       row->std_error[j] > 0.0;
     if (!known) {
       absorbed.push_back(name);
     } else if (row->std_error[j] > effect.typical_size) {

@@ -122,14 +122,15 @@ Estimate DryBench::ReadEstimate(const std::string& what) {
 }
 
 std::vector<AxisVerdict> DryBench::Trace() {
-  const char* says = "not known before it is measured.";
-  return {{"x", "none", says, {}}, {"y", "none", says, {}}, {"z", "none", says, {}}};
+  return {{"x", "none", "", {}}, {"y", "none", "", {}}, {"z", "none", "", {}}};
 }
 
 Choice DryBench::Choose(const std::vector<Rehearsal>& menu, double /*small_below*/) {
   Choice choice;
-  choice.open = "everything, before it is measured";
-  choice.because = "stands for whichever is chosen";
+  if (choices_ == 0) {
+    Say("which manoeuvre tells the most is known in the run alone: here each of the menu in turn "
+        "stands for the one that is chosen");
+  }
   for (std::size_t tried = 0; tried < menu.size() && !choice.best; ++tried) {
     const std::size_t next = choices_++ % menu.size();
     if (menu[next].affordable) choice.best = next;

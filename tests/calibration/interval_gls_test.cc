@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numeric>
@@ -291,6 +292,39 @@ TEST(NoiseFit, FindsNoNoiseWhereThereIsNone) {
   EXPECT_LT(fit.noise.noise.reference_deg, 0.002);
   EXPECT_LT(fit.noise.noise.bias_random_walk_deg_s_sqrt_s, 3e-4);
   EXPECT_NEAR(fit.noise.noise.angle_random_walk_deg_sqrt_s, 0.0035, 0.0007);
+}
+
+// Rest, turn, rest: one number is left over to see the gyro's noise by. The 95 % interval has to
+// hold the truth all the same; 350 of 400 and fewer: once in 10 billion.
+TEST(NoiseFit, OneTurnBetweenTwoRestsIsSolvedWhereTheReferencesErrorIsKnown) {
+  constexpr double kTruth = 1.01, kNormalHalfWidth = 1.959964;
+  std::mt19937 random(25);
+  std::normal_distribution<double> normal;
+  for (const double walk : {0.0035, 0.1}) {
+    double smallest = 1e9;
+    int held = 0;
+    for (int run = 0; run < 400; ++run) {
+      IntervalSeries series(3);
+      for (const double turn_deg : {0.0, 90.0, 0.0}) {
+        const double duration_s = turn_deg > 0.0 ? 4.5 : 1.0;
+        double* row = series.Add({duration_s, 0.0, turn_deg == 0.0, turn_deg > 0.0});
+        row[0] = turn_deg;
+        row[1] = duration_s;
+        row[2] =
+            kTruth * turn_deg + 0.3 * duration_s + walk * std::sqrt(duration_s) * normal(random);
+        if (turn_deg > 0.0) row[2] += 0.0144 * (normal(random) - normal(random));
+      }
+      FitOptions options = RunOptions();
+      options.known_reference_deg = 0.0144;
+      const GlsFit fit = FitIntervals(series, options);
+      ASSERT_TRUE(fit.solvable);
+      const double error = std::sqrt(fit.solution.variance(0)) * fit.inflation[0];
+      held += std::fabs(fit.solution.coefficients[0] - kTruth) < kNormalHalfWidth * error ? 1 : 0;
+      smallest = std::min(smallest, error);
+    }
+    EXPECT_GT(held, 350) << walk;
+    EXPECT_GT(smallest, 0.9 * 0.0144 * std::sqrt(2.0) / 90.0) << "what the reference leaves open";
+  }
 }
 
 // The white residuals of a fit have unit variance and no memory.

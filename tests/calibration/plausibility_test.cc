@@ -41,6 +41,38 @@ TEST(Implausible, SaysWhatWasFoundWhatWasExpectedAndWhatToCheck) {
   EXPECT_THAT(Implausible(ResultWith(0.3)), ElementsAre(HasSubstr("counts_per_turn")));
 }
 
+// Of a table whose columns are `unit`, where the sensor scales by itself.
+AnalysisResult OfColumns(RateUnit unit, double ratio) {
+  AnalysisResult result = ResultWith(ratio);
+  result.info.gyro_unit = unit;
+  return result;
+}
+
+TEST(Implausible, ValuesInAnotherUnitThanTheColumnsNameSuspectTheUnitAndNameTheColumn) {
+  constexpr double kDegPerRad = 57.29578;
+  constexpr RateUnit kRad = RateUnit::kRadPerSecond, kDeg = RateUnit::kDegPerSecond;
+  EXPECT_THAT(Implausible(OfColumns(kRad, 0.99 / kDegPerRad)),
+              ElementsAre(AllOf(HasSubstr("values of gyro_z_rad_s are in deg/s"),
+                                HasSubstr("Name the column gyro_z_deg_s"))));
+  EXPECT_THAT(Implausible(OfColumns(kDeg, 1.01 * kDegPerRad)),
+              ElementsAre(AllOf(HasSubstr("values of gyro_z_deg_s are in rad/s"),
+                                HasSubstr("Name the column gyro_z_rad_s"))));
+  // 250 and 2000 deg/s in 16 bits.
+  for (const double lsb : {131.0, 16.4}) {
+    EXPECT_THAT(Implausible(OfColumns(kRad, 1.0 / (kDegPerRad * lsb))),
+                ElementsAre(AllOf(HasSubstr("values of gyro_z_rad_s are counts"),
+                                  HasSubstr("Name the column gyro_z_lsb"),
+                                  HasSubstr("# gyro_lsb_per_deg_s = "))))
+        << lsb;
+    EXPECT_THAT(Implausible(OfColumns(kDeg, 1.0 / lsb)),
+                ElementsAre(HasSubstr("values of gyro_z_deg_s are counts")))
+        << lsb;
+    AnalysisResult counts = ResultWith(lsb * 1.02);
+    counts.info.gyro_units_per_deg_s = lsb;
+    EXPECT_THAT(Implausible(counts), ElementsAre(HasSubstr("Name the column gyro_z_deg_s")));
+  }
+}
+
 TEST(Implausible, AnAxisThatTurnsAndFeelsNothingIsOneToo) {
   AnalysisResult result;
   result.unfollowed_deg = {0.0, 360.0, 0.0};

@@ -110,6 +110,7 @@ TEST(Gyrobench, RefusesAParameterThatIsNoKeyAndValue) {
 
 TEST(Gyrobench, KnowsWhatAMistypedCommandWasMeantToBe) {
   EXPECT_THAT(Gyrobench({"trase", "x.csv"}).err, HasSubstr("did you mean \"trace\"?"));
+  EXPECT_THAT(Gyrobench({"frobnicate"}).err, Not(HasSubstr("did you mean")));
 }
 
 TEST(Gyrobench, SaysHowAParameterIsGiven) {

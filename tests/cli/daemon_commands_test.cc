@@ -2,11 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/child_process.h"
 #include "tests/cli/fake_daemon.h"
 #include "tests/temporary_folder.h"
+#include "tests/words.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -103,6 +105,39 @@ TEST_F(DaemonCommands, ProceduresShowParametersWithUnitAndRange) {
   const Finished finished = Gyrobench({"procedures"});
   EXPECT_EQ(finished.status, 0);
   EXPECT_THAT(finished.out, HasSubstr("rate  9 deg/s  0.5 .. 60  rate of the table"));
+}
+
+int Widest(const std::string& text) {
+  int widest = 0;
+  for (const std::string& line : Lines(text))
+    widest = std::max(widest, static_cast<int>(line.size()));
+  return widest;
+}
+
+TEST_F(DaemonCommands, LongTextsAreBrokenBetweenWordsAndStayInTheirColumn) {
+  const std::string words =
+      "one two three four five six seven eight nine ten eleven twelve "
+      "thirteen fourteen fifteen sixteen seventeen eighteen nineteen";
+  json status = ExampleStatus();
+  status["fault"]["message"] = status["run"]["message"] = status["devices"][1]["message"] = words;
+  reply_.body = status;
+  const std::string shown = Gyrobench({"status"}).out;
+  EXPECT_LE(Widest(shown), 100);
+  EXPECT_THAT(Flat(shown), HasSubstr(words));
+  reply_.body = {{"procedures",
+                  {{{"name", "scale"},
+                    {"summary", words + words},
+                    {"parameters",
+                     {{{"name", "rate"}, {"type", "number"}, {"default", 9.0}, {"help", words}}}},
+                    {"problem", ""}}}}};
+  const std::string procedures = Gyrobench({"procedures"}).out;
+  EXPECT_LE(Widest(procedures), 100);
+  EXPECT_THAT(Flat(procedures), HasSubstr(words));
+  reply_.body = {{"duration_s", 10.0},
+                 {"segments", 1},
+                 {"moves", json::array()},
+                 {"notes", {words + " " + words}}};
+  EXPECT_LE(Widest(Gyrobench({"check", "scale"}).out), 100);
 }
 
 TEST_F(DaemonCommands, CheckTellsTimeAndMovesAndSendsTypedParameters) {

@@ -11,6 +11,7 @@
 #include "tests/cli/gyro_z.h"
 #include "tests/cli/program.h"
 #include "tests/temporary_folder.h"
+#include "tests/words.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -57,6 +58,33 @@ TEST_F(ExportCalibration, WritesEveryFormatAndSaysWhatIsLeftOut) {
     EXPECT_THAT(finished.out, AllOf(HasSubstr("gyro." + format), HasSubstr("! gyro x")));
     EXPECT_THAT(TextOf("gyro." + format), AllOf(HasSubstr(word), HasSubstr("cal.json")));
   }
+}
+
+// Gravity lay along z alone: the model holds the other two at 0, without an error.
+TEST_F(ExportCalibration, WarnsInEveryFormatOfTermsThatAreZeroBecauseNothingShowsThem) {
+  calibration::Calibration calibration = GyroZ();
+  calibration.channels[0].noise = {0.0035, 1e-4, 0.0};
+  calibration::ModelTerm gravity;
+  gravity.id = "bias.g_linear";
+  gravity.coefficients = {0.0, 0.0, 0.02};
+  calibration.channels[0].model.terms = {gravity};
+  calibration_ = folder_.Write("blind.json", ToJson(calibration).dump());
+  const auto says = AllOf(HasSubstr("the data do not determine k_x, k_y of bias.g_linear"),
+                          HasSubstr("is set to 0"));
+  for (const char* format : {"c", "px4", "ardupilot", "kalibr", "json"}) {
+    const Finished finished = Run(format, std::string("gravity.") + format);
+    EXPECT_EQ(finished.status, 0) << finished.err;
+    EXPECT_THAT(finished.err, says) << format;
+    std::string text = TextOf(std::string("gravity.") + format);
+    // Comments are broken to lines of their own mark.
+    for (const std::string& mark : {std::string("\n *"), std::string("\n#")}) {
+      for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos;)
+        text.replace(at, mark.size(), "");
+    }
+    EXPECT_THAT(Flat(text), says) << format;
+  }
+  const json file = json::parse(TextOf("gravity.json"));
+  EXPECT_EQ(file.at("axes").at(2).at("effects").at(0).at("not_determined"), (json{"k_x", "k_y"}));
 }
 
 TEST_F(ExportCalibration, TellsAMachineTheNotes) {

@@ -14,6 +14,7 @@
 #include "tests/cli/child_process.h"
 #include "tests/cli/program.h"
 #include "tests/temporary_folder.h"
+#include "tests/words.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -41,6 +42,23 @@ std::string TurnTable() {
     angle_deg += rate * dt_s;
   }
   return table.str();
+}
+
+// Counts in a column of rad/s.
+TEST(Analyze, AndTraceEndAsFailuresWhereTheUnitCannotBeThatOfTheColumn) {
+  const TemporaryFolder folder;
+  std::string text = TurnTable();
+  text.replace(text.find("# gyro_lsb_per_deg_s = 131\n"), 27, "");
+  text.replace(text.find("gyro_z_lsb"), 10, "gyro_z_rad_s");
+  const auto table = folder.Write("turns.csv", text);
+  for (const char* command : {"analyze", "trace"}) {
+    const Finished finished = Gyrobench({command, table});
+    EXPECT_EQ(finished.status, 1) << command;
+    EXPECT_THAT(finished.err, HasSubstr("the values of gyro_z_rad_s are counts")) << command;
+    EXPECT_THAT(finished.err, HasSubstr("Name the column gyro_z_lsb")) << command;
+    EXPECT_THAT(finished.err, Not(HasSubstr("wiring"))) << command;
+    EXPECT_THAT(Flat(finished.out), HasSubstr("gyro_z_rad_s are counts")) << command;
+  }
 }
 
 TEST(Analyze, FindsTheScaleOfATableAndSaysTheSameInTextAsInJson) {
@@ -178,6 +196,23 @@ TEST_F(Records, ShowDrawsTheBiasWhereItWasWhatTheRunMeasured) {
   EXPECT_EQ(finished.status, 0) << finished.err;
   EXPECT_THAT(finished.out, HasSubstr("beta z, LSB"));
   EXPECT_THAT(finished.out, HasSubstr("no run.json"));
+}
+
+// Aborted at once: there is nothing to say of defects and estimates.
+TEST_F(Records, ShowOfARunThatMeasuredNothingSaysSoAndItsOutcomeOnce) {
+  const json run = {
+      {"procedure", "full"}, {"outcome", "aborted"}, {"message", "aborted by the operator"}};
+  const json result = {{"samples", 0},
+                       {"remarks", {"measurement: no gyro sample; expected a measurement"}}};
+  folder_.Write("20260104-000000-full/run.json", run.dump());
+  folder_.Write("20260104-000000-full/result.json", result.dump());
+  folder_.Write("20260104-000000-full/events.lcmlog", "");
+  const Finished finished = Gyrobench({"show", folder_ / "20260104-000000-full"});
+  EXPECT_EQ(finished.status, 0) << finished.err;
+  EXPECT_THAT(finished.out, HasSubstr("outcome    aborted by the operator\n"));
+  EXPECT_EQ(Count(finished.out, "aborted"), 1);
+  EXPECT_THAT(finished.out, HasSubstr("no results: the gyro gave no sample"));
+  EXPECT_THAT(finished.out, Not(HasSubstr("Defects")));
 }
 
 TEST_F(Records, ShowByPathNeedsNoStandFile) {

@@ -11,6 +11,10 @@ class CloseLoop(unittest.TestCase):
             done = bench.run("run", "close_loop", "-p", "fan=false", "-p", "budget_min=12")
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             self.assertIn("manoeuvre 1: ", done.stdout)
+            # What is said on the way is broken to lines, in a file as well.
+            course = done.stdout[:done.stdout.index("Scale factor, gyro")]
+            self.assertLessEqual(max(len(line) for line in course.splitlines()), 120)
+            self.assertIn("chi-square", course)
             record = bench.newest_record()
             run = json.loads((record / "run.json").read_text())
             said = [one["text"] for one in run["said"]]

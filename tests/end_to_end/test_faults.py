@@ -48,8 +48,10 @@ class Faults(unittest.TestCase):
                 self.assertIn(word, run["message"])
                 self.assertIn(word, done.stdout + done.stderr)
             # It is an analysis like any other for who wants to look, and says the same.
-            analysed = bench.json("analyze", "latest")
-            self.assertIn("this result cannot be", analysed["remarks"][0])
+            analysis = bench.run("analyze", "latest", "--json")
+            self.assertEqual(analysis.returncode, 1)
+            self.assertIn("this result cannot be", analysis.stderr)
+            self.assertIn("this result cannot be", json.loads(analysis.stdout)["remarks"][0])
             # No fault: with the mounting declared the same part is fine.
             self.assertEqual(bench.json("status")["state"], "idle")
         with Bench(scenario=text, extra="[geometry]\nmount_x_deg = 90\n") as bench:

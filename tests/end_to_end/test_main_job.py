@@ -286,7 +286,7 @@ class BadInput(unittest.TestCase):
             shown = bench.run("show", "latest")
             self.assertEqual(shown.returncode, 0, shown.stderr)
             self.assertIn("aborted", shown.stdout)
-            self.assertIn("no gyro sample", shown.stdout)
+            self.assertIn("the gyro gave no sample", shown.stdout)
             analysed = bench.run("analyze", record)
             self.assertEqual(analysed.returncode, 1)
             self.assertIn("no gyro sample", analysed.stderr)

@@ -252,6 +252,39 @@ TEST(CloseLoop, AOneAxisTableHasAShorterMenuAndAStandWithoutTurnsAboutZIsRefused
   EXPECT_THAT(RefusalOf("close_loop", {}, Roomy({"middle"})), HasSubstr("turns about z"));
 }
 
+// Each manoeuvre in a line, and what holds of all of them once.
+TEST(CloseLoop, ADryRunDoesNotSayTheSameOfEveryManoeuvre) {
+  const Plan plan = DryRun(Shipped("close_loop"), {}, Roomy({"outer", "middle", "inner"}));
+  const auto saying = [&](const std::string& text) {
+    return std::ranges::count_if(
+        plan.notes, [&](const std::string& note) { return note.find(text) != std::string::npos; });
+  };
+  EXPECT_GT(saying("manoeuvre 12: "), 0);
+  EXPECT_EQ(saying("stands for the one that is chosen"), 1);
+  EXPECT_EQ(saying("after "), 0);
+  EXPECT_EQ(saying("expected"), 0);
+  for (const std::string& note : plan.notes) {
+    if (note.starts_with("manoeuvre ")) {
+      EXPECT_LT(note.size(), 80U) << note;
+    }
+  }
+}
+
+// What a manoeuvre is expected to tell is said in a unit that laboratories know.
+TEST(CloseLoop, SaysWhatIsExpectedAsChiSquare) {
+  FakeBench bench;
+  bench.axes = Roomy({"outer", "middle", "inner"});
+  bench.verdicts = {{"z", "explained", "Explained by scale.g.", {Named("scale.g")}}};
+  bench.choices = {
+      {.open = "scale.g or scale.cubic", .best = 2, .because = "tells one", .nats = 4.15},
+      {.settled = true, .open = "", .best = std::nullopt, .because = ""}};
+  RunProcedure(Shipped("close_loop"), {{"confirmations", 0.0}}, bench);
+  EXPECT_TRUE(std::ranges::any_of(bench.calls, [](const std::string& call) {
+    return call.find("it tells one (chi-square 8.3 expected); open: scale.g or") !=
+           std::string::npos;
+  }));
+}
+
 TEST(CloseLoop, WithoutAFanNobodyIsAsked) {
   const Plan plan = DryRun(Shipped("close_loop"), {{"fan", false}, {"budget_min", 120.0}},
                            Roomy({"outer", "middle", "inner"}));

@@ -15,7 +15,8 @@ BUILD = pathlib.Path(sys.argv[1])
 def documents():
     listed = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True,
                             check=True).stdout
-    return [ROOT / name for name in listed.split()]
+    # Git lists a file that was deleted until that is staged.
+    return [ROOT / name for name in listed.split() if (ROOT / name).is_file()]
 
 
 def check_links(path, text):

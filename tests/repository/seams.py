@@ -30,7 +30,8 @@ SEAMS = [
 
 def tracked():
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True)
-    return listed.stdout.split()
+    # Git lists a file that was deleted until that is staged.
+    return [name for name in listed.stdout.split() if (ROOT / name).is_file()]
 
 
 def files_of(speaks, counts, files):

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """clang-tidy over the sources that changed, or over all of them with --all.
 
-    tests/repository/tidy.py BUILD_FOLDER [--all]
+    tests/repository/tidy.py BUILD_FOLDER [--all] [--jobs N]
 
 Changed is what differs from the commit GYROBENCH_TIDY_BASE; where it is not set, from where this branch left
-origin/main; and in a clone of main itself, what the last commits changed. Of a changed header its own source is looked
-at. A build folder whose rooms are compiled together does as well: each source gets the command of its unit."""
+origin/main; and in a clone of main itself, what the last commits changed; and what was never added. Of a changed header
+its own source is looked at, or else one that includes it. A shallow clone without the commits that are asked for knows
+of no change that was committed: that is said, and the test is skipped. A build folder whose rooms are compiled together
+does as well: each source gets the command of its unit."""
 import argparse
 import concurrent.futures
 import json
@@ -29,6 +31,7 @@ def git(*arguments):
 
 
 def base_commit():
+    """None in a shallow clone that ends before it."""
     wanted = os.environ.get("GYROBENCH_TIDY_BASE")
     if wanted:
         if not git("rev-parse", "--verify", "--quiet", wanted + "^{commit}"):
@@ -37,15 +40,59 @@ def base_commit():
     branched = git("merge-base", "HEAD", "origin/main")
     if branched and branched != git("rev-parse", "HEAD"):
         return branched[0]
-    return git("rev-list", "--first-parent", f"--max-count={LAST_COMMITS + 1}", "HEAD")[-1]
+    last = git("rev-list", "--first-parent", f"--max-count={LAST_COMMITS + 1}", "HEAD")
+    # A shallow clone shows its first commit as if that had added every file.
+    if len(last) <= LAST_COMMITS and git("rev-parse", "--is-shallow-repository") == ["true"]:
+        return None
+    return last[-1]
 
 
-def changed_sources(sources):
+def changed_names(base):
     """The newest changes first."""
-    base = base_commit()
-    names = git("diff", "--name-only", "HEAD") + git("log", "--name-only", "--format=", f"{base}..HEAD")
-    names = [name[:-2] + ".cc" if name.endswith(".h") else name for name in names]
-    return [name for name in dict.fromkeys(names) if name in sources]
+    names = git("ls-files", "--others", "--exclude-standard") + git("diff", "--name-only", "HEAD")
+    if base:
+        names += git("log", "--name-only", "--format=", f"{base}..HEAD")
+    return list(dict.fromkeys(names))
+
+
+def includes_of(sources):
+    """Of each header, the files that include it: sources first."""
+    found = {}
+    names = sorted(sources) + git("ls-files", "--cached", "--others", "--exclude-standard", "*.h")
+    for name in names:
+        if (ROOT / name).is_file():
+            for header in re.findall(r'^#include "([^"]+)"', (ROOT / name).read_text(encoding="utf-8"), re.M):
+                found.setdefault(header, []).append(name)
+    return found
+
+
+def source_that_shows(header, sources, includers):
+    """Its own source; else one that includes it, by way of as few headers as can be; None where no source does."""
+    own = header[:-2] + ".cc"
+    if own in sources:
+        return own
+    level, seen = [header], {header}
+    while level:
+        level = [name for one in level for name in includers.get(one, []) if name not in seen]
+        seen.update(level)
+        for name in level:
+            if name in sources:
+                return name
+    return None
+
+
+def sources_to_look_at(names, sources):
+    """And those of the names that no source of the build shows."""
+    includers, wanted, unseen = includes_of(sources), [], []
+    for name in names:
+        if not name.endswith((".h", ".cc")) or not (ROOT / name).is_file():
+            continue
+        source = source_that_shows(name, sources, includers) if name.endswith(".h") else name
+        if source in sources:
+            wanted.append(source)
+        else:
+            unseen.append(name)
+    return list(dict.fromkeys(wanted)), unseen
 
 
 def commands(build):
@@ -69,6 +116,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", type=pathlib.Path, help="a configured and built folder")
     parser.add_argument("--all", action="store_true", help="every source, not only what changed")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="sources at once; all cores unless given")
     options = parser.parse_args()
     build = options.build.resolve()
     if shutil.which("clang-tidy") is None:
@@ -81,12 +129,22 @@ def main():
         print("skipped: not a clone")
         return 77
     known = commands(build)
-    wanted = sorted(known) if options.all else changed_sources(known)
-    left_out = [] if options.all else wanted[MOST_SOURCES:]
-    wanted = wanted if options.all else wanted[:MOST_SOURCES]
+    wanted, left_out, no_history = sorted(known), [], False
+    if not options.all:
+        base = base_commit()
+        no_history = base is None
+        wanted, unseen = sources_to_look_at(changed_names(base), known)
+        wanted, left_out = wanted[:MOST_SOURCES], wanted[MOST_SOURCES:]
+        if unseen:
+            print(f"tidy: in no source of {options.build}, so that nobody looks at them: {', '.join(unseen)}")
+    if no_history:
+        print("skipped: a shallow clone without the commits since which sources changed: `git fetch --unshallow`, or "
+              "name one that is here, GYROBENCH_TIDY_BASE=COMMIT" +
+              (". What is not committed is looked at all the same" if wanted else ""))
     if not wanted:
-        print("tidy: no source has changed")
-        return 0
+        if not no_history:
+            print("tidy: no source has changed")
+        return 77 if no_history else 0
     with tempfile.TemporaryDirectory(prefix="gyrobench-tidy-") as folder:
         (pathlib.Path(folder) / "compile_commands.json").write_text(json.dumps(list(known.values())))
 
@@ -95,7 +153,7 @@ def main():
                                         capture_output=True, text=True)
 
         faults = 0
-        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
             for name, done in pool.map(look_at, wanted):
                 if done.returncode == 0:
                     continue
@@ -105,7 +163,7 @@ def main():
           f"tidy: {len(wanted)} sources, nothing found")
     if left_out:
         print(f"tidy: {len(left_out)} more have changed; the target `tidy` looks at all sources")
-    return 1 if faults else 0
+    return 1 if faults else 77 if no_history else 0
 
 
 if __name__ == "__main__":

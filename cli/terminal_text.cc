@@ -1,0 +1,56 @@
+#include "cli/terminal_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace gyrobench::cli {
+namespace {
+
+// A last column narrower than this is left to the terminal.
+constexpr int kLeastColumns = 20;
+
+}  // namespace
+
+void PrintError(const std::string& command, std::string_view text) {
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stderr));
+  const std::string line =
+      fmt::format("gyrobench{}{}: {}", command.empty() ? "" : " ", command, text);
+  fmt::print(stderr, "{}\n",
+             terminal.is_terminal ? presentation::Wrap(line, terminal.columns, 2) : line);
+}
+
+int TextColumns(const presentation::Terminal& terminal) {
+  return terminal.is_terminal ? std::min(terminal.columns, presentation::kTextColumns)
+                              : presentation::kTextColumns;
+}
+
+std::string WrappedColumns(const std::vector<std::vector<std::string>>& rows, std::size_t columns,
+                           const presentation::Terminal& terminal, int indent) {
+  int begin = indent;  // of the last column
+  for (std::size_t i = 0; i + 1 < columns; ++i) {
+    int width = 0;
+    for (const auto& row : rows)
+      if (i < row.size()) width = std::max(width, presentation::DisplayWidth(row[i]));
+    begin += width + 2;
+  }
+  const int left = std::max(kLeastColumns, TextColumns(terminal) - begin);
+  std::vector<std::vector<std::string>> broken;
+  for (const auto& row : rows) {
+    broken.push_back(row);
+    if (row.size() != columns) continue;
+    const std::vector<std::string> lines =
+        presentation::LinesOf(presentation::Wrap(row.back(), left, 0));
+    if (lines.empty()) continue;
+    broken.back().back() = lines.front();
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      broken.emplace_back(columns);
+      broken.back().back() = lines[i];
+    }
+  }
+  return presentation::AlignColumns(
+      broken, std::vector<presentation::Align>(columns, presentation::Align::kLeft), indent);
+}
+
+}  // namespace gyrobench::cli
