@@ -58,8 +58,9 @@ struct Paragraph {
 struct Column {
   enum class Kind {
     kText,
-    kNumber,
-    kNote,  // a terminal without room for it leaves it out
+    kNumber,  // a page aligns them by their decimal points
+    kCount,   // counts, durations: aligned on the right
+    kNote,    // a terminal without room for it beside the row breaks it, or puts it beneath
   };
   std::string title = {};
   Kind kind = Kind::kText;
