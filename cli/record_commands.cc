@@ -134,7 +134,7 @@ int Show(const Options& options) {
     return kDone;
   }
   const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
-  const calibration::TraceResult trace = ReadTrace(record["trace"]);
+  const StoredTrace trace = ReadTrace(record["trace"]);
   presentation::Document document;
   fmt::print("{}", HeadText(record));
   const Json& result = record["result"];
@@ -143,10 +143,10 @@ int Show(const Options& options) {
     fmt::print("\n{}: from the record itself: gyrobench analyze {}\n",
                problem.empty() ? "no results yet" : problem, Text(record, "run_id"));
   } else {
-    document =
-        presentation::AnalysisDocument(presentation::WithTraceRemarks(ReadAnalysis(result), trace));
+    document = presentation::AnalysisDocument(
+        presentation::WithTraceRemarks(ReadAnalysis(result), trace.result));
   }
-  Add(document, presentation::TraceSummary(trace));
+  Add(document, presentation::TraceSummary(trace.result, trace.not_known));
   if (!document.empty()) fmt::print("\n{}", RenderText(document, terminal));
   return kDone;
 }
