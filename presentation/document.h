@@ -106,7 +106,8 @@ List ListOf(const std::vector<std::string>& items);
 struct Comparison {
   std::string name;
   Text figure, change;
-  std::string unit, note;
+  std::string unit;
+  Text note;
 };
 struct Comparisons {
   std::vector<Comparison> figures;

@@ -142,9 +142,9 @@ class PageRenderer {
   static Markup Rendered(const Comparisons& comparisons, int) {
     Markup cells;
     for (const Comparison& one : comparisons.figures) {
-      const std::string what = one.note.empty() ? one.name : one.name + " (" + one.note + ")";
+      const Text what = one.note.empty() ? one.name : one.name + " (" + one.note + ")";
       const Text unit = one.unit.empty() ? Text() : " " + Unit(one.unit);
-      cells += Element("div", Element("p", what, "what") +
+      cells += Element("div", Element("p", MarkupOf(what), "what") +
                                   Element("p", MarkupOf(one.figure) + MarkupOf(unit), "figure") +
                                   Element("p", MarkupOf(one.change), "interval"));
     }

@@ -54,7 +54,7 @@ div.table { overflow-x: auto; margin: 6px 0 10px; }
 table { border-collapse: collapse; width: 100%; font-size: 14px; }
 th { text-align: left; font-weight: 600; color: var(--soft); font-size: 13px; vertical-align: bottom;
   border-bottom: 1.5px solid var(--ink); }
-td { vertical-align: top; border-bottom: 1px solid var(--line); overflow-wrap: anywhere; }
+td { vertical-align: top; border-bottom: 1px solid var(--line); overflow-wrap: break-word; }
 th, td { padding: 5px 14px 5px 0; }
 th:last-child, td:last-child { padding-right: 0; }
 td code { white-space: nowrap; }

@@ -37,7 +37,7 @@ bool IsMarked(const TracedEffect& effect) { return effect.chosen_on == ChosenOn:
 const char* ChosenOnWords(const TracedEffect& effect) {
   return IsMarked(effect)
              ? "all data only: two thirds of them alone do not ask for it, or are too few"
-             : "two thirds of the data, which were then tried on the rest, and on all of them";
+             : "two thirds of the data, then tried on the rest; all of them ask for it as well";
 }
 
 // "Chosen on: ...", for each of a group where it is not the same of all.

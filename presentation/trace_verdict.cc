@@ -26,7 +26,7 @@ std::string Clause(std::string sentence) {
 
 // Only what is known of before or after.
 void AddFigure(Comparisons& errors, const std::string& name, const HeldOut& figure,
-               const std::string& unit, const std::string& note) {
+               const std::string& unit, const Text& note) {
   if (!std::isfinite(figure.before) && !std::isfinite(figure.after)) return;
   errors.figures.push_back({name,
                             Number(BeforeAfter(figure, unit.empty() ? FormatRatio : FormatFigure)),
@@ -50,14 +50,15 @@ std::string FindingText(const calibration::Finding& finding) {
 Comparisons ErrorsOf(const ChannelTrace& channel) {
   const bool added = !channel.effects.empty();
   const auto shown = [&](const HeldOut& figure) { return added ? figure : Before(figure); };
-  constexpr const char* kHeldOut = "windows of 10 s, effects chosen and fitted without them";
+  const Text windows = "windows of " + Quantity("10", "s") + ", ";
   constexpr const char* kWhite = "1: as the noise explains";
   Comparisons errors;
-  AddFigure(errors, "angle error, held out", shown(channel.heldout_angle_rms_deg), "deg", kHeldOut);
+  AddFigure(errors, "angle error, held out", shown(channel.heldout_angle_rms_deg), "deg",
+            windows + "effects chosen and fitted without them");
   AddFigure(errors, "whitened rms, held out", shown(channel.heldout_whitened_rms), "", kWhite);
-  AddFigure(
-      errors, "angle error, forecast", shown(channel.forecast_angle_rms_deg), "deg",
-      "the same, all chosen and fitted on the first 60 % of the time, tried on the last 40 %");
+  AddFigure(errors, "angle error, forecast", shown(channel.forecast_angle_rms_deg), "deg",
+            windows + "all chosen and fitted on the first " + Number("60 %") +
+                " of the time, tried on the rest");
   const auto& baseline = channel.baseline;
   AddFigure(errors, "angle error, all data",
             added ? channel.fitted_angle_rms_deg : HeldOut{baseline.angle_rms_deg}, "deg",
