@@ -176,7 +176,7 @@ TEST_F(Records, ShowDrawsTheBiasWhereItWasWhatTheRunMeasured) {
   folder_.Write("20260103-000000-bias/events.lcmlog", "");
   const Finished finished = Gyrobench({"show", folder_ / "20260103-000000-bias"});
   EXPECT_EQ(finished.status, 0) << finished.err;
-  EXPECT_THAT(finished.out, HasSubstr("beta z, LSB"));
+  EXPECT_THAT(finished.out, HasSubstr("beta z [LSB]"));
   EXPECT_THAT(finished.out, HasSubstr("no run.json"));
 }
 
