@@ -141,7 +141,7 @@ int Show(const Options& options) {
     return kDone;
   }
   const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
-  const calibration::TraceResult trace = ReadTrace(record["trace"]);
+  const StoredTrace trace = ReadTrace(record["trace"]);
   presentation::Document document;
   fmt::print("{}", HeadText(record, terminal));
   const Json& result = record["result"];
@@ -152,10 +152,10 @@ int Show(const Options& options) {
   } else if (result.value("samples", Json()) == 0) {
     fmt::print("\nno results: the gyro gave no sample before the run ended\n");
   } else {
-    document =
-        presentation::AnalysisDocument(presentation::WithTraceRemarks(ReadAnalysis(result), trace));
+    document = presentation::AnalysisDocument(
+        presentation::WithTraceRemarks(ReadAnalysis(result), trace.result));
   }
-  Add(document, presentation::TraceSummary(trace));
+  Add(document, presentation::TraceSummary(trace.result, trace.not_known));
   if (!document.empty()) fmt::print("\n{}", RenderText(document, terminal));
   return kDone;
 }

@@ -61,12 +61,12 @@ void PrintEnd(const Json& started, const RunEnd& end, const Json& result, const 
   const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   const std::string text = fmt::format("run {}: {}", Text(started, "run_id"), OutcomeText(end));
   fmt::print("{}\n", end.outcome == "done" ? terminal.Bold(text) : terminal.Red(text));
-  const calibration::TraceResult verdicts = ReadTrace(trace);
+  const StoredTrace verdicts = ReadTrace(trace);
   presentation::Document document;
   if (!result.is_null())
     document = presentation::AnalysisDocument(
-        presentation::WithTraceRemarks(ReadAnalysis(result), verdicts));
-  Add(document, presentation::TraceSummary(verdicts));
+        presentation::WithTraceRemarks(ReadAnalysis(result), verdicts.result));
+  Add(document, presentation::TraceSummary(verdicts.result, verdicts.not_known));
   if (!document.empty()) fmt::print("\n{}", RenderText(document, terminal));
   if (!why_not.empty()) fmt::print("results cannot be shown: {}\n", why_not);
   fmt::print("\nrecord: {}\n", Text(started, "record"));

@@ -1,10 +1,16 @@
 #include "cli/stored_results.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "calibration/artefact/trace_fields.h"
 #include "calibration/estimators/result_fields.h"
 #include "cli/json_field.h"
@@ -17,17 +23,34 @@ concept HasFields = requires(FieldWriter& writer, const T& value) {
   Fields(writer, value);
 };
 
+// Without the axis or the verdict nothing of these can be said.
+template <typename T>
+constexpr bool kNeedsItsNames =
+    std::is_same_v<T, calibration::ChannelTrace> || std::is_same_v<T, calibration::BiasResult> ||
+    std::is_same_v<T, calibration::ScaleResult>;
+
+template <typename T, typename... Rules>
+constexpr bool kIsName = std::is_enum_v<T> && sizeof...(Rules) == 1 &&
+                         (std::is_convertible_v<const Rules&, Names> && ...);
+
 // Visits the fields of one object as FieldReader does, but takes what is missing, null or of
 // another kind for not known: another version may have had other fields.
 class StoredFields {
  public:
   template <typename T>
   using Field = T;
-  explicit StoredFields(const nlohmann::json& object) : object_(object) {}
+  // `path`: of the object, for the sentences of `not_known`.
+  StoredFields(const nlohmann::json& object, std::string path, std::vector<std::string>& not_known)
+      : object_(object), path_(std::move(path)), not_known_(not_known) {}
 
   template <typename T, typename... Rules>
   void operator()(Key key, T& value, const Rules&... rules) {
-    Read(cli::Field(object_, key.name), value, rules...);
+    const nlohmann::json& stored = cli::Field(object_, key.name);
+    if constexpr (kIsName<T, Rules...>) {
+      ReadName(stored, key.name, value, rules...);
+    } else {
+      Read(stored, PathOf(key.name), value, rules...);
+    }
   }
   template <typename T>
   void LaterAs(const char* key, T& value, const T& other) {
@@ -36,14 +59,30 @@ class StoredFields {
   }
   template <typename List>
   void Group(Key key, const List& list) {
-    StoredFields part(cli::Field(object_, key.name));
+    StoredFields part(cli::Field(object_, key.name), PathOf(key.name), not_known_);
     list(part);
+    if (!part.unknown_.empty()) not_known_.push_back(part.unknown_);
   }
   void Constant(const char*, const char*) {}
 
  private:
+  std::string PathOf(const std::string& key) const { return path_ + "." + key; }
+
+  template <typename Enum>
+  void ReadName(const nlohmann::json& json, const char* key, Enum& value, Names names) {
+    const auto found = std::ranges::find_if(
+        names, [&](const char* name) { return json.is_string() && json == name; });
+    if (found != names.end()) {
+      value = static_cast<Enum>(found - names.begin());
+      return;
+    }
+    unread_ = fmt::format("{} is {}, and this version knows {}", PathOf(key),
+                          json.is_null() ? "not there" : JsonText(json), fmt::join(names, ", "));
+    if (!json.is_null()) unknown_ = unread_;
+  }
+
   template <typename T, typename... Rules>
-  static void Read(const nlohmann::json& json, T& value, const Rules&... rules) {
+  void Read(const nlohmann::json& json, const std::string&, T& value, const Rules&... rules) {
     static const std::string kNoFile;
     T read = value;
     try {
@@ -53,32 +92,58 @@ class StoredFields {
     }
   }
   // One number that is not known leaves the others of its list in their places.
-  static void Read(const nlohmann::json& json, std::vector<double>& values) {
+  void Read(const nlohmann::json& json, const std::string& path, std::vector<double>& values) {
     if (!json.is_array()) return;
     for (const nlohmann::json& one : json) {
       double number = kMissing;
-      Read<double>(one, number);
+      Read<double>(one, path, number);
       values.push_back(number);
     }
   }
   template <HasFields T>
-  static void Read(const nlohmann::json& json, T& value) {
-    StoredFields reader(json);
+  void Read(const nlohmann::json& json, const std::string& path, T& value) {
+    StoredFields reader(json, path, not_known_);
     Fields(reader, value);
+    if (!reader.unknown_.empty()) not_known_.push_back(reader.unknown_);
   }
   template <HasFields T>
-  static void Read(const nlohmann::json& json, std::vector<T>& values) {
+  void Read(const nlohmann::json& json, const std::string& path, std::vector<T>& values) {
     if (!json.is_array()) return;
-    for (const nlohmann::json& one : json) Read(one, values.emplace_back());
+    for (std::size_t i = 0; i < json.size(); ++i) {
+      const std::string place = fmt::format("{}[{}]", path, i);
+      T value;
+      if constexpr (kNeedsItsNames<T>) {
+        if (!ReadWhole(json[i], place, value)) continue;
+      } else {
+        Read(json[i], place, value);
+      }
+      values.push_back(std::move(value));
+    }
+  }
+  // False where what the entry is of is not known.
+  template <typename T>
+  bool ReadWhole(const nlohmann::json& json, const std::string& path, T& value) {
+    StoredFields reader(json, path, not_known_);
+    Fields(reader, value);
+    std::string why = reader.unread_;
+    if constexpr (std::is_same_v<T, calibration::ChannelTrace>) {
+      if (why.empty() && !IsTraced(value) && !cli::Field(json, "baseline").is_object())
+        why = path + ".baseline is not there, which says whether the axis was traced";
+    }
+    if (!why.empty()) not_known_.push_back(why + ": nothing is said of that axis here");
+    return why.empty();
   }
 
   const nlohmann::json& object_;
+  std::string path_;
+  std::vector<std::string>& not_known_;
+  std::string unread_, unknown_;  // a name that is not known; one that is there
 };
 
 template <typename T>
-T ReadStored(const nlohmann::json& json) {
+T ReadStored(const nlohmann::json& json, const char* what, std::vector<std::string>& not_known) {
   T value;
-  StoredFields reader(json);
+  StoredFields reader(json, what, not_known);
   Fields(reader, value);
   return value;
 }
@@ -86,13 +151,17 @@ T ReadStored(const nlohmann::json& json) {
 }  // namespace
 
 calibration::AnalysisResult ReadAnalysis(const nlohmann::json& json) {
-  auto result = ReadStored<calibration::AnalysisResult>(json);
+  std::vector<std::string> not_known;
+  auto result = ReadStored<calibration::AnalysisResult>(json, "result", not_known);
   if (Field(json, "info").is_null()) result.info.source = Text(json, "source");
+  result.remarks.insert(result.remarks.end(), not_known.begin(), not_known.end());
   return result;
 }
 
-calibration::TraceResult ReadTrace(const nlohmann::json& json) {
-  return ReadStored<calibration::TraceResult>(json);
+StoredTrace ReadTrace(const nlohmann::json& json) {
+  StoredTrace trace;
+  trace.result = ReadStored<calibration::TraceResult>(json, "trace", trace.not_known);
+  return trace;
 }
 
 }  // namespace gyrobench::cli

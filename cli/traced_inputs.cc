@@ -239,9 +239,10 @@ void AddRun(const recording::MeasurementFiles& record, presentation::Provenance*
     provenance->configuration = Text(Field(run, "stand"), "name");
     provenance->started_utime = Integer(run, recording::kStartUtimeKey);
     provenance->ended_utime = Integer(run, "end_utime");
+    provenance->power_on_utime = Integer(Field(run, recording::kMeasurementKey), "power_on_utime");
     provenance->version = Text(run, "version");
     for (const auto& [name, value] : Field(run, "parameters").items())
-      provenance->notes.emplace_back("parameter " + name, Plain(value));
+      provenance->parameters.emplace_back(name, Plain(value));
     for (const auto& [index, said] : Field(run, recording::kSaidKey).items()) {
       const nlohmann::json& t_s = Field(said, "t_s");
       provenance->said.push_back({t_s.is_number() ? t_s.get<double>() : 0.0, Text(said, "text")});

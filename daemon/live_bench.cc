@@ -292,7 +292,7 @@ procedures::Estimate LiveBench::ReadEstimate(const std::string& what) {
   const calibration::AnalysisResult results = analysis_.Newest(context_.participant);
   if (what == "scale_factor" && !results.scale.empty()) {
     const calibration::ScaleResult& scale = results.scale.front();
-    return {true, scale.alpha, scale.alpha_std_error, "deg/s/LSB"};
+    return {true, scale.alpha, scale.alpha_std_error, "deg/s per LSB"};
   }
   if (what == "bias" && !results.bias.empty() && !results.bias.front().coefficients.empty()) {
     const calibration::BiasResult& bias = results.bias.front();

@@ -28,13 +28,18 @@ presentation::Provenance ProvenanceOf(const recording::RunDirectory& directory, 
   provenance.started_utime = run.value(recording::kStartUtimeKey, std::int64_t{0});
   provenance.ended_utime = provenance.written_utime = run.value("end_utime", std::int64_t{0});
   if (run.contains("stand")) provenance.configuration = run["stand"].value("name", "");
-  if (run.contains(recording::kMeasurementKey))
-    provenance.sensor = run[recording::kMeasurementKey].value("sensor", "");
+  if (run.contains(recording::kMeasurementKey)) {
+    const json& measurement = run[recording::kMeasurementKey];
+    provenance.sensor = measurement.value("sensor", "");
+    if (const auto utime = measurement.find("power_on_utime");
+        utime != measurement.end() && utime->is_number_integer())
+      provenance.power_on_utime = utime->get<std::int64_t>();
+  }
   const json parameters = run.value("parameters", json::object());
   for (const auto& item : parameters.items()) {
     const json& value = item.value();
-    provenance.notes.emplace_back("parameter " + item.key(),
-                                  value.is_string() ? value.get<std::string>() : JsonText(value));
+    provenance.parameters.emplace_back(
+        item.key(), value.is_string() ? value.get<std::string>() : JsonText(value));
   }
   for (const json& said : run.value(recording::kSaidKey, json::array())) {
     provenance.said.push_back({said.value("t_s", 0.0), said.value("text", "")});

@@ -6,7 +6,7 @@
 
 void Print(const lcm::ReceiveBuffer*, const std::string& channel,
            const gyrobench::scale_result_t* result, std::FILE* to) {
-  std::fprintf(to, "%s seq %lld alpha %.9g +- %.2g deg/s per LSB\n", channel.c_str(),
+  std::fprintf(to, "%s seq %lld alpha %.9g ± %.2g deg/s per LSB\n", channel.c_str(),
                static_cast<long long>(result->seq), result->alpha_deg_s_per_lsb,
                result->alpha_std_error);
   std::fflush(to);

@@ -72,8 +72,10 @@ Section ScaleSection(const ScaleResult& scale, double duration_s) {
            std::isfinite(scale.whitened_rms)
                ? fmt::format("whitened {:.2f}; 1: as the noise explains", scale.whitened_rms)
                : "");
+  // A bias at rest and a trace have noises of their own.
   for (const NoiseLine& line : NoiseLines(Noise(scale.noise), duration_s))
-    AddValue(table, line.name, line.value, line.unit, line.note);
+    AddValue(table, line.name, line.value, line.unit,
+             line.note.empty() ? "of turns and rests, by this fit" : line.note);
   AddValue(table, "unit's clock", FormatMeasured(scale.tick_ratio, scale.tick_ratio_std_error),
            "s/s", "host over gyro unit");
   AddValue(table, "valid for", RangeText(scale.min_rate_deg_s, scale.max_rate_deg_s), "deg/s",
@@ -144,11 +146,12 @@ Table BiasTable(const std::vector<BiasResult>& biases, double duration_s) {
   table.Add("paper's, smoothed", output + " rms", &BiasResult::paper_rms_error);
   for (const auto& [name, unit] : {std::pair("angle random walk", "deg/sqrt(s)"),
                                    std::pair("bias random walk", "deg/s/sqrt(s)")}) {
-    table.Add(name, unit, [&, &wanted = name](const BiasResult& bias) -> std::string {
-      for (const NoiseLine& line : NoiseLines(Noise(bias.noise), duration_s))
-        if (line.name == wanted) return line.value;
-      return "-";
-    });
+    table.Add(std::string(name) + ", at rest", unit,
+              [&, &wanted = name](const BiasResult& bias) -> std::string {
+                for (const NoiseLine& line : NoiseLines(Noise(bias.noise), duration_s))
+                  if (line.name == wanted) return line.value;
+                return "-";
+              });
   }
   return table.table();
 }
@@ -174,8 +177,8 @@ Charts BiasCharts(const std::vector<BiasResult>& biases) {
     if (!known) continue;
     Chart chart;
     chart.title = "Zero-rate offset against temperature, " + GyroName(bias.axis);
-    chart.x_label = "degC";
-    chart.y_label = fmt::format("beta {}, {}", AxisName(bias.axis), OutputUnit(bias.unit));
+    chart.x_label = "temperature [degC]";
+    chart.y_label = fmt::format("beta {} [{}]", AxisName(bias.axis), OutputUnit(bias.unit));
     chart.zero_line = false;
     chart.curves = {std::move(curve)};
     charts.charts.push_back(std::move(chart));
@@ -253,14 +256,19 @@ void AddValue(Table& table, const std::string& name, const std::string& value,
 }
 
 Section DefectSection(const std::vector<DefectsOfFile>& files) {
-  Table table{{{}, {"", kNumber}, {}, {}, {}}, {}};
+  Table table{{{"Kind"}, {"Count", kCount}, {"First at"}, {"Where"}}, {}};
+  // Of a single measurement that has no name there is no file to tell it from.
+  const bool named = std::ranges::any_of(files, [](const auto& one) { return !one.first.empty(); });
+  if (named) table.columns.push_back({"File", kNote});
   for (const auto& [file, defects] : files) {
     for (const Defect& defect : *defects) {
-      table.Add({Code(defect.kind), Number(FormatCount(defect.count)),
-                 std::isfinite(defect.first_t_s)
-                     ? fmt::format("first at {:.3f} s", defect.first_t_s)
-                     : "",
-                 defect.where, file});
+      std::vector<Text> cells = {Code(defect.kind), Number(FormatCount(defect.count)),
+                                 std::isfinite(defect.first_t_s)
+                                     ? Number(fmt::format("{:.3f} s", defect.first_t_s))
+                                     : Text(),
+                                 defect.where};
+      if (named) cells.emplace_back(file);
+      table.Add(std::move(cells));
     }
   }
   Section section{"Defects of the data", {}, "short"};

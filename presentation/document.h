@@ -58,8 +58,9 @@ struct Paragraph {
 struct Column {
   enum class Kind {
     kText,
-    kNumber,
-    kNote,  // a terminal without room for it leaves it out
+    kNumber,  // a page aligns them by their decimal points
+    kCount,   // counts, durations: aligned on the right
+    kNote,    // a terminal without room for it beside the row breaks it, or puts it beneath
   };
   std::string title = {};
   Kind kind = Kind::kText;
@@ -105,7 +106,8 @@ List ListOf(const std::vector<std::string>& items);
 struct Comparison {
   std::string name;
   Text figure, change;
-  std::string unit, note;
+  std::string unit;
+  Text note;
 };
 struct Comparisons {
   std::vector<Comparison> figures;

@@ -48,6 +48,11 @@ List DoneText(const HoldResult& result) {
   return list;
 }
 
+// A trace's "nothing beyond the baseline" names what a calibration by poses does not have.
+std::string BeyondWords(calibration::Verdict verdict) {
+  return verdict == calibration::Verdict::kNone ? "nothing" : VerdictWords(Name(verdict));
+}
+
 Section GyroSection(const HoldResult& result) {
   Table table{{{}, {"x", kNumber}, {"y", kNumber}, {"z", kNumber}, {}}, {}, true};
   std::vector<Text> offset = {"offset b"}, sensitivity = {"sensitivity s0"};
@@ -97,11 +102,15 @@ Document HoldDocument(const HoldResult& result) {
     Add(document, Paragraph{InputText(input)});
   Add(document, DoneText(result));
   if (result.missing.empty()) {
-    Section verdict{Capitalized(VerdictWords(Name(result.verdict))), {}};
+    Section verdict{"Beyond the calibration: " + BeyondWords(result.verdict), {}};
     Add(verdict.blocks, Paragraph{result.summary});
     Add(document, std::move(verdict));
     Add(document, GyroSection(result));
-    Add(document, VectorSection(result.vector));
+    Add(document,
+        VectorSection(result.vector,
+                      "The matrix leads to the rate in the frame of the accelerometer. The "
+                      "mounting is how the gyro sits against it: it rotates the gyro's "
+                      "vectors into that frame by Rz(z) Ry(y) Rx(x)."));
     Add(document, NoiseSection(result));
   }
   std::vector<DefectsOfFile> defects;

@@ -7,6 +7,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
+#include <iterator>
+#include <regex>
+#include <utility>
 
 namespace gyrobench::presentation {
 namespace {
@@ -155,6 +158,27 @@ std::string Typeset(std::string_view number) {
     }
   }
   return text;
+}
+
+std::string TypesetPowers(const std::string& words) {
+  static const std::regex kPower(R"((^|[ (<])(-?\d+(\.\d+)?e[+-]\d+)(?=$|[ ,;:)]|\.( |$)))");
+  std::string text;
+  auto begin = words.begin();
+  for (std::sregex_iterator found(words.begin(), words.end(), kPower), end; found != end; ++found) {
+    text.append(begin, (*found)[2].first);
+    text += Typeset((*found)[2].str());
+    begin = (*found)[2].second;
+  }
+  return text.append(begin, words.end());
+}
+
+std::string UnitInName(std::string_view name) {
+  static constexpr std::pair<std::string_view, const char*> kUnits[] = {
+      {"_deg_s", "deg/s"}, {"_degC", "degC"}, {"_deg", "deg"},  {"_min", "min"},
+      {"_s", "s"},         {"_hz", "Hz"},     {"_percent", "%"}};
+  const auto found =
+      std::ranges::find_if(kUnits, [&](const auto& unit) { return name.ends_with(unit.first); });
+  return found == std::end(kUnits) ? "" : found->second;
 }
 
 std::string TypesetUnit(std::string_view unit) {

@@ -42,6 +42,12 @@ std::string FormatUtc(std::int64_t utime);
 // A number as it is printed on a page: a true minus, powers of ten as such, spaces at which no line
 // breaks; "(−1.23 ± 0.04) × 10⁻⁷" of "(-1.23 ± 0.04)e-07". What is missing, "-", is an en dash.
 std::string Typeset(std::string_view number);
+// The numbers with a power of ten among words: "p = 1.7 × 10⁻⁴" of "p = 1.7e-04". A part of a word,
+// such as "x1e-04" or "1e-04.csv", stays.
+std::string TypesetPowers(const std::string& words);
+// The unit that a name ends in: "deg/s" of "rate_deg_s", "Hz" of "frequencies_hz"; empty where it
+// ends in none.
+std::string UnitInName(std::string_view name);
 // "deg/s/degC²" of "deg/s/degC^2", "deg/√s" of "deg/sqrt(s)".
 std::string TypesetUnit(std::string_view unit);
 

@@ -23,12 +23,22 @@ Markup MarkupOf(const Piece& piece) {
     case Piece::Kind::kWords:
       break;
   }
-  return Markup::Text(piece.text);
+  return Markup::Text(TypesetPowers(piece.text));
 }
 
 Markup MarkupOf(const Text& text) {
   Markup written;
   for (const Piece& piece : text.pieces()) written += MarkupOf(piece);
+  return written;
+}
+
+// Of a cell that breaks between its words: no line ends within a number.
+Markup BrokenBesideNumbers(const Text& text) {
+  Markup written;
+  for (const Piece& piece : text.pieces()) {
+    const bool number = piece.kind == Piece::Kind::kNumber;
+    written += number ? Element("span", MarkupOf(piece), "number") : MarkupOf(piece);
+  }
   return written;
 }
 
@@ -65,8 +75,10 @@ class PageRenderer {
     std::vector<std::vector<std::string>> columns(table.columns.size());
     for (std::size_t i = 0; i < table.columns.size(); ++i) {
       for (const Row& row : table.rows) {
-        if (!row.names_group)
-          columns[i].push_back(i < row.cells.size() ? MarkupOf(row.cells[i]).html() : "");
+        if (row.names_group) continue;
+        const Text cell = i < row.cells.size() ? row.cells[i] : Text();
+        columns[i].push_back(
+            (IsRight(table.columns[i]) ? MarkupOf(cell) : BrokenBesideNumbers(cell)).html());
       }
       if (table.columns[i].kind == Column::Kind::kNumber) AlignDecimals(columns[i]);
     }
@@ -78,7 +90,9 @@ class PageRenderer {
           row.names_group ? Group(row, table.columns.size()) : CellsOf(table, columns, next++),
           row.names_group ? "group" : "");
     }
-    return Element("table", Head(table) + Element("tbody", rows), table.role);
+    // Scrolls where it is too wide for the page.
+    return Element("div", Element("table", Head(table) + Element("tbody", rows), table.role),
+                   "table");
   }
 
   static Markup Group(const Row& row, std::size_t columns) {
@@ -104,9 +118,10 @@ class PageRenderer {
     return any ? Element("thead", Element("tr", head)) : Markup();
   }
 
-  static const char* Class(const Column& column) {
-    return column.kind == Column::Kind::kNumber ? "number" : "";
+  static bool IsRight(const Column& column) {
+    return column.kind == Column::Kind::kNumber || column.kind == Column::Kind::kCount;
   }
+  static const char* Class(const Column& column) { return IsRight(column) ? "number" : ""; }
 
   static Markup Rendered(const Facts& facts, int) {
     Markup list;
@@ -127,9 +142,9 @@ class PageRenderer {
   static Markup Rendered(const Comparisons& comparisons, int) {
     Markup cells;
     for (const Comparison& one : comparisons.figures) {
-      const std::string what = one.note.empty() ? one.name : one.name + " (" + one.note + ")";
+      const Text what = one.note.empty() ? one.name : one.name + " (" + one.note + ")";
       const Text unit = one.unit.empty() ? Text() : " " + Unit(one.unit);
-      cells += Element("div", Element("p", what, "what") +
+      cells += Element("div", Element("p", MarkupOf(what), "what") +
                                   Element("p", MarkupOf(one.figure) + MarkupOf(unit), "figure") +
                                   Element("p", MarkupOf(one.change), "interval"));
     }

@@ -100,7 +100,7 @@ std::string TimesOfRun(const Provenance& provenance) {
 }
 
 Table FileTable(const std::vector<ProvenanceFile>& files) {
-  Table table{{{"File"}, {"Bytes", kNumber}, {"SHA-256"}}, {}, false, "files"};
+  Table table{{{"File"}, {"Bytes", kCount}, {"SHA-256"}}, {}, false, "files"};
   for (const ProvenanceFile& file : files) {
     table.Add({file.name, Number(file.bytes < 0 ? "-" : FormatCount(file.bytes)),
                file.sha256.empty() ? Number("-") : Code(file.sha256)});
@@ -108,10 +108,18 @@ Table FileTable(const std::vector<ProvenanceFile>& files) {
   return table;
 }
 
+// A record names no file of its measurement: it is the run's.
+std::string NameOfInput(const ReportContent& content, const std::string& file) {
+  if (!file.empty()) return file;
+  const std::string& run = content.provenance.run_id;
+  return run.empty() ? "not named" : "run " + run;
+}
+
 Table InputTable(const ReportContent& content) {
-  Table table{{{"Input"}, {"Samples", kNumber}, {"Duration", kNumber}}, {}};
-  const auto add = [&table](const std::string& name, std::int64_t samples, double duration_s) {
-    table.Add({name, Number(FormatCount(samples)), Number(FormatDuration(duration_s))});
+  Table table{{{"Input"}, {"Samples", kCount}, {"Duration", kCount}}, {}};
+  const auto add = [&](const std::string& file, std::int64_t samples, double duration_s) {
+    table.Add({NameOfInput(content, file), Number(FormatCount(samples)),
+               Number(FormatDuration(duration_s))});
   };
   if (content.trace) {
     for (const auto& input : content.trace->inputs)
@@ -123,10 +131,26 @@ Table InputTable(const ReportContent& content) {
   return table;
 }
 
+// Of the run's begin, in the time that charts, defects and steps have.
+double BeginOfRun_s(const Provenance& provenance) {
+  if (provenance.power_on_utime == 0 || provenance.started_utime == 0) return 0.0;
+  return 1e-6 * static_cast<double>(provenance.started_utime - provenance.power_on_utime);
+}
+
+std::string ZeroOfTimes(const Provenance& provenance) {
+  if (provenance.started_utime == 0) return "";
+  const double begin_s = BeginOfRun_s(provenance);
+  if (begin_s == 0.0) return "count from the begin of the run, everywhere on this page";
+  return fmt::format(
+      "count from the sensor's power-on, everywhere on this page; the run began {} after it",
+      FormatDuration(begin_s));
+}
+
 Section CourseSection(const Provenance& provenance) {
-  Table table{{{"Time", kNumber}, {"Said"}}, {}};
+  Table table{{{"Time", kCount}, {"Said"}}, {}};
+  const double begin_s = BeginOfRun_s(provenance);
   for (const Provenance::Said& said : provenance.said)
-    table.Add({Number(fmt::format("{:.1f} min", said.t_s / 60.0)), said.text});
+    table.Add({Number(fmt::format("{:.1f} min", (begin_s + said.t_s) / 60.0)), said.text});
   Section section{"Course of the run", {}, "short"};
   Add(section.blocks, std::move(table));
   return section;
@@ -135,9 +159,11 @@ Section CourseSection(const Provenance& provenance) {
 Section DefectsOf(const ReportContent& content) {
   std::vector<DefectsOfFile> files;
   if (content.trace) {
-    for (const auto& input : content.trace->inputs) files.emplace_back(input.file, &input.defects);
+    const bool named = content.trace->inputs.size() > 1;
+    for (const auto& input : content.trace->inputs)
+      files.emplace_back(named ? NameOfInput(content, input.file) : "", &input.defects);
   } else if (content.analysis) {
-    files.emplace_back(content.analysis->info.source, &content.analysis->defects);
+    files.emplace_back("", &content.analysis->defects);
   }
   Section section = DefectSection(files);
   if (std::holds_alternative<Table>(section.blocks.front().content)) {
@@ -154,9 +180,12 @@ Section ProvenanceSection(const ReportContent& content) {
   facts.Add("Procedure", provenance.procedure);
   facts.Add("Configuration", provenance.configuration);
   facts.Add("Measured", TimesOfRun(provenance));
+  facts.Add("Times", ZeroOfTimes(provenance));
   if (provenance.written_utime != 0)
     facts.Add("Report written", FormatUtc(provenance.written_utime));
   facts.Add("gyrobench", provenance.version);
+  for (const auto& [name, value] : provenance.parameters)
+    facts.Add("Parameter " + Code(name), Quantity(value, UnitInName(name)));
   for (const auto& [name, text] : provenance.notes) facts.Add(name, text);
   Section section{"Inputs and provenance", {}};
   Add(section.blocks, std::move(facts));
@@ -176,7 +205,8 @@ Document PageOf(const ReportContent& content) {
   Add(page, CourseSection(content.provenance));
   Add(page, DefectsOf(content));
   if (content.trace) Add(page, NoisePage(*content.trace));
-  if (content.trace && content.analysis) Add(page, AnalysisPage(*content.analysis));
+  if (content.trace && content.analysis)
+    Add(page, AnalysisPage(WithTraceRemarks(*content.analysis, *content.trace)));
   Add(page, ProvenanceSection(content));
   return page;
 }

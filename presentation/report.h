@@ -31,12 +31,17 @@ struct Provenance {
   std::int64_t started_utime = 0, ended_utime = 0;  // of the run, microseconds since the epoch
   std::int64_t written_utime = 0;                   // of this report
   std::vector<ProvenanceFile> files;
-  std::vector<std::pair<std::string, std::string>> notes;  // more of it: parameters, operator ...
+  // Of the procedure, by names that end in their units: rate_deg_s.
+  std::vector<std::pair<std::string, std::string>> parameters;
+  std::vector<std::pair<std::string, std::string>> notes;  // more of it: operator ...
   struct Said {
     double t_s = 0.0;  // since the run's begin
     std::string text;
   };
   std::vector<Said> said;  // by the procedure, its choices and their reasons among it
+  // The sensor's power-on, from which the times of the measurement count, microseconds since the
+  // epoch; 0: they count from the run's begin.
+  std::int64_t power_on_utime = 0;
 };
 
 struct ReportContent {

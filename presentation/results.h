@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "calibration/estimators/results.h"
 #include "calibration/hold/calibrate_hold.h"
@@ -15,8 +16,9 @@ namespace gyrobench::presentation {
 // the remarks, each said once for all axes. Without curves.
 Document TraceDocument(const calibration::TraceResult& trace);
 // One sentence for each axis: "gyro z: explained by angle.latency, bias.g_linear". Empty when there
-// is no channel.
-Document TraceSummary(const calibration::TraceResult& trace);
+// is no channel. `not_known`: sentences on what a stored trace has and this version cannot read.
+Document TraceSummary(const calibration::TraceResult& trace,
+                      const std::vector<std::string>& not_known = {});
 // What the report says of a trace, with its curves, in two parts: what was found, and the noise.
 Document TracePage(const calibration::TraceResult& trace);
 Document NoisePage(const calibration::TraceResult& trace);

@@ -12,6 +12,7 @@ namespace gyrobench::presentation {
 
 // Of the columns of tables.
 inline constexpr auto kNumber = Column::Kind::kNumber;
+inline constexpr auto kCount = Column::Kind::kCount;
 inline constexpr auto kNote = Column::Kind::kNote;
 
 // A table of name, value, unit, note.
@@ -26,20 +27,23 @@ std::string Capitalized(std::string text);
 
 // "0.620 → 0.150", "0.620" where there is no after; "-" where there is neither.
 std::string BeforeAfter(const calibration::HeldOut& figure, std::string (*format)(double));
-// By how much the figure fell: "71.2 to 76.3 % less (95 %)", without the interval "73.7 % less".
-// Empty where one of the two is missing.
-std::string Reduction(const calibration::HeldOut& figure);
+// By how much the figure fell, beside its interval: "73.7 % less (95 %: 71.2 to 76.3 % less)", or
+// "73.7 % less" without one. Empty where one of the two is missing.
+Text Reduction(const calibration::HeldOut& figure);
 
 // Effects of one id in the order in which they were found.
 using EffectGroup = std::vector<const calibration::TracedEffect*>;
 std::vector<EffectGroup> GroupById(const calibration::ChannelTrace& channel);
 // One line an effect: what it is of, its figures without it and with it, its chance.
 Table GainTable(const std::vector<EffectGroup>& groups);
-// What the mark in that table means; empty where no effect has it.
-Paragraph ExplainMark(const std::vector<EffectGroup>& groups);
-// Equation, cause and, where it is not from the catalogue, origin: what all of a group share once.
+// What that table's chance is, and its mark where an effect has it. Empty where there is no effect.
+Document ExplainGains(const std::vector<EffectGroup>& groups);
+// " (the bench's, not the sensor's)"; empty of an effect of the gyro.
+std::string Whose(const calibration::TracedEffect& effect);
+// Equation, cause and origin: what all of a group share once.
 Text AboutEffects(const EffectGroup& group);
-// What else is said of a group: the equations that differ, parameters, rivals.
+// What else is said of a group: the equations that differ, parameters, what it was chosen on,
+// rivals.
 Document EffectBlocks(const EffectGroup& group, double largest_rate_deg_s);
 // Whatever else these data might have taken for it, and what would settle it; empty where certain.
 Text RivalsText(const calibration::TracedEffect& effect);
@@ -58,11 +62,13 @@ std::string ScaleAtRate(double value, const std::string& unit, double rate_deg_s
 Text NamesOfEffects(const calibration::ChannelTrace& channel, bool owners);
 // "partly explained by angle.latency".
 Text VerdictSentence(const calibration::ChannelTrace& channel);
-// Error and whitened residual, held out, forecast and of all data.
-Comparisons ErrorsOf(const calibration::ChannelTrace& channel);
-// Which effects the error held out is of, where they are not those that were named.
-std::string TrainingNote(const calibration::ChannelTrace& channel);
-std::vector<Text> RemainingTexts(const calibration::ChannelTrace& channel);
+// Error and whitened residual, held out, forecast and of all data, and what they are of where it is
+// not the effects that were named. Empty where there is no figure.
+Document ErrorBlocks(const calibration::ChannelTrace& channel);
+// At which temperature the zero-rate offset holds; empty where it does not depend on it.
+Paragraph OffsetNote(const calibration::ChannelTrace& channel);
+// Whether the rest is white, and what was found in it; empty where nothing was fitted.
+Document RemainingBlocks(const calibration::ChannelTrace& channel);
 
 // Angle random walk, bias random walk and reference noise; what the data could not have shown is
 // "not seen", with what hides it. None where nothing is known.
@@ -89,8 +95,8 @@ List TraceRemarks(const calibration::TraceResult& trace);
 // Residual against all that was looked at, spectrum, Allan deviation.
 Section ResidualCharts(const calibration::ChannelTrace& channel);
 
-// The three axes as one sensor, and the accelerometer.
-Section VectorSection(const calibration::VectorCalibration& vector);
+// The three axes as one sensor, and the accelerometer. `frame`: which one the matrix leads to.
+Section VectorSection(const calibration::VectorCalibration& vector, const std::string& frame);
 
 // Kind, count, first place, file of each defect; `files` and their defects.
 using DefectsOfFile = std::pair<std::string, const std::vector<Defect>*>;

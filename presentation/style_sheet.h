@@ -50,15 +50,16 @@ figcaption b { color: var(--ink); }
 .no-chart { break-after: avoid; }
 .no-chart + ul { margin-top: 0; break-inside: avoid; }
 
-table { border-collapse: collapse; width: 100%; font-size: 14px; margin: 6px 0 10px; }
+div.table { overflow-x: auto; margin: 6px 0 10px; }
+table { border-collapse: collapse; width: 100%; font-size: 14px; }
 th { text-align: left; font-weight: 600; color: var(--soft); font-size: 13px; vertical-align: bottom;
   border-bottom: 1.5px solid var(--ink); }
-td { vertical-align: top; border-bottom: 1px solid var(--line); overflow-wrap: anywhere; }
+td { vertical-align: top; border-bottom: 1px solid var(--line); overflow-wrap: break-word; }
 th, td { padding: 5px 14px 5px 0; }
 th:last-child, td:last-child { padding-right: 0; }
 td code { white-space: nowrap; }
 code.long { white-space: normal; overflow-wrap: anywhere; }
-td.number { white-space: nowrap; overflow-wrap: normal; }
+td.number, td .number { white-space: nowrap; overflow-wrap: normal; }
 .number { text-align: right; }
 .group td { font-weight: 600; padding-top: 12px; }
 tr { break-inside: avoid; }
@@ -87,6 +88,7 @@ dd { margin: 0; overflow-wrap: anywhere; }
   .figures { gap: 6px 20px; }
   .short { break-inside: avoid; }
   .charts { gap: 10px 18px; }
+  div.table { overflow-x: visible; }
   table { font-size: 9.5pt; }
   .files code { font-size: 7.5pt; }
 }

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <limits>
+#include <utility>
 
 #include "presentation/document.h"
 #include "presentation/text_layout.h"
@@ -16,51 +18,154 @@ std::string Written(const Text& text, const Terminal& terminal) {
   return written;
 }
 
-// Columns of one table that a terminal shows, by their number.
-using Shown = std::vector<std::size_t>;
+constexpr int kNoLimit = std::numeric_limits<int>::max();
 
-Cells CellsOf(const Row& row, const Shown& shown, const Terminal& terminal) {
-  Cells cells;
-  for (const std::size_t column : shown)
-    cells.push_back(column < row.cells.size() ? Written(row.cells[column], terminal) : "");
-  return cells;
-}
-
-// A note stays only where it fits.
-void DropNotes(std::vector<Cells>& rows, const Table& table, const Shown& shown,
-               const Terminal& terminal, int indent) {
-  if (!terminal.is_terminal || table.columns[shown.back()].kind != Column::Kind::kNote) return;
-  int width = indent;
-  for (std::size_t i = 0; i + 1 < shown.size(); ++i) {
-    int widest = 0;
-    for (const Cells& cells : rows) widest = std::max(widest, DisplayWidth(cells[i]));
-    width += widest + 2;
+// A table as lines of cells; a note stands beside its row where there is room, else beneath it.
+class Layout {
+ public:
+  // Without a terminal a line is as long as its row, and no longer than `most` columns anywhere.
+  Layout(const Table& table, const Terminal& terminal, int indent, int most = kNoLimit)
+      : table_(table),
+        terminal_(terminal),
+        indent_(indent),
+        most_(terminal.is_terminal ? std::min(terminal.columns, most) : most) {
+    Cells head;
+    for (std::size_t i = 0; i < table.columns.size(); ++i) {
+      if (table.columns[i].page_only) continue;
+      shown_.push_back(i);
+      head.push_back(table.columns[i].title);
+      const bool right = table.columns[i].kind == Column::Kind::kCount;
+      align_.push_back(right ? Align::kRight : Align::kLeft);
+    }
+    if (std::ranges::any_of(head, [](const auto& title) { return !title.empty(); }))
+      head_ = std::move(head);
+    for (const Row& row : table.rows) rows_.push_back(CellsOf(row));
   }
-  for (Cells& cells : rows)
-    if (width + DisplayWidth(cells.back()) > terminal.columns) cells.back().clear();
-}
 
-std::string Aligned(const Table& table, const Shown& shown, const Terminal& terminal, int indent) {
-  std::vector<Cells> rows;
-  Cells head;
-  for (const std::size_t column : shown) head.push_back(table.columns[column].title);
-  const bool has_head = std::ranges::any_of(head, [](const auto& title) { return !title.empty(); });
-  if (has_head) rows.push_back(head);
-  for (const Row& row : table.rows)
-    if (!row.names_group) rows.push_back(CellsOf(row, shown, terminal));
-  DropNotes(rows, table, shown, terminal, indent);
-  const std::vector<std::string> lines =
-      LinesOf(AlignColumns(rows, std::vector<Align>(shown.size(), Align::kLeft), indent));
-  std::string text = has_head ? lines.front() + "\n" : "";
-  std::size_t next = has_head ? 1 : 0;
-  for (const Row& row : table.rows) {
-    const std::string line = row.names_group ? std::string(static_cast<std::size_t>(indent), ' ') +
-                                                   Written(row.cells.front(), terminal)
-                                             : lines[next++];
-    text += line + "\n";
+  // Each row in its line where that is narrow enough; empty where it is not.
+  std::string Beside() const {
+    const std::string text = Lines(head_, [&](const Cells& cells) { return Printed{{cells}, ""}; });
+    return Fits(text) ? text : "";
   }
-  return text;
-}
+
+  // Notes broken within their column, or beneath their rows where that is too narrow; empty where
+  // the table has none or is too wide without them as well.
+  std::string WithNotesBroken() const {
+    constexpr int kNarrowestNote = 24;
+    if (!HasNotes()) return "";
+    const int room = most_ - WidthWithoutNotes();
+    const std::string text =
+        room < kNarrowestNote
+            ? Lines(WithoutNote(head_), [&](const Cells& cells) { return NoteBeneath(cells); })
+            : Lines(head_, [&](const Cells& cells) { return NoteBroken(cells, room); });
+    return Fits(text) ? text : "";
+  }
+
+  // The cells of each row one below the other, each after its title; those without one together, as
+  // a number and its unit. The unit of several numbers stands beside the name.
+  std::string Stacked() const {
+    std::string text = head_.empty() ? "" : Paragraph(head_.front(), 0);
+    for (const Cells& row : rows_) {
+      const bool unit = table_.splits && row.size() > 1 && row.back() != "1" && !row.back().empty();
+      text += Paragraph(unit ? row.front() + ", " + row.back() : row.front(), 0);
+      std::string together;
+      for (std::size_t i = 1; i + (table_.splits ? 1 : 0) < row.size(); ++i) {
+        const std::string title = head_.empty() ? "" : head_[i];
+        const bool alone = !title.empty() || IsNote(i);
+        if (alone) text += Paragraph(std::exchange(together, ""), 2);
+        if (row[i].empty() || row[i] == "-") continue;
+        if (alone) {
+          text += Paragraph(title.empty() ? row[i] : title + ": " + row[i], 2);
+        } else {
+          together += (together.empty() ? "" : " ") + row[i];
+        }
+      }
+      text += Paragraph(together, 2);
+    }
+    return text;
+  }
+
+ private:
+  struct Printed {
+    std::vector<Cells> lines;  // aligned with those of the other rows
+    std::string beneath;       // follows as it is
+  };
+
+  Cells CellsOf(const Row& row) const {
+    if (row.names_group) return {Written(row.cells.front(), terminal_)};
+    Cells cells;
+    for (const std::size_t column : shown_)
+      cells.push_back(column < row.cells.size() ? Written(row.cells[column], terminal_) : "");
+    return cells;
+  }
+  std::string Paragraph(const std::string& text, int more) const {
+    return text.empty() ? "" : WrappedParagraph(text, terminal_, indent_ + more);
+  }
+  bool IsNote(std::size_t i) const { return table_.columns[shown_[i]].kind == Column::Kind::kNote; }
+  bool HasNotes() const { return shown_.size() > 1 && IsNote(shown_.size() - 1); }
+  bool NamesGroup(std::size_t row) const { return table_.rows[row].names_group; }
+
+  int WidthWithoutNotes() const {
+    int width = indent_;
+    for (std::size_t i = 0; i + 1 < shown_.size(); ++i) {
+      int widest = head_.empty() ? 0 : DisplayWidth(head_[i]);
+      for (std::size_t row = 0; row < rows_.size(); ++row)
+        if (!NamesGroup(row)) widest = std::max(widest, DisplayWidth(rows_[row][i]));
+      width += widest + 2;
+    }
+    return width;
+  }
+  static Cells WithoutNote(Cells cells) {
+    if (!cells.empty()) cells.back().clear();
+    return cells;
+  }
+  Printed NoteBeneath(const Cells& cells) const {
+    const std::string title = head_.empty() || cells.back().empty() ? "" : head_.back();
+    return {{WithoutNote(cells)},
+            Paragraph(title.empty() ? cells.back() : title + ": " + cells.back(), 4)};
+  }
+  static Printed NoteBroken(const Cells& cells, int room) {
+    Printed printed{{WithoutNote(cells)}, ""};
+    const std::vector<std::string> lines = LinesOf(Wrap(cells.back(), room, 0));
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      if (i > 0) printed.lines.emplace_back(cells.size());
+      printed.lines.back().back() = lines[i];
+    }
+    return printed;
+  }
+
+  template <typename Print>
+  std::string Lines(const Cells& head, const Print& print) const {
+    std::vector<Cells> aligned;
+    if (!head.empty()) aligned.push_back(head);
+    std::vector<Printed> printed;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      printed.push_back(NamesGroup(i) ? Printed{{}, Paragraph(rows_[i].front(), 0)}
+                                      : print(rows_[i]));
+      aligned.insert(aligned.end(), printed.back().lines.begin(), printed.back().lines.end());
+    }
+    const std::vector<std::string> lines = LinesOf(AlignColumns(aligned, align_, indent_));
+    std::size_t next = 0;
+    std::string text = head.empty() ? "" : lines[next++] + "\n";
+    for (const Printed& row : printed) {
+      for (std::size_t i = 0; i < row.lines.size(); ++i) text += lines[next++] + "\n";
+      text += row.beneath;
+    }
+    return text;
+  }
+  bool Fits(const std::string& text) const {
+    return std::ranges::all_of(LinesOf(text),
+                               [&](const auto& line) { return DisplayWidth(line) <= most_; });
+  }
+
+  const Table& table_;
+  const Terminal& terminal_;
+  int indent_, most_;
+  std::vector<std::size_t> shown_;  // columns of the table
+  std::vector<Align> align_;
+  Cells head_;  // empty: no column has a title
+  std::vector<Cells> rows_;
+};
 
 bool IsKnown(const Row& row, std::size_t column) {
   return column < row.cells.size() && row.cells[column].Plain() != "-" &&
@@ -69,29 +174,34 @@ bool IsKnown(const Row& row, std::size_t column) {
 
 // One column of numbers with the names before and the units behind it; rows that have no number
 // are left out.
-std::string OneColumn(const Table& table, std::size_t column, const Terminal& terminal,
-                      int indent) {
-  Table narrow = table;
-  std::erase_if(narrow.rows,
-                [&](const Row& row) { return !row.names_group && !IsKnown(row, column); });
-  return Aligned(narrow, {0, column, table.columns.size() - 1}, terminal, indent);
+Table OneColumn(const Table& table, std::size_t column) {
+  Table narrow{{table.columns.front(), table.columns[column], table.columns.back()}, {}};
+  for (const Row& row : table.rows)
+    if (IsKnown(row, column)) narrow.Add({row.cells.front(), row.cells[column], row.cells.back()});
+  return narrow;
 }
 
-std::string Rendered(const Table& table, const Terminal& terminal, int indent) {
-  Shown shown;
-  for (std::size_t i = 0; i < table.columns.size(); ++i)
-    if (!table.columns[i].page_only) shown.push_back(i);
-  std::string text = Aligned(table, shown, terminal, indent);
-  const auto lines = LinesOf(text);
-  const bool too_wide = terminal.is_terminal && std::ranges::any_of(lines, [&](const auto& line) {
-                          return DisplayWidth(line) > terminal.columns;
-                        });
-  if (too_wide && table.splits) {
-    text.clear();
-    for (std::size_t i = 1; i + 1 < table.columns.size(); ++i)
-      text += OneColumn(table, i, terminal, indent);
+// Its columns of numbers one below the other; empty where they are too wide as well.
+std::string Split(const Table& table, const Terminal& terminal, int indent) {
+  std::string text;
+  for (std::size_t i = 1; table.splits && i + 1 < table.columns.size(); ++i) {
+    const Table column = OneColumn(table, i);
+    if (column.rows.empty()) continue;
+    const std::string lines = Layout(column, terminal, indent).Beside();
+    if (lines.empty()) return "";
+    text += lines;
   }
-  return FitLines(text, terminal);
+  return text;
+}
+
+// Nothing is left out for want of room, and no cell is cut.
+std::string Rendered(const Table& table, const Terminal& terminal, int indent,
+                     int most = kNoLimit) {
+  const Layout layout(table, terminal, indent, most);
+  for (const std::string& text :
+       {layout.Beside(), Split(table, terminal, indent), layout.WithNotesBroken()})
+    if (!text.empty()) return text;
+  return layout.Stacked();
 }
 
 std::string Rendered(const Paragraph& paragraph, const Terminal& terminal, int indent) {
@@ -101,7 +211,8 @@ std::string Rendered(const Paragraph& paragraph, const Terminal& terminal, int i
 std::string Rendered(const Facts& facts, const Terminal& terminal, int indent) {
   std::string text;
   for (const Fact& fact : facts.facts) {
-    text += WrappedParagraph(Written(fact.name + ": " + fact.text, terminal), terminal, indent);
+    const Text line = fact.text.empty() ? fact.name : fact.name + ": " + fact.text;
+    text += WrappedParagraph(Written(line, terminal), terminal, indent);
   }
   return text;
 }
@@ -115,10 +226,10 @@ std::string Rendered(const List& list, const Terminal& terminal, int indent) {
 }
 
 std::string Rendered(const Comparisons& comparisons, const Terminal& terminal, int indent) {
-  Table table{{{}, {}, {}, {}, {"", Column::Kind::kNote}}, {}};
+  Table table{{{}, {}, {}, {"", Column::Kind::kNote}}, {}};
   for (const Comparison& one : comparisons.figures)
-    table.Add({one.name, one.figure, one.unit, one.change, one.note});
-  return Rendered(table, terminal, indent);
+    table.Add({one.name, one.figure, one.unit, Join({one.change, one.note}, "; ")});
+  return Rendered(table, terminal, indent, kTextColumns);  // their notes are sentences
 }
 
 // The first curve of a chart between its points.

@@ -17,6 +17,12 @@ using calibration::ModelParameter;
 using calibration::TraceResult;
 using calibration::Verdict;
 
+constexpr const char* kNominalFrame =
+    "The matrix leads to the rate in the nominal frame of the sensor: on a stand that of the inner "
+    "axis, turned by the configured mounting. The mounting here is what is left beyond that one: "
+    "it rotates the sensor's vectors into the frame by Rz(z) Ry(y) Rx(x). Scale factors and "
+    "non-orthogonality do not depend on it.";
+
 Paragraph Headline(const ChannelTrace& channel) {
   Text text = Strong(Capitalized(GyroName(channel.axis)) + ":") + " " + VerdictSentence(channel);
   const std::string angle = BeforeAfter(channel.heldout_angle_rms_deg, FormatFigure);
@@ -28,21 +34,12 @@ Paragraph Headline(const ChannelTrace& channel) {
 Section BaselineSection(const ChannelTrace& channel) {
   Section section{"Baseline", {}};
   Add(section.blocks, ParameterTable(channel.baseline.parameters, kMissing));
-  if (!section.blocks.empty() && std::isfinite(channel.baseline.reference_degC)) {
-    Add(section.blocks,
-        Paragraph{fmt::format("zero_rate_offset is that at {:.2f} degC, from which the powers of "
-                              "the temperature are counted",
-                              channel.baseline.reference_degC),
-                  "note"});
-  }
+  if (!section.blocks.empty()) Add(section.blocks, OffsetNote(channel));
   return section;
 }
 
 Section FiguresSection(const ChannelTrace& channel) {
-  Section section{"Figures", {}};
-  Add(section.blocks, ErrorsOf(channel));
-  if (!section.blocks.empty()) Add(section.blocks, Paragraph{TrainingNote(channel), "note"});
-  return section;
+  return {"Figures", ErrorBlocks(channel), ""};
 }
 
 Section ChannelSection(const ChannelTrace& channel, double duration_s) {
@@ -50,11 +47,10 @@ Section ChannelSection(const ChannelTrace& channel, double duration_s) {
   Document& blocks = section.blocks;
   const std::vector<EffectGroup> groups = GroupById(channel);
   Add(blocks, GainTable(groups));
-  Add(blocks, ExplainMark(groups));
+  Add(blocks, ExplainGains(groups));
   for (const EffectGroup& group : groups) {
-    const Text about = AboutEffects(group);
     Add(blocks,
-        Section{about.empty() ? Code(group.front()->id) : Code(group.front()->id) + ": " + about,
+        Section{Code(group.front()->id) + Whose(*group.front()) + ": " + AboutEffects(group),
                 EffectBlocks(group, LargestRate_deg_s(channel)), ""});
   }
   Add(blocks, BaselineSection(channel));
@@ -62,9 +58,7 @@ Section ChannelSection(const ChannelTrace& channel, double duration_s) {
   Section noise{"Noise", {}};
   Add(noise.blocks, NoiseTable(channel.noise, duration_s));
   Add(blocks, std::move(noise));
-  Section remaining{"What remains", {}};
-  for (Text& text : RemainingTexts(channel)) Add(remaining.blocks, Paragraph{std::move(text)});
-  Add(blocks, std::move(remaining));
+  Add(blocks, Section{"What remains", RemainingBlocks(channel), ""});
   return section;
 }
 
@@ -79,8 +73,8 @@ Document Inputs(const TraceResult& trace) {
       defects.push_back(fmt::format("{} {}{}", FormatCount(defect.count), defect.kind, at));
     }
     Add(document, Paragraph{fmt::format(
-                      "{}: {} samples in {}; {}", input.file, FormatCount(input.samples),
-                      FormatDuration(input.duration_s),
+                      "{}{}{} samples in {}; {}", input.file, input.file.empty() ? "" : ": ",
+                      FormatCount(input.samples), FormatDuration(input.duration_s),
                       defects.empty() ? "no defects"
                                       : fmt::format("defects: {}", fmt::join(defects, "; ")))});
   }
@@ -133,11 +127,9 @@ Section VerdictCard(const ChannelTrace& channel) {
   Add(card.blocks, Paragraph{Sentence(channel, look), "summary"});
   if (!channel.effects.empty())
     Add(card.blocks, Paragraph{"Found: " + NamesOfEffects(channel, true), "found"});
-  const Comparisons errors = ErrorsOf(channel);
-  Add(card.blocks, errors);
-  if (errors.figures.empty())
-    Add(card.blocks, Paragraph{"There is no figure on held-out data.", "note"});
-  Add(card.blocks, Paragraph{TrainingNote(channel), "note"});
+  Document errors = ErrorBlocks(channel);
+  if (errors.empty()) Add(errors, Paragraph{"There is no figure on held-out data.", "note"});
+  Add(card.blocks, std::move(errors));
   return card;
 }
 
@@ -172,12 +164,13 @@ Section ParameterSection(const TraceResult& trace) {
       for (std::size_t i = 0; i < group.size(); ++i) {
         const std::string which =
             group.size() == 1 ? "" : fmt::format(", {} of {}", i + 1, group.size());
-        AddParameters(table, Code(group[i]->id) + which, group[i]->parameters,
+        AddParameters(table, Code(group[i]->id) + (which + Whose(*group[i])), group[i]->parameters,
                       LargestRate_deg_s(channel));
       }
     }
     Section axis{Capitalized(GyroName(channel.axis)), {}, "short"};
     Add(axis.blocks, std::move(table));
+    if (!channel.baseline.parameters.empty()) Add(axis.blocks, OffsetNote(channel));
     Add(section.blocks, std::move(axis));
   }
   if (section.blocks.empty()) Add(section.blocks, Paragraph{"No parameter could be estimated."});
@@ -212,6 +205,13 @@ Section EffectsOf(const TraceResult& trace, EffectOwner owner) {
   return section;
 }
 
+std::vector<EffectGroup> AllGroups(const TraceResult& trace) {
+  std::vector<EffectGroup> all;
+  for (const ChannelTrace& channel : trace.channels)
+    for (EffectGroup& group : GroupById(channel)) all.push_back(std::move(group));
+  return all;
+}
+
 Section EffectSection(const TraceResult& trace) {
   Section gyro = EffectsOf(trace, EffectOwner::kGyro);
   Document others;
@@ -223,10 +223,7 @@ Section EffectSection(const TraceResult& trace) {
     Add(section.blocks, Paragraph{"No effect was added to the baseline."});
     return section;
   }
-  for (const ChannelTrace& channel : trace.channels) {
-    const Paragraph mark = ExplainMark(GroupById(channel));
-    if (section.blocks.empty()) Add(section.blocks, mark);
-  }
+  Add(section.blocks, ExplainGains(AllGroups(trace)));
   const Paragraph note =
       gyro.blocks.empty()
           ? Paragraph{"None. The calibration corrects the baseline alone."}
@@ -259,11 +256,9 @@ Section RivalSection(const TraceResult& trace) {
 }
 
 Section RemainingSection(const TraceResult& trace) {
-  Facts facts;
-  for (const ChannelTrace& channel : trace.channels)
-    facts.Add(Capitalized(GyroName(channel.axis)), Join(RemainingTexts(channel), "; "));
   Section section{"What remains", {}, "short"};
-  Add(section.blocks, std::move(facts));
+  for (const ChannelTrace& channel : trace.channels)
+    Add(section.blocks, Section{Capitalized(GyroName(channel.axis)), RemainingBlocks(channel), ""});
   return section;
 }
 
@@ -274,7 +269,7 @@ Document TraceDocument(const TraceResult& trace) {
   for (const ChannelTrace& channel : trace.channels) Add(document, Headline(channel));
   for (const ChannelTrace& channel : trace.channels)
     Add(document, ChannelSection(channel, LongestDuration_s(trace)));
-  Add(document, VectorSection(trace.vector));
+  Add(document, VectorSection(trace.vector, kNominalFrame));
   Section reference{"Reference", {}};
   Add(reference.blocks, Paragraph{trace.reference_error});
   Add(document, std::move(reference));
@@ -284,10 +279,13 @@ Document TraceDocument(const TraceResult& trace) {
   return document;
 }
 
-Document TraceSummary(const TraceResult& trace) {
+Document TraceSummary(const TraceResult& trace, const std::vector<std::string>& not_known) {
   Section section{"Trace", {}};
   for (const ChannelTrace& channel : trace.channels)
     Add(section.blocks, Paragraph{GyroName(channel.axis) + ": " + VerdictSentence(channel)});
+  List unread = ListOf(not_known);
+  unread.marker = "! ";
+  Add(section.blocks, std::move(unread));
   Document document;
   Add(document, std::move(section));
   return document;
@@ -304,7 +302,7 @@ Document TracePage(const TraceResult& trace) {
   Add(page, std::move(remarks));
   for (const ChannelTrace& channel : trace.channels) Add(page, ResidualCharts(channel));
   Add(page, ParameterSection(trace));
-  Add(page, VectorSection(trace.vector));
+  Add(page, VectorSection(trace.vector, kNominalFrame));
   Add(page, EffectSection(trace));
   Add(page, RivalSection(trace));
   Section unseen = UnseenSection(trace);
@@ -323,9 +321,11 @@ Document NoisePage(const TraceResult& trace) {
     Add(section.blocks, std::move(axis));
   }
   if (!section.blocks.empty())
-    Add(section.blocks, Paragraph{"By restricted maximum likelihood. Not seen: below what these "
-                                  "data could show.",
-                                  "note"});
+    Add(section.blocks,
+        Paragraph{"By restricted maximum likelihood, of all data and the model with the effects; "
+                  "each of the baseline estimates has a noise of its own, of its own fit. Not "
+                  "seen: below what these data could show.",
+                  "note"});
   Document page;
   Add(page, std::move(section));
   return page;

@@ -23,7 +23,7 @@ std::string Ordinal(const EffectGroup& group, std::size_t i) {
 const char* OriginWords(EffectOrigin origin) {
   switch (origin) {
     case EffectOrigin::kCatalogue:
-      return "";
+      return "from the catalogue";
     case EffectOrigin::kComposed:
       return "composed of covariates: what it follows is known, its physical cause is not";
     case EffectOrigin::kEmpirical:
@@ -33,6 +33,23 @@ const char* OriginWords(EffectOrigin origin) {
 }
 
 bool IsMarked(const TracedEffect& effect) { return effect.chosen_on == ChosenOn::kAllData; }
+
+const char* ChosenOnWords(const TracedEffect& effect) {
+  return IsMarked(effect)
+             ? "all data only: two thirds of them alone do not ask for it, or are too few"
+             : "two thirds of the data, then tried on the rest; all of them ask for it as well";
+}
+
+// "Chosen on: ...", for each of a group where it is not the same of all.
+Text ChosenOnText(const EffectGroup& group) {
+  const bool alike = std::ranges::all_of(
+      group, [&](const TracedEffect* one) { return IsMarked(*one) == IsMarked(*group.front()); });
+  if (alike) return std::string("Chosen on: ") + ChosenOnWords(*group.front());
+  std::vector<Text> each;
+  for (std::size_t i = 0; i < group.size(); ++i)
+    each.emplace_back(Ordinal(group, i) + ChosenOnWords(*group[i]));
+  return "Chosen on: " + Join(each, "; ");
+}
 
 bool SameEquation(const EffectGroup& group) {
   return std::ranges::all_of(group, [&](const TracedEffect* effect) {
@@ -97,33 +114,46 @@ Table GainTable(const std::vector<EffectGroup>& groups) {
                {"its change", Column::Kind::kText, true},
                {"whitened rms", kNumber},
                {"its change", Column::Kind::kText, true},
-               {"chance"}},
+               {"chance, corrected"}},
               {}};
   for (const EffectGroup& group : groups) {
     for (std::size_t i = 0; i < group.size(); ++i) {
       const TracedEffect& effect = *group[i];
-      table.Add(
-          {Ordinal(group, i) + Code(effect.id) + (IsMarked(effect) ? " *" : ""), Name(effect.owner),
-           Number(BeforeAfter(effect.heldout_angle_rms_deg, FormatFigure)),
-           Number(Reduction(effect.heldout_angle_rms_deg)),
-           Number(BeforeAfter(effect.heldout_whitened_rms, FormatRatio)),
-           Number(Reduction(effect.heldout_whitened_rms)), Number(FormatPValue(effect.p_value))});
+      table.Add({Ordinal(group, i) + Code(effect.id) + (IsMarked(effect) ? " *" : ""),
+                 Name(effect.owner),
+                 Number(BeforeAfter(effect.heldout_angle_rms_deg, FormatFigure)),
+                 Reduction(effect.heldout_angle_rms_deg),
+                 Number(BeforeAfter(effect.heldout_whitened_rms, FormatRatio)),
+                 Reduction(effect.heldout_whitened_rms), Number(FormatPValue(effect.p_value))});
     }
   }
   return table;
 }
 
-Paragraph ExplainMark(const std::vector<EffectGroup>& groups) {
+Document ExplainGains(const std::vector<EffectGroup>& groups) {
+  Document notes;
+  if (groups.empty()) return notes;
+  Add(notes,
+      Paragraph{"The chance p is that after correction for everything that was tried.", "note"});
   const bool any = std::ranges::any_of(groups, [](const EffectGroup& group) {
     return std::ranges::any_of(group, [](const TracedEffect* one) { return IsMarked(*one); });
   });
-  if (!any) return {};
-  return {
-      "* found in all data, but not in the two thirds of them that are then tried on the rest, or "
-      "there are too few data for that. Its figures compare all that is named with the same "
-      "without it; all data had a part in choosing it, so that they are no independent test, and "
-      "not to be compared with those of a row without the mark.",
-      "note"};
+  if (!any) return notes;
+  Add(notes,
+      Paragraph{
+          "* found in all data, but not in the two thirds of them that are then tried on the rest, "
+          "or "
+          "there are too few data for that. Its figures compare all that is named with the same "
+          "without it; all data had a part in choosing it, so that they are no independent test, "
+          "and "
+          "not to be compared with those of a row without the mark.",
+          "note"});
+  return notes;
+}
+
+std::string Whose(const TracedEffect& effect) {
+  if (effect.owner == calibration::EffectOwner::kGyro) return "";
+  return fmt::format(" (the {}'s, not the sensor's)", Name(effect.owner));
 }
 
 Text AboutEffects(const EffectGroup& group) {
@@ -149,6 +179,7 @@ Document EffectBlocks(const EffectGroup& group, double largest_rate_deg_s) {
       Add(blocks, ParameterTable(group[i]->parameters, largest_rate_deg_s));
     }
   }
+  Add(blocks, Paragraph{ChosenOnText(group)});
   for (std::size_t i = 0; i < group.size(); ++i) {
     const Text rivals = RivalsText(*group[i]);
     if (!rivals.empty()) Add(blocks, Paragraph{Ordinal(group, i) + rivals});
@@ -166,7 +197,7 @@ Text RivalsText(const TracedEffect& effect) {
 }
 
 Table ParameterTable(const std::vector<ModelParameter>& parameters, double largest_rate_deg_s) {
-  Table table{{{}, {"", kNumber}, {}, {}}, {}};
+  Table table{{{}, {"", kNumber}, {}, {"", kNote}}, {}};
   for (const ModelParameter& parameter : parameters) {
     const std::string unit = PrintedUnit(parameter);
     const double alone = parameter.statistical_std_error;

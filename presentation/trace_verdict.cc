@@ -26,19 +26,60 @@ std::string Clause(std::string sentence) {
 
 // Only what is known of before or after.
 void AddFigure(Comparisons& errors, const std::string& name, const HeldOut& figure,
-               const std::string& unit, const std::string& note) {
+               const std::string& unit, const Text& note) {
   if (!std::isfinite(figure.before) && !std::isfinite(figure.after)) return;
   errors.figures.push_back({name,
                             Number(BeforeAfter(figure, unit.empty() ? FormatRatio : FormatFigure)),
-                            Number(Reduction(figure)), unit, note});
+                            Reduction(figure), unit, note});
 }
 
 // Where nothing was added there is nothing after it.
 HeldOut Before(const HeldOut& figure) { return {figure.before, kMissing, {kMissing, kMissing}}; }
 
+// "73.7 % less"; a share below 0 is a growth.
+Text Change(double share) {
+  return Number(FormatPercent(std::fabs(share))) + (share < 0.0 ? " more" : " less");
+}
+
 std::string FindingText(const calibration::Finding& finding) {
   if (!finding.says.empty()) return finding.says;
   return finding.covariate.empty() ? finding.test : finding.test + " against " + finding.covariate;
+}
+
+// Error and whitened residual, held out, forecast and of all data.
+Comparisons ErrorsOf(const ChannelTrace& channel) {
+  const bool added = !channel.effects.empty();
+  const auto shown = [&](const HeldOut& figure) { return added ? figure : Before(figure); };
+  const Text windows = "windows of " + Quantity("10", "s") + ", ";
+  constexpr const char* kWhite = "1: as the noise explains";
+  Comparisons errors;
+  AddFigure(errors, "angle error, held out", shown(channel.heldout_angle_rms_deg), "deg",
+            windows + "effects chosen and fitted without them");
+  AddFigure(errors, "whitened rms, held out", shown(channel.heldout_whitened_rms), "", kWhite);
+  AddFigure(errors, "angle error, forecast", shown(channel.forecast_angle_rms_deg), "deg",
+            windows + "all chosen and fitted on the first " + Number("60 %") +
+                " of the time, tried on the rest");
+  const auto& baseline = channel.baseline;
+  AddFigure(errors, "angle error, all data",
+            added ? channel.fitted_angle_rms_deg : HeldOut{baseline.angle_rms_deg}, "deg",
+            "of the data that all was chosen by and fitted to");
+  AddFigure(errors, "whitened rms, all data",
+            added ? channel.fitted_whitened_rms : HeldOut{baseline.whitened_rms}, "", kWhite);
+  return errors;
+}
+
+// Which effects the error held out is of, where they are not those that were named.
+std::string TrainingNote(const ChannelTrace& channel) {
+  if (channel.effects.empty() || !std::isfinite(channel.heldout_whitened_rms.after)) return "";
+  std::vector<std::string> found = channel.training_effects, named;
+  for (const auto& effect : channel.effects) named.push_back(effect.id);
+  std::ranges::sort(found);
+  std::ranges::sort(named);
+  if (found == named) return "";
+  return "Held out is the error of " +
+         (found.empty()
+              ? "the baseline alone, as two thirds of the data ask for no effect"
+              : fmt::format("{}, as two thirds of the data ask for", fmt::join(found, ", ")));
 }
 
 }  // namespace
@@ -58,19 +99,18 @@ std::string BeforeAfter(const HeldOut& figure, std::string (*format)(double)) {
   return format(figure.before) + " → " + format(figure.after);
 }
 
-std::string Reduction(const HeldOut& figure) {
+Text Reduction(const HeldOut& figure) {
   if (!std::isfinite(figure.before) || !std::isfinite(figure.after) || figure.before <= 0.0)
-    return "";
+    return {};
+  const double share = 1.0 - figure.after / figure.before;
+  const Text point = std::fabs(share) < 5e-4 ? Text("unchanged") : Change(share);
   const auto [low, high] = figure.reduction_ci95;
-  if (!std::isfinite(low) || !std::isfinite(high)) {
-    const double share = 1.0 - figure.after / figure.before;
-    return FormatPercent(std::fabs(share)) + (share < 0.0 ? " more" : " less");
-  }
-  if (low < 0.0 && high > 0.0)
-    return FormatPercent(-low) + " more to " + FormatPercent(high) + " less (95 %)";
+  if (!std::isfinite(low) || !std::isfinite(high)) return point;
+  const Text begin = point + " (" + Number("95 %") + ": ";
+  if (low < 0.0 && high > 0.0) return begin + Change(low) + " to " + Change(high) + ")";
   const bool more = low < 0.0;
-  return fmt::format("{:.1f} to {} {} (95 %)", 100.0 * (more ? -high : low),
-                     FormatPercent(more ? -low : high), more ? "more" : "less");
+  return begin + Number(fmt::format("{:.1f}", 100.0 * (more ? -high : low))) + " to " +
+         Change(more ? low : high) + ")";
 }
 
 std::string VerdictWords(const std::string& verdict) {
@@ -119,48 +159,41 @@ Text VerdictSentence(const ChannelTrace& channel) {
   return Join({words, Clause(channel.summary)}, "; ");
 }
 
-Comparisons ErrorsOf(const ChannelTrace& channel) {
-  const bool added = !channel.effects.empty();
-  const auto shown = [&](const HeldOut& figure) { return added ? figure : Before(figure); };
-  constexpr const char* kHeldOut = "by two thirds, tried on the rest";
-  constexpr const char* kWhite = "1: as the noise explains";
-  Comparisons errors;
-  AddFigure(errors, "angle error, held out", shown(channel.heldout_angle_rms_deg), "deg", kHeldOut);
-  AddFigure(errors, "whitened rms, held out", shown(channel.heldout_whitened_rms), "", kWhite);
-  AddFigure(errors, "angle error, forecast", shown(channel.forecast_angle_rms_deg), "deg",
-            "by the first 60 %, tried on the last 40 %");
-  const auto& baseline = channel.baseline;
-  AddFigure(errors, "angle error, all data",
-            added ? channel.fitted_angle_rms_deg : HeldOut{baseline.angle_rms_deg}, "deg",
-            "of what it was fitted to");
-  AddFigure(errors, "whitened rms, all data",
-            added ? channel.fitted_whitened_rms : HeldOut{baseline.whitened_rms}, "", kWhite);
-  return errors;
+Document ErrorBlocks(const ChannelTrace& channel) {
+  Document blocks;
+  Add(blocks, ErrorsOf(channel));
+  if (blocks.empty()) return blocks;
+  if (channel.effects.empty())
+    Add(blocks,
+        Paragraph{"Nothing was added: these are the figures of the baseline alone.", "note"});
+  Add(blocks, Paragraph{TrainingNote(channel), "note"});
+  return blocks;
 }
 
-std::string TrainingNote(const ChannelTrace& channel) {
-  if (channel.effects.empty() || !std::isfinite(channel.heldout_whitened_rms.after)) return "";
-  std::vector<std::string> found = channel.training_effects, named;
-  for (const auto& effect : channel.effects) named.push_back(effect.id);
-  std::ranges::sort(found);
-  std::ranges::sort(named);
-  if (found == named) return "";
-  return "Held out is the error of " +
-         (found.empty()
-              ? "the baseline alone, as two thirds of the data ask for no effect"
-              : fmt::format("{}, as two thirds of the data ask for", fmt::join(found, ", ")));
+Paragraph OffsetNote(const ChannelTrace& channel) {
+  const double reference_degC = channel.baseline.reference_degC;
+  if (!std::isfinite(reference_degC)) return {};
+  return {"zero_rate_offset is that at " + Number(fmt::format("{:.2f}", reference_degC)) +
+              " degC, from which the powers of the temperature are counted",
+          "note"};
 }
 
-std::vector<Text> RemainingTexts(const ChannelTrace& channel) {
+Document RemainingBlocks(const ChannelTrace& channel) {
   if (!std::isfinite(channel.baseline.whitened_rms)) return {};
-  std::vector<Text> texts;
-  for (const calibration::Finding& finding : channel.remaining.findings) {
-    texts.push_back(FindingText(finding) + " (" + Number(FormatPValue(finding.p_value)) + ")");
+  const auto& remaining = channel.remaining;
+  Document blocks;
+  if (remaining.findings.empty()) {
+    Add(blocks,
+        Paragraph{remaining.white ? "white noise" : "the rounding of the encoder, and noise"});
+    return blocks;
   }
-  if (texts.empty())
-    texts.emplace_back(channel.remaining.white ? "white noise"
-                                               : "the rounding of the encoder, and noise");
-  return texts;
+  Add(blocks, Paragraph{remaining.white ? "the rest is white, but:" : "the rest is not white:"});
+  List findings;
+  for (const calibration::Finding& finding : remaining.findings)
+    findings.items.push_back(FindingText(finding) + " (" + Number(FormatPValue(finding.p_value)) +
+                             ")");
+  Add(blocks, std::move(findings));
+  return blocks;
 }
 
 }  // namespace gyrobench::presentation

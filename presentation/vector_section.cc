@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "presentation/number.h"
 #include "presentation/sections.h"
@@ -14,11 +16,15 @@ using calibration::AxisSplit;
 using calibration::GravityCheck;
 using calibration::VectorCalibration;
 
-constexpr const char* kPairs = "non-orthogonality (y-z, z-x, x-y)";
-
 // Rows of three numbers.
 class ThreeColumns {
  public:
+  explicit ThreeColumns(const std::array<const char*, 3>& heads = {"x", "y", "z"}) {
+    table_.columns.emplace_back();
+    for (const char* head : heads) table_.columns.push_back({head, kNumber});
+    table_.columns.emplace_back();
+    table_.splits = true;
+  }
   void Add(const std::string& name, const Vector3& values, const Vector3& errors,
            const std::string& unit) {
     if (std::ranges::none_of(values, [](double value) { return std::isfinite(value); })) return;
@@ -33,16 +39,27 @@ class ThreeColumns {
     for (std::size_t i = 0; i < 3; ++i)
       Add(fmt::format("{} {}", name, "xyz"[i]), values[i], errors[i], unit);
   }
-  void Add(const AxisSplit& split) {
-    Add("scale factor", split.scale, split.scale_std_error, "1");
-    Add(kPairs, split.non_orthogonality_deg, split.non_orthogonality_std_error_deg, "deg");
-    Add("mounting, about", split.mount_deg, split.mount_std_error_deg, "deg");
-  }
+  void Add(const AxisSplit& split) { Add("scale factor", split.scale, split.scale_std_error, "1"); }
   const Table& table() const { return table_; }
 
  private:
-  Table table_{{{}, {"x", kNumber}, {"y", kNumber}, {"z", kNumber}, {}}, {}, true};
+  Table table_;
 };
+
+void AddNonOrthogonality(Document& document, const Vector3& values_deg, const Vector3& errors_deg) {
+  ThreeColumns table({"y-z", "z-x", "x-y"});
+  table.Add("non-orthogonality", values_deg, errors_deg, "deg");
+  Add(document, table.table());
+}
+
+void AddAngles(Document& document, const std::optional<AxisSplit>& split) {
+  if (!split) return;
+  AddNonOrthogonality(document, split->non_orthogonality_deg,
+                      split->non_orthogonality_std_error_deg);
+  ThreeColumns mounting({"about x", "about y", "about z"});
+  mounting.Add("mounting", split->mount_deg, split->mount_std_error_deg, "deg");
+  Add(document, mounting.table());
+}
 
 void AddTexts(Document& document, const std::vector<std::string>& texts) {
   for (const std::string& text : texts) Add(document, Paragraph{text, "note"});
@@ -57,6 +74,7 @@ Section GyroPart(const VectorCalibration& vector) {
   }
   Section part{"Gyro: w = A (xi - s0 (b(T) + effects)), row: output, column: axis", {}};
   Add(part.blocks, table.table());
+  if (vector.matrix) AddAngles(part.blocks, vector.split);
   return part;
 }
 
@@ -73,7 +91,7 @@ Section GravityPart(const VectorCalibration& vector) {
 Section SharedPart(const VectorCalibration& vector) {
   // Channels that agree are found to differ by as much once in a hundred times.
   constexpr double kDiffers = 0.01;
-  Table table{{{}, {"", kNumber}, {}, {}, {}}, {}};
+  Table table{{{}, {"", kNumber}, {}, {}, {"", kNote}}, {}};
   for (const calibration::SharedParameter& shared : vector.shared) {
     table.Add({Code(shared.name), Number(FormatMeasured(shared.value, shared.std_error)),
                Unit(shared.unit), "gyro " + shared.channels,
@@ -109,6 +127,7 @@ Section AccelerometerPart(const AccelerometerCalibration& accelerometer) {
   if (accelerometer.split) table.Add(*accelerometer.split);
   Section part{fmt::format("Accelerometer, {} rests: a = M g + offset", accelerometer.poses), {}};
   Add(part.blocks, table.table());
+  AddAngles(part.blocks, accelerometer.split);
   AddTexts(part.blocks, accelerometer.because);
   if (!accelerometer.check) return part;
   const GravityCheck& check = *accelerometer.check;
@@ -116,9 +135,10 @@ Section AccelerometerPart(const AccelerometerCalibration& accelerometer) {
     ThreeColumns alone;
     alone.Add("offset", check.offset_g, check.offset_std_error_g, "g");
     alone.Add("scale factor", check.scale, check.scale_std_error, "1");
-    alone.Add(kPairs, check.non_orthogonality_deg, check.non_orthogonality_std_error_deg, "deg");
     Add(part.blocks, Paragraph{"by the size of gravity alone:"});
     Add(part.blocks, alone.table());
+    AddNonOrthogonality(part.blocks, check.non_orthogonality_deg,
+                        check.non_orthogonality_std_error_deg);
   }
   Add(part.blocks, Paragraph{CheckText(check), "note"});
   return part;
@@ -126,10 +146,11 @@ Section AccelerometerPart(const AccelerometerCalibration& accelerometer) {
 
 }  // namespace
 
-Section VectorSection(const VectorCalibration& vector) {
+Section VectorSection(const VectorCalibration& vector, const std::string& frame) {
   Section section{"Three axes", {}};
   for (const std::string& reason : vector.missing)
     Add(section.blocks, Paragraph{"no matrix: " + reason, "note"});
+  if (vector.matrix) Add(section.blocks, Paragraph{frame, "note"});
   Add(section.blocks, GyroPart(vector));
   Add(section.blocks, GravityPart(vector));
   Add(section.blocks, SharedPart(vector));

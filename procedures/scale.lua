@@ -39,7 +39,7 @@ function run(p)
     -- None in a dry run, nor before there are turns enough.
     local known = scale.std_error > 0
     local text = string.format("scale factor %.8g%s %s", scale.value,
-      known and string.format(" +- %.2g", scale.std_error) or "", scale.unit)
+      known and string.format(" ± %.2g", scale.std_error) or "", scale.unit)
     bench.say(known and text or text .. ", uncertainty unknown")
   end
 end

@@ -19,6 +19,8 @@ namespace {
 // Fewer turns than this beyond the parameters say too little of the reference's error.
 constexpr int kTurnsForReference = 5;
 constexpr double kNotWhite = 1e-3;
+// An error that is grown by less than this is as good as the same.
+constexpr double kWorthSaying = 1.05;
 constexpr std::size_t kWhitenessLags = 10;
 constexpr std::size_t kMaxBiasOrder = 2;
 // Other axes' rotation that cannot be told from this axis's: beyond this growth of the variance.
@@ -166,9 +168,9 @@ double ChannelScale::UnseenReference(std::int64_t count, const std::string& what
   const std::string few = fmt::format("{} {}{} too few to see the reference's error", count, what,
                                       count == 1 ? " is" : "s are");
   if (info_.stop_accuracy_deg) {
-    result->remarks.push_back(fmt::format("{}: +-{:.3g} deg of the shaft's accuracy is used", few,
+    result->remarks.push_back(fmt::format("{}: ±{:.3g} deg of the shaft's accuracy is used", few,
                                           *info_.stop_accuracy_deg));
-    // Uniform over +- the stop's accuracy.
+    // Uniform over ± the stop's accuracy.
     return *info_.stop_accuracy_deg / std::sqrt(3.0);
   }
   double scatter = 0.0;
@@ -230,11 +232,14 @@ double ChannelScale::AllowForStructure(const GlsFit& fit, const FitOptions& opti
   const std::vector<double> angles = SolveAngles(series, options.regressors, options.output);
   if (!plan_.stops && !angles.empty())
     more += std::pow(angles[0] - fit.solution.coefficients[0], 2);
+  const double times = std::sqrt(1.0 + more / variance);
   result->remarks.push_back(fmt::format(
-      "the whitened residuals are not white (p {}): the model leaves structure; the standard "
-      "error allows for it and is {:.2f} times the model's",
-      p_white < 1e-9 ? "< 1e-9" : fmt::format("= {:.1e}", p_white),
-      std::sqrt(1.0 + more / variance)));
+      "the whitened residuals are not white (p {}): the model leaves structure{}",
+      p_white < 1e-9 ? "< 1e-09" : fmt::format("= {:.1e}", p_white),
+      times < kWorthSaying
+          ? ""
+          : fmt::format("; the standard error allows for it and is {:.2f} times the model's",
+                        times)));
   return more;
 }
 

@@ -7,7 +7,7 @@
 namespace gyrobench::procedures {
 
 std::string Describe(const SwingCommand& command) {
-  return fmt::format("{} +-{:g} deg at {:g} Hz", command.axis, command.amplitude_deg,
+  return fmt::format("{} ±{:g} deg at {:g} Hz", command.axis, command.amplitude_deg,
                      command.frequency_hz);
 }
 

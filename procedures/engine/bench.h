@@ -156,7 +156,7 @@ struct LimitCheck {
 // "offset = 0.31 deg/s: PASS (-1 .. 1 deg/s)"
 std::string Describe(const LimitCheck& check);
 
-// "inner +-5 deg at 0.4 Hz"
+// "inner ±5 deg at 0.4 Hz"
 std::string Describe(const SwingCommand& command);
 
 // Everything a procedure can do. Each of Turn, Swing, Rest and Soak is one segment of the run. All

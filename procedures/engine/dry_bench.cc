@@ -118,7 +118,7 @@ void DryBench::Say(const std::string& text) {
 
 Estimate DryBench::ReadEstimate(const std::string& what) {
   if (what == "bias") return {true, options_.nominal_bias_lsb, 0.0, "LSB"};
-  return {true, options_.nominal_scale_deg_s_per_lsb, 0.0, "deg/s/LSB"};
+  return {true, options_.nominal_scale_deg_s_per_lsb, 0.0, "deg/s per LSB"};
 }
 
 std::vector<AxisVerdict> DryBench::Trace() {

@@ -274,7 +274,7 @@ TEST_F(LiveData, TheCppSubscriberOfTheDocumentationReceivesEveryResult) {
   constexpr int kResults = 100;
   for (int i = 0; i < kResults; ++i) {
     Publish("SCALE_RESULT", ExampleScale(), i);
-    subscriber.WaitFor("seq " + std::to_string(i) + " alpha 0.0076204 +- 3.1e-05");
+    subscriber.WaitFor("seq " + std::to_string(i) + " alpha 0.0076204 ± 3.1e-05");
   }
 }
 

@@ -1,10 +1,13 @@
 // Results of records that another version wrote.
 #include "cli/stored_results.h"
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "calibration/artefact/trace_json.h"
 #include "calibration/estimators/result_json.h"
@@ -104,7 +107,8 @@ TEST(ReadAnalysis, KeepsTheOtherNumbersOfAListInTheirPlaces) {
 }
 
 TEST(ReadTrace, SaysWhatTheTraceSaid) {
-  EXPECT_TRUE(ReadTrace(nullptr).channels.empty());
+  EXPECT_TRUE(ReadTrace(nullptr).result.channels.empty());
+  EXPECT_TRUE(ReadTrace(nullptr).not_known.empty());
   calibration::TraceResult trace;
   trace.channels.resize(3);
   trace.channels[0].verdict = calibration::Verdict::kPartlyExplained;
@@ -117,7 +121,59 @@ TEST(ReadTrace, SaysWhatTheTraceSaid) {
   const auto text = [](const calibration::TraceResult& one) {
     return RenderText(presentation::TraceSummary(one), {});
   };
-  EXPECT_EQ(text(ReadTrace(calibration::ToJson(trace))), text(trace));
+  EXPECT_EQ(text(ReadTrace(calibration::ToJson(trace)).result), text(trace));
+}
+
+// What a later version wrote is not taken for the first that this one knows.
+json LaterTrace() {
+  calibration::TraceResult trace;
+  trace.channels.resize(2);
+  for (auto& channel : trace.channels) channel.baseline.whitened_rms = 1.0;
+  trace.channels[1].axis = SensorAxis::kX;
+  return calibration::ToJson(trace);
+}
+
+TEST(ReadTrace, SaysWhichVerdictOrAxisItDoesNotKnowAndInventsNone) {
+  for (const auto& [key, value, known] :
+       {std::tuple("verdict", "contradicted", "none, explained, partly_explained, unexplained"),
+        std::tuple("gyro", "w", "x, y, z")}) {
+    json later = LaterTrace();
+    later["channels"][0][key] = value;
+    const StoredTrace trace = ReadTrace(later);
+    ASSERT_EQ(trace.result.channels.size(), 1u);
+    EXPECT_EQ(trace.result.channels[0].axis, SensorAxis::kX);
+    EXPECT_THAT(trace.not_known,
+                testing::ElementsAre(fmt::format("trace.channels[0].{} is \"{}\", and this version "
+                                                 "knows {}: nothing is said of that axis here",
+                                                 key, value, known)));
+    EXPECT_THAT(RenderText(presentation::TraceSummary(trace.result, trace.not_known), {}),
+                testing::HasSubstr(value));
+  }
+  json without = LaterTrace();
+  without["channels"][0].erase("verdict");
+  EXPECT_THAT(ReadTrace(without).not_known,
+              testing::ElementsAre(testing::HasSubstr("trace.channels[0].verdict is not there")));
+}
+
+TEST(ReadTrace, CallsNoAxisUntracedOfWhichTheTraceDoesNotSay) {
+  json without = LaterTrace();
+  without["channels"][0].erase("baseline");
+  const StoredTrace trace = ReadTrace(without);
+  EXPECT_EQ(trace.result.channels.size(), 1u);
+  EXPECT_THAT(trace.not_known,
+              testing::ElementsAre(testing::HasSubstr("trace.channels[0].baseline is not there")));
+  without["channels"][0]["verdict"] = "unexplained";  // of an axis that was traced
+  EXPECT_EQ(ReadTrace(without).result.channels.size(), 2u);
+}
+
+TEST(ReadAnalysis, SaysWhichAxisItDoesNotKnow) {
+  json later = calibration::ToJson(SomeResult());
+  later["scale"][0]["axis"] = "w";
+  const auto result = ReadAnalysis(later);
+  EXPECT_TRUE(result.scale.empty());
+  EXPECT_THAT(result.remarks, testing::Contains(testing::HasSubstr(
+                                  "result.scale[0].axis is \"w\", and this version "
+                                  "knows x, y, z")));
 }
 
 }  // namespace

@@ -22,5 +22,18 @@ TEST(HoldDocument, IndentsWhatWasDoneWithAnInput) {
   EXPECT_THAT(text, HasSubstr("\n  no calibration: too few poses\n"));
 }
 
+// "Nothing beyond the baseline" is a trace's: here there is none.
+TEST(HoldDocument, NamesNoBaseline) {
+  calibration::HoldResult result;
+  result.verdict = calibration::Verdict::kNone;
+  result.summary = "Nothing beyond matrix, offset and the accelerometer's calibration.";
+  const std::string text = RenderText(HoldDocument(result), {});
+  EXPECT_THAT(text, HasSubstr("Beyond the calibration: nothing\n  Nothing beyond matrix"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("baseline")));
+  result.verdict = calibration::Verdict::kPartlyExplained;
+  EXPECT_THAT(RenderText(HoldDocument(result), {}),
+              HasSubstr("Beyond the calibration: partly explained\n"));
+}
+
 }  // namespace
 }  // namespace gyrobench::presentation

@@ -202,5 +202,20 @@ TEST(FormatUtc, WritesTheTimeOfTheEpoch) {
   EXPECT_EQ(FormatUtc(0), "-");
 }
 
+TEST(TypesetPowers, WritesNumbersAmongWordsAndLeavesPartsOfWords) {
+  EXPECT_EQ(TypesetPowers("not white (p = 1.7e-04): 3e+08, -2.5e-07."),
+            "not white (p = 1.7\u00A0×\u00A010⁻⁴): 3\u00A0×\u00A010⁸, −2.5\u00A0×\u00A010⁻⁷.");
+  for (const char* as_it_is : {"1e-04.csv", "run1e-04", "3e-05f7", "a-b 1 - 2", ""})
+    EXPECT_EQ(TypesetPowers(as_it_is), as_it_is);
+}
+
+TEST(UnitInName, IsWhatTheNameEndsIn) {
+  EXPECT_EQ(UnitInName("rate_deg_s"), "deg/s");
+  EXPECT_EQ(UnitInName("angle_deg"), "deg");
+  EXPECT_EQ(UnitInName("initial_rest_s"), "s");
+  EXPECT_EQ(UnitInName("frequencies_hz"), "Hz");
+  EXPECT_EQ(UnitInName("axes"), "");
+}
+
 }  // namespace
 }  // namespace gyrobench::presentation

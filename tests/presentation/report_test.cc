@@ -60,10 +60,11 @@ TEST(Report, ShowsNoNoiseThatTheDataCouldNotHaveShown) {
   ReportContent content = ExplainedSample();
   auto& noise = content.trace->channels.front().noise;
   noise = {0.005, 3e-9, 0.0};
+  content.trace->channels.front().effects[1].p_value = 0.01;  // of a power of ten of its own
   for (auto& input : content.trace->inputs) input.duration_s = 600.0;
   const std::string html = Html(content);
   EXPECT_THAT(html, HasSubstr("not seen"));
-  EXPECT_THAT(html, Not(HasSubstr("3.00 × 10⁻⁹")));
+  EXPECT_THAT(html, Not(HasSubstr("10⁻⁹")));
 }
 
 TEST(Report, ShowsAllThatTheTraceSays) {
@@ -192,7 +193,66 @@ TEST(Report, GivesNoVerdictOnAnAxisThatWasNotFitted) {
 TEST(Report, GivesTheIntervalOfTheErrorBeforeAndAfter) {
   const std::string html = Html(ExplainedSample());
   EXPECT_THAT(html, HasSubstr("0.571\u00A0→\u00A00.150 deg"));
-  EXPECT_THAT(html, HasSubstr("71.2\u00A0to\u00A076.3\u00A0%\u00A0less\u00A0(95\u00A0%)"));
+  EXPECT_THAT(html, HasSubstr("73.7\u00A0% less (95\u00A0%: 71.2 to 76.3\u00A0% less)"));
+}
+
+// No line of a page ends within a number of a table, however narrow its column.
+TEST(Report, KeepsNumbersOfTablesWhole) {
+  const std::string html = Html(ExplainedSample());
+  EXPECT_THAT(html, HasSubstr("<td class=\"number\">0.571\u00A0→\u00A00.182</td>"));
+  EXPECT_THAT(html, HasSubstr("<span class=\"number\">68.1\u00A0%</span> less"));
+  EXPECT_THAT(html, HasSubstr("<span class=\"number\">p\u00A0=\u00A03.4\u00A0×\u00A010⁻⁹</span>"));
+}
+
+TEST(Report, WritesThePowersOfTenOfRemarksAsThoseOfTables) {
+  ReportContent content = SilentSample();
+  content.trace->remarks = {"the residuals are not white (p = 1.7e-04); see 1e-04.csv"};
+  EXPECT_THAT(Html(content), HasSubstr("(p = 1.7\u00A0×\u00A010⁻⁴); see 1e-04.csv"));
+}
+
+// The daemon's record names no file.
+TEST(Report, NamesTheRunWhereItsMeasurementHasNoNameOfItsOwn) {
+  ReportContent content = ExplainedSample();
+  content.trace->inputs.front().file.clear();
+  EXPECT_THAT(Html(content), HasSubstr("<td>run 20261121-153012-full-sequence</td>"));
+}
+
+TEST(Report, PadsNeitherCountsNorDurations) {
+  ReportContent content = ExplainedSample();
+  content.trace->inputs.push_back(content.trace->inputs.front());
+  content.trace->inputs.back().duration_s = 2.5;
+  EXPECT_THAT(Html(content), HasSubstr(">37\u00A0min\u00A042\u00A0s</td>"));
+}
+
+TEST(Report, GivesEachParameterOfTheProcedureItsUnit) {
+  const std::string html = Html(ExplainedSample());
+  EXPECT_THAT(html, HasSubstr("<code>rate_deg_s</code></dt>\n<dd>20\u00A0deg/s</dd>"));
+  EXPECT_THAT(html, HasSubstr("<code>axes</code></dt>\n<dd>z</dd>"));
+}
+
+// Charts, steps and defects count from the power-on where it is known; so does what was said.
+TEST(Report, CountsAllTimesFromOneZeroAndSaysWhichItIs) {
+  ReportContent content = ExplainedSample();
+  std::string html = Html(content);
+  EXPECT_THAT(html, HasSubstr("count from the begin of the run"));
+  EXPECT_THAT(html, HasSubstr(">2.4\u00A0min</td>"));
+  content.provenance.power_on_utime = content.provenance.started_utime - 600'000'000;
+  html = Html(content);
+  EXPECT_THAT(html, HasSubstr("count from the sensor&#39;s power-on, everywhere on this page; the "
+                              "run began 10 min 00 s after it"));
+  EXPECT_THAT(html, HasSubstr(">12.4\u00A0min</td>"));
+}
+
+TEST(Report, SaysBesideTheBaselineWhichOfItsNumbersTheTraceNamesEffectsOf) {
+  ReportContent content = ThreeAxesSample();
+  EXPECT_THAT(Html(content), HasSubstr("the trace names scale.cubic: alpha holds for the rates"));
+}
+
+TEST(Report, SaysWhoseTheParametersOfAnEffectAre) {
+  const std::string html = Html(ExplainedSample());
+  EXPECT_THAT(html, HasSubstr("<code>angle.eccentricity_1</code> (the reference&#39;s, not the "
+                              "sensor&#39;s)</td>"));
+  EXPECT_THAT(html, HasSubstr("<code>scale.cubic</code></td>"));
 }
 
 TEST(Report, SaysThatThereIsNoTrace) {

@@ -174,7 +174,8 @@ Provenance SampleProvenance() {
        48'211'904},
       {"stepper-encoder-z-slow.csv.gz",
        "60303ae22b998861bce3b28f33eec1be758a213c86c93c076dbe9f558c11c752", 1'904'112}};
-  provenance.notes = {{"Operator", "A. Example"}, {"Parameter rate_deg_s", "20"}};
+  provenance.parameters = {{"rate_deg_s", "20"}, {"axes", "z"}};
+  provenance.notes = {{"Operator", "A. Example"}};
   provenance.said = {{144.0, "manoeuvre 1: three speeds both ways, z level, 1.3 min"}};
   return provenance;
 }
@@ -333,6 +334,12 @@ ReportContent AnalysisSample() {
   return content;
 }
 
+ReportContent BiasSample() {
+  ReportContent content = AnalysisSample();
+  content.analysis->scale.clear();
+  return content;
+}
+
 calibration::VectorCalibration HostileVector() {
   calibration::VectorCalibration vector;
   vector.missing = vector.remarks = {kHostileText};
@@ -359,15 +366,19 @@ ReportContent HostileSample() {
   provenance.run_id = provenance.sensor = provenance.procedure = kHostileText;
   provenance.configuration = provenance.version = kHostileText;
   provenance.files = {{kHostileText, kHostileText, 0}};
-  provenance.notes = {{kHostileText, kHostileText}};
+  provenance.parameters = provenance.notes = {{kHostileText, kHostileText}};
   provenance.said = {{60.0, kHostileText}};
   return content;
 }
 
 std::vector<NamedSample> AllSamples() {
-  return {{"explained", ExplainedSample()}, {"three-axes", ThreeAxesSample()},
-          {"silent", SilentSample()},       {"analysis", AnalysisSample()},
-          {"hostile", HostileSample()},     {"empty", {}}};
+  return {{"explained", ExplainedSample()},
+          {"three-axes", ThreeAxesSample()},
+          {"silent", SilentSample()},
+          {"analysis", AnalysisSample()},
+          {"bias", BiasSample()},
+          {"hostile", HostileSample()},
+          {"empty", {}}};
 }
 
 }  // namespace gyrobench::presentation

@@ -200,7 +200,7 @@ TEST(TraceText, ShowsCurvesOfOneQuantityEachWithItsEndsAndWithoutErrors) {
   EXPECT_THAT(text,
               HasSubstr("change, deg/s from, degC to, degC (1) 0.05 25.5 26.5 (2) 0.05 31.5"));
   EXPECT_EQ(Count(text, "0 below T = "), 2);
-  EXPECT_EQ(Count(text, "empirical(T): unknown"), 1);
+  EXPECT_EQ(Count(text, "empirical(T): unknown; from the catalogue"), 1);
   EXPECT_THAT(text, Not(HasSubstr("nan")));
 }
 
@@ -223,12 +223,47 @@ TEST(TraceText, ComparesTheErrorBeforeAndAfterWithItsInterval) {
   TraceResult trace = ThreeAxes();
   calibration::HeldOut& angle = trace.channels[2].heldout_angle_rms_deg;
   angle.reduction_ci95 = {0.712, 0.763};
-  EXPECT_THAT(Flat(TraceText(trace, Terminal())),
-              HasSubstr("angle error, held out 0.620 → 0.150 deg 71.2 to 76.3 % less (95 %)"));
+  EXPECT_THAT(
+      Flat(TraceText(trace, Terminal())),
+      HasSubstr("angle error, held out 0.620 → 0.150 deg 75.8 % less (95 %: 71.2 to 76.3 % less); "
+                "windows of 10 s, effects chosen and fitted without them"));
   angle.reduction_ci95 = {-0.08, 0.03};
-  EXPECT_THAT(TraceText(trace, Terminal()), HasSubstr("8.0 % more to 3.0 % less (95 %)"));
+  EXPECT_THAT(TraceText(trace, Terminal()), HasSubstr("(95 %: 8.0 % more to 3.0 % less)"));
   angle.reduction_ci95 = {-0.08, -0.03};
-  EXPECT_THAT(TraceText(trace, Terminal()), HasSubstr("3.0 to 8.0 % more (95 %)"));
+  EXPECT_THAT(TraceText(trace, Terminal()), HasSubstr("(95 %: 3.0 to 8.0 % more)"));
+}
+
+TEST(TraceText, SaysThatNothingWasAddedWhereNothingWas) {
+  TraceResult trace = ThreeAxes();
+  const std::string text = TraceText(trace, Terminal());
+  EXPECT_EQ(Count(text, "Nothing was added"), 2);
+  trace.channels[0].effects = trace.channels[1].effects = trace.channels[2].effects;
+  EXPECT_THAT(TraceText(trace, Terminal()), Not(HasSubstr("Nothing was added")));
+}
+
+TEST(TraceText, SaysWhetherTheRestIsWhiteBesideWhatIsFoundInIt) {
+  TraceResult trace = ThreeAxes();
+  trace.channels.resize(1);
+  trace.channels[0].remaining = {true, {{"covariate", "T", 3.1e-6, "it follows T"}}};
+  EXPECT_THAT(Flat(TraceText(trace, Terminal())),
+              HasSubstr("the rest is white, but: - it follows T (p = 3.1e-06)"));
+  trace.channels[0].remaining.white = false;
+  EXPECT_THAT(Flat(TraceText(trace, Terminal())),
+              HasSubstr("the rest is not white: - it follows T (p = 3.1e-06)"));
+}
+
+TEST(TraceText, SaysWhatEachOfSeveralEffectsWasChosenOn) {
+  TraceResult trace = ThreeAxes();
+  std::vector<TracedEffect>& effects = trace.channels[2].effects;
+  EXPECT_EQ(Count(Flat(TraceText(trace, Terminal())), "Chosen on: all data only"), 1);
+  effects[0].chosen_on = calibration::ChosenOn::kTrainingPart;
+  EXPECT_THAT(Flat(TraceText(trace, Terminal())), HasSubstr("Chosen on: (1) two thirds"));
+}
+
+TEST(TraceText, NamesNoFileOfAnInputThatHasNone) {
+  TraceResult trace = ThreeAxes();
+  trace.inputs[0].file.clear();
+  EXPECT_THAT(TraceText(trace, Terminal()), HasSubstr("\n10 samples in 1.00 s"));
 }
 
 Matrix3 Rows(double diagonal, double off) {
@@ -259,12 +294,17 @@ TEST(TraceText, TabulatesTheThreeAxesToTheDigitsOfTheirErrors) {
   EXPECT_THAT(text, HasSubstr("Three axes"));
   EXPECT_THAT(text, HasSubstr("M x 1.012346 ± 0.000010 -0.0023457 ± 0.0000020"));
   EXPECT_THAT(text, HasSubstr("scale factor 1.0100 ± 0.0010 1.0200 ± 0.0010"));
-  EXPECT_THAT(text, HasSubstr("mounting, about 0.500 ± 0.010 - -90.250 ± 0.010 deg"));
+  EXPECT_THAT(text,
+              HasSubstr("about x about y about z mounting 0.500 ± 0.010 - -90.250 ± 0.010 deg"));
   EXPECT_THAT(text, HasSubstr("a remark"));
   // Where three columns have no room they stand below each other, and what is not known is left out.
   const std::string narrow = Flat(TraceText(trace, Narrow(60)));
   EXPECT_EQ(Count(narrow, "scale factor"), 3);
-  EXPECT_EQ(Count(narrow, "mounting, about"), 2);
+  EXPECT_THAT(Flat(TraceText(trace, Narrow(40))), HasSubstr("about x mounting 0.500 ± 0.010 deg "
+                                                            "about z mounting -90.250"));
+  // Nor is there room for one with its name and unit.
+  EXPECT_THAT(TraceText(trace, Narrow(32)),
+              HasSubstr("    A x, deg/s per LSB\n      x: 0.00750000 ± 0.00000010\n      y: "));
 }
 
 TEST(TraceText, SaysWhyThereIsNoMatrix) {

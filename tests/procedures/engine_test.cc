@@ -97,12 +97,12 @@ TEST(Commands, AskPassesTheQuestionAndReturnsTheAnswer) {
 
 TEST(Commands, EstimatesAreNilUntilThereIsOne) {
   FakeBench bench;
-  bench.estimates["scale_factor"] = {true, 0.5, 0.25, "deg/s/LSB"};
+  bench.estimates["scale_factor"] = {true, 0.5, 0.25, "deg/s per LSB"};
   RunBody(bench,
           "assert(bench.estimate('bias') == nil)\n"
           "local e = bench.estimate('scale_factor')\n"
           "bench.say(e.value .. ' ' .. e.std_error .. ' ' .. e.unit)");
-  EXPECT_EQ(bench.LastSaid(), "0.5 0.25 deg/s/LSB");
+  EXPECT_EQ(bench.LastSaid(), "0.5 0.25 deg/s per LSB");
 }
 
 TEST(Commands, TemperatureAndTimeAreTheBenchs) {

@@ -16,20 +16,19 @@ class ScaleTemperatureBasis final : public ChannelBasis {
 }  // namespace
 
 Effect ScaleTemperature() {
-  return {
-      .id = "scale.temperature",
-      .equation = "c w (T - T0)",
-      .cause = "quality factor and electronics change with temperature",
-      .looks_like =
-          "the error of a turn is proportional to its angle, by a share that drifts with the "
-          "temperature",
-      .manoeuvre = "turn cold and hot",
-      .needs = kNeedsRate | kNeedsTemperature,
-      .terms = {{"c", "1/degC"}},
-      .typical_size = 3e-4,
-      .size_source = "MPU-6050 data sheet 3.4, section 6.1: typically +-2 % from -40 to 85 degC",
-      .c_expression = "{c0} * {w} * ({t} - {t0})",
-      .basis = Make<ScaleTemperatureBasis>};
+  return {.id = "scale.temperature",
+          .equation = "c w (T - T0)",
+          .cause = "quality factor and electronics change with temperature",
+          .looks_like =
+              "the error of a turn is proportional to its angle, by a share that drifts with the "
+              "temperature",
+          .manoeuvre = "turn cold and hot",
+          .needs = kNeedsRate | kNeedsTemperature,
+          .terms = {{"c", "1/degC"}},
+          .typical_size = 3e-4,
+          .size_source = "MPU-6050 data sheet 3.4, section 6.1: typically ±2 % from -40 to 85 degC",
+          .c_expression = "{c0} * {w} * ({t} - {t0})",
+          .basis = Make<ScaleTemperatureBasis>};
 }
 
 }  // namespace gyrobench::calibration
