@@ -15,6 +15,7 @@
 #include "calibration/plan/effect_picture.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
+#include "presentation/document.h"
 #include "presentation/text_layout.h"
 
 namespace gyrobench::cli {
@@ -205,14 +206,14 @@ void ForEach(const std::string& id, Do&& act) {
   throw UsageError(fmt::format("no effect \"{}\" in the catalogue; {}", id, Suggestion(id, known)));
 }
 
-std::string ListText() {
-  std::vector<std::vector<std::string>> rows = {{"effect", "of", "equation"}};
+std::string ListText(const presentation::Terminal& terminal) {
+  presentation::Table table{{{"effect"}, {"of"}, {"equation", presentation::Column::Kind::kNote}},
+                            {}};
   for (const Effect& effect : calibration::EffectCatalogue())
-    rows.push_back({effect.id, Name(effect.owner), effect.equation});
+    table.Add({effect.id, Name(effect.owner), effect.equation});
   for (const NeverSeen& effect : calibration::NeverSeenEffects())
-    rows.push_back({effect.id, "", "cannot be seen with one reference and one clock"});
-  return presentation::AlignColumns(
-      rows, {presentation::Align::kLeft, presentation::Align::kLeft, presentation::Align::kLeft});
+    table.Add({effect.id, "", "cannot be seen with one reference and one clock"});
+  return presentation::RenderText({{std::move(table)}}, terminal);
 }
 
 OrderedJson JsonList(const std::string& id) {
@@ -239,7 +240,7 @@ void PrintText(const std::string& id, const presentation::Terminal& terminal) {
   if (id.empty()) {
     fmt::print(
         "{}\n{}\ngyrobench effects ID says what it looks like, its cause, and what shows it.\n",
-        FitLines(ListText(), terminal), Wrap(kSymbols, terminal.columns, 0));
+        ListText(terminal), Wrap(kSymbols, terminal.columns, 0));
     return;
   }
   const EffectGallery gallery;

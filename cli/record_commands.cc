@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <utility>
 
 #include "base/json_text.h"
 #include "cli/commands.h"
@@ -110,16 +111,14 @@ int Runs(const Options& options) {
     fmt::print("no runs in {}; make one with: gyrobench run bias\n", records.string());
     return kDone;
   }
-  std::vector<std::vector<std::string>> rows;
+  using Kind = presentation::Column::Kind;
+  presentation::Table table{{{}, {}, {}, {"", Kind::kNote}}, {}};
   for (const Json& record : list) {
-    rows.push_back({Text(record, "run_id"), LocalTime(record["run"]), OutcomeOf(record["run"]),
-                    presentation::AnalysisSummary(ReadAnalysis(record["result"]))});
+    table.Add({Text(record, "run_id"), LocalTime(record["run"]), OutcomeOf(record["run"]),
+               presentation::AnalysisSummary(ReadAnalysis(record["result"]))});
   }
-  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
-  const std::string table =
-      presentation::AlignColumns(rows, {presentation::Align::kLeft, presentation::Align::kLeft,
-                                        presentation::Align::kLeft, presentation::Align::kLeft});
-  fmt::print("{}", presentation::FitLines(table, terminal));
+  fmt::print("{}", presentation::RenderText({{std::move(table)}},
+                                            presentation::DescribeTerminal(fileno(stdout))));
   return kDone;
 }
 

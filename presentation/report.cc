@@ -138,7 +138,8 @@ double BeginOfRun_s(const Provenance& provenance) {
 }
 
 std::string ZeroOfTimes(const Provenance& provenance) {
-  if (provenance.started_utime == 0) return "";
+  if (provenance.started_utime == 0)
+    return "count as those of the measurement do, everywhere on this page";
   const double begin_s = BeginOfRun_s(provenance);
   if (begin_s == 0.0) return "count from the begin of the run, everywhere on this page";
   return fmt::format(

@@ -19,8 +19,6 @@ namespace {
 // Fewer turns than this beyond the parameters say too little of the reference's error.
 constexpr int kTurnsForReference = 5;
 constexpr double kNotWhite = 1e-3;
-// An error that is grown by less than this is as good as the same.
-constexpr double kWorthSaying = 1.05;
 constexpr std::size_t kWhitenessLags = 10;
 constexpr std::size_t kMaxBiasOrder = 2;
 // Other axes' rotation that cannot be told from this axis's: beyond this growth of the variance.
@@ -232,14 +230,7 @@ double ChannelScale::AllowForStructure(const GlsFit& fit, const FitOptions& opti
   const std::vector<double> angles = SolveAngles(series, options.regressors, options.output);
   if (!plan_.stops && !angles.empty())
     more += std::pow(angles[0] - fit.solution.coefficients[0], 2);
-  const double times = std::sqrt(1.0 + more / variance);
-  result->remarks.push_back(fmt::format(
-      "the whitened residuals are not white (p {}): the model leaves structure{}",
-      p_white < 1e-9 ? "< 1e-09" : fmt::format("= {:.1e}", p_white),
-      times < kWorthSaying
-          ? ""
-          : fmt::format("; the standard error allows for it and is {:.2f} times the model's",
-                        times)));
+  result->remarks.push_back(RemarkOnStructure(p_white, std::sqrt(1.0 + more / variance)));
   return more;
 }
 
@@ -364,6 +355,18 @@ std::vector<ScaleResult> EstimateScale(const Estimation& estimation,
     }
   }
   return out;
+}
+
+std::string RemarkOnStructure(double p_white, double grown) {
+  constexpr double kWorthSaying = 1.05;
+  std::string remark =
+      fmt::format("the whitened residuals are not white (p {}): the model leaves structure",
+                  p_white < 1e-9 ? "< 1e-09" : fmt::format("= {:.1e}", p_white));
+  if (grown >= kWorthSaying) {
+    remark +=
+        fmt::format("; the standard error allows for it and is {:.2f} times the model's", grown);
+  }
+  return remark;
 }
 
 }  // namespace gyrobench::calibration

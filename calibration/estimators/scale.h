@@ -28,4 +28,9 @@ std::vector<ScaleResult> EstimateScale(const Estimation& estimation,
                                        std::array<double, 3>* unfollowed_deg,
                                        std::vector<Defect>* defects);
 
+// Remark where the whitened residuals are not white: white ones are as far from it with probability
+// `p_white`, and the standard error is `grown` times that of the model. A growth by less than a
+// twentieth is not worth saying.
+std::string RemarkOnStructure(double p_white, double grown);
+
 }  // namespace gyrobench::calibration

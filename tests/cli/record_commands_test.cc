@@ -177,6 +177,20 @@ TEST_F(Records, RunsListsEveryRecordAndADamagedOneToo) {
   EXPECT_EQ(list.at("runs").size(), 2u);
 }
 
+// On a terminal of 100 columns, for which all that is said of the run is too long.
+TEST_F(Records, RunsCutsNoNumber) {
+  json result = Result();
+  result["scale"].push_back(result["scale"][0]);
+  result["scale"][1]["axis"] = "y";
+  result["scale"][1]["alpha"] = 0.0076309;
+  folder_.Write("20260101-000000-scale/result.json", result.dump());
+  ChildProcess program({GYROBENCH_PROGRAM, "runs", "--records", folder_ / ""}, {}, true);
+  const Finished finished = program.Wait();
+  EXPECT_EQ(finished.status, 0);
+  EXPECT_THAT(Flat(finished.out), HasSubstr("0.007620 ± 0.000031"));
+  EXPECT_THAT(Flat(finished.out), HasSubstr("0.007631 ± 0.000031 deg/s per LSB"));
+}
+
 TEST_F(Records, ShowPrintsTheRunAndItsResults) {
   const Finished finished = Gyrobench({"show", "20260101", "--records", folder_ / ""});
   EXPECT_EQ(finished.status, 0) << finished.err;

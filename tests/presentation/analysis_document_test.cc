@@ -41,6 +41,17 @@ TEST(WithTraceRemarks, SaysOfWhichNumbersTheTraceNamesEffects) {
             RenderText(AnalysisDocument(result), {}));
 }
 
+// Two fits of one run have a noise each.
+TEST(AnalysisDocument, SaysWhichFitANoiseIsOf) {
+  AnalysisResult result = *AnalysisSample().analysis;
+  result.scale[0].noise = {0.00341, 1.47e-4, kMissing};
+  result.bias[0].noise = {0.00354, 1.04e-4, kMissing};
+  const std::string text = Flat(RenderText(AnalysisDocument(result), {}));
+  EXPECT_THAT(text,
+              HasSubstr("angle random walk 0.00341 deg/sqrt(s) of turns and rests, by this fit"));
+  EXPECT_THAT(text, HasSubstr("angle random walk, at rest 0.00354 deg/sqrt(s)"));
+}
+
 TEST(AnalysisDocument, DrawsTheBiasWhereItWasWhatTheRunMeasured) {
   AnalysisResult result = *AnalysisSample().analysis;
   EXPECT_THAT(RenderText(AnalysisDocument(result), {}), Not(HasSubstr("beta z [LSB]")));

@@ -236,6 +236,9 @@ TEST(Report, CountsAllTimesFromOneZeroAndSaysWhichItIs) {
   std::string html = Html(content);
   EXPECT_THAT(html, HasSubstr("count from the begin of the run"));
   EXPECT_THAT(html, HasSubstr(">2.4\u00A0min</td>"));
+  content.provenance.started_utime = 0;  // of a table
+  EXPECT_THAT(Html(content), HasSubstr("count as those of the measurement do"));
+  content.provenance.started_utime = ExplainedSample().provenance.started_utime;
   content.provenance.power_on_utime = content.provenance.started_utime - 600'000'000;
   html = Html(content);
   EXPECT_THAT(html, HasSubstr("count from the sensor&#39;s power-on, everywhere on this page; the "
