@@ -317,7 +317,7 @@ procedures::Choice LiveBench::Choose(const std::vector<procedures::Rehearsal>& m
   const calibration::Recording recording = context_.telemetry.Recorded();
   if (!traced_) traced_ = TraceRun(recording, TraceFor::kProcedure);
   if (!traced_) throw DataError("nothing has been measured yet that could be traced");
-  const procedures::Choice choice = ChooseAmong(menu, small_below, recording, *traced_, loop_);
+  procedures::Choice choice = ChooseAmong(menu, small_below, recording, *traced_, loop_);
   if (!choice.best) return choice;
   // The verdicts once more, with what is asked for and why.
   const procedures::Rehearsal& best = menu[*choice.best];

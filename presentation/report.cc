@@ -137,7 +137,10 @@ double BeginOfRun_s(const Provenance& provenance) {
   return 1e-6 * static_cast<double>(provenance.started_utime - provenance.power_on_utime);
 }
 
-std::string ZeroOfTimes(const Provenance& provenance) {
+std::string ZeroOfTimes(const ReportContent& content) {
+  const Provenance& provenance = content.provenance;
+  if (content.trace && content.trace->inputs.size() > 1)
+    return "count as those of each measurement do; in charts the measurements follow one another";
   if (provenance.started_utime == 0)
     return "count as those of the measurement do, everywhere on this page";
   const double begin_s = BeginOfRun_s(provenance);
@@ -181,7 +184,7 @@ Section ProvenanceSection(const ReportContent& content) {
   facts.Add("Procedure", provenance.procedure);
   facts.Add("Configuration", provenance.configuration);
   facts.Add("Measured", TimesOfRun(provenance));
-  facts.Add("Times", ZeroOfTimes(provenance));
+  facts.Add("Times", ZeroOfTimes(content));
   if (provenance.written_utime != 0)
     facts.Add("Report written", FormatUtc(provenance.written_utime));
   facts.Add("gyrobench", provenance.version);

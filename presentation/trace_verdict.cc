@@ -103,7 +103,7 @@ Text Reduction(const HeldOut& figure) {
   if (!std::isfinite(figure.before) || !std::isfinite(figure.after) || figure.before <= 0.0)
     return {};
   const double share = 1.0 - figure.after / figure.before;
-  const Text point = std::fabs(share) < 5e-4 ? Text("unchanged") : Change(share);
+  Text point = std::fabs(share) < 5e-4 ? Text("unchanged") : Change(share);
   const auto [low, high] = figure.reduction_ci95;
   if (!std::isfinite(low) || !std::isfinite(high)) return point;
   const Text begin = point + " (" + Number("95 %") + ": ";

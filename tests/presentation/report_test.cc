@@ -238,6 +238,9 @@ TEST(Report, CountsAllTimesFromOneZeroAndSaysWhichItIs) {
   EXPECT_THAT(html, HasSubstr(">2.4\u00A0min</td>"));
   content.provenance.started_utime = 0;  // of a table
   EXPECT_THAT(Html(content), HasSubstr("count as those of the measurement do"));
+  content.trace->inputs.resize(2);
+  EXPECT_THAT(Html(content), HasSubstr("in charts the measurements follow one another"));
+  content.trace->inputs.resize(1);
   content.provenance.started_utime = ExplainedSample().provenance.started_utime;
   content.provenance.power_on_utime = content.provenance.started_utime - 600'000'000;
   html = Html(content);

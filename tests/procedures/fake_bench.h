@@ -109,7 +109,7 @@ class FakeBench : public Bench {
     offered.push_back(menu);
     small_limits.push_back(small_below);
     if (choices.empty()) return {};
-    const Choice choice = choices.front();
+    Choice choice = choices.front();
     choices.erase(choices.begin());
     return choice;
   }
