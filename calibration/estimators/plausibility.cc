@@ -9,6 +9,8 @@
 #include <string_view>
 #include <utility>
 
+#include "base/geometry.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -31,7 +33,6 @@ std::optional<int> PowerOfTwo(double factor) {
   return std::nullopt;
 }
 
-constexpr double kDegPerRad = 57.29578;
 // LSB per deg/s of the gyros on the market: from 2000 deg/s to 125 deg/s in 16 bits, and finer.
 constexpr double kLeastSensitivity = 10.0, kLargestSensitivity = 300.0;
 
@@ -43,27 +44,33 @@ std::optional<std::string> OtherUnitThanNamed(double ratio, char axis, RateUnit 
   const bool radians = named == RateUnit::kRadPerSecond;
   const std::string column = ColumnOf(axis, radians ? "rad_s" : "deg_s");
   const double factor = radians ? 1.0 / kDegPerRad : kDegPerRad;
-  if (IsNear(ratio, factor)) {
+  if (IsNear(std::fabs(ratio), factor)) {
     return fmt::format(
         "the unit, the factor is that of degrees and radians: the values of {} are in {}. Name the "
         "column {}",
         column, radians ? "deg/s" : "rad/s", ColumnOf(axis, radians ? "deg_s" : "rad_s"));
   }
   const double counts = std::fabs((radians ? 1.0 / kDegPerRad : 1.0) / ratio);
+  if (IsNear(counts, kDegPerRad)) {
+    return fmt::format(
+        "the unit: the values of {} were multiplied by the degrees of a radian once too often, or "
+        "are counts of the converter. Check what wrote the table; counts belong into the column {}",
+        column, ColumnOf(axis, "lsb"));
+  }
   if (counts < kLeastSensitivity || counts > kLargestSensitivity) return std::nullopt;
   return fmt::format(
-      "the unit: the values of {} are counts of the converter, {:.3g} for each deg/s. Name the "
-      "column {} and give the sensitivity of the data sheet above the header: # "
-      "gyro_lsb_per_deg_s = {:.3g}",
-      column, counts, ColumnOf(axis, "lsb"), counts);
+      "the unit: the values of {} are counts of the converter, about {:.0f} for each deg/s. Name "
+      "the column {} and give the sensitivity above the header, as the data sheet states it: # "
+      "gyro_lsb_per_deg_s = ...",
+      column, 10.0 * std::round(0.1 * counts), ColumnOf(axis, "lsb"));
 }
 
 // The same of a column of counts.
 std::optional<std::string> NoCounts(double ratio, char axis, const MeasurementInfo& info) {
   const char* unit = nullptr;
   const double nominal = info.gyro_units_per_deg_s.value_or(kMissing);
-  if (IsNear(ratio, nominal)) unit = "deg_s";
-  if (IsNear(ratio, nominal * kDegPerRad)) unit = "rad_s";
+  if (IsNear(std::fabs(ratio), nominal)) unit = "deg_s";
+  if (IsNear(std::fabs(ratio), nominal * kDegPerRad)) unit = "rad_s";
   if (unit == nullptr) return std::nullopt;
   return fmt::format(
       "the unit: the values of {} are no counts but {}. Name the column {}, without "
@@ -86,11 +93,12 @@ std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info)
            "than declared. Check range_deg_s, and gyro_lsb_per_deg_s of the device map or table";
   }
   const bool counts = info.gyro_unit == RateUnit::kLsb;
-  if (counts && (IsNear(ratio, kDegPerRad) || IsNear(ratio, 1.0 / kDegPerRad))) {
+  const std::optional<std::string> unit =
+      counts ? NoCounts(ratio, axis, info) : OtherUnitThanNamed(ratio, axis, info.gyro_unit);
+  if (counts && !unit && (IsNear(ratio, kDegPerRad) || IsNear(ratio, 1.0 / kDegPerRad))) {
     return fmt::format(
         "the unit, the factor is that of degrees and radians: the sensitivity of {} is of the "
-        "other "
-        "one. Check gyro_lsb_per_deg_s of the device map or table",
+        "other one. Check gyro_lsb_per_deg_s of the device map or table",
         ColumnOf(axis, "lsb"));
   }
   if (info.gear_ratio && (IsNear(std::fabs(ratio), std::fabs(*info.gear_ratio)) ||
@@ -99,8 +107,6 @@ std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info)
            "the table are expected, or the other way round. Check the encoder's place and "
            "counts_per_turn";
   }
-  const std::optional<std::string> unit =
-      counts ? NoCounts(ratio, axis, info) : OtherUnitThanNamed(ratio, axis, info.gyro_unit);
   if (unit) return *unit;
   if (std::fabs(ratio) > 1.0) {
     return fmt::format(

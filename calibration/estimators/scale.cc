@@ -23,9 +23,11 @@ constexpr std::size_t kWhitenessLags = 10;
 constexpr std::size_t kMaxBiasOrder = 2;
 // Other axes' rotation that cannot be told from this axis's: beyond this growth of the variance.
 constexpr double kInseparable = 100.0;
-// MPU-6050 data sheet: cross-axis sensitivity within +-2 %, taken as uniform; scale factor within
-// 3 %. What cross-axis sensitivity leaves less certain than that is no result.
-constexpr double kCrossAxis = 0.02 / 1.7320508, kUselessScale = 0.03;
+// MPU-6050 data sheet: cross-axis sensitivity within ±2 %, taken as uniform; scale factor within
+// 3 %. What cross-axis sensitivity may make more of than that is no result.
+constexpr double kMostCrossAxis = 0.02, kMostScaleError = 0.03;
+// Standard deviation of what is uniform within ±1.
+const double kUniform = 1.0 / std::sqrt(3.0);
 
 // Residual of the moving intervals, and their rates.
 void DescribeMotion(const std::vector<Row>& rows, std::size_t channel, double units,
@@ -141,22 +143,22 @@ bool ChannelScale::TakeTogether(const IntervalSeries& series, ScaleResult* resul
   double square = 0.0;
   for (std::size_t k = 0; k < problem_.others.size(); ++k) {
     const GlsSolution with_own = Solve(gram, own, static_cast<int>(k) + 1);
-    if (with_own.solvable) square += std::pow(kCrossAxis * with_own.coefficients[0], 2);
+    if (with_own.solvable) square += std::pow(kMostCrossAxis * with_own.coefficients[0], 2);
   }
-  const double cross = std::sqrt(square);
-  if (cross > kUselessScale) {
+  const double most = std::sqrt(square);
+  if (!(most <= kMostScaleError)) {
     *reason = fmt::format(
         "its axis turned only with the others, and by {:.2g} of what they did: cross-axis "
         "sensitivity alone may make {:.2g} % of it; turn about this axis",
-        kCrossAxis / cross, 100.0 * cross);
+        kMostCrossAxis / most, 100.0 * most);
     return false;
   }
   problem_.others.clear();
-  more_variance_ += square;
+  more_variance_ += kUniform * kUniform * square;
   result->remarks.push_back(fmt::format(
       "the axes turned only together: cross-axis sensitivity is contained in the scale factor, and "
-      "the standard error allows for {:.2g} % of it",
-      100.0 * cross));
+      "the standard error allows for up to {:.2g} % of it",
+      100.0 * most));
   return true;
 }
 
@@ -169,7 +171,14 @@ double ChannelScale::UnseenReference(std::int64_t count, const std::string& what
     result->remarks.push_back(fmt::format("{}: ±{:.3g} deg of the shaft's accuracy is used", few,
                                           *info_.stop_accuracy_deg));
     // Uniform over ± the stop's accuracy.
-    return *info_.stop_accuracy_deg / std::sqrt(3.0);
+    return kUniform * *info_.stop_accuracy_deg;
+  }
+  if (estimation_.columns.rests.empty()) {
+    result->remarks.push_back(fmt::format(
+        "{}, the shaft's accuracy is not given and there is no rest: the standard error allows for "
+        "no error of the reference at their ends",
+        few));
+    return 0.0;
   }
   double scatter = 0.0;
   for (const Rest& rest : estimation_.columns.rests) scatter = std::max(scatter, rest.scatter_deg);
@@ -194,7 +203,9 @@ void ChannelScale::ChooseReference(FitOptions* options, ScaleResult* result) {
   const OneWayRotations ways = CountOneWayRotations(estimation_.columns, channel_);
   if (ways.count == 0 || ways.count - parameters >= kTurnsForReference) return;
   const double reference_deg = UnseenReference(ways.count, "one-way rotation", result);
-  more_variance_ += 2.0 * reference_deg * reference_deg / ways.square_deg2;
+  // Of the sum of rotation times error over the sum of rotations squared.
+  more_variance_ +=
+      reference_deg * reference_deg * ways.ends_square_deg2 / (ways.square_deg2 * ways.square_deg2);
 }
 
 // The relative uncertainty of the reference, 0 where it is not said.
@@ -268,7 +279,7 @@ void ChannelScale::Report(const GlsFit& fit, const FitOptions& options,
                    fit.noise.noise.bias_random_walk_deg_s_sqrt_s * to_deg,
                    fit.noise.noise.reference_deg * to_deg};
   const double most = plan_.stops && info_.stop_accuracy_deg
-                          ? *info_.stop_accuracy_deg / std::sqrt(3.0) * std::fabs(m)
+                          ? kUniform * *info_.stop_accuracy_deg * std::fabs(m)
                           : kMissing;
   result->whitened_rms = WhitenedRms(series, options, fit.noise.noise, most);
   DescribeMotion(plan_.rows, channel_, units, result->bias, plan_.stops ? kLeastTurn_deg : 0.0,

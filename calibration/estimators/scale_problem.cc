@@ -33,10 +33,14 @@ Turns CountTurns(const std::vector<Row>& rows, std::size_t channel) {
 OneWayRotations CountOneWayRotations(const Columns& columns, std::size_t channel) {
   OneWayRotations out;
   if (columns.nodes.empty()) return out;
+  double before_deg = 0.0;
   const auto end_one = [&](double angle_deg) {
     if (std::fabs(angle_deg) < kLeastTurn_deg) return;
     ++out.count;
     out.square_deg2 += angle_deg * angle_deg;
+    const double here_deg = std::fabs(angle_deg) + before_deg;
+    out.ends_square_deg2 += here_deg * here_deg;
+    before_deg = std::fabs(angle_deg);
   };
   double begin = columns.nodes.front().rotation_deg[channel], farthest = begin;
   for (const Node& node : columns.nodes) {
@@ -51,6 +55,7 @@ OneWayRotations CountOneWayRotations(const Columns& columns, std::size_t channel
     }
   }
   end_one(farthest - begin);
+  out.ends_square_deg2 += before_deg * before_deg;
   return out;
 }
 

@@ -33,6 +33,9 @@ Turns CountTurns(const std::vector<Row>& stop_rows, std::size_t channel);
 struct OneWayRotations {
   std::int64_t count = 0;
   double square_deg2 = 0.0;  // of their angles, added up
+  // What an error of the reference at each end is worth in the sum of rotation times error: squares
+  // of the way that ends there and of the next, together, as the next goes back.
+  double ends_square_deg2 = 0.0;
 };
 OneWayRotations CountOneWayRotations(const Columns& columns, std::size_t channel);
 

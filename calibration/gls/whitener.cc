@@ -223,9 +223,11 @@ void Whitener::Apply(Eigen::Ref<Eigen::MatrixXd> columns, Eigen::Index first) co
 void Whitener::Whiten(std::span<const RawColumns> raw, Eigen::Ref<Eigen::MatrixXd> white) const {
   std::vector<std::pair<const RawColumns*, Eigen::Index>> from;
   for (const RawColumns& some : raw) {
+    assert(some.rows() == white.rows());
     for (Eigen::Index j = 0; j < some.cols(); ++j) from.emplace_back(&some, j);
   }
-  assert(static_cast<Eigen::Index>(from.size()) == white.cols());
+  assert(white.rows() == static_cast<Eigen::Index>(rows()));
+  assert(white.cols() == static_cast<Eigen::Index>(from.size()));
   PassColumns(steps_, white, [&](Eigen::Index column, Eigen::Index first, Eigen::Index count) {
     const auto& [some, place] = from[static_cast<std::size_t>(column)];
     some->CopyRows(place, first, white.col(column).segment(first, count));

@@ -44,7 +44,8 @@ class Whitener {
   // columns: rows x p; each becomes the filter's innovations, white under the noise. `first`: their
   // first row, at which a power-on begins.
   void Apply(Eigen::Ref<Eigen::MatrixXd> columns, Eigen::Index first = 0) const;
-  // The same of raw columns, side by side in `white` (rows() x all of them), which stay as they are.
+  // The same of raw columns of rows() rows each, which stay as they are: side by side in `white`
+  // (rows() x all of them).
   void Whiten(std::span<const RawColumns> raw, Eigen::Ref<Eigen::MatrixXd> white) const;
   // Products of all columns with each other once they are white; the columns stay as they are.
   Eigen::MatrixXd Products(const ColumnsInChunks& columns) const;

@@ -42,7 +42,7 @@ Eigen::MatrixXd AllTerms(const Selection& selection, const Candidate& candidate)
 // Of every effect that was looked for, by its name.
 std::map<std::string, Observability> ObservabilityOf(const Selection& selection) {
   // Columns that the baseline is taken off together, which reads it once.
-  constexpr Eigen::Index kTogether = 32;  // more than any effect has
+  constexpr Eigen::Index kTogether = 32;
   std::map<std::string, Observability> out;
   const Projection baseline(selection.store().Take(selection.baseline_columns()));
   Eigen::MatrixXd places(selection.store().rows(), kTogether);
@@ -63,8 +63,9 @@ std::map<std::string, Observability> ObservabilityOf(const Selection& selection)
       if (candidate.effect == nullptr) continue;
       const Eigen::MatrixXd terms = AllTerms(selection, candidate);
       if (static_cast<Eigen::Index>(of.size()) + terms.cols() > places.cols()) look();
+      if (terms.cols() > places.cols()) places.resize(Eigen::NoChange, terms.cols());
       places.middleCols(static_cast<Eigen::Index>(of.size()), terms.cols()) = terms;
-      of.resize(of.size() + candidate.columns.size(), &out[candidate.id]);
+      of.resize(of.size() + static_cast<std::size_t>(terms.cols()), &out[candidate.id]);
     }
   }
   look();

@@ -295,7 +295,7 @@ TEST(NoiseFit, FindsNoNoiseWhereThereIsNone) {
 }
 
 // Rest, turn, rest: one number is left over to see the gyro's noise by. The 95 % interval has to
-// hold the truth all the same; 350 of 400 and fewer: once in 10 billion.
+// hold the truth all the same; 350 of 400 and fewer: once in 200 million.
 TEST(NoiseFit, OneTurnBetweenTwoRestsIsSolvedWhereTheReferencesErrorIsKnown) {
   constexpr double kTruth = 1.01, kNormalHalfWidth = 1.959964;
   std::mt19937 random(25);

@@ -11,6 +11,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 // Of a gyro z whose true rate is `ratio` times what its nominal sensitivity says.
 AnalysisResult ResultWith(double ratio) {
@@ -62,7 +63,7 @@ TEST(Implausible, ValuesInAnotherUnitThanTheColumnsNameSuspectTheUnitAndNameTheC
     EXPECT_THAT(Implausible(OfColumns(kRad, 1.0 / (kDegPerRad * lsb))),
                 ElementsAre(AllOf(HasSubstr("values of gyro_z_rad_s are counts"),
                                   HasSubstr("Name the column gyro_z_lsb"),
-                                  HasSubstr("# gyro_lsb_per_deg_s = "))))
+                                  HasSubstr("# gyro_lsb_per_deg_s = ..."))))
         << lsb;
     EXPECT_THAT(Implausible(OfColumns(kDeg, 1.0 / lsb)),
                 ElementsAre(HasSubstr("values of gyro_z_deg_s are counts")))
@@ -71,6 +72,29 @@ TEST(Implausible, ValuesInAnotherUnitThanTheColumnsNameSuspectTheUnitAndNameTheC
     counts.info.gyro_units_per_deg_s = lsb;
     EXPECT_THAT(Implausible(counts), ElementsAre(HasSubstr("Name the column gyro_z_deg_s")));
   }
+}
+
+// The mistake shows through a mounting that is declared the other way round.
+TEST(Implausible, AnAxisOfTheOtherSignSuspectsTheUnitAsWell) {
+  constexpr double kDegPerRad = 57.29578;
+  EXPECT_THAT(Implausible(OfColumns(RateUnit::kDegPerSecond, -kDegPerRad)),
+              ElementsAre(HasSubstr("values of gyro_z_deg_s are in rad/s")));
+}
+
+// The sensitivity to be given is the data sheet's. What this part was measured to have would take
+// away the very error that is looked for.
+TEST(Implausible, NoMeasuredSensitivityIsAdvised) {
+  EXPECT_THAT(Implausible(OfColumns(RateUnit::kDegPerSecond, 1.0 / 134.0)),
+              ElementsAre(Not(HasSubstr("134"))));
+}
+
+// So many counts a deg/s and the degrees of a radian are about the same: both are named.
+TEST(Implausible, AFactorOfBothUnitAndCountsNamesBoth) {
+  EXPECT_THAT(Implausible(OfColumns(RateUnit::kDegPerSecond, 1.0 / 57.0)),
+              ElementsAre(AllOf(HasSubstr("radian"), HasSubstr("counts"))));
+  AnalysisResult counts = ResultWith(57.14);
+  counts.info.gyro_units_per_deg_s = 57.14;  // 17.5 mdps a digit
+  EXPECT_THAT(Implausible(counts), ElementsAre(HasSubstr("are no counts but deg/s")));
 }
 
 TEST(Implausible, AnAxisThatTurnsAndFeelsNothingIsOneToo) {
