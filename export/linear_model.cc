@@ -124,11 +124,12 @@ std::vector<std::string> SetToZero(const calibration::Calibration& calibration) 
     for (const calibration::ModelTerm& term : channel.model.terms) {
       const std::vector<std::string> names = NotDetermined(channel.model, term);
       if (names.empty()) continue;
-      notes.push_back(fmt::format(
-          "gyro {}: the data do not determine {} of {}: it is set to 0, and nothing of it is "
-          "taken off; trace data that show it, of other poses say",
-          kAxisNames[static_cast<std::size_t>(channel.model.axis)], fmt::join(names, ", "),
-          term.id));
+      notes.push_back(
+          fmt::format("gyro {}: the data do not determine {} of {}: nothing of that is taken off, "
+                      "as if it were "
+                      "0; trace data that show it, of other poses say",
+                      kAxisNames[static_cast<std::size_t>(channel.model.axis)],
+                      fmt::join(names, ", "), term.id));
     }
   }
   return notes;
