@@ -75,9 +75,9 @@ TEST(EarlyScale, OfATurnThatHasNotComeToItsRestStatesItsErrorHonestly) {
   EXPECT_LT(square, 1.85);
 }
 
-// There and back and there: an end is the end of one way and the begin of the next. The slope of the
-// drawn errors at the ends over the rotations scatters as is foreseen (10 % is over 5 of its own
-// standard deviations).
+// There and back and there: an end is the end of one way and the begin of the next. The slope of
+// the drawn errors at the ends over the rotations scatters as is foreseen (10 % is over 5 of its
+// own standard deviations).
 TEST(EarlyScale, ErrorsAtTheEndsOfWaysThereAndBackCountForBothWays) {
   constexpr int kDraws = 6000;
   constexpr std::array<double, 4> kEnds_deg = {0.0, 90.0, 20.0, 80.0};
