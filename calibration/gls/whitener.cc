@@ -43,7 +43,7 @@ constexpr Eigen::Index kPieceRows = 1024;
 
 // `fill(column, first row, rows)` puts a column's raw values where they become white.
 template <typename Fill>
-void PassColumns(std::span<const Step> steps, Eigen::Ref<Eigen::MatrixXd> columns,
+void PassColumns(std::span<const Step> steps, Eigen::Ref<Eigen::MatrixXd>& columns,
                  const Fill& fill) {
   constexpr std::size_t kTogether = 8;
   constexpr auto kStep = static_cast<Eigen::Index>(kTogether);
