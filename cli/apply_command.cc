@@ -146,8 +146,7 @@ std::vector<std::string> Warnings(const CorrectionReport& report) {
   if (report.outside > 0) {
     texts.push_back(fmt::format(
         "WARNING: {} of {} samples ({:.1f} %) lie outside of what the calibration saw; there bias "
-        "and "
-        "effects are held at their values at its edge, and the errors are not known",
+        "and effects are held at their values at its edge, and the errors are not known",
         presentation::FormatCount(report.outside), presentation::FormatCount(report.samples),
         100.0 * static_cast<double>(report.outside) / static_cast<double>(report.samples)));
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 
 namespace gyrobench::cli {
 namespace {
@@ -21,11 +22,6 @@ void PrintError(const std::string& command, std::string_view text) {
              terminal.is_terminal ? presentation::Wrap(line, terminal.columns, 2) : line);
 }
 
-int TextColumns(const presentation::Terminal& terminal) {
-  return terminal.is_terminal ? std::min(terminal.columns, presentation::kTextColumns)
-                              : presentation::kTextColumns;
-}
-
 std::string WrappedColumns(const std::vector<std::vector<std::string>>& rows, std::size_t columns,
                            const presentation::Terminal& terminal, int indent) {
   int begin = indent;  // of the last column
@@ -35,18 +31,15 @@ std::string WrappedColumns(const std::vector<std::vector<std::string>>& rows, st
       if (i < row.size()) width = std::max(width, presentation::DisplayWidth(row[i]));
     begin += width + 2;
   }
-  const int left = std::max(kLeastColumns, TextColumns(terminal) - begin);
+  const int widest = terminal.is_terminal ? std::min(terminal.columns, presentation::kTextColumns)
+                                          : presentation::kTextColumns;
+  const int left = std::max(kLeastColumns, widest - begin);
   std::vector<std::vector<std::string>> broken;
   for (const auto& row : rows) {
-    broken.push_back(row);
-    if (row.size() != columns) continue;
-    const std::vector<std::string> lines =
-        presentation::LinesOf(presentation::Wrap(row.back(), left, 0));
-    if (lines.empty()) continue;
-    broken.back().back() = lines.front();
-    for (std::size_t i = 1; i < lines.size(); ++i) {
-      broken.emplace_back(columns);
-      broken.back().back() = lines[i];
+    if (row.size() == columns) {
+      std::ranges::move(presentation::BreakLastCell(row, left), std::back_inserter(broken));
+    } else {
+      broken.push_back(row);
     }
   }
   return presentation::AlignColumns(

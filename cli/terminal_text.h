@@ -23,8 +23,4 @@ void PrintError(const std::string& command, std::string_view text);
 std::string WrappedColumns(const std::vector<std::vector<std::string>>& rows, std::size_t columns,
                            const presentation::Terminal& terminal, int indent = 0);
 
-// The width that WrappedColumns keeps to, in columns: the terminal's, at most
-// presentation::kTextColumns.
-int TextColumns(const presentation::Terminal& terminal);
-
 }  // namespace gyrobench::cli

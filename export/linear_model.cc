@@ -126,8 +126,7 @@ std::vector<std::string> SetToZero(const calibration::Calibration& calibration) 
       if (names.empty()) continue;
       notes.push_back(
           fmt::format("gyro {}: the data do not determine {} of {}: nothing of that is taken off, "
-                      "as if it were "
-                      "0; trace data that show it, of other poses say",
+                      "as if it were 0; trace data that show it, of other poses say",
                       kAxisNames[static_cast<std::size_t>(channel.model.axis)],
                       fmt::join(names, ", "), term.id));
     }

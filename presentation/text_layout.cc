@@ -142,6 +142,15 @@ std::vector<std::string> LinesOf(const std::string& text) {
   return lines;
 }
 
+std::vector<std::vector<std::string>> BreakLastCell(std::vector<std::string> row, int columns) {
+  const std::vector<std::string> lines = LinesOf(Wrap(row.back(), columns, 0));
+  std::vector<std::vector<std::string>> rows(std::max<std::size_t>(lines.size(), 1),
+                                             std::vector<std::string>(row.size()));
+  for (std::size_t i = 0; i < lines.size(); ++i) rows[i].back() = lines[i];
+  std::move(row.begin(), row.end() - 1, rows.front().begin());
+  return rows;
+}
+
 std::string AlignColumns(const std::vector<std::vector<std::string>>& rows,
                          const std::vector<Align>& align, int indent) {
   std::vector<int> widths(align.size(), 0);

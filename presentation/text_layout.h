@@ -54,6 +54,9 @@ enum class Align { kLeft, kRight };
 std::string AlignColumns(const std::vector<std::vector<std::string>>& rows,
                          const std::vector<Align>& align, int indent = 0);
 
+// A row as several: its last cell broken between words to `columns`, beneath empty cells.
+std::vector<std::vector<std::string>> BreakLastCell(std::vector<std::string> row, int columns);
+
 // Pictures next to each other, each line padded to the widest of its picture; two spaces between.
 std::string SideBySide(const std::vector<std::string>& pictures);
 

@@ -57,7 +57,9 @@ class Layout {
     const std::string text =
         room < kNarrowestNote
             ? Lines(WithoutNote(head_), [&](const Cells& cells) { return NoteBeneath(cells); })
-            : Lines(head_, [&](const Cells& cells) { return NoteBroken(cells, room); });
+            : Lines(head_, [&](const Cells& cells) {
+                return Printed{BreakLastCell(cells, room), ""};
+              });
     return Fits(text) ? text : "";
   }
 
@@ -123,15 +125,6 @@ class Layout {
     const std::string title = head_.empty() || cells.back().empty() ? "" : head_.back();
     return {{WithoutNote(cells)},
             Paragraph(title.empty() ? cells.back() : title + ": " + cells.back(), 4)};
-  }
-  static Printed NoteBroken(const Cells& cells, int room) {
-    Printed printed{{WithoutNote(cells)}, ""};
-    const std::vector<std::string> lines = LinesOf(Wrap(cells.back(), room, 0));
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      if (i > 0) printed.lines.emplace_back(cells.size());
-      printed.lines.back().back() = lines[i];
-    }
-    return printed;
   }
 
   template <typename Print>

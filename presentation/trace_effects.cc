@@ -142,11 +142,9 @@ Document ExplainGains(const std::vector<EffectGroup>& groups) {
   Add(notes,
       Paragraph{
           "* found in all data, but not in the two thirds of them that are then tried on the rest, "
-          "or "
-          "there are too few data for that. Its figures compare all that is named with the same "
+          "or there are too few data for that. Its figures compare all that is named with the same "
           "without it; all data had a part in choosing it, so that they are no independent test, "
-          "and "
-          "not to be compared with those of a row without the mark.",
+          "and not to be compared with those of a row without the mark.",
           "note"});
   return notes;
 }

@@ -38,17 +38,8 @@ class RawColumns {
       out = whole_->col(column).segment(first, out.size());
     }
   }
-  void CopyTo(Eigen::Ref<Eigen::MatrixXd> out) const {
-    if (picked_) {
-      out = (*whole_)(*picked_, Eigen::all);
-    } else {
-      out = *whole_;
-    }
-  }
   Eigen::MatrixXd Copy() const {
-    Eigen::MatrixXd out(rows(), cols());
-    CopyTo(out);
-    return out;
+    return picked_ ? Eigen::MatrixXd((*whole_)(*picked_, Eigen::all)) : *whole_;
   }
   bool allFinite() const { return whole_->allFinite(); }
 
