@@ -1,10 +1,12 @@
-// Contents of reports as a trace would give them, made of formulas and noise.
+// Contents of reports as a trace would give them, made of formulas and noise, and terminals to show
+// them on.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "presentation/report.h"
+#include "presentation/text_layout.h"
 
 namespace gyrobench::presentation {
 
@@ -29,5 +31,12 @@ struct NamedSample {
   ReportContent content;
 };
 std::vector<NamedSample> AllSamples();
+
+inline Terminal OfColumns(int columns) {
+  Terminal terminal;
+  terminal.is_terminal = true;
+  terminal.columns = columns;
+  return terminal;
+}
 
 }  // namespace gyrobench::presentation

@@ -17,13 +17,6 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-Terminal OfColumns(int columns) {
-  Terminal terminal;
-  terminal.is_terminal = true;
-  terminal.columns = columns;
-  return terminal;
-}
-
 std::string Rendered(Table table, int columns) {
   Document document;
   Add(document, std::move(table));

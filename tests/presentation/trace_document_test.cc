@@ -5,6 +5,7 @@
 #include "base/measurement.h"
 #include "presentation/sections.h"
 #include "presentation/text_layout.h"
+#include "tests/presentation/sample_content.h"
 #include "tests/words.h"
 
 namespace gyrobench::presentation {
@@ -13,13 +14,6 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
-
-Terminal Narrow(int columns) {
-  Terminal terminal;
-  terminal.is_terminal = true;
-  terminal.columns = columns;
-  return terminal;
-}
 
 using calibration::ChannelTrace;
 using calibration::ModelParameter;
@@ -155,15 +149,15 @@ TEST(TraceText, SaysOnceWhatEffectsOfOneIdShareAndEveryNumberOfThem) {
 TEST(TraceText, LeavesNoWordOutThatItBreaksLinesAt) {
   const std::string wide = Flat(RenderText(TraceSummary(ThreeAxes()), Terminal()));
   for (const int columns : {40, 72, 300})
-    EXPECT_EQ(Flat(RenderText(TraceSummary(ThreeAxes()), Narrow(columns))), wide);
+    EXPECT_EQ(Flat(RenderText(TraceSummary(ThreeAxes()), OfColumns(columns))), wide);
 }
 
 TEST(TraceText, StaysWithinTheTerminalAndWithinAHundredColumnsWithoutOne) {
   for (const int columns : {60, 80, 99}) {
-    for (const std::string& line : Lines(TraceText(ThreeAxes(), Narrow(columns))))
+    for (const std::string& line : Lines(TraceText(ThreeAxes(), OfColumns(columns))))
       EXPECT_LE(DisplayWidth(line), columns) << line;
   }
-  for (const Terminal& terminal : {Terminal(), Narrow(400)}) {
+  for (const Terminal& terminal : {Terminal(), OfColumns(400)}) {
     for (const std::string& line : Lines(TraceText(ThreeAxes(), terminal)))
       EXPECT_LE(DisplayWidth(line), 100) << line;
   }
@@ -298,12 +292,12 @@ TEST(TraceText, TabulatesTheThreeAxesToTheDigitsOfTheirErrors) {
               HasSubstr("about x about y about z mounting 0.500 ± 0.010 - -90.250 ± 0.010 deg"));
   EXPECT_THAT(text, HasSubstr("a remark"));
   // Where three columns have no room they stand below each other, and what is not known is left out.
-  const std::string narrow = Flat(TraceText(trace, Narrow(60)));
+  const std::string narrow = Flat(TraceText(trace, OfColumns(60)));
   EXPECT_EQ(Count(narrow, "scale factor"), 3);
-  EXPECT_THAT(Flat(TraceText(trace, Narrow(40))), HasSubstr("about x mounting 0.500 ± 0.010 deg "
-                                                            "about z mounting -90.250"));
+  EXPECT_THAT(Flat(TraceText(trace, OfColumns(40))), HasSubstr("about x mounting 0.500 ± 0.010 deg "
+                                                               "about z mounting -90.250"));
   // Nor is there room for one with its name and unit.
-  EXPECT_THAT(TraceText(trace, Narrow(32)),
+  EXPECT_THAT(TraceText(trace, OfColumns(32)),
               HasSubstr("    A x, deg/s per LSB\n      x: 0.00750000 ± 0.00000010\n      y: "));
 }
 
