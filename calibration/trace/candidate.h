@@ -55,6 +55,10 @@ struct Candidate {
     return effect->search == Search::kGrid || effect->search == Search::kFrequency ||
            effect->search == Search::kPeriods;
   }
+  // The data know what it does, but not its non-linear parameters beside its coefficients: those
+  // hold for the parameters as they are, which have no standard error.
+  bool shape_held = false;
+  bool shape_is_free() const { return searched() && !shape_held; }
   bool of_one_run() const { return effect != nullptr && effect->of_one_run(); }
   // A scan has found it, at its place; there is no grid of such.
   bool scanned() const {

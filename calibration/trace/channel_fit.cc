@@ -17,7 +17,7 @@ constexpr double kSlopeStep = 1e-4;  // of a parameter's range
 // d(columns c) / d theta of each non-linear parameter: rows x parameters.
 Eigen::MatrixXd Slopes(const ChannelProblem& problem, const std::vector<std::string>& covariates,
                        const Candidate& member, const Eigen::VectorXd& coefficients) {
-  if (!member.searched()) return Eigen::MatrixXd(problem.rows(), 0);
+  if (!member.shape_is_free()) return Eigen::MatrixXd(problem.rows(), 0);
   const RefineRange range = *RangeOf(problem, member);
   Eigen::MatrixXd out(problem.rows(), static_cast<Eigen::Index>(range.start.size()));
   for (std::size_t k = 0; k < range.start.size(); ++k) {

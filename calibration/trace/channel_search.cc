@@ -1,6 +1,7 @@
 #include "calibration/trace/channel_search.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -111,6 +112,7 @@ class ChannelSearcher {
     DropCrowd(&found->selection);
     if (DropUseless(&found->selection)) DropWhereResidualsCorrelate(&*found);
     DropUncertain(&found->selection);
+    RemarkOnHeldShapes(found->selection);
     return found;
   }
 
@@ -368,8 +370,9 @@ class ChannelSearcher {
     }
   }
 
-  // A value that is not clear of zero by its own standard errors, those of its non-linear
-  // parameters in them, is no finding: what was gained was gained by the freedom of its shape.
+  // A value that is not clear of zero by its own standard errors is no finding. Where its
+  // non-linear parameters are what makes it uncertain, as of a resonance that one speed alone meets,
+  // the data know what the effect does but not its shape: that is held, and the value tried again.
   void DropUncertain(Selection* selection) const {
     for (bool again = true; again && !selection->members().empty();) {
       again = false;
@@ -390,8 +393,29 @@ class ChannelSearcher {
         weakest = i;
       }
       if (weakest == selection->members().size()) return;
-      selection->Remove(weakest);
+      if (selection->members()[weakest].shape_is_free()) {
+        selection->HoldShape(weakest);
+      } else {
+        selection->Remove(weakest);
+      }
       again = true;
+    }
+  }
+
+  void RemarkOnHeldShapes(const Selection& selection) {
+    for (const Candidate& member : selection.members()) {
+      if (!member.shape_held) continue;
+      std::vector<std::string> names;
+      if (member.effect != nullptr) {
+        for (const NonlinearParameter& parameter : member.effect->nonlinear)
+          names.push_back(parameter.name);
+      } else {
+        names.push_back("T0");
+      }
+      remarks_.push_back(fmt::format(
+          "{}: the data show what it does where they are, but do not determine {}: stated without "
+          "an error; at other values of what it depends on it may act otherwise",
+          member.id, fmt::join(names, " and ")));
     }
   }
 

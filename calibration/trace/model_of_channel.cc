@@ -55,12 +55,12 @@ void AppendNames(const Candidate& member, std::vector<std::string>* names) {
   if (member.effect == nullptr) {
     for (std::size_t k = 0; k < member.columns.size(); ++k)
       names->push_back(fmt::format("{}.{}", member.id, k));
-    if (member.searched()) names->push_back(member.id + ".T0");
+    if (member.shape_is_free()) names->push_back(member.id + ".T0");
     return;
   }
   for (const EffectTerm& term : member.effect->terms)
     names->push_back(member.id + "." + term.name + member.suffix);
-  if (!member.searched()) return;
+  if (!member.shape_is_free()) return;
   for (const NonlinearParameter& parameter : member.effect->nonlinear)
     names->push_back(member.id + "." + parameter.name + member.suffix);
 }

@@ -1,0 +1,68 @@
+// A resonance that one speed alone meets: its offset at that speed is known, its place and width are
+// not, because one that is farther off and higher does the same.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tests/calibration/synthetic_bench.h"
+#include "tests/calibration/trace_once.h"
+
+namespace gyrobench::testing {
+namespace {
+
+using calibration::ChannelTrace;
+using calibration::ModelParameter;
+using calibration::TracedEffect;
+
+constexpr double kMet_deg_s = 20.0, kShift_deg_s = 0.01;
+
+Motion ThreeSpeeds() {
+  Motion motion;
+  for (int round = 0; round < 3; ++round) {
+    for (const double rate_deg_s : {8.0, kMet_deg_s, 45.0})
+      motion.Rest(4.0).ThereAndBack(kInnerAxis, 90.0, rate_deg_s);
+  }
+  return motion;
+}
+
+const ModelParameter& Named(const TracedEffect& effect, const std::string& name) {
+  return *std::ranges::find(effect.parameters, name, &ModelParameter::name);
+}
+
+TEST(AResonanceThatOneSpeedMeets, IsNamedWithWhatItDoesThereAndNoErrorOfItsShape) {
+  BenchSensor sensor;
+  sensor.angle_random_walk_deg_sqrt_s = 0.005;
+  const SyntheticBench bench(ThreeSpeeds(), sensor);
+  Injection shift;
+  shift.rate_deg_s = [](const BenchState& s) {
+    const double rate_deg_s = std::fabs(s.table.rate_deg_s[kInnerAxis]);
+    return std::fabs(rate_deg_s - kMet_deg_s) < 2.0 ? kShift_deg_s : 0.0;
+  };
+  int held = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const ChannelTrace channel = TraceOf(bench.Measure(shift, seed));
+    ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", seed " << seed;
+    const TracedEffect& effect = channel.effects[0];
+    ASSERT_EQ(effect.id, "bias.vibration") << channel.summary << ", seed " << seed;
+    const ModelParameter &amplitude = Named(effect, "A"), &place = Named(effect, "f0"),
+                         &width = Named(effect, "width");
+    const double off = (kMet_deg_s - place.value) / width.value;
+    const double there = 1.0 / (1.0 + off * off);
+    EXPECT_GT(amplitude.value, 2.0 * amplitude.std_error);
+    if (!std::isnan(place.std_error)) continue;
+    ++held;
+    EXPECT_TRUE(std::isnan(width.std_error));
+    // 1.3 in 100,000 of each.
+    EXPECT_NEAR(amplitude.value * there, kShift_deg_s, 4.2 * amplitude.std_error * there);
+    EXPECT_TRUE(std::ranges::any_of(channel.remarks, [](const std::string& remark) {
+      return remark.starts_with("bias.vibration: ") &&
+             remark.find("do not determine f0 and width") != std::string::npos;
+    }));
+  }
+  EXPECT_GE(held, 3);
+}
+
+}  // namespace
+}  // namespace gyrobench::testing
