@@ -16,7 +16,10 @@ FINDS_FAULT = """#!/bin/sh
 for last; do :; done
 echo "fault in $last"
 echo begin >>"$TIDY_LOG"
-while [ "$(grep -c begin "$TIDY_LOG")" -lt "${TIDY_WAITS_FOR:-0}" ]; do :; done
+begun() { [ "$(grep -c begin "$TIDY_LOG")" -ge "$1" ]; }
+until begun "${TIDY_WAITS_FOR:-0}"; do :; done
+looks=0
+until begun "${TIDY_LOOKS_OUT_FOR:-0}" || [ "$looks" -ge 50 ]; do looks=$((looks + 1)); done
 echo end >>"$TIDY_LOG"
 exit 1
 """
@@ -28,6 +31,7 @@ class Repository:
     def __init__(self, folder):
         self.root = pathlib.Path(folder) / "clone"
         self.log = pathlib.Path(folder) / "log"
+        self.left_out = []  # sources that the build does not compile
         programs = pathlib.Path(folder) / "programs"
         programs.mkdir()
         (programs / "clang-tidy").write_text(FINDS_FAULT)
@@ -65,7 +69,8 @@ class Repository:
                               env=self.environment, capture_output=True, text=True)
 
     def tidy(self, *arguments):
-        sources = [str(path) for path in self.root.rglob("*.cc")]
+        sources = [str(path) for path in self.root.rglob("*.cc")
+                   if str(path.relative_to(self.root)) not in self.left_out]
         build = self.root / "build"
         build.mkdir(exist_ok=True)
         (build / "compile_commands.json").write_text(json.dumps(
@@ -105,7 +110,34 @@ class ToolsOfTheRepository(unittest.TestCase):
     def test_a_changed_header_that_no_source_includes_is_named(self):
         self.repository.old(base__other_cc="")
         self.repository.commit(base__alone_h="int changed;\n")
-        self.assertIn("base/alone.h", self.repository.tidy().stdout)
+        done = self.repository.tidy()
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn("base/alone.h", done.stdout)
+
+    def test_a_changed_source_that_this_build_does_not_compile_is_named_and_not_passed(self):
+        self.repository.old(base__old_cc="")
+        self.repository.commit(base__left_cc="int changed;\n")
+        self.repository.left_out = ["base/left.cc"]
+        done = self.repository.tidy()
+        self.assertEqual(done.returncode, SKIPPED, done.stdout)
+        self.assertIn("base/left.cc", done.stdout)
+
+    def merged(self, *arguments, **files):
+        """A merge of a branch that added a source; `files` as the merge leaves them, changed by nobody before."""
+        self.repository.old(base__old_cc="")
+        self.repository.git("checkout", "--quiet", "-b", "side")
+        self.repository.commit(base__side_cc="int side;\n")
+        self.repository.git("checkout", "--quiet", "-")
+        self.repository.commit(base__main_cc="int main_line;\n")
+        self.repository.git("merge", "--quiet", "--no-ff", "--no-commit", *arguments, "side")
+        self.repository.commit(**files)
+
+    def test_what_came_by_a_merge_is_looked_at_and_so_is_what_the_merge_itself_changed(self):
+        self.merged(base__old_cc="int by_the_merge;\n")
+        done = self.repository.tidy()
+        self.assertEqual(done.returncode, 1, done.stdout)
+        for name in ("base/side.cc", "base/main.cc", "base/old.cc"):
+            self.assertIn(name, done.stdout)
 
     def test_a_clone_without_history_is_skipped_and_says_so(self):
         self.repository.old(base__old_cc="")
@@ -121,8 +153,9 @@ class ToolsOfTheRepository(unittest.TestCase):
 
     def test_no_more_sources_at_once_than_asked_for(self):
         self.repository.old()
-        self.repository.commit(base__a_cc="", base__b_cc="", base__c_cc="", base__d_cc="")
+        self.repository.commit(**{f"base__{name}_cc": "" for name in "abcdefgh"})
         self.repository.environment["TIDY_WAITS_FOR"] = "2"  # the first goes on when a second has begun
+        self.repository.environment["TIDY_LOOKS_OUT_FOR"] = "9"  # each stays a while, for more to begin if they may
         self.repository.tidy("--jobs", "2")
         running = most = 0
         for line in self.repository.log.read_text().split():

@@ -5,7 +5,8 @@
 
 Changed is what differs from the commit GYROBENCH_TIDY_BASE; where it is not set, from where this branch left
 origin/main; and in a clone of main itself, what the last commits changed; and what was never added. Of a changed header
-its own source is looked at, or else one that includes it. A shallow clone without the commits that are asked for knows
+its own source is looked at, or else one that includes it; a header that no source includes is a fault. Of a source that
+this build does not compile, as a benchmark, nothing is known: that is said, and the test is skipped. A shallow clone without the commits that are asked for knows
 of no change that was committed: that is said, and the test is skipped. A build folder whose rooms are compiled together
 does as well: each source gets the command of its unit."""
 import argparse
@@ -51,7 +52,9 @@ def changed_names(base):
     """The newest changes first."""
     names = git("ls-files", "--others", "--exclude-standard") + git("diff", "--name-only", "HEAD")
     if base:
-        names += git("log", "--name-only", "--format=", f"{base}..HEAD")
+        # --cc: also what a merge changed by itself; the difference: also what it took from one side alone.
+        names += git("log", "--cc", "--name-only", "--format=", f"{base}..HEAD")
+        names += git("diff", "--name-only", base, "HEAD")
     return list(dict.fromkeys(names))
 
 
@@ -82,17 +85,20 @@ def source_that_shows(header, sources, includers):
 
 
 def sources_to_look_at(names, sources):
-    """And those of the names that no source of the build shows."""
-    includers, wanted, unseen = includes_of(sources), [], []
+    """And those of the names that no source of the build shows: headers that no source at all includes, and the rest."""
+    every = set(git("ls-files", "--cached", "--others", "--exclude-standard", "*.cc")) | set(sources)
+    includers, wanted, unused, not_built = includes_of(every), [], [], []
     for name in names:
         if not name.endswith((".h", ".cc")) or not (ROOT / name).is_file():
             continue
         source = source_that_shows(name, sources, includers) if name.endswith(".h") else name
         if source in sources:
             wanted.append(source)
+        elif name.endswith(".h") and source_that_shows(name, every, includers) is None:
+            unused.append(name)
         else:
-            unseen.append(name)
-    return list(dict.fromkeys(wanted)), unseen
+            not_built.append(name)
+    return list(dict.fromkeys(wanted)), unused, not_built
 
 
 def commands(build):
@@ -129,22 +135,26 @@ def main():
         print("skipped: not a clone")
         return 77
     known = commands(build)
-    wanted, left_out, no_history = sorted(known), [], False
+    wanted, left_out, unused, not_built, no_history = sorted(known), [], [], [], False
     if not options.all:
         base = base_commit()
         no_history = base is None
-        wanted, unseen = sources_to_look_at(changed_names(base), known)
+        wanted, unused, not_built = sources_to_look_at(changed_names(base), known)
         wanted, left_out = wanted[:MOST_SOURCES], wanted[MOST_SOURCES:]
-        if unseen:
-            print(f"tidy: in no source of {options.build}, so that nobody looks at them: {', '.join(unseen)}")
+        if unused:
+            print(f"tidy: no source includes {', '.join(unused)}, so that nobody looks at it: include or remove it")
+        if not_built:
+            print(f"skipped: {options.build} compiles no source that shows {', '.join(not_built)}: configure it with what "
+                  "they belong to (-DGYROBENCH_BENCHMARKS=ON ...)")
     if no_history:
         print("skipped: a shallow clone without the commits since which sources changed: `git fetch --unshallow`, or "
               "name one that is here, GYROBENCH_TIDY_BASE=COMMIT" +
               (". What is not committed is looked at all the same" if wanted else ""))
+    without_fault = 77 if no_history or not_built else 0
     if not wanted:
-        if not no_history:
+        if not (no_history or not_built or unused):
             print("tidy: no source has changed")
-        return 77 if no_history else 0
+        return 1 if unused else without_fault
     with tempfile.TemporaryDirectory(prefix="gyrobench-tidy-") as folder:
         (pathlib.Path(folder) / "compile_commands.json").write_text(json.dumps(list(known.values())))
 
@@ -163,7 +173,7 @@ def main():
           f"tidy: {len(wanted)} sources, nothing found")
     if left_out:
         print(f"tidy: {len(left_out)} more have changed; the target `tidy` looks at all sources")
-    return 1 if faults else 77 if no_history else 0
+    return 1 if faults or unused else without_fault
 
 
 if __name__ == "__main__":
