@@ -10,7 +10,6 @@
 #include <exception>
 #include <limits>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -24,7 +23,6 @@
 #include "calibration/signal/intake.h"
 #include "cli/calibration_output.h"
 #include "cli/inputs.h"
-#include "cli/json_field.h"
 #include "recording/replay.h"
 #include "recording/run_directory.h"
 
@@ -227,31 +225,6 @@ std::int64_t NowUtime() {
       .count();
 }
 
-// What run.json says, where a record has one that can be read.
-void AddRun(const recording::MeasurementFiles& record, presentation::Provenance* provenance) {
-  const fs::path file = record.folder / recording::kRunJsonName;
-  std::error_code none;
-  if (!record.is_record || !fs::exists(file, none)) return;
-  try {
-    const nlohmann::json run = recording::ReadJson(file);
-    provenance->run_id = Text(run, recording::kRunIdKey);
-    provenance->procedure = Text(run, "procedure");
-    provenance->configuration = Text(Field(run, "stand"), "name");
-    provenance->started_utime = Integer(run, recording::kStartUtimeKey);
-    provenance->ended_utime = Integer(run, "end_utime");
-    provenance->power_on_utime = Integer(Field(run, recording::kMeasurementKey), "power_on_utime");
-    provenance->version = Text(run, "version");
-    for (const auto& [name, value] : Field(run, "parameters").items())
-      provenance->parameters.emplace_back(name, Plain(value));
-    for (const auto& [index, said] : Field(run, recording::kSaidKey).items()) {
-      const nlohmann::json& t_s = Field(said, "t_s");
-      provenance->said.push_back({t_s.is_number() ? t_s.get<double>() : 0.0, Text(said, "text")});
-    }
-  } catch (const DataError& error) {
-    provenance->notes.emplace_back("run.json", error.what());
-  }
-}
-
 // Columns of all rows come and go by the thousand. The C library would give the memory of each back
 // to the system, which clears every page before it gives it out again: of ten tables that took
 // longer than any other part of their trace. All threads draw on one store, for what one of them
@@ -324,12 +297,14 @@ presentation::ReportContent MakeReportContent(const TracedInputs& inputs,
   presentation::Provenance& provenance = content.provenance;
   provenance.sensor = inputs.sensor;
   provenance.written_utime = NowUtime();
-  if (inputs.inputs.size() == 1) AddRun(inputs.inputs[0].on_disk, &provenance);
+  if (const recording::MeasurementFiles& only = inputs.inputs[0].on_disk;
+      inputs.inputs.size() == 1 && only.is_record)
+    provenance.run = recording::ReadRunFacts(only.folder);
   for (const HashedFile& file : files) {
     provenance.files.push_back({file.path.filename().string(), file.sha256,
                                 static_cast<std::int64_t>(fs::file_size(file.path))});
   }
-  if (provenance.version.empty()) provenance.version = kVersion;
+  provenance.version = provenance.run.version.empty() ? kVersion : provenance.run.version;
   return content;
 }
 

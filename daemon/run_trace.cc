@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/json_text.h"
 #include "base/version.h"
 #include "calibration/artefact/trace_json.h"
 #include "calibration/effects/effect.h"
@@ -22,28 +21,10 @@ using nlohmann::json;
 
 presentation::Provenance ProvenanceOf(const recording::RunDirectory& directory, const json& run) {
   presentation::Provenance provenance;
-  provenance.run_id = directory.run_id();
+  provenance.run = recording::RunFactsFromJson(run);
+  provenance.sensor = provenance.run.sensor;
   provenance.version = kVersion;
-  provenance.procedure = run.value("procedure", "");
-  provenance.started_utime = run.value(recording::kStartUtimeKey, std::int64_t{0});
-  provenance.ended_utime = provenance.written_utime = run.value("end_utime", std::int64_t{0});
-  if (run.contains("stand")) provenance.configuration = run["stand"].value("name", "");
-  if (run.contains(recording::kMeasurementKey)) {
-    const json& measurement = run[recording::kMeasurementKey];
-    provenance.sensor = measurement.value("sensor", "");
-    if (const auto utime = measurement.find("power_on_utime");
-        utime != measurement.end() && utime->is_number_integer())
-      provenance.power_on_utime = utime->get<std::int64_t>();
-  }
-  const json parameters = run.value("parameters", json::object());
-  for (const auto& item : parameters.items()) {
-    const json& value = item.value();
-    provenance.parameters.emplace_back(
-        item.key(), value.is_string() ? value.get<std::string>() : JsonText(value));
-  }
-  for (const json& said : run.value(recording::kSaidKey, json::array())) {
-    provenance.said.push_back({said.value("t_s", 0.0), said.value("text", "")});
-  }
+  provenance.written_utime = provenance.run.ended_utime;
   for (const auto& file : recording::FilesOfMeasurement(directory.folder()).files) {
     provenance.files.push_back({file.filename().string(), recording::Sha256OfFile(file),
                                 static_cast<std::int64_t>(std::filesystem::file_size(file))});

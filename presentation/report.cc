@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <system_error>
@@ -21,8 +22,8 @@ namespace {
 
 Markup Head(const Provenance& provenance) {
   std::string title = "Gyro calibration report";
-  if (!provenance.run_id.empty()) {
-    title += " " + provenance.run_id;
+  if (!provenance.run.run_id.empty()) {
+    title += " " + provenance.run.run_id;
   } else if (!provenance.files.empty()) {
     title += " " + provenance.files.front().name;
   }
@@ -42,7 +43,7 @@ void AddPart(std::string& line, const std::string& name, const std::string& text
 
 // "a.csv.gz and 2 more"; empty where a run is named in its place.
 std::string FilesText(const Provenance& provenance) {
-  if (!provenance.run_id.empty() || provenance.files.empty()) return "";
+  if (!provenance.run.run_id.empty() || provenance.files.empty()) return "";
   const std::string first = provenance.files.front().name;
   const std::size_t more = provenance.files.size() - 1;
   return more == 0 ? first : fmt::format("{} and {} more", first, more);
@@ -71,11 +72,11 @@ Markup Masthead(const ReportContent& content) {
   const Provenance& provenance = content.provenance;
   std::string line;
   AddPart(line, "", provenance.sensor.empty() ? "Sensor not named" : "Sensor " + provenance.sensor);
-  AddPart(line, "Run ", provenance.run_id);
+  AddPart(line, "Run ", provenance.run.run_id);
   AddPart(line, "", FilesText(provenance));
   AddPart(line, "", SamplesText(content));
-  if (provenance.started_utime != 0) {
-    AddPart(line, "", FormatUtc(provenance.started_utime));
+  if (provenance.run.started_utime != 0) {
+    AddPart(line, "", FormatUtc(provenance.run.started_utime));
   } else if (provenance.written_utime != 0) {
     AddPart(line, "report of ", FormatUtc(provenance.written_utime));
   }
@@ -93,9 +94,9 @@ Section WithoutTrace() {
 }
 
 std::string TimesOfRun(const Provenance& provenance) {
-  if (provenance.started_utime == 0) return {};
-  std::string text = FormatUtc(provenance.started_utime);
-  if (provenance.ended_utime != 0) text += " to " + FormatUtc(provenance.ended_utime);
+  if (provenance.run.started_utime == 0) return {};
+  std::string text = FormatUtc(provenance.run.started_utime);
+  if (provenance.run.ended_utime != 0) text += " to " + FormatUtc(provenance.run.ended_utime);
   return text;
 }
 
@@ -111,7 +112,7 @@ Table FileTable(const std::vector<ProvenanceFile>& files) {
 // A record names no file of its measurement: it is the run's.
 std::string NameOfInput(const ReportContent& content, const std::string& file) {
   if (!file.empty()) return file;
-  const std::string& run = content.provenance.run_id;
+  const std::string& run = content.provenance.run.run_id;
   return run.empty() ? "not named" : "run " + run;
 }
 
@@ -133,15 +134,15 @@ Table InputTable(const ReportContent& content) {
 
 // Of the run's begin, in the time that charts, defects and steps have.
 double BeginOfRun_s(const Provenance& provenance) {
-  if (provenance.power_on_utime == 0 || provenance.started_utime == 0) return 0.0;
-  return 1e-6 * static_cast<double>(provenance.started_utime - provenance.power_on_utime);
+  if (provenance.run.power_on_utime == 0 || provenance.run.started_utime == 0) return 0.0;
+  return 1e-6 * static_cast<double>(provenance.run.started_utime - provenance.run.power_on_utime);
 }
 
 std::string ZeroOfTimes(const ReportContent& content) {
   const Provenance& provenance = content.provenance;
   if (content.trace && content.trace->inputs.size() > 1)
     return "count as those of each measurement do; in charts the measurements follow one another";
-  if (provenance.started_utime == 0)
+  if (provenance.run.started_utime == 0)
     return "count as those of the measurement do, everywhere on this page";
   const double begin_s = BeginOfRun_s(provenance);
   if (begin_s == 0.0) return "count from the begin of the run, everywhere on this page";
@@ -153,8 +154,11 @@ std::string ZeroOfTimes(const ReportContent& content) {
 Section CourseSection(const Provenance& provenance) {
   Table table{{{"Time", kCount}, {"Said"}}, {}};
   const double begin_s = BeginOfRun_s(provenance);
-  for (const Provenance::Said& said : provenance.said)
-    table.Add({Number(fmt::format("{:.1f} min", (begin_s + said.t_s) / 60.0)), said.text});
+  for (const RunFacts::Said& said : provenance.run.said)
+    table.Add(
+        {Number(std::isfinite(said.t_s) ? fmt::format("{:.1f} min", (begin_s + said.t_s) / 60.0)
+                                        : "-"),
+         said.text});
   Section section{"Course of the run", {}, "short"};
   Add(section.blocks, std::move(table));
   return section;
@@ -179,17 +183,18 @@ Section DefectsOf(const ReportContent& content) {
 Section ProvenanceSection(const ReportContent& content) {
   const Provenance& provenance = content.provenance;
   Facts facts;
-  facts.Add("Run", provenance.run_id);
+  facts.Add("Run", provenance.run.run_id);
   facts.Add("Sensor", provenance.sensor);
-  facts.Add("Procedure", provenance.procedure);
-  facts.Add("Configuration", provenance.configuration);
+  facts.Add("Procedure", provenance.run.procedure);
+  facts.Add("Configuration", provenance.run.configuration);
   facts.Add("Measured", TimesOfRun(provenance));
   facts.Add("Times", ZeroOfTimes(content));
   if (provenance.written_utime != 0)
     facts.Add("Report written", FormatUtc(provenance.written_utime));
   facts.Add("gyrobench", provenance.version);
-  for (const auto& [name, value] : provenance.parameters)
+  for (const auto& [name, value] : provenance.run.parameters)
     facts.Add("Parameter " + Code(name), Quantity(value, UnitInName(name)));
+  for (const std::string& says : provenance.run.damage) facts.Add("run.json", says);
   for (const auto& [name, text] : provenance.notes) facts.Add(name, text);
   Section section{"Inputs and provenance", {}};
   Add(section.blocks, std::move(facts));

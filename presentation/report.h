@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/run_facts.h"
 #include "calibration/estimators/results.h"
 #include "calibration/trace/trace_result.h"
 
@@ -23,25 +24,12 @@ struct ProvenanceFile {
 
 // Where the numbers come from. What is not known stays empty (times: 0) and is left out.
 struct Provenance {
-  std::string run_id;
-  std::string sensor;  // serial number
-  std::string procedure;
-  std::string configuration;                        // name of the stand's configuration
-  std::string version;                              // of gyrobench
-  std::int64_t started_utime = 0, ended_utime = 0;  // of the run, microseconds since the epoch
-  std::int64_t written_utime = 0;                   // of this report
+  RunFacts run;             // empty where they come from tables
+  std::string sensor;       // serial number
+  std::string version;      // of gyrobench
+  Utime written_utime = 0;  // of this report, microseconds since the epoch
   std::vector<ProvenanceFile> files;
-  // Of the procedure, by names that end in their units: rate_deg_s.
-  std::vector<std::pair<std::string, std::string>> parameters;
   std::vector<std::pair<std::string, std::string>> notes;  // more of it: operator ...
-  struct Said {
-    double t_s = 0.0;  // since the run's begin
-    std::string text;
-  };
-  std::vector<Said> said;  // by the procedure, its choices and their reasons among it
-  // The sensor's power-on, from which the times of the measurement count, microseconds since the
-  // epoch; 0: they count from the run's begin.
-  std::int64_t power_on_utime = 0;
 };
 
 struct ReportContent {

@@ -15,6 +15,7 @@
 
 #include "base/clock.h"
 #include "base/measurement.h"
+#include "base/run_facts.h"
 
 namespace gyrobench::recording {
 
@@ -24,7 +25,7 @@ inline constexpr const char* kResultJsonName = "result.json";
 inline constexpr const char* kTraceJsonName = "trace.json";
 inline constexpr const char* kReportName = "report.html";
 
-// Keys of run.json that the replay reads. Others are the daemon's.
+// Keys of run.json that several read.
 inline constexpr const char* kRunIdKey = "run_id";
 inline constexpr const char* kStartUtimeKey =
     "start_utime";                               // integer, microseconds since the epoch
@@ -61,6 +62,12 @@ class RunDirectory {
   std::string run_id_;
   std::filesystem::path folder_;
 };
+
+// A key that is absent or null leaves its fact empty; a value of another kind, or a time that no
+// clock gives, does as well, and is a sentence of RunFacts::damage.
+RunFacts RunFactsFromJson(const nlohmann::json& run);
+// The same of the run.json in `folder`; that it is not there, or is no JSON, is damage as well.
+RunFacts ReadRunFacts(const std::filesystem::path& folder);
 
 // Writes `value` so that a reader, or a crash at any moment, finds the old file or the new one and
 // never a part: temporary file, fsync, rename, fsync of the folder. Throws DataError.

@@ -236,17 +236,28 @@ TEST(Report, CountsAllTimesFromOneZeroAndSaysWhichItIs) {
   std::string html = Html(content);
   EXPECT_THAT(html, HasSubstr("count from the begin of the run"));
   EXPECT_THAT(html, HasSubstr(">2.4\u00A0min</td>"));
-  content.provenance.started_utime = 0;  // of a table
+  content.provenance.run.started_utime = 0;  // of a table
   EXPECT_THAT(Html(content), HasSubstr("count as those of the measurement do"));
   content.trace->inputs.resize(2);
   EXPECT_THAT(Html(content), HasSubstr("in charts the measurements follow one another"));
   content.trace->inputs.resize(1);
-  content.provenance.started_utime = ExplainedSample().provenance.started_utime;
-  content.provenance.power_on_utime = content.provenance.started_utime - 600'000'000;
+  content.provenance.run.started_utime = ExplainedSample().provenance.run.started_utime;
+  content.provenance.run.power_on_utime = content.provenance.run.started_utime - 600'000'000;
   html = Html(content);
   EXPECT_THAT(html, HasSubstr("count from the sensor&#39;s power-on, everywhere on this page; the "
                               "run began 10 min 00 s after it"));
   EXPECT_THAT(html, HasSubstr(">12.4\u00A0min</td>"));
+}
+
+// A record that was damaged says so on its page, and no time is made up for what has none.
+TEST(Report, NamesWhatCouldNotBeReadOfTheRun) {
+  ReportContent content = ExplainedSample();
+  content.provenance.run.said = {{kMissing, "manoeuvre 1"}};
+  content.provenance.run.damage = {"procedure: expected a text, found 5: it is left out",
+                                   "said[0].t_s: expected a number, found true: it is left out"};
+  const std::string html = Html(content);
+  for (const std::string& says : content.provenance.run.damage) EXPECT_THAT(html, HasSubstr(says));
+  EXPECT_THAT(html, HasSubstr(">–</td><td>manoeuvre 1</td>"));
 }
 
 TEST(Report, SaysBesideTheBaselineWhichOfItsNumbersTheTraceNamesEffectsOf) {

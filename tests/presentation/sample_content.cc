@@ -161,22 +161,22 @@ ChannelTrace ExplainedChannel() {
 
 Provenance SampleProvenance() {
   Provenance provenance;
-  provenance.run_id = "20261121-153012-full-sequence";
+  provenance.run.run_id = "20261121-153012-full-sequence";
   provenance.sensor = "MPU-6050 0417";
-  provenance.procedure = "full_sequence";
-  provenance.configuration = "laboratory";
+  provenance.run.procedure = "full_sequence";
+  provenance.run.configuration = "laboratory";
   provenance.version = "0.1.0";
-  provenance.started_utime = 1'795'275'012'000'000;
-  provenance.ended_utime = 1'795'277'274'000'000;
+  provenance.run.started_utime = 1'795'275'012'000'000;
+  provenance.run.ended_utime = 1'795'277'274'000'000;
   provenance.written_utime = 1'795'277'280'000'000;
   provenance.files = {
       {"events.lcmlog", "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08",
        48'211'904},
       {"stepper-encoder-z-slow.csv.gz",
        "60303ae22b998861bce3b28f33eec1be758a213c86c93c076dbe9f558c11c752", 1'904'112}};
-  provenance.parameters = {{"rate_deg_s", "20"}, {"axes", "z"}};
+  provenance.run.parameters = {{"rate_deg_s", "20"}, {"axes", "z"}};
   provenance.notes = {{"Operator", "A. Example"}};
-  provenance.said = {{144.0, "manoeuvre 1: three speeds both ways, z level, 1.3 min"}};
+  provenance.run.said = {{144.0, "manoeuvre 1: three speeds both ways, z level, 1.3 min"}};
   return provenance;
 }
 
@@ -363,11 +363,11 @@ ReportContent HostileSample() {
   content.analysis->scale.front().unit = kHostileText;
   content.analysis->remarks = {kHostileText};
   Provenance& provenance = content.provenance;
-  provenance.run_id = provenance.sensor = provenance.procedure = kHostileText;
-  provenance.configuration = provenance.version = kHostileText;
+  provenance.run.run_id = provenance.sensor = provenance.run.procedure = kHostileText;
+  provenance.run.configuration = provenance.version = kHostileText;
   provenance.files = {{kHostileText, kHostileText, 0}};
-  provenance.parameters = provenance.notes = {{kHostileText, kHostileText}};
-  provenance.said = {{60.0, kHostileText}};
+  provenance.run.parameters = provenance.notes = {{kHostileText, kHostileText}};
+  provenance.run.said = {{60.0, kHostileText}};
   return content;
 }
 
