@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -23,11 +24,14 @@ concept HasFields = requires(FieldWriter& writer, const T& value) {
   Fields(writer, value);
 };
 
-// Without the axis or the verdict nothing of these can be said.
+// What an entry of a list is of, for the sentences on those that are left out.
 template <typename T>
-constexpr bool kNeedsItsNames =
-    std::is_same_v<T, calibration::ChannelTrace> || std::is_same_v<T, calibration::BiasResult> ||
-    std::is_same_v<T, calibration::ScaleResult>;
+std::string SubjectOf(const T& /*entry*/) {
+  return "axis";
+}
+std::string SubjectOf(const calibration::TracedEffect& effect) {
+  return effect.id.empty() ? "effect" : fmt::format("effect ({})", effect.id);
+}
 
 template <typename T, typename... Rules>
 constexpr bool kIsName = std::is_enum_v<T> && sizeof...(Rules) == 1 &&
@@ -57,15 +61,28 @@ class StoredFields {
     value = other;
     (*this)(key, value);
   }
+  template <typename T>
+  void IfThere(const char* key, std::optional<T>& value) {
+    if (!cli::Field(object_, key).is_null()) (*this)(key, value.emplace());
+  }
   template <typename List>
   void Group(Key key, const List& list) {
     StoredFields part(cli::Field(object_, key.name), PathOf(key.name), not_known_);
     list(part);
-    if (!part.unknown_.empty()) not_known_.push_back(part.unknown_);
+    part.SayUnread(kOnlyNotKnown);
   }
   void Constant(const char*, const char*) {}
 
+  // What the file is of.
+  template <typename T>
+  void ReadTop(T& value) {
+    Fields(*this, value);
+    SayUnread(kOnlyNotKnown);
+  }
+
  private:
+  static constexpr const char* kOnlyNotKnown = "it is not known here";
+
   std::string PathOf(const std::string& key) const { return path_ + "." + key; }
 
   template <typename Enum>
@@ -76,9 +93,10 @@ class StoredFields {
       value = static_cast<Enum>(found - names.begin());
       return;
     }
-    unread_ = fmt::format("{} is {}, and this version knows {}", PathOf(key),
-                          json.is_null() ? "not there" : JsonText(json), fmt::join(names, ", "));
-    if (!json.is_null()) unknown_ = unread_;
+    if (!object_.is_object()) return;  // all of it is not there
+    unread_.push_back(fmt::format("{} is {}, and this version knows {}", PathOf(key),
+                                  json.is_null() ? "not there" : JsonText(json),
+                                  fmt::join(names, ", ")));
   }
 
   template <typename T, typename... Rules>
@@ -104,7 +122,7 @@ class StoredFields {
   void Read(const nlohmann::json& json, const std::string& path, T& value) {
     StoredFields reader(json, path, not_known_);
     Fields(reader, value);
-    if (!reader.unknown_.empty()) not_known_.push_back(reader.unknown_);
+    reader.SayUnread(kOnlyNotKnown);
   }
   template <HasFields T>
   void Read(const nlohmann::json& json, const std::string& path, std::vector<T>& values) {
@@ -112,39 +130,38 @@ class StoredFields {
     for (std::size_t i = 0; i < json.size(); ++i) {
       const std::string place = fmt::format("{}[{}]", path, i);
       T value;
-      if constexpr (kNeedsItsNames<T>) {
-        if (!ReadWhole(json[i], place, value)) continue;
-      } else {
-        Read(json[i], place, value);
-      }
-      values.push_back(std::move(value));
+      if (ReadWhole(json[i], place, value)) values.push_back(std::move(value));
     }
   }
-  // False where what the entry is of is not known.
+  // False where a name of the entry, what it is of or how it was judged, is not known: a default in
+  // its place would be a statement that nobody made.
   template <typename T>
   bool ReadWhole(const nlohmann::json& json, const std::string& path, T& value) {
     StoredFields reader(json, path, not_known_);
     Fields(reader, value);
-    std::string why = reader.unread_;
     if constexpr (std::is_same_v<T, calibration::ChannelTrace>) {
-      if (why.empty() && !IsTraced(value) && !cli::Field(json, "baseline").is_object())
-        why = path + ".baseline is not there, which says whether the axis was traced";
+      if (reader.unread_.empty() && !IsTraced(value) && !cli::Field(json, "baseline").is_object())
+        reader.unread_.push_back(path +
+                                 ".baseline is not there, which says whether the axis was traced");
     }
-    if (!why.empty()) not_known_.push_back(why + ": nothing is said of that axis here");
-    return why.empty();
+    reader.SayUnread(fmt::format("nothing is said of that {} here", SubjectOf(value)));
+    return reader.unread_.empty();
+  }
+  void SayUnread(const std::string& consequence) const {
+    for (const std::string& why : unread_) not_known_.push_back(why + ": " + consequence);
   }
 
   const nlohmann::json& object_;
   std::string path_;
   std::vector<std::string>& not_known_;
-  std::string unread_, unknown_;  // a name that is not known; one that is there
+  std::vector<std::string> unread_;  // names of this object that are not known, or not there
 };
 
 template <typename T>
 T ReadStored(const nlohmann::json& json, const char* what, std::vector<std::string>& not_known) {
   T value;
   StoredFields reader(json, what, not_known);
-  Fields(reader, value);
+  reader.ReadTop(value);
   return value;
 }
 

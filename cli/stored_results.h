@@ -10,9 +10,10 @@
 
 namespace gyrobench::cli {
 
-// A field that is missing, null or of another kind reads as not known, never as an error. An axis
-// or a verdict that this version does not know makes the entry that it is of unreadable: the entry
-// is left out, and a remark of the result says which field has which value, and what is known.
+// A field that is missing, null or of another kind reads as not known, never as an error. A name
+// (axis, verdict, whose an effect is ...) that is missing, or that this version does not know, is a
+// remark of the result, each of them: which field has which value, and what is known. The entry of
+// a list that it belongs to is left out, for any default would be a statement of ours.
 calibration::AnalysisResult ReadAnalysis(const nlohmann::json& json);
 
 struct StoredTrace {

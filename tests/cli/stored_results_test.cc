@@ -155,6 +155,57 @@ TEST(ReadTrace, SaysWhichVerdictOrAxisItDoesNotKnowAndInventsNone) {
               testing::ElementsAre(testing::HasSubstr("trace.channels[0].verdict is not there")));
 }
 
+calibration::TraceResult WithTwoEffects() {
+  calibration::TraceResult trace;
+  calibration::ChannelTrace& channel = trace.channels.emplace_back();
+  channel.baseline.whitened_rms = 1.0;
+  channel.effects.resize(2);
+  channel.effects[0].id = "angle.ripple";
+  channel.effects[0].owner = calibration::EffectOwner::kReference;
+  channel.effects[1].id = "scale.cubic";
+  return trace;
+}
+
+// Whose an effect is, where it is from and what it was chosen on are told like an axis is.
+TEST(ReadTrace, LeavesOutAnEffectOfWhichItDoesNotKnowANameAndTellsEach) {
+  json later = calibration::ToJson(WithTwoEffects());
+  json& effect = later["channels"][0]["effects"][1];
+  effect["origin"] = "guessed";
+  effect["owner"] = "air";
+  effect.erase("chosen_on");
+  const StoredTrace trace = ReadTrace(later);
+  const auto& effects = trace.result.channels.at(0).effects;
+  ASSERT_EQ(effects.size(), 1u);
+  EXPECT_EQ(effects[0].id, "angle.ripple");
+  EXPECT_EQ(effects[0].owner, calibration::EffectOwner::kReference);
+  const std::string place = "trace.channels[0].effects[1].";
+  const std::string consequence = ": nothing is said of that effect (scale.cubic) here";
+  EXPECT_THAT(
+      trace.not_known,
+      testing::ElementsAre(place +
+                               "origin is \"guessed\", and this version knows catalogue, "
+                               "composed, empirical" +
+                               consequence,
+                           place +
+                               "owner is \"air\", and this version knows gyro, reference, "
+                               "bench" +
+                               consequence,
+                           place +
+                               "chosen_on is not there, and this version knows training_part, "
+                               "all_data" +
+                               consequence));
+}
+
+TEST(ReadTrace, TellsAllNamesOfAnAxisThatItDoesNotKnow) {
+  json later = LaterTrace();
+  later["channels"][0]["gyro"] = "w";
+  later["channels"][0]["verdict"] = "contradicted";
+  const StoredTrace trace = ReadTrace(later);
+  EXPECT_EQ(trace.result.channels.size(), 1u);
+  EXPECT_THAT(trace.not_known, testing::ElementsAre(testing::HasSubstr("[0].gyro is \"w\""),
+                                                    testing::HasSubstr("[0].verdict is")));
+}
+
 TEST(ReadTrace, CallsNoAxisUntracedOfWhichTheTraceDoesNotSay) {
   json without = LaterTrace();
   without["channels"][0].erase("baseline");
@@ -164,6 +215,18 @@ TEST(ReadTrace, CallsNoAxisUntracedOfWhichTheTraceDoesNotSay) {
               testing::ElementsAre(testing::HasSubstr("trace.channels[0].baseline is not there")));
   without["channels"][0]["verdict"] = "unexplained";  // of an axis that was traced
   EXPECT_EQ(ReadTrace(without).result.channels.size(), 2u);
+}
+
+TEST(ReadAnalysis, TellsEveryNameOfTheMeasurementThatItDoesNotKnow) {
+  json later = calibration::ToJson(SomeResult());
+  later["info"]["gyro_unit"] = "rev_min";
+  later["info"].erase("reference");
+  EXPECT_THAT(
+      ReadAnalysis(later).remarks,
+      testing::IsSupersetOf(
+          {testing::HasSubstr("result.info.gyro_unit is \"rev_min\", and this version knows "
+                              "lsb, deg_s, rad_s: it is not known here"),
+           testing::HasSubstr("result.info.reference is not there")}));
 }
 
 TEST(ReadAnalysis, SaysWhichAxisItDoesNotKnow) {
