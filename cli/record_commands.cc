@@ -92,7 +92,7 @@ std::string HeadText(const Json& record, const presentation::Terminal& terminal)
   AddRow(rows, "began", LocalTime(run));
   AddRow(rows, "outcome", OutcomeText(run));
   AddRow(rows, "", Text(run, "problem"));
-  AddRow(rows, "stand", Text(run, "stand"));
+  AddRow(rows, "stand", Text(Field(run, "stand"), "name"));
   AddRow(rows, "record", Text(record, "record"));
   return WrappedColumns(rows, 2, terminal);
 }

@@ -110,6 +110,7 @@ class Records : public testing::Test {
                                                          {"procedure", "scale"},
                                                          {"parameters", {{"turns", 40}}},
                                                          {"start_utime", 1'767'225'600'000'000},
+                                                         {"stand", {{"name", "laboratory"}}},
                                                          {"outcome", "done"}}
                                                         .dump());
     folder_.Write("20260101-000000-scale/result.json", Result().dump());
@@ -195,6 +196,7 @@ TEST_F(Records, ShowPrintsTheRunAndItsResults) {
   const Finished finished = Gyrobench({"show", "20260101", "--records", folder_ / ""});
   EXPECT_EQ(finished.status, 0) << finished.err;
   EXPECT_THAT(finished.out, HasSubstr("turns = 40"));
+  EXPECT_THAT(finished.out, HasSubstr("laboratory"));
   EXPECT_THAT(finished.out, HasSubstr("-12.25 ± 0.15"));
   EXPECT_THAT(finished.out, HasSubstr("short run"));
   EXPECT_THAT(finished.out, Not(HasSubstr("nan")));
