@@ -1,7 +1,6 @@
 #include "cli/traced_inputs.h"
 
 #include <fmt/format.h>
-#include <malloc.h>
 
 #include <algorithm>
 #include <atomic>
@@ -25,6 +24,10 @@
 #include "cli/inputs.h"
 #include "recording/replay.h"
 #include "recording/run_directory.h"
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace gyrobench::cli {
 namespace {
