@@ -10,17 +10,12 @@
 #include <utility>
 
 #include "base/geometry.h"
+#include "calibration/signal/output_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
 
-// MPU-6050 data sheet: 3 % at 25 degC and 2 % more over temperature; no MEMS gyro on the market has
-// more than 10 %.
-constexpr double kLargestScaleError = 0.2;
-// How near a factor must be to one that a wrong setting makes: beyond what parts differ by.
-constexpr double kNear = 0.1;
-
-bool IsNear(double value, double factor) { return std::fabs(value / factor - 1.0) < kNear; }
+bool IsNear(double value, double factor) { return std::fabs(value / factor - 1.0) < kNearFactor; }
 
 // Ratio of true rate to felt rate where nothing is felt.
 constexpr double kFeelsNothing = std::numeric_limits<double>::infinity();

@@ -23,9 +23,9 @@ constexpr std::size_t kWhitenessLags = 10;
 constexpr std::size_t kMaxBiasOrder = 2;
 // Other axes' rotation that cannot be told from this axis's: beyond this growth of the variance.
 constexpr double kInseparable = 100.0;
-// MPU-6050 data sheet: cross-axis sensitivity within ±2 %, taken as uniform; scale factor within
-// 3 %. What cross-axis sensitivity may make more of than that is no result.
-constexpr double kMostCrossAxis = 0.02, kMostScaleError = 0.03;
+// MPU-6050 data sheet: cross-axis sensitivity within ±2 %, taken as uniform. What it may make more
+// of than the scale factor's own tolerance is no result.
+constexpr double kMostCrossAxis = 0.02;
 // Standard deviation of what is uniform within ±1.
 const double kUniform = 1.0 / std::sqrt(3.0);
 
@@ -146,7 +146,7 @@ bool ChannelScale::TakeTogether(const IntervalSeries& series, ScaleResult* resul
     if (with_own.solvable) square += std::pow(kMostCrossAxis * with_own.coefficients[0], 2);
   }
   const double most = std::sqrt(square);
-  if (!(most <= kMostScaleError)) {
+  if (!(most <= kScaleOfDataSheet)) {
     *reason = fmt::format(
         "its axis turned only with the others, and by {:.2g} of what they did: cross-axis "
         "sensitivity alone may make {:.2g} % of it; turn about this axis",

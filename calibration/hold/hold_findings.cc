@@ -9,6 +9,7 @@
 #include "base/geometry.h"
 #include "calibration/effects/effect.h"
 #include "calibration/hold/hold_judgement.h"
+#include "calibration/signal/output_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -157,11 +158,6 @@ std::vector<HoldFinding> WhatIsLeft(const HeldChain& chain, const HoldFit& fit,
 
 namespace {
 
-// No MEMS part on the market has a scale error of more than 10 %.
-constexpr double kLargestScaleError = 0.2;
-// How near a factor must be to one that a wrong unit makes: beyond what parts differ by.
-constexpr double kNear = 0.1;
-
 struct WrongUnit {
   double factor;  // of the output by what it should be
   const char* says;
@@ -183,7 +179,7 @@ constexpr WrongUnit kOfAccelerometer[] = {
 
 std::string Cause(double factor, std::span<const WrongUnit> causes, const char* else_check) {
   for (const WrongUnit& cause : causes) {
-    if (std::fabs(factor / cause.factor - 1.0) < kNear) return cause.says;
+    if (std::fabs(factor / cause.factor - 1.0) < kNearFactor) return cause.says;
   }
   return else_check;
 }

@@ -20,8 +20,8 @@ std::array<double, 3> TurnedAbout(const HeldChain& chain, const HoldState& state
 
 // Why there can be no calibration, in sentences that say what to do; empty where there can be one.
 // Judged by the standard errors that the poses permit at the rests' noise: an element of the gyro's
-// or the accelerometer's matrix, or the accelerometer's offset in g, that stays beyond 3 % (what a
-// data sheet says without any measurement) is not known.
+// or the accelerometer's matrix, or the accelerometer's offset in g, that stays beyond what the
+// data sheet says without any measurement (kScaleOfDataSheet) is not known.
 std::vector<std::string> WhatIsMissing(const HeldChain& chain, const HoldState& state,
                                        const HoldNoise& noise);
 

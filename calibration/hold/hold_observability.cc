@@ -7,6 +7,7 @@
 
 #include "base/geometry.h"
 #include "calibration/hold/hold_judgement.h"
+#include "calibration/signal/output_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -15,7 +16,6 @@ using Eigen::Index;
 using Eigen::Vector3d;
 
 constexpr double kCovered_deg = 35.0;
-constexpr double kUnknown = 0.03;
 // What is held to be possible of a parameter before anything is measured.
 constexpr double kBefore = 1.0;
 // An axis that turned by less in all, there and back, has not been turned about.
@@ -94,16 +94,17 @@ std::vector<std::string> WhatIsMissing(const HeldChain& chain, const HoldState& 
   std::vector<std::string> missing, elements, accelerometer;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
-      if (errors[static_cast<Index>(kAtM + 3 * i + j)] > kUnknown)
+      if (errors[static_cast<Index>(kAtM + 3 * i + j)] > kScaleOfDataSheet)
         elements.push_back(fmt::format("{}{}", "xyz"[i], "xyz"[j]));
     }
   }
   for (Index i = 0; i < 3; ++i) {
     const char axis = "xyz"[i];
-    if (errors[kAtScale + i] > kUnknown) accelerometer.push_back(fmt::format("scale {}", axis));
-    if (errors[kAtOffset + i] > kUnknown * state.accel.scale.mean())
+    if (errors[kAtScale + i] > kScaleOfDataSheet)
+      accelerometer.push_back(fmt::format("scale {}", axis));
+    if (errors[kAtOffset + i] > kScaleOfDataSheet * state.accel.scale.mean())
       accelerometer.push_back(fmt::format("offset {}", axis));
-    if (errors[kAtShear + i] > kUnknown)
+    if (errors[kAtShear + i] > kScaleOfDataSheet)
       accelerometer.push_back(fmt::format(
           "angle {}",
           std::array<const char*, 3>{"y-z", "z-x", "x-y"}.at(static_cast<std::size_t>(i))));

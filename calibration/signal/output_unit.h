@@ -1,4 +1,4 @@
-// The unit of a gyro's output, and what one deg/s is in it by its data sheet.
+// The unit of a gyro's output, and what data sheets say of its scale.
 #pragma once
 
 #include <string>
@@ -14,6 +14,14 @@ double NominalUnitsPerDegPerS(const MeasurementInfo& info);
 // Units of the raw output per deg/s, for limits that need no exact figure: counts whose sensitivity
 // nobody said are taken for those of the most usual range.
 double RoughUnitsPerDeg_s(const MeasurementInfo& info);
+
+// Of the scale factor before anything is measured (MPU-6050 data sheet 3.4, section 6.1): within
+// 3 % at 25 degC; another 2 % over temperature.
+inline constexpr double kScaleOfDataSheet = 0.03;
+// No MEMS part on the market is off by more than 10 %: twice that is no part but a mistake.
+inline constexpr double kLargestScaleError = 0.2;
+// How near a factor must be to one that a wrong unit or setting makes: beyond what parts differ by.
+inline constexpr double kNearFactor = 0.1;
 
 // Faster than a table or a hand can make it: two samples that differ by more are not of one motion.
 inline constexpr double kWildAcceleration_deg_s2 = 5000.0;
