@@ -68,8 +68,6 @@ bool GoTogether(const std::vector<calibration::AnalysisResult>& analyses) {
 bool CanBe(const calibration::AnalysisResult& analysis) {
   bool can_be = true;
   for (const std::string& one : calibration::Implausible(analysis)) {
-    // Where a remark names another cause there is nothing more to say.
-    if (!std::ranges::count(analysis.remarks, one)) continue;
     PrintError("analyze", fmt::format("{}: {}", analysis.info.source, one));
     can_be = false;
   }

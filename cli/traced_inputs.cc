@@ -89,19 +89,51 @@ void RemarkOnScale(TracedInputs* out) {
   }
 }
 
-// Scale factors that no part has, said first.
-void RemarkOnImplausibleScales(TracedInputs* out) {
+// Scale factors of all inputs together that no part has.
+std::vector<std::string> ImplausibleTogether(const TracedInputs& inputs) {
   std::vector<Defect> defects;
-  for (const auto& input : out->traced.result.inputs)
+  for (const auto& input : inputs.traced.result.inputs)
     defects.insert(defects.end(), input.defects.begin(), input.defects.end());
   const std::string cause = calibration::CauseAmong(defects);
-  for (const calibration::ChannelModel& model : out->traced.models) {
+  std::vector<const MeasurementInfo*> infos;
+  for (const calibration::Recording& recording : inputs.recordings)
+    infos.push_back(&recording.info);
+  std::vector<std::string> out;
+  for (const calibration::ChannelModel& model : inputs.traced.models) {
     const auto axis = static_cast<std::size_t>(model.axis);
     const bool fitted = model.m_row_std_error[axis] > 0.0;
     const double ratio = fitted ? 1.0 / model.m_row[axis] : kMissing;
-    if (auto says =
-            calibration::ImplausibleScale(ratio, model.axis, out->recordings[0].info, cause))
-      out->implausible.push_back(std::move(*says));
+    if (auto says = calibration::ImplausibleScale(ratio, model.axis, infos, cause))
+      out.push_back(std::move(*says));
+  }
+  return out;
+}
+
+// The same of each input alone, by its own unit, sensitivity, gear and defects.
+std::vector<std::string> ImplausibleAlone(const std::vector<calibration::Recording>& recordings) {
+  std::vector<std::string> out;
+  for (const calibration::Recording& recording : recordings) {
+    try {
+      for (const std::string& says : calibration::Implausible(calibration::Analyze(recording)))
+        out.push_back(fmt::format("{}: {}", recording.info.source, says));
+    } catch (const DataError&) {  // alone it says nothing
+    }
+  }
+  return out;
+}
+
+// Scale factors that no part has, said first. Of several inputs those are named that cannot be
+// alone: together they need not differ by any factor that has a cause. Of clocks that were not
+// started together no other cause is to be looked for.
+void RemarkOnImplausibleScales(TracedInputs* out) {
+  out->implausible = ImplausibleTogether(*out);
+  if (out->implausible.empty()) return;
+  std::vector<std::string> alone;
+  if (out->recordings.size() > 1) alone = ImplausibleAlone(out->recordings);
+  if (!alone.empty()) {
+    out->implausible = std::move(alone);
+  } else if (!out->two_clocks.empty()) {
+    out->implausible.clear();
   }
   auto& remarks = out->traced.result.remarks;
   remarks.insert(remarks.begin(), out->implausible.begin(), out->implausible.end());
@@ -260,11 +292,11 @@ TracedInputs TraceInputs(const std::vector<InputFiles>& inputs, const Options& o
   trace.progress = [&](double) { bar.Show(1.0, "tracing each input alone"); };
   RemarkOnInputsThatDoNotBelongTogether(&out, trace);
   RemarkOnScale(&out);
-  RemarkOnImplausibleScales(&out);
   for (const calibration::Recording& recording : out.recordings) {
     if (std::string says = calibration::RemarkOnClocks(recording); !says.empty())
       out.two_clocks.push_back(std::move(says));
   }
+  RemarkOnImplausibleScales(&out);
   return out;
 }
 

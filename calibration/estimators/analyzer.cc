@@ -63,10 +63,9 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
   if (!result.scale.empty() && !recording.info.reference_uncertainty.said())
     result.remarks.emplace_back(kRelativeToReference);
   result.bias = EstimateBias(estimation, result.scale, &result.remarks, &result.defects);
-  // Of clocks that were not started together no other cause is to be looked for.
-  const std::string clocks = RemarkOnClocks(recording);
-  const std::vector<std::string> first =
-      clocks.empty() ? Implausible(result) : std::vector<std::string>{clocks};
+  result.two_clocks = RemarkOnClocks(recording);
+  std::vector<std::string> first = Implausible(result);
+  if (!result.two_clocks.empty()) first.push_back(result.two_clocks);
   result.remarks.insert(result.remarks.begin(), first.begin(), first.end());
   return result;
 }

@@ -117,6 +117,22 @@ std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info)
       axis);
 }
 
+// Each cause once, with the first of the inputs that allow it where there are several.
+std::string LikeliestCauses(double ratio, char axis,
+                            std::span<const MeasurementInfo* const> inputs) {
+  std::vector<std::pair<std::string, const MeasurementInfo*>> causes;
+  for (const MeasurementInfo* info : inputs) {
+    std::string cause = LikeliestCause(ratio, axis, *info);
+    if (std::ranges::none_of(causes, [&](const auto& one) { return one.first == cause; }))
+      causes.emplace_back(std::move(cause), info);
+  }
+  if (causes.size() == 1) return causes.front().first;
+  std::string text;
+  for (const auto& [cause, info] : causes)
+    text += fmt::format("{}by what {} says: {}", text.empty() ? "" : "; or ", info->source, cause);
+  return text;
+}
+
 }  // namespace
 
 std::string CauseAmong(const std::vector<Defect>& defects) {
@@ -128,7 +144,7 @@ std::string CauseAmong(const std::vector<Defect>& defects) {
 }
 
 std::optional<std::string> ImplausibleScale(double ratio, SensorAxis axis,
-                                            const MeasurementInfo& info,
+                                            std::span<const MeasurementInfo* const> inputs,
                                             const std::string& known_cause) {
   const double scale_error = ratio - 1.0;
   if (std::isnan(scale_error) || std::fabs(scale_error) <= kLargestScaleError) return std::nullopt;
@@ -137,15 +153,17 @@ std::optional<std::string> ImplausibleScale(double ratio, SensorAxis axis,
       "this result cannot be: the scale error of gyro {} is {:.4g} %, at most {:g} % was expected "
       "of any part. Most likely {}",
       name, 100.0 * scale_error, 100.0 * kLargestScaleError,
-      known_cause.empty() ? LikeliestCause(ratio, name, info) : known_cause);
+      known_cause.empty() ? LikeliestCauses(ratio, name, inputs) : known_cause);
 }
 
 std::vector<std::string> Implausible(const AnalysisResult& result) {
+  if (!result.two_clocks.empty()) return {};
   const std::string cause = CauseAmong(result.defects);
+  const MeasurementInfo* const info = &result.info;
   std::vector<std::string> out;
   for (const ScaleResult& scale : result.scale) {
     if (std::optional<std::string> says =
-            ImplausibleScale(1.0 + scale.scale_error, scale.axis, result.info, cause)) {
+            ImplausibleScale(1.0 + scale.scale_error, scale.axis, std::span(&info, 1), cause)) {
       out.push_back(std::move(*says));
     }
   }

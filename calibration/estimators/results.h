@@ -89,6 +89,9 @@ struct AnalysisResult {
   // What an axis of the sensor turned by the reference while its output did not follow at all
   // [deg]; 0 where it did, or did not turn.
   std::array<double, 3> unfollowed_deg = {};
+  // That gyro and reference were not logged by one clock (calibration/signal/clock_offset.h), which
+  // is a remark as well; empty where nothing speaks for it. Not part of the JSON.
+  std::string two_clocks;
   std::vector<std::string> remarks;
 };
 

@@ -97,6 +97,31 @@ TEST(Implausible, AFactorOfBothUnitAndCountsNamesBoth) {
   EXPECT_THAT(Implausible(counts), ElementsAre(HasSubstr("are no counts but deg/s")));
 }
 
+TEST(Implausible, OfClocksNotStartedTogetherNothingElseIsSuspected) {
+  AnalysisResult result = ResultWith(40.5);
+  ASSERT_THAT(Implausible(result), ElementsAre(HasSubstr("gear ratio")));
+  result.two_clocks = "the clocks were not started together";
+  EXPECT_THAT(Implausible(result), IsEmpty());
+}
+
+// Which of several measurements is wrong their factor together does not say.
+TEST(Implausible, OfInputsThatDifferTheCauseThatEachAllowsIsNamed) {
+  MeasurementInfo geared, plain;
+  geared.source = "geared.csv";
+  geared.gear_ratio = 40.0;
+  plain.source = "plain.csv";
+  const MeasurementInfo* const both[] = {&plain, &geared, &geared};
+  const auto says = ImplausibleScale(40.5, SensorAxis::kZ, both);
+  ASSERT_TRUE(says);
+  EXPECT_THAT(*says, AllOf(HasSubstr("by what plain.csv says: the z axis hardly feels"),
+                           HasSubstr("or by what geared.csv says: the factor is the gear ratio")));
+  const MeasurementInfo* const alike[] = {&geared, &geared};
+  EXPECT_THAT(
+      *ImplausibleScale(40.5, SensorAxis::kZ, alike),
+      AllOf(HasSubstr("Most likely the factor is the gear ratio"), Not(HasSubstr("geared.csv"))));
+  EXPECT_FALSE(ImplausibleScale(1.05, SensorAxis::kZ, both));
+}
+
 TEST(Implausible, AnAxisThatTurnsAndFeelsNothingIsOneToo) {
   AnalysisResult result;
   result.unfollowed_deg = {0.0, 360.0, 0.0};

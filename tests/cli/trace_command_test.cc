@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -250,6 +251,60 @@ TEST_F(Trace, OfSeveralBadFilesComplainsOfTheFirst) {
     EXPECT_THAT(Gyrobench({"trace", early, late, good}).err,
                 AllOf(HasSubstr("early.csv"), Not(HasSubstr("late.csv"))));
   }
+}
+
+// One table has the turns of the shaft. Together they give a factor that no mistake has; alone the
+// table that is wrong shows which, and its own gear says why.
+TEST_F(Trace, OfSeveralInputsNamesTheOneWhoseScaleCannotBeAndItsOwnCause) {
+  const auto good = folder_.Write("good.csv", Turns(0.0, "A", 1));
+  std::istringstream turns(Turns(0.0, "A", 2));
+  std::string line, of_the_shaft = "# gear_ratio = 40\n";
+  while (std::getline(turns, line)) {
+    const std::size_t from = line.find(',', line.find(',') + 1) + 1, to = line.rfind(',');
+    if (!line.starts_with('#') && !line.starts_with('t'))
+      line.replace(from, to - from, std::to_string(40.0 * std::stod(line.substr(from, to - from))));
+    of_the_shaft += line + '\n';
+  }
+  const auto wrong = folder_.Write("wrong.csv", of_the_shaft);
+  for (const auto& [first, second] : {std::pair(good, wrong), std::pair(wrong, good)}) {
+    const Finished finished = Gyrobench({"trace", first, second, "--json"});
+    EXPECT_EQ(finished.status, 1);
+    EXPECT_THAT(finished.err, AllOf(HasSubstr("wrong.csv: this result cannot be"),
+                                    HasSubstr("the factor is the gear ratio"),
+                                    Not(HasSubstr("good.csv: this result cannot be"))));
+    EXPECT_THAT(json::parse(finished.out).at("remarks").at(0).get<std::string>(),
+                HasSubstr("wrong.csv: this result cannot be"));
+  }
+}
+
+// The scale factor that comes of two clocks is no clue to anything else.
+TEST_F(Trace, OfClocksNotStartedTogetherLooksForNoOtherCause) {
+  std::istringstream turns(Turns(0.0, "A", 1, 1.5));
+  std::vector<std::array<std::string, 4>> rows;
+  std::string head, line;
+  while (std::getline(turns, line)) {
+    if (line.starts_with('#') || line.starts_with('t')) {
+      head += line + '\n';
+      continue;
+    }
+    std::istringstream cells(line);
+    auto& row = rows.emplace_back();
+    for (std::string& cell : row) std::getline(cells, cell, ',');
+  }
+  constexpr std::size_t kLate = 50;  // half a second
+  std::string late = head;
+  for (std::size_t i = kLate; i < rows.size(); ++i)
+    late += rows[i][0] + ',' + rows[i][1] + ',' + rows[i - kLate][2] + ',' + rows[i][3] + '\n';
+  const auto table = folder_.Write("late.csv", late);
+  for (const char* command : {"trace", "analyze"}) {
+    const Finished finished = Gyrobench({command, table, "--json"});
+    EXPECT_EQ(finished.status, 0) << command << finished.err;
+    EXPECT_THAT(finished.out, HasSubstr("were probably not started together")) << command;
+    EXPECT_THAT(finished.out, Not(HasSubstr("was expected of any part"))) << command;
+  }
+  const Finished refused = Gyrobench({"trace", table, "-q", "--calibration", folder_ / "cal.json"});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.err, HasSubstr("were probably not started together"));
 }
 
 // A script that goes by the status must not take "nothing was looked at" for "nothing is there".
