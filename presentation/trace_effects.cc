@@ -70,6 +70,11 @@ std::vector<std::string> Heads(const TracedEffect& effect) {
   return heads;
 }
 
+bool HasReasons(const TracedEffect& effect) {
+  return std::ranges::any_of(effect.parameters,
+                             [](const ModelParameter& one) { return one.because.has_value(); });
+}
+
 // One line an effect, one column a parameter.
 Table TableOfGroup(const EffectGroup& group) {
   Table table{{{}}, {}};
@@ -167,8 +172,10 @@ Document EffectBlocks(const EffectGroup& group, double largest_rate_deg_s) {
     for (std::size_t i = 0; i < group.size(); ++i)
       Add(blocks, Paragraph{Ordinal(group, i) + Code(group[i]->equation)});
   }
-  const bool alike = std::ranges::all_of(
-      group, [&](const TracedEffect* effect) { return Heads(*effect) == Heads(*group.front()); });
+  // A line of a table of several has no place for a reason.
+  const bool alike = std::ranges::all_of(group, [&](const TracedEffect* effect) {
+    return Heads(*effect) == Heads(*group.front()) && !HasReasons(*effect);
+  });
   if (group.size() > 1 && alike) {
     Add(blocks, TableOfGroup(group));
   } else {
@@ -204,7 +211,7 @@ Table ParameterTable(const std::vector<ModelParameter>& parameters, double large
                                                                " without the reference's own error"
                                                          : Text();
     table.Add({parameter.name, Number(FormatMeasured(parameter.value, parameter.std_error)),
-               Unit(unit), Join({share, statistical}, "; ")});
+               Unit(unit), Join({share, statistical, parameter.because.value_or("")}, "; ")});
   }
   return table;
 }

@@ -26,6 +26,7 @@ void Fields(Visitor& field, FieldsOf<Visitor, ModelParameter>& parameter) {
   field("bound", parameter.bound);
   field("statistical_std_error", parameter.statistical_std_error,
         InsteadOfNull{parameter.std_error});
+  field.IfThere("because", parameter.because);
 }
 
 template <typename Visitor>

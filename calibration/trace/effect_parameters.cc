@@ -28,6 +28,17 @@ bool SeesBoth(const ChannelFit& fit, Eigen::Index j) {
   return fit.covariance(j, j) > 0.0 && fit.covariance(j + 1, j + 1) > 0.0;
 }
 
+// A coefficient of the model. One that these data do not determine is held at 0, and has no number.
+ModelParameter Coefficient(const ChannelFit& fit, Eigen::Index j, std::string name,
+                           std::string unit, double grow) {
+  if (fit.covariance(j, j) > 0.0) return Parameter(fit, j, std::move(name), std::move(unit), grow);
+  ModelParameter held;
+  held.name = std::move(name);
+  held.unit = std::move(unit);
+  held.because = "these data do not tell it from the rest of the model, which holds it at 0";
+  return held;
+}
+
 bool IsWave(const Effect& effect) {
   return effect.terms.size() == 2 && effect.terms[0].name == "a" && effect.terms[1].name == "b";
 }
@@ -57,7 +68,7 @@ std::vector<ModelParameter> EffectParameters(const Candidate& member, const Chan
     }
     for (std::size_t k = 0; k < member.columns.size(); ++k, ++j) {
       const std::string name = member.columns.size() == 1 ? "c" : "c_" + member.factors[2 * k];
-      out.push_back(Parameter(fit, j, name, "deg/s per unit", grow));
+      out.push_back(Coefficient(fit, j, name, "deg/s per unit", grow));
     }
     if (j < end) out.push_back(Parameter(fit, j, "T0", "degC", grow));
     return out;
@@ -69,7 +80,7 @@ std::vector<ModelParameter> EffectParameters(const Candidate& member, const Chan
   } else {
     for (const EffectTerm& term : effect.terms) {
       if (!IsWave(effect) || fit.covariance(j, j) > 0.0)
-        out.push_back(Parameter(fit, j, term.name + member.suffix, term.unit, grow));
+        out.push_back(Coefficient(fit, j, term.name + member.suffix, term.unit, grow));
       ++j;
     }
   }

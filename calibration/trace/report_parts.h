@@ -26,7 +26,8 @@ class Selection;
 ModelParameter Parameter(const ChannelFit& fit, Eigen::Index j, std::string name, std::string unit,
                          double grow);
 // Of the member with that index: its coefficients, a sine and a cosine as amplitude and phase, and
-// its non-linear parameters, those without a standard error that a scan or a grid has placed.
+// its non-linear parameters, those without a standard error that a scan or a grid has placed. A
+// coefficient that the fit does not determine has no value, and the reason.
 std::vector<ModelParameter> EffectParameters(const Candidate& member, const ChannelFit& fit,
                                              std::size_t index, double grow,
                                              const std::vector<std::string>& covariates);

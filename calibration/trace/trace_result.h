@@ -29,6 +29,9 @@ struct ModelParameter {
   double bound = kMissing;  // standard error at the Cramer-Rao bound, under the noise as estimated
   // Without the reference's uncertainty; NaN where that has no part in it.
   double statistical_std_error = kMissing;
+  // Why there is neither a value nor an error: of a coefficient that these data do not determine,
+  // and that the model holds at 0.
+  std::optional<std::string> because = std::nullopt;
 };
 
 // A figure before and after the effects are added.

@@ -4,7 +4,11 @@
 
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
 
+#include "calibration/artefact/trace_json.h"
 #include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
 
@@ -35,6 +39,24 @@ TEST(BlindGravity, OfATermThatTheModelHoldsAtZeroIsNotKnown) {
   EXPECT_TRUE(std::isnan(found.value[2][0])) << found.value[2][0];
   EXPECT_TRUE(std::isnan(found.std_error[2][0]));
   EXPECT_THAT(found.because, Contains(HasSubstr("x: the poses do not tell gravity along it")));
+
+  // In the effect's own list, and in the JSON made of it: null with the reason, where there is no
+  // number, and no reason where there is one.
+  const auto written = nlohmann::json(calibration::ToJson(result));
+  std::set<std::string> held, determined;
+  for (const nlohmann::json& channel : written.at("channels")) {
+    for (const nlohmann::json& effect : channel.at("effects")) {
+      if (effect.at("id") != "bias.g_linear" || channel.at("gyro") != "z") continue;
+      for (const nlohmann::json& parameter : effect.at("parameters")) {
+        const bool known = parameter.at("std_error").is_number();
+        EXPECT_EQ(parameter.at("value").is_number(), known) << parameter;
+        EXPECT_EQ(parameter.contains("because"), !known) << parameter;
+        (known ? determined : held).insert(parameter.at("name").get<std::string>());
+      }
+    }
+  }
+  EXPECT_THAT(held, Contains("k_x"));
+  EXPECT_THAT(determined, Contains("k_y"));
 }
 
 }  // namespace

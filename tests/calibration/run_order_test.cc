@@ -93,7 +93,8 @@ Story StoryOf(const std::string& source, std::uint64_t seed, double duration_s) 
   return story;
 }
 
-// All numbers of a result by name; those of a measurement by its file.
+// All numbers of a result by name, those of a measurement by its file; what is not determined has
+// none.
 std::map<std::string, double> Numbers(const Traced& traced) {
   std::map<std::string, double> out;
   const TraceResult& result = traced.result;
@@ -109,7 +110,8 @@ std::map<std::string, double> Numbers(const Traced& traced) {
     }
     for (const calibration::TracedEffect& effect : channel.effects) {
       for (const calibration::ModelParameter& parameter : effect.parameters) {
-        if (parameter.name != "run") out[axis + effect.id + parameter.name] = parameter.value;
+        if (parameter.name != "run" && !parameter.because)
+          out[axis + effect.id + parameter.name] = parameter.value;
       }
     }
     out[axis + "before"] = channel.heldout_angle_rms_deg.before;

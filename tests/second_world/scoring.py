@@ -87,11 +87,12 @@ UNITS = {"ppm": 1e-6, "ms": 1e-3, "%": 1e-2}
 
 def _error(parameter, value, std_error, scale):
     unit = UNITS.get(parameter.get("unit"), 1.0) * scale
-    miss = abs(parameter["value"]) * unit - abs(value)
+    found = parameter["value"] or 0.0  # null: held at 0, as not to be told from the rest of the model
+    miss = abs(found) * unit - abs(value)
     stated = (parameter.get("std_error") or 0.0) * unit
     return dict(name=parameter["name"], error=miss / std_error, inside=bool(abs(miss) <= 1.96 * stated),
                 stated=stated / std_error,
-                wrong_sign=bool(parameter["value"] * value < 0.0 and abs(value) > 5.0 * std_error))
+                wrong_sign=bool(found * value < 0.0 and abs(value) > 5.0 * std_error))
 
 
 def score(truth, answer):
