@@ -87,6 +87,27 @@ TEST_F(ExportCalibration, WarnsInEveryFormatOfTermsThatAreZeroBecauseNothingShow
   EXPECT_EQ(file.at("axes").at(2).at("effects").at(0).at("not_determined"), (json{"k_x", "k_y"}));
 }
 
+// A coefficient that the data determined, and that came out as 0, is a number like any other.
+TEST_F(ExportCalibration, DoesNotCallACoefficientOfZeroUndeterminedThatHasAnError) {
+  calibration::Calibration calibration = GyroZ();
+  calibration.channels[0].noise = {0.0035, 1e-4, 0.0};
+  calibration::ChannelModel& model = calibration.channels[0].model;
+  calibration::ModelTerm gravity;
+  gravity.id = "bias.g_linear";
+  gravity.coefficients = {0.0, 0.0, 0.02};
+  model.terms = {gravity};
+  model.parameter_names = {"bias.g_linear.k_x", "bias.g_linear.k_y", "bias.g_linear.k_z"};
+  model.covariance = {1e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-6};
+  calibration_ = folder_.Write("some.json", ToJson(calibration).dump());
+  for (const char* format : {"c", "px4", "ardupilot", "kalibr", "json"}) {
+    const Finished finished = Run(format, std::string("half.") + format);
+    EXPECT_EQ(finished.status, 0) << finished.err;
+    EXPECT_THAT(finished.err, HasSubstr("the data do not determine k_y of bias.g_linear"));
+  }
+  const json file = json::parse(TextOf("half.json"));
+  EXPECT_EQ(file.at("axes").at(2).at("effects").at(0).at("not_determined"), json{"k_y"});
+}
+
 TEST_F(ExportCalibration, TellsAMachineTheNotes) {
   const json out = json::parse(Run("px4", "gyro.params", {"--json"}).out);
   EXPECT_EQ(out.at("format"), "px4");

@@ -83,7 +83,8 @@ TEST(TextOfFacts, HasNoColonWhereNothingFollows) {
   EXPECT_EQ(RenderText({{facts}}, Terminal()), "bias.g\nscale.g: turn\n");
 }
 
-// No number is cut: each of the wide text stands in the narrow one as it is.
+// No number is cut and none is lost: each of the wide text stands in the narrow one as it is, and
+// at least as often: the heads of a table that is broken up stand with each of its rows.
 TEST(TextOfATrace, SaysEveryNumberOnATerminalOfAnyWidth) {
   const Document document = TraceDocument(*ThreeAxesSample().trace);
   const std::multiset<std::string> wide = WordsOf(RenderText(document, OfColumns(400)));
@@ -94,7 +95,9 @@ TEST(TextOfATrace, SaysEveryNumberOnATerminalOfAnyWidth) {
     const std::multiset<std::string> words = WordsOf(text);
     for (const std::string& word : wide) {
       const bool number = word.find_first_of("0123456789") != std::string::npos;
-      EXPECT_TRUE(!number || words.contains(word)) << word << ", " << columns << " columns";
+      if (number) {
+        EXPECT_GE(words.count(word), wide.count(word)) << word << ", " << columns;
+      }
     }
   }
 }
