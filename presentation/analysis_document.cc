@@ -14,15 +14,9 @@ namespace {
 
 using calibration::AnalysisResult;
 using calibration::BiasResult;
-using calibration::NoiseModel;
 using calibration::ScaleResult;
 
 std::string OutputUnit(const std::string& unit) { return unit.empty() ? "LSB" : unit; }
-
-calibration::TraceNoise Noise(const NoiseModel& noise) {
-  return {noise.angle_random_walk_deg_sqrt_s, noise.bias_random_walk_deg_s_sqrt_s,
-          noise.reference_deg};
-}
 
 // "a .. b", or "-" when the range is not known.
 std::string RangeText(double low, double high) {
@@ -73,7 +67,7 @@ Section ScaleSection(const ScaleResult& scale, double duration_s) {
                ? fmt::format("whitened {:.2f}; 1: as the noise explains", scale.whitened_rms)
                : "");
   // A bias at rest and a trace have noises of their own.
-  for (const NoiseLine& line : NoiseLines(Noise(scale.noise), duration_s))
+  for (const NoiseLine& line : NoiseLines(scale.noise, duration_s))
     AddValue(table, line.name, line.value, line.unit,
              line.note.empty() ? "of turns and rests, by this fit" : line.note);
   AddValue(table, "unit's clock", FormatMeasured(scale.tick_ratio, scale.tick_ratio_std_error),
@@ -148,7 +142,7 @@ Table BiasTable(const std::vector<BiasResult>& biases, double duration_s) {
                                    std::pair("bias random walk", "deg/s/sqrt(s)")}) {
     table.Add(std::string(name) + ", at rest", unit,
               [&, &wanted = name](const BiasResult& bias) -> std::string {
-                for (const NoiseLine& line : NoiseLines(Noise(bias.noise), duration_s))
+                for (const NoiseLine& line : NoiseLines(bias.noise, duration_s))
                   if (line.name == wanted) return line.value;
                 return "-";
               });

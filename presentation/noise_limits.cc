@@ -20,7 +20,7 @@ NoiseFigure Judge(double value, double limit, const char* why) {
 
 }  // namespace
 
-NoiseFigures JudgeNoise(const calibration::TraceNoise& noise, double duration_s) {
+NoiseFigures JudgeNoise(const calibration::NoiseModel& noise, double duration_s) {
   NoiseFigures figures;
   const double n = noise.angle_random_walk_deg_sqrt_s;
   figures.angle_random_walk = Judge(n, noise.reference_deg * std::sqrt(kInterval_s) / duration_s,
@@ -36,7 +36,7 @@ NoiseFigures JudgeNoise(const calibration::TraceNoise& noise, double duration_s)
   return figures;
 }
 
-std::vector<NoiseLine> NoiseLines(const calibration::TraceNoise& noise, double duration_s) {
+std::vector<NoiseLine> NoiseLines(const calibration::NoiseModel& noise, double duration_s) {
   const NoiseFigures figures = JudgeNoise(noise, duration_s);
   std::vector<NoiseLine> lines;
   const auto add = [&](const char* name, const NoiseFigure& figure, const char* unit) {
@@ -55,7 +55,7 @@ std::vector<NoiseLine> NoiseLines(const calibration::TraceNoise& noise, double d
   return lines;
 }
 
-Table NoiseTable(const calibration::TraceNoise& noise, double duration_s) {
+Table NoiseTable(const calibration::NoiseModel& noise, double duration_s) {
   Table table = ValueTable();
   for (const NoiseLine& line : NoiseLines(noise, duration_s))
     table.Add({line.name, line.unit.empty() ? Text(line.value) : Number(line.value),

@@ -27,7 +27,7 @@ struct NoiseFigures {
 //   N is hidden where N sqrt(T) < R sqrt(dt / T)
 //   K is hidden where K sqrt(T) < N / sqrt(T)
 //   R is hidden where R < N sqrt(dt) (dt / T)^1/4, a variance known from T / dt walks
-NoiseFigures JudgeNoise(const calibration::TraceNoise& noise, double duration_s);
+NoiseFigures JudgeNoise(const calibration::NoiseModel& noise, double duration_s);
 
 // The longest of the measurements [s].
 double LongestDuration_s(const calibration::TraceResult& trace);

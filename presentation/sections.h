@@ -75,8 +75,8 @@ Document RemainingBlocks(const calibration::ChannelTrace& channel);
 struct NoiseLine {
   std::string name, value, unit, note;
 };
-std::vector<NoiseLine> NoiseLines(const calibration::TraceNoise& noise, double duration_s);
-Table NoiseTable(const calibration::TraceNoise& noise, double duration_s);
+std::vector<NoiseLine> NoiseLines(const calibration::NoiseModel& noise, double duration_s);
+Table NoiseTable(const calibration::NoiseModel& noise, double duration_s);
 
 // What these data could not show, by reason, and what would show it.
 Section UnseenSection(const calibration::TraceResult& trace);

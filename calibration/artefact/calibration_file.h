@@ -31,7 +31,7 @@ struct ChannelCalibration {
   HeldOut heldout_angle_rms_deg;
   // Of the output over its nominal sensitivity; NaN where it is not known. `reference_deg` is the
   // bench's and is not written.
-  TraceNoise noise = {};
+  NoiseModel noise = {};
 };
 
 struct Calibration {

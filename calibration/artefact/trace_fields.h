@@ -72,19 +72,6 @@ void Fields(Visitor& field, FieldsOf<Visitor, Finding>& finding) {
   field("says", finding.says);
 }
 
-// Of the gyro alone.
-template <typename Visitor>
-void RandomWalks(Visitor& field, FieldsOf<Visitor, TraceNoise>& noise) {
-  field("angle_random_walk_deg_sqrt_s", noise.angle_random_walk_deg_sqrt_s);
-  field("bias_random_walk_deg_s_sqrt_s", noise.bias_random_walk_deg_s_sqrt_s);
-}
-
-template <typename Visitor>
-void Fields(Visitor& field, FieldsOf<Visitor, TraceNoise>& noise) {
-  RandomWalks(field, noise);
-  field("reference_deg", noise.reference_deg);
-}
-
 template <typename Visitor>
 void Fields(Visitor& field, FieldsOf<Visitor, ChannelTrace::Baseline>& baseline) {
   field("parameters", baseline.parameters);

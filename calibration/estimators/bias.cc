@@ -121,8 +121,8 @@ void ChannelBias::Report(const GlsFit& fit, std::size_t order, BiasResult* resul
   }
   result->rms_error = std::sqrt(square / kCurvePoints);
   if (units_known_) {
-    result->noise.angle_random_walk_deg_sqrt_s = fit.noise.noise.angle_random_walk_deg_sqrt_s;
-    result->noise.bias_random_walk_deg_s_sqrt_s = fit.noise.noise.bias_random_walk_deg_s_sqrt_s;
+    result->noise.angle_random_walk_deg_sqrt_s = fit.noise.angle_random_walk_deg_sqrt_s;
+    result->noise.bias_random_walk_deg_s_sqrt_s = fit.noise.bias_random_walk_deg_s_sqrt_s;
   }
 }
 
@@ -136,9 +136,9 @@ void ChannelBias::ReportPaper(const IntervalSeries& series, const std::vector<Ro
   }
   const double reference = longest_ > 0 ? result->reference_temperature_degC : scale_.middle_degC;
   // The smoother knows no temperature: its random walk is all that the bias does.
-  const NoiseFit noise = FitNoise(series, Options(0));
-  const IntervalNoise units = {noise.noise.angle_random_walk_deg_sqrt_s * std::fabs(units_),
-                               noise.noise.bias_random_walk_deg_s_sqrt_s * std::fabs(units_), 0.0};
+  const NoiseModel noise = FitNoise(series, Options(0)).value_or(NoiseModel{0.0, 0.0, 0.0});
+  const NoiseModel units = {noise.angle_random_walk_deg_sqrt_s * std::fabs(units_),
+                            noise.bias_random_walk_deg_s_sqrt_s * std::fabs(units_), 0.0};
   const PaperBias paper = EstimatePaperBias(series, units, output, u, longest_);
   result->paper_coefficients =
       Transformed(ToPowersOf(scale_, reference, paper.coefficients.size()), paper.coefficients);
@@ -159,7 +159,7 @@ GlsFit ChannelBias::Fit(const std::vector<Row>& rows, IntervalSeries* series, st
     *reason = "its output at rest is the same throughout or not a number";
     return fit;
   }
-  *order = OrderOfLeastBic(Whiten(*series, fit.noise.noise), longest_,
+  *order = OrderOfLeastBic(Whiten(*series, fit.noise), longest_,
                            [&](std::size_t shorter) { return Options(shorter); });
   if (*order < longest_) fit = FitIntervals(*series, Options(*order));
   if (!fit.solvable) *reason = "the fit of the chosen order failed";

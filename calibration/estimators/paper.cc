@@ -52,7 +52,7 @@ PaperScale EstimatePaperScale(const std::vector<Row>& rows, std::size_t channel)
 namespace {
 
 // Filtered forward, smoothed backward.
-std::vector<double> Smoothed(const IntervalSeries& rows, const IntervalNoise& noise,
+std::vector<double> Smoothed(const IntervalSeries& rows, const NoiseModel& noise,
                              const std::vector<double>& output) {
   const std::size_t n = output.size();
   std::vector<double> level(n), variance(n), predicted_variance(n);
@@ -84,7 +84,7 @@ std::vector<double> Smoothed(const IntervalSeries& rows, const IntervalNoise& no
 
 }  // namespace
 
-PaperBias EstimatePaperBias(const IntervalSeries& rows, const IntervalNoise& noise,
+PaperBias EstimatePaperBias(const IntervalSeries& rows, const NoiseModel& noise,
                             const std::vector<double>& output, const std::vector<double>& u,
                             std::size_t max_order) {
   const auto n = static_cast<double>(output.size());

@@ -32,7 +32,7 @@ struct PaperBias {
 // Smooths the mean output of each row with a Kalman filter (local level: white noise N^2/dt, random
 // walk K^2 dt; Rauch-Tung-Striebel), then fits a polynomial by ordinary least squares. Its order is
 // the one of the least BIC for the means before smoothing. `output`, `u`: one of each a row.
-PaperBias EstimatePaperBias(const IntervalSeries& rows, const IntervalNoise& noise,
+PaperBias EstimatePaperBias(const IntervalSeries& rows, const NoiseModel& noise,
                             const std::vector<double>& output, const std::vector<double>& u,
                             std::size_t max_order);
 

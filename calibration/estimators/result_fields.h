@@ -37,13 +37,6 @@ void InfoFields(Visitor& field, FieldsOf<Visitor, MeasurementInfo>& info) {
 }
 
 template <typename Visitor>
-void Fields(Visitor& field, FieldsOf<Visitor, NoiseModel>& noise) {
-  field("angle_random_walk_deg_sqrt_s", noise.angle_random_walk_deg_sqrt_s);
-  field("bias_random_walk_deg_s_sqrt_s", noise.bias_random_walk_deg_s_sqrt_s);
-  field("reference_deg", noise.reference_deg);
-}
-
-template <typename Visitor>
 void Fields(Visitor& field, FieldsOf<Visitor, BiasResult>& bias) {
   field("axis", bias.axis, kSensorAxisNames);
   field("unit", bias.unit);

@@ -7,16 +7,9 @@
 #include <vector>
 
 #include "base/measurement.h"
+#include "calibration/gls/noise_model.h"
 
 namespace gyrobench::calibration {
-
-// Noise of sensor and reference, as the data show it.
-struct NoiseModel {
-  double angle_random_walk_deg_sqrt_s = kMissing;
-  double bias_random_walk_deg_s_sqrt_s = kMissing;
-  double reference_deg =
-      kMissing;  // standard deviation of one reference angle (of a stop, or of a 10 Hz node)
-};
 
 // Zero-rate offset against temperature of one sensor axis:
 //   beta(T) = sum c_j (T - reference_temperature_degC)^j     [output units], paper eq. (1)

@@ -48,7 +48,7 @@ void DescribeMotion(const std::vector<Row>& rows, std::size_t channel, double un
   if (moving > 0) result->residual_rms_deg = std::sqrt(square / static_cast<double>(moving));
 }
 
-double WhitenedRms(const IntervalSeries& series, const FitOptions& options, IntervalNoise noise,
+double WhitenedRms(const IntervalSeries& series, const FitOptions& options, NoiseModel noise,
                    double most_reference_deg) {
   noise.reference_deg = std::fmin(noise.reference_deg, most_reference_deg);
   const GlsSolution solution = Solve(Whiten(series, noise), options.regressors, options.output);
@@ -127,7 +127,7 @@ void ChannelScale::ChooseColumns() {
 
 // Whether this axis's rotation can be told from the others'.
 bool ChannelScale::Separable(const IntervalSeries& series) const {
-  const WhiteGram gram = Whiten(series, IntervalNoise{1.0, 0.0, 0.0});
+  const WhiteGram gram = Whiten(series, NoiseModel{1.0, 0.0, 0.0});
   const GlsSolution with = Solve(gram, problem_.Options(0).regressors, problem_.output());
   const std::array<int, 2> own = {0, problem_.bias_column()};
   const GlsSolution without = Solve(gram, own, problem_.output());
@@ -138,7 +138,7 @@ bool ChannelScale::Separable(const IntervalSeries& series) const {
 // contains the cross-axis sensitivity to as much of them. False where that leaves next to nothing.
 bool ChannelScale::TakeTogether(const IntervalSeries& series, ScaleResult* result,
                                 std::string* reason) {
-  const WhiteGram gram = Whiten(series, IntervalNoise{1.0, 0.0, 0.0});
+  const WhiteGram gram = Whiten(series, NoiseModel{1.0, 0.0, 0.0});
   const std::array<int, 2> own = {0, problem_.bias_column()};
   double square = 0.0;
   for (std::size_t k = 0; k < problem_.others.size(); ++k) {
@@ -275,13 +275,13 @@ void ChannelScale::Report(const GlsFit& fit, const FitOptions& options,
   result->min_temperature_degC = range.min;
   result->max_temperature_degC = range.max;
   const double to_deg = 1.0 / std::fabs(m);
-  result->noise = {fit.noise.noise.angle_random_walk_deg_sqrt_s * to_deg,
-                   fit.noise.noise.bias_random_walk_deg_s_sqrt_s * to_deg,
-                   fit.noise.noise.reference_deg * to_deg};
+  result->noise = {fit.noise.angle_random_walk_deg_sqrt_s * to_deg,
+                   fit.noise.bias_random_walk_deg_s_sqrt_s * to_deg,
+                   fit.noise.reference_deg * to_deg};
   const double most = plan_.stops && info_.stop_accuracy_deg
                           ? kUniform * *info_.stop_accuracy_deg * std::fabs(m)
                           : kMissing;
-  result->whitened_rms = WhitenedRms(series, options, fit.noise.noise, most);
+  result->whitened_rms = WhitenedRms(series, options, fit.noise, most);
   DescribeMotion(plan_.rows, channel_, units, result->bias, plan_.stops ? kLeastTurn_deg : 0.0,
                  result);
 }
@@ -324,7 +324,7 @@ bool ChannelScale::Run(ScaleResult* result, std::string* reason) {
   GlsFit fit = FitIntervals(series, options);
   if (fit.solvable && problem_.bias_orders > 0) {
     const std::size_t order =
-        OrderOfLeastBic(Whiten(series, fit.noise.noise), problem_.bias_orders,
+        OrderOfLeastBic(Whiten(series, fit.noise), problem_.bias_orders,
                         [&](std::size_t shorter) { return problem_.Options(shorter); });
     FitOptions chosen = problem_.Options(order);
     chosen.known_reference_deg = options.known_reference_deg;

@@ -107,7 +107,7 @@ FitOptions ScaleProblem::Options(std::size_t order) const {
 double RoughGain(const std::vector<Row>& rows, std::size_t channel) {
   const ScaleProblem simple;
   const IntervalSeries series = simple.Series(rows, channel, 1.0);
-  const WhiteGram gram = Whiten(series, IntervalNoise{1.0, 0.0, 0.0});
+  const WhiteGram gram = Whiten(series, NoiseModel{1.0, 0.0, 0.0});
   const GlsSolution solution = Solve(gram, simple.Options(0).regressors, simple.output());
   if (!solution.solvable || series.rows() < 4) return kMissing;
   const double freedom = static_cast<double>(series.rows()) - 2.0;

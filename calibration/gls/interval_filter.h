@@ -21,7 +21,7 @@ struct Step {
 // Covariance of (b, e, c): bias deviation, error of the last reference angle, integral of b so far.
 class CovarianceFilter {
  public:
-  explicit CovarianceFilter(const IntervalNoise& noise)
+  explicit CovarianceFilter(const NoiseModel& noise)
       : n2_(noise.angle_random_walk_deg_sqrt_s * noise.angle_random_walk_deg_sqrt_s),
         k2_(noise.bias_random_walk_deg_s_sqrt_s * noise.bias_random_walk_deg_s_sqrt_s),
         s2_(noise.reference_deg * noise.reference_deg) {

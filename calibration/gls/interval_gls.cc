@@ -19,7 +19,7 @@ double* IntervalSeries::Add(const Interval& interval) {
   return row(rows() - 1);
 }
 
-WhiteGram Whiten(const IntervalSeries& series, const IntervalNoise& noise) {
+WhiteGram Whiten(const IntervalSeries& series, const NoiseModel& noise) {
   const Whitener whitener(series.intervals(), noise);
   return {series.rows(), whitener.Products(ColumnsInChunks(series.values())), whitener.log_det()};
 }

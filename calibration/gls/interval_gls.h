@@ -18,15 +18,11 @@
 #include <span>
 #include <vector>
 
+#include "calibration/gls/noise_model.h"
+
 namespace gyrobench::calibration {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-struct IntervalNoise {
-  double angle_random_walk_deg_sqrt_s = 0.0;   // N
-  double bias_random_walk_deg_s_sqrt_s = 0.0;  // K
-  double reference_deg = 0.0;                  // s, standard deviation
-};
 
 // Noise N is not taken for less than this [deg/sqrt(s)]: perfect data must not divide by zero.
 inline constexpr double kLeastAngleRandomWalk = 1e-12;
@@ -82,7 +78,7 @@ struct WhiteGram {
   double log_det = 0.0;      // of the covariance of y
 };
 
-WhiteGram Whiten(const IntervalSeries& series, const IntervalNoise& noise);
+WhiteGram Whiten(const IntervalSeries& series, const NoiseModel& noise);
 
 // Share of a regressor's square below which what those before leave of it is rounding: then they
 // are not independent.

@@ -42,15 +42,14 @@ bool HasMoving(const IntervalSeries& series) {
 
 }  // namespace
 
-NoiseFit FitNoise(const IntervalSeries& series, const FitOptions& options) {
-  NoiseFit out;
+std::optional<NoiseModel> FitNoise(const IntervalSeries& series, const FitOptions& options) {
   const bool moving = HasMoving(series);
   if (moving && options.known_reference_deg) {
     FitOptions rest = options;
     rest.regressors = options.rest_regressors;
     rest.known_reference_deg.reset();
-    out = FitNoise(StillOnly(series), rest);
-    out.noise.reference_deg = *options.known_reference_deg;
+    std::optional<NoiseModel> out = FitNoise(StillOnly(series), rest);
+    if (out) out->reference_deg = *options.known_reference_deg;
     return out;
   }
   // In the pieces that the series is made of.
@@ -59,14 +58,10 @@ NoiseFit FitNoise(const IntervalSeries& series, const FitOptions& options) {
   const NoiseSearch search(series.intervals(),
                            Eigen::MatrixXd(values(Eigen::all, options.regressors)),
                            values.col(options.output), kLeastIndependentShare, kNoLongerPieces_s);
-  if (search.independent() < options.regressors.size()) return out;
+  if (search.independent() < options.regressors.size()) return std::nullopt;
   const std::optional<NoiseEstimate> best = search.Best({}, kRatioTolerance);
-  if (!best) return out;
-  out.solvable = out.angle_estimated = true;
-  out.noise = search.WithoutUnseen(*best).noise;
-  out.bias_estimated = out.noise.bias_random_walk_deg_s_sqrt_s > 0;
-  out.reference_estimated = out.noise.reference_deg > 0;
-  return out;
+  if (!best) return std::nullopt;
+  return search.WithoutUnseen(*best).noise;
 }
 
 namespace {
@@ -75,14 +70,13 @@ namespace {
 // logarithms of those noises that were estimated and are not zero.
 class NearOptimum {
  public:
-  NearOptimum(const IntervalSeries& series, const FitOptions& options, const NoiseFit& fit)
+  NearOptimum(const IntervalSeries& series, const FitOptions& options, const NoiseModel& noise)
       : intervals_(series.intervals()),
         columns_(series.values()),
         options_(options),
-        noise_(fit.noise) {
-    if (fit.angle_estimated) free_.push_back(0);
-    if (fit.bias_estimated) free_.push_back(1);
-    if (fit.reference_estimated) free_.push_back(2);
+        noise_(noise) {
+    if (noise.bias_random_walk_deg_s_sqrt_s > 0.0) free_.push_back(1);
+    if (noise.reference_deg > 0.0 && !options.known_reference_deg) free_.push_back(2);
   }
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(free_.size()); }
@@ -91,9 +85,9 @@ class NearOptimum {
     std::array<double, 3> shift = {};
     shift[free_[static_cast<std::size_t>(a)]] += shift_a;
     shift[free_[static_cast<std::size_t>(b)]] += shift_b;
-    const IntervalNoise noise = {noise_.angle_random_walk_deg_sqrt_s * std::exp(shift[0]),
-                                 noise_.bias_random_walk_deg_s_sqrt_s * std::exp(shift[1]),
-                                 noise_.reference_deg * std::exp(shift[2])};
+    const NoiseModel noise = {noise_.angle_random_walk_deg_sqrt_s * std::exp(shift[0]),
+                              noise_.bias_random_walk_deg_s_sqrt_s * std::exp(shift[1]),
+                              noise_.reference_deg * std::exp(shift[2])};
     const Whitener whitener(intervals_, noise);
     const WhiteGram gram{intervals_.size(), whitener.Products(columns_), whitener.log_det()};
     const GlsSolution solution = Solve(gram, options_.regressors, options_.output);
@@ -112,8 +106,8 @@ class NearOptimum {
   std::span<const Interval> intervals_;
   ColumnsInChunks columns_;
   const FitOptions& options_;
-  IntervalNoise noise_;
-  std::vector<std::size_t> free_;
+  NoiseModel noise_;
+  std::vector<std::size_t> free_ = {0};  // indices of N, K, s
   Eigen::VectorXd log_variance_;
 };
 
@@ -121,12 +115,11 @@ class NearOptimum {
 // estimated noises and A their covariance (inverse Hessian of the restricted likelihood),
 //   nu = 2 / (g' A g),   g = d log variance / d phi
 std::vector<double> Inflation(const IntervalSeries& series, const FitOptions& options,
-                              const NoiseFit& noise) {
+                              const NoiseModel& noise) {
   const auto p = static_cast<Eigen::Index>(options.regressors.size());
   std::vector<double> out(options.regressors.size(), 1.0);
   NearOptimum near(series, options, noise);
   const Eigen::Index m = near.size();
-  if (m == 0) return out;
   constexpr double kStep = 0.15;
   const double centre = near.At(0, 0.0);
   Eigen::MatrixXd hessian(m, m), gradient(p, m);
@@ -163,7 +156,7 @@ std::vector<double> Inflation(const IntervalSeries& series, const FitOptions& op
 // White noise, least squares: good enough to take the bulk off.
 std::vector<double> Pilot(const IntervalSeries& series, const FitOptions& options) {
   const GlsSolution solution =
-      Solve(Whiten(series, IntervalNoise{1.0, 0.0, 0.0}), options.regressors, options.output);
+      Solve(Whiten(series, NoiseModel{1.0, 0.0, 0.0}), options.regressors, options.output);
   return solution.coefficients;
 }
 
@@ -174,9 +167,10 @@ GlsFit FitIntervals(IntervalSeries series, const FitOptions& options) {
   const std::vector<double> pilot = Pilot(series, options);
   if (pilot.size() != options.regressors.size()) return fit;
   Detrend(&series, options.regressors, pilot, options.output);
-  fit.noise = FitNoise(series, options);
-  if (!fit.noise.solvable) return fit;
-  const Whitener whitener(series.intervals(), fit.noise.noise);
+  const std::optional<NoiseModel> noise = FitNoise(series, options);
+  if (!noise) return fit;
+  fit.noise = *noise;
+  const Whitener whitener(series.intervals(), fit.noise);
   Eigen::MatrixXd white = series.values();
   whitener.Apply(white);
   const WhiteGram gram{series.rows(), white.transpose() * white, whitener.log_det()};

@@ -23,16 +23,10 @@ struct FitOptions {
   std::optional<double> known_reference_deg;
 };
 
-// Noise by restricted maximum likelihood (NoiseSearch); zero where the likelihood does not want it.
-struct NoiseFit {
-  bool solvable = false;
-  IntervalNoise noise;
-  // Which of N, K, s were estimated from the data and are not zero.
-  bool angle_estimated = false, bias_estimated = false, reference_estimated = false;
-};
-
-// `series`: the output should be without its bulk (Detrend), so that products keep their digits.
-NoiseFit FitNoise(const IntervalSeries& series, const FitOptions& options);
+// Noise by restricted maximum likelihood (NoiseSearch), 0 where the likelihood does not want it.
+// nullopt where it cannot be solved. `series`: the output should be without its bulk (Detrend), so
+// that products keep their digits.
+std::optional<NoiseModel> FitNoise(const IntervalSeries& series, const FitOptions& options);
 
 // The integral of the bias deviation over all intervals, as the filter sees it at the end.
 struct WalkIntegral {
@@ -45,7 +39,7 @@ WalkIntegral IntegrateWalk(const IntervalSeries& series, const Whitener& whitene
 // A whole fit: pilot, noise, parameters, degrees of freedom.
 struct GlsFit {
   bool solvable = false;
-  NoiseFit noise;
+  NoiseModel noise;
   WalkIntegral walk;     // under this noise
   GlsSolution solution;  // coefficients of the output as given
   // For each coefficient, the factor by which its standard error grows because the noise was

@@ -159,7 +159,7 @@ NoiseSearch::Deviances NoiseSearch::Contest(const Products& products,
   return {deviance(left), deviance(left + own.tail(p - others).squaredNorm())};
 }
 
-double NoiseSearch::Deviance(const IntervalNoise& noise) const {
+double NoiseSearch::Deviance(const NoiseModel& noise) const {
   if (!solvable_) return kInfinity;
   const double n = noise.angle_random_walk_deg_sqrt_s;
   const Products products = At(noise.bias_random_walk_deg_s_sqrt_s / n, noise.reference_deg / n);
@@ -171,7 +171,7 @@ double NoiseSearch::Deviance(const IntervalNoise& noise) const {
 }
 
 // Logarithms of the ratios.
-std::vector<double> NoiseSearch::Start(const IntervalNoise& noise) const {
+std::vector<double> NoiseSearch::Start(const NoiseModel& noise) const {
   const double unit = noise.angle_random_walk_deg_sqrt_s;
   std::vector<double> u = {
       std::clamp(std::log(noise.bias_random_walk_deg_s_sqrt_s / unit), kLowestWalk, kHighestWalk)};
@@ -181,7 +181,7 @@ std::vector<double> NoiseSearch::Start(const IntervalNoise& noise) const {
   return u;
 }
 
-std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<IntervalNoise>& start,
+std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<NoiseModel>& start,
                                                double tolerance) const {
   if (!solvable_) return std::nullopt;
   double n = 0.0;
@@ -219,8 +219,8 @@ std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<IntervalNoise
 NoiseEstimate NoiseSearch::WithoutUnseen(const NoiseEstimate& best) const {
   constexpr double kNoGain = 1e-3;  // of the deviance
   NoiseEstimate out = best;
-  const auto try_without = [&](double IntervalNoise::*unseen) {
-    IntervalNoise ratios = out.noise;
+  const auto try_without = [&](double NoiseModel::*unseen) {
+    NoiseModel ratios = out.noise;
     ratios.*unseen = 0.0;
     const double unit = ratios.angle_random_walk_deg_sqrt_s;
     const double walk = ratios.bias_random_walk_deg_s_sqrt_s / unit;
@@ -229,8 +229,8 @@ NoiseEstimate NoiseSearch::WithoutUnseen(const NoiseEstimate& best) const {
     const double deviance = Profile(At(walk, reference), &n);
     if (deviance <= out.deviance + kNoGain) out = {{n, n * walk, n * reference}, deviance};
   };
-  try_without(&IntervalNoise::bias_random_walk_deg_s_sqrt_s);
-  if (moving_) try_without(&IntervalNoise::reference_deg);
+  try_without(&NoiseModel::bias_random_walk_deg_s_sqrt_s);
+  if (moving_) try_without(&NoiseModel::reference_deg);
   return out;
 }
 
@@ -261,7 +261,7 @@ NoiseEstimate NoiseSearch::WithMeanWalk(const NoiseEstimate& best) const {
 }
 
 std::vector<double> NoiseSearch::GainsOverNoise(
-    const std::vector<std::vector<Eigen::Index>>& groups, const IntervalNoise& start) const {
+    const std::vector<std::vector<Eigen::Index>>& groups, const NoiseModel& start) const {
   // Any bias random walk, as a missing effect may ask for, closely where it usually is; more noise
   // of the reference. Logarithms of the ratios, the second relative to the start.
   constexpr std::array<double, 10> kWalk = {-6.5, -5.5, -4.7, -4.1, -3.5,

@@ -14,7 +14,7 @@
 namespace gyrobench::calibration {
 
 struct NoiseEstimate {
-  IntervalNoise noise;
+  NoiseModel noise;
   double deviance = 0.0;  // -2 log of the restricted likelihood, without its constants
 };
 
@@ -34,7 +34,7 @@ class NoiseSearch {
 
   // N in closed form, K/N and s/N by search, from `start` where something is known; both ratios to
   // within `tolerance` of their logarithm. nullopt without a row more than columns.
-  std::optional<NoiseEstimate> Best(const std::optional<IntervalNoise>& start = {},
+  std::optional<NoiseEstimate> Best(const std::optional<NoiseModel>& start = {},
                                     double tolerance = 0.02) const;
   // The best noise with the mean of the bias random walk that the likelihood leaves open, every
   // size from 0 being as likely before, in place of the likeliest one: that is 0 for many data in
@@ -45,13 +45,13 @@ class NoiseSearch {
   // How many columns do not depend on the ones before them.
   std::size_t independent() const { return kept_.size(); }
   // Deviance of a given noise.
-  double Deviance(const IntervalNoise& noise) const;
+  double Deviance(const NoiseModel& noise) const;
   // By how much the deviance grows, for each group of columns, when the model goes without them and
   // each of both models has the noise that suits it: under the likelihood that is restricted by all
   // other columns (Welham and Thompson 1997), on a grid of noises around `start`. Groups: indices
   // of `columns`.
   std::vector<double> GainsOverNoise(const std::vector<std::vector<Eigen::Index>>& groups,
-                                     const IntervalNoise& start) const;
+                                     const NoiseModel& start) const;
 
   static constexpr double kDependent = 1e-9, kPiece_s = 1.0;
 
@@ -61,7 +61,7 @@ class NoiseSearch {
   Products At(double walk, double reference) const;
   double Profile(const Products& products, double* n) const;
   Deviances Contest(const Products& products, const std::vector<Eigen::Index>& group) const;
-  std::vector<double> Start(const IntervalNoise& noise) const;
+  std::vector<double> Start(const NoiseModel& noise) const;
   void Prepare(RowMajor columns, double tolerance);
 
   std::vector<Interval> intervals_;  // merged

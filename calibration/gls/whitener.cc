@@ -147,7 +147,7 @@ void AddProducts(const RowMajor& white, const std::vector<Eigen::Index>& places,
 
 }  // namespace
 
-Whitener::Whitener(std::span<const Interval> intervals, const IntervalNoise& noise) {
+Whitener::Whitener(std::span<const Interval> intervals, const NoiseModel& noise) {
   CovarianceFilter filter(noise);
   steps_.reserve(intervals.size());
   // A logarithm of a few variances at once.

@@ -37,7 +37,7 @@ class ColumnsInChunks {
 // The filter's steps are worked out once; every column then passes in O(n).
 class Whitener {
  public:
-  Whitener(std::span<const Interval> intervals, const IntervalNoise& noise);
+  Whitener(std::span<const Interval> intervals, const NoiseModel& noise);
 
   std::size_t rows() const { return steps_.size(); }
   double log_det() const { return log_det_; }  // of the covariance of the output

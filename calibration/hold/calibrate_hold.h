@@ -12,6 +12,7 @@
 
 #include "base/measurement.h"
 #include "calibration/artefact/calibration_file.h"
+#include "calibration/hold/hold_noise.h"
 #include "calibration/sensor/vector_calibration.h"
 #include "calibration/trace/trace_result.h"
 
@@ -41,15 +42,6 @@ struct HoldFace {
   std::string up;                 // "+x" ... "-z", axes of the accelerometer
   double nearest_deg = kMissing;  // angle between it and up in the nearest rest
   bool covered = false;           // within 35 deg: nearer than a corner of the cube is
-};
-
-struct HoldNoiseResult {
-  double angle_random_walk_deg_sqrt_s = kMissing;  // from turns and rests together
-  double rest_angle_random_walk_deg_sqrt_s =
-      kMissing;  // within the rests alone; a tremble is in it
-  double bias_random_walk_deg_s_sqrt_s = kMissing;
-  double accel_density_g_sqrt_s = kMissing;  // of a rest's mean, over the root of its length
-  double pose_scatter_g = kMissing;          // of a rest's mean beyond that
 };
 
 struct HoldFinding {

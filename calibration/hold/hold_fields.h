@@ -36,9 +36,8 @@ void Fields(Visitor& field, FieldsOf<Visitor, HoldFace>& face) {
 
 template <typename Visitor>
 void Fields(Visitor& field, FieldsOf<Visitor, HoldNoiseResult>& noise) {
-  field("angle_random_walk_deg_sqrt_s", noise.angle_random_walk_deg_sqrt_s);
+  RandomWalks(field, noise);
   field("rest_angle_random_walk_deg_sqrt_s", noise.rest_angle_random_walk_deg_sqrt_s);
-  field("bias_random_walk_deg_s_sqrt_s", noise.bias_random_walk_deg_s_sqrt_s);
   field("accel_density_g_sqrt_s", noise.accel_density_g_sqrt_s);
   field("pose_scatter_g", noise.pose_scatter_g);
 }

@@ -93,7 +93,8 @@ void AddBentAccel(const HeldChain& chain, const HoldFit& fit, double latitude_ra
 }
 
 void AddTurnNoise(const HoldFit& fit, const RestNoise& rests, std::vector<HoldFinding>* out) {
-  const double ratio = fit.noise.angle_random_walk / rests.median_angle_random_walk;
+  const double ratio =
+      fit.noise.angle_random_walk_deg_sqrt_s / rests.median_angle_random_walk_deg_sqrt_s;
   if (!(ratio > kNoisier)) return;
   const double freedom = TurnFreedom(fit);
   const boost::math::chi_squared law(freedom);
@@ -107,7 +108,7 @@ void AddTurnNoise(const HoldFit& fit, const RestNoise& rests, std::vector<HoldFi
       "{:.2g} deg/sqrt(s)): time stamps that jitter, samples that were lost, a scale factor that "
       "is "
       "not constant, or a sensor that is loose; the errors here count the larger one",
-      ratio, kDegPerRad * fit.noise.angle_random_walk, kDegPerRad * rests.median_angle_random_walk);
+      ratio, fit.noise.angle_random_walk_deg_sqrt_s, rests.median_angle_random_walk_deg_sqrt_s);
   out->push_back(finding);
 }
 
@@ -115,7 +116,7 @@ void AddPoseScatter(const HeldChain& chain, const HoldFit& fit, std::vector<Hold
   double length_s = 0.0;
   for (const HeldRest& rest : chain.rests)
     length_s += rest.duration_s() / static_cast<double>(chain.rests.size());
-  const double mean_g = fit.noise.accel_density / std::sqrt(length_s);
+  const double mean_g = fit.noise.accel_density_g_sqrt_s / std::sqrt(length_s);
   if (!(fit.noise.pose_scatter_g > kScatters * mean_g)) return;
   HoldFinding finding;
   finding.test = "pose_scatter";

@@ -169,8 +169,8 @@ double TurnFreedom(const HoldFit& fit) {
 
 namespace {
 
-constexpr double kUsualAngleWalk = 3.5e-3 * kRadPerDeg;
-constexpr double kUsualBiasWalk = 1e-4 * kRadPerDeg;
+constexpr double kUsualAngleWalk_deg_sqrt_s = 3.5e-3;
+constexpr double kUsualBiasWalk_deg_s_sqrt_s = 1e-4;
 constexpr double kUsualStillness = 2.0;
 const double kPriorWidth = std::log(4.0);
 
@@ -178,16 +178,18 @@ double Square(double value) { return value * value; }
 
 HoldNoise At(const std::vector<double>& logs, const HoldNoise& start) {
   HoldNoise noise = start;
-  noise.angle_random_walk = std::exp(logs[0]);
-  noise.bias_random_walk = std::exp(logs[1]);
+  noise.angle_random_walk_deg_sqrt_s = std::exp(logs[0]);
+  noise.bias_random_walk_deg_s_sqrt_s = std::exp(logs[1]);
   noise.pose_scatter_g = std::exp(logs[2]);
   noise.stillness = std::exp(logs[3]);
   return noise;
 }
 
 double Prior(const HoldNoise& noise) {
-  return Square(std::log(noise.angle_random_walk / kUsualAngleWalk) / kPriorWidth) +
-         Square(std::log(noise.bias_random_walk / kUsualBiasWalk) / kPriorWidth) +
+  return Square(std::log(noise.angle_random_walk_deg_sqrt_s / kUsualAngleWalk_deg_sqrt_s) /
+                kPriorWidth) +
+         Square(std::log(noise.bias_random_walk_deg_s_sqrt_s / kUsualBiasWalk_deg_s_sqrt_s) /
+                kPriorWidth) +
          Square(std::log(noise.stillness / kUsualStillness) / kPriorWidth);
 }
 
@@ -208,14 +210,14 @@ HoldNoise EstimateNoise(const LinearModel& model, const HoldNoise& start) {
     const HoldNoise noise = At(logs, start);
     return RestrictedDeviance(model, noise) + Prior(noise);
   };
-  const double scatter = std::log(start.accel_density);
-  const std::vector<double> at = {std::log(start.angle_random_walk),
-                                  std::log(start.bias_random_walk), std::log(start.pose_scatter_g),
-                                  std::log(start.stillness)};
-  const std::vector<double> low = {at[0] - 5.0, std::log(kUsualBiasWalk) - 5.0, scatter - 6.0,
-                                   std::log(kUsualStillness) - 4.0};
-  const std::vector<double> high = {at[0] + 5.0, std::log(kUsualBiasWalk) + 6.0, scatter + 5.0,
-                                    std::log(kUsualStillness) + 4.0};
+  const double scatter = std::log(start.accel_density_g_sqrt_s);
+  const std::vector<double> at = {std::log(start.angle_random_walk_deg_sqrt_s),
+                                  std::log(start.bias_random_walk_deg_s_sqrt_s),
+                                  std::log(start.pose_scatter_g), std::log(start.stillness)};
+  const std::vector<double> low = {at[0] - 5.0, std::log(kUsualBiasWalk_deg_s_sqrt_s) - 5.0,
+                                   scatter - 6.0, std::log(kUsualStillness) - 4.0};
+  const std::vector<double> high = {at[0] + 5.0, std::log(kUsualBiasWalk_deg_s_sqrt_s) + 6.0,
+                                    scatter + 5.0, std::log(kUsualStillness) + 4.0};
   const Minimum best = Minimize(deviance, at, 0.7, low, high, 0.02, 250);
   return At(best.at, start);
 }
@@ -223,10 +225,10 @@ HoldNoise EstimateNoise(const LinearModel& model, const HoldNoise& start) {
 HoldNoise StartNoise(const RestNoise& rests) {
   HoldNoise noise;
   // Counts that stand still show none; then it is the turns' to say.
-  noise.angle_random_walk = std::max(rests.angle_random_walk, 1e-4 * kRadPerDeg);
-  noise.bias_random_walk = kUsualBiasWalk;
-  noise.accel_density = std::max(rests.accel_density, 1e-6);
-  noise.pose_scatter_g = 0.3 * noise.accel_density;
+  noise.angle_random_walk_deg_sqrt_s = std::max(rests.angle_random_walk_deg_sqrt_s, 1e-4);
+  noise.bias_random_walk_deg_s_sqrt_s = kUsualBiasWalk_deg_s_sqrt_s;
+  noise.accel_density_g_sqrt_s = std::max(rests.accel_density_g_sqrt_s, 1e-6);
+  noise.pose_scatter_g = 0.3 * noise.accel_density_g_sqrt_s;
   noise.stillness = kUsualStillness;
   return noise;
 }

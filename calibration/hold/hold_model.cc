@@ -246,11 +246,11 @@ LinearModel Linearize(const HeldChain& chain, const HoldState& state, const Mode
 
 double VarianceOf(const Factor& factor, const HoldNoise& noise) {
   const double t_s = factor.duration_s;
-  const double n2 = noise.angle_random_walk * noise.angle_random_walk;
-  const double k2 = noise.bias_random_walk * noise.bias_random_walk;
+  const double n2 = std::pow(kRadPerDeg * noise.angle_random_walk_deg_sqrt_s, 2);
+  const double k2 = std::pow(kRadPerDeg * noise.bias_random_walk_deg_s_sqrt_s, 2);
   switch (factor.kind) {
     case FactorKind::kAccel:
-      return noise.accel_density * noise.accel_density / t_s +
+      return noise.accel_density_g_sqrt_s * noise.accel_density_g_sqrt_s / t_s +
              noise.pose_scatter_g * noise.pose_scatter_g;
     case FactorKind::kGyro:
     case FactorKind::kTurn:

@@ -16,6 +16,7 @@
 
 #include "calibration/hold/arrow_system.h"
 #include "calibration/hold/held_rest.h"
+#include "calibration/hold/hold_noise.h"
 #include "calibration/hold/turn_rotation.h"
 
 namespace gyrobench::calibration {
@@ -46,15 +47,6 @@ struct HoldState {
   std::vector<NodeState> nodes;
 
   GyroParameters Gyro() const;
-};
-
-// All are standard deviations.
-struct HoldNoise {
-  double angle_random_walk = 6e-5;  // N [rad/sqrt(s)]
-  double bias_random_walk = 2e-6;   // K [rad/s/sqrt(s)]
-  double accel_density = 1e-3;      // [g sqrt(s)], of the mean of a rest over sqrt(duration)
-  double pose_scatter_g = 1e-4;     // of a rest's mean beyond that
-  double stillness = 2.0;           // of delta over what the sensor trembles by in the rest
 };
 
 // Order of the parameters. What follows the first kBase is asked for one by one.

@@ -189,12 +189,7 @@ class Reporter {
   }
 
   void FillNoise(const RestNoise& rests) {
-    HoldNoiseResult& noise = out_.noise;
-    noise.angle_random_walk_deg_sqrt_s = kDegPerRad * fit_.noise.angle_random_walk;
-    noise.rest_angle_random_walk_deg_sqrt_s = kDegPerRad * rests.median_angle_random_walk;
-    noise.bias_random_walk_deg_s_sqrt_s = kDegPerRad * fit_.noise.bias_random_walk;
-    noise.accel_density_g_sqrt_s = fit_.noise.accel_density;
-    noise.pose_scatter_g = fit_.noise.pose_scatter_g;
+    out_.noise = {fit_.noise, rests.median_angle_random_walk_deg_sqrt_s};
   }
 
   void FillRanges() {

@@ -245,10 +245,10 @@ RestNoise NoiseWithinRests(const HeldChain& chain, const HoldState& state) {
   }
   RestNoise out;
   if (degrees == 0) return out;
-  out.accel_density = std::sqrt(accel / degrees);
-  out.median_angle_random_walk = MedianOfKnown(walks);
+  out.accel_density_g_sqrt_s = std::sqrt(accel / degrees);
+  out.median_angle_random_walk_deg_sqrt_s = kDegPerRad * MedianOfKnown(walks);
   std::sort(walks.begin(), walks.end());
-  out.angle_random_walk = walks[walks.size() / 5];
+  out.angle_random_walk_deg_sqrt_s = kDegPerRad * walks[walks.size() / 5];
   return out;
 }
 

@@ -15,14 +15,7 @@ namespace gyrobench::calibration {
 std::optional<HoldState> StartState(const HeldChain& chain, const Eigen::Vector3d& offset,
                                     std::optional<double> units_per_deg_s);
 
-// Angle random walk and the accelerometer's density from the scatter of means over 0.4 s within the
-// rests, about a straight line each. `angle_random_walk` of the steadier rests; a hand's tremble
-// can only make it larger.
-struct RestNoise {
-  double angle_random_walk = kMissing;         // rad/sqrt(s), of the quietest fifth
-  double median_angle_random_walk = kMissing;  // of the median rest
-  double accel_density = kMissing;             // g sqrt(s)
-};
+// Of the rests alone; nothing is known where none is long enough.
 RestNoise NoiseWithinRests(const HeldChain& chain, const HoldState& state);
 
 // |g_{k+1} - R^T g_k| of each turn [rad]; NaN of links that are no turn.

@@ -28,7 +28,7 @@ Eigen::MatrixXd Left(const Eigen::MatrixXd& gram, const std::vector<Eigen::Index
 }  // namespace
 
 ChannelOutlook::ChannelOutlook(std::span<const StateHistory> histories, const ChannelModel& model,
-                               const TraceNoise& noise) {
+                               const NoiseModel& noise) {
   const ChannelProblem problem(histories, static_cast<std::size_t>(model.axis),
                                model.units_per_deg_s);
   const Baseline baseline = problem.MakeBaseline();
@@ -77,7 +77,7 @@ ChannelOutlook::ChannelOutlook(std::span<const StateHistory> histories, const Ch
 }
 
 void ChannelOutlook::Fill(const ChannelProblem& problem, const Baseline& baseline,
-                          const TraceNoise& noise, const std::vector<Eigen::MatrixXd>& columns) {
+                          const NoiseModel& noise, const std::vector<Eigen::MatrixXd>& columns) {
   const auto turned = static_cast<Eigen::Index>(baseline.turned.size());
   const auto constants = static_cast<Eigen::Index>(baseline.constants);
   Eigen::Index count = baseline_columns_ + 1;

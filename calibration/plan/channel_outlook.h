@@ -19,7 +19,7 @@ class ChannelOutlook {
  public:
   // histories[0]: the measurement so far; the others: a manoeuvre each.
   ChannelOutlook(std::span<const StateHistory> histories, const ChannelModel& model,
-                 const TraceNoise& noise);
+                 const NoiseModel& noise);
 
   // An effect of the catalogue that is named, against another in its place.
   struct Rivalry {
@@ -52,7 +52,7 @@ class ChannelOutlook {
     Columns columns;
     Eigen::VectorXd coefficients;  // of a named one
   };
-  void Fill(const ChannelProblem& problem, const Baseline& baseline, const TraceNoise& noise,
+  void Fill(const ChannelProblem& problem, const Baseline& baseline, const NoiseModel& noise,
             const std::vector<Eigen::MatrixXd>& columns);
   Eigen::MatrixXd With(std::size_t manoeuvre) const;
   bool WouldBeNegative(const Eigen::MatrixXd& gram, const Columns& rest, const Member& named,

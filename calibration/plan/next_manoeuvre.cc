@@ -134,7 +134,7 @@ class Chooser {
     ChannelOutlook::Rivalry rivalry;
   };
 
-  static bool IsKnown(const TraceNoise& noise) {
+  static bool IsKnown(const NoiseModel& noise) {
     return std::isfinite(noise.angle_random_walk_deg_sqrt_s) &&
            std::isfinite(noise.bias_random_walk_deg_s_sqrt_s) &&
            std::isfinite(noise.reference_deg) && noise.angle_random_walk_deg_sqrt_s > 0.0;

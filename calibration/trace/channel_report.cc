@@ -130,9 +130,8 @@ class ChannelTracer {
     }
   }
 
-  void Fill(const Selection& selection, const IntervalNoise& noise, const ChannelFit& fit) {
-    trace_.noise = {noise.angle_random_walk_deg_sqrt_s, noise.bias_random_walk_deg_s_sqrt_s,
-                    noise.reference_deg};
+  void Fill(const Selection& selection, const NoiseModel& noise, const ChannelFit& fit) {
+    trace_.noise = noise;
     // Under a noise that is right the white residual has a size of 1; where it is larger, errors
     // grow with it.
     const double grow = std::max(1.0, fit.whitened_rms());

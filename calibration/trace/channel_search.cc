@@ -104,7 +104,7 @@ class ChannelSearcher {
       found->selection.Run();
       found->selection.JoinOrigins();
       DropDoubtful(&*found);
-      const std::optional<IntervalNoise> better = Reestimate(*found);
+      const std::optional<NoiseModel> better = Reestimate(*found);
       if (!better || pass + 1 == kPasses) break;
       found.reset();  // its columns are the most of the memory: one store at a time
       found.emplace(SearchedChannel{candidates_, Select(*better), *better});
@@ -117,7 +117,7 @@ class ChannelSearcher {
   }
 
  private:
-  Selection Select(const IntervalNoise& noise) const {
+  Selection Select(const NoiseModel& noise) const {
     return Selection(problem_, baseline_, noise, *candidates_,
                      SelectionOptions{request_.false_discovery});
   }
@@ -151,7 +151,7 @@ class ChannelSearcher {
   }
 
   std::optional<Candidate> BestUnderLessWalk() const {
-    IntervalNoise quiet = own_.noise;
+    NoiseModel quiet = own_.noise;
     quiet.bias_random_walk_deg_s_sqrt_s *= kLessWalk;
     const Whitener whitener(problem_.intervals(), quiet);
     Eigen::MatrixXd model(problem_.rows(), 0), output = problem_.output_deg();
@@ -211,7 +211,7 @@ class ChannelSearcher {
   // The noise of the chosen model, which has fewer columns and knows slow noise better, where the
   // model of everything that may act does not contradict it; else that model's own. nullopt where
   // it is the one that was used.
-  std::optional<IntervalNoise> Reestimate(const SearchedChannel& found) {
+  std::optional<NoiseModel> Reestimate(const SearchedChannel& found) {
     bool outside = false;
     for (const Candidate& member : found.selection.members()) {
       // What the noise was not judged with makes it look larger than it is.

@@ -33,7 +33,7 @@ struct ChannelRequest {
 struct SearchedChannel {
   std::shared_ptr<const CandidateSet> candidates;  // that the selection looks at
   Selection selection;
-  IntervalNoise noise;
+  NoiseModel noise;
 };
 
 // nullopt where the data are too few for it; `remarks` then say so, and what was left out

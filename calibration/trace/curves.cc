@@ -140,7 +140,7 @@ Series SpectrumSeries(const ChannelProblem& problem, const Residuals& residuals)
 // Overlapping Allan deviation over the longest rest, and what angle and bias random walk give:
 //   N^2 / tau + K^2 tau / 3
 std::vector<AllanPoint> Allan(const ChannelProblem& problem, const Eigen::VectorXd& increments,
-                              const IntervalNoise& noise) {
+                              const NoiseModel& noise) {
   std::vector<AllanPoint> out;
   Eigen::Index best = 0, length = 0, begin = 0;
   for (Eigen::Index i = 0; i <= problem.rows(); ++i) {
@@ -205,7 +205,7 @@ std::optional<Factor> TracedFactor(const Selection& selection, std::size_t chann
 }  // namespace
 
 ResidualCurves MakeCurves(const ChannelProblem& problem, const ChannelFit& fit,
-                          const Selection& selection, const IntervalNoise& noise) {
+                          const Selection& selection, const NoiseModel& noise) {
   ResidualCurves out;
   const Residuals residuals = MakeResiduals(problem, fit, selection);
   const Eigen::VectorXd before = AngleErrors(problem, residuals.raw_before);

@@ -19,7 +19,7 @@ constexpr double kSame = 0.5;
 // Where the bias has walked to at the end of the rows: of white noise and a random walk the steady
 // filter is a mean that forgets within N / K.
 double LastBias(const ChannelProblem& part, const Eigen::VectorXd& residual_deg,
-                const IntervalNoise& noise) {
+                const NoiseModel& noise) {
   constexpr double kLeastMemory_s = 60.0;  // what comes and goes faster is no drift
   const double memory_s = std::max(
       kLeastMemory_s, noise.angle_random_walk_deg_sqrt_s / noise.bias_random_walk_deg_s_sqrt_s);
@@ -106,7 +106,7 @@ class TrainedModel {
 
   const ChannelProblem& problem_;
   const ChannelProblem& part_;
-  IntervalNoise noise_;
+  NoiseModel noise_;
   Whitener whitener_;
   ChannelFit fit_;        // of the training part
   ModelColumns columns_;  // of all rows

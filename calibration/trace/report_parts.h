@@ -45,7 +45,7 @@ GravityRow FitGravityRow(const ChannelProblem& problem, const Selection& selecti
                          const ChannelFit& fit, double grow);
 
 ResidualCurves MakeCurves(const ChannelProblem& problem, const ChannelFit& fit,
-                          const Selection& selection, const IntervalNoise& noise);
+                          const Selection& selection, const NoiseModel& noise);
 
 // `named`: ids that the trace found. An effect is unidentifiable where the measurements lack what
 // it depends on, where the baseline absorbs it, or where its bound (one standard deviation) is

@@ -71,7 +71,7 @@ void DropBlindTerms(const Projection& baseline, Candidate* candidate,
 }  // namespace
 
 Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
-                     const IntervalNoise& noise, const CandidateSet& candidates,
+                     const NoiseModel& noise, const CandidateSet& candidates,
                      const SelectionOptions& options)
     : problem_(&problem),
       candidates_(&candidates),

@@ -28,7 +28,7 @@ class Selection {
   static constexpr std::size_t kNoMember = static_cast<std::size_t>(-1);
 
   // `problem` and `candidates` must outlive the selection.
-  Selection(const ChannelProblem& problem, const Baseline& baseline, const IntervalNoise& noise,
+  Selection(const ChannelProblem& problem, const Baseline& baseline, const NoiseModel& noise,
             const CandidateSet& candidates, const SelectionOptions& options);
 
   void Run();

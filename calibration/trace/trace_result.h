@@ -9,6 +9,7 @@
 
 #include "base/measurement.h"
 #include "calibration/effects/effect_kind.h"
+#include "calibration/gls/noise_model.h"
 #include "calibration/sensor/vector_calibration.h"
 
 namespace gyrobench::calibration {
@@ -82,13 +83,6 @@ struct Finding {
   std::string says;
 };
 
-// Noise of the sensor and of the reference, by restricted maximum likelihood.
-struct TraceNoise {
-  double angle_random_walk_deg_sqrt_s = kMissing;
-  double bias_random_walk_deg_s_sqrt_s = kMissing;
-  double reference_deg = kMissing;
-};
-
 // A curve for the report: points in order of x. Not part of the JSON.
 struct Series {
   std::vector<double> x, before, after;
@@ -142,7 +136,7 @@ struct ChannelTrace {
     bool white = true;
     std::vector<Finding> findings;
   } remaining;
-  TraceNoise noise;
+  NoiseModel noise;  // by restricted maximum likelihood
   ResidualCurves curves;
   std::vector<std::string> remarks;  // what could not be estimated, and why
 };

@@ -64,7 +64,7 @@ Problem Draw(std::mt19937* random, int rows) {
 
 const std::vector<int> kRegressors = {0, 1, 2};
 
-void ExpectAgreement(const Problem& problem, const IntervalNoise& noise) {
+void ExpectAgreement(const Problem& problem, const NoiseModel& noise) {
   const WhiteGram gram = Whiten(problem.series, noise);
   const GlsSolution solution = Solve(gram, kRegressors, 3);
   ASSERT_TRUE(solution.solvable);
@@ -111,7 +111,7 @@ TEST(IntervalGls, AgreesWithDenseLeastSquaresWhenANoiseIsZero) {
 // and walk.
 TEST(IntervalGls, AveragesTheBiasAsDensePredictionDoes) {
   std::mt19937 random(13);
-  const IntervalNoise noise = {0.2, 0.3, 0.4};
+  const NoiseModel noise = {0.2, 0.3, 0.4};
   for (int trial = 0; trial < 30; ++trial) {
     const Problem problem = Draw(&random, 20);
     GlsFit fit;
@@ -157,7 +157,7 @@ TEST(IntervalGls, WhitenedRowsAndProductsAreTheSameThingForManyColumns) {
     double* row = series.Add({0.1, 0.0, i % 3 == 0, i == 0});
     for (int j = 0; j < columns; ++j) row[j] = normal(random);
   }
-  const IntervalNoise noise = {0.1, 0.2, 0.3};
+  const NoiseModel noise = {0.1, 0.2, 0.3};
   const WhiteGram gram = Whiten(series, noise);
   Eigen::MatrixXd white = series.values();
   Whitener(series.intervals(), noise).Apply(white);
@@ -214,7 +214,7 @@ TEST(IntervalGls, RawColumnsBecomeWhiteWhereTheyAreWanted) {
 }
 
 // Outputs drawn from the model itself: a stop-and-go run.
-IntervalSeries DrawRun(std::mt19937* random, int turns, const IntervalNoise& noise, double unit) {
+IntervalSeries DrawRun(std::mt19937* random, int turns, const NoiseModel& noise, double unit) {
   std::normal_distribution<double> normal;
   IntervalSeries series(3);
   double bias = 0.0, error = noise.reference_deg * normal(*random);
@@ -250,15 +250,15 @@ FitOptions RunOptions() {
 // 40 runs: the means of the estimates lie within 5 standard errors of the truth.
 TEST(NoiseFit, FindsTheNoiseThatMadeTheData) {
   std::mt19937 random(21);
-  const IntervalNoise truth = {0.0035, 0.001, 0.0144};
+  const NoiseModel truth = {0.0035, 0.001, 0.0144};
   const int runs = 40;
   std::vector<double> n, k, s;
   for (int i = 0; i < runs; ++i) {
     const GlsFit fit = FitIntervals(DrawRun(&random, 60, truth, 1.0), RunOptions());
     ASSERT_TRUE(fit.solvable);
-    n.push_back(fit.noise.noise.angle_random_walk_deg_sqrt_s);
-    k.push_back(fit.noise.noise.bias_random_walk_deg_s_sqrt_s);
-    s.push_back(fit.noise.noise.reference_deg);
+    n.push_back(fit.noise.angle_random_walk_deg_sqrt_s);
+    k.push_back(fit.noise.bias_random_walk_deg_s_sqrt_s);
+    s.push_back(fit.noise.reference_deg);
   }
   auto expect_mean = [&](const std::vector<double>& values, double expected) {
     double sum = 0, square = 0;
@@ -274,13 +274,12 @@ TEST(NoiseFit, FindsTheNoiseThatMadeTheData) {
 
 TEST(NoiseFit, ScalesWithTheUnitOfTheOutput) {
   std::mt19937 random(22), same(22);
-  const IntervalNoise truth = {0.0035, 0.001, 0.0144};
+  const NoiseModel truth = {0.0035, 0.001, 0.0144};
   const GlsFit one = FitIntervals(DrawRun(&random, 40, truth, 1.0), RunOptions());
   const GlsFit thousand = FitIntervals(DrawRun(&same, 40, truth, 1000.0), RunOptions());
   ASSERT_TRUE(one.solvable && thousand.solvable);
   EXPECT_NEAR(thousand.solution.coefficients[0], 1000 * one.solution.coefficients[0], 1e-6);
-  EXPECT_NEAR(thousand.noise.noise.angle_random_walk_deg_sqrt_s /
-                  one.noise.noise.angle_random_walk_deg_sqrt_s,
+  EXPECT_NEAR(thousand.noise.angle_random_walk_deg_sqrt_s / one.noise.angle_random_walk_deg_sqrt_s,
               1000, 1e-3);
   EXPECT_NEAR(thousand.solution.variance(0) / one.solution.variance(0), 1e6, 1.0);
 }
@@ -289,9 +288,9 @@ TEST(NoiseFit, FindsNoNoiseWhereThereIsNone) {
   std::mt19937 random(23);
   const GlsFit fit = FitIntervals(DrawRun(&random, 60, {0.0035, 0.0, 0.0}, 1.0), RunOptions());
   ASSERT_TRUE(fit.solvable);
-  EXPECT_LT(fit.noise.noise.reference_deg, 0.002);
-  EXPECT_LT(fit.noise.noise.bias_random_walk_deg_s_sqrt_s, 3e-4);
-  EXPECT_NEAR(fit.noise.noise.angle_random_walk_deg_sqrt_s, 0.0035, 0.0007);
+  EXPECT_LT(fit.noise.reference_deg, 0.002);
+  EXPECT_LT(fit.noise.bias_random_walk_deg_s_sqrt_s, 3e-4);
+  EXPECT_NEAR(fit.noise.angle_random_walk_deg_sqrt_s, 0.0035, 0.0007);
 }
 
 // Rest, turn, rest: one number is left over to see the gyro's noise by. The 95 % interval has to

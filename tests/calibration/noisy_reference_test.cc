@@ -76,9 +76,7 @@ class DrawnTails {
         history_(TrailOf(recording_)),
         problem_({&history_, 1}, 2, 131.0),
         whitener_(problem_.intervals(),
-                  {.angle_random_walk_deg_sqrt_s = story_.white_deg_s / std::sqrt(story_.gyro_hz),
-                   .bias_random_walk_deg_s_sqrt_s = 1e-5,
-                   .reference_deg = reading_deg}),
+                  {story_.white_deg_s / std::sqrt(story_.gyro_hz), 1e-5, reading_deg}),
         model_(problem_.MakeBaseline().columns) {
     whitener_.Apply(model_);
   }

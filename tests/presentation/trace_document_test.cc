@@ -113,7 +113,7 @@ TEST(TraceText, PairsEachEffectThatWasNotToBeSeenWithItsManoeuvre) {
 TEST(TraceText, ShowsNoNoiseThatTheseDataCouldNotHaveShown) {
   TraceResult trace = ThreeAxes();
   trace.inputs[0].duration_s = 600.0;
-  calibration::TraceNoise& noise = trace.channels[2].noise;
+  calibration::NoiseModel& noise = trace.channels[2].noise;
   noise = {0.005, 3e-9, 0.0};
   const std::string hidden = Flat(TraceText(trace, Terminal()));
   EXPECT_THAT(hidden, HasSubstr("angle random walk 0.005 deg/sqrt(s)"));
