@@ -25,8 +25,8 @@
 #include <utility>
 #include <vector>
 
-#include "base/json_number.h"
 #include "base/json_place.h"
+#include "base/json_text.h"
 
 namespace gyrobench {
 

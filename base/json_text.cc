@@ -1,7 +1,5 @@
 #include "base/json_text.h"
 
-#include <nlohmann/json.hpp>
-
 namespace gyrobench {
 namespace {
 

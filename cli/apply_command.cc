@@ -6,16 +6,15 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "base/json_number.h"
 #include "base/json_text.h"
 #include "base/version.h"
 #include "calibration/artefact/calibration_file.h"
-#include "cli/calibration_input.h"
+#include "cli/calibration_files.h"
 #include "cli/commands.h"
 #include "cli/corrected_table.h"
 #include "cli/exit_status.h"
+#include "cli/files.h"
 #include "cli/inputs.h"
-#include "cli/targets.h"
 #include "presentation/number.h"
 #include "presentation/text_layout.h"
 #include "recording/measurement_files.h"

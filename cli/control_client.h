@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "cli/options.h"
 
 namespace gyrobench::cli {
 
@@ -46,5 +47,11 @@ class ControlClient {
   std::string daemon_command_;
   double timeout_s_;
 };
+
+// What reads as a whole as a number or as true or false is one; all else is text.
+nlohmann::json ParameterValue(const std::string& text);
+
+// {"procedure", "parameters"}. UsageError when a parameter is given twice.
+nlohmann::json RunRequest(const Options& options);
 
 }  // namespace gyrobench::cli

@@ -9,7 +9,6 @@
 #include "cli/control_client.h"
 #include "cli/exit_status.h"
 #include "cli/json_field.h"
-#include "cli/request_parameters.h"
 #include "cli/terminal_text.h"
 #include "presentation/number.h"
 #include "presentation/text_layout.h"

@@ -9,10 +9,10 @@
 #include <optional>
 
 #include "base/version.h"
-#include "cli/calibration_input.h"
+#include "cli/calibration_files.h"
 #include "cli/commands.h"
 #include "cli/exit_status.h"
-#include "cli/targets.h"
+#include "cli/files.h"
 #include "cli/terminal_text.h"
 #include "export/exporter.h"
 #include "presentation/text_layout.h"

@@ -12,7 +12,6 @@
 #include "cli/follow_run.h"
 #include "cli/json_field.h"
 #include "cli/live_feed.h"
-#include "cli/request_parameters.h"
 #include "cli/run_display.h"
 #include "cli/stored_results.h"
 #include "cli/terminal_text.h"

@@ -20,7 +20,7 @@
 #include "calibration/estimators/plausibility.h"
 #include "calibration/signal/clock_offset.h"
 #include "calibration/signal/intake.h"
-#include "cli/calibration_output.h"
+#include "cli/calibration_files.h"
 #include "cli/inputs.h"
 #include "recording/replay.h"
 #include "recording/run_directory.h"

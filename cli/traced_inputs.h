@@ -7,7 +7,7 @@
 #include "calibration/artefact/calibration_file.h"
 #include "calibration/signal/collector.h"
 #include "calibration/trace/trace.h"
-#include "cli/input_files.h"
+#include "cli/files.h"
 #include "cli/options.h"
 #include "presentation/report.h"
 

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/json_number.h"
 #include "base/json_text.h"
 #include "base/version.h"
 #include "daemon/run_record.h"

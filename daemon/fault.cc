@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/json_number.h"
+#include "base/json_text.h"
 
 namespace gyrobench::daemon {
 namespace {

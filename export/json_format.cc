@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "base/json_number.h"
 #include "base/json_text.h"
 #include "calibration/effects/effect.h"
 #include "export/formats.h"

@@ -48,4 +48,11 @@ class RawColumns {
   SharedRows picked_;  // nullptr: all
 };
 
+// Columns next to columns. Moves what is there: many at once are placed in a matrix of their final
+// size instead.
+inline void AppendColumns(Eigen::MatrixXd* to, const Eigen::MatrixXd& columns) {
+  to->conservativeResize(columns.rows(), to->cols() + columns.cols());
+  to->rightCols(columns.cols()) = columns;
+}
+
 }  // namespace gyrobench::calibration

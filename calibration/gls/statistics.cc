@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
@@ -52,6 +53,58 @@ double MeanStdError(std::span<const double> values) {
   double square = 0.0;
   for (const double v : values) square += (v - mean) * (v - mean);
   return std::sqrt(square / (n - 1.0) / n);
+}
+
+double LogChiSquareTail(double x, double degrees) {
+  if (!(x > 0)) return 0.0;
+  if (std::isinf(x)) return -x;
+  if (x < 600.0) {
+    const boost::math::chi_squared distribution(degrees);
+    return std::log(boost::math::cdf(boost::math::complement(distribution, x)));
+  }
+  // Leading terms of the incomplete gamma function for large x.
+  const double half = 0.5 * x, a = 0.5 * degrees;
+  return (a - 1.0) * std::log(half) - half - std::lgamma(a) + std::log1p((a - 1.0) / half);
+}
+
+double LogHeavyTail(double square, double freedom) {
+  if (!std::isfinite(freedom) || std::isinf(square)) return LogChiSquareTail(square, 1.0);
+  const boost::math::students_t distribution(freedom);
+  const double t = std::sqrt(std::max(square, 0.0) * freedom / (freedom - 2.0));
+  return std::log(2.0 * boost::math::cdf(boost::math::complement(distribution, t)));
+}
+
+double FreedomOfTails(double beyond_three, double values) {
+  constexpr double kSure = 4.0;
+  const double normal = values * std::exp(LogChiSquareTail(9.0, 1.0));
+  if (!(beyond_three > normal + kSure * std::sqrt(normal)))
+    return std::numeric_limits<double>::infinity();
+  const double log_share = std::log(beyond_three / values);
+  double low = 4.5, high = 100.0;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (LogHeavyTail(9.0, middle) > log_share ? low : high) = middle;
+  }
+  return low;
+}
+
+double TestsFromNeighbour(double square, double apart) {
+  const double half = std::sqrt(0.5 * apart * square);
+  if (half < 1e-6) return square * apart;
+  const boost::math::normal normal;
+  const double below = boost::math::cdf(normal, half);
+  const double overshoot = (below - 0.5) / half / (half * below + boost::math::pdf(normal, half));
+  return std::min(1.0, square * apart * overshoot);
+}
+
+double ChiSquareQuantile(double log_p, double degrees) {
+  double low = 0.0, high = 10.0;
+  while (LogChiSquareTail(high, degrees) > log_p) high *= 2.0;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (LogChiSquareTail(middle, degrees) > log_p ? low : high) = middle;
+  }
+  return high;
 }
 
 }  // namespace gyrobench::calibration

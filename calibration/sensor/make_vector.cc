@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/gls/likelihood.h"
+#include "calibration/gls/statistics.h"
 #include "calibration/sensor/accelerometer.h"
 #include "calibration/sensor/least_squares.h"
 #include "calibration/sensor/sensor_matrix.h"

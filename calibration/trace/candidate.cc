@@ -9,7 +9,7 @@
 #include <memory>
 #include <utility>
 
-#include "calibration/gls/likelihood.h"
+#include "calibration/gls/statistics.h"
 #include "calibration/trace/scans.h"
 
 namespace gyrobench::calibration {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/gls/append_columns.h"
 #include "calibration/gls/noise_search.h"
+#include "calibration/gls/raw_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/refine.h"
 #include "calibration/trace/selection.h"

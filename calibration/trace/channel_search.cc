@@ -8,10 +8,10 @@
 #include <set>
 #include <utility>
 
-#include "calibration/gls/append_columns.h"
-#include "calibration/gls/likelihood.h"
 #include "calibration/gls/noise_search.h"
+#include "calibration/gls/raw_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
+#include "calibration/gls/statistics.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/held_out.h"
 #include "calibration/trace/remaining.h"

@@ -8,8 +8,8 @@
 #include <functional>
 #include <numeric>
 
-#include "calibration/gls/correlated.h"
-#include "calibration/gls/likelihood.h"
+#include "calibration/gls/robust_gain.h"
+#include "calibration/gls/statistics.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/problem.h"
 

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "calibration/gls/correlated.h"
+#include "calibration/gls/robust_gain.h"
 #include "calibration/trace/trace_result.h"
 
 namespace gyrobench::calibration {

@@ -10,8 +10,8 @@
 #include "base/geometry.h"
 #include "base/robust.h"
 #include "calibration/effects/basis.h"
-#include "calibration/gls/likelihood.h"
 #include "calibration/gls/scaled_ldlt.h"
+#include "calibration/gls/statistics.h"
 #include "calibration/trace/refine.h"
 
 namespace gyrobench::calibration {

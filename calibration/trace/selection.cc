@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "base/geometry.h"
-#include "calibration/gls/likelihood.h"
 #include "calibration/gls/scaled_ldlt.h"
+#include "calibration/gls/statistics.h"
 #include "calibration/trace/refine.h"
 
 namespace gyrobench::calibration {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "calibration/gls/likelihood.h"
 #include "calibration/gls/scaled_ldlt.h"
+#include "calibration/gls/statistics.h"
 #include "calibration/trace/refine.h"
 #include "calibration/trace/selection.h"
 

@@ -5,10 +5,10 @@
 #include <map>
 #include <utility>
 
-#include "calibration/gls/likelihood.h"
 #include "calibration/gls/ramp_search.h"
+#include "calibration/gls/robust_gain.h"
 #include "calibration/gls/scaled_ldlt.h"
-#include "calibration/gls/stability.h"
+#include "calibration/gls/statistics.h"
 #include "calibration/trace/scans.h"
 #include "calibration/trace/selection.h"
 

@@ -1,10 +1,10 @@
-#include "calibration/gls/correlated.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
 #include <cmath>
 #include <random>
+
+#include "calibration/gls/robust_gain.h"
 
 namespace gyrobench::calibration {
 namespace {

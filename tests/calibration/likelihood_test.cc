@@ -1,10 +1,10 @@
-#include "calibration/gls/likelihood.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
+
+#include "calibration/gls/statistics.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "calibration/gls/likelihood.h"
 #include "calibration/gls/noise_search.h"
+#include "calibration/gls/statistics.h"
 #include "calibration/state/state_history.h"
 #include "calibration/trace/problem.h"
 #include "tests/calibration/synthetic_bench.h"

@@ -13,7 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 MOST_FLOORS = 9           # of a chain of includes inside calibration/, the file at its top counted
 SMALL_HEADER_LINES = 30   # a header of fewer is small ...
-MOST_SMALL_SHARE = 0.125  # ... and of all headers at most this share is; to be a tenth
+MOST_SMALL_SHARE = 0.1    # ... and of all headers at most this share is
 MOST_FILE_LINES = 450
 MOST_FUNCTION_LINES = 60  # below its first line, to its closing brace
 

@@ -1,4 +1,5 @@
-// What columns explain where the residual is not white.
+// What columns explain where the likelihood alone is not to be trusted: residuals that are not white,
+// and a choice among many that may hang on a part of the data.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,5 +25,11 @@ struct CorrelatedGain {
 CorrelatedGain GainWhereCorrelated(const Eigen::MatrixXd& columns, const Eigen::VectorXd& output,
                                    const Eigen::VectorXd& residual,
                                    const std::vector<Eigen::Index>& run_begins, Eigen::Index block);
+
+// Stability selection (Meinshausen and Buehlmann 2010): in most of many random halves of the data,
+// taken in blocks, `chosen` explains the residual best among the columns, or nearly so. The columns
+// are white and have the model taken off; zero columns are none.
+bool StaysBest(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual,
+               Eigen::Index chosen);
 
 }  // namespace gyrobench::calibration
