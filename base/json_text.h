@@ -23,9 +23,9 @@ nlohmann::json Numbers(const Values& values) {
   return list;
 }
 
-// JSON as text, whatever bytes it holds: those that are no UTF-8, as a request or a script may bring
-// them, become U+FFFD; json::dump alone would throw. `indent`: columns of each level; -1 makes one
-// line of it all.
+// JSON as text, whatever bytes it holds: those that are no UTF-8, as a request or a script may
+// bring them, become U+FFFD; json::dump alone would throw. `indent`: columns of each level; -1
+// makes one line of it all.
 std::string JsonText(const nlohmann::json& value, int indent = -1);
 std::string JsonText(const nlohmann::ordered_json& value, int indent = -1);
 

@@ -5,7 +5,7 @@
 
 namespace gyrobench::calibration {
 
-// Densities of the gyro's noise; NaN: not known. With b the zero-rate offset and W Wiener processes,
+// Densities of the gyro's noise; NaN: not known. With b the zero-rate offset, W Wiener processes:
 //   d angle = (rate + b) dt + N dW   angle random walk
 //   d b     = K dW                   bias random walk
 struct GyroNoise {

@@ -1,5 +1,5 @@
-// What columns explain where the likelihood alone is not to be trusted: residuals that are not white,
-// and a choice among many that may hang on a part of the data.
+// What columns explain where the likelihood alone is not to be trusted: residuals that are not
+// white, and a choice among many that may hang on a part of the data.
 #pragma once
 
 #include <Eigen/Core>

@@ -9,15 +9,12 @@
 #include <functional>
 #include <numbers>
 #include <ostream>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "calibration/effects/effect.h"
-#include "calibration/state/state_history.h"
-#include "calibration/trace/candidate.h"
-#include "calibration/trace/problem.h"
 #include "calibration/trace/trace.h"
+#include "tests/calibration/injected.h"
 #include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_once.h"
 
@@ -25,18 +22,9 @@ namespace gyrobench::testing {
 namespace {
 
 using calibration::ChannelTrace;
-using calibration::ModelParameter;
 using calibration::TracedEffect;
 
 constexpr double kPi = std::numbers::pi, kRad = kPi / 180.0;
-constexpr double kStdErrors = 4.0;
-
-// A number put in. `within`: for those that have no standard error.
-struct Expected {
-  const char* name;
-  double value;
-  double within = 0.0;
-};
 
 struct Row {
   std::string id;
@@ -51,11 +39,6 @@ struct Row {
 
 void PrintTo(const Row& row, std::ostream* out) { *out << row.id; }
 
-Injection Rate(std::function<double(const BenchState&)> rate) { return {std::move(rate), {}, {}}; }
-Injection Angle(std::function<double(const BenchState&)> angle) {
-  return {{}, std::move(angle), {}};
-}
-double Wz(const BenchState& s) { return s.rate_deg_s[2]; }
 double Inner(const BenchState& s) { return s.table.angle_deg[kInnerAxis] * kRad; }
 
 // --- Effects of gravity and temperature on the bias.
@@ -149,10 +132,6 @@ Injection Tone(const SyntheticBench&) {
 
 // --- Effects on the angle, and lags.
 
-// The gyro is late: a reading of its time shows what the gyro will see 12 ms later.
-Injection Latency(const SyntheticBench&) {
-  return {{}, {}, [](double t_s) { return t_s + 0.012; }};
-}
 template <int kPpm>
 Injection ClockDrift(const SyntheticBench&) {
   return {{}, {}, [](double t_s) { return t_s * (1.0 + 1e-6 * kPpm); }};
@@ -348,27 +327,6 @@ const std::vector<Row>& Rows() {
   return rows;
 }
 
-void ExpectWithinItsInterval(const std::vector<ModelParameter>& parameters,
-                             const Expected& expected) {
-  const auto found = std::ranges::find(parameters, expected.name, &ModelParameter::name);
-  ASSERT_NE(found, parameters.end()) << "no parameter " << expected.name;
-  if (expected.within > 0.0) {
-    EXPECT_NEAR(found->value, expected.value, expected.within) << expected.name;
-    return;
-  }
-  // An interval that holds nothing as well says nothing.
-  EXPECT_LT(kStdErrors * found->std_error, std::fabs(expected.value)) << expected.name;
-  EXPECT_NEAR(found->value, expected.value, kStdErrors * found->std_error)
-      << expected.name << ": off by " << (found->value - expected.value) / found->std_error
-      << " standard errors";
-}
-
-std::vector<std::string> NamesOf(const ChannelTrace& channel) {
-  std::vector<std::string> names;
-  for (const TracedEffect& effect : channel.effects) names.push_back(effect.id);
-  return names;
-}
-
 class EachEffect : public ::testing::TestWithParam<Row> {};
 
 TEST_P(EachEffect, IsNamedAndItsNumbersAreWithinTheirInterval) {
@@ -423,198 +381,6 @@ TEST(SingleEffects, AreInTheCatalogueOnce) {
         });
     ASSERT_EQ(count, 1);
     EXPECT_EQ(calibration::ScannedEffect(search, domain).search, search);
-  }
-}
-
-// The row of M is no effect but part of what every trace estimates.
-TEST(Baseline, RecoversTheCrossAxisTermsAndTheScaleFactorWithinTheirIntervals) {
-  const SyntheticBench bench(EveryMotion());
-  const ChannelTrace channel = TraceOf(bench.Measure({}, 11), 1);
-  EXPECT_THAT(NamesOf(channel), ::testing::IsEmpty());
-  const std::array<double, 3>& m = bench.sensor().m_row;
-  for (const Expected& expected :
-       {Expected{"cross_axis_zx", m[0]}, {"cross_axis_zy", m[1]}, {"scale_factor", m[2]}}) {
-    ExpectWithinItsInterval(channel.baseline.parameters, expected);
-  }
-}
-
-// |w| (T - T0) is |w| T and a part of |w|, an asymmetry, however the product is counted.
-TEST(AProductOfTemperature, IsOneEffectCountedFromWhereItIsNothing) {
-  const SyntheticBench bench(EveryMotion());
-  for (const double share : {0.3, 0.7}) {
-    double low = bench.At(0.0).temperature_degC, high = low;
-    for (double t_s = 0.0; t_s < bench.motion().duration_s(); t_s += 1.0) {
-      low = std::min(low, bench.At(t_s).temperature_degC);
-      high = std::max(high, bench.At(t_s).temperature_degC);
-    }
-    const double origin_degC = low + share * (high - low);
-    const calibration::Recording recording =
-        bench.Measure(Rate([=](const BenchState& s) {
-                        return 3e-4 * std::fabs(Wz(s)) * (s.temperature_degC - origin_degC);
-                      }),
-                      7);
-    const calibration::Recording* const inputs[] = {&recording};
-    const calibration::Traced traced = calibration::Trace(inputs, {});
-    const ChannelTrace& channel = traced.result.channels.at(0);
-    ASSERT_THAT(NamesOf(channel), ::testing::ElementsAre("composed(abs_w*T)")) << channel.summary;
-    ExpectWithinItsInterval(channel.effects[0].parameters, {"c", 3e-4});
-    ExpectWithinItsInterval(channel.effects[0].parameters, {"T0", origin_degC});
-    const calibration::ModelTerm& term = traced.models.at(0).terms.at(0);
-    EXPECT_EQ(term.offsets.at(1), channel.effects[0].parameters.at(1).value);
-  }
-}
-
-// The three parts of a sensitivity to gravity agree in one temperature; where it is none that the
-// data have, the sensitivity that is left is an effect of its own.
-TEST(AProductOfTemperature, IsOneEffectOnlyWithinTheTemperaturesOfTheData) {
-  const SyntheticBench bench(EveryMotion());
-  for (const double origin_degC : {bench.At(60.0).temperature_degC, -20.0}) {
-    const calibration::Recording recording =
-        bench.Measure(Rate([=](const BenchState& s) {
-                        return (4e-3 * s.g[0] - 6e-3 * s.g[1] + 2e-3 * s.g[2]) *
-                               (s.temperature_degC - origin_degC);
-                      }),
-                      7);
-    const std::vector<std::string> names = NamesOf(TraceOf(recording, 1));
-    if (origin_degC > 0.0) {
-      EXPECT_THAT(names, ::testing::ElementsAre("composed(g*T)"));
-    } else {
-      EXPECT_THAT(names, ::testing::Contains("bias.g_linear"));
-    }
-  }
-}
-
-// A sensitivity to gravity is not looked for where the table hardly tilts: a coefficient of
-// hundreds of deg/s/g made something of the last digits of a direction.
-TEST(AProductOfTemperature, IsNotLookedForWhereGravityStays) {
-  for (const bool tilts : {false, true}) {
-    const calibration::Recording recording =
-        SyntheticBench(tilts ? EveryMotion() : ManySpeeds()).Measure({}, 3);
-    const calibration::StateHistory history =
-        calibration::MakeStateHistory(recording, {kMissing, kMissing, 1.0}, true, {});
-    const calibration::ChannelProblem problem({&history, 1}, 2, 1.0);
-    const calibration::CandidateSet all = calibration::AllCandidates(problem, {}, true);
-    EXPECT_EQ(std::ranges::count(all.grid, "composed(g*T)", &calibration::Candidate::id),
-              tilts ? 1 : 0);
-  }
-}
-
-// Along x and z gravity takes all its values, but one of the two is always level.
-TEST(AProductOfGravity, IsNotLookedForWhereItStays) {
-  Motion motion;
-  motion.Rest(8.0).ThereAndBack(kInnerAxis, 200.0, 20.0).Turn(kMiddleAxis, 90.0, 20.0);
-  motion.ThereAndBack(kInnerAxis, 200.0, 20.0).Turn(kMiddleAxis, -90.0, 20.0).Rest(8.0);
-  const calibration::Recording recording = SyntheticBench(motion).Measure({}, 3);
-  const calibration::StateHistory history =
-      calibration::MakeStateHistory(recording, {kMissing, kMissing, 1.0}, true, {});
-  const calibration::ChannelProblem problem({&history, 1}, 2, 1.0);
-  const calibration::CandidateSet all = calibration::AllCandidates(problem, {}, true);
-  const auto listed = [&](const char* id) {
-    return std::ranges::count(all.products, id, &calibration::Candidate::id);
-  };
-  EXPECT_EQ(listed("composed(g_x*g_z)"), 0);
-  EXPECT_EQ(listed("composed(g_y*g_z)"), 1);
-}
-
-// A step of the offset acts in one power-on of two: its columns there are those rows of its columns
-// in all, which are 0 elsewhere.
-TEST(ColumnsOfOnePowerOn, AreTheRowsOfThoseInWhichTheyAct) {
-  const calibration::Recording recording = SyntheticBench(ManySpeeds()).Measure({}, 3);
-  std::vector<calibration::StateHistory> histories(
-      2, calibration::MakeStateHistory(recording, {kMissing, kMissing, 1.0}, true, {}));
-  const calibration::ChannelProblem problem(histories, 2, 1.0);
-  const calibration::Effect& step =
-      calibration::ScannedEffect(calibration::Search::kTime, calibration::EffectDomain::kRate);
-  calibration::BasisContext context;
-  context.nonlinear = {30.0};
-  for (std::size_t power_on = 0; power_on < 2; ++power_on) {
-    const Eigen::Index begin = problem.begin_of(power_on), end = problem.end_of(power_on);
-    const Eigen::MatrixXd all = problem.Columns(step, context, power_on);
-    EXPECT_EQ(problem.ColumnsIn(power_on, step, context), all.middleRows(begin, end - begin));
-    EXPECT_GT(all.norm(), 0.0);
-    EXPECT_EQ(all.topRows(begin).norm() + all.bottomRows(all.rows() - end).norm(), 0.0);
-  }
-}
-
-// What is late in one run of two is one effect, of the run that it is in, in whatever order the two
-// are given and whatever their power-ons are called.
-TEST(ALatency, OfOneOfTwoRunsIsOfThatRunInAnyOrder) {
-  const SyntheticBench bench(EveryMotion());
-  for (const char* name : {"0", "zz"}) {
-    const calibration::Recording late = bench.Measure(Latency(bench), 7);
-    calibration::Recording prompt = bench.Measure({}, 8);
-    prompt.info.power_on = name;
-    for (const double late_is : {1.0, 2.0}) {
-      const bool first = late_is == 1.0;
-      const calibration::Recording* const inputs[] = {first ? &late : &prompt,
-                                                      first ? &prompt : &late};
-      const ChannelTrace channel = TraceOf(inputs, 1);
-      ASSERT_THAT(NamesOf(channel), ::testing::ElementsAre("angle.latency_of_run"))
-          << channel.summary << ", power-on " << name;
-      ExpectWithinItsInterval(channel.effects[0].parameters, {"tau", 0.012});
-      ExpectWithinItsInterval(channel.effects[0].parameters, {"run", late_is, 0.1});
-    }
-  }
-}
-
-// Of two runs one alone turns: what is late there is late.
-TEST(ALatency, OfTheOnlyRunThatTurnsIsNoMatterOfThatRun) {
-  const SyntheticBench turning(EveryMotion()), resting(Motion().Rest(120.0));
-  calibration::Recording rest = resting.Measure({}, 8);
-  rest.info.power_on = "before";
-  const calibration::Recording turns = turning.Measure(Latency(turning), 7);
-  const calibration::Recording* const inputs[] = {&rest, &turns};
-  const ChannelTrace channel = TraceOf(inputs, 1);
-  EXPECT_THAT(NamesOf(channel), ::testing::ElementsAre("angle.latency")) << channel.summary;
-  ASSERT_EQ(channel.effects.size(), 1u);
-  EXPECT_THAT(channel.effects[0].rivals, ::testing::IsEmpty());
-}
-
-// With a declared delay the baseline has a column of the filter's shape: the names of the
-// covariance are those of the numbers all the same.
-TEST(TheModel, NamesEachVarianceByTheParameterThatItIsOf) {
-  const SyntheticBench bench(EveryMotion());
-  calibration::Recording recording =
-      bench.Measure(Rate([](const BenchState& s) { return 0.05 * s.g[0] - 0.08 * s.g[1]; }), 7);
-  recording.info.gyro_delay_s = 0.004;
-  const calibration::Recording* const inputs[] = {&recording};
-  const calibration::Traced traced = calibration::Trace(inputs);
-  const ChannelTrace& channel = traced.result.channels.at(0);
-  const calibration::ChannelModel& model = traced.models.at(0);
-  ASSERT_THAT(NamesOf(channel), ::testing::Contains("bias.g_linear")) << channel.summary;
-  std::vector<calibration::ModelParameter> all = channel.baseline.parameters;
-  for (const TracedEffect& effect : channel.effects)
-    for (calibration::ModelParameter parameter : effect.parameters) {
-      parameter.name = effect.id + "." + parameter.name;
-      all.push_back(parameter);
-    }
-  EXPECT_THAT(model.parameter_names, ::testing::Contains("filter_shape"));
-  EXPECT_THAT(model.parameter_names, ::testing::Each(::testing::Not(::testing::IsEmpty())));
-  int compared = 0;
-  for (const calibration::ModelParameter& parameter : all) {
-    const auto name = std::ranges::find(model.parameter_names, parameter.name);
-    if (name == model.parameter_names.end()) continue;
-    const auto i = static_cast<std::size_t>(name - model.parameter_names.begin());
-    EXPECT_NEAR(std::sqrt(model.covariance.at(i * model.parameter_names.size() + i)),
-                parameter.bound, 1e-9 * parameter.bound)
-        << parameter.name;
-    ++compared;
-  }
-  EXPECT_EQ(compared, static_cast<int>(model.parameter_names.size()));
-}
-
-// What never turned has no scale factor, and its calibration says none.
-TEST(TheModel, OfRestsAloneHasNoScaleFactor) {
-  const calibration::Recording recording = SyntheticBench(Motion().Rest(120.0)).Measure({}, 8);
-  const calibration::Recording* const inputs[] = {&recording};
-  EXPECT_THAT(calibration::Trace(inputs).models.at(0).m_row, ::testing::Each(0.0));
-}
-
-TEST(NoEffect, IsNamedInTwentyOfTwentyMeasurementsThatHaveNone) {
-  const SyntheticBench bench(ManySpeeds());
-  for (std::uint64_t seed = 100; seed < 120; ++seed) {
-    const ChannelTrace channel = TraceOf(bench.Measure({}, seed), seed);
-    EXPECT_THAT(NamesOf(channel), ::testing::IsEmpty()) << "seed " << seed;
   }
 }
 

@@ -168,7 +168,7 @@ TYPED_TEST(JsonOf, IsRefusedWithAKeyThatNobodyKnows) {
   }
 }
 
-// Those that came later than the format (docs/calibration.md), or are there for some of a kind alone.
+// Those that came later than the format (docs/calibration.md), or that not all of a kind have.
 TYPED_TEST(JsonOf, IsRefusedWithoutAKeyUnlessThatCameLater) {
   const std::set<std::string> later = {"because",
                                        "chosen_on",
