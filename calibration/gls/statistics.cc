@@ -4,7 +4,9 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace gyrobench::calibration {
@@ -12,6 +14,20 @@ namespace {
 
 constexpr double kNormalHalfWidth = 1.959963984540054;
 constexpr double kManyDegrees = 1e6;
+
+// Where a function that falls from `low` to `high` is `value`; the end that is nearer where it is
+// nowhere.
+template <typename Function>
+double FallsTo(double value, double low, double high, const Function& function) {
+  const auto above = [&](double x) { return function(x) - value; };
+  const double at_low = above(low), at_high = above(high);
+  if (!(at_low > 0.0)) return low;
+  if (!(at_high < 0.0)) return high;
+  std::uintmax_t most = 100;
+  const auto [from, to] = boost::math::tools::toms748_solve(
+      above, low, high, at_low, at_high, boost::math::tools::eps_tolerance<double>(), most);
+  return 0.5 * (from + to);
+}
 
 }  // namespace
 
@@ -80,12 +96,7 @@ double FreedomOfTails(double beyond_three, double values) {
   if (!(beyond_three > normal + kSure * std::sqrt(normal)))
     return std::numeric_limits<double>::infinity();
   const double log_share = std::log(beyond_three / values);
-  double low = 4.5, high = 100.0;
-  for (int i = 0; i < 40; ++i) {
-    const double middle = 0.5 * (low + high);
-    (LogHeavyTail(9.0, middle) > log_share ? low : high) = middle;
-  }
-  return low;
+  return FallsTo(log_share, 4.5, 100.0, [](double freedom) { return LogHeavyTail(9.0, freedom); });
 }
 
 double TestsFromNeighbour(double square, double apart) {
@@ -98,13 +109,9 @@ double TestsFromNeighbour(double square, double apart) {
 }
 
 double ChiSquareQuantile(double log_p, double degrees) {
-  double low = 0.0, high = 10.0;
+  double high = 10.0;
   while (LogChiSquareTail(high, degrees) > log_p) high *= 2.0;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (LogChiSquareTail(middle, degrees) > log_p ? low : high) = middle;
-  }
-  return high;
+  return FallsTo(log_p, 0.0, high, [&](double x) { return LogChiSquareTail(x, degrees); });
 }
 
 }  // namespace gyrobench::calibration
