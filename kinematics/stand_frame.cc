@@ -8,6 +8,12 @@
 namespace gyrobench::kinematics {
 namespace {
 
+Matrix3 FromEigen(const Eigen::Matrix3d& m) {
+  Matrix3 out;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(out[0].data()) = m;
+  return out;
+}
+
 // Rz(angle)^T v.
 Vector3 BackAboutZ(double c, double s, const Vector3& v) {
   return {c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]};
@@ -19,12 +25,7 @@ StandFrame::StandFrame(const StandGeometry& geometry)
     : outer_middle_(At(geometry.outer_middle_deg)),
       middle_inner_(At(geometry.middle_inner_deg)),
       mounted_(geometry.mount_deg != Vector3{}) {
-  const Eigen::Matrix3d mount = FixedRotations(geometry).mount;
-  for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t column = 0; column < 3; ++column)
-      mount_[row][column] =
-          mount(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column));
-  }
+  mount_ = FromEigen(FixedRotations(geometry).mount);
 }
 
 StandFrame::Angle StandFrame::At(double angle_deg) {
@@ -81,26 +82,23 @@ Vector3 EarthRate(double latitude_deg, double heading_deg) {
           kEarthRateDegPerS * std::sin(latitude)};
 }
 
+namespace {
+
+Eigen::Quaterniond Quaternion(const std::array<double, 4>& wxyz) {
+  return {wxyz[0], wxyz[1], wxyz[2], wxyz[3]};
+}
+
+}  // namespace
+
 Matrix3 QuaternionOrientation(const std::array<double, 4>& q) {
-  const double w = q[0], x = q[1], y = q[2], z = q[3];
-  return {{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
-           {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
-           {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
+  return FromEigen(Quaternion(q).toRotationMatrix());
 }
 
 Vector3 RotationBetween(const std::array<double, 4>& from, const std::array<double, 4>& to) {
-  // conj(from) (x) to, with the sign of the shorter way.
-  double w = from[0] * to[0] + from[1] * to[1] + from[2] * to[2] + from[3] * to[3];
-  Vector3 v = {from[0] * to[1] - from[1] * to[0] - from[2] * to[3] + from[3] * to[2],
-               from[0] * to[2] + from[1] * to[3] - from[2] * to[0] - from[3] * to[1],
-               from[0] * to[3] - from[1] * to[2] + from[2] * to[1] - from[3] * to[0]};
-  const double sign = w < 0 ? -1.0 : 1.0;
-  w *= sign;
-  const double sine = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-  const double angle = 2.0 * std::atan2(sine, w);
-  // sin(a/2) -> a/2 for small angles: the factor tends to 2.
-  const double factor = sign * (sine > 1e-12 ? angle / sine : 2.0) / kRadPerDeg;
-  return {v[0] * factor, v[1] * factor, v[2] * factor};
+  // By the shorter way: the angle is at most half a turn.
+  const Eigen::AngleAxisd turn(Quaternion(from).conjugate() * Quaternion(to));
+  const Eigen::Vector3d v = turn.angle() * kDegPerRad * turn.axis();
+  return {v[0], v[1], v[2]};
 }
 
 Vector3 TransposedTimes(const Matrix3& m, const Vector3& v) {

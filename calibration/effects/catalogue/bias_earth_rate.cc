@@ -1,4 +1,6 @@
 // The rotation of the Earth, where it was not taken off.
+#include <Eigen/Geometry>
+
 #include "calibration/effects/basis.h"
 #include "calibration/effects/catalogue/makers.h"
 
@@ -13,11 +15,10 @@ class EarthBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const SensorState& point, double* terms) override {
-    const std::size_t c = context().channel;
-    const Vector3& x = point.world_x;
-    const Vector3& z = point.gravity_g;
-    const Vector3 y = {z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2],
-                       z[0] * x[1] - z[1] * x[0]};
+    const auto c = static_cast<Eigen::Index>(context().channel);
+    const Eigen::Vector3d x = Eigen::Vector3d::Map(point.world_x.data());
+    const Eigen::Vector3d z = Eigen::Vector3d::Map(point.gravity_g.data());
+    const Eigen::Vector3d y = z.cross(x);
     terms[0] = point.earth_rate_known ? 0.0 : z[c];
     terms[1] = point.earth_rate_known ? 0.0 : x[c];
     terms[2] = point.earth_rate_known ? 0.0 : y[c];
