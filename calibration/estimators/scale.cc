@@ -26,6 +26,11 @@ constexpr double kInseparable = 100.0;
 // MPU-6050 data sheet: cross-axis sensitivity within ±2 %, taken as uniform. What it may make more
 // of than the scale factor's own tolerance is no result.
 constexpr double kMostCrossAxis = 0.02;
+// MPU-6050 data sheet: static sensitivity to linear acceleration 0.1 deg/s/g, taken as uniform
+// within that either way.
+constexpr double kMostGSensitivity_deg_s_g = 0.1;
+// Standard errors that grow by less are not worth a remark.
+constexpr double kWorthSaying = 1.05;
 // Standard deviation of what is uniform within ±1.
 const double kUniform = 1.0 / std::sqrt(3.0);
 
@@ -82,6 +87,8 @@ class ChannelScale {
                            ScaleResult* result) const;
   void Report(const GlsFit& fit, const FitOptions& options, const IntervalSeries& series,
               ScaleResult* result);
+  void AllowForGravity(const GlsFit& fit, const FitOptions& options, double variance,
+                       ScaleResult* result);
   double AddReference(ScaleResult* result) const;
   void ReportPaper(ScaleResult* result) const;
 
@@ -245,12 +252,38 @@ double ChannelScale::AllowForStructure(const GlsFit& fit, const FitOptions& opti
   return more;
 }
 
+// Sensitivity to gravity makes the offset another in a turn about an axis that is not upright than
+// at rest before and after it. Turns there and back cancel it, one turn does not. What a sensitivity
+// of 1 deg/s/g along each axis would add to the scale factor is the same fit with gravity in place
+// of the output.
+void ChannelScale::AllowForGravity(const GlsFit& fit, const FitOptions& options, double variance,
+                                   ScaleResult* result) {
+  const std::vector<Vector3> gravity_g_s = GravityOver(estimation_.columns, plan_.rows);
+  if (gravity_g_s.empty()) return;
+  const WhiteGram gram =
+      Whiten(problem_.GravitySeries(plan_.rows, channel_, gravity_g_s), fit.noise);
+  double square = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const GlsSolution solution = Solve(gram, options.regressors, problem_.output() + k);
+    if (solution.solvable) square += std::pow(solution.coefficients[0], 2);
+  }
+  const double more = square * std::pow(kUniform * kMostGSensitivity_deg_s_g, 2);
+  const double m = fit.solution.coefficients[0];
+  more_variance_ += more;
+  if (!(m * m * more > (kWorthSaying * kWorthSaying - 1.0) * variance)) return;
+  result->remarks.push_back(fmt::format(
+      "an axis that is not upright turned farther one way than the other: g-sensitivity is "
+      "contained in the scale factor, and the standard error allows for {:.2g} % of it",
+      100.0 * std::sqrt(more)));
+}
+
 void ChannelScale::Report(const GlsFit& fit, const FitOptions& options,
                           const IntervalSeries& series, ScaleResult* result) {
   const GlsSolution& solution = fit.solution;
   const double m = solution.coefficients[0];
   double variance = solution.variance(0) * fit.inflation[0] * fit.inflation[0];
   variance += AllowForStructure(fit, options, series, variance, result);
+  AllowForGravity(fit, options, variance, result);
   const double units = gain_ * m;
   result->alpha = 1.0 / units;
   const double relative = std::hypot(std::sqrt(variance) / std::fabs(m), std::sqrt(more_variance_));
@@ -369,7 +402,6 @@ std::vector<ScaleResult> EstimateScale(const Estimation& estimation,
 }
 
 std::string RemarkOnStructure(double p_white, double grown) {
-  constexpr double kWorthSaying = 1.05;
   std::string remark =
       fmt::format("the whitened residuals are not white (p {}): the model leaves structure",
                   p_white < 1e-9 ? "< 1e-09" : fmt::format("= {:.1e}", p_white));

@@ -82,15 +82,27 @@ ScalePlan MakeScalePlan(const Columns& columns, std::size_t channel) {
 IntervalSeries ScaleProblem::Series(const std::vector<Row>& rows, std::size_t channel,
                                     double gain) const {
   return MakeSeries(rows, channel, output() + 1, [&](const Row& row, double* out) {
-    *out++ = row.rotation_deg[channel] + row.earth_deg[channel];
-    for (const std::size_t other : others) *out++ = row.rotation_deg[other] + row.earth_deg[other];
-    double power = row.duration_s();
-    for (std::size_t k = 0; k <= bias_orders; ++k) {
-      *out++ = power;
-      power *= row.temperature_degC - mean_degC;
-    }
-    *out = row.z[channel] / gain;
+    *FillRegressors(row, channel, out) = row.z[channel] / gain;
   });
+}
+
+IntervalSeries ScaleProblem::GravitySeries(const std::vector<Row>& rows, std::size_t channel,
+                                           const std::vector<Vector3>& gravity_g_s) const {
+  return MakeSeries(rows, channel, output() + 3, [&](const Row& row, double* out) {
+    const auto index = static_cast<std::size_t>(&row - rows.data());
+    std::ranges::copy(gravity_g_s[index], FillRegressors(row, channel, out));
+  });
+}
+
+double* ScaleProblem::FillRegressors(const Row& row, std::size_t channel, double* out) const {
+  *out++ = row.rotation_deg[channel] + row.earth_deg[channel];
+  for (const std::size_t other : others) *out++ = row.rotation_deg[other] + row.earth_deg[other];
+  double power = row.duration_s();
+  for (std::size_t k = 0; k <= bias_orders; ++k) {
+    *out++ = power;
+    power *= row.temperature_degC - mean_degC;
+  }
+  return out;
 }
 
 FitOptions ScaleProblem::Options(std::size_t order) const {

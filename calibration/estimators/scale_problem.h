@@ -52,8 +52,15 @@ struct ScaleProblem {
   int bias_column() const { return 1 + static_cast<int>(others.size()); }
   int output() const { return bias_column() + 1 + static_cast<int>(bias_orders); }
   IntervalSeries Series(const std::vector<Row>& rows, std::size_t channel, double gain) const;
+  // The same columns before the output, in whose place are the three of `gravity_g_s`, of each row.
+  IntervalSeries GravitySeries(const std::vector<Row>& rows, std::size_t channel,
+                               const std::vector<Vector3>& gravity_g_s) const;
   // Regressors with the bias's polynomial up to `order`.
   FitOptions Options(std::size_t order) const;
+
+ private:
+  // Up to the output; where that goes.
+  double* FillRegressors(const Row& row, std::size_t channel, double* out) const;
 };
 
 // Output units per deg/s, roughly: least squares without a thought of the noise. NaN when the

@@ -126,6 +126,42 @@ class RowMaker {
 
 }  // namespace
 
+std::vector<Vector3> GravityOver(const Columns& columns, const std::vector<Row>& rows) {
+  std::vector<double> t_s;
+  std::vector<Vector3> integral_g_s;
+  const Vector3* before = nullptr;
+  for (const Node& node : columns.nodes) {
+    const bool known = std::ranges::all_of(node.world_z, [](double x) { return std::isfinite(x); });
+    if (!known) continue;
+    Vector3 sum = {};
+    if (before != nullptr) {
+      const double half_s = 0.5 * (node.at.t_s - t_s.back());
+      for (std::size_t c = 0; c < 3; ++c)
+        sum[c] = integral_g_s.back()[c] + half_s * ((*before)[c] + node.world_z[c]);
+    }
+    t_s.push_back(node.at.t_s);
+    integral_g_s.push_back(sum);
+    before = &node.world_z;
+  }
+  if (t_s.size() < 2) return {};
+  // Beyond the first and the last as between the two nodes that are next.
+  const auto at = [&](double time_s) {
+    const auto above = std::upper_bound(t_s.begin() + 1, t_s.end() - 1, time_s) - t_s.begin();
+    const auto b = static_cast<std::size_t>(above), a = b - 1;
+    const double part = (time_s - t_s[a]) / (t_s[b] - t_s[a]);
+    Vector3 out;
+    for (std::size_t c = 0; c < 3; ++c)
+      out[c] = std::lerp(integral_g_s[a][c], integral_g_s[b][c], part);
+    return out;
+  };
+  std::vector<Vector3> out;
+  for (const Row& row : rows) {
+    const Vector3 begin = at(row.begin_s), end = at(row.end_s);
+    out.push_back({end[0] - begin[0], end[1] - begin[1], end[2] - begin[2]});
+  }
+  return out;
+}
+
 std::vector<Row> RestRows(const Columns& columns, double piece_s) {
   RowMaker maker(columns, piece_s);
   for (std::size_t i = 0; i < columns.rests.size(); ++i) maker.AddRest(i);

@@ -47,6 +47,10 @@ std::vector<Row> StopRows(const Columns& columns, double piece_s);
 // Node to node; stretches at rest are still, in pieces.
 std::vector<Row> NodeRows(const Columns& columns, double piece_s);
 
+// Of each row the integral of what an accelerometer at rest would show in the sensor's frame [g s].
+// Empty where the reference does not say how the sensor lies.
+std::vector<Vector3> GravityOver(const Columns& columns, const std::vector<Row>& rows);
+
 // The intervals of one channel, unusable rows left out. `fill(row, columns)` writes the columns.
 template <typename Fill>
 IntervalSeries MakeSeries(const std::vector<Row>& rows, std::size_t channel, int columns,

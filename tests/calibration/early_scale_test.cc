@@ -152,5 +152,38 @@ TEST(EarlyScale, OfAxesThatCanBeToldApartIsPrecise) {
   EXPECT_LT(std::fabs(scale->alpha * 1.015 - 1.0), 3.0 * scale->alpha_std_error * 1.015);
 }
 
+// Turns about z, which lies level, of a sensor whose offset goes with gravity.
+std::optional<ScaleResult> ScaleOfLevelTurns(int turns, bool back) {
+  Motion motion;
+  motion.Rest(20.0).Turn(kMiddleAxis, 90.0, 20.0).Rest(10.0);
+  for (int i = 0; i < turns; ++i)
+    motion.Turn(kInnerAxis, back && i % 2 == 1 ? -360.0 : 360.0, 30.0).Rest(5.0);
+  const SyntheticBench bench(motion);
+  Injection sensitivity;
+  sensitivity.rate_deg_s = [](const BenchState& s) { return 0.08 * s.g[1] - 0.03 * s.g[0]; };
+  return ScaleOfZ(calibration::Analyze(bench.Measure(sensitivity, 5)));
+}
+
+TEST(EarlyScale, OfTurnsOneWayAboutALevelAxisCountsGSensitivity) {
+  for (const int turns : {1, 3}) {
+    const std::optional<ScaleResult> scale = ScaleOfLevelTurns(turns, false);
+    ASSERT_TRUE(scale) << turns;
+    const double off = scale->alpha * 1.015 - 1.0, error = scale->alpha_std_error * 1.015;
+    EXPECT_GT(std::fabs(off), 0.001) << "there is something to be honest about";
+    EXPECT_LT(std::fabs(off), 2.5 * error);
+    EXPECT_LT(error, 0.01);
+    EXPECT_THAT(scale->remarks, Contains(HasSubstr("g-sensitivity is contained")));
+  }
+}
+
+// What the offset at rest adds to the turn there it takes off the turn back.
+TEST(EarlyScale, OfTurnsThereAndBackAboutALevelAxisIsPrecise) {
+  const std::optional<ScaleResult> scale = ScaleOfLevelTurns(4, true);
+  ASSERT_TRUE(scale);
+  const double off = scale->alpha * 1.015 - 1.0, error = scale->alpha_std_error * 1.015;
+  EXPECT_LT(error, 3e-4);
+  EXPECT_LT(std::fabs(off), 4.0 * error);
+}
+
 }  // namespace
 }  // namespace gyrobench::testing
