@@ -261,63 +261,109 @@ double PlacesOfRipple(int periods, int most, double turns) {
   return periods * octaves * (1.0 + 2.0 * OffWholePeriods(periods) * turns);
 }
 
-// Sums sum_i f(phi_i) (u_i - u_i+1) for all harmonics at once: the weights go into bins of the
+// A row in which an axis of the table turns: between which angles [turns], and the score of what
+// was added to it.
+struct TurnedRow {
+  double from = 0.0, to = 0.0, score = 0.0;
+  bool goes_on = false;  // from the row before
+};
+
+std::vector<TurnedRow> TurnedRows(const ChannelProblem& problem,
+                                  const Eigen::VectorXd& output_score, std::size_t axis) {
+  const std::vector<ProblemRow>& rows = problem.row_refs();
+  std::vector<TurnedRow> out;
+  std::size_t last = rows.size();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    if (problem.intervals()[i].still || problem.half(row, 0).table_rate_deg_s[axis] == 0.0)
+      continue;
+    const StateHistory& history = problem.history(row);
+    const double from_deg = history.nodes[rows[i].interval].table_deg[axis];
+    const double to_deg = history.nodes[rows[i].interval + 1].table_deg[axis];
+    if (!std::isfinite(from_deg) || !std::isfinite(to_deg)) continue;
+    const bool goes_on = i > 0 && last == i - 1 && rows[i - 1].history == rows[i].history &&
+                         rows[i - 1].interval + 1 == rows[i].interval;
+    out.push_back({from_deg / 360.0, to_deg / 360.0,
+                   problem.AxisProjection(row, axis) * output_score(row), goes_on});
+    last = i;
+  }
+  return out;
+}
+
+// What is at an angle of the table, for all numbers of periods a turn at once.
+class OverTurn {
+ public:
+  void Add(double angle_turns, double weight) {
+    const double turn = angle_turns - std::floor(angle_turns);
+    bins_[static_cast<std::size_t>(turn * static_cast<double>(kAngleBins)) % kAngleBins] += weight;
+  }
+  // Of k: the sum of weight exp(-i k 2 pi angle).
+  std::vector<Complex> Waves() const {
+    Eigen::FFT<double> fft;
+    std::vector<Complex> spectrum;
+    fft.fwd(spectrum, bins_);
+    return spectrum;
+  }
+
+ private:
+  std::vector<double> bins_ = std::vector<double>(kAngleBins, 0.0);
+};
+
+// Of sum_i u_i (exp(i k phi_i+1) - exp(i k phi_i)), the variance by k: products of the scores of
+// rows that are few rows apart, with less weight the farther (Bartlett's lag window). A ripple that
+// is slow against the rows changes little within one, and so does the noise of its sum.
+std::vector<Complex> VarianceOfRipple(const std::vector<TurnedRow>& rows) {
+  constexpr std::size_t kRowsApart = 4;
+  OverTurn variance;
+  const auto add = [&](const TurnedRow& a, const TurnedRow& b, double weight) {
+    variance.Add(a.to - b.to, weight);
+    variance.Add(a.from - b.from, weight);
+    variance.Add(a.to - b.from, -weight);
+    variance.Add(a.from - b.to, -weight);
+  };
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!rows[i].goes_on) begin = i;
+    add(rows[i], rows[i], rows[i].score * rows[i].score);
+    for (std::size_t lag = 1; lag <= kRowsApart && begin + lag <= i; ++lag) {
+      const double taper = 1.0 - static_cast<double>(lag) / (kRowsApart + 1);
+      add(rows[i], rows[i - lag], 2.0 * taper * rows[i].score * rows[i - lag].score);
+    }
+  }
+  return variance.Waves();
+}
+
+// Sums sum_i u_i (f(phi_i+1) - f(phi_i)) for all harmonics at once: the weights go into bins of the
 // table's angle, and the bins through one Fourier transform.
 ScanPeak Ripple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
                 std::size_t axis) {
+  constexpr double kLeastVariance = 1e-3;  // of the scores' square
   ScanPeak peak;
   peak.effect = &ScannedEffect(Search::kPeriods, EffectDomain::kAngle);
   peak.table_axis = axis;
-  std::vector<double> bins(kAngleBins, 0.0);
+  const std::vector<TurnedRow> rows = TurnedRows(problem, output_score, axis);
+  OverTurn sum;
   double square = 0.0;
-  auto add = [&](double angle_deg, double weight) {
-    const double turn = angle_deg / 360.0 - std::floor(angle_deg / 360.0);
-    bins[static_cast<std::size_t>(turn * static_cast<double>(kAngleBins)) % kAngleBins] += weight;
-  };
-  const std::vector<ProblemRow>& rows = problem.row_refs();
-  auto turns = [&](std::size_t i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    return !problem.intervals()[i].still && problem.half(row, 0).table_rate_deg_s[axis] != 0.0;
-  };
-  double pending = 0.0;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (!turns(i)) continue;
-    const auto row = static_cast<Eigen::Index>(i);
-    const StateHistory& history = problem.history(row);
-    const double u = problem.AxisProjection(row, axis) * output_score(row);
-    const double from = history.nodes[rows[i].interval].table_deg[axis];
-    const double to = history.nodes[rows[i].interval + 1].table_deg[axis];
-    if (!std::isfinite(from) || !std::isfinite(to)) continue;
-    const bool joined = i > 0 && rows[i - 1].history == rows[i].history &&
-                        rows[i - 1].interval + 1 == rows[i].interval && turns(i - 1);
-    // Weight of a node: what the interval before gives and the one after takes.
-    pending = (joined ? pending : 0.0) - u;
-    add(from, pending);
-    square += pending * pending;
-    pending = u;
-    const bool last =
-        i + 1 == rows.size() || !turns(i + 1) || rows[i + 1].interval != rows[i].interval + 1;
-    if (!last) continue;
-    add(to, u);
-    square += u * u;
-    pending = 0.0;
+  for (const TurnedRow& row : rows) {
+    sum.Add(row.to, row.score);
+    sum.Add(row.from, -row.score);
+    square += row.score * row.score;
   }
   if (!(square > 0)) return peak;
-  Eigen::FFT<double> fft;
-  std::vector<Complex> spectrum;
-  fft.fwd(spectrum, bins);
+  const std::vector<Complex> waves = sum.Waves(), variance = VarianceOfRipple(rows);
   const int most = MostPeriods(problem, axis);
   const double span = TurnsSpanned(problem, axis);
   double best = -std::numeric_limits<double>::infinity();
-  for (int k = kLeastPeriods; k < most; ++k) {
-    // The variance of the sum at this k is about that of its neighbours.
-    const double gain = std::norm(spectrum[static_cast<std::size_t>(k)]) / (0.5 * square);
-    const double tried = PlacesOfRipple(k, most, span);
+  for (int periods = kLeastPeriods; periods < most; ++periods) {
+    const auto k = static_cast<std::size_t>(periods);
+    const double gain =
+        2.0 * std::norm(waves[k]) / std::max(variance[k].real(), kLeastVariance * square);
+    const double tried = PlacesOfRipple(periods, most, span);
     const double worth = 0.5 * gain - std::log(tried);
     if (worth <= best) continue;
     best = worth;
     peak.gain = gain;
-    peak.nonlinear = k;
+    peak.nonlinear = periods;
     peak.tried = tried;
   }
   return peak;

@@ -18,6 +18,9 @@ namespace {
 // Of -2 log L: less is no reason to let a power-on begin at a side of the play.
 constexpr double kStartGain = 10.0;
 constexpr double kFinestSide = 0.01;  // of the play
+// The same of a number of periods a turn that is not the whole one where the scan has found it: what
+// turns has whole numbers of teeth, poles and steps. One of 200 whole ones would be given up.
+constexpr double kFromWhole = 8.0;
 
 // Of the row in [first, end) that the time is in, and of those beside it.
 double LongestRowAt(const ChannelProblem& problem, double t_s, Eigen::Index first,
@@ -61,7 +64,14 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
     }
     return theta;
   };
-  const std::vector<double> theta = refined(range->start);
+  std::vector<double> theta = refined(range->start);
+  if (candidate->search() == Search::kPeriods) {
+    const auto explained = [&](const std::vector<double>& at) {
+      const Eigen::MatrixXd x = columns(at);
+      return ScaledLdlt(x.transpose() * x).Square(x.transpose() * residual);
+    };
+    if (explained(theta) - explained(range->start) < kFromWhole) theta = range->start;
+  }
   bool changed = theta != range->start;
   if (changed) SetNonlinear(theta, candidate);
   if (candidate->effect != nullptr && candidate->effect->unknown_start) {
