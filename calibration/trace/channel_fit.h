@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 namespace gyrobench::calibration {
@@ -53,5 +54,12 @@ struct ChannelFit {
 
 ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
                       const Selection& selection);
+
+// A value that is not clear of zero by its own standard errors is no finding. Where its
+// non-linear parameters are what makes it uncertain, as of a resonance that one speed alone meets,
+// the data know what the effect does but not its shape: that is held, and the value tried again.
+void DropUncertain(const ChannelProblem& problem, const Baseline& baseline, Selection* selection);
+// A sentence on each member whose shape is held so.
+std::vector<std::string> RemarksOnHeldShapes(const Selection& selection);
 
 }  // namespace gyrobench::calibration

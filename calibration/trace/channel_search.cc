@@ -1,7 +1,6 @@
 #include "calibration/trace/channel_search.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -41,30 +40,6 @@ constexpr double kLeastAngle_deg = 1e-3;
 // Of the deviance: the noise by the chosen model is not the one by everything that may act (chi
 // square of three degrees, about 0.7 %); two noises differ so little that it is no matter.
 constexpr double kOtherNoise = 12.0, kSameNoise = 0.5;
-
-// Two standard errors of one value: the logarithm of the chance of more.
-const double kUncertain = LogChiSquareTail(4.0, 1.0);
-
-// Of values that are zero in truth: logarithm of the chance of being as far from it. Values that
-// were left at zero have no variance and do not count.
-double LogChanceOfNone(const Eigen::VectorXd& values, const Eigen::MatrixXd& covariance) {
-  std::vector<Eigen::Index> known;
-  for (Eigen::Index j = 0; j < values.size(); ++j) {
-    if (covariance(j, j) > 0.0) known.push_back(j);
-  }
-  if (known.empty()) return 0.0;
-  const Eigen::VectorXd some = values(known);
-  const double square = ScaledLdlt(covariance(known, known)).Solve(some).col(0).dot(some);
-  return LogChiSquareTail(square, static_cast<double>(known.size()));
-}
-
-// Of all that are known together.
-double VarianceOf(const Eigen::MatrixXd& covariance) {
-  double sum = 0.0;
-  for (Eigen::Index j = 0; j < covariance.rows(); ++j)
-    sum += covariance(j, j) > 0.0 ? covariance(j, j) : 0.0;
-  return sum;
-}
 
 class ChannelSearcher {
  public:
@@ -111,8 +86,9 @@ class ChannelSearcher {
     }
     DropCrowd(&found->selection);
     if (DropUseless(&found->selection)) DropWhereResidualsCorrelate(&*found);
-    DropUncertain(&found->selection);
-    RemarkOnHeldShapes(found->selection);
+    DropUncertain(problem_, baseline_, &found->selection);
+    for (std::string& remark : RemarksOnHeldShapes(found->selection))
+      remarks_.push_back(std::move(remark));
     return found;
   }
 
@@ -367,55 +343,6 @@ class ChannelSearcher {
       selection.Remove(weakest);
       // What explained the same as the one that is gone gains more now.
       SetGainsByAnyNoise(found);
-    }
-  }
-
-  // A value that is not clear of zero by its own standard errors is no finding. Where its
-  // non-linear parameters are what makes it uncertain, as of a resonance that one speed alone meets,
-  // the data know what the effect does but not its shape: that is held, and the value tried again.
-  void DropUncertain(Selection* selection) const {
-    for (bool again = true; again && !selection->members().empty();) {
-      again = false;
-      const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
-      const double grow = std::max(1.0, fit.whitened_rms());
-      std::size_t weakest = selection->members().size();
-      double log_p = kUncertain;
-      for (std::size_t i = 0; i < selection->members().size(); ++i) {
-        const auto count = static_cast<Eigen::Index>(fit.ColumnsOf(i).size());
-        const Eigen::Index first = fit.member_begin[i];
-        const Eigen::VectorXd values = fit.values.segment(first, count);
-        const Eigen::MatrixXd covariance = fit.covariance.block(first, first, count, count);
-        // Of a size that another channel bounds, and that is not known within that here: nothing.
-        const bool unknown = VarianceOf(covariance) > std::pow(selection->members()[i].largest, 2);
-        const double own = unknown ? 0.0 : LogChanceOfNone(values / grow, covariance);
-        if (own <= log_p) continue;
-        log_p = own;
-        weakest = i;
-      }
-      if (weakest == selection->members().size()) return;
-      if (selection->members()[weakest].shape_is_free()) {
-        selection->HoldShape(weakest);
-      } else {
-        selection->Remove(weakest);
-      }
-      again = true;
-    }
-  }
-
-  void RemarkOnHeldShapes(const Selection& selection) {
-    for (const Candidate& member : selection.members()) {
-      if (!member.shape_held) continue;
-      std::vector<std::string> names;
-      if (member.effect != nullptr) {
-        for (const NonlinearParameter& parameter : member.effect->nonlinear)
-          names.push_back(parameter.name);
-      } else {
-        names.push_back("T0");
-      }
-      remarks_.push_back(fmt::format(
-          "{}: the data show what it does where they are, but do not determine {}: stated without "
-          "an error; at other values of what it depends on it may act otherwise",
-          member.id, fmt::join(names, " and ")));
     }
   }
 

@@ -1,5 +1,5 @@
-// A resonance that one speed alone meets: its offset at that speed is known, its place and width are
-// not, because one that is farther off and higher does the same.
+// A resonance that one speed alone meets: its offset at that speed is known, its place and width
+// are not, because one that is farther off and higher does the same.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,0 +1,92 @@
+// What is no finding by its own standard error, and what is one though its shape is not known.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "calibration/gls/statistics.h"
+#include "calibration/gls/scaled_ldlt.h"
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/selection.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// Two standard errors of one value: the logarithm of the chance of more.
+const double kUncertain = LogChiSquareTail(4.0, 1.0);
+
+// Of values that are zero in truth: logarithm of the chance of being as far from it. Values that
+// were left at zero have no variance and do not count.
+double LogChanceOfNone(const Eigen::VectorXd& values, const Eigen::MatrixXd& covariance) {
+  std::vector<Eigen::Index> known;
+  for (Eigen::Index j = 0; j < values.size(); ++j) {
+    if (covariance(j, j) > 0.0) known.push_back(j);
+  }
+  if (known.empty()) return 0.0;
+  const Eigen::VectorXd some = values(known);
+  const double square = ScaledLdlt(covariance(known, known)).Solve(some).col(0).dot(some);
+  return LogChiSquareTail(square, static_cast<double>(known.size()));
+}
+
+// Of all that are known together.
+double VarianceOf(const Eigen::MatrixXd& covariance) {
+  double sum = 0.0;
+  for (Eigen::Index j = 0; j < covariance.rows(); ++j)
+    sum += covariance(j, j) > 0.0 ? covariance(j, j) : 0.0;
+  return sum;
+}
+
+}  // namespace
+
+void DropUncertain(const ChannelProblem& problem, const Baseline& baseline, Selection* selection) {
+  for (bool again = true; again && !selection->members().empty();) {
+    again = false;
+    const ChannelFit fit = FitChannel(problem, baseline, *selection);
+    const double grow = std::max(1.0, fit.whitened_rms());
+    std::size_t weakest = selection->members().size();
+    double log_p = kUncertain;
+    for (std::size_t i = 0; i < selection->members().size(); ++i) {
+      const auto count = static_cast<Eigen::Index>(fit.ColumnsOf(i).size());
+      const Eigen::Index first = fit.member_begin[i];
+      const Eigen::VectorXd values = fit.values.segment(first, count);
+      const Eigen::MatrixXd covariance = fit.covariance.block(first, first, count, count);
+      // Of a size that another channel bounds, and that is not known within that here: nothing.
+      const bool unknown = VarianceOf(covariance) > std::pow(selection->members()[i].largest, 2);
+      const double own = unknown ? 0.0 : LogChanceOfNone(values / grow, covariance);
+      if (own <= log_p) continue;
+      log_p = own;
+      weakest = i;
+    }
+    if (weakest == selection->members().size()) return;
+    if (selection->members()[weakest].shape_is_free()) {
+      selection->HoldShape(weakest);
+    } else {
+      selection->Remove(weakest);
+    }
+    again = true;
+  }
+}
+
+std::vector<std::string> RemarksOnHeldShapes(const Selection& selection) {
+  std::vector<std::string> out;
+  for (const Candidate& member : selection.members()) {
+    if (!member.shape_held) continue;
+    std::vector<std::string> names;
+    if (member.effect != nullptr) {
+      for (const NonlinearParameter& parameter : member.effect->nonlinear)
+        names.push_back(parameter.name);
+    } else {
+      names.push_back("T0");
+    }
+    out.push_back(fmt::format(
+        "{}: the data show what it does where they are, but do not determine {}: stated without "
+        "an error; at other values of what it depends on it may act otherwise",
+        member.id, fmt::join(names, " and ")));
+  }
+  return out;
+}
+
+}  // namespace gyrobench::calibration
