@@ -24,9 +24,8 @@ Vector3 BackAboutZ(double c, double s, const Vector3& v) {
 StandFrame::StandFrame(const StandGeometry& geometry)
     : outer_middle_(At(geometry.outer_middle_deg)),
       middle_inner_(At(geometry.middle_inner_deg)),
-      mounted_(geometry.mount_deg != Vector3{}) {
-  mount_ = FromEigen(FixedRotations(geometry).mount);
-}
+      mounted_(geometry.mount_deg != Vector3{}),
+      mount_(FromEigen(FixedRotations(geometry).mount)) {}
 
 StandFrame::Angle StandFrame::At(double angle_deg) {
   return {std::cos(angle_deg * kRadPerDeg), std::sin(angle_deg * kRadPerDeg)};

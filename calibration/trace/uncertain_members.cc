@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/gls/statistics.h"
 #include "calibration/gls/scaled_ldlt.h"
+#include "calibration/gls/statistics.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/selection.h"
 
