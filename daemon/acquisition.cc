@@ -6,8 +6,6 @@
 #include <utility>
 
 #include "base/error.h"
-#include "daemon/messages.h"
-#include "gyrobench/angle_t.hpp"
 #include "gyrobench/axes_t.hpp"
 
 namespace gyrobench::daemon {
@@ -16,32 +14,8 @@ namespace {
 // Motion ends at deadlines that the run engine keeps; the drive's poll is there for alarms.
 constexpr Utime kDrivePeriod = kMicrosecondsPerSecond / 2;
 constexpr Utime kOutputsPeriod = kMicrosecondsPerSecond / 2;
-// Beyond a soft limit by more than the play of a worm and the noise of an encoder.
-constexpr double kSoftLimitMargin_deg = 0.2;
-
-// Of each device, for the report of a fault: two seconds of a reference that is read at 10 Hz.
-constexpr std::size_t kLastSamples = 20;
-
-Utime Period(double rate_hz) { return FromSeconds(1.0 / rate_hz); }
-
-std::int8_t AxisNumber(const std::string& name) {
-  if (name == "outer") return angle_t::OUTER;
-  return name == "middle" ? angle_t::MIDDLE : angle_t::INNER;
-}
 
 }  // namespace
-
-struct Acquisition::AxisUnit {
-  const config::AxisConfig* config = nullptr;
-  BusWorker* drive_bus = nullptr;
-  BusWorker* encoder_bus = nullptr;
-  std::unique_ptr<drivers::Axis> drive;
-  std::unique_ptr<drivers::AngleSensor> encoder;
-  AxisView view;
-  boost::circular_buffer<drivers::AngleReading> last{kLastSamples};
-  angle_t message;
-  bool beyond_limit = false;  // of the encoder's bus thread: reported already
-};
 
 Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock,
                          drivers::DeviceMaker& devices, Telemetry& telemetry,
@@ -51,8 +25,7 @@ Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock,
       maker_(devices),
       telemetry_(telemetry),
       on_silence_(WithLastSamples(std::move(on_silence))),
-      on_fault_(WithLastSamples(std::move(on_fault))),
-      last_gyro_(kLastSamples) {
+      on_fault_(WithLastSamples(std::move(on_fault))) {
   for (const config::BusConfig& bus : stand.buses) {
     buses_.push_back(std::make_unique<BusWorker>(bus.name, clock));
     maker_.AddBus(bus, buses_.back()->participant());
@@ -78,75 +51,55 @@ BusWorker& Acquisition::BusOf(const std::string& name) {
   return **found;
 }
 
-Acquisition::AxisUnit& Acquisition::UnitOf(const std::string& axis) {
+AxisUnit& Acquisition::AxisNamed(const std::string& name) const {
   const auto found = std::find_if(axes_.begin(), axes_.end(),
-                                  [&](const auto& unit) { return unit->config->name == axis; });
-  if (found == axes_.end()) throw LimitError(fmt::format("this stand has no axis '{}'", axis));
+                                  [&](const auto& axis) { return axis->name() == name; });
+  if (found == axes_.end()) throw LimitError(fmt::format("this stand has no axis '{}'", name));
   return **found;
 }
 
-void Acquisition::AddAxis(const config::AxisConfig& axis) {
-  auto unit = std::make_unique<AxisUnit>();
-  AxisUnit& u = *unit;
-  u.config = &axis;
-  u.drive_bus = &BusOf(axis.drive.bus);
-  u.encoder_bus = &BusOf(axis.encoder.bus);
-  u.drive = maker_.MakeAxis(axis);
-  u.encoder = maker_.MakeAngleSensor(axis);
-  const Utime silence = FromSeconds(stand_.safety.silence_s);
+void Acquisition::AddDevice(BusWorker& bus, DeviceStatus identity, PolledDevice::Actions actions) {
+  auto device = std::make_unique<PolledDevice>(std::move(identity), std::move(actions), clock_,
+                                               FromSeconds(stand_.safety.silence_s), on_silence_);
+  bus.AddPoll([poll = device.get()] { return poll->Poll(); });
+  devices_.push_back(std::move(device));
+}
 
-  auto encoder = std::make_unique<PolledDevice>(
-      DeviceStatus{"encoder." + axis.name, "encoder", axis.encoder.bus, axis.encoder.unit, false,
-                   ""},
-      PolledDevice::Actions{[&u] { u.encoder->Open(); }, [this, &u] { ReadEncoder(u); },
-                            [this, &axis] {
-                              return Period(IsActive(axis.name) ? axis.encoder.rate_hz
-                                                                : axis.encoder.idle_rate_hz);
-                            }},
-      clock_, silence, on_silence_);
-  auto drive = std::make_unique<PolledDevice>(
-      DeviceStatus{"axis." + axis.name, "drive", axis.drive.bus, axis.drive.unit, false, ""},
-      PolledDevice::Actions{[&u] { u.drive->Open(); }, [this, &u] { ReadDrive(u); },
-                            [] { return kDrivePeriod; }},
-      clock_, silence, on_silence_);
-  u.encoder_bus->AddPoll([device = encoder.get()] { return device->Poll(); });
-  u.drive_bus->AddPoll([device = drive.get()] { return device->Poll(); });
-  devices_.push_back(std::move(drive));
-  devices_.push_back(std::move(encoder));
-  axes_.push_back(std::move(unit));
+void Acquisition::AddAxis(const config::AxisConfig& config) {
+  axes_.push_back(std::make_unique<AxisUnit>(
+      config, BusOf(config.drive.bus), BusOf(config.encoder.bus), maker_, telemetry_,
+      AxisUnit::Hooks{[this](Utime utime) { SendAxes(utime); }, [this] { PostStopAll(); },
+                      on_fault_}));
+  AxisUnit& axis = *axes_.back();
+  AddDevice(
+      axis.encoder_bus(),
+      {"encoder." + config.name, "encoder", config.encoder.bus, config.encoder.unit, false, ""},
+      {[&axis] { axis.OpenEncoder(); }, [&axis] { axis.ReadEncoder(); },
+       [&axis] { return axis.encoder_period(); }});
+  AddDevice(
+      axis.drive_bus(),
+      {"axis." + config.name, "drive", config.drive.bus, config.drive.unit, false, ""},
+      {[&axis] { axis.OpenDrive(); }, [&axis] { axis.ReadDrive(); }, [] { return kDrivePeriod; }});
 }
 
 void Acquisition::AddGyro() {
   const config::GyroConfig& gyro = stand_.gyro;
-  gyro_ = maker_.MakeGyro(gyro);
-  // One sample less than a reply carries: a poll that comes a little late still needs one request
-  // only.
-  const Utime period = Period(gyro.rate_hz / (gyro.map.max_samples_per_block - 1));
-  auto device = std::make_unique<PolledDevice>(
-      DeviceStatus{"gyro", "gyro", gyro.bus, gyro.unit, false, ""},
-      PolledDevice::Actions{[this] {
-                              const drivers::GyroIdentity identity = gyro_->Open();
-                              last_sample_ = clock_.Now();
-                              const std::lock_guard lock(mutex_);
-                              sensor_.identity = identity;
-                            },
-                            [this] { ReadGyro(); }, [period] { return period; }},
-      clock_, FromSeconds(stand_.safety.silence_s), on_silence_);
-  BusOf(gyro.bus).AddPoll([poll = device.get()] { return poll->Poll(); });
-  devices_.push_back(std::move(device));
+  gyro_ = std::make_unique<GyroFeed>(gyro, stand_.safety.silence_s, clock_, maker_.MakeGyro(gyro),
+                                     telemetry_, [this](double temperature_degC) {
+                                       if (outputs_) outputs_->Watch(temperature_degC);
+                                     });
+  AddDevice(BusOf(gyro.bus), {"gyro", "gyro", gyro.bus, gyro.unit, false, ""},
+            {[this] { gyro_->Open(); }, [this] { gyro_->Read(); },
+             [period = gyro_->period()] { return period; }});
 }
 
 void Acquisition::AddOutputs() {
   const config::RelaysConfig& relays = *stand_.relays;
   BusWorker& bus = BusOf(relays.bus);
   outputs_ = std::make_unique<Outputs>(relays, bus, maker_.MakeRelays(relays), on_fault_);
-  auto device = std::make_unique<PolledDevice>(
-      DeviceStatus{"relays", "relays", relays.bus, relays.unit, false, ""},
-      PolledDevice::Actions{[this] { outputs_->Open(); }, [this] { outputs_->Check(); },
-                            [] { return kOutputsPeriod; }},
-      clock_, FromSeconds(stand_.safety.silence_s), on_silence_);
-  bus.AddPoll([poll = device.get()] { return poll->Poll(); });
-  devices_.push_back(std::move(device));
+  AddDevice(
+      bus, {"relays", "relays", relays.bus, relays.unit, false, ""},
+      {[this] { outputs_->Open(); }, [this] { outputs_->Check(); }, [] { return kOutputsPeriod; }});
 }
 
 void Acquisition::Start() {
@@ -165,123 +118,21 @@ void Acquisition::Resume() {
   for (const auto& bus : buses_) bus->Resume();
 }
 
-void Acquisition::ReadEncoder(AxisUnit& unit) {
-  const drivers::AngleReading reading = unit.encoder->Read();
-  {
-    const std::lock_guard lock(mutex_);
-    unit.view.reference = reading;
-    unit.last.push_back(reading);
-  }
-  unit.message.utime = reading.utime;
-  unit.message.axis = AxisNumber(unit.config->name);
-  unit.message.counts = reading.counts;
-  unit.message.angle_deg = reading.angle_deg;
-  unit.message.utime_request = reading.utime_request;
-  unit.message.utime_reply = reading.utime_reply;
-  telemetry_.Send(unit.message);
-  CheckSoftLimits(unit, reading.angle_deg);
-}
-
-void Acquisition::CheckSoftLimits(AxisUnit& unit, double angle_deg) {
-  const config::AxisConfig& axis = *unit.config;
-  if (!IsActive(axis.name)) return;
-  if (angle_deg >= axis.min_deg - kSoftLimitMargin_deg &&
-      angle_deg <= axis.max_deg + kSoftLimitMargin_deg) {
-    unit.beyond_limit = false;
-    return;
-  }
-  if (std::exchange(unit.beyond_limit, true)) return;
-  PostStopAll();
-  on_fault_(
-      {"axis." + axis.name,
-       fmt::format("the table is at {:.3f} deg, beyond its soft limits {:g} .. {:g} deg: stopped. "
-                   "Turn it back by hand or correct the limits, then: gyrobench reset",
-                   angle_deg, axis.min_deg, axis.max_deg),
-       {.device = "axis." + axis.name, .action = "soft limits"}});
-}
-
-void Acquisition::ReadDrive(AxisUnit& unit) {
-  const drivers::AxisState state = unit.drive->Read();
-  {
-    const std::lock_guard lock(mutex_);
-    unit.view.drive = state;
-  }
-  SendAxes(state.utime);
-  if (!state.fault) return;
-  on_fault_({"axis." + unit.config->name,
-             fmt::format(
-                 "the drive reports alarm {} (0x{:02X}). See the drive's manual, remove the cause, "
-                 "then: gyrobench reset",
-                 state.alarm, state.alarm),
-             {.device = "axis." + unit.config->name + " drive",
-              .action = "status",
-              .code_kind = DeviceFailure::CodeKind::kAlarm,
-              .code = state.alarm}});
-}
-
 void Acquisition::SendAxes(Utime utime) {
   axes_t message{};
   message.utime = utime;
   message.n = static_cast<std::int8_t>(axes_.size());
-  {
-    const std::lock_guard lock(mutex_);
-    for (const auto& unit : axes_) {
-      const drivers::AxisState& drive = unit->view.drive;
-      message.name.push_back(unit->config->name);
-      message.commanded_deg.push_back(drive.commanded_deg);
-      message.reference_deg.push_back(unit->view.reference.angle_deg);
-      message.enabled.push_back(drive.enabled);
-      message.moving.push_back(drive.moving);
-      message.fault.push_back(drive.fault);
-      message.alarm.push_back(drive.alarm);
-    }
+  for (const auto& axis : axes_) {
+    const AxisView view = axis->view();
+    message.name.push_back(axis->name());
+    message.commanded_deg.push_back(view.drive.commanded_deg);
+    message.reference_deg.push_back(view.reference.angle_deg);
+    message.enabled.push_back(view.drive.enabled);
+    message.moving.push_back(view.drive.moving);
+    message.fault.push_back(view.drive.fault);
+    message.alarm.push_back(view.drive.alarm);
   }
   telemetry_.Send(message);
-}
-
-void Acquisition::ReadGyro() {
-  gyro_->Read(block_);
-  const double tick_rate_hz = sensor_.identity.tick_rate_hz;  // written by this thread only
-  const double tick_s = static_cast<double>(block_.tick) / tick_rate_hz;
-  const bool began_anew = block_.boot_count != boot_count_ || tick_s < last_tick_s_;
-  last_tick_s_ = tick_s;
-  if (tick_fit_.count() == 0 || began_anew) {
-    tick_fit_ = TickFit();
-    boot_count_ = block_.boot_count;
-    first_tick_s_ = tick_s;
-  }
-  tick_fit_.Add({tick_s, ToSeconds(block_.utime)});
-  power_on_watch_.Take(sensor_.identity.serial_number, block_);
-  {
-    const std::lock_guard lock(mutex_);
-    sensor_.power_on = power_on_watch_.power_on();
-    sensor_.tick_ratio = tick_fit_.ratio();
-    sensor_.tick_span_s = tick_s - first_tick_s_;
-    sensor_.samples += static_cast<std::int64_t>(block_.samples.size());
-    if (!block_.samples.empty()) {
-      sensor_.temperature_degC = block_.samples.back().temperature_degC;
-    }
-    for (const drivers::GyroRawSample& sample : block_.samples) last_gyro_.push_back(sample);
-  }
-  RequireSamples();
-  FillMessage(block_, sensor_.identity, gyro_message_);
-  telemetry_.Send(gyro_message_);
-}
-
-// A unit that answers while its sensor is silent would leave a run blind, and a heater unwatched.
-void Acquisition::RequireSamples() {
-  if (!block_.samples.empty()) {
-    last_sample_ = clock_.Now();
-    if (outputs_) outputs_->Watch(block_.samples.back().temperature_degC);
-    return;
-  }
-  const double silent_s = ToSeconds(clock_.Now() - last_sample_);
-  if (silent_s <= stand_.safety.silence_s) return;
-  throw DeviceError(
-      fmt::format("gyro: the unit answers, but has had no sample of its sensor for {:.1f} s, "
-                  "expected {:g} Hz. Check the sensor's own bus and supply.",
-                  silent_s, stand_.gyro.rate_hz),
-      {.device = "gyro", .action = "samples"});
 }
 
 void Acquisition::AwaitFirstTry(Clock::Participant& caller, Utime patience) const {
@@ -300,27 +151,14 @@ std::vector<DeviceStatus> Acquisition::Devices() const {
   return all;
 }
 
-AxisView Acquisition::Axis(const std::string& name) const {
-  const std::lock_guard lock(mutex_);
-  for (const auto& unit : axes_) {
-    if (unit->config->name == name) return unit->view;
-  }
-  throw LimitError(fmt::format("this stand has no axis '{}'", name));
-}
+AxisView Acquisition::Axis(const std::string& name) const { return AxisNamed(name).view(); }
 
-SensorView Acquisition::Sensor() const {
-  const std::lock_guard lock(mutex_);
-  return sensor_;
-}
+SensorView Acquisition::Sensor() const { return gyro_->view(); }
 
 LastSamples Acquisition::Last() const {
   LastSamples last;
-  const std::lock_guard lock(mutex_);
-  for (const auto& unit : axes_) {
-    last.axes.push_back(
-        {unit->config->name, unit->view.drive, {unit->last.begin(), unit->last.end()}});
-  }
-  last.gyro.assign(last_gyro_.begin(), last_gyro_.end());
+  for (const auto& axis : axes_) last.axes.push_back(axis->last());
+  last.gyro = gyro_->last();
   return last;
 }
 
@@ -336,7 +174,7 @@ MeasurementInfo Acquisition::Info() const {
   for (const config::AxisConfig& axis : stand_.axes) {
     info.stand_axis_present[static_cast<std::size_t>(AxisNumber(axis.name))] = true;
     // Of the axis that the run turns; of any, where it turns none.
-    if (!info.gear_ratio || IsActive(axis.name)) {
+    if (!info.gear_ratio || AxisNamed(axis.name).active()) {
       info.gear_ratio = axis.gear_ratio;
       info.stop_accuracy_deg = axis.shaft_accuracy_deg / axis.gear_ratio;
     }
@@ -357,77 +195,63 @@ MeasurementInfo Acquisition::Info() const {
   return info;
 }
 
-void Acquisition::SetActiveAxes(std::set<std::string> names) {
-  const std::lock_guard lock(mutex_);
-  active_axes_ = std::move(names);
-}
-
-bool Acquisition::IsActive(const std::string& axis) const {
-  const std::lock_guard lock(mutex_);
-  return active_axes_.contains(axis);
+void Acquisition::SetActiveAxes(const std::set<std::string>& names) {
+  for (const auto& axis : axes_) axis->SetActive(names.contains(axis->name()));
 }
 
 double Acquisition::MoveBy(Clock::Participant& caller, const std::string& axis, double angle_deg,
                            double rate_deg_s, double acceleration_deg_s2,
                            const std::function<void()>& may_move) {
-  AxisUnit& unit = UnitOf(axis);
-  return unit.drive_bus->Call(caller, [&] {
+  AxisUnit& unit = AxisNamed(axis);
+  return unit.drive_bus().Call(caller, [&] {
     may_move();
-    return unit.drive->MoveBy(angle_deg, rate_deg_s, acceleration_deg_s2);
+    return unit.drive().MoveBy(angle_deg, rate_deg_s, acceleration_deg_s2);
   });
 }
 
 drivers::AxisState Acquisition::ReadDriveNow(Clock::Participant& caller, const std::string& axis) {
-  AxisUnit& unit = UnitOf(axis);
-  unit.drive_bus->Call(caller, [&] { ReadDrive(unit); });
-  return Axis(axis).drive;
+  AxisUnit& unit = AxisNamed(axis);
+  unit.drive_bus().Call(caller, [&] { unit.ReadDrive(); });
+  return unit.view().drive;
 }
 
 AxisView Acquisition::ReadNow(Clock::Participant& caller, const std::string& axis) {
-  AxisUnit& unit = UnitOf(axis);
-  unit.drive_bus->Call(caller, [&] { ReadDrive(unit); });
-  unit.encoder_bus->Call(caller, [&] { ReadEncoder(unit); });
-  return Axis(axis);
+  AxisUnit& unit = AxisNamed(axis);
+  unit.drive_bus().Call(caller, [&] { unit.ReadDrive(); });
+  unit.encoder_bus().Call(caller, [&] { unit.ReadEncoder(); });
+  return unit.view();
 }
 
-void Acquisition::PostStopAll() {
-  for (const auto& unit : axes_) {
-    unit->drive_bus->Post([this, u = unit.get()] {
+void Acquisition::PostToDrives(void (drivers::Axis::*command)()) {
+  for (const auto& axis : axes_) {
+    axis->drive_bus().Post([this, command, axis = axis.get()] {
       try {
-        u->drive->Stop();
+        (axis->drive().*command)();
       } catch (const std::exception& error) {
-        on_fault_(FaultOf("axis." + u->config->name, error));
+        on_fault_(FaultOf("axis." + axis->name(), error));
       }
     });
   }
 }
 
+void Acquisition::PostStopAll() { PostToDrives(&drivers::Axis::Stop); }
+
+void Acquisition::PostClearAlarms() { PostToDrives(&drivers::Axis::ClearAlarm); }
+
 void Acquisition::StopAll(Clock::Participant& caller) {
   std::vector<AxisUnit*> order;
-  for (const auto& unit : axes_) order.push_back(unit.get());
+  for (const auto& axis : axes_) order.push_back(axis.get());
   std::stable_partition(order.begin(), order.end(),
-                        [this](const AxisUnit* unit) { return IsActive(unit->config->name); });
+                        [](const AxisUnit* axis) { return axis->active(); });
   Fault failed;
-  for (AxisUnit* unit : order) {
+  for (AxisUnit* axis : order) {
     try {
-      unit->drive_bus->Call(caller, [&] { unit->drive->Stop(); });
+      axis->drive_bus().Call(caller, [&] { axis->drive().Stop(); });
     } catch (const DeviceError& error) {
       AddTo(failed, error);
     }
   }
   if (!failed.message.empty()) throw DeviceError(failed.message, failed.failure);
-}
-
-void Acquisition::PostClearAlarms() {
-  for (const auto& unit : axes_) {
-    unit->drive_bus->Post([this, u = unit.get()] {
-      try {
-        u->drive->ClearAlarm();
-      } catch (const std::exception& error) {
-        on_fault_(FaultOf("axis." + u->config->name, error));
-      }
-    });
-  }
 }
 
 }  // namespace gyrobench::daemon

@@ -2,47 +2,24 @@
 // commanded.
 #pragma once
 
-#include <boost/circular_buffer.hpp>
 #include <functional>
 #include <memory>
-#include <mutex>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "base/clock.h"
 #include "base/measurement.h"
-#include "base/tick_fit.h"
 #include "config/stand_config.h"
+#include "daemon/axis_unit.h"
 #include "daemon/bus_worker.h"
+#include "daemon/gyro_feed.h"
 #include "daemon/outputs.h"
 #include "daemon/polled_device.h"
-#include "daemon/power_on.h"
 #include "daemon/telemetry.h"
-#include "drivers/angle_sensor.h"
-#include "drivers/axis.h"
 #include "drivers/device_maker.h"
-#include "drivers/gyro.h"
-#include "gyrobench/gyro_t.hpp"
 
 namespace gyrobench::daemon {
-
-// What is known of an axis now.
-struct AxisView {
-  drivers::AxisState drive;
-  drivers::AngleReading reference;
-};
-
-// What is known of the sensor now.
-struct SensorView {
-  drivers::GyroIdentity identity;
-  double temperature_degC = kMissing;
-  double tick_ratio = kMissing;
-  double tick_span_s = 0.0;         // that the tick's fit rests on
-  std::int64_t samples = 0;         // since the daemon started
-  std::optional<PowerOn> power_on;  // empty where it is not known
-};
 
 // Runs one BusWorker a bus. Views may be asked from any thread; motion is commanded by a thread
 // that waits as the participant it gives.
@@ -73,7 +50,7 @@ class Acquisition {
   MeasurementInfo Info() const;
 
   // Axes whose reference is read at its full rate; the others at their idle rate.
-  void SetActiveAxes(std::set<std::string> names);
+  void SetActiveAxes(const std::set<std::string>& names);
 
   // The drive's rate. `may_move` is asked in the bus's thread right before the drive is, and throws
   // when the run is to end: nothing moves after a stop. Throws DeviceError, LimitError, and what
@@ -97,20 +74,16 @@ class Acquisition {
   Outputs* outputs() const { return outputs_.get(); }
 
  private:
-  struct AxisUnit;
   FaultHandler WithLastSamples(FaultHandler handler) const;
-  void AddAxis(const config::AxisConfig& axis);
+  void AddAxis(const config::AxisConfig& config);
   void AddGyro();
   void AddOutputs();
+  void AddDevice(BusWorker& bus, DeviceStatus identity, PolledDevice::Actions actions);
   BusWorker& BusOf(const std::string& name);
-  AxisUnit& UnitOf(const std::string& axis);
-  void ReadEncoder(AxisUnit& unit);
-  void ReadDrive(AxisUnit& unit);
-  void ReadGyro();
-  void RequireSamples();
-  void CheckSoftLimits(AxisUnit& unit, double angle_deg);
+  AxisUnit& AxisNamed(const std::string& name) const;
   void SendAxes(Utime utime);
-  bool IsActive(const std::string& axis) const;
+  // Fails as a fault of the axis where it does.
+  void PostToDrives(void (drivers::Axis::*command)());
 
   const config::StandConfig& stand_;
   Clock& clock_;
@@ -120,24 +93,9 @@ class Acquisition {
   const FaultHandler on_fault_;
   std::vector<std::unique_ptr<BusWorker>> buses_;
   std::vector<std::unique_ptr<AxisUnit>> axes_;
-  std::unique_ptr<drivers::Gyro> gyro_;
+  std::unique_ptr<GyroFeed> gyro_;
   std::unique_ptr<Outputs> outputs_;
   std::vector<std::unique_ptr<PolledDevice>> devices_;
-
-  // Of the gyro's bus thread.
-  drivers::GyroBlock block_;
-  gyro_t gyro_message_;
-  PowerOnWatch power_on_watch_;
-  TickFit tick_fit_;
-  int boot_count_ = 0;
-  Utime last_sample_ = 0;  // when one came, or the unit was opened
-  double first_tick_s_ = 0.0;
-  double last_tick_s_ = 0.0;
-
-  mutable std::mutex mutex_;  // guards what follows and the views in axes_
-  std::set<std::string> active_axes_;
-  SensorView sensor_;
-  boost::circular_buffer<drivers::GyroRawSample> last_gyro_;
 };
 
 }  // namespace gyrobench::daemon

@@ -15,6 +15,9 @@
 
 namespace gyrobench::daemon {
 
+// Of each device, for the report of a fault: two seconds of a reference that is read at 10 Hz.
+inline constexpr std::size_t kLastSamples = 20;
+
 // What was read last, oldest first.
 struct LastSamples {
   struct Axis {

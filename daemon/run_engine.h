@@ -1,7 +1,6 @@
 // Runs: from a procedure's name to a closed record.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -9,33 +8,11 @@
 #include <thread>
 #include <vector>
 
-#include "base/clock.h"
-#include "config/stand_config.h"
-#include "daemon/acquisition.h"
-#include "daemon/bench_time.h"
-#include "daemon/live_bench.h"
-#include "daemon/run_control.h"
-#include "daemon/telemetry.h"
+#include "daemon/run_execution.h"
 #include "procedures/engine/dry_bench.h"
 #include "procedures/engine/procedure.h"
 
 namespace gyrobench::daemon {
-
-// How a run ended. kFailedLimits is a run that went well on a part that did not.
-enum class Outcome { kNone, kDone, kFailedLimits, kAborted, kFault, kError };
-const char* Name(Outcome outcome);
-
-// The last or present run, for status.
-struct RunView {
-  std::string run_id;
-  std::string procedure;
-  procedures::Parameters parameters;
-  std::string record;
-  Outcome outcome = Outcome::kNone;
-  RunProgress progress;
-  double elapsed_s = 0.0;
-  std::vector<Fault> failures;  // that it ended by, in their order
-};
 
 struct StartedRun {
   std::string run_id;
@@ -46,18 +23,7 @@ struct StartedRun {
 // One run at a time, each in a thread of its own. Thread-safe.
 class RunEngine {
  public:
-  struct Context {
-    const config::StandConfig& stand;
-    Clock& clock;
-    Acquisition& acquisition;
-    Telemetry& telemetry;
-    RunControl& control;
-    BenchTime& time;
-    std::function<void()> on_change;  // of the state
-    FaultHandler on_fault;            // latches and publishes it
-    std::function<void()> on_fault_cleared;
-    std::function<void(const std::string& question_id)> on_configured_answer;
-  };
+  using Context = RunContext;
   explicit RunEngine(Context context);
   ~RunEngine();
 
@@ -74,38 +40,16 @@ class RunEngine {
   std::optional<RunView> View() const;
 
  private:
-  struct Job;
-  struct Ending {
-    Outcome outcome = Outcome::kDone;
-    std::string message;          // why, where it is not kDone
-    std::vector<Fault> failures;  // the same as fields, where something failed
-  };
-  void Execute(Job& job);
-  Ending RunToItsEnd(Job& job);
-  void RunProcedureOn(Job& job);
-  void WaitForTickFit(const Job& job);
-  // From here on the run has an event log. Before its first motion, or at its end when it came to
-  // none.
-  void BeginRecord(Job& job, Utime start);
-  void WaitForStandstill(Job& job, const std::string& axis);
-  void StopMotion(Job& job, Ending& ending);
-  void SwitchOff(Job& job, Ending& ending);
-  // A fault on the way to the end: told, latched, and added to how the run ended.
-  void AddFault(Ending& ending, Fault fault);
-  // Closes the record. Results that cannot be make an error of a run that was done.
-  void Finish(Job& job, Ending& ending);
   static procedures::RunHooks DryHooks();
   procedures::DryOptions DryOptions() const;
-  void RequireDevicesWell() const;
   std::vector<procedures::AxisFacts> Axes() const;
 
   Context context_;
   procedures::ProcedureLibrary library_;
   std::mutex start_mutex_;
   std::thread thread_;
-  mutable std::mutex mutex_;  // guards view_
-  std::optional<RunView> view_;
-  Utime run_start_ = 0;
+  mutable std::mutex mutex_;  // guards what follows
+  std::shared_ptr<RunExecution> last_;
 };
 
 }  // namespace gyrobench::daemon

@@ -10,7 +10,7 @@
 #include "config/stand_config.h"
 #include "daemon/fault.h"
 #include "daemon/live_bench.h"
-#include "daemon/run_engine.h"
+#include "daemon/run_execution.h"
 
 namespace gyrobench::daemon {
 

@@ -1,0 +1,98 @@
+#include "daemon/axis_unit.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace gyrobench::daemon {
+namespace {
+
+// Beyond a soft limit by more than the play of a worm and the noise of an encoder.
+constexpr double kSoftLimitMargin_deg = 0.2;
+
+}  // namespace
+
+std::int8_t AxisNumber(const std::string& name) {
+  if (name == "outer") return angle_t::OUTER;
+  return name == "middle" ? angle_t::MIDDLE : angle_t::INNER;
+}
+
+AxisUnit::AxisUnit(const config::AxisConfig& config, BusWorker& drive_bus, BusWorker& encoder_bus,
+                   drivers::DeviceMaker& devices, Telemetry& telemetry, Hooks hooks)
+    : config_(config),
+      drive_bus_(drive_bus),
+      encoder_bus_(encoder_bus),
+      telemetry_(telemetry),
+      hooks_(std::move(hooks)),
+      drive_(devices.MakeAxis(config)),
+      encoder_(devices.MakeAngleSensor(config)),
+      last_(kLastSamples) {}
+
+Utime AxisUnit::encoder_period() const {
+  return FromSeconds(1.0 / (active_ ? config_.encoder.rate_hz : config_.encoder.idle_rate_hz));
+}
+
+AxisView AxisUnit::view() const {
+  const std::lock_guard lock(mutex_);
+  return view_;
+}
+
+LastSamples::Axis AxisUnit::last() const {
+  const std::lock_guard lock(mutex_);
+  return {config_.name, view_.drive, {last_.begin(), last_.end()}};
+}
+
+void AxisUnit::ReadEncoder() {
+  const drivers::AngleReading reading = encoder_->Read();
+  {
+    const std::lock_guard lock(mutex_);
+    view_.reference = reading;
+    last_.push_back(reading);
+  }
+  message_.utime = reading.utime;
+  message_.axis = AxisNumber(config_.name);
+  message_.counts = reading.counts;
+  message_.angle_deg = reading.angle_deg;
+  message_.utime_request = reading.utime_request;
+  message_.utime_reply = reading.utime_reply;
+  telemetry_.Send(message_);
+  CheckSoftLimits(reading.angle_deg);
+}
+
+void AxisUnit::CheckSoftLimits(double angle_deg) {
+  if (!active_) return;
+  if (angle_deg >= config_.min_deg - kSoftLimitMargin_deg &&
+      angle_deg <= config_.max_deg + kSoftLimitMargin_deg) {
+    beyond_limit_ = false;
+    return;
+  }
+  if (std::exchange(beyond_limit_, true)) return;
+  hooks_.stop_all();
+  hooks_.on_fault(
+      {"axis." + config_.name,
+       fmt::format("the table is at {:.3f} deg, beyond its soft limits {:g} .. {:g} deg: stopped. "
+                   "Turn it back by hand or correct the limits, then: gyrobench reset",
+                   angle_deg, config_.min_deg, config_.max_deg),
+       {.device = "axis." + config_.name, .action = "soft limits"}});
+}
+
+void AxisUnit::ReadDrive() {
+  const drivers::AxisState state = drive_->Read();
+  {
+    const std::lock_guard lock(mutex_);
+    view_.drive = state;
+  }
+  hooks_.on_drive_read(state.utime);
+  if (!state.fault) return;
+  hooks_.on_fault(
+      {"axis." + config_.name,
+       fmt::format("the drive reports alarm {} (0x{:02X}). See the drive's manual, remove the "
+                   "cause, then: gyrobench reset",
+                   state.alarm, state.alarm),
+       {.device = "axis." + config_.name + " drive",
+        .action = "status",
+        .code_kind = DeviceFailure::CodeKind::kAlarm,
+        .code = state.alarm}});
+}
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,86 @@
+// One axis of the stand: its drive and its reference sensor, as they are read and moved.
+#pragma once
+
+#include <atomic>
+#include <boost/circular_buffer.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "config/stand_config.h"
+#include "daemon/bus_worker.h"
+#include "daemon/fault.h"
+#include "daemon/telemetry.h"
+#include "drivers/angle_sensor.h"
+#include "drivers/axis.h"
+#include "drivers/device_maker.h"
+#include "gyrobench/angle_t.hpp"
+
+namespace gyrobench::daemon {
+
+// What is known of an axis now.
+struct AxisView {
+  drivers::AxisState drive;
+  drivers::AngleReading reference;
+};
+
+// As messages number it.
+std::int8_t AxisNumber(const std::string& name);
+
+class AxisUnit {
+ public:
+  // Told in the threads of the axis's buses.
+  struct Hooks {
+    std::function<void(Utime)> on_drive_read;  // with the time of its answer
+    std::function<void()> stop_all;            // of the whole stand
+    FaultHandler on_fault;
+  };
+  // The buses and the configuration outlive it.
+  AxisUnit(const config::AxisConfig& config, BusWorker& drive_bus, BusWorker& encoder_bus,
+           drivers::DeviceMaker& devices, Telemetry& telemetry, Hooks hooks);
+
+  const std::string& name() const { return config_.name; }
+  const config::AxisConfig& config() const { return config_; }
+  BusWorker& drive_bus() const { return drive_bus_; }
+  BusWorker& encoder_bus() const { return encoder_bus_; }
+  // These belong to the threads of their buses. ReadDrive and ReadEncoder send what they read on.
+  // An alarm of the drive and a table beyond its soft limits are faults; the latter stops all.
+  drivers::Axis& drive() { return *drive_; }
+  void OpenDrive() { drive_->Open(); }
+  void OpenEncoder() { encoder_->Open(); }
+  void ReadDrive();
+  void ReadEncoder();
+
+  // From any thread.
+  AxisView view() const;
+  LastSamples::Axis last() const;
+  // A run turns it: its reference is read at the full rate, and its soft limits hold.
+  void SetActive(bool active) { active_ = active; }
+  bool active() const { return active_; }
+  // Between two readings of the reference.
+  Utime encoder_period() const;
+
+ private:
+  void CheckSoftLimits(double angle_deg);
+
+  const config::AxisConfig& config_;
+  BusWorker& drive_bus_;
+  BusWorker& encoder_bus_;
+  Telemetry& telemetry_;
+  const Hooks hooks_;
+  const std::unique_ptr<drivers::Axis> drive_;
+  const std::unique_ptr<drivers::AngleSensor> encoder_;
+  std::atomic<bool> active_ = false;
+
+  // Of the encoder's bus thread.
+  angle_t message_;
+  bool beyond_limit_ = false;  // reported already
+
+  mutable std::mutex mutex_;  // guards what follows
+  AxisView view_;
+  boost::circular_buffer<drivers::AngleReading> last_;
+};
+
+}  // namespace gyrobench::daemon

@@ -1,0 +1,315 @@
+#include "daemon/run_execution.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <set>
+#include <utility>
+
+#include "base/error.h"
+#include "calibration/estimators/plausibility.h"
+#include "calibration/estimators/result_json.h"
+#include "daemon/run_record.h"
+#include "daemon/run_trace.h"
+#include "gyrobench/run_t.hpp"
+#include "procedures/engine/engine.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+// The gyro unit's clock must be known better than the scale factor is to be.
+constexpr double kTickFitSpan_s = 20.0;
+constexpr Utime kTickFitPatience = 120 * kMicrosecondsPerSecond;
+// Samples of the last moment are still in the unit's ring when a run ends.
+constexpr Utime kDrain = kMicrosecondsPerSecond / 2;
+constexpr Utime kStopPatience = 10 * kMicrosecondsPerSecond;
+
+// Of what no program can switch off.
+std::string Reminder(const std::set<std::string>& on_by_hand) {
+  std::string text;
+  for (const std::string& output : on_by_hand) {
+    text += fmt::format("; the {} was switched on by hand: switch it off", output);
+  }
+  return text;
+}
+
+}  // namespace
+
+const char* Name(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kNone:
+      return "";
+    case Outcome::kDone:
+      return "done";
+    case Outcome::kFailedLimits:
+      return "failed_limits";
+    case Outcome::kAborted:
+      return "aborted";
+    case Outcome::kFault:
+      return "fault";
+    case Outcome::kError:
+      return "error";
+  }
+  return "";
+}
+
+void RequireDevicesWell(const Acquisition& acquisition) {
+  for (const DeviceStatus& device : acquisition.Devices()) {
+    if (!device.ok) {
+      throw DeviceError(
+          fmt::format("{} is not well, so nothing was started: {}", device.name, device.message),
+          device.failure);
+    }
+  }
+}
+
+RunExecution::RunExecution(const RunContext& context, procedures::Procedure procedure,
+                           procedures::Parameters parameters, procedures::Plan plan,
+                           recording::RunDirectory directory,
+                           std::unique_ptr<Clock::Participant> participant)
+    : context_(context),
+      procedure_(std::move(procedure)),
+      parameters_(std::move(parameters)),
+      plan_(std::move(plan)),
+      directory_(std::move(directory)),
+      participant_(std::move(participant)),
+      start_(context.clock.Now()) {
+  view_.run_id = directory_.run_id();
+  view_.procedure = procedure_.info().name;
+  view_.parameters = parameters_;
+  view_.record = directory_.folder().string();
+}
+
+RunView RunExecution::View() const {
+  const std::lock_guard lock(mutex_);
+  RunView view = view_;
+  if (view.outcome == Outcome::kNone) view.elapsed_s = ToSeconds(context_.clock.Now() - start_);
+  return view;
+}
+
+void RunExecution::WaitForTickFit() {
+  const Utime deadline = context_.clock.Now() + kTickFitPatience;
+  for (;;) {
+    const double span_s = context_.acquisition.Sensor().tick_span_s;
+    if (span_s >= kTickFitSpan_s) return;
+    {
+      const std::lock_guard lock(mutex_);
+      view_.progress.segment = fmt::format("preparing (comparing clocks, {:g} s)", kTickFitSpan_s);
+      view_.progress.message = fmt::format(
+          "the gyro unit's clock is compared with the host's for {:g} s on end, once after the "
+          "daemon's start or a gap in the samples",
+          kTickFitSpan_s);
+      view_.progress.remaining_s = kTickFitSpan_s - span_s + plan_.expected_duration_s;
+    }
+    RequireDevicesWell(context_.acquisition);
+    if (context_.clock.Now() > deadline) {
+      throw FaultError({"gyro",
+                        fmt::format("its clock could not be compared with the host's for {:g} s "
+                                    "on end within {:g} s",
+                                    kTickFitSpan_s, ToSeconds(kTickFitPatience)),
+                        {.device = "gyro", .action = "compare clocks"}});
+    }
+    context_.control.Wait(context_.clock, context_.clock.Now() + kMicrosecondsPerSecond);
+  }
+}
+
+void RunExecution::RunProcedure() {
+  context_.acquisition.SetActiveAxes(plan_.axes);
+  WaitForTickFit();
+  const Utime start = context_.clock.Now();
+  {
+    const std::lock_guard lock(mutex_);
+    start_ = start;
+    view_.progress = {};
+  }
+  BeginRecord(start);
+  bench_ = std::make_unique<LiveBench>(
+      LiveBench::Context{context_.stand, context_.clock, *participant_, context_.acquisition,
+                         context_.telemetry, context_.control, plan_.expected_duration_s,
+                         context_.on_configured_answer,
+                         [this](bool asking) {
+                           if (asking) {
+                             context_.time.Idle(*participant_);
+                           } else {
+                             context_.time.Run();
+                           }
+                           context_.on_change();
+                           return context_.time.stands_still();
+                         },
+                         [this](const RunProgress& progress) {
+                           const std::lock_guard lock(mutex_);
+                           view_.progress = progress;
+                         }},
+      start);
+  procedures::RunProcedure(procedure_, parameters_, *bench_);
+}
+
+void RunExecution::BeginRecord(Utime start) {
+  const MeasurementInfo info = context_.acquisition.Info();
+  description_ =
+      DescribeRun(directory_.run_id(), procedure_, parameters_, context_.stand, info, start);
+  directory_.WriteRun(description_);
+  context_.telemetry.BeginRun(directory_.run_id(), directory_.EventLog().string(), info, start);
+  run_t message{};
+  message.utime = start;
+  message.event = run_t::START;
+  message.procedure = procedure_.info().name;
+  message.record = directory_.folder().string();
+  message.remaining_s = plan_.expected_duration_s;
+  context_.telemetry.Send(message);
+}
+
+void RunExecution::WaitForStandstill(const std::string& axis) {
+  const Utime deadline = context_.clock.Now() + kStopPatience;
+  while (context_.acquisition.ReadDriveNow(*participant_, axis).moving) {
+    if (context_.clock.Now() > deadline) {
+      throw DeviceError(
+          "axis." + axis + ": the drive still moves after a quick stop: use the emergency stop",
+          {.device = "axis." + axis, .action = "quick stop"});
+    }
+    context_.control.Wait(context_.clock, context_.clock.Now() + kMicrosecondsPerSecond / 20);
+  }
+}
+
+void RunExecution::AddFault(Ending& ending, Fault fault) {
+  if (fault.samples.axes.empty()) fault.samples = context_.acquisition.Last();
+  context_.on_fault(fault);
+  ending.outcome = Outcome::kFault;
+  ending.message +=
+      fmt::format("{}{}: {}", ending.message.empty() ? "" : "; ", fault.source, fault.message);
+  ending.failures.push_back(std::move(fault));
+}
+
+// Every axis is tried, whatever the others do.
+void RunExecution::StopMotion(Ending& ending) {
+  Fault failed{"stop", ""};
+  const auto attempt = [&failed](const auto& action) {
+    try {
+      action();
+    } catch (const Error& error) {
+      AddTo(failed, error);
+    }
+  };
+  attempt([&] { context_.acquisition.StopAll(*participant_); });
+  for (const config::AxisConfig& axis : context_.stand.axes) {
+    attempt([&] { WaitForStandstill(axis.name); });
+  }
+  if (!failed.message.empty()) AddFault(ending, std::move(failed));
+}
+
+// However a run ends, nothing of the stand heats behind it.
+void RunExecution::SwitchOff(Ending& ending) {
+  Outputs* outputs = context_.acquisition.outputs();
+  if (outputs == nullptr) return;
+  try {
+    outputs->AllOff(*participant_);
+  } catch (const Error& error) {
+    AddFault(ending, FaultOf("relays", error));
+  }
+}
+
+RunExecution::Ending RunExecution::RunToItsEnd() {
+  Ending ending;
+  try {
+    RunProcedure();
+    for (const procedures::LimitCheck& check : bench_->limits()) {
+      if (check.passed) continue;
+      ending.outcome = Outcome::kFailedLimits;
+      ending.message += (ending.message.empty() ? "" : "; ") + procedures::Describe(check);
+    }
+  } catch (const procedures::Aborted& aborted) {
+    return {Outcome::kAborted, aborted.what(), {}};
+  } catch (const FaultError& error) {
+    Fault fault = error.fault();
+    fault.place = error.place();
+    AddFault(ending, std::move(fault));
+  } catch (const DeviceError& error) {
+    AddFault(ending, FaultOf("device", error));
+  } catch (const std::exception& error) {
+    return {Outcome::kError, error.what(), {FaultOf("procedure", error)}};
+  }
+  return ending;
+}
+
+void RunExecution::Execute() {
+  Ending ending = RunToItsEnd();
+  context_.control.BeginStopping();
+  context_.time.Run();
+  // Nothing heats while the drives are waited for.
+  if (Outputs* outputs = context_.acquisition.outputs()) outputs->PostAllOff();
+  if (ending.outcome != Outcome::kDone && ending.outcome != Outcome::kFailedLimits) {
+    StopMotion(ending);
+    if (bench_) ending.message += Reminder(bench_->on_by_hand());
+  }
+  SwitchOff(ending);
+  try {
+    Finish(ending);
+  } catch (const std::exception& error) {
+    context_.on_fault(FaultOf("record", error));
+  }
+  spdlog::info("run {}: {}{}{}", directory_.run_id(), Name(ending.outcome),
+               ending.message.empty() ? "" : ": ", ending.message);
+  context_.acquisition.SetActiveAxes({});
+  ShowEnd(ending);
+  // Before the end is known: a run that somebody starts then finds time standing still.
+  context_.time.Idle(*participant_);
+  context_.control.EndRun();
+  context_.on_change();
+  participant_.reset();
+}
+
+void RunExecution::ShowEnd(const Ending& ending) {
+  const std::lock_guard lock(mutex_);
+  view_.outcome = ending.outcome;
+  view_.progress.message = ending.message;
+  view_.failures = ending.failures;
+  view_.progress.remaining_s = 0.0;
+  view_.elapsed_s = ToSeconds(context_.clock.Now() - start_);
+}
+
+void RunExecution::Finish(Ending& ending) {
+  if (description_.is_null()) {
+    BeginRecord(context_.clock.Now());
+  } else {
+    context_.control.Wait(context_.clock, context_.clock.Now() + kDrain);
+  }
+  if (bench_) bench_->FinishResults();
+  context_.telemetry.EndMeasurement();
+  const calibration::AnalysisResult results = context_.telemetry.Analyse();
+  const Utime end = context_.clock.Now();
+  context_.telemetry.SendResults(results, end, true);
+  // What ended before its time is not judged by what it did not do.
+  const bool complete =
+      ending.outcome == Outcome::kDone || ending.outcome == Outcome::kFailedLimits;
+  const auto trace =
+      complete ? TraceRun(context_.telemetry.Recorded(), TraceFor::kRecord) : std::nullopt;
+  if (trace) {
+    context_.telemetry.SendTrace(trace->result, end, true);
+    context_.telemetry.SendModel(*trace, end, true);
+  }
+  const std::vector<std::string> implausible = calibration::Implausible(results);
+  if (complete && !implausible.empty()) {
+    ending.outcome = Outcome::kError;
+    ending.message = fmt::format("{}", fmt::join(implausible, "; "));
+  }
+  run_t stop{};
+  stop.utime = end;
+  stop.event = run_t::STOP;
+  stop.procedure = procedure_.info().name;
+  stop.progress = 1.0;
+  stop.outcome = Name(ending.outcome);
+  stop.text = ending.message;
+  stop.record = directory_.folder().string();
+  context_.telemetry.Send(stop);
+  const std::string failure = context_.telemetry.EndRun();
+  DescribeEnd(description_, ending.outcome, ending.message, ending.failures, bench_.get(), end);
+  const MeasurementInfo at_end = context_.acquisition.Info();
+  DescribePowerOnAtEnd(description_, at_end.power_on);
+  directory_.WriteResult(calibration::ToJson(results));
+  directory_.WriteRun(description_);
+  if (trace) WriteTrace(directory_, description_, trace->result, results);
+  if (!failure.empty()) throw DataError(failure);
+}
+
+}  // namespace gyrobench::daemon

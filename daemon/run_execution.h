@@ -1,0 +1,104 @@
+// One run in its thread: its procedure, its record, its end.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "config/stand_config.h"
+#include "daemon/acquisition.h"
+#include "daemon/bench_time.h"
+#include "daemon/live_bench.h"
+#include "daemon/run_control.h"
+#include "daemon/telemetry.h"
+#include "procedures/engine/dry_bench.h"
+#include "procedures/engine/procedure.h"
+#include "recording/run_directory.h"
+
+namespace gyrobench::daemon {
+
+// How a run ended. kFailedLimits is a run that went well on a part that did not.
+enum class Outcome { kNone, kDone, kFailedLimits, kAborted, kFault, kError };
+const char* Name(Outcome outcome);
+
+// The last or present run, for status.
+struct RunView {
+  std::string run_id;
+  std::string procedure;
+  procedures::Parameters parameters;
+  std::string record;
+  Outcome outcome = Outcome::kNone;
+  RunProgress progress;
+  double elapsed_s = 0.0;
+  std::vector<Fault> failures;  // that it ended by, in their order
+};
+
+// What runs need of the daemon. All outlives them.
+struct RunContext {
+  const config::StandConfig& stand;
+  Clock& clock;
+  Acquisition& acquisition;
+  Telemetry& telemetry;
+  RunControl& control;
+  BenchTime& time;
+  std::function<void()> on_change;  // of the state
+  FaultHandler on_fault;            // latches and publishes it
+  std::function<void()> on_fault_cleared;
+  std::function<void(const std::string& question_id)> on_configured_answer;
+};
+
+// Throws DeviceError, with its fields, for the first device that is not well.
+void RequireDevicesWell(const Acquisition& acquisition);
+
+class RunExecution {
+ public:
+  // `participant`: whom the run waits as. What RunControl::BeginRun was told.
+  RunExecution(const RunContext& context, procedures::Procedure procedure,
+               procedures::Parameters parameters, procedures::Plan plan,
+               recording::RunDirectory directory, std::unique_ptr<Clock::Participant> participant);
+
+  // From the comparison of clocks to the closed record; whatever happens, the stand is at rest and
+  // the outputs are off then. Does not throw. In the run's thread, once.
+  void Execute();
+  // From any thread.
+  RunView View() const;
+
+ private:
+  struct Ending {
+    Outcome outcome = Outcome::kDone;
+    std::string message;          // why, where it is not kDone
+    std::vector<Fault> failures;  // the same as fields, where something failed
+  };
+  Ending RunToItsEnd();
+  void RunProcedure();
+  void WaitForTickFit();
+  // From here on the run has an event log. Before its first motion, or at its end when it came to
+  // none.
+  void BeginRecord(Utime start);
+  void WaitForStandstill(const std::string& axis);
+  void StopMotion(Ending& ending);
+  void SwitchOff(Ending& ending);
+  // A fault on the way to the end: told, latched, and added to how the run ended.
+  void AddFault(Ending& ending, Fault fault);
+  // Closes the record. Results that cannot be make an error of a run that was done.
+  void Finish(Ending& ending);
+  void ShowEnd(const Ending& ending);
+
+  const RunContext& context_;
+  const procedures::Procedure procedure_;
+  const procedures::Parameters parameters_;
+  const procedures::Plan plan_;
+  const recording::RunDirectory directory_;
+  std::unique_ptr<Clock::Participant> participant_;
+  nlohmann::json description_;
+  std::unique_ptr<LiveBench> bench_;
+  mutable std::mutex mutex_;  // guards what follows
+  RunView view_;
+  Utime start_;
+};
+
+}  // namespace gyrobench::daemon
