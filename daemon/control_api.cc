@@ -204,16 +204,10 @@ json Start(Context& c, const json& body) {
 }
 
 // Motion ends in every state: with a run by its abort, and without one all the same.
-void Stop(Context& c) {
-  // The run first, so that no move of its can queue up behind the stop.
-  if (c.control.run_is_on() && c.control.state() != State::kStopping) {
-    c.control.Abort("stopped by the operator (gyrobench stop)");
-  }
-  // Holds time until all buses have been told, so that their order is that of the stand file.
-  const auto posting = c.clock.Join("stop");
-  c.acquisition.PostStopAll();
-  if (Outputs* outputs = c.acquisition.outputs()) outputs->PostAllOff();
-}
+void Stop(Context& c) { c.engine.Stop("stopped by the operator (gyrobench stop)"); }
+
+enum Lane : std::size_t { kStopping, kSteering, kStarting, kRehearsing };
+static_assert(kRehearsing + 1 == ControlApi::kLanes);
 
 struct Route {
   unsigned status;
@@ -259,6 +253,13 @@ const std::map<std::pair<std::string, std::string>, Route>& Routes() {
 }
 
 }  // namespace
+
+std::size_t ControlApi::LaneOf(const HttpRequest& request) {
+  if (request.path == "/v1/stop") return kStopping;
+  if (request.path == "/v1/runs") return kStarting;
+  const bool rehearses = request.path == "/v1/check" || request.path == "/v1/procedures";
+  return rehearses ? kRehearsing : kSteering;
+}
 
 ControlApi::ControlApi(Context context) : context_(std::move(context)) {}
 

@@ -1,6 +1,8 @@
 // What the control socket understands: docs/control-api.md. No transport here.
 #pragma once
 
+#include <cstddef>
+
 #include "base/clock.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
@@ -24,7 +26,12 @@ class ControlApi {
   };
   explicit ControlApi(Context context);
 
-  // Never throws: every failure is a reply with a status and {"error": ...}.
+  // Requests that must not wait for each other: `stop` for nothing, and what looks or steers
+  // neither for a start nor for a dry run, which take as long as their script.
+  static constexpr std::size_t kLanes = 4;
+  static std::size_t LaneOf(const HttpRequest& request);
+
+  // Never throws: every failure is a reply with a status and {"error": ...}. From any thread.
   HttpReply Handle(const HttpRequest& request);
 
  private:

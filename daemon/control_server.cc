@@ -1,14 +1,20 @@
 #include "daemon/control_server.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <chrono>
+#include <deque>
+#include <list>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -28,27 +34,94 @@ using Stream = beast::basic_stream<Local>;
 constexpr std::size_t kMaxBody = 64 * 1024;
 constexpr std::chrono::seconds kPatience{10};
 
-// One connection: requests and replies in turn until the client closes it.
+// Who waits for a lane beyond these is told to come again.
+constexpr std::size_t kMostWaiting = 16;
+// Beyond these the connection that has been idle for longest gives way, so that no crowd keeps a
+// stop out, nor takes the descriptors that devices and records need.
+constexpr std::size_t kMostConnections = 64;
+
+HttpReply Unhandled(unsigned status, const char* code, const char* message) {
+  return {status, fmt::format(R"({{"error": {{"code": "{}", "message": "{}", "where": ""}}}})",
+                              code, message)};
+}
+
+// A thread of its own for requests of a kind, and those of them that wait.
+class LaneThread {
+ public:
+  // False where too many wait already.
+  bool Post(std::function<void()> task) {
+    if (waiting_.fetch_add(1) >= kMostWaiting) {
+      --waiting_;
+      return false;
+    }
+    asio::post(pool_, [this, task = std::move(task)] {
+      --waiting_;
+      task();
+    });
+    return true;
+  }
+  // What waits is given up, what is under way is waited for.
+  void Stop() {
+    pool_.stop();
+    pool_.join();
+  }
+
+ private:
+  std::atomic<std::size_t> waiting_ = 0;
+  asio::thread_pool pool_{1};
+};
+
+// What all connections share.
+struct Service {
+  ControlServer::Handler handler;
+  ControlServer::Lanes lanes;
+  std::deque<LaneThread> threads;
+
+  // The last resort: whatever is thrown, the daemon goes on.
+  HttpReply Handle(const HttpRequest& request) const {
+    try {
+      return handler(request);
+    } catch (...) {
+      return Unhandled(500, "internal", "the request could not be handled; the daemon goes on");
+    }
+  }
+};
+
+// One connection: requests and replies in turn until the client closes it. All but Handle runs in
+// the thread of the connections.
 class Session : public std::enable_shared_from_this<Session> {
  public:
-  Session(Local::socket socket, const ControlServer::Handler& handler)
-      : stream_(std::move(socket)), handler_(handler) {}
+  Session(Local::socket socket, Service& service) : stream_(std::move(socket)), service_(service) {}
 
   void Read() {
     parser_.emplace();
     parser_->body_limit(kMaxBody);
+    idle_ = true;
     stream_.expires_after(kPatience);
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](beast::error_code error, std::size_t) {
+                       self->idle_ = false;
                        if (!error) self->Answer();
                      });
   }
+  bool idle() const { return idle_; }
+  void Close() { stream_.close(); }
 
  private:
   void Answer() {
     const auto& request = parser_->get();
-    const HttpReply reply = handler_(HttpRequest{std::string(request.method_string()),
-                                                 std::string(request.target()), request.body()});
+    HttpRequest asked{std::string(request.method_string()), std::string(request.target()),
+                      request.body()};
+    LaneThread& lane = service_.threads.at(service_.lanes.of(asked));
+    const bool taken = lane.Post([self = shared_from_this(), asked = std::move(asked)] {
+      asio::post(self->stream_.get_executor(),
+                 [self, reply = self->service_.Handle(asked)] { self->Write(reply); });
+    });
+    if (!taken) Write(Unhandled(503, "busy", "too many requests of this kind wait; try again"));
+  }
+
+  void Write(const HttpReply& reply) {
+    const auto& request = parser_->get();
     response_ = {};
     response_.result(reply.status);
     response_.version(request.version());
@@ -64,10 +137,11 @@ class Session : public std::enable_shared_from_this<Session> {
   }
 
   Stream stream_;
-  const ControlServer::Handler& handler_;
+  Service& service_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> response_;
+  bool idle_ = false;
 };
 
 bool SomebodyListens(asio::io_context& io, const Local::endpoint& endpoint) {
@@ -79,10 +153,24 @@ bool SomebodyListens(asio::io_context& io, const Local::endpoint& endpoint) {
 
 }  // namespace
 
+void RequireSocketOrNothing(const std::filesystem::path& socket) {
+  const auto found = std::filesystem::symlink_status(socket).type();
+  if (found == std::filesystem::file_type::not_found ||
+      found == std::filesystem::file_type::socket) {
+    return;
+  }
+  throw Error(
+      fmt::format("control socket {}: something else than a socket is in its place, and is "
+                  "left alone. Choose another place in the stand file (control_socket)",
+                  socket.string()));
+}
+
 class ControlServer::Listener {
  public:
-  Listener(const std::filesystem::path& socket, unsigned mode, Handler handler)
-      : path_(socket), handler_(std::move(handler)), acceptor_(io_) {
+  Listener(const std::filesystem::path& socket, unsigned mode, Handler handler, Lanes lanes)
+      : path_(socket), service_{std::move(handler), std::move(lanes), {}}, acceptor_(io_) {
+    service_.threads.resize(service_.lanes.count);
+    RequireSocketOrNothing(path_);
     try {
       Open(mode);
     } catch (const std::exception& error) {
@@ -93,12 +181,13 @@ class ControlServer::Listener {
                       path_.string(), error.what()));
     }
     Accept();
-    thread_ = std::thread([this] { io_.run(); });
+    thread_ = std::thread([this] { Serve(); });
   }
 
   ~Listener() {
     io_.stop();
     thread_.join();
+    for (LaneThread& lane : service_.threads) lane.Stop();
     std::error_code ignored;  // nobody is left to tell
     std::filesystem::remove(path_, ignored);
   }
@@ -125,7 +214,7 @@ class ControlServer::Listener {
   void Accept() {
     acceptor_.async_accept([this](boost::system::error_code error, Local::socket socket) {
       if (!error) {
-        std::make_shared<Session>(std::move(socket), handler_)->Read();
+        Begin(std::move(socket));
         Accept();
         return;
       }
@@ -137,16 +226,50 @@ class ControlServer::Listener {
     });
   }
 
+  // A connection that fails in a way that nobody thought of is not the end of the others.
+  void Serve() {
+    while (!io_.stopped()) {
+      try {
+        io_.run();
+      } catch (const std::exception& error) {
+        spdlog::error("control socket: {}", error.what());
+      }
+    }
+  }
+
+  void Begin(Local::socket socket) {
+    std::erase_if(sessions_, [](const auto& session) { return session.expired(); });
+    if (sessions_.size() >= kMostConnections) {
+      for (const auto& weak : sessions_) {
+        const auto session = weak.lock();
+        if (!session || !session->idle()) continue;
+        session->Close();
+        break;
+      }
+    }
+    // All are busy: this one may come again.
+    if (sessions_.size() >= 2 * kMostConnections) return;
+    const auto session = std::make_shared<Session>(std::move(socket), service_);
+    sessions_.push_back(session);
+    session->Read();
+  }
+
   const std::filesystem::path path_;
-  const Handler handler_;
+  Service service_;
   asio::io_context io_{1};
   Local::acceptor acceptor_;
   asio::steady_timer retry_{io_};
+  std::list<std::weak_ptr<Session>> sessions_;  // oldest first
   std::thread thread_;
 };
 
 ControlServer::ControlServer(const std::filesystem::path& socket, unsigned mode, Handler handler)
-    : listener_(std::make_unique<Listener>(socket, mode, std::move(handler))) {}
+    : ControlServer(socket, mode, std::move(handler),
+                    {1, [](const HttpRequest&) { return std::size_t{0}; }}) {}
+
+ControlServer::ControlServer(const std::filesystem::path& socket, unsigned mode, Handler handler,
+                             Lanes lanes)
+    : listener_(std::make_unique<Listener>(socket, mode, std::move(handler), std::move(lanes))) {}
 
 ControlServer::~ControlServer() = default;
 

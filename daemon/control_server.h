@@ -1,6 +1,7 @@
 // HTTP over a Unix socket: the transport of the control API, and nothing of its meaning.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -19,14 +20,27 @@ struct HttpReply {
   std::string body;  // JSON
 };
 
-// Serves in a thread of its own until destroyed. Requests are handled one at a time; a client that
-// sends nothing for 10 s, or a body of more than 64 kB, is dropped.
+// Serves in threads of its own until destroyed. A client that sends nothing for 10 s, or a body of
+// more than 64 kB, is dropped; where too many are connected, the one that has been idle for longest
+// is.
+// Throws Error where something else than a socket is in its place: no file of anybody's is removed.
+void RequireSocketOrNothing(const std::filesystem::path& socket);
+
 class ControlServer {
  public:
+  // What it throws is answered with 500.
   using Handler = std::function<HttpReply(const HttpRequest&)>;
+  // Requests of one lane are handled one at a time, in a thread of the lane's own, and wait for no
+  // other lane; where too many wait, the next are answered with 503.
+  struct Lanes {
+    std::size_t count = 1;
+    std::function<std::size_t(const HttpRequest&)> of;  // below count
+  };
   // Creates `socket` with the permissions `mode`, in a folder that is created if need be. Takes
-  // over a socket that a dead daemon left; throws Error when a live one holds it, or when it cannot
-  // be made.
+  // over a socket that a dead daemon left; throws Error when a live one holds it, when something
+  // else than a socket is in its place, or when it cannot be made.
+  ControlServer(const std::filesystem::path& socket, unsigned mode, Handler handler, Lanes lanes);
+  // One lane for all.
   ControlServer(const std::filesystem::path& socket, unsigned mode, Handler handler);
   ~ControlServer();
 

@@ -79,10 +79,13 @@ struct Daemon::Parts {
     time->Idle(*starting);
     server = std::make_unique<ControlServer>(
         stand.control_socket, stand.control_socket_mode,
-        [this](const HttpRequest& request) { return api->Handle(request); });
+        [this](const HttpRequest& request) { return api->Handle(request); },
+        ControlServer::Lanes{ControlApi::kLanes, ControlApi::LaneOf});
   }
 
+  // Nothing is waited for before everything that moves or heats was told to stop.
   ~Parts() {
+    engine->StopForGood("aborted because the daemon was told to end");
     server.reset();
     engine->Shutdown();
     // A virtual bus at rest would answer nobody.

@@ -58,6 +58,19 @@ void RunControl::Abort(const std::string& reason) {
   Wake();
 }
 
+void RunControl::Stop(const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  ++stops_;
+  if (waiter_ == nullptr || state_ == State::kStopping) return;
+  if (!abort_) abort_ = reason;
+  Wake();
+}
+
+std::int64_t RunControl::stops() const {
+  const std::lock_guard lock(mutex_);
+  return stops_;
+}
+
 void RunControl::Answer(const std::string& answer) {
   const std::lock_guard lock(mutex_);
   RequireRun();
@@ -133,9 +146,12 @@ void RunControl::RequireReadyLocked() const {
   if (waiter_ != nullptr) throw StateError("a run is on already; see: gyrobench status");
 }
 
-void RunControl::BeginRun(Clock::Participant& waiter) {
+void RunControl::BeginRun(Clock::Participant& waiter, std::optional<std::int64_t> stops) {
   const std::lock_guard lock(mutex_);
   RequireReadyLocked();
+  if (stops && *stops != stops_) {
+    throw StateError("stopped before the run began: nothing has moved");
+  }
   waiter_ = &waiter;
   abort_.reset();
   pause_ = false;
@@ -155,6 +171,11 @@ void RunControl::ThrowIfToEnd() const {
   if (state_ == State::kStopping) return;
   if (fault_) throw FaultError(*fault_);
   if (abort_) throw procedures::Aborted(*abort_);
+}
+
+bool RunControl::IsToEnd() const {
+  const std::lock_guard lock(mutex_);
+  return state_ != State::kStopping && (fault_ || abort_);
 }
 
 void RunControl::Wait(const Clock& clock, Utime wake_up) {

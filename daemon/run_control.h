@@ -1,6 +1,7 @@
 // What an operator, a fault and a run say to each other.
 #pragma once
 
+#include <cstdint>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -31,6 +32,11 @@ class RunControl {
   void Resume();
   // `reason`: how the run is said to have ended.
   void Abort(const std::string& reason = "aborted by the operator");
+  // In every state: a run that is on is aborted, and one that was asked for before and is not on
+  // yet does not begin.
+  void Stop(const std::string& reason);
+  // How often Stop was called.
+  std::int64_t stops() const;
   void Answer(const std::string& answer);
   void ClearFault();
   // Latches the first fault and ends a run that is on. Where the same is reported again, the place
@@ -49,12 +55,15 @@ class RunControl {
   void RequireReady() const;
 
   // --- for the run
-  // From kIdle to kRunning. `waiter` is the run's participant, until EndRun.
-  void BeginRun(Clock::Participant& waiter);
+  // From kIdle to kRunning. `waiter` is the run's participant, until EndRun. `stops`: as it was
+  // when the run was asked for; StateError where Stop was called since.
+  void BeginRun(Clock::Participant& waiter, std::optional<std::int64_t> stops = std::nullopt);
   void EndRun();
   // Waits until `wake_up`. Throws procedures::Aborted or FaultError as soon as there is reason.
   void Wait(const Clock& clock, Utime wake_up);
   void ThrowIfToEnd() const;
+  // Whether it would throw.
+  bool IsToEnd() const;
   // While the operator wants a pause: state kPaused, and waits.
   void WaitWhilePaused();
   // State kAsking until an answer came or `deadline`; nullopt: nobody answered.
@@ -72,6 +81,7 @@ class RunControl {
   State state_ = State::kIdle;
   Clock::Participant* waiter_ = nullptr;
   std::optional<std::string> abort_;  // why
+  std::int64_t stops_ = 0;
   bool pause_ = false;
   std::optional<Fault> fault_;
   std::optional<procedures::Question> question_;

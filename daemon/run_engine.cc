@@ -11,7 +11,7 @@
 namespace gyrobench::daemon {
 
 RunEngine::RunEngine(Context context)
-    : context_(std::move(context)), library_(context_.stand.procedure_dirs) {}
+    : context_(std::move(context)), library_(context_.stand.procedure_dirs, LoadLimits()) {}
 
 RunEngine::~RunEngine() { Shutdown(); }
 
@@ -25,15 +25,32 @@ std::vector<procedures::AxisFacts> RunEngine::Axes() const {
 
 procedures::Plan RunEngine::Check(const std::string& procedure,
                                   const procedures::Parameters& parameters) {
-  return procedures::DryRun(library_.Find(procedure), parameters, Axes(), DryOptions(), DryHooks());
+  return DryRunUntil(std::nullopt, library_.Find(procedure), parameters);
 }
 
-// A dry run is asked for over the control socket, where a stop may be waiting behind it.
-procedures::RunHooks RunEngine::DryHooks() {
+// Bounded, since whoever asks for a dry run or a list waits for it.
+procedures::SandboxLimits RunEngine::LoadLimits() const {
+  procedures::SandboxLimits limits;
+  limits.instructions = 50'000'000;
+  limits.processor_s_per_step = 1.0;
+  limits.processor_s = 20.0;
+  limits.cancelled = [this] { return ended_.load(); };
+  return limits;
+}
+
+procedures::Plan RunEngine::DryRunUntil(std::optional<std::int64_t> stops,
+                                        const procedures::Procedure& procedure,
+                                        const procedures::Parameters& parameters) const {
   procedures::RunHooks hooks;
-  hooks.limits.instructions = 50'000'000;
-  hooks.limits.processor_s_per_step = 1.0;
-  return hooks;
+  hooks.limits = LoadLimits();
+  hooks.limits.cancelled = [this, stops] {
+    return ended_ || (stops && *stops != context_.control.stops());
+  };
+  try {
+    return procedures::DryRun(procedure, parameters, Axes(), DryOptions(), hooks);
+  } catch (const procedures::Aborted&) {
+    throw StateError("stopped while the procedure was run dry: nothing has moved");
+  }
 }
 
 procedures::DryOptions RunEngine::DryOptions() const {
@@ -52,16 +69,17 @@ procedures::DryOptions RunEngine::DryOptions() const {
 
 StartedRun RunEngine::Start(const std::string& procedure,
                             const procedures::Parameters& parameters) {
+  const std::int64_t stops = context_.control.stops();
   const std::lock_guard starting(start_mutex_);
   procedures::Procedure found = library_.Find(procedure);
   procedures::Parameters complete = procedures::CheckParameters(found.info(), parameters);
-  procedures::Plan plan = procedures::DryRun(found, complete, Axes(), DryOptions(), DryHooks());
+  procedures::Plan plan = DryRunUntil(stops, found, complete);
   const double duration_s = plan.expected_duration_s;
   context_.control.RequireReady();
   RequireDevicesWell(context_.acquisition);
   if (thread_.joinable()) thread_.join();
   auto participant = context_.clock.Join("run");
-  context_.control.BeginRun(*participant);
+  context_.control.BeginRun(*participant, stops);
   try {
     auto directory =
         recording::RunDirectory::Create(context_.stand.records, procedure, context_.clock.Now());
@@ -79,15 +97,24 @@ StartedRun RunEngine::Start(const std::string& procedure,
   return {view.run_id, view.record, duration_s};
 }
 
+void RunEngine::Stop(const std::string& reason) {
+  // The run first, so that no move of its can queue up behind the stop.
+  context_.control.Stop(reason);
+  // Holds time until all buses have been told, so that their order is that of the stand file.
+  const auto posting = context_.clock.Join("stop");
+  context_.acquisition.PostStopAll();
+  if (Outputs* outputs = context_.acquisition.outputs()) outputs->PostAllOff();
+}
+
+void RunEngine::StopForGood(const std::string& reason) {
+  ended_ = true;
+  Stop(reason);
+}
+
 void RunEngine::Shutdown() {
+  if (!ended_) StopForGood("aborted because the daemon was told to end");
   const std::lock_guard starting(start_mutex_);
-  if (!thread_.joinable()) return;
-  try {
-    context_.control.Abort("aborted because the daemon was told to end");
-  } catch (const StateError&) {
-    // It has ended, or is ending, by itself.
-  }
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void RunEngine::Reset() {

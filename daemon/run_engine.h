@@ -1,6 +1,8 @@
 // Runs: from a procedure's name to a closed record.
 #pragma once
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -35,16 +37,26 @@ class RunEngine {
   StartedRun Start(const std::string& procedure, const procedures::Parameters& parameters);
   // Clears a latched fault and the drives' alarms. Throws StateError while a run is on.
   void Reset();
-  // Ends a run that is on, and waits for it.
+  // Stops every axis and switches every output off, in every state, and ends a run that is on or
+  // that somebody is about to start. Does not wait.
+  void Stop(const std::string& reason);
+  // The same for good: no run begins any more, and no script is run dry.
+  void StopForGood(const std::string& reason);
+  // StopForGood, and waits for the end of the run.
   void Shutdown();
   std::optional<RunView> View() const;
 
  private:
-  static procedures::RunHooks DryHooks();
+  procedures::SandboxLimits LoadLimits() const;
+  // Given up by StateError at the daemon's end, and where `stops` of RunControl is not what it was.
+  procedures::Plan DryRunUntil(std::optional<std::int64_t> stops,
+                               const procedures::Procedure& procedure,
+                               const procedures::Parameters& parameters) const;
   procedures::DryOptions DryOptions() const;
   std::vector<procedures::AxisFacts> Axes() const;
 
   Context context_;
+  std::atomic<bool> ended_ = false;
   procedures::ProcedureLibrary library_;
   std::mutex start_mutex_;
   std::thread thread_;

@@ -142,7 +142,14 @@ void RunExecution::RunProcedure() {
                            view_.progress = progress;
                          }},
       start);
-  procedures::RunProcedure(procedure_, parameters_, *bench_);
+  procedures::RunHooks hooks;
+  hooks.limits.cancelled = [this] { return context_.control.IsToEnd(); };
+  try {
+    procedures::RunProcedure(procedure_, parameters_, *bench_, hooks);
+  } catch (const procedures::Aborted&) {  // in the middle of the script, which does not know why
+    context_.control.ThrowIfToEnd();
+    throw;
+  }
 }
 
 void RunExecution::BeginRecord(Utime start) {

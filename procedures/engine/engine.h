@@ -6,18 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "base/error.h"
 #include "procedures/engine/bench.h"
 #include "procedures/engine/procedure.h"
 #include "procedures/engine/sandbox.h"
 
 namespace gyrobench::procedures {
-
-// Thrown by a Bench when the run is to end because somebody wants it to. Not a failure.
-class Aborted : public Error {
- public:
-  using Error::Error;
-};
 
 struct RunHooks {
   // Before each command: the script's line and the command's name, "bench.turn".
@@ -45,7 +38,8 @@ struct RunResult {
 //   ScriptError               the script failed: "scale.lua:41: ...", and bench.fail;
 //   any other Error           out of the bench, of its own type, with the script's place set and
 //                             "scale.lua:41: " put before;
-//   Aborted, and what is no Error   out of the bench, as it came.
+//   Aborted                   out of the bench, and where the limits say that it is cancelled;
+//   what is no Error          out of the bench, as it came.
 RunResult RunProcedure(const Procedure& procedure, const Parameters& parameters, Bench& bench,
                        const RunHooks& hooks = {});
 

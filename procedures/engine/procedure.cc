@@ -1,12 +1,15 @@
 #include "procedures/engine/procedure.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
-#include <iterator>
+#include <cerrno>
+#include <cstring>
 #include <lua.hpp>
 #include <optional>
 #include <system_error>
@@ -173,14 +176,28 @@ bool IsName(const std::string& name) {
          });
 }
 
+// A pipe or a device of that name may never answer: nothing but a file is waited for.
 std::string ReadSource(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
+  const int fd = open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+  const auto refuse = [&](const std::string& why) {
+    if (fd >= 0) close(fd);
+    throw DataError(fmt::format("{}: cannot be read: {}", file.string(), why));
+  };
+  if (fd < 0) refuse(std::strerror(errno));
+  struct stat status {};
+  if (fstat(fd, &status) != 0) refuse(std::strerror(errno));
+  if (!S_ISREG(status.st_mode)) refuse("expected a file, found something else of that name");
   std::string source(kMaxSource + 1, '\0');
-  if (in) in.read(source.data(), static_cast<std::streamsize>(source.size()));
-  if (!in.is_open() || in.bad() || !fs::is_regular_file(file)) {
-    throw DataError(file.string() + ": cannot be read");
+  std::size_t size = 0;
+  while (size < source.size()) {
+    const ssize_t got = read(fd, source.data() + size, source.size() - size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) refuse(std::strerror(errno));
+    if (got == 0) break;
+    size += static_cast<std::size_t>(got);
   }
-  source.resize(static_cast<std::size_t>(in.gcount()));
+  close(fd);
+  source.resize(size);
   return source;
 }
 
@@ -189,7 +206,8 @@ std::string ReadSource(const fs::path& file) {
 Procedure::Procedure(ProcedureInfo info, std::string source)
     : info_(std::move(info)), source_(std::move(source)) {}
 
-Procedure Procedure::FromSource(const std::string& name, const fs::path& file, std::string source) {
+Procedure Procedure::FromSource(const std::string& name, const fs::path& file, std::string source,
+                                const SandboxLimits& limits) {
   const std::string shown = file.filename().string();
   if (!IsName(name)) {
     throw ScriptError(shown, 0, "a procedure's name consists of letters, digits, _ and -");
@@ -197,7 +215,7 @@ Procedure Procedure::FromSource(const std::string& name, const fs::path& file, s
   if (source.size() > kMaxSource || !IsText(source)) {
     throw ScriptError(shown, 0, "expected Lua source of at most 1 MB in UTF-8");
   }
-  Sandbox sandbox(shown, {});
+  Sandbox sandbox(shown, limits);
   InstallCommands(sandbox.thread());
   sandbox.Load(source);
   ProcedureInfo info;
@@ -211,12 +229,12 @@ Procedure Procedure::FromSource(const std::string& name, const fs::path& file, s
   return {std::move(info), std::move(source)};
 }
 
-Procedure Procedure::Load(const fs::path& file) {
-  return FromSource(file.stem().string(), file, ReadSource(file));
+Procedure Procedure::Load(const fs::path& file, const SandboxLimits& limits) {
+  return FromSource(file.stem().string(), file, ReadSource(file), limits);
 }
 
-ProcedureLibrary::ProcedureLibrary(std::vector<fs::path> directories)
-    : directories_(std::move(directories)) {}
+ProcedureLibrary::ProcedureLibrary(std::vector<fs::path> directories, SandboxLimits limits)
+    : directories_(std::move(directories)), limits_(std::move(limits)) {}
 
 std::map<std::string, fs::path> ProcedureLibrary::Files() const {
   std::map<std::string, fs::path> files;
@@ -233,7 +251,9 @@ std::vector<ProcedureInfo> ProcedureLibrary::List() const {
   std::vector<ProcedureInfo> list;
   for (const auto& [name, file] : Files()) {
     try {
-      list.push_back(Procedure::Load(file).info());
+      list.push_back(Procedure::Load(file, limits_).info());
+    } catch (const Aborted&) {
+      throw;
     } catch (const Error& error) {
       ProcedureInfo info;
       info.name = name;
@@ -248,7 +268,7 @@ std::vector<ProcedureInfo> ProcedureLibrary::List() const {
 Procedure ProcedureLibrary::Find(const std::string& name) const {
   const auto files = Files();
   if (const auto found = files.find(name); found != files.end()) {
-    return Procedure::Load(found->second);
+    return Procedure::Load(found->second, limits_);
   }
   std::vector<std::string> names;
   for (const auto& [known, file] : files) names.push_back(known);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "procedures/engine/sandbox.h"
 
 namespace gyrobench::procedures {
 
@@ -61,12 +62,12 @@ class ParameterError : public Error {
 // A script that was read and found in order.
 class Procedure {
  public:
-  // Throws ScriptError that names file and, where known, line. `file` is for the record and for
-  // messages.
+  // Throws ScriptError that names file and, where known, line; Aborted where `limits` say so.
+  // `file` is for the record and for messages. `limits`: of the script's top level.
   static Procedure FromSource(const std::string& name, const std::filesystem::path& file,
-                              std::string source);
+                              std::string source, const SandboxLimits& limits = {});
   // As FromSource; DataError where the file cannot be read.
-  static Procedure Load(const std::filesystem::path& file);
+  static Procedure Load(const std::filesystem::path& file, const SandboxLimits& limits = {});
 
   const ProcedureInfo& info() const { return info_; }
   // The text as read, to be kept with the run.
@@ -83,7 +84,9 @@ class Procedure {
 // edited script needs no restart. A name consists of letters, digits, _ and -.
 class ProcedureLibrary {
  public:
-  explicit ProcedureLibrary(std::vector<std::filesystem::path> directories);
+  // `limits`: of the top level of each script.
+  explicit ProcedureLibrary(std::vector<std::filesystem::path> directories,
+                            SandboxLimits limits = {});
   // In the order of names. A script that cannot be used is there, with its problem.
   std::vector<ProcedureInfo> List() const;
   // Throws UnknownProcedure, or what Procedure::Load throws.
@@ -93,6 +96,7 @@ class ProcedureLibrary {
   std::map<std::string, std::filesystem::path> Files() const;
 
   std::vector<std::filesystem::path> directories_;
+  SandboxLimits limits_;
 };
 
 // Checks `given` and completes it with the defaults. A text given for a number, integer or boolean

@@ -63,11 +63,12 @@ void OpenLibrary(lua_State* state, const char* name, lua_CFunction open, Names k
   lua_pop(state, 1);
 }
 
-void BoundRepeat(lua_State* state) {
-  lua_getglobal(state, "string");
-  lua_getfield(state, -1, "rep");
-  lua_pushcclosure(state, BoundedRepeat, 1);
-  lua_setfield(state, -2, "rep");
+// Puts `function` with the library's own one as its upvalue in the place of that.
+void Wrap(lua_State* state, const char* library, const char* name, lua_CFunction function) {
+  lua_getglobal(state, library);
+  lua_getfield(state, -1, name);
+  lua_pushcclosure(state, function, 1);
+  lua_setfield(state, -2, name);
   lua_pop(state, 1);
 }
 
@@ -101,12 +102,13 @@ int LineOf(lua_State* state) {
 }  // namespace
 
 struct Sandbox::Guard {
-  enum class Trip { kNone, kMemory, kStep, kTotal, kProcessor };
+  enum class Trip { kNone, kMemory, kStep, kTotal, kProcessor, kWholeProcessor, kCancelled };
 
   SandboxLimits limits;
   std::size_t memory_bytes = 0;
   std::int64_t step_instructions = 0;
   std::int64_t instructions = 0;
+  double begin_s = ProcessorTime_s();
   double step_begin_s = 0.0;
   Trip trip = Trip::kNone;
   int trip_line = 0;
@@ -115,7 +117,10 @@ struct Sandbox::Guard {
   Trip Exceeded() const {
     if (step_instructions > limits.instructions_per_step) return Trip::kStep;
     if (instructions > limits.instructions) return Trip::kTotal;
-    if (ProcessorTime_s() - step_begin_s > limits.processor_s_per_step) return Trip::kProcessor;
+    const double now_s = ProcessorTime_s();
+    if (now_s - step_begin_s > limits.processor_s_per_step) return Trip::kProcessor;
+    if (now_s - begin_s > limits.processor_s) return Trip::kWholeProcessor;
+    if (limits.cancelled && limits.cancelled()) return Trip::kCancelled;
     return Trip::kNone;
   }
 
@@ -144,6 +149,11 @@ struct Sandbox::Guard {
         return fmt::format(
             "the script computed for more than {:g} s without a bench command (an endless loop?)",
             limits.processor_s_per_step);
+      case Trip::kWholeProcessor:
+        return fmt::format("the script and its commands computed for more than {:g} s in all",
+                           limits.processor_s);
+      case Trip::kCancelled:
+        return "given up while the script computed";
       case Trip::kNone:
         break;
     }
@@ -182,6 +192,35 @@ int Sandbox::Panic(lua_State* state) {
   throw ScriptError(GuardOf(state).file, 0,
                     fmt::format("no memory is left for the script's state ({})",
                                 text == nullptr ? "unknown error" : text));
+}
+
+// table.sort compares within one instruction of the script, where the hook does not come, and each
+// comparison may take as long as its texts are: the limits are looked at here.
+int Sandbox::CompareForSort(lua_State* state) {
+  Guard& guard = GuardOf(state);
+  if (guard.trip == Guard::Trip::kNone) {
+    const Guard::Trip reason = guard.Exceeded();
+    if (reason != Guard::Trip::kNone) guard.Set(reason, state);
+  }
+  if (guard.trip != Guard::Trip::kNone) return Leave(state);
+  if (lua_isnil(state, lua_upvalueindex(1))) {
+    lua_pushboolean(state, lua_compare(state, 1, 2, LUA_OPLT));
+    return 1;
+  }
+  lua_pushvalue(state, lua_upvalueindex(1));
+  lua_insert(state, 1);
+  lua_call(state, 2, 1);
+  return 1;
+}
+
+int Sandbox::BoundedSort(lua_State* state) {
+  if (!lua_isnoneornil(state, 2)) luaL_checktype(state, 2, LUA_TFUNCTION);
+  lua_settop(state, 2);
+  lua_pushcclosure(state, CompareForSort, 1);
+  lua_pushvalue(state, lua_upvalueindex(1));
+  lua_insert(state, 1);
+  lua_call(state, 2, 0);
+  return 0;
 }
 
 // Leaves the script for good: yields to the host, which will not resume. An error would unwind
@@ -262,7 +301,8 @@ void Sandbox::OpenLibraries() {
   OpenLibrary(state, LUA_GNAME, luaopen_base,
               {"_G", "_VERSION", "assert", "error", "ipairs", "next", "pairs", "select", "tonumber",
                "tostring", "type", "string", "table", "math"});
-  BoundRepeat(state);
+  Wrap(state, LUA_STRLIBNAME, "rep", BoundedRepeat);
+  Wrap(state, LUA_TABLIBNAME, "sort", BoundedSort);
   SeedRandom(state);
   lua_pushcfunction(state, ProtectedCall);
   lua_setglobal(state, "pcall");
@@ -294,6 +334,7 @@ Sandbox::Step Sandbox::Resume(int arguments) {
 
 void Sandbox::Fail(int status) {
   if (status == LUA_ERRMEM) guard_->Set(Guard::Trip::kMemory, thread_);
+  if (guard_->trip == Guard::Trip::kCancelled) throw Aborted(file_ + ": " + guard_->Message());
   if (guard_->trip != Guard::Trip::kNone) {
     throw ScriptError(file_, guard_->trip_line, guard_->Message());
   }

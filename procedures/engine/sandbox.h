@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -25,6 +27,13 @@ class ScriptError : public Error {
   }
 };
 
+// Thrown when a run is to end because somebody wants it to: by a Bench, or in the middle of a script
+// whose limits say so. Not a failure.
+class Aborted : public Error {
+ public:
+  using Error::Error;
+};
+
 // What a script may use. The instruction counts make the same script stop at the same place on
 // every machine; processor time is the last resort against library functions that work long within
 // one instruction.
@@ -33,6 +42,10 @@ struct SandboxLimits {
   std::int64_t instructions_per_step = 20'000'000;  // between two bench commands
   std::int64_t instructions = 1'000'000'000;        // in all
   double processor_s_per_step = 5.0;
+  // In all, with what the commands take in the same thread.
+  double processor_s = std::numeric_limits<double>::infinity();
+  // Asked again and again while the script computes: true ends it by Aborted.
+  std::function<bool()> cancelled = {};
 };
 
 // One script in one Lua state, run as one coroutine. A step runs it until it yields, returns or
@@ -54,7 +67,7 @@ class Sandbox {
     int values = 0;  // yielded or returned, on top of thread()'s stack
   };
   // Resumes the coroutine with the `arguments` values on top of thread()'s stack; before its first
-  // step also the function below them. Throws ScriptError.
+  // step also the function below them. Throws ScriptError and Aborted.
   Step Resume(int arguments);
 
   lua_State* thread() const { return thread_; }
@@ -72,6 +85,8 @@ class Sandbox {
   static void* Allocate(void* user, void* block, std::size_t old_size, std::size_t new_size);
   static void OnCount(lua_State* state, lua_Debug* activation);
   static int ProtectedCall(lua_State* state);
+  static int CompareForSort(lua_State* state);
+  static int BoundedSort(lua_State* state);
   static int EndProtectedCall(lua_State* state, int status, std::ptrdiff_t context);
   static int Panic(lua_State* state);
   static int Leave(lua_State* state);

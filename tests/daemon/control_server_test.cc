@@ -9,6 +9,11 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <future>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include "base/error.h"
 
@@ -25,13 +30,24 @@ class ControlServerTest : public testing::Test {
   }
   ~ControlServerTest() override { fs::remove_all(folder_); }
 
-  // Sends `request` as it is and returns all that comes back until the server closes.
-  std::string Exchange(const std::string& request) const {
-    const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un Address() const {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::strncpy(address.sun_path, socket_.c_str(), sizeof address.sun_path - 1);
-    if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return "";
+    return address;
+  }
+  // -1 where nobody listens.
+  int Connect() const {
+    const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
+    const sockaddr_un address = Address();
+    if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return fd;
+    ::close(fd);
+    return -1;
+  }
+  // Sends `request` as it is and returns all that comes back until the server closes.
+  std::string Exchange(const std::string& request) const {
+    const int fd = Connect();
+    if (fd < 0) return "";
     EXPECT_EQ(::send(fd, request.data(), request.size(), MSG_NOSIGNAL),
               static_cast<ssize_t>(request.size()));
     std::string reply;
@@ -75,9 +91,72 @@ TEST_F(ControlServerTest, GarbageAndOversizedRequestsAreDroppedAndTheServerLives
             std::string::npos);
 }
 
+// Whatever is thrown in the server's thread would end the daemon while an axis turns.
+TEST_F(ControlServerTest, WhatAHandlerThrowsIsAnsweredAndTheServerLives) {
+  const ControlServer server(socket_, 0600, [](const HttpRequest& request) -> HttpReply {
+    if (request.path == "/number") throw 7;
+    throw std::runtime_error(request.path);
+  });
+  for (const std::string path : {"/number", "/error"}) {
+    const std::string reply =
+        Exchange("GET " + path + " HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+    EXPECT_NE(reply.find("HTTP/1.1 500"), std::string::npos) << reply;
+    EXPECT_NE(reply.find("\"internal\""), std::string::npos) << reply;
+  }
+}
+
+constexpr const char* kGetStop = "GET /stop HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
+
+TEST_F(ControlServerTest, ARequestDoesNotWaitForThoseOfAnotherLane) {
+  std::promise<void> end;
+  const std::shared_future<void> ended = end.get_future().share();
+  const ControlServer server(
+      socket_, 0600,
+      [ended](const HttpRequest& request) {
+        if (request.path == "/slow") ended.wait();
+        return Echo(request);
+      },
+      {2, [](const HttpRequest& request) { return std::size_t{request.path == "/slow"}; }});
+  std::thread slow([this] {
+    const std::string reply =
+        Exchange("GET /slow HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+    EXPECT_NE(reply.find("GET /slow"), std::string::npos) << reply;
+  });
+  EXPECT_NE(Exchange(kGetStop).find("GET /stop"), std::string::npos);
+  end.set_value();
+  slow.join();
+}
+
+// A crowd that connects and says nothing.
+TEST_F(ControlServerTest, ManyIdleConnectionsKeepNobodyOut) {
+  const ControlServer server(socket_, 0600, Echo);
+  std::vector<int> crowd;
+  for (int i = 0; i < 300; ++i) crowd.push_back(Connect());
+  EXPECT_NE(Exchange(kGetStop).find("GET /stop"), std::string::npos);
+  for (const int fd : crowd) ::close(fd);
+}
+
+TEST_F(ControlServerTest, SomethingElseThanASocketInItsPlaceIsLeftAloneAndNamed) {
+  fs::create_directories(socket_.parent_path());
+  std::ofstream(socket_) << "somebody's file";
+  try {
+    const ControlServer server(socket_, 0600, Echo);
+    FAIL() << "a file was taken for a socket";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("something else than a socket"), std::string::npos);
+  }
+  std::string text;
+  std::getline(std::ifstream(socket_), text);
+  EXPECT_EQ(text, "somebody's file");
+}
+
 TEST_F(ControlServerTest, TakesOverTheSocketOfADeadDaemonButNotOfALiveOne) {
   fs::create_directories(socket_.parent_path());
-  std::ofstream(socket_) << "left behind";
+  // Bound, and left behind by whoever bound it.
+  const int dead = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  const sockaddr_un address = Address();
+  ASSERT_EQ(::bind(dead, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ::close(dead);
   const ControlServer server(socket_, 0600, Echo);
   try {
     const ControlServer second(socket_, 0600, Echo);

@@ -35,11 +35,12 @@ class Bench:
 
     extra: further TOML for the stand file. scenario: text of a scenario of the test's own, with {root} for
     the source tree. before_start: called in the daemon's process before it starts. isolate_network: the
-    daemon gets a network without any route, where the machine permits (then `isolated` is true).
+    daemon gets a network without any route, where the machine permits (then `isolated` is true). procedures:
+    name to Lua source of procedures of the test's own.
     """
 
     def __init__(self, base="virtual.toml", extra="", extra_lcm="", scenario=None, before_start=None,
-                 isolate_network=False, start=True):
+                 isolate_network=False, start=True, procedures=None):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="gyrobench-"))
         self.port = free_udp_port()
         self.records = self.folder / "records"
@@ -48,8 +49,15 @@ class Bench:
             (self.folder / "scenario.toml").write_text(scenario.replace("{root}", str(ROOT)))
             virtual = f'[virtual]\nscenario = "{self.folder}/scenario.toml"\n'
             extra = extra.replace("[virtual]\n", virtual) if "[virtual]\n" in extra else extra + virtual
+        self.procedures = self.folder / "procedures"
+        own = ""
+        if procedures is not None:
+            self.procedures.mkdir()
+            for name, source in procedures.items():
+                (self.procedures / f"{name}.lua").write_text(source)
+            own = f'procedures = ["{self.procedures}", "{ROOT}/procedures"]\n'
         self.config.write_text(
-            f'include = "{ROOT}/config/{base}"\n'
+            f'include = "{ROOT}/config/{base}"\n{own}'
             f'records = "{self.records}"\ncontrol_socket = "{self.folder}/control.sock"\n'
             f'[lcm]\nurl = "udpm://239.255.76.67:{self.port}?ttl=0"\n{extra_lcm}{extra}')
         self.before_start = before_start
@@ -100,6 +108,25 @@ class Bench:
         if done.returncode != 0:
             raise RuntimeError(f"gyrobench {' '.join(map(str, arguments))}: {done.stderr}{done.stdout}")
         return json.loads(done.stdout)
+
+    def ask(self, method, path, body=b"", timeout_s=DEADLINE_S):
+        """One request to the control socket, byte by byte as given. Returns status and answer; None where the daemon
+        closed without one."""
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.settimeout(timeout_s)
+            connection.connect(str(self.folder / "control.sock"))
+            connection.sendall(method + b" " + path + b" HTTP/1.1\r\nHost: bench\r\nConnection: close\r\n"
+                               + f"Content-Length: {len(body)}\r\n\r\n".encode() + body)
+            reply = b""
+            while part := connection.recv(65536):
+                reply += part
+        if not reply:
+            return None
+        head, _, text = reply.partition(b"\r\n\r\n")
+        return int(head.split()[1]), json.loads(text.decode("utf-8", "strict"))
+
+    def status(self):
+        return self.ask(b"GET", b"/v1/status")[1]
 
     def newest_record(self):
         return max(self.records.iterdir(), key=lambda folder: folder.name)

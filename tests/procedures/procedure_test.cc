@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -204,13 +205,16 @@ TEST_F(Library, ABrokenScriptIsListedWithItsProblemAndHurtsNoOther) {
   Write("one/no name.lua", Simple("x"));
   Write("one/good.lua", Simple("good"));
   std::filesystem::create_directory(root_ / "one/folder.lua");
+  // It has no other end, and would be waited for for ever.
+  ASSERT_EQ(mkfifo((root_ / "one/pipe.lua").c_str(), 0600), 0);
   const auto list = Open().List();
-  ASSERT_EQ(list.size(), 5U);
+  ASSERT_EQ(list.size(), 6U);
   EXPECT_THAT(list[0].problem, StartsWith("bad.lua:2:"));
   EXPECT_THAT(list[1].problem, HasSubstr("cannot be read"));
   EXPECT_EQ(list[2].problem, "");
   EXPECT_THAT(list[3].problem, StartsWith("loop.lua:1:"));
   EXPECT_THAT(list[4].problem, HasSubstr("name consists of"));
+  EXPECT_THAT(list[5].problem, HasSubstr("expected a file"));
 }
 
 TEST_F(Library, FindsByNameAndSuggestsTheNearest) {

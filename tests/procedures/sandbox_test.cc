@@ -188,6 +188,51 @@ TEST(Sandbox, TheTopLevelOfAScriptIsBoundedToo) {
               StartsWith("loop.lua:1: the script computed"));
 }
 
+// All comparisons of a sort are within one instruction, and each takes as long as its texts are.
+TEST(Sandbox, ASortIsBoundedWhateverItCompares) {
+  const std::string fill =
+      "local t, s = {}, string.rep('x', 1000000)\n"
+      "for i = 1, 100000 do t[i] = s end\n";
+  for (const char* sort :
+       {"table.sort(t)", "pcall(table.sort, t)", "table.sort(t, function(a, b) return a < b end)",
+        "for i = 1, #t do t[i] = '1000' end table.sort(t, string.rep)"}) {
+    RunHooks hooks;
+    hooks.limits.processor_s_per_step = 0.2;
+    FakeBench bench;
+    const std::string body = fill + sort;
+    EXPECT_THAT(MessageOf<ScriptError>([&] { RunProcedure(Script(body), {}, bench, hooks); }),
+                HasSubstr("computed for more than 0.2 s"))
+        << sort;
+  }
+}
+
+TEST(Sandbox, ASortSortsAsLuaDoes) {
+  EXPECT_EQ(
+      Failure("local t = {3, 1, 2} table.sort(t) assert(table.concat(t) == '123')\n"
+              "table.sort(t, function(a, b) return a > b end) assert(table.concat(t) == '321')\n"
+              "table.sort(t, nil) assert(table.concat(t) == '123')\n"
+              "local ok, why = pcall(table.sort, {1, 'a'}) assert(not ok and #why > 0)\n"
+              "assert(not pcall(table.sort, t, 7) and not pcall(table.sort))"),
+      "");
+}
+
+// Whatever a script does, and however often it says something in between.
+TEST(Sandbox, ADryRunIsBoundedInAllAndGivenUpWhenNobodyWantsIt) {
+  for (const char* body : {"while true do bench.elapsed() end", "while true do end"}) {
+    RunHooks hooks;
+    hooks.limits.processor_s = 0.2;
+    hooks.max_commands = 1'000'000'000;
+    hooks.limits.instructions_per_step = hooks.limits.instructions = 1'000'000'000'000;
+    FakeBench bench;
+    EXPECT_THAT(MessageOf<ScriptError>([&] { RunProcedure(Script(body), {}, bench, hooks); }),
+                HasSubstr("more than 0.2 s in all"));
+    hooks.limits.processor_s = 100.0;
+    int asked = 0;
+    hooks.limits.cancelled = [&] { return ++asked > 3; };
+    EXPECT_THROW(RunProcedure(Script(body), {}, bench, hooks), Aborted);
+  }
+}
+
 // The host itself allocates on the script's account.
 TEST(Sandbox, AStateTooSmallForTheHostIsAnErrorNotAPanic) {
   const Procedure script = Script("bench.rest{duration_s=1}");
