@@ -1,10 +1,10 @@
 // gyrobenchd: the daemon.
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <string>
@@ -13,20 +13,32 @@
 #include "base/version.h"
 #include "config/stand_config.h"
 #include "daemon/daemon.h"
+#include "daemon/plain_log.h"
 
 namespace {
 
-// Blocked before any thread starts, so that only the main thread's sigwait sees them.
-sigset_t BlockStopSignals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ,
-              SIG_IGN);  // a file at its limit is an error of the write, not the end of the daemon
-  return signals;
+// A terminal that closes (SIGHUP) or is typed into (SIGINT, SIGQUIT) ends the daemon as its manager
+// does (SIGTERM): the run is aborted, the axes stop, the heater is off, the record is closed.
+constexpr int kEnding[] = {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGXCPU};
+// Any of these would end or freeze the daemon, and leave whatever moves or heats to itself. SIGXFSZ:
+// a file at its limit is an error of the write.
+constexpr int kIgnored[] = {SIGPIPE, SIGXFSZ, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM,
+                            SIGPROF, SIGIO,   SIGPWR,  SIGTSTP, SIGTTIN, SIGTTOU};
+
+// Blocked before any thread starts, so that only the main thread's sigwait sees them. Who starts
+// the daemon with SIGHUP ignored (nohup) wants it to outlive the terminal.
+sigset_t PrepareSignals() {
+  sigset_t ending;
+  sigemptyset(&ending);
+  for (const int signal : kEnding) {
+    struct sigaction now {};
+    sigaction(signal, nullptr, &now);
+    if (now.sa_handler != SIG_IGN) sigaddset(&ending, signal);
+  }
+  pthread_sigmask(SIG_BLOCK, &ending, nullptr);
+  for (const int signal : kIgnored) std::signal(signal, SIG_IGN);
+  for (int signal = SIGRTMIN; signal <= SIGRTMAX; ++signal) std::signal(signal, SIG_IGN);
+  return ending;
 }
 
 // The client reads stand files too, and needs no procedures: the daemon does.
@@ -48,14 +60,14 @@ int Serve(const std::string& config_file, bool check_only) {
                stand.axes.size());
     return 0;
   }
-  const sigset_t signals = BlockStopSignals();
+  const sigset_t signals = PrepareSignals();
   {
     const gyrobench::daemon::Daemon daemon(stand);
     spdlog::info("ready: {} (control socket {})", stand.name, stand.control_socket.string());
     sd_notify(0, "READY=1");
     int signal = 0;
     sigwait(&signals, &signal);
-    spdlog::info("stopping on signal {}", signal);
+    spdlog::info("stopping on signal {} ({})", signal, sigdescr_np(signal));
     sd_notify(0, "STOPPING=1");
   }
   spdlog::info("stopped");
@@ -65,11 +77,12 @@ int Serve(const std::string& config_file, bool check_only) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("gyrobenchd"));
+  gyrobench::daemon::UsePlainLog();
   CLI::App app{
       "gyrobenchd drives the stand, samples gyro and reference, runs procedures by name and "
       "publishes "
-      "results over LCM. It stays in the foreground; SIGTERM ends it in order.\n"
+      "results over LCM. It stays in the foreground; SIGTERM, SIGINT, and SIGHUP from a terminal "
+      "that closes end it in order.\n"
       "Example: gyrobenchd --config config/virtual.toml"};
   std::string config_file;
   bool check_only = false;
