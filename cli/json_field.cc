@@ -1,6 +1,7 @@
 #include "cli/json_field.h"
 
 #include "base/json_text.h"
+#include "presentation/markup.h"
 #include "presentation/number.h"
 
 namespace gyrobench::cli {
@@ -19,7 +20,7 @@ double Number(const nlohmann::json& json, const std::string& key) {
 
 std::string Text(const nlohmann::json& json, const std::string& key) {
   const nlohmann::json& value = Field(json, key);
-  return value.is_string() ? value.get<std::string>() : "";
+  return value.is_string() ? presentation::CleanLines(value.get<std::string>()) : "";
 }
 
 std::int64_t Integer(const nlohmann::json& json, const std::string& key) {
@@ -29,7 +30,7 @@ std::int64_t Integer(const nlohmann::json& json, const std::string& key) {
 
 std::string Plain(const nlohmann::json& value) {
   if (value.is_null()) return "";
-  if (value.is_string()) return value.get<std::string>();
+  if (value.is_string()) return presentation::CleanLines(value.get<std::string>());
   if (value.is_number_float()) return presentation::FormatNumber(value.get<double>(), 10);
   return JsonText(value);
 }

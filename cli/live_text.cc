@@ -8,6 +8,7 @@
 #include <ctime>
 
 #include "base/measurement.h"
+#include "presentation/markup.h"
 #include "presentation/number.h"
 #include "presentation/results.h"
 
@@ -231,7 +232,9 @@ std::string LiveLine(const LiveMessage& message, const presentation::Terminal& t
     line += fmt::format("{:12}  {:<12}  numbers began anew\n", "", "RESTARTED");
   const std::string time =
       std::visit([](const auto& m) { return ClockTime(TimeOf(m)); }, message.body);
-  const std::string text = std::visit([](const auto& m) { return Describe(m); }, message.body);
+  // Whoever sends on the channel must not write to the screen what a terminal obeys.
+  const std::string text =
+      presentation::CleanText(std::visit([](const auto& m) { return Describe(m); }, message.body));
   const bool alarming = message.channel == "FAULT";
   return line + terminal.Dim(time) + fmt::format("  {:<12}  ", message.channel) +
          (alarming ? terminal.Red(text) : text);

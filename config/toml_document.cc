@@ -31,6 +31,30 @@ std::string CommaHint(std::string_view text, toml::source_index number) {
   return point ? fmt::format("; write {}", *point) : "";
 }
 
+// The library makes a table for each part of a dotted key, one in the other, and takes them apart
+// by calling itself once a level.
+void CheckDepth(std::string_view text, const fs::path& file) {
+  constexpr int kMostParts = 100;
+  int dots = 0, line = 1;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') ++line;
+    if (c == '"' || c == '\'') {  // a quoted part; one that is not closed in its line is none
+      const std::size_t end = text.find_first_of(c == '"' ? "\"\n" : "'\n", i + 1);
+      if (end != std::string_view::npos && text[end] == c) i = end;
+      continue;
+    }
+    if (c == '#') {
+      i = std::min(text.find('\n', i), text.size()) - 1;
+      continue;
+    }
+    if (std::string_view("\n,=[]{}").find(c) != std::string_view::npos) dots = 0;
+    if (c != '.' || ++dots < kMostParts) continue;
+    throw ConfigError(
+        fmt::format("{}:{}: a key of more than {} parts", file.string(), line, kMostParts));
+  }
+}
+
 }  // namespace
 
 std::string Place(const fs::path& file, const toml::source_region& region) {
@@ -54,6 +78,7 @@ std::string ReadWholeFile(const fs::path& file) {
 std::shared_ptr<const Document> Parse(std::string_view text, const fs::path& file) {
   auto document = std::make_shared<Document>();
   document->file = file;
+  CheckDepth(text, file);
   try {
     document->root = toml::parse(text, file.string());
   } catch (const toml::parse_error& error) {

@@ -5,27 +5,20 @@
 #include <spdlog/spdlog.h>
 
 #include <memory>
-#include <string_view>
+#include <string>
 
 #include "presentation/markup.h"
 
 namespace gyrobench::daemon {
 namespace {
 
-// The message, line by line.
 class PlainMessage final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
               spdlog::memory_buf_t& to) override {
-    std::string_view rest(message.payload.data(), message.payload.size());
-    for (;;) {
-      const std::size_t end = rest.find('\n');
-      const std::string line = presentation::CleanText(rest.substr(0, end));
-      to.append(line.data(), line.data() + line.size());
-      if (end == std::string_view::npos) return;
-      to.push_back('\n');
-      rest.remove_prefix(end + 1);
-    }
+    const std::string clean =
+        presentation::CleanLines({message.payload.data(), message.payload.size()});
+    to.append(clean.data(), clean.data() + clean.size());
   }
   std::unique_ptr<custom_flag_formatter> clone() const override {
     return std::make_unique<PlainMessage>();

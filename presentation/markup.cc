@@ -59,6 +59,17 @@ std::string CleanText(std::string_view text) {
   return clean;
 }
 
+std::string CleanLines(std::string_view text) {
+  std::string clean;
+  for (;;) {
+    const std::size_t end = text.find('\n');
+    clean += CleanText(text.substr(0, end));
+    if (end == std::string_view::npos) return clean;
+    clean += '\n';
+    text.remove_prefix(end + 1);
+  }
+}
+
 Markup Markup::Text(std::string_view text) {
   Markup markup;
   for (const char c : CleanText(text)) {

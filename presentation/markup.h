@@ -27,6 +27,9 @@ class Markup {
 // Valid UTF-8 in one line: line breaks and tabs become spaces, what cannot be shown U+FFFD.
 std::string CleanText(std::string_view text);
 
+// The same of each line; the lines stay.
+std::string CleanLines(std::string_view text);
+
 // <tag class="css_class">inside</tag>; without a class where it is empty.
 Markup Element(std::string_view tag, const Markup& inside, std::string_view css_class = {});
 Markup Element(std::string_view tag, std::string_view text, std::string_view css_class = {});

@@ -83,6 +83,9 @@ TableColumn Interpret(std::string_view name) {
   return column;
 }
 
+// Each is compared with all names that might be meant.
+constexpr std::size_t kMostNotes = 1000;
+
 // Of columns without a time, what to do about it where that is plain.
 std::string WhatWasMeant(const std::vector<std::string>& names) {
   if (names.size() == 1) {
@@ -176,6 +179,12 @@ void TableHead::Key(const std::string& key, const std::string& value, std::int64
            fmt::format("unknown key {}: did you mean {}? Rename it; a key that is none of the "
                        "table's own needs another name",
                        Shown(key), near));
+    }
+    if (info_.notes.size() >= kMostNotes) {
+      Fail(line_number,
+           fmt::format("more than {} comments of the form key = value that are none of "
+                       "the table's own: leave them out",
+                       kMostNotes));
     }
     info_.notes.emplace(key, value);
   }

@@ -109,6 +109,22 @@ bias_result_t ExampleBias() {
   return bias;
 }
 
+// Anybody may send on the channel; a terminal obeys what it is sent.
+TEST_F(LiveData, WatchWritesNoEscapeOfAMessageToTheScreen) {
+  ChildProcess watch(Watch({"--until-stop"}));
+  watch.WaitFor("listening");
+  run_t note{};
+  note.event = run_t::NOTE;
+  note.text = "before\x1b[2J\x1b]0;title\x07 and \xff after\nnext";
+  Publish("RUN", note, 0);
+  PublishStop(1);
+  const Finished finished = watch.Wait();
+  EXPECT_EQ(finished.status, 0);
+  EXPECT_EQ(finished.out.find_first_of("\x1b\x07\xff"), std::string::npos) << finished.out;
+  EXPECT_THAT(finished.out, HasSubstr("before"));
+  EXPECT_THAT(finished.out, HasSubstr(" after next"));
+}
+
 TEST_F(LiveData, WatchPrintsEveryResultAsOneJsonObjectALine) {
   ChildProcess watch(Watch({"--json", "--until-stop"}));
   watch.WaitFor("listening");

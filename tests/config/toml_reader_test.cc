@@ -261,6 +261,22 @@ TEST(TomlReader, SaysWhyAFileCannotBeRead) {
   EXPECT_THAT(ErrorOf([&] { TomlTable::FromFile(folder.path()); }), HasSubstr("is a folder"));
 }
 
+// It ended the program: each part is a table within the one before.
+TEST(TomlReader, RefusesAKeyOfEndlessParts) {
+  const auto dotted = [](int parts) {
+    std::string key = "a";
+    for (int i = 1; i < parts; ++i) key += i % 2 == 0 ? ".a" : " . \"=\"";
+    return key;
+  };
+  for (const std::string& text : {"\n" + dotted(50'000) + " = 1", "\n[" + dotted(50'000) + "]",
+                                  "\nx = {" + dotted(50'000) + " = 1}"}) {
+    EXPECT_THAT(ErrorOf([&] { Parse(text); }),
+                HasSubstr("bench/a.toml:2: a key of more than 100 parts"));
+  }
+  EXPECT_NO_THROW(Parse(dotted(100) + " = 1\n# " + std::string(1000, '.') + "\nx = \"" +
+                        std::string(1000, '.') + "\""));
+}
+
 TEST(TomlReader, CutsALongValueInItsMessage) {
   const std::string text = "x = \"" + std::string(5000, 'y') + "\"";
   EXPECT_LT(ErrorOf([&] { Parse(text).Number("x", kRange); }).size(), 200u);

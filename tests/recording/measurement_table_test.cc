@@ -39,6 +39,17 @@ class Table : public testing::Test {
   TemporaryFolder folder_;
 };
 
+// Each took as long as a comparison with all names that might be meant: 100,000 took 20 s.
+TEST_F(Table, CommentsThatAreNoneOfItsOwnAreBounded) {
+  const auto table = [](int notes) {
+    std::string bytes;
+    for (int i = 0; i < notes; ++i) bytes += "# station" + std::to_string(i) + " = x\n";
+    return bytes + "t_s,gyro_z_lsb\n0,1\n";
+  };
+  EXPECT_EQ(Read(table(1000)).gyro.size(), 1u);
+  EXPECT_THAT(ErrorOf(table(100'000)), HasSubstr(":1001: more than 1000 comments"));
+}
+
 // Every column has a value of its own, so that a swap shows.
 TEST_F(Table, EveryColumnArrivesInItsPlaceAndUnit) {
   const KeepingSink sink = Read(
