@@ -1,16 +1,12 @@
 #include "presentation/report.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <system_error>
 
 #include "base/error.h"
+#include "base/part_file.h"
 #include "presentation/charter.h"
 #include "presentation/markup.h"
 #include "presentation/number.h"
@@ -220,18 +216,6 @@ Document PageOf(const ReportContent& content) {
   return page;
 }
 
-void WriteOrThrow(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) {
-    throw DataError(
-        fmt::format("report {}: cannot be written: {}; is the folder there, writable, "
-                    "and the disk not full?",
-                    file.string(), std::strerror(errno)));
-  }
-}
-
 }  // namespace
 
 std::string ReportHtml(const ReportContent& content, const ReportOptions& options) {
@@ -245,16 +229,13 @@ std::string ReportHtml(const ReportContent& content, const ReportOptions& option
 void WriteReport(const ReportContent& content, const std::filesystem::path& file,
                  const ReportOptions& options) {
   const std::string html = ReportHtml(content, options);
-  const std::filesystem::path part = file.string() + fmt::format(".{}.part", getpid());
   try {
-    WriteOrThrow(part, html);
-    std::error_code error;
-    std::filesystem::rename(part, file, error);
-    if (error) throw DataError(fmt::format("report {}: {}", file.string(), error.message()));
-  } catch (const DataError&) {
-    std::error_code ignored;  // what is left of a failure does no more harm than the failure
-    std::filesystem::remove(part, ignored);
-    throw;
+    PartFile part(file);
+    part.Write(html);
+    part.Replace();
+  } catch (const DataError& error) {
+    throw DataError(fmt::format("report {}; is the folder there, writable, and the disk not full?",
+                                error.what()));
   }
 }
 

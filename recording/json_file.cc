@@ -1,6 +1,4 @@
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -9,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/json_text.h"
+#include "base/part_file.h"
 #include "recording/run_directory.h"
 
 namespace gyrobench::recording {
@@ -21,59 +20,14 @@ namespace {
   throw DataError(fmt::format("{}: {}: {}", file.string(), action, std::strerror(errno)));
 }
 
-// An open file that closes itself.
-class Descriptor {
- public:
-  Descriptor(const fs::path& file, int flags) : file_(file), fd_(open(file.c_str(), flags, 0666)) {
-    if (fd_ < 0) Fail(file, "cannot be written");
-  }
-  ~Descriptor() { close(fd_); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-
-  void Write(std::string_view text) {
-    while (!text.empty()) {
-      const ssize_t written = write(fd_, text.data(), text.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) Fail(file_, "cannot be written");
-      text.remove_prefix(static_cast<std::size_t>(written));
-    }
-  }
-  // Some file systems cannot sync a folder: that is no loss of data.
-  void Sync() {
-    if (fsync(fd_) != 0 && errno != EINVAL) Fail(file_, "cannot be synced");
-  }
-
- private:
-  fs::path file_;
-  int fd_;
-};
-
-void ReplaceFile(const fs::path& temporary, const fs::path& file, std::string_view text) {
-  {
-    Descriptor out(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC);
-    out.Write(text);
-    out.Sync();
-  }
-  if (rename(temporary.c_str(), file.c_str()) != 0) Fail(file, "cannot be replaced");
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  Descriptor(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC).Sync();
-}
-
 }  // namespace
 
 void WriteJsonAtomically(const fs::path& file, const nlohmann::json& value) {
   // Text that is no UTF-8 (a device's name, a script) must not stop the record: it is replaced.
   const std::string text = JsonText(value, 2) + "\n";
-  fs::path temporary = file;
-  temporary += fmt::format(".{}.part", getpid());
-  try {
-    ReplaceFile(temporary, file, text);
-  } catch (const DataError&) {
-    std::error_code ignored;
-    fs::remove(temporary, ignored);
-    throw;
-  }
+  PartFile part(file);
+  part.Write(text);
+  part.Replace(PartFile::Safety::kOnDisk);
 }
 
 nlohmann::json ReadJson(const fs::path& file) {

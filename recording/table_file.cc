@@ -1,12 +1,15 @@
 #include <fmt/format.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "base/error.h"
+#include "base/part_file.h"
 #include "recording/table_writer.h"
 
 namespace gyrobench::recording {
@@ -16,25 +19,23 @@ namespace fs = std::filesystem;
 // gz* of zlib writes both forms.
 class TableFile::Impl {
  public:
-  explicit Impl(const fs::path& file) : file_(file), part_(file) {
+  explicit Impl(const fs::path& file) : file_(file) {
     const bool gzip = file.string().ends_with(".csv.gz");
     if (!gzip && file.extension() != ".csv") {
       throw DataError(
           fmt::format("{}: expected a name that ends in .csv or .csv.gz", file.string()));
     }
-    part_ += ".part";
-    errno = 0;
-    stream_ = gzopen(part_.c_str(), gzip ? "wb6" : "wbT");
+    part_.emplace(file);
+    const int descriptor = part_->TakeDescriptor();
+    stream_ = gzdopen(descriptor, gzip ? "wb6" : "wbT");
     if (stream_ == nullptr) {
-      throw DataError(
-          fmt::format("{}: cannot be written: {}", part_.string(), std::strerror(errno)));
+      close(descriptor);
+      throw DataError(fmt::format("{}: no memory to write it", file.string()));
     }
     text_.reserve(2 * kFlush);
   }
   ~Impl() {
     if (stream_ != nullptr) gzclose(stream_);
-    std::error_code ignored;
-    if (!closed_) fs::remove(part_, ignored);
   }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
@@ -48,18 +49,14 @@ class TableFile::Impl {
     Flush();
     errno = 0;
     if (gzclose(std::exchange(stream_, nullptr)) != Z_OK) Fail();
-    std::error_code error;
-    fs::rename(part_, file_, error);
-    if (error)
-      throw DataError(fmt::format("{}: cannot be made: {}", file_.string(), error.message()));
-    closed_ = true;
+    part_->Replace();
   }
 
  private:
   static constexpr std::size_t kFlush = std::size_t{64} * 1024;
 
   [[noreturn]] void Fail() const {
-    throw DataError(fmt::format("{}: cannot be written: {}; the table was not made", part_.string(),
+    throw DataError(fmt::format("{}: cannot be written: {}; the table was not made", file_.string(),
                                 errno != 0 ? std::strerror(errno) : "the disk may be full"));
   }
   void Flush() {
@@ -69,10 +66,10 @@ class TableFile::Impl {
     text_.clear();
   }
 
-  fs::path file_, part_;
+  fs::path file_;
+  std::optional<PartFile> part_;
   gzFile stream_ = nullptr;
   std::string text_;
-  bool closed_ = false;
 };
 
 TableFile::TableFile(const fs::path& file) : impl_(std::make_unique<Impl>(file)) {}
