@@ -16,6 +16,7 @@
 #include "daemon/run_control.h"
 #include "daemon/run_engine.h"
 #include "daemon/simulated_buses.h"
+#include "daemon/stand_lock.h"
 #include "daemon/status_publisher.h"
 #include "daemon/telemetry.h"
 #include "drivers/factory.h"
@@ -47,6 +48,7 @@ void CheckLcm(const config::LcmConfig& lcm, const LcmPublisher& publisher) {
 struct Daemon::Parts {
   explicit Parts(const config::StandConfig& configured)
       : stand(configured), publisher(stand.lcm.url, stand.lcm.channel_prefix) {
+    RequireSocketOrNothing(stand.control_socket);
     CheckLcm(stand.lcm, publisher);
     MakeClockAndBuses();
     devices = std::make_unique<drivers::ModbusDevices>(*clock);
@@ -144,6 +146,7 @@ struct Daemon::Parts {
   }
 
   config::StandConfig stand;
+  const StandLock lock{stand};  // before anything is opened
   LcmPublisher publisher;
   std::unique_ptr<Clock> clock;
   VirtualClock* virtual_clock = nullptr;

@@ -1,4 +1,6 @@
 // gyrobenchd: the daemon.
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
 
@@ -7,21 +9,44 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "base/error.h"
 #include "base/version.h"
 #include "config/stand_config.h"
 #include "daemon/daemon.h"
-#include "daemon/plain_log.h"
+#include "presentation/markup.h"
 
 namespace {
+
+// What a script, a request or a device brings into a line of the log is text there: bytes that are
+// no UTF-8 and control characters, which a terminal would obey, show as U+FFFD.
+class PlainMessage final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
+              spdlog::memory_buf_t& to) override {
+    const std::string clean =
+        gyrobench::presentation::CleanLines({message.payload.data(), message.payload.size()});
+    to.append(clean.data(), clean.data() + clean.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<PlainMessage>();
+  }
+};
+
+void UsePlainLog() {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("gyrobenchd"));
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<PlainMessage>('*').set_pattern("[%Y-%m-%d %H:%M:%S.%e] [%n] [%^%l%$] %*");
+  spdlog::set_formatter(std::move(formatter));
+}
 
 // A terminal that closes (SIGHUP) or is typed into (SIGINT, SIGQUIT) ends the daemon as its manager
 // does (SIGTERM): the run is aborted, the axes stop, the heater is off, the record is closed.
 constexpr int kEnding[] = {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGXCPU};
-// Any of these would end or freeze the daemon, and leave whatever moves or heats to itself. SIGXFSZ:
-// a file at its limit is an error of the write.
+// Any of these would end or freeze the daemon, and leave whatever moves or heats to itself.
+// SIGXFSZ: a file at its limit is an error of the write.
 constexpr int kIgnored[] = {SIGPIPE, SIGXFSZ, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM,
                             SIGPROF, SIGIO,   SIGPWR,  SIGTSTP, SIGTTIN, SIGTTOU};
 
@@ -77,7 +102,7 @@ int Serve(const std::string& config_file, bool check_only) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  gyrobench::daemon::UsePlainLog();
+  UsePlainLog();
   CLI::App app{
       "gyrobenchd drives the stand, samples gyro and reference, runs procedures by name and "
       "publishes "
