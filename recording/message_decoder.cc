@@ -23,6 +23,10 @@ bool RowsFit(const std::vector<std::vector<std::int16_t>>& rows, std::size_t n) 
 // A count that the unit can have reached.
 bool IsSampleNumber(std::int64_t number) { return number >= 0 && number < kMostSamples; }
 
+// What was sampled was sampled before its block came, but for what the comparison of two clocks
+// leaves open. A later time would make all that follow it late.
+constexpr Utime kMaxAhead = kMicrosecondsPerSecond;
+
 // An empty block may leave its arrays untouched.
 bool ArraysFit(const gyro_t& message) {
   if (message.n == 0) return true;
@@ -30,7 +34,9 @@ bool ArraysFit(const gyro_t& message) {
   const auto n = static_cast<std::size_t>(message.n);
   return message.sample_utime.size() == n &&
          std::all_of(message.sample_utime.begin(), message.sample_utime.end(),
-                     [](Utime utime) { return IsPlausible(utime); }) &&
+                     [&](Utime utime) {
+                       return IsPlausible(utime) && utime - message.utime <= kMaxAhead;
+                     }) &&
          message.temperature_degC.size() == n && RowsFit(message.gyro_lsb, n) &&
          RowsFit(message.accel_lsb, n);
 }

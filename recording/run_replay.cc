@@ -21,8 +21,26 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A message's own time and the log's time stamp are of one clock and one moment.
-constexpr Utime kMaxStampDifference = 60 * kMicrosecondsPerSecond;
+// A message's own time and the log's time stamp are of one clock and one moment: the same number
+// where the daemon has written the log, and near to each other where another logger has.
+class Stamps {
+ public:
+  // Whether these two can belong to one event, by what the log has shown so far.
+  bool Belong(Utime message, Utime event) {
+    if (message == event) {
+      equal_ = std::min(equal_ + 1, kMost);
+      return true;
+    }
+    if (equal_ == kMost) return false;
+    equal_ = 0;
+    return std::abs(message - event) <= kMaxDifference;
+  }
+
+ private:
+  static constexpr Utime kMaxDifference = 60 * kMicrosecondsPerSecond;
+  static constexpr int kMost = 8;  // on end are no accident
+  int equal_ = 0;
+};
 constexpr int kEventsPerProgress = 1000;
 
 // The messages of a log that make up a measurement, each decoded into memory that is used again.
@@ -56,7 +74,7 @@ class LogMessages {
   template <typename Message, typename Function>
   void Dispatch(const LogEvent& event, Message& message, const Function& function) {
     if (DecodeSound(event.data, message) && IsPlausible(message.utime) &&
-        IsPlausible(event.utime) && std::abs(message.utime - event.utime) <= kMaxStampDifference) {
+        IsPlausible(event.utime) && stamps_.Belong(message.utime, event.utime)) {
       function(message);
       return;
     }
@@ -68,6 +86,7 @@ class LogMessages {
   EventLogReader reader_;
   DefectCounter counter_;
   std::size_t bad_;
+  Stamps stamps_;
   gyro_t gyro_;
   angle_t angle_;
   run_t run_;

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <random>
+#include <string>
 
 #include "base/error.h"
 #include "gyrobench/angle_t.hpp"
@@ -307,6 +310,34 @@ TEST_F(Decoder, AMessageWhoseArraysDoNotFitItsCountIsReported) {
   decoder.Gyro(message);
   EXPECT_EQ(sink_.Count("damaged_message"), 2);
   EXPECT_TRUE(sink_.gyro.empty());
+}
+
+// A time that was too late by one bit made all that followed come too early, and be dropped.
+TEST(ReplayRun, OneFlippedBitInATimeCostsNoMoreThanItsMessage) {
+  const TemporaryFolder folder;
+  const std::filesystem::path record = folder / "record";
+  RecordPlan plan;
+  BuildRecord(record, plan);
+  const KeepingSink whole = ReplayOf(record);
+  std::ifstream in(record / kEventLogName, std::ios::binary);
+  const std::string log{std::istreambuf_iterator<char>(in), {}};
+  // All times of the record begin with the same four bytes, most significant first.
+  std::string begin;
+  for (const int shift : {56, 48, 40, 32}) begin += static_cast<char>(plan.start >> shift & 0xFF);
+  std::size_t times = 0;
+  for (std::size_t at = log.find(begin, log.size() / 3); at < 2 * log.size() / 3;
+       at = log.find(begin, at + 8)) {
+    if (++times % 7 != 0) continue;  // some of them
+    for (int bit = 20; bit < 40; bit += 3) {
+      std::string flipped = log;
+      flipped[at + 7 - static_cast<std::size_t>(bit / 8)] ^= static_cast<char>(1 << (bit % 8));
+      std::ofstream(record / kEventLogName, std::ios::binary) << flipped;
+      const KeepingSink sink = ReplayOf(record);
+      EXPECT_GE(sink.gyro.size() + 20, whole.gyro.size()) << "byte " << at << ", bit " << bit;
+      EXPECT_GE(sink.angles.size() + 2, whole.angles.size()) << "byte " << at << ", bit " << bit;
+    }
+  }
+  EXPECT_GT(times, 100U);
 }
 
 }  // namespace
