@@ -252,8 +252,8 @@ void RunExecution::Execute() {
   SwitchOff(ending);
   try {
     Finish(ending);
-  } catch (const std::exception& error) {
-    context_.on_fault(FaultOf("record", error));
+  } catch (const std::exception& error) {  // a run without its record is not done
+    AddFault(ending, FaultOf("record", error));
   }
   spdlog::info("run {}: {}{}{}", directory_.run_id(), Name(ending.outcome),
                ending.message.empty() ? "" : ": ", ending.message);
@@ -283,6 +283,11 @@ void RunExecution::Finish(Ending& ending) {
   }
   if (bench_) bench_->FinishResults();
   context_.telemetry.EndMeasurement();
+  // Of the record, or on the way here: a fault is no end of a run that is done.
+  context_.telemetry.Sync();
+  if (const auto fault = context_.control.fault(); fault && ending.failures.empty()) {
+    AddFault(ending, *fault);
+  }
   const calibration::AnalysisResult results = context_.telemetry.Analyse();
   const Utime end = context_.clock.Now();
   context_.telemetry.SendResults(results, end, true);

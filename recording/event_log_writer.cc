@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -34,6 +35,15 @@ struct EventLogWriter::State {
         "then start the run again",
         file.string(), what, std::strerror(error), events, synced_events);
     throw DataError(failure);
+  }
+  // With mutex held. What is written to a file without a name is lost when it is closed.
+  void RequireName() {
+    struct stat opened {
+    }, named{};
+    if (fstat(fileno(log->getFilePtr()), &opened) != 0) return;
+    const bool there = stat(file.c_str(), &named) == 0;
+    if (there && named.st_ino == opened.st_ino && named.st_dev == opened.st_dev) return;
+    Fail("was removed or replaced while it was written", there ? EEXIST : ENOENT);
   }
   void ThrowIfUnusable() const {
     if (!failure.empty()) throw DataError(failure);
@@ -98,6 +108,7 @@ void EventLogWriter::Sync() {
     state.ThrowIfUnusable();
     errno = 0;
     if (std::fflush(state.log->getFilePtr()) != 0) state.Fail("cannot be written", errno);
+    state.RequireName();
     descriptor = fileno(state.log->getFilePtr());
     flushed = state.events;
   }
