@@ -111,6 +111,19 @@ std::string BenchText(const Json& status) {
   return text;
 }
 
+// "outer 0.00 deg, middle unknown, inner 54.21 deg and moving": by the reference sensors.
+std::string AxesText(const Json& axes) {
+  std::string text;
+  for (const Json& axis : axes) {
+    const double angle_deg = Number(axis, "reference_deg");
+    const Json& moving = Field(axis, "moving");
+    text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", Text(axis, "name"),
+                        std::isfinite(angle_deg) ? fmt::format("{:.2f} deg", angle_deg) : "unknown",
+                        moving.is_boolean() && moving.get<bool>() ? " and moving" : "");
+  }
+  return text;
+}
+
 std::string StatusText(const Json& status, const presentation::Terminal& terminal) {
   Rows rows;
   const std::string state = Text(status, "state");
@@ -125,6 +138,12 @@ std::string StatusText(const Json& status, const presentation::Terminal& termina
   if (question.is_object()) {
     rows.push_back({"question", Text(question, "text")});
     rows.push_back({"", "answer with: gyrobench answer TEXT"});
+  }
+  if (const std::string axes = AxesText(Field(status, "axes")); !axes.empty()) {
+    rows.push_back({"axes", axes});
+  }
+  for (const Json& notice : Field(status, "notices")) {
+    rows.push_back({"notice", terminal.Red(Text(notice, "text"))});
   }
   rows.push_back({"run", RunText(Field(status, "run"))});
   const std::string record = Text(Field(status, "run"), "record");

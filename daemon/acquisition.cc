@@ -19,20 +19,23 @@ constexpr Utime kOutputsPeriod = kMicrosecondsPerSecond / 2;
 
 Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock,
                          drivers::DeviceMaker& devices, Telemetry& telemetry,
-                         FaultHandler on_silence, FaultHandler on_fault)
+                         FaultHandler on_silence, FaultHandler on_fault, Notices& notices)
     : stand_(stand),
       clock_(clock),
       maker_(devices),
       telemetry_(telemetry),
       on_silence_(WithLastSamples(std::move(on_silence))),
-      on_fault_(WithLastSamples(std::move(on_fault))) {
+      on_fault_(WithLastSamples(std::move(on_fault))),
+      notices_(notices) {
   for (const config::BusConfig& bus : stand.buses) {
     buses_.push_back(std::make_unique<BusWorker>(bus.name, clock));
-    maker_.AddBus(bus, buses_.back()->participant());
+    maker_.AddBus(bus, buses_.back()->participant(),
+                  [worker = buses_.back().get()] { return worker->hurries(); });
   }
+  // First, so that they are off before anything else is asked.
+  if (stand.relays) AddOutputs();
   for (const config::AxisConfig& axis : stand.axes) AddAxis(axis);
   AddGyro();
-  if (stand.relays) AddOutputs();
 }
 
 Acquisition::~Acquisition() { Stop(); }
@@ -68,8 +71,10 @@ void Acquisition::AddDevice(BusWorker& bus, DeviceStatus identity, PolledDevice:
 void Acquisition::AddAxis(const config::AxisConfig& config) {
   axes_.push_back(std::make_unique<AxisUnit>(
       config, BusOf(config.drive.bus), BusOf(config.encoder.bus), maker_, telemetry_,
-      AxisUnit::Hooks{[this](Utime utime) { SendAxes(utime); }, [this] { PostStopAll(); },
-                      on_fault_}));
+      AxisUnit::Hooks{
+          [this](Utime utime) { SendAxes(utime); }, [this] { PostStopAll(); },
+          [this, &config](const drivers::AxisState& found) { SayFoundMoving(config, found); },
+          on_fault_}));
   AxisUnit& axis = *axes_.back();
   AddDevice(
       axis.encoder_bus(),
@@ -80,6 +85,14 @@ void Acquisition::AddAxis(const config::AxisConfig& config) {
       axis.drive_bus(),
       {"axis." + config.name, "drive", config.drive.bus, config.drive.unit, false, ""},
       {[&axis] { axis.OpenDrive(); }, [&axis] { axis.ReadDrive(); }, [] { return kDrivePeriod; }});
+}
+
+// Whoever commanded it is gone: a daemon that was killed, as a rule.
+void Acquisition::SayFoundMoving(const config::AxisConfig& axis, const drivers::AxisState& found) {
+  notices_.Add(clock_.Now(),
+               fmt::format("axis.{}: the drive was moving when it was opened, at {:.2f} deg by its "
+                           "own count: stopped",
+                           axis.name, found.commanded_deg));
 }
 
 void Acquisition::AddGyro() {
@@ -205,7 +218,7 @@ double Acquisition::MoveBy(Clock::Participant& caller, const std::string& axis, 
   AxisUnit& unit = AxisNamed(axis);
   return unit.drive_bus().Call(caller, [&] {
     may_move();
-    return unit.drive().MoveBy(angle_deg, rate_deg_s, acceleration_deg_s2);
+    return unit.MoveBy(angle_deg, rate_deg_s, acceleration_deg_s2);
   });
 }
 
@@ -222,31 +235,41 @@ AxisView Acquisition::ReadNow(Clock::Participant& caller, const std::string& axi
   return unit.view();
 }
 
-void Acquisition::PostToDrives(void (drivers::Axis::*command)()) {
-  for (const auto& axis : axes_) {
-    axis->drive_bus().Post([this, command, axis = axis.get()] {
-      try {
-        (axis->drive().*command)();
-      } catch (const std::exception& error) {
-        on_fault_(FaultOf("axis." + axis->name(), error));
-      }
-    });
+std::vector<AxisUnit*> Acquisition::MostUrgentFirst() const {
+  std::vector<AxisUnit*> order;
+  for (const auto& axis : axes_) order.push_back(axis.get());
+  std::ranges::stable_sort(order, {}, [](const AxisUnit* axis) {
+    const bool may_move = axis->active() || axis->view().drive.moving;
+    return (may_move ? 0 : 2) + (axis->drive_answers() ? 0 : 1);
+  });
+  return order;
+}
+
+void Acquisition::TryOn(AxisUnit& axis, void (drivers::Axis::*command)()) {
+  try {
+    (axis.drive().*command)();
+  } catch (const std::exception& error) {
+    on_fault_(FaultOf("axis." + axis.name(), error));
   }
 }
 
-void Acquisition::PostStopAll() { PostToDrives(&drivers::Axis::Stop); }
+void Acquisition::PostStopAll() {
+  for (AxisUnit* axis : MostUrgentFirst()) {
+    axis->drive_bus().PostUrgent([this, axis] { TryOn(*axis, &drivers::Axis::Stop); });
+  }
+}
 
-void Acquisition::PostClearAlarms() { PostToDrives(&drivers::Axis::ClearAlarm); }
+void Acquisition::PostClearAlarms() {
+  for (const auto& axis : axes_) {
+    axis->drive_bus().Post([this, unit = axis.get()] { TryOn(*unit, &drivers::Axis::ClearAlarm); });
+  }
+}
 
 void Acquisition::StopAll(Clock::Participant& caller) {
-  std::vector<AxisUnit*> order;
-  for (const auto& axis : axes_) order.push_back(axis.get());
-  std::stable_partition(order.begin(), order.end(),
-                        [](const AxisUnit* axis) { return axis->active(); });
   Fault failed;
-  for (AxisUnit* axis : order) {
+  for (AxisUnit* axis : MostUrgentFirst()) {
     try {
-      axis->drive_bus().Call(caller, [&] { axis->drive().Stop(); });
+      axis->drive_bus().CallUrgent(caller, [&] { axis->drive().Stop(); });
     } catch (const DeviceError& error) {
       AddTo(failed, error);
     }

@@ -14,6 +14,7 @@
 #include "daemon/axis_unit.h"
 #include "daemon/bus_worker.h"
 #include "daemon/gyro_feed.h"
+#include "daemon/notices.h"
 #include "daemon/outputs.h"
 #include "daemon/polled_device.h"
 #include "daemon/telemetry.h"
@@ -27,9 +28,10 @@ class Acquisition {
  public:
   // `devices`: where they come from; outlives this. `on_silence`: a device that was there answers
   // no more. `on_fault`: the stand is where it must not be, or a drive reports an alarm. Both are
-  // told with the last samples.
+  // told with the last samples. `notices`: of what was found and mended.
   Acquisition(const config::StandConfig& stand, Clock& clock, drivers::DeviceMaker& devices,
-              Telemetry& telemetry, FaultHandler on_silence, FaultHandler on_fault);
+              Telemetry& telemetry, FaultHandler on_silence, FaultHandler on_fault,
+              Notices& notices);
   ~Acquisition();
 
   void Start();
@@ -62,7 +64,8 @@ class Acquisition {
   AxisView ReadNow(Clock::Participant& caller, const std::string& axis);
   // The drive alone: to be asked even when the reference is silent.
   drivers::AxisState ReadDriveNow(Clock::Participant& caller, const std::string& axis);
-  // Stops all axes; does not wait. From any thread.
+  // Stops all axes, those that move first, and before all else that was asked of their buses; does
+  // not wait. From any thread.
   void PostStopAll();
   // Stops all axes, waits for the drives' answers. The first failure is thrown after all were
   // tried.
@@ -78,12 +81,16 @@ class Acquisition {
   void AddAxis(const config::AxisConfig& config);
   void AddGyro();
   void AddOutputs();
+  void SayFoundMoving(const config::AxisConfig& axis, const drivers::AxisState& found);
   void AddDevice(BusWorker& bus, DeviceStatus identity, PolledDevice::Actions actions);
   BusWorker& BusOf(const std::string& name);
   AxisUnit& AxisNamed(const std::string& name) const;
   void SendAxes(Utime utime);
-  // Fails as a fault of the axis where it does.
-  void PostToDrives(void (drivers::Axis::*command)());
+  // What may move before what is at rest, and drives that answer before those that are silent, which
+  // take their time.
+  std::vector<AxisUnit*> MostUrgentFirst() const;
+  // In the bus's thread; what fails is a fault of the axis.
+  void TryOn(AxisUnit& axis, void (drivers::Axis::*command)());
 
   const config::StandConfig& stand_;
   Clock& clock_;
@@ -91,6 +98,7 @@ class Acquisition {
   Telemetry& telemetry_;
   const FaultHandler on_silence_;
   const FaultHandler on_fault_;
+  Notices& notices_;
   std::vector<std::unique_ptr<BusWorker>> buses_;
   std::vector<std::unique_ptr<AxisUnit>> axes_;
   std::unique_ptr<GyroFeed> gyro_;

@@ -2,13 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <utility>
+
+#include "daemon/polled_device.h"
 
 namespace gyrobench::daemon {
 namespace {
 
 // Beyond a soft limit by more than the play of a worm and the noise of an encoder.
 constexpr double kSoftLimitMargin_deg = 0.2;
+// A reference may be so much older than the drive's word, beside the delay that its map declares:
+// one that nobody declared is a finding of the analysis, not a fault.
+constexpr double kReferenceAge_s = 0.5;
+constexpr int kPollsBeyond = 2;
 
 }  // namespace
 
@@ -40,6 +47,23 @@ AxisView AxisUnit::view() const {
 LastSamples::Axis AxisUnit::last() const {
   const std::lock_guard lock(mutex_);
   return {config_.name, view_.drive, {last_.begin(), last_.end()}};
+}
+
+void AxisUnit::OpenDrive() {
+  drive_answers_ = false;
+  const drivers::AxisState found = drive_->Open();
+  drive_answers_ = true;
+  {
+    const std::lock_guard lock(mutex_);
+    view_.drive = found;
+  }
+  if (found.moving) hooks_.on_found_moving(found);
+}
+
+void AxisUnit::OpenEncoder() {
+  const drivers::AngleReading first = encoder_->Open();
+  const std::lock_guard lock(mutex_);
+  view_.reference = first;
 }
 
 void AxisUnit::ReadEncoder() {
@@ -76,13 +100,61 @@ void AxisUnit::CheckSoftLimits(double angle_deg) {
        {.device = "axis." + config_.name, .action = "soft limits"}});
 }
 
-void AxisUnit::ReadDrive() {
+double AxisUnit::MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2) {
+  const AxisView begin = view();
+  const double rate = drive_->MoveBy(angle_deg, rate_deg_s, acceleration_deg_s2);
+  const double age_s = kReferenceAge_s + config_.encoder.map.delay_s;
+  move_ = Move{begin, config_.following_error_deg + rate * age_s, 0};
+  return rate;
+}
+
+void AxisUnit::CheckFollowing(const drivers::AxisState& state) {
+  if (!move_) return;
+  if (!state.moving) {
+    move_.reset();
+    return;
+  }
+  const double commanded_deg = state.commanded_deg - move_->begin.drive.commanded_deg;
+  const double moved_deg = view().reference.angle_deg - move_->begin.reference.angle_deg;
+  const bool follows = std::abs(moved_deg - commanded_deg) <= move_->allowed_deg;
+  move_->beyond = follows ? 0 : move_->beyond + 1;
+  if (move_->beyond < kPollsBeyond) return;
+  const double allowed_deg = move_->allowed_deg;
+  move_.reset();
+  hooks_.stop_all();
+  hooks_.on_fault(
+      {"axis." + config_.name,
+       fmt::format(
+           "the table does not follow its drive: in the move under way the reference sensor "
+           "moved {:.3f} deg, the drive {:.3f} deg, allowed difference {:.3g} deg: stopped "
+           "(lost steps, a loose coupling, a reference that is frozen, or a wrong gear ratio "
+           "or encoder resolution in the stand file?)",
+           moved_deg, commanded_deg, allowed_deg),
+       {.device = "axis." + config_.name, .action = "move"}});
+}
+
+drivers::AxisState AxisUnit::AskDrive() {
+  drive_answers_ = false;
   const drivers::AxisState state = drive_->Read();
+  drive_answers_ = true;
+  return state;
+}
+
+void AxisUnit::ReadDrive() {
+  const drivers::AxisState state = AskDrive();
   {
     const std::lock_guard lock(mutex_);
     view_.drive = state;
   }
   hooks_.on_drive_read(state.utime);
+  CheckFollowing(state);
+  if (!state.fault && !state.enabled) {
+    throw MustBeOpenedAgain(
+        fmt::format("axis.{}: the drive is no longer enabled. Did it lose its power, or was its "
+                    "emergency stop pressed? It is enabled again when it can be",
+                    config_.name),
+        {.device = "axis." + config_.name + " drive", .action = "status"});
+  }
   if (!state.fault) return;
   hooks_.on_fault(
       {"axis." + config_.name,

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "config/stand_config.h"
@@ -35,6 +36,8 @@ class AxisUnit {
   struct Hooks {
     std::function<void(Utime)> on_drive_read;  // with the time of its answer
     std::function<void()> stop_all;            // of the whole stand
+    // It was found in motion when it was opened, and was told to stop.
+    std::function<void(const drivers::AxisState&)> on_found_moving;
     FaultHandler on_fault;
   };
   // The buses and the configuration outlive it.
@@ -46,12 +49,19 @@ class AxisUnit {
   BusWorker& drive_bus() const { return drive_bus_; }
   BusWorker& encoder_bus() const { return encoder_bus_; }
   // These belong to the threads of their buses. ReadDrive and ReadEncoder send what they read on.
-  // An alarm of the drive and a table beyond its soft limits are faults; the latter stops all.
+  // An alarm of the drive and a table beyond its soft limits are faults; the latter stops all. A
+  // drive that is no longer enabled is to be opened again (MustBeOpenedAgain): it had lost its power,
+  // and with it its count of pulses.
   drivers::Axis& drive() { return *drive_; }
-  void OpenDrive() { drive_->Open(); }
-  void OpenEncoder() { encoder_->Open(); }
+  void OpenDrive();
+  void OpenEncoder();
   void ReadDrive();
   void ReadEncoder();
+  // As drivers::Axis::MoveBy. From here until the drive stands, each of its polls compares what the
+  // reference has turned with what the drive says: where they differ by more than play, delay and
+  // times can make of it, twice on end, it is a fault, and all is stopped. How exactly the move ended
+  // is judged by who asked for it.
+  double MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2);
 
   // From any thread.
   AxisView view() const;
@@ -59,10 +69,14 @@ class AxisUnit {
   // A run turns it: its reference is read at the full rate, and its soft limits hold.
   void SetActive(bool active) { active_ = active; }
   bool active() const { return active_; }
+  // Whether the drive answered when it was asked last.
+  bool drive_answers() const { return drive_answers_; }
   // Between two readings of the reference.
   Utime encoder_period() const;
 
  private:
+  drivers::AxisState AskDrive();
+  void CheckFollowing(const drivers::AxisState& state);
   void CheckSoftLimits(double angle_deg);
 
   const config::AxisConfig& config_;
@@ -73,6 +87,15 @@ class AxisUnit {
   const std::unique_ptr<drivers::Axis> drive_;
   const std::unique_ptr<drivers::AngleSensor> encoder_;
   std::atomic<bool> active_ = false;
+  std::atomic<bool> drive_answers_ = false;
+
+  // Of the drive's bus thread.
+  struct Move {
+    AxisView begin;
+    double allowed_deg = 0.0;
+    int beyond = 0;  // polls on end
+  };
+  std::optional<Move> move_;
 
   // Of the encoder's bus thread.
   angle_t message_;

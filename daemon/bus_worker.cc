@@ -35,6 +35,15 @@ void BusWorker::Post(std::function<void()> task) {
   Wake();
 }
 
+void BusWorker::PostUrgent(std::function<void()> task) {
+  {
+    const std::lock_guard lock(mutex_);
+    urgent_.push_back(std::move(task));
+    ++urgent_waiting_;
+  }
+  Wake();
+}
+
 void BusWorker::Resume() {
   if (held_.exchange(false)) Wake();
 }
@@ -49,9 +58,11 @@ void BusWorker::RunTasks() {
     std::function<void()> task;
     {
       const std::lock_guard lock(mutex_);
-      if (tasks_.empty()) return;
-      task = std::move(tasks_.front());
-      tasks_.pop_front();
+      auto& next = urgent_.empty() ? tasks_ : urgent_;
+      if (next.empty()) return;
+      task = std::move(next.front());
+      next.pop_front();
+      if (&next == &urgent_) --urgent_waiting_;
     }
     task();
   }

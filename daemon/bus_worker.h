@@ -54,11 +54,27 @@ class BusWorker {
 
   // Runs `task` in the bus's thread, before any poll that is due. `task` must not throw.
   void Post(std::function<void()> task);
+  // The same, before all that was posted otherwise; what the thread is doing is to hurry.
+  void PostUrgent(std::function<void()> task);
+  // Whether an urgent task waits for what the thread is doing. From any thread.
+  bool hurries() const { return urgent_waiting_ > 0; }
 
   // Runs `function` in the bus's thread, waits for it as `caller`, and hands on its result or
   // exception.
   template <typename Function>
   auto Call(Clock::Participant& caller, Function function) -> decltype(function()) {
+    return CallBy(&BusWorker::Post, caller, std::move(function));
+  }
+  // The same as an urgent task.
+  template <typename Function>
+  auto CallUrgent(Clock::Participant& caller, Function function) -> decltype(function()) {
+    return CallBy(&BusWorker::PostUrgent, caller, std::move(function));
+  }
+
+ private:
+  template <typename Function>
+  auto CallBy(void (BusWorker::*post)(std::function<void()>), Clock::Participant& caller,
+              Function function) -> decltype(function()) {
     using Result = decltype(function());
     struct Outcome {
       std::mutex mutex;  // held while notifying, so that the caller is still there
@@ -67,7 +83,7 @@ class BusWorker {
       bool done = false;
     };
     auto outcome = std::make_shared<Outcome>();
-    Post([outcome, &caller, function = std::move(function)]() mutable {
+    (this->*post)([outcome, &caller, function = std::move(function)]() mutable {
       try {
         if constexpr (std::is_void_v<Result>) {
           function();
@@ -92,7 +108,6 @@ class BusWorker {
     if constexpr (!std::is_void_v<Result>) return std::move(outcome->value);
   }
 
- private:
   struct Scheduled {
     Poll poll;
     Utime due = 0;
@@ -107,6 +122,8 @@ class BusWorker {
   std::vector<Scheduled> polls_;
   std::mutex mutex_;
   std::deque<std::function<void()>> tasks_;
+  std::deque<std::function<void()>> urgent_;
+  std::atomic<int> urgent_waiting_ = 0;
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> held_ = false;
   std::thread thread_;

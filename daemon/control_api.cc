@@ -115,6 +115,35 @@ json Devices(const Acquisition& acquisition) {
 
 using Context = ControlApi::Context;
 
+// What is not known yet is null.
+json Axes(const Context& c) {
+  json list = json::array();
+  for (const config::AxisConfig& axis : c.stand.axes) {
+    const AxisView view = c.acquisition.Axis(axis.name);
+    json object{{"name", axis.name},
+                {"reference_deg", nullptr},
+                {"commanded_deg", nullptr},
+                {"moving", nullptr},
+                {"enabled", nullptr}};
+    if (view.reference.utime != 0) object["reference_deg"] = Number(view.reference.angle_deg);
+    if (view.drive.utime != 0) {
+      object["commanded_deg"] = Number(view.drive.commanded_deg);
+      object["moving"] = view.drive.moving;
+      object["enabled"] = view.drive.enabled;
+    }
+    list.push_back(std::move(object));
+  }
+  return list;
+}
+
+json NoticeList(const Context& c) {
+  json list = json::array();
+  for (const Notice& notice : c.notices.List()) {
+    list.push_back({{"utime", notice.utime}, {"text", notice.text}});
+  }
+  return list;
+}
+
 json Status(Context& c) {
   const SensorView sensor = c.acquisition.Sensor();
   json status{{"state", Name(c.control.state())},
@@ -125,6 +154,8 @@ json Status(Context& c) {
               {"question", nullptr},
               {"fault", nullptr},
               {"devices", Devices(c.acquisition)},
+              {"axes", Axes(c)},
+              {"notices", NoticeList(c)},
               {"temperature_degC", Number(sensor.temperature_degC)},
               {"tick_ratio", Number(sensor.tick_ratio)},
               {"utime", c.clock.Now()},
@@ -248,7 +279,10 @@ const std::map<std::pair<std::string, std::string>, Route>& Routes() {
       {{"POST", "/v1/resume"}, Action([](Context& c) { c.control.Resume(); })},
       {{"POST", "/v1/abort"}, Action([](Context& c) { c.control.Abort(); })},
       {{"POST", "/v1/stop"}, Action(Stop)},
-      {{"POST", "/v1/reset"}, Action([](Context& c) { c.engine.Reset(); })}};
+      {{"POST", "/v1/reset"}, Action([](Context& c) {
+         c.engine.Reset();
+         c.notices.Clear();
+       })}};
   return routes;
 }
 

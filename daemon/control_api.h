@@ -8,6 +8,7 @@
 #include "daemon/acquisition.h"
 #include "daemon/control_server.h"
 #include "daemon/lcm_publisher.h"
+#include "daemon/notices.h"
 #include "daemon/run_control.h"
 #include "daemon/run_engine.h"
 
@@ -23,6 +24,7 @@ class ControlApi {
     RunEngine& engine;
     RunControl& control;
     LcmPublisher& publisher;
+    Notices& notices;
   };
   explicit ControlApi(Context context);
 

@@ -15,6 +15,7 @@
 #include "daemon/lcm_publisher.h"
 #include "daemon/run_control.h"
 #include "daemon/run_engine.h"
+#include "daemon/run_record.h"
 #include "daemon/simulated_buses.h"
 #include "daemon/stand_lock.h"
 #include "daemon/status_publisher.h"
@@ -59,7 +60,7 @@ struct Daemon::Parts {
           // hand.
           if (control.run_is_on()) Report(fault);
         },
-        [this](const Fault& fault) { Report(fault); });
+        [this](const Fault& fault) { Report(fault); }, notices);
     status = std::make_unique<StatusPublisher>(stand, *clock, *acquisition, control, telemetry,
                                                publisher);
     time = std::make_unique<BenchTime>(stand, virtual_clock, *acquisition, control, *status);
@@ -69,9 +70,15 @@ struct Daemon::Parts {
         [this](const std::string& question_id) {
           if (simulated) simulated->Answered(question_id);
         }});
-    api = std::make_unique<ControlApi>(
-        ControlApi::Context{stand, *clock, *time, *acquisition, *engine, control, publisher});
+    api = std::make_unique<ControlApi>(ControlApi::Context{stand, *clock, *time, *acquisition,
+                                                           *engine, control, publisher, notices});
     const auto starting = clock->Join("start");
+    for (const std::string& run_id : CloseInterruptedRuns(stand.records)) {
+      notices.Add(clock->Now(),
+                  fmt::format("run {} was on when the daemon before this one ended: its record is "
+                              "closed as interrupted, and holds what was measured until then",
+                              run_id));
+    }
     acquisition->Start();
     status->Start();
     acquisition->AwaitFirstTry(*starting, kFirstTryPatience);
@@ -152,6 +159,7 @@ struct Daemon::Parts {
   VirtualClock* virtual_clock = nullptr;
   std::unique_ptr<SimulatedBuses> simulated;
   RunControl control;
+  Notices notices;
   std::atomic<bool> announced = false;  // the latched fault was published
   // A record that fails is reported from within Send, which a fault message would need again: the
   // run is told directly.

@@ -40,7 +40,8 @@ Utime PolledDevice::Poll() {
   } catch (const std::exception& error) {  // nothing may end a bus's thread while a drive moves
     const Utime now = clock_.Now();
     Failed(now, error);
-    due_ = open_ ? now + actions_.period() : now + kReopenAfter;
+    const bool answers = dynamic_cast<const MustBeOpenedAgain*>(&error) != nullptr;
+    due_ = now + (open_ || answers ? actions_.period() : kReopenAfter);
     tried_ = true;
     return due_;
   }
@@ -64,7 +65,8 @@ void PolledDevice::Failed(Utime now, const std::exception& error) {
     status_.message = fault.message;
     status_.failure = fault.failure;
   }
-  if (!open_ || reported_ || now - last_answer_ < silence_) return;
+  const bool changed = dynamic_cast<const MustBeOpenedAgain*>(&error) != nullptr;
+  if (!open_ || reported_ || (!changed && now - last_answer_ < silence_)) return;
   reported_ = true;
   open_ = false;  // it may have been exchanged or restarted: check its identity again
   on_silence_(fault);

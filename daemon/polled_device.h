@@ -23,6 +23,13 @@ struct DeviceStatus {
   DeviceFailure failure{};  // the same as fields
 };
 
+// Thrown by a read of a device that answers and is not as it was opened: told to `on_silence` at
+// once, and the device is opened at the next poll.
+class MustBeOpenedAgain : public DeviceError {
+ public:
+  using DeviceError::DeviceError;
+};
+
 // Poll and the functions given belong to the thread of the bus; status may be asked from any
 // thread.
 class PolledDevice {

@@ -43,7 +43,7 @@ json DescribeRun(const std::string& run_id, const procedures::Procedure& procedu
           {"stand", config::ToJson(stand)},
           {recording::kMeasurementKey, recording::ToJson(info)},
           {"version", kVersion},
-          {"outcome", "running"}};
+          {"outcome", kRunningOutcome}};
 }
 
 void DescribeEnd(json& run, Outcome outcome, const std::string& message,
@@ -67,6 +67,15 @@ void DescribeEnd(json& run, Outcome outcome, const std::string& message,
                     {"unit", check.unit},
                     {"passed", check.passed}});
   }
+}
+
+void DescribeInterruption(json& run, Utime last) {
+  run["outcome"] = kInterruptedOutcome;
+  run["message"] = "the daemon ended before the run did (killed, or without power)";
+  run["failures"] = json::array();
+  if (last == 0) return;
+  run["ended"] = IsoTime(last);
+  run["end_utime"] = last;
 }
 
 void DescribePowerOnAtEnd(json& run, const std::string& power_on) {

@@ -1,6 +1,7 @@
 // What a record says of its run, beside the events.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -23,6 +24,17 @@ nlohmann::json DescribeRun(const std::string& run_id, const procedures::Procedur
 // nullptr where it came to none.
 void DescribeEnd(nlohmann::json& run, Outcome outcome, const std::string& message,
                  const std::vector<Fault>& failures, const LiveBench* bench, Utime end);
+
+// Of a run that is on, and of one whose daemon ended with it.
+inline constexpr const char* kRunningOutcome = "running";
+inline constexpr const char* kInterruptedOutcome = "interrupted";
+// The end of a run whose daemon did not live to describe it. `last`: time of the last event, 0
+// where there is none.
+void DescribeInterruption(nlohmann::json& run, Utime last);
+// Closes each record in `records` whose run is still said to be on: their daemon was killed, or the
+// power failed. Nobody else may write there (StandLock holds the folder). Returns the ids of these
+// runs, oldest first. A record that cannot be closed is told in the log and left.
+std::vector<std::string> CloseInterruptedRuns(const std::filesystem::path& records);
 
 // A run in which the unit started anew belongs to no one power-on: its name is taken back. Its
 // times count on from the power-on at its begin. `power_on`: the name at its end.

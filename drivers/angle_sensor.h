@@ -23,7 +23,8 @@ class AngleSensor {
  public:
   virtual ~AngleSensor() = default;
   virtual const std::string& name() const = 0;
-  virtual void Open() = 0;
+  // Returns its first reading.
+  virtual AngleReading Open() = 0;
   virtual AngleReading Read() = 0;
 };
 

@@ -24,8 +24,9 @@ class Axis {
  public:
   virtual ~Axis() = default;
   virtual const std::string& name() const = 0;
-  // Checks that the drive is there, is what the map says, and is ready; enables it.
-  virtual void Open() = 0;
+  // Checks that the drive is there, is what the map says, and is ready; enables it. Returns the
+  // state in which it was found. One that moves is stopped: nobody knows who told it to, and where.
+  virtual AxisState Open() = 0;
   virtual AxisState Read() = 0;
   // Starts one bounded relative move of the table [deg], right-handed about the axis, at
   // `rate_deg_s` > 0 with `acceleration_deg_s2` > 0. Returns the rate that the drive will really

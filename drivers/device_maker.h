@@ -1,6 +1,7 @@
 // Where the devices of a stand come from.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "base/clock.h"
@@ -19,7 +20,9 @@ class DeviceMaker {
  public:
   virtual ~DeviceMaker() = default;
   // The devices of this bus are used by one thread, which waits as `thread` until it ends.
-  virtual void AddBus(const config::BusConfig& bus, Clock::Participant& thread) = 0;
+  // `hurries`: something urgent waits for the thread, so that a request that failed is not repeated.
+  virtual void AddBus(const config::BusConfig& bus, Clock::Participant& thread,
+                      std::function<bool()> hurries) = 0;
   virtual std::unique_ptr<Axis> MakeAxis(const config::AxisConfig& config) = 0;
   virtual std::unique_ptr<AngleSensor> MakeAngleSensor(const config::AxisConfig& config) = 0;
   virtual std::unique_ptr<Gyro> MakeGyro(const config::GyroConfig& config) = 0;

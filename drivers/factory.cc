@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "base/error.h"
 #include "drivers/encoder.h"
 #include "drivers/gyro_unit.h"
@@ -30,8 +32,9 @@ std::unique_ptr<Relays> MakeRelays(const config::RelaysConfig& config, ModbusBus
 ModbusDevices::ModbusDevices(Clock& clock) : clock_(clock) {}
 ModbusDevices::~ModbusDevices() = default;
 
-void ModbusDevices::AddBus(const config::BusConfig& bus, Clock::Participant& thread) {
-  buses_[bus.name] = std::make_unique<ModbusBus>(bus, clock_, thread);
+void ModbusDevices::AddBus(const config::BusConfig& bus, Clock::Participant& thread,
+                           std::function<bool()> hurries) {
+  buses_[bus.name] = std::make_unique<ModbusBus>(bus, clock_, thread, std::move(hurries));
 }
 
 ModbusBus& ModbusDevices::BusOf(const std::string& name) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -30,7 +31,8 @@ class ModbusDevices final : public DeviceMaker {
  public:
   explicit ModbusDevices(Clock& clock);
   ~ModbusDevices() override;
-  void AddBus(const config::BusConfig& bus, Clock::Participant& thread) override;
+  void AddBus(const config::BusConfig& bus, Clock::Participant& thread,
+              std::function<bool()> hurries) override;
   std::unique_ptr<Axis> MakeAxis(const config::AxisConfig& config) override;
   std::unique_ptr<AngleSensor> MakeAngleSensor(const config::AxisConfig& config) override;
   std::unique_ptr<Gyro> MakeGyro(const config::GyroConfig& config) override;

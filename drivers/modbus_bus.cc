@@ -135,12 +135,14 @@ struct ModbusBus::Failure {
   Utime took_us = 0;
 };
 
-ModbusBus::ModbusBus(const config::BusConfig& config, Clock& clock, Clock::Participant& participant)
+ModbusBus::ModbusBus(const config::BusConfig& config, Clock& clock, Clock::Participant& participant,
+                     std::function<bool()> hurries)
     : config_(Checked(config)),
       response_timeout_us_(FromSeconds(config.response_timeout_s)),
       description_(DescribeBus(config)),
       clock_(clock),
       participant_(participant),
+      hurries_(std::move(hurries)),
       line_(std::make_unique<Line>()) {}
 
 ModbusBus::~ModbusBus() = default;
@@ -207,7 +209,8 @@ Timing ModbusBus::Transact(const Request& request) {
     timing.tries = tries;
     const Failure failure = Try(request, timing);
     if (failure.error == 0) return timing;
-    if (failure.again && tries < most_tries) {
+    const bool hurries = hurries_ && hurries_();
+    if (failure.again && tries < most_tries && !hurries) {
       ++statistics_.retries;
       continue;
     }

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -62,8 +63,10 @@ enum class Repeat { kAllowed, kNever };
 // allocates unless it fails.
 class ModbusBus {
  public:
-  // Throws ConfigError for a rate that libmodbus cannot set.
-  ModbusBus(const config::BusConfig& config, Clock& clock, Clock::Participant& participant);
+  // Throws ConfigError for a rate that libmodbus cannot set. `hurries`: asked after a try that
+  // failed; true: there is no other, since something urgent waits for the line.
+  ModbusBus(const config::BusConfig& config, Clock& clock, Clock::Participant& participant,
+            std::function<bool()> hurries = {});
   ~ModbusBus();
   ModbusBus(const ModbusBus&) = delete;
   ModbusBus& operator=(const ModbusBus&) = delete;
@@ -119,6 +122,7 @@ class ModbusBus {
   const std::string description_;
   Clock& clock_;
   Clock::Participant& participant_;
+  const std::function<bool()> hurries_;
   std::unique_ptr<Line> line_;
   bool was_connected_ = false;
   Utime connect_not_before_ = 0;

@@ -110,7 +110,7 @@ std::uint16_t StepperAxis::ReadWord(std::uint16_t address, const char* what) {
   return word[0];
 }
 
-void StepperAxis::Open() {
+AxisState StepperAxis::Open() {
   const int pulses = ReadWord(map_.pulses_per_turn_address, "pulses per turn");
   if (pulses != map_.pulses_per_turn) {
     Fail(fmt::format(
@@ -123,12 +123,14 @@ void StepperAxis::Open() {
   position_known_ = false;
   remainder_pulses_ = 0.0;
   const AxisState state = Read();
+  if (state.moving) Stop();
   if (state.fault) {
     Fail(fmt::format("reports a fault, alarm 0x{:X}. Remove its cause and clear the alarm.",
                      state.alarm),
          {.action = "open", .code_kind = DeviceFailure::CodeKind::kAlarm, .code = state.alarm});
   }
   if (!state.enabled) Enable();
+  return state;
 }
 
 void StepperAxis::Enable() {

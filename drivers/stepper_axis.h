@@ -37,7 +37,7 @@ class StepperAxis final : public Axis {
   // Pulses per turn must be those of the map, and no fault be latched; enables the drive and checks
   // that its status says so. `commanded_deg` follows the drive's pulse counter from here on without
   // wrapping.
-  void Open() override;
+  AxisState Open() override;
   AxisState Read() override;
   // The drive must be enabled, at rest and without fault: DeviceError otherwise. A frame whose
   // reply was lost is not sent again before the drive has shown that it did not take it.

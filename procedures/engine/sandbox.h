@@ -27,8 +27,8 @@ class ScriptError : public Error {
   }
 };
 
-// Thrown when a run is to end because somebody wants it to: by a Bench, or in the middle of a script
-// whose limits say so. Not a failure.
+// Thrown when a run is to end because somebody wants it to: by a Bench, or in the middle of a
+// script whose limits say so. Not a failure.
 class Aborted : public Error {
  public:
   using Error::Error;

@@ -45,6 +45,7 @@ class AcquisitionTest : public testing::Test {
   LcmPublisher publisher_{"memq://", "TEST"};
   Telemetry telemetry_{publisher_, [](const std::string&) {}};
   std::vector<std::string> silent_, faults_;
+  Notices notices_;
   std::vector<Fault> told_;  // the same as faults_, with their fields
   Acquisition acquisition_{stand_,
                            *clock_,
@@ -54,7 +55,8 @@ class AcquisitionTest : public testing::Test {
                            [this](const Fault& fault) {
                              faults_.push_back(fault.source + ": " + fault.message);
                              told_.push_back(fault);
-                           }};
+                           },
+                           notices_};
 };
 
 TEST_F(AcquisitionTest, OpensEveryDeviceAndSaysThatAllAreWell) {
@@ -190,6 +192,52 @@ TEST_F(AcquisitionTest, StopsTheAxesThatARunTurnsFirst) {
     };
   acquisition_.StopAll(*me_);
   EXPECT_THAT(order, ElementsAre("inner stop", "outer stop", "middle stop"));
+}
+
+// Silent drives take their time; the one that turns is told before them, and before what was asked
+// of its bus otherwise.
+TEST_F(AcquisitionTest, AnOperatorsStopReachesTheAxisThatTurnsBeforeSilentOnes) {
+  acquisition_.SetActiveAxes({"inner"});
+  MoveBy("inner", 90.0);
+  devices_.drives.at("outer")->faults().FailAlways("no answer");
+  devices_.drives.at("middle")->faults().FailAlways("no answer");
+  Wait(kSecond);
+  std::vector<std::string> order;
+  for (const auto& [name, drive] : devices_.drives) {
+    drive->on_call = [&order, axis = name](const std::string& call) {
+      if (call == "stop") order.push_back(axis);
+    };
+  }
+  acquisition_.PostStopAll();
+  Wait(kSecond / 10);
+  EXPECT_THAT(order, ElementsAre("inner", "outer", "middle"));
+  for (const auto& [name, drive] : devices_.drives) drive->on_call = {};
+}
+
+// Its daemon was killed, or the line was cut, while it moved.
+TEST_F(AcquisitionTest, AnAxisThatMovesWhenItIsOpenedIsStoppedAndSaid) {
+  MoveBy("inner", 90.0);
+  devices_.drives.at("inner")->faults().FailAlways("no answer");
+  Wait(2 * kSecond);
+  EXPECT_THAT(notices_.List(), IsEmpty());
+  devices_.drives.at("inner")->faults().Recover();
+  Wait(3 * kSecond);
+  const double stopped_deg = devices_.drives.at("inner")->AngleDeg();
+  EXPECT_LT(stopped_deg, 80.0);
+  Wait(3 * kSecond);
+  EXPECT_EQ(devices_.drives.at("inner")->AngleDeg(), stopped_deg);
+  ASSERT_THAT(notices_.List(), SizeIs(1));
+  EXPECT_THAT(notices_.List()[0].text, HasSubstr("axis.inner"));
+}
+
+// For less than the time after which it would be silent: it was never enabled again.
+TEST_F(AcquisitionTest, ADriveThatLostItsPowerForAMomentIsToldAndEnabledAgain) {
+  devices_.drives.at("inner")->LosePower();
+  Wait(2 * kSecond);
+  EXPECT_THAT(silent_, ElementsAre("axis.inner"));
+  EXPECT_TRUE(acquisition_.Axis("inner").drive.enabled);
+  for (const DeviceStatus& device : acquisition_.Devices()) EXPECT_TRUE(device.ok) << device.name;
+  EXPECT_EQ(MoveBy("inner", 5.0), 10.0);
 }
 
 TEST_F(AcquisitionTest, PollsNothingWhileItIsHeldAndDoesWhatIsCommanded) {

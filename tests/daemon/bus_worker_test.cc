@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <stdexcept>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -56,6 +57,22 @@ TEST_F(BusWorkerTest, ATaskRunsAtOnceAndItsResultComesBack) {
   const auto thread = worker.Call(*me_, [&] { return std::this_thread::get_id(); });
   EXPECT_NE(thread, std::this_thread::get_id());
   EXPECT_EQ(clock_->Now(), kStart + 300'000);
+  StopWorker(worker);
+}
+
+TEST_F(BusWorkerTest, WhatIsUrgentRunsBeforeWhatWasPostedBeforeIt) {
+  BusWorker worker("a", *clock_);
+  std::vector<std::string> order;
+  worker.Post([&] { order.push_back("first"); });
+  worker.Post([&] { order.push_back("second"); });
+  EXPECT_FALSE(worker.hurries());
+  worker.PostUrgent([&] { order.push_back(worker.hurries() ? "stop, and one waits" : "stop"); });
+  worker.PostUrgent([&] { order.push_back(worker.hurries() ? "stop, and one waits" : "stop"); });
+  EXPECT_TRUE(worker.hurries());
+  worker.Start();
+  me_->WaitUntil(kStart + 1'000);
+  EXPECT_EQ(order, (std::vector<std::string>{"stop, and one waits", "stop", "first", "second"}));
+  EXPECT_FALSE(worker.hurries());
   StopWorker(worker);
 }
 

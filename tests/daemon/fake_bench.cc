@@ -40,15 +40,15 @@ FakeBench::FakeBench(const std::string& lcm_url)
       [this, fault](const Fault& what) {
         if (control.run_is_on()) fault(what);
       },
-      fault);
+      fault, notices);
   status =
       std::make_unique<StatusPublisher>(stand, *clock, *acquisition, control, telemetry, publisher);
   time = std::make_unique<BenchTime>(stand, nullptr, *acquisition, control, *status);
   engine = std::make_unique<RunEngine>(
       RunEngine::Context{stand, *clock, *acquisition, telemetry, control, *time,
                          [this] { status->Changed(); }, fault, [] {}, [](const std::string&) {}});
-  api_ = std::make_unique<ControlApi>(
-      ControlApi::Context{stand, *clock, *time, *acquisition, *engine, control, publisher});
+  api_ = std::make_unique<ControlApi>(ControlApi::Context{stand, *clock, *time, *acquisition,
+                                                          *engine, control, publisher, notices});
   me_ = clock->Join("test");
   acquisition->Start();
   status->Start();

@@ -50,6 +50,7 @@ class FakeBench {
   const std::unique_ptr<VirtualClock> clock;
   FakeStand devices{*clock};
   RunControl control;
+  Notices notices;
   LcmPublisher publisher;
   std::vector<std::string> record_failures;
   Telemetry telemetry{publisher, [this](const std::string& message) {

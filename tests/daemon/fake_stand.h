@@ -1,6 +1,7 @@
 // A stand whose devices are in memory: for tests of what is above the drivers, without a bus.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -21,7 +22,7 @@ class FakeStand final : public drivers::DeviceMaker {
  public:
   explicit FakeStand(const Clock& clock) : clock_(clock) {}
 
-  void AddBus(const config::BusConfig&, Clock::Participant&) override {}
+  void AddBus(const config::BusConfig&, Clock::Participant&, std::function<bool()>) override {}
   std::unique_ptr<drivers::Axis> MakeAxis(const config::AxisConfig& config) override;
   std::unique_ptr<drivers::AngleSensor> MakeAngleSensor(const config::AxisConfig& config) override;
   std::unique_ptr<drivers::Gyro> MakeGyro(const config::GyroConfig& config) override;

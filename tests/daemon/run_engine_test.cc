@@ -69,6 +69,22 @@ TEST_F(RunEngineTest, AnAbortedRunStopsEveryDriveAndLeavesNothingOn) {
   EXPECT_THAT(bench_.CallsOfAll(), Each(Contains("stop")));
 }
 
+// Before, the end of the move was awaited, however long it was.
+TEST_F(RunEngineTest, AReferenceThatStandsStillWhileItsDriveMovesStopsTheMove) {
+  StartTurn();
+  const drivers::FakeAxis& inner = *bench_.devices.drives.at("inner");
+  const double frozen_deg = inner.AngleDeg();
+  for (int i = 0; i < 200 && bench_.control.run_is_on() && !bench_.control.fault(); ++i) {
+    bench_.devices.off_deg["inner"] = frozen_deg - inner.AngleDeg();
+    bench_.Wait(0.02);
+  }
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kFault);
+  EXPECT_THAT(run.progress.message, HasSubstr("does not follow its drive"));
+  // 3 deg/s: 2.5 deg are allowed, and two polls of the drive are a second.
+  EXPECT_LT(inner.AngleDeg() - frozen_deg, 8.0);
+}
+
 TEST_F(RunEngineTest, ADeviceThatFallsSilentIsAFault) {
   StartTurn();
   bench_.devices.encoders.at("inner")->faults().FailAlways("no answer");

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <memory>
 
@@ -84,6 +86,7 @@ TEST_F(EncoderTest, UnwrapsOverItsRangeInBothDirections) {
   for (int i = 0; i < 40; ++i) {
     truth += i < 15 ? 17001 : -23003;
     const auto raw = static_cast<std::uint16_t>(truth & 0xFFFF);
+    clock_.Advance(2 * kMicrosecondsPerSecond);  // by no more than the axis can turn
     const AngleReading reading = ReadAt(*sensor, raw);
     ASSERT_EQ(reading.counts, truth);
     ASSERT_DOUBLE_EQ(reading.angle_deg, static_cast<double>(truth) * 360.0 / 65536);
@@ -111,9 +114,72 @@ TEST_F(EncoderTest, TheFirstReadingIsTheRepetitionNearestToZero) {
 TEST_F(EncoderTest, OpenBeginsAnew) {
   const auto sensor = MakeAngleSensor(SingleTurn(), bus_);
   ReadAt(*sensor, 30000);
+  clock_.Advance(2 * kMicrosecondsPerSecond);
   EXPECT_EQ(ReadAt(*sensor, 60000).counts, 60000);
   sensor->Open();
   EXPECT_EQ(ReadAt(*sensor, 60000).counts, 60000 - 65536);
+}
+
+// Each of them is within the sensor's range. The steps between them, the shorter way round each,
+// went once around the range, and the axis was 4096 turns off for good.
+TEST_F(EncoderTest, ABurstOfWrongValuesIsNotUsedAndShiftsNothing) {
+  const auto sensor = MakeAngleSensor(MultiTurn(), bus_);
+  const std::int64_t truth = ReadAt(*sensor, 0x0001, 0x8000).counts;
+  for (const std::uint16_t wrong :
+       std::array<std::uint16_t, 6>{0x0500, 0x0A00, 0x0F00, 0x1400, 0x1900, 0x1E00}) {
+    clock_.Advance(20'000);
+    EXPECT_THROW(ReadAt(*sensor, wrong, 0), DeviceError) << wrong;
+  }
+  clock_.Advance(20'000);
+  EXPECT_EQ(ReadAt(*sensor, 0x0001, 0x8000).counts, truth);
+}
+
+// The next replies are wrong.
+class GlitchingUnit : public RegisterUnit {
+ public:
+  std::atomic<int> wrong = 0;
+  Words Read(int function, std::uint16_t address, std::uint16_t count) override {
+    if (wrong > 0 && wrong-- > 0) return {0x0F00, 0};
+    return RegisterUnit::Read(function, address, count);
+  }
+};
+
+TEST_F(EncoderTest, AWrongValueIsReadAgainAtOnce) {
+  GlitchingUnit glitching;
+  line_.Connect(14, glitching);
+  config::AxisConfig axis = MultiTurn();
+  axis.encoder.unit = 14;
+  const auto sensor = MakeAngleSensor(axis, bus_);
+  glitching.SetHolding(0, {0x0001, 0x8000});
+  const std::int64_t truth = sensor->Read().counts;
+  clock_.Advance(20'000);
+  glitching.wrong = 2;
+  EXPECT_EQ(sensor->Read().counts, truth);
+}
+
+// Somebody turned the table while nobody looked, or wrong values stayed: what stays is believed,
+// and the right repetition of a sensor whose range holds all angles is known.
+TEST_F(EncoderTest, AJumpThatStaysIsBelievedInTheRightRepetition) {
+  config::AxisConfig axis = MultiTurn();
+  axis.min_deg = -3600;
+  axis.max_deg = 3600;
+  const auto sensor = MakeAngleSensor(axis, bus_);
+  ReadAt(*sensor, 0x0000, 0x0000);
+  const auto stay_at = [&](std::uint16_t first) {
+    for (int i = 0; i < 100; ++i) {
+      clock_.Advance(20'000);
+      try {
+        return ReadAt(*sensor, first, 0x0000).counts;
+      } catch (const DeviceError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("faster than the axis can turn"));
+      }
+    }
+    ADD_FAILURE() << "never believed: " << first;
+    return std::int64_t{0};
+  };
+  stay_at(0x0A00);
+  stay_at(0x1400);
+  EXPECT_EQ(stay_at(0x0000), 0);
 }
 
 TEST_F(EncoderTest, AValueOutsideItsRangeIsAnError) {

@@ -33,10 +33,12 @@ void FakeAxis::Note(std::string call) {
   calls_.push_back(std::move(call));
 }
 
-void FakeAxis::Open() {
+AxisState FakeAxis::Open() {
   Note("open");
-  faults_.Step();
+  const AxisState found = Read();
+  if (found.moving) from_deg_ = to_deg_ = AngleDeg();
   enabled_ = true;
+  return found;
 }
 
 double FakeAxis::AngleDeg() const {
@@ -87,8 +89,14 @@ void FakeAxis::ClearAlarm() {
 FakeAngleSensor::FakeAngleSensor(std::string name, const Clock& clock, Source angle_deg)
     : name_(std::move(name)), clock_(clock), angle_deg_(std::move(angle_deg)) {}
 
+AngleReading FakeAngleSensor::Open() { return Now(); }
+
 AngleReading FakeAngleSensor::Read() {
   ++reads_;
+  return Now();
+}
+
+AngleReading FakeAngleSensor::Now() {
   faults_.Step();
   const Utime now = clock_.Now();
   const auto counts =

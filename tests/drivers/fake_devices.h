@@ -41,7 +41,7 @@ class FakeAxis final : public Axis {
  public:
   FakeAxis(std::string name, const Clock& clock);
   const std::string& name() const override { return name_; }
-  void Open() override;
+  AxisState Open() override;
   AxisState Read() override;
   double MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2) override;
   void Stop() override;
@@ -51,6 +51,8 @@ class FakeAxis final : public Axis {
   double AngleDeg() const;
   // Of the last move, where it was under way at that time.
   double RateDegSAt(Utime utime) const;
+  // As a drive that lost its power and has it again.
+  void LosePower() { enabled_ = false; }
   void SetAlarm(int alarm) { alarm_ = alarm; }  // 0 = none; the fault bit follows
   FaultScript& faults() { return faults_; }
   // Calls in their order: "open", "move 9 deg at 10 deg/s", "stop", "clear alarm". Read is not
@@ -79,7 +81,7 @@ class FakeAngleSensor final : public AngleSensor {
   using Source = std::function<double(Utime)>;  // table angle [deg] at a host time
   FakeAngleSensor(std::string name, const Clock& clock, Source angle_deg);
   const std::string& name() const override { return name_; }
-  void Open() override { faults_.Step(); }
+  AngleReading Open() override;
   AngleReading Read() override;
   int reads() const { return reads_; }  // so far
   FaultScript& faults() { return faults_; }
@@ -87,6 +89,8 @@ class FakeAngleSensor final : public AngleSensor {
   static constexpr double kCountsPerTurn = 131072.0;
 
  private:
+  AngleReading Now();
+
   const std::string name_;
   const Clock& clock_;
   Source angle_deg_;

@@ -101,6 +101,21 @@ TEST_P(ModbusBusTest, SilenceEndsInAnErrorAfterBoundedTriesAndBoundedBenchTime) 
   EXPECT_EQ(bench.bus->statistics().failures, 1);
 }
 
+// An operator's stop of an axis that turns waits for the tries of a device that is silent.
+TEST_P(ModbusBusTest, WhileSomethingUrgentWaitsNothingIsTriedAgain) {
+  Bench bench(GetParam(), 5);
+  bool hurries = true;
+  config::BusConfig config = bench.line.Config();
+  config.retries = 5;
+  bench.bus = std::make_unique<ModbusBus>(config, bench.clock, *bench.participant,
+                                          [&hurries] { return hurries; });
+  bench.line.Inject(LineFault::kLostRequest);
+  EXPECT_THAT(bench.ReadFailure(), HasSubstr("1 try"));
+  hurries = false;
+  bench.line.Inject(LineFault::kLostRequest);
+  EXPECT_EQ(bench.ReadFailure(), "");
+}
+
 struct BadReply {
   LineFault::Kind kind;
   const char* says;

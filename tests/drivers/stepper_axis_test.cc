@@ -184,6 +184,16 @@ TEST_F(StepperAxisTest, AFaultIsNamedAtOpenAndBeforeAMove) {
   EXPECT_EQ(drive_.moves(), 0);
 }
 
+// Nobody knows who told it to move.
+TEST_F(StepperAxisTest, ADriveThatMovesIsStoppedWhenItIsOpened) {
+  drive_.SetHolding(0x6002, {0});
+  EXPECT_FALSE(axis_->Open().moving);
+  EXPECT_NE(drive_.Holding(0x6002), 0x40);
+  drive_.SetHolding(kStatus, {kMoving});
+  EXPECT_TRUE(axis_->Open().moving);
+  EXPECT_EQ(drive_.Holding(0x6002), 0x40);
+}
+
 TEST_F(StepperAxisTest, DoesNotMoveWhileMovingOrDisabled) {
   axis_->Open();
   for (const std::uint16_t status : {kMoving, kDisabled}) {

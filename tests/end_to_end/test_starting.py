@@ -1,0 +1,151 @@
+"""What a daemon finds at its start: another one, an axis that moves, an output that is on, a record that nobody closed."""
+import json
+import os
+import shutil
+import subprocess
+import unittest
+
+from bench import BIN, DEADLINE_S, Bench
+from outside_stand import OutsideStand
+
+HEAD = "procedure = { summary = 'x', description = 'x', measures = {}, parameters = {} }\nfunction run(p)\n"
+LONG_TURN = HEAD + "bench.turn{ axis='inner', angle_deg=3000, rate_deg_s=3 }\nend\n"
+PACED = "[virtual]\npace = 20\n"
+
+
+def start_second(config):
+    """A second daemon, which is to end by itself."""
+    return subprocess.run([BIN / "gyrobenchd", "--config", config], capture_output=True, text=True, timeout=DEADLINE_S)
+
+
+class AnotherDaemon(unittest.TestCase):
+    def check_refused(self, bench, second, what):
+        self.assertEqual(second.returncode, 1, second.stderr)
+        for word in (what, "in use by another gyrobenchd", f"process {bench.daemon.pid}", f"{bench.folder}/control.sock"):
+            self.assertIn(word, second.stderr)
+        self.assertIsNone(bench.daemon.poll())
+
+    def test_of_the_same_stand_file_is_refused_and_switches_nothing(self):
+        with OutsideStand() as bench:
+            bench.start()
+            before = bench.status()["utime"]
+            self.check_refused(bench, start_second(bench.config), "bus a")
+            status = bench.status()
+            self.assertGreater(status["utime"], before)
+            self.assertTrue(all(device["ok"] for device in status["devices"]), status["devices"])
+
+    def test_of_another_stand_file_on_the_same_line_is_refused(self):
+        with OutsideStand() as bench:
+            bench.start()
+            # By another name of the line.
+            os.symlink(bench.folder / "bus-a", bench.folder / "other-name")
+            other = bench.folder / "other.toml"
+            other.write_text(bench.config.read_text().replace("records =", "records = 'other' #")
+                             .replace(f"{bench.folder}/control.sock", f"{bench.folder}/other.sock")
+                             .replace(f"{bench.folder}/bus-a", f"{bench.folder}/other-name"))
+            self.check_refused(bench, start_second(other), "bus a")
+            self.assertFalse((bench.folder / "other.sock").exists())
+
+    def test_with_the_same_records_or_socket_is_refused(self):
+        with Bench() as bench:
+            text = bench.config.read_text()
+            other = bench.folder / "other.toml"
+            other.write_text(text.replace(f"{bench.folder}/control.sock", f"{bench.folder}/other.sock"))
+            self.check_refused(bench, start_second(other), "folder of records")
+            other.write_text(text.replace(f'records = "{bench.records}"', "records = 'other'"))
+            self.check_refused(bench, start_second(other), "control socket")
+
+    def test_that_was_killed_is_in_nobodys_way(self):
+        with Bench() as bench:
+            bench.daemon.kill()
+            bench.daemon.wait(DEADLINE_S)
+            bench.start()
+
+    def test_a_file_in_place_of_the_socket_is_left_alone(self):
+        with Bench(start=False) as bench:
+            (bench.folder / "control.sock").write_text("somebody's")
+            second = start_second(bench.config)
+            self.assertEqual(second.returncode, 1)
+            self.assertIn("something else than a socket", second.stderr)
+            self.assertEqual((bench.folder / "control.sock").read_text(), "somebody's")
+
+
+class Found(unittest.TestCase):
+    def test_an_axis_that_moves_is_stopped_and_an_output_that_is_on_is_off(self):
+        with OutsideStand() as bench:
+            bench.heat()
+            bench.move_inner(angle_deg=900, rpm=60)  # 9 deg/s of the table
+            self.assertTrue(bench.inner_is_moving())
+            bench.start()
+            status = bench.status()
+            notices = [notice["text"] for notice in status["notices"]]
+            self.assertEqual(len(notices), 1, notices)
+            for word in ("axis.inner", "was moving", "stopped"):
+                self.assertIn(word, notices[0])
+                self.assertIn(word, bench.daemon_log())
+            self.assertIn(notices[0][:40], bench.run("status").stdout)
+            inner = [axis for axis in status["axes"] if axis["name"] == "inner"][0]
+            self.assertLess(inner["commanded_deg"], 800)
+            self.assertAlmostEqual(inner["commanded_deg"], inner["reference_deg"], delta=5)
+            bench.run("reset")
+            self.assertEqual(bench.status()["notices"], [])
+            bench.stop()
+            # In the stand's own truth.
+            self.assertFalse(bench.inner_is_moving())
+            self.assertLess(bench.inner_deg(), 800)
+            self.assertFalse(bench.heats())
+
+    def test_a_run_whose_daemon_was_killed_is_closed_as_interrupted(self):
+        script = LONG_TURN.replace("bench.turn", "bench.rest{ duration_s=30 } bench.turn")
+        with Bench(extra=PACED, procedures={"turn": script}) as bench:
+            self.assertEqual(bench.run("run", "turn", "--detach").returncode, 0)
+            while not bench.status()["run"]["segment"].startswith("inner"):
+                self.assertIsNone(bench.daemon.poll())
+            begin = bench.status()["run"]["elapsed_s"]
+            while bench.status()["run"]["elapsed_s"] < begin + 30:  # its log is synced once a second
+                self.assertIsNone(bench.daemon.poll())
+            run_id = bench.status()["run"]["run_id"]
+            bench.daemon.kill()
+            bench.daemon.wait(DEADLINE_S)
+            record = bench.newest_record()
+            self.assertEqual(json.loads((record / "run.json").read_text())["outcome"], "running")
+            bench.start()
+            run = json.loads((record / "run.json").read_text())
+            self.assertEqual(run["outcome"], "interrupted")
+            self.assertGreater(run["end_utime"], run["start_utime"])
+            self.assertIn(run_id, bench.status()["notices"][0]["text"])
+            self.assertIn(run_id, bench.daemon_log())
+            self.assertEqual(bench.run("analyze", record).returncode, 0)
+            # Once is enough.
+            bench.stop()
+            bench.start()
+            self.assertEqual(bench.status()["notices"], [])
+
+
+class RecordsThatVanish(unittest.TestCase):
+    def test_during_a_run_make_it_a_fault(self):
+        with Bench(extra=PACED, procedures={"turn": LONG_TURN}) as bench:
+            self.assertEqual(bench.run("run", "turn", "--detach").returncode, 0)
+            while not bench.status()["run"]["segment"].startswith("inner"):
+                self.assertIsNone(bench.daemon.poll())
+            shutil.rmtree(bench.records)
+            while not (run := bench.status()["run"])["outcome"]:
+                self.assertIsNone(bench.daemon.poll())
+            self.assertEqual(run["outcome"], "fault")
+            self.assertIn("events.lcmlog: was removed", run["message"])
+
+    def test_just_before_its_end_make_it_a_fault(self):
+        short = HEAD + "bench.rest{ duration_s=5 }\nend\n"
+        with Bench(procedures={"short": short}, extra="[virtual]\npace = 2\n") as bench:
+            running = subprocess.Popen([BIN / "gyrobench", "run", "short"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                       env={**os.environ, "GYROBENCH_CONFIG": str(bench.config)}, text=True)
+            while not (run := bench.status()["run"]) or not run["segment"].startswith("5 s"):
+                self.assertIsNone(bench.daemon.poll())
+            shutil.rmtree(bench.records)
+            out, err = running.communicate(timeout=DEADLINE_S)
+            self.assertEqual(running.returncode, 1, out + err)
+            self.assertIn("fault", out + err)
+
+
+if __name__ == "__main__":
+    unittest.main()
