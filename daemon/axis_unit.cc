@@ -114,8 +114,11 @@ void AxisUnit::CheckFollowing(const drivers::AxisState& state) {
     move_.reset();
     return;
   }
+  const drivers::AngleReading reference = view().reference;
+  // A reference that is silent is told as such.
+  if (state.utime - reference.utime > FromSeconds(kReferenceAge_s)) return;
   const double commanded_deg = state.commanded_deg - move_->begin.drive.commanded_deg;
-  const double moved_deg = view().reference.angle_deg - move_->begin.reference.angle_deg;
+  const double moved_deg = reference.angle_deg - move_->begin.reference.angle_deg;
   const bool follows = std::abs(moved_deg - commanded_deg) <= move_->allowed_deg;
   move_->beyond = follows ? 0 : move_->beyond + 1;
   if (move_->beyond < kPollsBeyond) return;

@@ -22,11 +22,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The same for every user of the machine: one that all may write to.
 fs::path LockFolder() {
   for (const char* folder : {"/run/lock", "/tmp"}) {
-    if (::access(folder, W_OK | X_OK) == 0) return folder;
+    struct stat status {};
+    if (::stat(folder, &status) == 0 && (status.st_mode & S_IWOTH) != 0) return folder;
   }
-  throw Error("neither /run/lock nor /tmp can be written: the stand cannot be locked");
+  throw Error("neither /run/lock nor /tmp can be written by all: the stand cannot be locked");
 }
 
 // FNV-1a: the same in every build.
