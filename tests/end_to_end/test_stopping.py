@@ -3,7 +3,9 @@ import fcntl
 import json
 import os
 import pty
+import resource
 import signal
+import socket
 import subprocess
 import termios
 import threading
@@ -124,6 +126,23 @@ class BesideADryRun(Turning):
             problems = {one["name"]: one["problem"] for one in bench.json("procedures")["procedures"]}
             self.assertIn("expected a file", problems["x"])
             self.assertIn("expected a file", bench.run("check", "x").stderr)
+
+
+class Crowd(Turning):
+    def test_of_connections_that_say_nothing_neither_ends_a_run_nor_keeps_a_stop_out(self):
+        few = lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (160, 160))
+        with Bench(extra=PACED, procedures={"turn": LONG_TURN}, before_start=few) as bench:
+            self.start_turn(bench)
+            crowd = []
+            for _ in range(400):
+                crowd.append(socket.socket(socket.AF_UNIX))
+                crowd[-1].connect(str(bench.folder / "control.sock"))
+            # Not only once they have been silent for 10 s, and are dropped for that.
+            self.assertEqual(bench.ask(b"POST", b"/v1/stop", timeout_s=5)[0], 200)
+            self.assertEqual(self.ended(bench), "aborted")
+            self.assertTrue((bench.newest_record() / "result.json").exists())
+            for connection in crowd:
+                connection.close()
 
 
 def own_terminal():
