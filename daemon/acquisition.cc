@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 
 #include "base/error.h"
@@ -185,7 +186,7 @@ MeasurementInfo Acquisition::Info() const {
   info.gyro_units_per_deg_s = identity.gyro_lsb_per_deg_s;
   info.reference = stand_.axes.empty() ? ReferenceKind::kNone : ReferenceKind::kStandAngles;
   for (const config::AxisConfig& axis : stand_.axes) {
-    info.stand_axis_present[static_cast<std::size_t>(AxisNumber(axis.name))] = true;
+    info.stand_axis_present[static_cast<std::uint8_t>(AxisNumber(axis.name))] = true;
     // Of the axis that the run turns; of any, where it turns none.
     if (!info.gear_ratio || AxisNamed(axis.name).active()) {
       info.gear_ratio = axis.gear_ratio;

@@ -295,7 +295,7 @@ std::size_t ControlApi::LaneOf(const HttpRequest& request) {
   return rehearses ? kRehearsing : kSteering;
 }
 
-ControlApi::ControlApi(Context context) : context_(std::move(context)) {}
+ControlApi::ControlApi(Context context) : context_(context) {}
 
 HttpReply ControlApi::Handle(const HttpRequest& request) {
   const auto route = Routes().find({request.method, request.path});

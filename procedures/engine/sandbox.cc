@@ -165,7 +165,7 @@ void Sandbox::Close::operator()(lua_State* state) const { lua_close(state); }
 
 Sandbox::Guard& Sandbox::GuardOf(lua_State* state) {
   Guard* guard = nullptr;
-  std::memcpy(&guard, lua_getextraspace(state), sizeof(guard));
+  std::memcpy(&guard, lua_getextraspace(state), sizeof(void*));
   return *guard;
 }
 
@@ -273,7 +273,7 @@ Sandbox::Sandbox(std::string file, const SandboxLimits& limits)
   if (!state_) throw Error(file_ + ": no memory for a Lua state");
   lua_atpanic(state_.get(), Panic);
   Guard* guard = guard_.get();
-  std::memcpy(lua_getextraspace(state_.get()), &guard, sizeof(guard));
+  std::memcpy(lua_getextraspace(state_.get()), &guard, sizeof(void*));
   OpenLibraries();
   // Never collected: it stays on the stack of the main thread.
   thread_ = lua_newthread(state_.get());

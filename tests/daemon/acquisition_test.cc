@@ -188,7 +188,7 @@ TEST_F(AcquisitionTest, StopsTheAxesThatARunTurnsFirst) {
   std::vector<std::string> order;
   for (auto& [name, drive] : devices_.drives)
     drive->on_call = [&, axis = name](const std::string& call) {
-      order.push_back(axis + " " + call);
+      order.push_back(std::string(axis).append(" ").append(call));
     };
   acquisition_.StopAll(*me_);
   EXPECT_THAT(order, ElementsAre("inner stop", "outer stop", "middle stop"));
