@@ -78,6 +78,7 @@ void CheckProcedureFolders(const std::string& config_file,
 }
 
 int Serve(const std::string& config_file, bool check_only) {
+  UsePlainLog();
   const gyrobench::config::StandConfig stand = gyrobench::config::LoadStandConfig(config_file);
   CheckProcedureFolders(config_file, stand);
   if (check_only) {
@@ -99,10 +100,7 @@ int Serve(const std::string& config_file, bool check_only) {
   return 0;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  UsePlainLog();
+int Main(int argc, char** argv) {
   CLI::App app{
       "gyrobenchd drives the stand, samples gyro and reference, runs procedures by name and "
       "publishes "
@@ -121,8 +119,14 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  return Serve(config_file, check_only);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    return Serve(config_file, check_only);
+    return Main(argc, argv);
   } catch (const std::exception& error) {
     spdlog::error("{}", error.what());
     return 1;
