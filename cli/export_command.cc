@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/part_file.h"
 #include "base/version.h"
 #include "cli/calibration_files.h"
 #include "cli/commands.h"
@@ -36,17 +36,9 @@ const exporting::Format& FormatOf(const Options& options) {
 
 // The whole file or none.
 void Write(const fs::path& file, const std::string& text) {
-  fs::path part = file;
-  part += ".part";
-  std::error_code error;
-  std::ofstream out(part, std::ios::binary);
-  out << text;
-  out.close();
-  if (out) fs::rename(part, file, error);
-  if (out && !error) return;
-  std::error_code ignored;
-  fs::remove(part, ignored);
-  throw Error(fmt::format("{}: it could not be written; is the disk full?", file.string()));
+  PartFile part(file);
+  part.Write(text);
+  part.Replace();
 }
 
 int ExportCalibration(const Options& options) {
