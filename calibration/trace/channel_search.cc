@@ -30,6 +30,8 @@ constexpr double kLessWalk = 0.1;
 // Square of a step of the angle in its standard errors: wild readings in a row make smaller ones.
 constexpr double kClearStep = 200.0;
 constexpr int kMostForWalk = 3;
+// The scan's own figure of a ripple is rough.
+constexpr double kRoughly = 0.5;
 // Of the chance of a false discovery.
 constexpr double kShareForWalk = 0.01;
 // So much more walk is another noise, however flat the likelihood is there, unless it is next to
@@ -111,8 +113,8 @@ class ChannelSearcher {
     }
   }
 
-  // A step or a tone, which have no grid, make the bias random walk look larger and are then hidden
-  // by it. They are looked for under a smaller one; what is worth it under any noise is known to
+  // A step, a tone or a slow ripple, which have no grid, make the bias random walk look larger and
+  // are then hidden by it. They are looked for under a smaller one; what is worth it under any noise is known to
   // the noise from then on. So is a clear step of the angle, which makes all other noise look
   // larger and the residuals of rest and motion unequal: their tails would then forbid to believe
   // it.
@@ -140,8 +142,12 @@ class ChannelSearcher {
     for (const ScanPeak& peak : ScanForNoise(problem_, whitener, model, residual)) {
       Candidate candidate = ScannedCandidate(problem_, peak);
       if (candidate.angle_step() && peak.gain < kClearStep) continue;
-      const double evidence_margin =
-          std::log(request_.false_discovery * kShareForWalk / peak.tried) - LogChance(candidate);
+      const double level = std::log(request_.false_discovery * kShareForWalk / peak.tried);
+      // What is not worth it under less of the walk is not under any.
+      if (candidate.search() == Search::kPeriods &&
+          peak.gain < kRoughly * ChiSquareQuantile(level, 2.0))
+        continue;
+      const double evidence_margin = level - LogChance(candidate);
       if (evidence_margin <= most) continue;
       most = evidence_margin;
       best = std::move(candidate);

@@ -29,10 +29,15 @@ struct ScanPeak {
 // (their share of a shock is taken off).
 std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whitener,
                            const Eigen::MatrixXd& model, const Eigen::VectorXd& residual);
-// The same of what makes the noise look larger than it is: a step or a tone of the bias, a step of
-// the angle.
+// The same of what makes the noise look larger than it is: a step or a tone of the bias, a step or
+// a ripple of the angle.
 std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener& whitener,
                                    const Eigen::MatrixXd& model, const Eigen::VectorXd& residual);
+
+// Part of Scan: a ripple of one axis of the table. `output_score`: of each row's output, of the
+// white residual.
+ScanPeak ScanRipple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
+                    std::size_t axis);
 
 // From the least to the largest angle of an axis of the table [turns].
 double TurnsSpanned(const ChannelProblem& problem, std::size_t axis);

@@ -14,15 +14,15 @@ namespace {
 using calibration::ChannelTrace;
 using calibration::TracedEffect;
 
-Motion Turns() {
+Motion Turns(int times, double rate_deg_s) {
   Motion motion;
-  for (int i = 0; i < 6; ++i) motion.Rest(3.0).ThereAndBack(kInnerAxis, 360.0, 20.0);
+  for (int i = 0; i < times; ++i) motion.Rest(3.0).ThereAndBack(kInnerAxis, 360.0, rate_deg_s);
   return motion;
 }
 
 // How many of `seeds` name a ripple of so many periods, and nothing else, with its size right.
-int Named(int periods, double amplitude_deg, int seeds) {
-  const SyntheticBench bench(Turns());
+int Named(const Motion& motion, int periods, double amplitude_deg, int seeds) {
+  const SyntheticBench bench(motion);
   Injection ripple;
   ripple.angle_deg = [=](const BenchState& s) {
     const double turn_rad = s.table.angle_deg[kInnerAxis] * std::numbers::pi / 180.0;
@@ -43,8 +43,13 @@ int Named(int periods, double amplitude_deg, int seeds) {
 TEST(AWeakRipple, OfFewPeriodsATurnIsNamedAsOneOfManyIs) {
   for (const int periods : {4, 12, 36}) {
     // Seven of its standard deviations and more, of which four and a half are asked for.
-    EXPECT_GE(Named(periods, 0.0006, 6), 5) << periods << " periods a turn";
+    EXPECT_GE(Named(Turns(6, 20.0), periods, 0.0006, 6), 5) << periods << " periods a turn";
   }
+}
+
+// A row is a few thousandths of the ripple's period.
+TEST(AWeakRipple, OfATableThatTurnsSlowlyIsNamed) {
+  EXPECT_GE(Named(Turns(1, 2.0), 4, 0.01, 6), 5);
 }
 
 }  // namespace
