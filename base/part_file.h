@@ -20,7 +20,8 @@ class PartFile {
   void Write(std::string_view text);
   // The descriptor belongs to the caller from here on.
   int TakeDescriptor();
-  // Takes the place of `file`. `safe`: survives a crash of the machine; no write is left out then.
+  // Takes the place of `file`. kOnDisk: file and folder are on the disk before it
+  // returns, and survive a crash of the machine.
   enum class Safety { kNone, kOnDisk };
   void Replace(Safety safety = Safety::kNone);
 

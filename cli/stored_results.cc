@@ -63,7 +63,14 @@ class StoredFields {
   }
   template <typename T>
   void IfThere(const char* key, std::optional<T>& value) {
-    if (!cli::Field(object_, key).is_null()) (*this)(key, value.emplace());
+    if (cli::Field(object_, key).is_null()) return;
+    T stored{};
+    if constexpr (HasFields<T>) {
+      (*this)(key, stored);
+      value = std::move(stored);
+    } else if (ReadValue(cli::Field(object_, key), stored)) {
+      value = std::move(stored);
+    }
   }
   template <typename List>
   void Group(Key key, const List& list) {
@@ -101,13 +108,20 @@ class StoredFields {
 
   template <typename T, typename... Rules>
   void Read(const nlohmann::json& json, const std::string&, T& value, const Rules&... rules) {
+    ReadValue(json, value, rules...);
+  }
+  // False where it is of another kind, and `value` as it was.
+  template <typename T, typename... Rules>
+  bool ReadValue(const nlohmann::json& json, T& value, const Rules&... rules) {
     static const std::string kNoFile;
     T read = value;
     try {
       FieldReader::Read(Place(json, kNoFile), read, rules...);
-      value = std::move(read);
-    } catch (const DataError&) {  // stays as it is
+    } catch (const DataError&) {
+      return false;
     }
+    value = std::move(read);
+    return true;
   }
   // One number that is not known leaves the others of its list in their places.
   void Read(const nlohmann::json& json, const std::string& path, std::vector<double>& values) {

@@ -39,6 +39,13 @@ void CheckDepth(std::string_view text, const fs::path& file) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (c == '\n') ++line;
+    const std::string_view here = text.substr(i, 3);
+    if (here == "\"\"\"" || here == "'''") {  // text of several lines
+      const std::size_t end = std::min(text.find(here, i + 3), text.size());
+      line += static_cast<int>(std::ranges::count(text.substr(i, end - i), '\n'));
+      i = end + 2;
+      continue;
+    }
     if (c == '"' || c == '\'') {  // a quoted part; one that is not closed in its line is none
       const std::size_t end = text.find_first_of(c == '"' ? "\"\n" : "'\n", i + 1);
       if (end != std::string_view::npos && text[end] == c) i = end;

@@ -16,11 +16,12 @@ constexpr double kNormalHalfWidth = 1.959963984540054;
 constexpr double kManyDegrees = 1e6;
 
 // Where a function that falls from `low` to `high` is `value`; the end that is nearer where it is
-// nowhere.
+// nowhere. NaN of NaN.
 template <typename Function>
 double FallsTo(double value, double low, double high, const Function& function) {
   const auto above = [&](double x) { return function(x) - value; };
   const double at_low = above(low), at_high = above(high);
+  if (std::isnan(at_low) || std::isnan(at_high)) return std::numeric_limits<double>::quiet_NaN();
   if (!(at_low > 0.0)) return low;
   if (!(at_high < 0.0)) return high;
   std::uintmax_t most = 100;

@@ -1,7 +1,6 @@
 // Probabilities and quantiles that selection, diagnostics and intervals of confidence need.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <span>
 

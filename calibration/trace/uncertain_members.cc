@@ -82,9 +82,9 @@ std::vector<std::string> RemarksOnHeldShapes(const Selection& selection) {
       names.push_back("T0");
     }
     out.push_back(fmt::format(
-        "{}: the data show what it does where they are, but do not determine {}: stated without "
-        "an error; at other values of what it depends on it may act otherwise",
-        member.id, fmt::join(names, " and ")));
+        "{}: its size is known at the conditions of these data, but not {}, which {} no standard "
+        "error; at other conditions its size may differ",
+        member.id, fmt::join(names, " and "), names.size() == 1 ? "has" : "have"));
   }
   return out;
 }

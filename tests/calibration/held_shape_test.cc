@@ -58,7 +58,7 @@ TEST(AResonanceThatOneSpeedMeets, IsNamedWithWhatItDoesThereAndNoErrorOfItsShape
     EXPECT_NEAR(amplitude.value * there, kShift_deg_s, 4.2 * amplitude.std_error * there);
     EXPECT_TRUE(std::ranges::any_of(channel.remarks, [](const std::string& remark) {
       return remark.starts_with("bias.vibration: ") &&
-             remark.find("do not determine f0 and width") != std::string::npos;
+             remark.find("not f0 and width, which have no standard error") != std::string::npos;
     }));
   }
   EXPECT_GE(held, 3);

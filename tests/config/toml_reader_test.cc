@@ -275,6 +275,9 @@ TEST(TomlReader, RefusesAKeyOfEndlessParts) {
   }
   EXPECT_NO_THROW(Parse(dotted(100) + " = 1\n# " + std::string(1000, '.') + "\nx = \"" +
                         std::string(1000, '.') + "\""));
+  const std::string dots = "\nmany" + std::string(1000, '.') + "\nmore";
+  for (const std::string quotes : {"\"\"\"", "'''"})
+    EXPECT_NO_THROW(Parse("x = " + quotes + dots + quotes + "\ny = 1"));
 }
 
 TEST(TomlReader, CutsALongValueInItsMessage) {
