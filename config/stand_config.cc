@@ -1,14 +1,19 @@
 #include "config/stand_config.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <netinet/in.h>
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "config/bus_load.h"
@@ -312,12 +317,33 @@ void CheckChannelPrefix(const TomlTable& table, std::string_view prefix) {
   }
 }
 
+// udpm://ADDRESS:PORT with anything after a "?", or LCM's own default where nothing is said. LCM
+// itself is no help with a wrong one: it complains once a second, and is taken for a missing route.
+bool IsMulticastUrl(std::string_view url) {
+  constexpr std::string_view kScheme = "udpm://";
+  if (!url.starts_with(kScheme)) return false;
+  url = url.substr(kScheme.size(), url.find('?') - kScheme.size());
+  if (url.empty()) return true;
+  const std::size_t colon = url.rfind(':');
+  if (colon == std::string_view::npos) return false;
+  in_addr address{};
+  if (inet_pton(AF_INET, std::string(url.substr(0, colon)).c_str(), &address) != 1 ||
+      !IN_MULTICAST(ntohl(address.s_addr)))
+    return false;
+  const std::string_view port = url.substr(colon + 1);
+  unsigned number = 0;
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
+  return error == std::errc() && end == port.data() + port.size() && number >= 1 && number <= 65535;
+}
+
 LcmConfig ReadLcm(const TomlTable& table) {
   LcmConfig lcm;
   lcm.url = table.String("url", lcm.url);
-  if (!lcm.url.starts_with("udpm://") && !lcm.url.starts_with("memq://")) {
+  if (!IsMulticastUrl(lcm.url) && !lcm.url.starts_with("memq://")) {
     table.Fail("url",
-               "expected udpm://ADDRESS:PORT?ttl=N, or memq:// for listeners inside the daemon");
+               "expected udpm://ADDRESS:PORT?ttl=N with a multicast address (224.0.0.0 to "
+               "239.255.255.255) and a port of 1 to 65535, or memq:// for listeners inside the "
+               "daemon");
   }
   lcm.channel_prefix = table.String("channel_prefix", lcm.channel_prefix);
   CheckChannelPrefix(table, lcm.channel_prefix);

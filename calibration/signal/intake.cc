@@ -3,13 +3,40 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/error.h"
 #include "calibration/signal/collector.h"
 #include "calibration/signal/reference_track.h"
 
 namespace gyrobench::calibration {
+namespace {
+
+// No sensor of silicon measures beyond these; a column that does is of another unit, or of
+// something else. Empty where all is well.
+std::string RemarkOnTemperature(const Columns& columns) {
+  constexpr double kColdest_degC = -80.0, kHottest_degC = 175.0;
+  // What a laboratory's temperatures are in kelvin.
+  constexpr double kLeast_K = 200.0, kMost_K = 450.0;
+  double low = kMissing, high = kMissing;
+  for (const Node& node : columns.nodes) {
+    low = std::fmin(low, node.temperature_degC);
+    high = std::fmax(high, node.temperature_degC);
+  }
+  if (!(low < kColdest_degC) && !(high > kHottest_degC)) return "";
+  return fmt::format(
+      "the temperature goes from {:.1f} to {:.1f} degC, in which no sensor of silicon works{}: "
+      "what "
+      "is said of offset and temperature is not to be trusted",
+      low, high,
+      low > kLeast_K && high < kMost_K
+          ? "; it reads as kelvin: subtract 273.15 from the column temp_degC"
+          : "; does the column temp_degC hold another quantity?");
+}
+
+}  // namespace
 
 void DefectLog::Add(std::string_view kind, std::string_view where, double t_s, std::int64_t count) {
   for (Defect& defect : defects_) {
@@ -24,6 +51,8 @@ void DefectLog::Add(std::string_view kind, std::string_view where, double t_s, s
 
 std::vector<std::string> IntakeRemarks(const Recording& recording) {
   std::vector<std::string> remarks;
+  if (std::string remark = RemarkOnTemperature(recording.columns); !remark.empty())
+    remarks.push_back(std::move(remark));
   for (const Defect& defect : recording.defects) {
     if (defect.kind == "reference_jump" && defect.where == kByWholeTurns) {
       remarks.push_back(fmt::format(

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "calibration/artefact/trace_json.h"
+#include "calibration/signal/intake.h"
 #include "calibration/trace/trace.h"
 #include "tests/calibration/trace_story.h"
 
@@ -24,7 +25,9 @@ using calibration::Trace;
 using calibration::Traced;
 using calibration::TraceResult;
 using calibration::Verdict;
+using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
 // All that is said in words, of the measurement and of its channels.
@@ -422,6 +425,18 @@ TEST(TraceOfManyRuns, OfDifferentKindsGivesAMessageOrAVerdict) {
   turned.UseOrientation();
   const Recording orientation = turned.Collect();
   TraceOrMessage({&counts, &orientation});
+}
+
+TEST(ATemperature, ThatNoSensorHasIsSaid) {
+  const auto remarks = [](double degC) {
+    Story story;
+    story.temperature_degC = [degC](double t_s) { return degC + 0.01 * t_s; };
+    return calibration::IntakeRemarks(story.Collect());
+  };
+  EXPECT_THAT(remarks(298.15), Contains(HasSubstr("subtract 273.15")));
+  EXPECT_THAT(remarks(900.0), Contains(HasSubstr("another quantity")));
+  EXPECT_THAT(remarks(-100.0), Contains(HasSubstr("another quantity")));
+  for (const double degC : {-55.0, 25.0, 150.0}) EXPECT_THAT(remarks(degC), IsEmpty()) << degC;
 }
 
 }  // namespace

@@ -346,6 +346,13 @@ TEST_F(StandFile, RefusesAChannelPrefixThatLcmCannotCarry) {
 TEST_F(StandFile, RefusesAProviderThatAbortsTheProcess) {
   EXPECT_THAT(ErrorAfter("[lcm]", "udpm://239.255.76.67:7667?ttl=0", "tcpq://localhost"),
               HasSubstr("expected udpm://"));
+  for (const char* url :
+       {"udpm://239.255.76.67:99999", "udpm://239.255.76.67:0?ttl=0", "udpm://239.255.76.67",
+        "udpm://192.168.1.7:7667", "udpm://here:7667", "udpm://239.255.76.67:76x7"}) {
+    EXPECT_THAT(ErrorAfter("[lcm]", "udpm://239.255.76.67:7667?ttl=0", url),
+                HasSubstr("a multicast address (224.0.0.0 to 239.255.255.255) and a port"))
+        << url;
+  }
 }
 
 TEST_F(StandFile, RefusesASocketPathThatUnixCannotBind) {
