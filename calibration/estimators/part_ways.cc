@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/robust.h"
+#include "calibration/signal/output_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -47,8 +48,9 @@ std::vector<double> Crowded(std::vector<double> rates) {
 
 class PartedFinder {
  public:
-  PartedFinder(const std::vector<Row>& rows, std::size_t channel, double units_per_deg_s)
-      : rows_(rows), channel_(channel), units_(units_per_deg_s) {}
+  PartedFinder(const std::vector<Row>& rows, std::size_t channel, double units_per_deg_s,
+               const std::vector<Vector3>& gravity_g_s)
+      : rows_(rows), gravity_g_s_(gravity_g_s), channel_(channel), units_(units_per_deg_s) {}
 
   PartedWays Find() {
     FindRests();
@@ -91,18 +93,36 @@ class PartedFinder {
     }
   }
 
-  // Output rate at rest around a turn: of the rest before, and of that after.
-  std::optional<double> RateAtRest(std::size_t turn) const {
-    double sum = 0.0, count = 0.0;
+  // The rest before a turn, and that after it.
+  std::vector<std::size_t> RestsAround(std::size_t turn) const {
+    std::vector<std::size_t> rests;
     auto take = [&](std::size_t i) {
-      if (!rows_[i].still || !rows_[i].usable[channel_] || left_out_[i]) return;
-      sum += Rate(rows_[i]);
-      count += 1.0;
+      if (rows_[i].still && rows_[i].usable[channel_] && !left_out_[i]) rests.push_back(i);
     };
     if (turn > 0) take(turn - 1);
     if (turn + 1 < rows_.size()) take(turn + 1);
-    if (count == 0.0) return std::nullopt;
-    return sum / count;
+    return rests;
+  }
+  std::optional<double> RateAtRest(std::size_t turn) const {
+    const std::vector<std::size_t> rests = RestsAround(turn);
+    if (rests.empty()) return std::nullopt;
+    double sum = 0.0;
+    for (const std::size_t i : rests) sum += Rate(rows_[i]);
+    return sum / static_cast<double>(rests.size());
+  }
+  // The most that g-sensitivity adds to a turn and not to the rests around it.
+  double ByGravity_deg(std::size_t turn) const {
+    if (gravity_g_s_.empty()) return 0.0;
+    const std::vector<std::size_t> rests = RestsAround(turn);
+    double most_deg = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      double at_rest_g = 0.0;
+      for (const std::size_t i : rests)
+        at_rest_g += gravity_g_s_[i][c] / rows_[i].duration_s() / static_cast<double>(rests.size());
+      const double more_g_s = gravity_g_s_[turn][c] - at_rest_g * rows_[turn].duration_s();
+      most_deg += kGSensitivityOfDataSheet_deg_s_g * std::fabs(more_g_s);
+    }
+    return most_deg;
   }
 
   struct Turn {
@@ -147,7 +167,8 @@ class PartedFinder {
     for (std::size_t k = 0; k < turns.size(); ++k) {
       const double longer = std::max(1.0, lengths_s[k] / usual_s);
       const double most = std::max({kLeast_deg * longer, kSigmas * deviation * longer,
-                                    kLeastShare * std::fabs(turns[k].reference_deg)});
+                                    kLeastShare * std::fabs(turns[k].reference_deg)}) +
+                          ByGravity_deg(turns[k].row);
       if (!(std::fabs(off[k]) > most)) continue;
       const Turn& turn = turns[k];
       apart.push_back(turn.row);
@@ -162,6 +183,7 @@ class PartedFinder {
   }
 
   const std::vector<Row>& rows_;
+  const std::vector<Vector3>& gravity_g_s_;
   std::size_t channel_;
   double units_;
   std::vector<bool> left_out_;  // by row
@@ -198,9 +220,9 @@ std::string SaysOf(const Defect& defect, bool too_many) {
            : "a slip of the table or its coupling, lost steps, or a reference that stood");
 }
 
-PartedWays FindPartedWays(const std::vector<Row>& rows, std::size_t channel,
-                          double units_per_deg_s) {
-  return PartedFinder(rows, channel, units_per_deg_s).Find();
+PartedWays FindPartedWays(const std::vector<Row>& rows, std::size_t channel, double units_per_deg_s,
+                          const std::vector<Vector3>& gravity_g_s) {
+  return PartedFinder(rows, channel, units_per_deg_s, gravity_g_s).Find();
 }
 
 }  // namespace gyrobench::calibration

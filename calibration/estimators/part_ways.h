@@ -31,7 +31,9 @@ std::string SaysOf(const Defect& defect, bool too_many);
 // 0.1 deg and by 0.3 % of the turn counts, the first two in longer turns by as much more as those
 // take longer than most; of a rest by 5 deg/s from the rests before (after) it, which a zero-rate
 // offset that follows the temperature does not leave.
-PartedWays FindPartedWays(const std::vector<Row>& rows, std::size_t channel,
-                          double units_per_deg_s);
+// `gravity_g_s` (GravityOver): of a turn in which gravity was another than at rest before and after
+// it, what g-sensitivity within its data sheet's bound may make of that is no contradiction.
+PartedWays FindPartedWays(const std::vector<Row>& rows, std::size_t channel, double units_per_deg_s,
+                          const std::vector<Vector3>& gravity_g_s = {});
 
 }  // namespace gyrobench::calibration

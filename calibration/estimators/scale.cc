@@ -26,9 +26,6 @@ constexpr double kInseparable = 100.0;
 // MPU-6050 data sheet: cross-axis sensitivity within ±2 %, taken as uniform. What it may make more
 // of than the scale factor's own tolerance is no result.
 constexpr double kMostCrossAxis = 0.02;
-// MPU-6050 data sheet: static sensitivity to linear acceleration 0.1 deg/s/g, taken as uniform
-// within that either way.
-constexpr double kMostGSensitivity_deg_s_g = 0.1;
 // Standard errors that grow by less are not worth a remark.
 constexpr double kWorthSaying = 1.05;
 // Standard deviation of what is uniform within ±1.
@@ -106,7 +103,8 @@ class ChannelScale {
 
 void ChannelScale::LeaveOutWhatDisagrees(ScaleResult* result) {
   if (!plan_.stops) return;
-  PartedWays parted = FindPartedWays(plan_.rows, channel_, gain_);
+  PartedWays parted =
+      FindPartedWays(plan_.rows, channel_, gain_, GravityOver(estimation_.columns, plan_.rows));
   for (const std::size_t row : parted.rows) plan_.rows[row].usable[channel_] = false;
   defects_ = std::move(parted.defects);
   for (const Defect& defect : defects_) result->remarks.push_back(SaysOf(defect, parted.too_many));
@@ -267,7 +265,7 @@ void ChannelScale::AllowForGravity(const GlsFit& fit, const FitOptions& options,
     const GlsSolution solution = Solve(gram, options.regressors, problem_.output() + k);
     if (solution.solvable) square += std::pow(solution.coefficients[0], 2);
   }
-  const double more = square * std::pow(kUniform * kMostGSensitivity_deg_s_g, 2);
+  const double more = square * std::pow(kUniform * kGSensitivityOfDataSheet_deg_s_g, 2);
   const double m = fit.solution.coefficients[0];
   more_variance_ += more;
   if (!(m * m * more > (kWorthSaying * kWorthSaying - 1.0) * variance)) return;

@@ -18,6 +18,8 @@ double RoughUnitsPerDeg_s(const MeasurementInfo& info);
 // Of the scale factor before anything is measured (MPU-6050 data sheet 3.4, section 6.1): within
 // 3 % at 25 degC; another 2 % over temperature.
 inline constexpr double kScaleOfDataSheet = 0.03;
+// Linear acceleration sensitivity, static.
+inline constexpr double kGSensitivityOfDataSheet_deg_s_g = 0.1;
 // No MEMS part on the market is off by more than 10 %: twice that is no part but a mistake.
 inline constexpr double kLargestScaleError = 0.2;
 // How near a factor must be to one that a wrong unit or setting makes: beyond what parts differ by.

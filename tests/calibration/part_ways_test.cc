@@ -109,6 +109,25 @@ TEST(GyroAndReference, DoNotPartWaysInTheSlowestTurns) {
   }
 }
 
+// One turn among those about an upright axis is about a level one: gravity at rest is not that of
+// the turn, and an offset that goes with it is no slip.
+TEST(GyroAndReference, DoNotPartWaysByGSensitivity) {
+  constexpr double kSensitivity_deg_s_g = 0.08;
+  std::vector<Row> rows = Turns(12, 5);
+  std::vector<Vector3> gravity_g_s;
+  int turns = 0;
+  for (Row& row : rows) {
+    gravity_g_s.push_back({row.duration_s(), 0.0, 0.0});
+    if (row.still || ++turns != 5) continue;
+    gravity_g_s.back() = {0.0, -row.duration_s(), 0.0};
+    row.z[kZ] -= 2.0 * kScale * kSensitivity_deg_s_g * row.duration_s();
+  }
+  EXPECT_THAT(FindPartedWays(rows, kZ, kScale, gravity_g_s).defects, IsEmpty());
+  EXPECT_FALSE(FindPartedWays(rows, kZ, kScale).defects.empty()) << "there is something to allow";
+  std::ranges::find(rows, false, &Row::still)->z[kZ] += 5.0;
+  EXPECT_FALSE(FindPartedWays(rows, kZ, kScale, gravity_g_s).defects.empty()) << "a slip is one";
+}
+
 TEST(GyroAndReference, ThatAreNothingOfEachOtherAreNotCompared) {
   std::vector<Row> rows = Turns(12, 13);
   for (Row& row : rows) row.z[kZ] = 0.0;
