@@ -163,7 +163,8 @@ TEST_F(ControlApiTest, WhatADeviceIsAndWhereAScriptIsAreFieldsOfAnError) {
   const json silent = BodyOf(bench_.Ask("POST", "/v1/runs", R"({"procedure": "fine"})"))["error"];
   EXPECT_EQ(silent["code"], "device");
   EXPECT_EQ(silent["device"], expected);
-  for (const json& device : BodyOf(bench_.Ask("GET", "/v1/status"))["devices"]) {
+  const json status = BodyOf(bench_.Ask("GET", "/v1/status"));
+  for (const json& device : status["devices"]) {
     if (device["name"] == "encoder.outer") {
       EXPECT_EQ(device["failure"], expected);
     } else {
