@@ -97,6 +97,7 @@ class Session : public std::enable_shared_from_this<Session> {
     parser_.emplace();
     parser_->body_limit(kMaxBody);
     idle_ = true;
+    idle_since_ = std::chrono::steady_clock::now();
     stream_.expires_after(kPatience);
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](beast::error_code error, std::size_t) {
@@ -105,6 +106,7 @@ class Session : public std::enable_shared_from_this<Session> {
                      });
   }
   bool idle() const { return idle_; }
+  std::chrono::steady_clock::time_point idle_since() const { return idle_since_; }
   void Close() { stream_.close(); }
 
  private:
@@ -112,6 +114,7 @@ class Session : public std::enable_shared_from_this<Session> {
     const auto& request = parser_->get();
     HttpRequest asked{std::string(request.method_string()), std::string(request.target()),
                       request.body()};
+    if (service_.lanes.stamp) asked.stamp = service_.lanes.stamp();
     LaneThread& lane = service_.threads.at(service_.lanes.of(asked));
     const bool taken = lane.Post([self = shared_from_this(), asked = std::move(asked)] {
       asio::post(self->stream_.get_executor(),
@@ -142,6 +145,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> response_;
   bool idle_ = false;
+  std::chrono::steady_clock::time_point idle_since_;
 };
 
 bool SomebodyListens(asio::io_context& io, const Local::endpoint& endpoint) {
@@ -237,16 +241,19 @@ class ControlServer::Listener {
     }
   }
 
+  void CloseIdlest() {
+    std::shared_ptr<Session> idlest;
+    for (const auto& weak : sessions_) {
+      const auto session = weak.lock();
+      if (!session || !session->idle()) continue;
+      if (!idlest || session->idle_since() < idlest->idle_since()) idlest = session;
+    }
+    if (idlest) idlest->Close();
+  }
+
   void Begin(Local::socket socket) {
     std::erase_if(sessions_, [](const auto& session) { return session.expired(); });
-    if (sessions_.size() >= kMostConnections) {
-      for (const auto& weak : sessions_) {
-        const auto session = weak.lock();
-        if (!session || !session->idle()) continue;
-        session->Close();
-        break;
-      }
-    }
+    if (sessions_.size() >= kMostConnections) CloseIdlest();
     // All are busy: this one may come again.
     if (sessions_.size() >= 2 * kMostConnections) return;
     const auto session = std::make_shared<Session>(std::move(socket), service_);
@@ -255,11 +262,12 @@ class ControlServer::Listener {
   }
 
   const std::filesystem::path path_;
-  Service service_;
+  // Before all that holds connections: requests that were given up in a lane are gone only with it.
   asio::io_context io_{1};
+  Service service_;
   Local::acceptor acceptor_;
   asio::steady_timer retry_{io_};
-  std::list<std::weak_ptr<Session>> sessions_;  // oldest first
+  std::list<std::weak_ptr<Session>> sessions_;
   std::thread thread_;
 };
 

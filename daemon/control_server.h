@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace gyrobench::daemon {
@@ -13,6 +15,8 @@ struct HttpRequest {
   std::string method;  // GET, POST
   std::string path;    // /v1/status
   std::string body;
+  // What Lanes::stamp said when it had been read; nullopt where it has not waited.
+  std::optional<std::int64_t> stamp = {};
 };
 
 struct HttpReply {
@@ -20,12 +24,12 @@ struct HttpReply {
   std::string body;  // JSON
 };
 
-// Serves in threads of its own until destroyed. A client that sends nothing for 10 s, or a body of
-// more than 64 kB, is dropped; where too many are connected, the one that has been idle for longest
-// is.
 // Throws Error where something else than a socket is in its place: no file of anybody's is removed.
 void RequireSocketOrNothing(const std::filesystem::path& socket);
 
+// Serves in threads of its own until destroyed. A client that sends nothing for 10 s, or a body of
+// more than 64 kB, is dropped; where too many are connected, the one that has been idle for longest
+// is.
 class ControlServer {
  public:
   // What it throws is answered with 500.
@@ -35,6 +39,9 @@ class ControlServer {
   struct Lanes {
     std::size_t count = 1;
     std::function<std::size_t(const HttpRequest&)> of;  // below count
+    // Asked before a request waits in its lane: so it can be told from what came after others were
+    // answered. May be empty.
+    std::function<std::int64_t()> stamp = {};
   };
   // Creates `socket` with the permissions `mode`, in a folder that is created if need be. Takes
   // over a socket that a dead daemon left; throws Error when a live one holds it, when something

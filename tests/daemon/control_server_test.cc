@@ -3,13 +3,17 @@
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <future>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -59,6 +63,19 @@ class ControlServerTest : public testing::Test {
     return reply;
   }
 
+  // False where nothing comes back within a tenth of a second.
+  bool AnswersSoon(const std::string& request) const {
+    const int fd = Connect();
+    if (fd < 0) return false;
+    const timeval patience{.tv_sec = 0, .tv_usec = 100'000};
+    ::setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    ::send(fd, request.data(), request.size(), MSG_NOSIGNAL);
+    char first = 0;
+    const bool answers = ::read(fd, &first, 1) == 1;
+    ::close(fd);
+    return answers;
+  }
+
   static HttpReply Echo(const HttpRequest& request) {
     return {201, request.method + " " + request.path + " [" + request.body + "]"};
   }
@@ -105,6 +122,7 @@ TEST_F(ControlServerTest, WhatAHandlerThrowsIsAnsweredAndTheServerLives) {
   }
 }
 
+constexpr const char* kGetStart = "GET /start HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
 constexpr const char* kGetStop = "GET /stop HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
 
 TEST_F(ControlServerTest, ARequestDoesNotWaitForThoseOfAnotherLane) {
@@ -127,6 +145,63 @@ TEST_F(ControlServerTest, ARequestDoesNotWaitForThoseOfAnotherLane) {
   slow.join();
 }
 
+// What a request that waits is told of the bench is how it was when the request came.
+TEST_F(ControlServerTest, ARequestIsStampedBeforeItWaits) {
+  std::atomic<std::int64_t> stops = 0;
+  std::atomic<int> came = 0;
+  std::promise<void> end;
+  const std::shared_future<void> ended = end.get_future().share();
+  const ControlServer server(
+      socket_, 0600,
+      [&stops, ended](const HttpRequest& request) -> HttpReply {
+        if (request.path == "/stop") ++stops;
+        if (request.path == "/start") ended.wait();
+        return {200, "after " + std::to_string(request.stamp.value()) + " stops"};
+      },
+      {2,
+       [&came](const HttpRequest& request) {
+         came += request.path == "/start";
+         return std::size_t{request.path == "/start"};
+       },
+       [&stops] { return stops.load(); }});
+  std::vector<std::future<std::string>> starts;
+  for (int i = 0; i < 2; ++i) {
+    starts.push_back(std::async(std::launch::async, [this] { return Exchange(kGetStart); }));
+  }
+  while (came < 2) std::this_thread::yield();
+  EXPECT_NE(Exchange(kGetStop).find("after 0 stops"), std::string::npos);
+  end.set_value();
+  for (auto& start : starts) EXPECT_NE(start.get().find("after 0 stops"), std::string::npos);
+  EXPECT_NE(Exchange(kGetStart).find("after 1 stops"), std::string::npos);
+}
+
+// Its connection was closed in services that were gone.
+TEST_F(ControlServerTest, EndsWhileARequestWaitsForAnother) {
+  std::atomic<int> came = 0;
+  auto server = std::make_unique<ControlServer>(
+      socket_, 0600,
+      [this, &came](const HttpRequest& request) {
+        if (request.path == "/start") {
+          while (came < 2) std::this_thread::yield();
+          while (AnswersSoon(kGetStop)) continue;  // until it has begun to end
+        }
+        return Echo(request);
+      },
+      ControlServer::Lanes{2, [&came](const HttpRequest& request) {
+                             came += request.path == "/start";
+                             return std::size_t{request.path == "/start"};
+                           }});
+  std::vector<std::future<std::string>> starts;
+  for (int i = 0; i < 2; ++i) {
+    starts.push_back(std::async(std::launch::async, [this] { return Exchange(kGetStart); }));
+  }
+  while (came < 2) std::this_thread::yield();
+  EXPECT_NE(Exchange(kGetStop).find("GET /stop"), std::string::npos);
+  server.reset();
+  for (auto& start : starts) EXPECT_EQ(start.get(), "");
+  EXPECT_EQ(Connect(), -1);
+}
+
 // A crowd that connects and says nothing.
 TEST_F(ControlServerTest, ManyIdleConnectionsKeepNobodyOut) {
   const ControlServer server(socket_, 0600, Echo);
@@ -134,6 +209,23 @@ TEST_F(ControlServerTest, ManyIdleConnectionsKeepNobodyOut) {
   for (int i = 0; i < 300; ++i) crowd.push_back(Connect());
   EXPECT_NE(Exchange(kGetStop).find("GET /stop"), std::string::npos);
   for (const int fd : crowd) ::close(fd);
+}
+
+// Not the one that came first.
+TEST_F(ControlServerTest, InACrowdTheOneThatWasHeardOfLastStays) {
+  const ControlServer server(socket_, 0600, Echo);
+  const std::string request = "GET /here HTTP/1.1\r\nHost: x\r\n\r\n";
+  char buffer[4096];
+  const int first = Connect();
+  std::vector<int> crowd;
+  for (int i = 0; i < 200; ++i) {
+    crowd.push_back(Connect());
+    ASSERT_EQ(::send(first, request.data(), request.size(), MSG_NOSIGNAL),
+              static_cast<ssize_t>(request.size()));
+    ASSERT_GT(::read(first, buffer, sizeof buffer), 0) << "dropped beside " << i << " idle ones";
+  }
+  for (const int fd : crowd) ::close(fd);
+  ::close(first);
 }
 
 TEST_F(ControlServerTest, SomethingElseThanASocketInItsPlaceIsLeftAloneAndNamed) {
