@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "base/error.h"
@@ -229,8 +230,8 @@ json Check(Context& c, const json& body) {
           {"notes", plan.notes}};
 }
 
-json Start(Context& c, const json& body) {
-  const StartedRun run = c.engine.Start(Text(body, "procedure"), ReadParameters(body));
+json Start(Context& c, const json& body, std::optional<std::int64_t> stops) {
+  const StartedRun run = c.engine.Start(Text(body, "procedure"), ReadParameters(body), stops);
   return {{"run_id", run.run_id}, {"record", run.record}, {"duration_s", run.duration_s}};
 }
 
@@ -242,22 +243,24 @@ static_assert(kRehearsing + 1 == ControlApi::kLanes);
 
 struct Route {
   unsigned status;
-  std::function<json(Context&, const std::string& body)> act;
+  std::function<json(Context&, const HttpRequest&)> act;
 };
 
 Route Query(json (*act)(Context&)) {
-  return {200, [act](Context& c, const std::string&) { return act(c); }};
+  return {200, [act](Context& c, const HttpRequest&) { return act(c); }};
 }
 
 Route Request(unsigned status, json (*act)(Context&, const json& body)) {
-  return {status, [act](Context& c, const std::string& body) { return act(c, ParseBody(body)); }};
+  return {status, [act](Context& c, const HttpRequest& request) {
+            return act(c, ParseBody(request.body));
+          }};
 }
 
 json StateOf(const Context& c) { return {{"state", Name(c.control.state())}}; }
 
 // Answers with the state. It needs no body: what ends a motion does so whatever stands there.
 Route Action(void (*act)(Context&)) {
-  return {200, [act](Context& c, const std::string&) {
+  return {200, [act](Context& c, const HttpRequest&) {
             act(c);
             return StateOf(c);
           }};
@@ -273,7 +276,11 @@ const std::map<std::pair<std::string, std::string>, Route>& Routes() {
       {{"GET", "/v1/status"}, Query(Status)},
       {{"GET", "/v1/procedures"}, Query(Procedures)},
       {{"POST", "/v1/check"}, Request(200, Check)},
-      {{"POST", "/v1/runs"}, Request(201, Start)},
+      {{"POST", "/v1/runs"},
+       {201,
+        [](Context& c, const HttpRequest& request) {
+          return Start(c, ParseBody(request.body), request.stamp);
+        }}},
       {{"POST", "/v1/answer"}, Request(200, Answer)},
       {{"POST", "/v1/pause"}, Action([](Context& c) { c.control.Pause(); })},
       {{"POST", "/v1/resume"}, Action([](Context& c) { c.control.Resume(); })},
@@ -295,6 +302,8 @@ std::size_t ControlApi::LaneOf(const HttpRequest& request) {
   return rehearses ? kRehearsing : kSteering;
 }
 
+std::int64_t ControlApi::Stamp() const { return context_.control.stops(); }
+
 ControlApi::ControlApi(Context context) : context_(context) {}
 
 HttpReply ControlApi::Handle(const HttpRequest& request) {
@@ -305,7 +314,7 @@ HttpReply ControlApi::Handle(const HttpRequest& request) {
                 request.path);
   }
   try {
-    const json answer = route->second.act(context_, request.body);
+    const json answer = route->second.act(context_, request);
     return {route->second.status, JsonText(answer)};
   } catch (const json::exception& error) {
     return Fail(400, "bad_json", error.what(), request.path);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "base/clock.h"
 #include "config/stand_config.h"
@@ -32,6 +33,8 @@ class ControlApi {
   // neither for a start nor for a dry run, which take as long as their script.
   static constexpr std::size_t kLanes = 4;
   static std::size_t LaneOf(const HttpRequest& request);
+  // How often a stop was called for, as a request finds it when it comes. From any thread.
+  std::int64_t Stamp() const;
 
   // Never throws: every failure is a reply with a status and {"error": ...}. From any thread.
   HttpReply Handle(const HttpRequest& request);

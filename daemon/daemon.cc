@@ -89,7 +89,8 @@ struct Daemon::Parts {
     server = std::make_unique<ControlServer>(
         stand.control_socket, stand.control_socket_mode,
         [this](const HttpRequest& request) { return api->Handle(request); },
-        ControlServer::Lanes{ControlApi::kLanes, ControlApi::LaneOf});
+        ControlServer::Lanes{ControlApi::kLanes, ControlApi::LaneOf,
+                             [this] { return api->Stamp(); }});
   }
 
   // Nothing is waited for before everything that moves or heats was told to stop.

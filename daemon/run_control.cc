@@ -60,6 +60,21 @@ void RunControl::Abort(const std::string& reason) {
 
 void RunControl::Stop(const std::string& reason) {
   const std::lock_guard lock(mutex_);
+  StopLocked(reason);
+}
+
+void RunControl::StopForGood(const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  stopped_for_good_ = true;
+  StopLocked(reason);
+}
+
+bool RunControl::stopped_for_good() const {
+  const std::lock_guard lock(mutex_);
+  return stopped_for_good_;
+}
+
+void RunControl::StopLocked(const std::string& reason) {
   ++stops_;
   if (waiter_ == nullptr || state_ == State::kStopping) return;
   if (!abort_) abort_ = reason;
@@ -139,6 +154,7 @@ void RunControl::RequireReady() const {
 }
 
 void RunControl::RequireReadyLocked() const {
+  if (stopped_for_good_) throw StateError("the daemon is ending: no run begins any more");
   if (fault_) {
     throw StateError("a fault is latched (" + fault_->source + ": " + fault_->message +
                      "). When its cause is removed: gyrobench reset");

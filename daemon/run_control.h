@@ -35,7 +35,10 @@ class RunControl {
   // In every state: a run that is on is aborted, and one that was asked for before and is not on
   // yet does not begin.
   void Stop(const std::string& reason);
-  // How often Stop was called.
+  // The same for good: no run begins any more.
+  void StopForGood(const std::string& reason);
+  bool stopped_for_good() const;
+  // How often either was called.
   std::int64_t stops() const;
   void Answer(const std::string& answer);
   void ClearFault();
@@ -50,8 +53,8 @@ class RunControl {
   bool pause_wanted() const;
   bool run_is_on() const;
 
-  // Throws StateError, which says what to do, when no run can be begun: one is on, or a fault is
-  // latched.
+  // Throws StateError, which says what to do, when no run can be begun: one is on, a fault is
+  // latched, or it was stopped for good.
   void RequireReady() const;
 
   // --- for the run
@@ -75,6 +78,7 @@ class RunControl {
  private:
   void RequireReadyLocked() const;
   void RequireRun() const;
+  void StopLocked(const std::string& reason);
   void Wake();
 
   mutable std::mutex mutex_;
@@ -82,6 +86,7 @@ class RunControl {
   Clock::Participant* waiter_ = nullptr;
   std::optional<std::string> abort_;  // why
   std::int64_t stops_ = 0;
+  bool stopped_for_good_ = false;
   bool pause_ = false;
   std::optional<Fault> fault_;
   std::optional<procedures::Question> question_;

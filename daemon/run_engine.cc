@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <system_error>
 #include <utility>
 
 #include "base/error.h"
@@ -34,7 +35,7 @@ procedures::SandboxLimits RunEngine::LoadLimits() const {
   limits.instructions = 50'000'000;
   limits.processor_s_per_step = 1.0;
   limits.processor_s = 20.0;
-  limits.cancelled = [this] { return ended_.load(); };
+  limits.cancelled = [this] { return context_.control.stopped_for_good(); };
   return limits;
 }
 
@@ -44,7 +45,7 @@ procedures::Plan RunEngine::DryRunUntil(std::optional<std::int64_t> stops,
   procedures::RunHooks hooks;
   hooks.limits = LoadLimits();
   hooks.limits.cancelled = [this, stops] {
-    return ended_ || (stops && *stops != context_.control.stops());
+    return context_.control.stopped_for_good() || (stops && *stops != context_.control.stops());
   };
   try {
     return procedures::DryRun(procedure, parameters, Axes(), DryOptions(), hooks);
@@ -67,9 +68,9 @@ procedures::DryOptions RunEngine::DryOptions() const {
   return options;
 }
 
-StartedRun RunEngine::Start(const std::string& procedure,
-                            const procedures::Parameters& parameters) {
-  const std::int64_t stops = context_.control.stops();
+StartedRun RunEngine::Start(const std::string& procedure, const procedures::Parameters& parameters,
+                            std::optional<std::int64_t> asked_at) {
+  const std::int64_t stops = asked_at.value_or(context_.control.stops());
   const std::lock_guard starting(start_mutex_);
   procedures::Procedure found = library_.Find(procedure);
   procedures::Parameters complete = procedures::CheckParameters(found.info(), parameters);
@@ -80,39 +81,57 @@ StartedRun RunEngine::Start(const std::string& procedure,
   if (thread_.joinable()) thread_.join();
   auto participant = context_.clock.Join("run");
   context_.control.BeginRun(*participant, stops);
+  const RunView view =
+      Launch(std::move(found), std::move(complete), std::move(plan), std::move(participant));
+  return {view.run_id, view.record, duration_s};
+}
+
+RunView RunEngine::Launch(procedures::Procedure procedure, procedures::Parameters parameters,
+                          procedures::Plan plan, std::unique_ptr<Clock::Participant> participant) {
+  std::shared_ptr<RunExecution> run;
   try {
-    auto directory =
-        recording::RunDirectory::Create(context_.stand.records, procedure, context_.clock.Now());
+    auto directory = recording::RunDirectory::Create(context_.stand.records, procedure.info().name,
+                                                     context_.clock.Now());
+    run = std::make_shared<RunExecution>(context_, std::move(procedure), std::move(parameters),
+                                         std::move(plan), std::move(directory),
+                                         std::move(participant));
+    RunView view = run->View();  // as it begins
     const std::lock_guard lock(mutex_);
-    last_ = std::make_shared<RunExecution>(context_, std::move(found), std::move(complete),
-                                           std::move(plan), std::move(directory),
-                                           std::move(participant));
+    thread_ = std::thread([run] { run->Execute(); });
+    last_ = std::move(run);
+    return view;
+  } catch (const std::system_error& error) {
+    context_.control.EndRun();
+    throw Error(
+        fmt::format("the run got no thread of its own, and nothing has moved: {}. See what "
+                    "else runs on this machine",
+                    error.what()));
   } catch (...) {
     context_.control.EndRun();
     throw;
   }
-  const RunView view = last_->View();
-  context_.time.Run();
-  thread_ = std::thread([run = last_] { run->Execute(); });
-  return {view.run_id, view.record, duration_s};
 }
 
-void RunEngine::Stop(const std::string& reason) {
-  // The run first, so that no move of its can queue up behind the stop.
-  context_.control.Stop(reason);
+void RunEngine::PostStop() {
   // Holds time until all buses have been told, so that their order is that of the stand file.
   const auto posting = context_.clock.Join("stop");
   context_.acquisition.PostStopAll();
   if (Outputs* outputs = context_.acquisition.outputs()) outputs->PostAllOff();
 }
 
+void RunEngine::Stop(const std::string& reason) {
+  // The run first, so that no move of its can queue up behind the stop.
+  context_.control.Stop(reason);
+  PostStop();
+}
+
 void RunEngine::StopForGood(const std::string& reason) {
-  ended_ = true;
-  Stop(reason);
+  context_.control.StopForGood(reason);
+  PostStop();
 }
 
 void RunEngine::Shutdown() {
-  if (!ended_) StopForGood("aborted because the daemon was told to end");
+  StopForGood("aborted because the daemon was told to end");
   const std::lock_guard starting(start_mutex_);
   if (thread_.joinable()) thread_.join();
 }

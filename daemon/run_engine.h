@@ -1,7 +1,6 @@
 // Runs: from a procedure's name to a closed record.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -33,8 +32,11 @@ class RunEngine {
   // Runs the procedure dry. Throws LimitError or Error with script and line.
   procedures::Plan Check(const std::string& procedure, const procedures::Parameters& parameters);
   // Checks, makes the record, and starts. Throws as Check does, StateError, DataError (record), and
-  // DeviceError while a device is not well. Nothing has moved then.
-  StartedRun Start(const std::string& procedure, const procedures::Parameters& parameters);
+  // DeviceError while a device is not well. Nothing has moved then. `stops`: that of RunControl when
+  // the run was asked for, where that is not now; a run that was asked for before a stop does not
+  // begin.
+  StartedRun Start(const std::string& procedure, const procedures::Parameters& parameters,
+                   std::optional<std::int64_t> stops = std::nullopt);
   // Clears a latched fault and the drives' alarms. Throws StateError while a run is on.
   void Reset();
   // Stops every axis and switches every output off, in every state, and ends a run that is on or
@@ -52,11 +54,15 @@ class RunEngine {
   procedures::Plan DryRunUntil(std::optional<std::int64_t> stops,
                                const procedures::Procedure& procedure,
                                const procedures::Parameters& parameters) const;
+  // From BeginRun to the run's thread. Whatever is thrown, RunControl::EndRun was called.
+  RunView Launch(procedures::Procedure procedure, procedures::Parameters parameters,
+                 procedures::Plan plan, std::unique_ptr<Clock::Participant> participant);
+  // Tells axes and outputs.
+  void PostStop();
   procedures::DryOptions DryOptions() const;
   std::vector<procedures::AxisFacts> Axes() const;
 
   Context context_;
-  std::atomic<bool> ended_ = false;
   procedures::ProcedureLibrary library_;
   std::mutex start_mutex_;
   std::thread thread_;

@@ -240,6 +240,7 @@ RunExecution::Ending RunExecution::RunToItsEnd() {
 }
 
 void RunExecution::Execute() {
+  context_.time.Run();
   Ending ending = RunToItsEnd();
   context_.control.BeginStopping();
   context_.time.Run();

@@ -133,6 +133,16 @@ TEST_F(ControlApiTest, StopWithoutARunTellsEveryDrive) {
   EXPECT_THAT(bench_.CallsOfAll(), Each(Contains("stop")));
 }
 
+TEST_F(ControlApiTest, AStartThatCameBeforeAStopIsRefused) {
+  bench_.Script("turn", kTurnAMinute);
+  const std::int64_t stamp = bench_.Stamp();
+  EXPECT_EQ(bench_.Ask("POST", "/v1/stop").status, 200u);
+  ExpectError(bench_.AskLate(stamp, "/v1/runs", R"({"procedure": "turn"})"), 409, "wrong_state");
+  bench_.Wait(60.0);
+  EXPECT_THAT(bench_.CallsOf("inner"), Each(Not(HasSubstr("move"))));
+  EXPECT_EQ(bench_.AskLate(bench_.Stamp(), "/v1/runs", R"({"procedure": "turn"})").status, 201u);
+}
+
 TEST_F(ControlApiTest, APausedRunGoesOn) {
   bench_.Script("rests", "for i = 1, 3 do bench.rest{ duration_s=5 } end");
   ASSERT_EQ(bench_.Ask("POST", "/v1/runs", R"({"procedure": "rests"})").status, 201u);

@@ -1,6 +1,7 @@
 // The daemon's parts on devices in memory and a virtual clock: all but its sockets.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -28,6 +29,11 @@ class FakeBench {
   HttpReply Ask(const std::string& method, const std::string& path, const std::string& body = "") {
     return api_->Handle({method, path, body});
   }
+  // As it is answered where it waited since `stamp`, that of Stamp then.
+  HttpReply AskLate(std::int64_t stamp, const std::string& path, const std::string& body) {
+    return api_->Handle({"POST", path, body, stamp});
+  }
+  std::int64_t Stamp() const { return api_->Stamp(); }
   void Wait(double duration_s);
   // The test's thread, for what waits as somebody.
   Clock::Participant& me() { return *me_; }

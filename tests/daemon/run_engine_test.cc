@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "tests/daemon/fake_bench.h"
+#include "tests/daemon/no_threads.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -204,6 +205,40 @@ TEST_F(RunEngineTest, ADryRunMovesNothing) {
   EXPECT_EQ(plan.moves.size(), 1u);
   bench_.Wait(10.0);
   ExpectNoMotionEver();
+}
+
+// A start that stood in line while a stop came, and was answered.
+TEST_F(RunEngineTest, ARunThatWasAskedForBeforeAStopDoesNotBegin) {
+  bench_.Script("turn", kTurn);
+  const std::int64_t asked_at = bench_.control.stops();
+  bench_.engine->Stop("stopped by the test");
+  EXPECT_THROW(bench_.engine->Start("turn", {}, asked_at), StateError);
+  bench_.Wait(60.0);
+  ExpectNoMotionEver();
+  bench_.engine->Start("turn", {}, bench_.control.stops());
+  EXPECT_EQ(bench_.Ended().outcome, Outcome::kDone);
+}
+
+// Such a script is over before anybody asks whether it shall go on.
+TEST_F(RunEngineTest, NoRunBeginsOnceAllIsStoppedForGood) {
+  bench_.Script("turn", kTurn);
+  bench_.engine->StopForGood("stopped by the test");
+  EXPECT_THROW(bench_.engine->Start("turn", {}), StateError);
+  bench_.Wait(60.0);
+  ExpectNoMotionEver();
+  EXPECT_FALSE(bench_.control.run_is_on());
+}
+
+TEST_F(RunEngineTest, WithoutAThreadThereIsNoRunAndTheNextOneBegins) {
+  bench_.Script("turn", kTurn);
+  {
+    const NoThreads none;
+    EXPECT_THROW(bench_.engine->Start("turn", {}), Error);
+  }
+  EXPECT_FALSE(bench_.control.run_is_on());
+  EXPECT_FALSE(bench_.engine->View());
+  bench_.engine->Start("turn", {});
+  EXPECT_EQ(bench_.Ended().outcome, Outcome::kDone);
 }
 
 // The daemon is told to end.
