@@ -36,6 +36,9 @@ Acquisition::Acquisition(const config::StandConfig& stand, Clock& clock,
   // First, so that they are off before anything else is asked.
   if (stand.relays) AddOutputs();
   for (const config::AxisConfig& axis : stand.axes) AddAxis(axis);
+  // An axis that moves waits for no reference that is silent.
+  for (const auto& axis : axes_) AddDrive(*axis);
+  for (const auto& axis : axes_) AddEncoder(*axis);
   AddGyro();
 }
 
@@ -74,14 +77,21 @@ void Acquisition::AddAxis(const config::AxisConfig& config) {
       config, BusOf(config.drive.bus), BusOf(config.encoder.bus), maker_, telemetry_,
       AxisUnit::Hooks{
           [this](Utime utime) { SendAxes(utime); }, [this] { PostStopAll(); },
-          [this, &config](const drivers::AxisState& found) { SayFoundMoving(config, found); },
+          [this, &config](const std::string& not_stopped) { SayFoundMoving(config, not_stopped); },
           on_fault_}));
-  AxisUnit& axis = *axes_.back();
+}
+
+void Acquisition::AddEncoder(AxisUnit& axis) {
+  const config::AxisConfig& config = axis.config();
   AddDevice(
       axis.encoder_bus(),
       {"encoder." + config.name, "encoder", config.encoder.bus, config.encoder.unit, false, ""},
       {[&axis] { axis.OpenEncoder(); }, [&axis] { axis.ReadEncoder(); },
        [&axis] { return axis.encoder_period(); }});
+}
+
+void Acquisition::AddDrive(AxisUnit& axis) {
+  const config::AxisConfig& config = axis.config();
   AddDevice(
       axis.drive_bus(),
       {"axis." + config.name, "drive", config.drive.bus, config.drive.unit, false, ""},
@@ -89,11 +99,14 @@ void Acquisition::AddAxis(const config::AxisConfig& config) {
 }
 
 // Whoever commanded it is gone: a daemon that was killed, as a rule.
-void Acquisition::SayFoundMoving(const config::AxisConfig& axis, const drivers::AxisState& found) {
-  notices_.Add(clock_.Now(),
-               fmt::format("axis.{}: the drive was moving when it was opened, at {:.2f} deg by its "
-                           "own count: stopped",
-                           axis.name, found.commanded_deg));
+void Acquisition::SayFoundMoving(const config::AxisConfig& axis, const std::string& not_stopped) {
+  const std::string what =
+      fmt::format("axis.{}: the drive was moving when it was opened: ", axis.name);
+  if (not_stopped.empty()) {
+    notices_.Add(clock_.Now(), what + "stopped");
+  } else {
+    notices_.Add(clock_.Now(), what + "NOT stopped, use the emergency stop: " + not_stopped);
+  }
 }
 
 void Acquisition::AddGyro() {

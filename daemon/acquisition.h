@@ -79,9 +79,12 @@ class Acquisition {
  private:
   FaultHandler WithLastSamples(FaultHandler handler) const;
   void AddAxis(const config::AxisConfig& config);
+  void AddDrive(AxisUnit& axis);
+  void AddEncoder(AxisUnit& axis);
   void AddGyro();
   void AddOutputs();
-  void SayFoundMoving(const config::AxisConfig& axis, const drivers::AxisState& found);
+  // `not_stopped`: why, empty where it was.
+  void SayFoundMoving(const config::AxisConfig& axis, const std::string& not_stopped);
   void AddDevice(BusWorker& bus, DeviceStatus identity, PolledDevice::Actions actions);
   BusWorker& BusOf(const std::string& name);
   AxisUnit& AxisNamed(const std::string& name) const;

@@ -49,15 +49,26 @@ LastSamples::Axis AxisUnit::last() const {
   return {config_.name, view_.drive, {last_.begin(), last_.end()}};
 }
 
+void AxisUnit::StopIfMoving() {
+  if (!drive_->IsMoving()) return;
+  try {
+    drive_->Stop();
+  } catch (const std::exception& error) {
+    hooks_.on_found_moving(error.what());
+    throw;
+  }
+  hooks_.on_found_moving("");
+}
+
 void AxisUnit::OpenDrive() {
   drive_answers_ = false;
+  StopIfMoving();
   const drivers::AxisState found = drive_->Open();
   drive_answers_ = true;
   {
     const std::lock_guard lock(mutex_);
     view_.drive = found;
   }
-  if (found.moving) hooks_.on_found_moving(found);
 }
 
 void AxisUnit::OpenEncoder() {

@@ -36,8 +36,9 @@ class AxisUnit {
   struct Hooks {
     std::function<void(Utime)> on_drive_read;  // with the time of its answer
     std::function<void()> stop_all;            // of the whole stand
-    // It was found in motion when it was opened, and was told to stop.
-    std::function<void(const drivers::AxisState&)> on_found_moving;
+    // It was found in motion when it was opened, and was told to stop. `not_stopped`: why that
+    // failed, empty where it did not.
+    std::function<void(const std::string& not_stopped)> on_found_moving;
     FaultHandler on_fault;
   };
   // The buses and the configuration outlive it.
@@ -53,6 +54,8 @@ class AxisUnit {
   // drive that is no longer enabled is to be opened again (MustBeOpenedAgain): it had lost its power,
   // and with it its count of pulses.
   drivers::Axis& drive() { return *drive_; }
+  // A drive that moves is stopped before anything else is asked of it, and it is told: nobody knows
+  // who commanded it, and where.
   void OpenDrive();
   void OpenEncoder();
   void ReadDrive();
@@ -75,6 +78,7 @@ class AxisUnit {
   Utime encoder_period() const;
 
  private:
+  void StopIfMoving();
   drivers::AxisState AskDrive();
   void CheckFollowing(const drivers::AxisState& state);
   void CheckSoftLimits(double angle_deg);

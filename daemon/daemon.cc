@@ -73,17 +73,18 @@ struct Daemon::Parts {
     api = std::make_unique<ControlApi>(ControlApi::Context{stand, *clock, *time, *acquisition,
                                                            *engine, control, publisher, notices});
     const auto starting = clock->Join("start");
-    for (const std::string& run_id : CloseInterruptedRuns(stand.records)) {
-      notices.Add(clock->Now(),
-                  fmt::format("run {} was on when the daemon before this one ended: its record is "
-                              "closed as interrupted, and holds what was measured until then",
-                              run_id));
-    }
     acquisition->Start();
     status->Start();
     acquisition->AwaitFirstTry(*starting, kFirstTryPatience);
     for (const DeviceStatus& device : acquisition->Devices()) {
       if (!device.ok) spdlog::warn("{}: {}", device.name, device.message);
+    }
+    // Not before what turns was told to stop: whole logs are read.
+    for (const std::string& run_id : CloseInterruptedRuns(stand.records)) {
+      notices.Add(clock->Now(),
+                  fmt::format("run {} was on when the daemon before this one ended: its record is "
+                              "closed as interrupted, and holds what was measured until then",
+                              run_id));
     }
     time->Idle(*starting);
     server = std::make_unique<ControlServer>(

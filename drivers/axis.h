@@ -24,8 +24,11 @@ class Axis {
  public:
   virtual ~Axis() = default;
   virtual const std::string& name() const = 0;
+  // Whether it moves. Asks for its status alone, before Open as well: of a drive that may have an
+  // alarm, or not be what the map says in all else.
+  virtual bool IsMoving() = 0;
   // Checks that the drive is there, is what the map says, and is ready; enables it. Returns the
-  // state in which it was found. One that moves is stopped: nobody knows who told it to, and where.
+  // state in which it was found. One that moves is to be stopped before.
   virtual AxisState Open() = 0;
   virtual AxisState Read() = 0;
   // Starts one bounded relative move of the table [deg], right-handed about the axis, at

@@ -110,6 +110,10 @@ std::uint16_t StepperAxis::ReadWord(std::uint16_t address, const char* what) {
   return word[0];
 }
 
+bool StepperAxis::IsMoving() {
+  return StatusBit(ReadWord(map_.status_address, "status"), map_.running_bit);
+}
+
 AxisState StepperAxis::Open() {
   const int pulses = ReadWord(map_.pulses_per_turn_address, "pulses per turn");
   if (pulses != map_.pulses_per_turn) {
@@ -123,7 +127,6 @@ AxisState StepperAxis::Open() {
   position_known_ = false;
   remainder_pulses_ = 0.0;
   const AxisState state = Read();
-  if (state.moving) Stop();
   if (state.fault) {
     Fail(fmt::format("reports a fault, alarm 0x{:X}. Remove its cause and clear the alarm.",
                      state.alarm),

@@ -38,6 +38,7 @@ class StepperAxis final : public Axis {
   // that its status says so. `commanded_deg` follows the drive's pulse counter from here on without
   // wrapping.
   AxisState Open() override;
+  bool IsMoving() override;
   AxisState Read() override;
   // The drive must be enabled, at rest and without fault: DeviceError otherwise. A frame whose
   // reply was lost is not sent again before the drive has shown that it did not take it.

@@ -230,6 +230,52 @@ TEST_F(AcquisitionTest, AnAxisThatMovesWhenItIsOpenedIsStoppedAndSaid) {
   EXPECT_THAT(notices_.List()[0].text, HasSubstr("axis.inner"));
 }
 
+// A map of other pulses, an alarm: neither keeps it moving, nor silent.
+TEST_F(AcquisitionTest, AnAxisThatMovesIsStoppedAndSaidThoughItCannotBeOpened) {
+  for (const bool alarm : {false, true}) {
+    drivers::FakeAxis& drive = *devices_.drives.at(alarm ? "outer" : "inner");
+    MoveBy(alarm ? "outer" : "inner", 170.0);
+    drive.faults().FailAlways("no answer");
+    Wait(2 * kSecond);
+    if (alarm) {
+      drive.SetAlarm(33);
+    } else {
+      drive.BeAnother();
+    }
+    drive.faults().Recover();
+    Wait(3 * kSecond);
+    EXPECT_FALSE(drive.Read().moving);
+    EXPECT_LT(drive.AngleDeg(), 80.0);
+    ASSERT_THAT(notices_.List(), SizeIs(alarm ? 2 : 1));
+    EXPECT_THAT(notices_.List().back().text, HasSubstr(alarm ? "axis.outer" : "axis.inner"));
+    EXPECT_THAT(notices_.List().back().text, HasSubstr(": stopped"));
+  }
+}
+
+TEST_F(AcquisitionTest, AnAxisThatMovesAndDoesNotTakeItsStopIsSaid) {
+  MoveBy("inner", 90.0);
+  drivers::FakeAxis& inner = *devices_.drives.at("inner");
+  inner.faults().FailAlways("no answer");
+  inner.on_call = [&inner](const std::string& call) {
+    if (call == "stop") inner.faults().FailNext("the stop was not taken");
+  };
+  Wait(2 * kSecond);
+  inner.faults().Recover();
+  Wait(2 * kSecond);
+  ASSERT_THAT(notices_.List(), Not(IsEmpty()));
+  EXPECT_THAT(notices_.List()[0].text, HasSubstr("NOT stopped"));
+  EXPECT_THAT(notices_.List()[0].text, HasSubstr("the stop was not taken"));
+  inner.on_call = {};
+}
+
+// Each of the references costs its timeouts.
+TEST_F(AcquisitionTest, EveryDriveIsAskedBeforeAnyReference) {
+  std::vector<std::string> order;
+  for (const DeviceStatus& device : acquisition_.Devices()) order.push_back(device.name);
+  EXPECT_THAT(order, ElementsAre("relays", "axis.outer", "axis.middle", "axis.inner",
+                                 "encoder.outer", "encoder.middle", "encoder.inner", "gyro"));
+}
+
 // For less than the time after which it would be silent: it was never enabled again.
 TEST_F(AcquisitionTest, ADriveThatLostItsPowerForAMomentIsToldAndEnabledAgain) {
   devices_.drives.at("inner")->LosePower();

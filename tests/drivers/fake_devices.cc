@@ -33,10 +33,17 @@ void FakeAxis::Note(std::string call) {
   calls_.push_back(std::move(call));
 }
 
+bool FakeAxis::IsMoving() {
+  Note("is moving");
+  faults_.Step();
+  return Moving();
+}
+
 AxisState FakeAxis::Open() {
   Note("open");
   const AxisState found = Read();
-  if (found.moving) from_deg_ = to_deg_ = AngleDeg();
+  if (another_) throw DeviceError("pulses per turn: expected 10000, found 1600");
+  if (found.fault) throw DeviceError(fmt::format("reports a fault, alarm {}", alarm_));
   enabled_ = true;
   return found;
 }

@@ -41,6 +41,7 @@ class FakeAxis final : public Axis {
  public:
   FakeAxis(std::string name, const Clock& clock);
   const std::string& name() const override { return name_; }
+  bool IsMoving() override;
   AxisState Open() override;
   AxisState Read() override;
   double MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2) override;
@@ -54,8 +55,10 @@ class FakeAxis final : public Axis {
   // As a drive that lost its power and has it again.
   void LosePower() { enabled_ = false; }
   void SetAlarm(int alarm) { alarm_ = alarm; }  // 0 = none; the fault bit follows
+  // Its identity is not that of the map: it is refused when it is opened.
+  void BeAnother() { another_ = true; }
   FaultScript& faults() { return faults_; }
-  // Calls in their order: "open", "move 9 deg at 10 deg/s", "stop", "clear alarm". Read is not
+  // Calls in their order: "open", "is moving", "move 9 deg at 10 deg/s", "stop", "clear alarm". Read is not
   // among them.
   const std::vector<std::string>& calls() const { return calls_; }
   // Told of each of them as it comes.
@@ -69,6 +72,7 @@ class FakeAxis final : public Axis {
   const Clock& clock_;
   bool enabled_ = false;
   int alarm_ = 0;
+  bool another_ = false;
   double from_deg_ = 0.0, to_deg_ = 0.0, rate_deg_s_ = 1.0;
   Utime moved_at_ = 0;
   FaultScript faults_;

@@ -184,14 +184,16 @@ TEST_F(StepperAxisTest, AFaultIsNamedAtOpenAndBeforeAMove) {
   EXPECT_EQ(drive_.moves(), 0);
 }
 
-// Nobody knows who told it to move.
-TEST_F(StepperAxisTest, ADriveThatMovesIsStoppedWhenItIsOpened) {
-  drive_.SetHolding(0x6002, {0});
-  EXPECT_FALSE(axis_->Open().moving);
-  EXPECT_NE(drive_.Holding(0x6002), 0x40);
-  drive_.SetHolding(kStatus, {kMoving});
-  EXPECT_TRUE(axis_->Open().moving);
+// It is to be stopped before anything else of it is looked at.
+TEST_F(StepperAxisTest, SaysWhetherItMovesWhateverElseIsWrongWithIt) {
+  EXPECT_FALSE(axis_->IsMoving());
+  drive_.SetHolding(0x0001, {1600});
+  drive_.SetHolding(kAlarm, {0x0E1});
+  drive_.SetHolding(kStatus, {kMoving | 1});
+  EXPECT_TRUE(axis_->IsMoving());
+  axis_->Stop();
   EXPECT_EQ(drive_.Holding(0x6002), 0x40);
+  EXPECT_THAT(Failure([&] { axis_->Open(); }), HasSubstr("1600"));
 }
 
 TEST_F(StepperAxisTest, DoesNotMoveWhileMovingOrDisabled) {

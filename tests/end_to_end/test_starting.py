@@ -3,6 +3,8 @@ import json
 import os
 import shutil
 import subprocess
+import threading
+import time
 import unittest
 
 from bench import BIN, DEADLINE_S, Bench
@@ -94,6 +96,26 @@ class Found(unittest.TestCase):
             self.assertFalse(bench.inner_is_moving())
             self.assertLess(bench.inner_deg(), 800)
             self.assertFalse(bench.heats())
+
+    def test_an_axis_that_moves_waits_for_no_record_that_nobody_closed(self):
+        with OutsideStand() as bench:
+            bench.move_inner(angle_deg=900, rpm=60)
+            record = bench.records / "20260101-000000-turn"
+            record.mkdir(parents=True)
+            (record / "run.json").write_text('{"outcome": "running"}')
+            os.mkfifo(record / "events.lcmlog")  # takes until somebody writes it
+            starting = threading.Thread(target=bench.start)
+            starting.start()
+            try:
+                deadline = time.monotonic() + DEADLINE_S
+                log = bench.folder / "daemon.log"
+                while not (log.exists() and "was moving" in log.read_text()) and time.monotonic() < deadline:
+                    time.sleep(0.05)
+                self.assertIn("axis.inner: the drive was moving when it was opened: stopped", bench.daemon_log())
+            finally:
+                os.close(os.open(record / "events.lcmlog", os.O_WRONLY))
+                starting.join()
+            self.assertEqual(json.loads((record / "run.json").read_text())["outcome"], "interrupted")
 
     def test_a_run_whose_daemon_was_killed_is_closed_as_interrupted(self):
         script = LONG_TURN.replace("bench.turn", "bench.rest{ duration_s=30 } bench.turn")
