@@ -251,11 +251,7 @@ void RunExecution::Execute() {
     if (bench_) ending.message += Reminder(bench_->on_by_hand());
   }
   SwitchOff(ending);
-  try {
-    Finish(ending);
-  } catch (const std::exception& error) {  // a run without its record is not done
-    AddFault(ending, FaultOf("record", error));
-  }
+  Attempt(ending, [&] { Finish(ending); });
   spdlog::info("run {}: {}{}{}", directory_.run_id(), Name(ending.outcome),
                ending.message.empty() ? "" : ": ", ending.message);
   context_.acquisition.SetActiveAxes({});
@@ -276,36 +272,31 @@ void RunExecution::ShowEnd(const Ending& ending) {
   view_.elapsed_s = ToSeconds(context_.clock.Now() - start_);
 }
 
-void RunExecution::Finish(Ending& ending) {
-  if (description_.is_null()) {
-    BeginRecord(context_.clock.Now());
-  } else {
-    context_.control.Wait(context_.clock, context_.clock.Now() + kDrain);
+void RunExecution::Attempt(Ending& ending, const std::function<void()>& part) {
+  try {
+    part();
+  } catch (const std::exception& error) {  // a run without its record is not done
+    AddFault(ending, FaultOf("record", error));
   }
-  if (bench_) bench_->FinishResults();
+}
+
+void RunExecution::Finish(Ending& ending) {
+  Attempt(ending, [&] {
+    if (description_.is_null()) {
+      BeginRecord(context_.clock.Now());
+    } else {
+      context_.control.Wait(context_.clock, context_.clock.Now() + kDrain);
+    }
+  });
+  if (bench_) Attempt(ending, [&] { bench_->FinishResults(); });
   context_.telemetry.EndMeasurement();
   // Of the record, or on the way here: a fault is no end of a run that is done.
   context_.telemetry.Sync();
   if (const auto fault = context_.control.fault(); fault && ending.failures.empty()) {
     AddFault(ending, *fault);
   }
-  const calibration::AnalysisResult results = context_.telemetry.Analyse();
   const Utime end = context_.clock.Now();
-  context_.telemetry.SendResults(results, end, true);
-  // What ended before its time is not judged by what it did not do.
-  const bool complete =
-      ending.outcome == Outcome::kDone || ending.outcome == Outcome::kFailedLimits;
-  const auto trace =
-      complete ? TraceRun(context_.telemetry.Recorded(), TraceFor::kRecord) : std::nullopt;
-  if (trace) {
-    context_.telemetry.SendTrace(trace->result, end, true);
-    context_.telemetry.SendModel(*trace, end, true);
-  }
-  const std::vector<std::string> implausible = calibration::Implausible(results);
-  if (complete && !implausible.empty()) {
-    ending.outcome = Outcome::kError;
-    ending.message = fmt::format("{}", fmt::join(implausible, "; "));
-  }
+  const Results results = Evaluate(ending, end);
   run_t stop{};
   stop.utime = end;
   stop.event = run_t::STOP;
@@ -314,15 +305,54 @@ void RunExecution::Finish(Ending& ending) {
   stop.outcome = Name(ending.outcome);
   stop.text = ending.message;
   stop.record = directory_.folder().string();
-  context_.telemetry.Send(stop);
-  const std::string failure = context_.telemetry.EndRun();
-  DescribeEnd(description_, ending.outcome, ending.message, ending.failures, bench_.get(), end);
-  const MeasurementInfo at_end = context_.acquisition.Info();
-  DescribePowerOnAtEnd(description_, at_end.power_on);
-  directory_.WriteResult(calibration::ToJson(results));
-  directory_.WriteRun(description_);
-  if (trace) WriteTrace(directory_, description_, trace->result, results);
-  if (!failure.empty()) throw DataError(failure);
+  Attempt(ending, [&] { context_.telemetry.RecordOnly(stop); });
+  Attempt(ending, [&] {
+    if (const std::string failure = context_.telemetry.EndRun(); !failure.empty()) {
+      throw DataError(failure);
+    }
+  });
+  WriteFiles(ending, results, end);
+  // Last, so that nobody hears of a run that is done before its record is whole.
+  stop.outcome = Name(ending.outcome);
+  stop.text = ending.message;
+  Attempt(ending, [&] { context_.telemetry.PublishOnly(stop); });
+}
+
+RunExecution::Results RunExecution::Evaluate(Ending& ending, Utime end) {
+  Results results;
+  Attempt(ending, [&] {
+    results.analysis = context_.telemetry.Analyse();
+    context_.telemetry.SendResults(results.analysis, end, true);
+  });
+  // What ended before its time is not judged by what it did not do.
+  if (ending.outcome != Outcome::kDone && ending.outcome != Outcome::kFailedLimits) return results;
+  Attempt(ending, [&] {
+    results.trace = TraceRun(context_.telemetry.Recorded(), TraceFor::kRecord);
+    if (!results.trace) return;
+    context_.telemetry.SendTrace(results.trace->result, end, true);
+    context_.telemetry.SendModel(*results.trace, end, true);
+  });
+  const std::vector<std::string> implausible = calibration::Implausible(results.analysis);
+  if (ending.failures.empty() && !implausible.empty()) {
+    ending.outcome = Outcome::kError;
+    ending.message = fmt::format("{}", fmt::join(implausible, "; "));
+  }
+  return results;
+}
+
+void RunExecution::WriteFiles(Ending& ending, const Results& results, Utime end) {
+  const auto write_run = [&] {
+    DescribeEnd(description_, ending.outcome, ending.message, ending.failures, bench_.get(), end);
+    DescribePowerOnAtEnd(description_, context_.acquisition.Info().power_on);
+    directory_.WriteRun(description_);
+  };
+  Attempt(ending, [&] { directory_.WriteResult(calibration::ToJson(results.analysis)); });
+  Attempt(ending, write_run);
+  if (!results.trace) return;
+  const std::size_t failures = ending.failures.size();
+  Attempt(ending,
+          [&] { WriteTrace(directory_, description_, results.trace->result, results.analysis); });
+  if (ending.failures.size() > failures) Attempt(ending, write_run);
 }
 
 }  // namespace gyrobench::daemon

@@ -5,10 +5,13 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/clock.h"
+#include "calibration/estimators/results.h"
+#include "calibration/trace/trace.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
 #include "daemon/bench_time.h"
@@ -84,8 +87,18 @@ class RunExecution {
   void SwitchOff(Ending& ending);
   // A fault on the way to the end: told, latched, and added to how the run ended.
   void AddFault(Ending& ending, Fault fault);
-  // Closes the record. Results that cannot be make an error of a run that was done.
+  struct Results {
+    calibration::AnalysisResult analysis;
+    std::optional<calibration::Traced> trace;  // of a run that came to its end
+  };
+  // A part of the end that the others do not depend on: what it throws is a fault of the record.
+  void Attempt(Ending& ending, const std::function<void()>& part);
+  // Closes the record: each part of it is tried, whatever becomes of the others, and how the run
+  // ended is told last.
   void Finish(Ending& ending);
+  // Results that cannot be make an error of a run that was done.
+  Results Evaluate(Ending& ending, Utime end);
+  void WriteFiles(Ending& ending, const Results& results, Utime end);
   void ShowEnd(const Ending& ending);
 
   const RunContext& context_;

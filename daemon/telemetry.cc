@@ -100,20 +100,46 @@ void Telemetry::Record(std::string_view suffix, Utime utime, std::size_t size) {
 
 // With mutex_ held.
 template <typename Message>
-void Telemetry::Emit(Message& message) {
-  constexpr std::string_view kSuffix = Reflection<Message>::kSuffix;
+void Telemetry::Number(Message& message) {
   message.run_id = run_id_;
   message.seq = seq_[Reflection<Message>::kIndex]++;
+}
+
+// With mutex_ held: into buffer_. Returns how many bytes.
+template <typename Message>
+std::size_t Telemetry::Encode(const Message& message) {
   const int size = message.getEncodedSize();
   if (buffer_.size() < static_cast<std::size_t>(size)) {
     buffer_.resize(static_cast<std::size_t>(size));
   }
   message.encode(buffer_.data(), 0, size);
+  return static_cast<std::size_t>(size);
+}
+
+// With mutex_ held.
+template <typename Message>
+void Telemetry::Emit(Message& message) {
+  constexpr std::string_view kSuffix = Reflection<Message>::kSuffix;
+  Number(message);
+  const std::size_t size = Encode(message);
   constexpr bool kIsSample = std::is_same_v<Message, gyro_t> || std::is_same_v<Message, angle_t>;
   if (run_ && run_->failure.empty() && (run_->measuring || !kIsSample)) {
-    Record(kSuffix, message.utime, static_cast<std::size_t>(size));
+    Record(kSuffix, message.utime, size);
   }
-  publisher_.Publish(kSuffix, buffer_.data(), static_cast<std::size_t>(size));
+  publisher_.Publish(kSuffix, buffer_.data(), size);
+}
+
+void Telemetry::RecordOnly(run_t& message) {
+  const std::lock_guard lock(mutex_);
+  Number(message);
+  const std::size_t size = Encode(message);
+  if (run_ && run_->failure.empty()) Record(Reflection<run_t>::kSuffix, message.utime, size);
+}
+
+void Telemetry::PublishOnly(const run_t& message) {
+  const std::lock_guard lock(mutex_);
+  const std::size_t size = Encode(message);
+  publisher_.Publish(Reflection<run_t>::kSuffix, buffer_.data(), size);
 }
 
 template <typename Message>

@@ -17,6 +17,7 @@
 #include "calibration/trace/trace.h"
 #include "calibration/trace/trace_result.h"
 #include "daemon/lcm_publisher.h"
+#include "gyrobench/run_t.hpp"
 
 namespace gyrobench::calibration {
 class Analyzer;
@@ -52,6 +53,10 @@ class Telemetry {
   // Message: any type of msgs/ (instantiated in telemetry.cc for all of them).
   template <typename Message>
   void Send(Message& message);
+  // The last message of a run in two steps: numbered and recorded before the log is closed, and
+  // published as it was numbered once it is known what became of the record.
+  void RecordOnly(run_t& message);
+  void PublishOnly(const run_t& message);
   // One message per result: _BIAS_RESULT and _SCALE_RESULT.
   void SendResults(const calibration::AnalysisResult& results, Utime utime, bool final);
 
@@ -72,6 +77,10 @@ class Telemetry {
  private:
   struct Run;
   bool Measures() const;
+  template <typename Message>
+  void Number(Message& message);
+  template <typename Message>
+  std::size_t Encode(const Message& message);
   template <typename Message>
   void Emit(Message& message);
   void Record(std::string_view suffix, Utime utime, std::size_t size);

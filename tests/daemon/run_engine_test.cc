@@ -8,8 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "gyrobench/run_t.hpp"
 #include "tests/daemon/fake_bench.h"
 #include "tests/daemon/no_threads.h"
+#include "tests/daemon/published.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -18,6 +20,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::Contains;
 using ::testing::Each;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -239,6 +242,29 @@ TEST_F(RunEngineTest, WithoutAThreadThereIsNoRunAndTheNextOneBegins) {
   EXPECT_FALSE(bench_.engine->View());
   bench_.engine->Start("turn", {});
   EXPECT_EQ(bench_.Ended().outcome, Outcome::kDone);
+}
+
+// It was told as done, and its record said for ever that it was still running.
+TEST(RunEngineWithoutRoomForResults, ARunWhoseRecordFailsAtItsEndIsToldAsAFaultEverywhere) {
+  const fs::path published = fs::path(testing::TempDir()) / "published_end.lcmlog";
+  auto bench = std::make_unique<FakeBench>(LcmUrlOf(published));
+  bench->Script("rests", "bench.rest{ duration_s=5 }");
+  const StartedRun started = bench->engine->Start("rests", {});
+  fs::create_directories(fs::path(started.record) / "result.json" / "in the way");
+  const RunView run = bench->Ended();
+  EXPECT_EQ(run.outcome, Outcome::kFault);
+  EXPECT_THAT(run.progress.message, HasSubstr("result.json"));
+  EXPECT_EQ(bench->control.state(), State::kFault);
+  EXPECT_EQ(RunFileOf(run)["outcome"], "fault");
+  bench.reset();
+  std::vector<std::string> told;
+  for (const run_t& message : MessagesOn<run_t>("TEST_RUN", EventsOf(published))) {
+    if (message.event != run_t::STOP) continue;
+    told.push_back(message.outcome);
+    EXPECT_EQ(message.run_id, started.run_id);
+  }
+  EXPECT_THAT(told, ElementsAre("fault"));
+  fs::remove(published);
 }
 
 // The daemon is told to end.
