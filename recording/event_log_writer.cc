@@ -36,6 +36,14 @@ struct EventLogWriter::State {
         file.string(), what, std::strerror(error), events, synced_events);
     throw DataError(failure);
   }
+  // The same, where what was written has no name any more.
+  [[noreturn]] void FailWithoutName() {
+    failure = fmt::format(
+        "{}: was removed or replaced while it was written; the {} events in it are lost. Leave the "
+        "records folder in its place while a run is on, then start the run again",
+        file.string(), events);
+    throw DataError(failure);
+  }
   // With mutex held. What is written to a file without a name is lost when it is closed.
   void RequireName() {
     struct stat opened {
@@ -43,7 +51,7 @@ struct EventLogWriter::State {
     if (fstat(fileno(log->getFilePtr()), &opened) != 0) return;
     const bool there = stat(file.c_str(), &named) == 0;
     if (there && named.st_ino == opened.st_ino && named.st_dev == opened.st_dev) return;
-    Fail("was removed or replaced while it was written", there ? EEXIST : ENOENT);
+    FailWithoutName();
   }
   void ThrowIfUnusable() const {
     if (!failure.empty()) throw DataError(failure);
