@@ -304,7 +304,7 @@ std::size_t ControlApi::LaneOf(const HttpRequest& request) {
 
 std::int64_t ControlApi::Stamp() const { return context_.control.stops(); }
 
-ControlApi::ControlApi(Context context) : context_(context) {}
+ControlApi::ControlApi(const Context& context) : context_(context) {}
 
 HttpReply ControlApi::Handle(const HttpRequest& request) {
   const auto route = Routes().find({request.method, request.path});

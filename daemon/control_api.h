@@ -27,7 +27,7 @@ class ControlApi {
     LcmPublisher& publisher;
     Notices& notices;
   };
-  explicit ControlApi(Context context);
+  explicit ControlApi(const Context& context);
 
   // Requests that must not wait for each other: `stop` for nothing, and what looks or steers
   // neither for a start nor for a dry run, which take as long as their script.

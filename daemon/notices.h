@@ -1,5 +1,5 @@
-// What whoever comes to the stand is to know, though nothing is broken: what was found at the start,
-// and what was done about it.
+// What whoever comes to the stand is to know, though nothing is broken: what was found at the
+// start, and what was done about it.
 #pragma once
 
 #include <spdlog/spdlog.h>

@@ -13,8 +13,8 @@ namespace gyrobench::daemon {
 // addresses and port), its control socket and its folder of records, until destroyed or the process
 // ends, however it does. The lines of a virtual stand are the daemon's own, and are not locked.
 //
-// Each is a locked file in a folder that all users of the machine share, /run/lock or else /tmp, and
-// says who holds it.
+// Each is a locked file in a folder that all users of the machine share, /run/lock or else /tmp,
+// and says who holds it.
 class StandLock {
  public:
   // Throws Error that names what is held, by whom (process and control socket), and what to do;

@@ -108,8 +108,9 @@ void Encoder::Doubt(const Value& value) const {
   const std::int64_t counts = counts_ + Step(last_, value);
   throw DeviceError(
       fmt::format("{} ({}, unit {}): the angle jumps from {:.3f} to {:.3f} deg within {:.3f} s, "
-                  "faster than the axis can turn: not used. Check the sensor, its coupling and its "
-                  "line, and max_rate_deg_s of the axis.",
+                  "faster than the axis can turn: not used. Look for lost steps, a slip of the "
+                  "coupling, a disturbed line or a failing sensor, and check max_rate_deg_s of the "
+                  "axis.",
                   unit_.name, bus_.description(), unit_.unit, AngleDeg(counts_), AngleDeg(counts),
                   ToSeconds(value.timing.utime_latched - last_.timing.utime_latched)),
       {.device = unit_.name, .action = "angle", .address = config_.map.address});

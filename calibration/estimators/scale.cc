@@ -251,9 +251,9 @@ double ChannelScale::AllowForStructure(const GlsFit& fit, const FitOptions& opti
 }
 
 // Sensitivity to gravity makes the offset another in a turn about an axis that is not upright than
-// at rest before and after it. Turns there and back cancel it, one turn does not. What a sensitivity
-// of 1 deg/s/g along each axis would add to the scale factor is the same fit with gravity in place
-// of the output.
+// at rest before and after it. Turns there and back cancel it, one turn does not. What 1 deg/s/g
+// along each axis would add to the scale factor is the same fit with gravity in place of the
+// output.
 void ChannelScale::AllowForGravity(const GlsFit& fit, const FitOptions& options, double variance,
                                    ScaleResult* result) {
   const std::vector<Vector3> gravity_g_s = GravityOver(estimation_.columns, plan_.rows);

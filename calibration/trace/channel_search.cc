@@ -114,10 +114,10 @@ class ChannelSearcher {
   }
 
   // A step, a tone or a slow ripple, which have no grid, make the bias random walk look larger and
-  // are then hidden by it. They are looked for under a smaller one; what is worth it under any noise is known to
-  // the noise from then on. So is a clear step of the angle, which makes all other noise look
-  // larger and the residuals of rest and motion unequal: their tails would then forbid to believe
-  // it.
+  // are then hidden by it. They are looked for under a smaller one; what is worth it under any
+  // noise is known to the noise from then on. So is a clear step of the angle, which makes all
+  // other noise look larger and the residuals of rest and motion unequal: their tails would then
+  // forbid to believe it.
   void TakeInWhatPassesForNoise() {
     for (int round = 0; round < kMostForWalk; ++round) {
       const std::optional<Candidate> found = BestUnderLessWalk();

@@ -18,8 +18,8 @@ namespace {
 // Of -2 log L: less is no reason to let a power-on begin at a side of the play.
 constexpr double kStartGain = 10.0;
 constexpr double kFinestSide = 0.01;  // of the play
-// The same of a number of periods a turn that is not the whole one where the scan has found it: what
-// turns has whole numbers of teeth, poles and steps. One of 200 whole ones would be given up.
+// The same of a number of periods a turn that is not the whole one where the scan has found it:
+// what turns has whole numbers of teeth, poles and steps. Chance gains more in one of 200.
 constexpr double kFromWhole = 8.0;
 
 // Of the row in [first, end) that the time is in, and of those beside it.

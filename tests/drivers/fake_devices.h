@@ -58,8 +58,8 @@ class FakeAxis final : public Axis {
   // Its identity is not that of the map: it is refused when it is opened.
   void BeAnother() { another_ = true; }
   FaultScript& faults() { return faults_; }
-  // Calls in their order: "open", "is moving", "move 9 deg at 10 deg/s", "stop", "clear alarm". Read is not
-  // among them.
+  // Calls in their order: "open", "is moving", "move 9 deg at 10 deg/s", "stop", "clear alarm".
+  // Read is not among them.
   const std::vector<std::string>& calls() const { return calls_; }
   // Told of each of them as it comes.
   std::function<void(const std::string& call)> on_call;
