@@ -63,14 +63,9 @@ class StoredFields {
   }
   template <typename T>
   void IfThere(const char* key, std::optional<T>& value) {
-    if (cli::Field(object_, key).is_null()) return;
+    const nlohmann::json& json = cli::Field(object_, key);
     T stored{};
-    if constexpr (HasFields<T>) {
-      (*this)(key, stored);
-      value = std::move(stored);
-    } else if (ReadValue(cli::Field(object_, key), stored)) {
-      value = std::move(stored);
-    }
+    if (!json.is_null() && ReadValue(json, stored)) value = std::move(stored);
   }
   template <typename List>
   void Group(Key key, const List& list) {

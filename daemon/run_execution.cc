@@ -246,7 +246,7 @@ void RunExecution::Execute() {
   context_.time.Run();
   // Nothing heats while the drives are waited for.
   if (Outputs* outputs = context_.acquisition.outputs()) outputs->PostAllOff();
-  if (ending.outcome != Outcome::kDone && ending.outcome != Outcome::kFailedLimits) {
+  if (!ending.came_to_its_end()) {
     StopMotion(ending);
     if (bench_) ending.message += Reminder(bench_->on_by_hand());
   }
@@ -325,7 +325,7 @@ RunExecution::Results RunExecution::Evaluate(Ending& ending, Utime end) {
     context_.telemetry.SendResults(results.analysis, end, true);
   });
   // What ended before its time is not judged by what it did not do.
-  if (ending.outcome != Outcome::kDone && ending.outcome != Outcome::kFailedLimits) return results;
+  if (!ending.came_to_its_end()) return results;
   Attempt(ending, [&] {
     results.trace = TraceRun(context_.telemetry.Recorded(), TraceFor::kRecord);
     if (!results.trace) return;

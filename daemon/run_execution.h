@@ -75,6 +75,10 @@ class RunExecution {
     Outcome outcome = Outcome::kDone;
     std::string message;          // why, where it is not kDone
     std::vector<Fault> failures;  // the same as fields, where something failed
+
+    bool came_to_its_end() const {
+      return outcome == Outcome::kDone || outcome == Outcome::kFailedLimits;
+    }
   };
   Ending RunToItsEnd();
   void RunProcedure();

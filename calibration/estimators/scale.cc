@@ -93,6 +93,7 @@ class ChannelScale {
   const MeasurementInfo& info_;
   std::size_t channel_;
   ScalePlan plan_;
+  std::vector<Vector3> gravity_g_s_;  // of the plan's rows; empty where it is not known
   ScaleProblem problem_;
   double gain_ = kMissing;
   // Of the scale factor, relative: what the fit does not know of.
@@ -103,8 +104,7 @@ class ChannelScale {
 
 void ChannelScale::LeaveOutWhatDisagrees(ScaleResult* result) {
   if (!plan_.stops) return;
-  PartedWays parted =
-      FindPartedWays(plan_.rows, channel_, gain_, GravityOver(estimation_.columns, plan_.rows));
+  PartedWays parted = FindPartedWays(plan_.rows, channel_, gain_, gravity_g_s_);
   for (const std::size_t row : parted.rows) plan_.rows[row].usable[channel_] = false;
   defects_ = std::move(parted.defects);
   for (const Defect& defect : defects_) result->remarks.push_back(SaysOf(defect, parted.too_many));
@@ -256,10 +256,9 @@ double ChannelScale::AllowForStructure(const GlsFit& fit, const FitOptions& opti
 // output.
 void ChannelScale::AllowForGravity(const GlsFit& fit, const FitOptions& options, double variance,
                                    ScaleResult* result) {
-  const std::vector<Vector3> gravity_g_s = GravityOver(estimation_.columns, plan_.rows);
-  if (gravity_g_s.empty()) return;
+  if (gravity_g_s_.empty()) return;
   const WhiteGram gram =
-      Whiten(problem_.GravitySeries(plan_.rows, channel_, gravity_g_s), fit.noise);
+      Whiten(problem_.GravitySeries(plan_.rows, channel_, gravity_g_s_), fit.noise);
   double square = 0.0;
   for (int k = 0; k < 3; ++k) {
     const GlsSolution solution = Solve(gram, options.regressors, problem_.output() + k);
@@ -334,6 +333,7 @@ bool ChannelScale::SetUp(ScaleResult* result, std::string* reason, IntervalSerie
     unfollowed_deg_ = turned;
     return false;
   }
+  gravity_g_s_ = GravityOver(estimation_.columns, plan_.rows);
   LeaveOutWhatDisagrees(result);
   result->axis = static_cast<SensorAxis>(channel_);
   result->unit = OutputUnit(info_);

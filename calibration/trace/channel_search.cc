@@ -10,7 +10,6 @@
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/raw_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
-#include "calibration/gls/statistics.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/held_out.h"
 #include "calibration/trace/remaining.h"
@@ -30,8 +29,6 @@ constexpr double kLessWalk = 0.1;
 // Square of a step of the angle in its standard errors: wild readings in a row make smaller ones.
 constexpr double kClearStep = 200.0;
 constexpr int kMostForWalk = 3;
-// The scan's own figure of a ripple is rough.
-constexpr double kRoughly = 0.5;
 // Of the chance of a false discovery.
 constexpr double kShareForWalk = 0.01;
 // So much more walk is another noise, however flat the likelihood is there, unless it is next to
@@ -144,9 +141,7 @@ class ChannelSearcher {
       if (candidate.angle_step() && peak.gain < kClearStep) continue;
       const double level = std::log(request_.false_discovery * kShareForWalk / peak.tried);
       // What is not worth it under less of the walk is not under any.
-      if (candidate.search() == Search::kPeriods &&
-          peak.gain < kRoughly * ChiSquareQuantile(level, 2.0))
-        continue;
+      if (candidate.search() == Search::kPeriods && !peak.ComesNear(level)) continue;
       const double evidence_margin = level - LogChance(candidate);
       if (evidence_margin <= most) continue;
       most = evidence_margin;

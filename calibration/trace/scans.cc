@@ -254,6 +254,11 @@ std::vector<ScanPeak> Found(std::vector<ScanPeak> peaks) {
 
 }  // namespace
 
+bool ScanPeak::ComesNear(double log_level) const {
+  constexpr double kRoughly = 0.5;
+  return gain >= kRoughly * ChiSquareQuantile(log_level, 2.0);
+}
+
 double TurnsSpanned(const ChannelProblem& problem, std::size_t axis) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {

@@ -23,6 +23,10 @@ struct ScanPeak {
   // What a single row decides is as likely as the tails of all rows say: degrees of freedom of
   // their Student's distribution.
   double tail_freedom = std::numeric_limits<double>::infinity();
+
+  // Whether it is worth to be worked out against a level (logarithm of a chance): the scan's own
+  // figure is rough.
+  bool ComesNear(double log_level) const;
 };
 
 // The highest peak of each kind in the white residual. `model`: white columns that were fitted

@@ -108,8 +108,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     // By the count of tests at the scan's own gain, which is not counted again when the noise is
     // estimated anew: a step's neighbours differ the more, the larger the gain is.
     const double level = std::log(options_.false_discovery * kShareOfScan / peak.tried);
-    // The scan's own figure is rough: what comes near is worked out.
-    if (peak.gain < 0.5 * ChiSquareQuantile(level, 2.0)) continue;
+    if (!peak.ComesNear(level)) continue;
     Candidate candidate = ScannedCandidate(*problem_, peak);
     candidate.log_level = level;
     candidate.tail_freedom = peak.tail_freedom;
