@@ -157,7 +157,8 @@ class StoredFields {
     return reader.unread_.empty();
   }
   void SayUnread(const std::string& consequence) const {
-    for (const std::string& why : unread_) not_known_.push_back(why + ": " + consequence);
+    for (const std::string& why : unread_)
+      not_known_.push_back(fmt::format("{}: {}", why, consequence));
   }
 
   const nlohmann::json& object_;

@@ -217,7 +217,8 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   double square = 0.0;
   for (Eigen::Index i = first; i < end; ++i) {
     if (!rests(i)) continue;
-    grid[static_cast<std::size_t>((problem.begin_s(i) - origin) / step_s + 0.5)] += residual(i);
+    grid[static_cast<std::size_t>(std::lround((problem.begin_s(i) - origin) / step_s))] +=
+        residual(i);
     square += residual(i) * residual(i);
   }
   Eigen::FFT<double> fft;
