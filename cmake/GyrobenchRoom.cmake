@@ -79,6 +79,10 @@ function(gyrobench_link target)
   target_link_libraries(${target} PRIVATE ${libraries} gyrobench_flags)
 endfunction()
 
+function(gyrobench_compile_together target batch)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${GYROBENCH_UNITY} UNITY_BUILD_BATCH_SIZE ${batch})
+endfunction()
+
 # What belongs to the tests sees everything of the rooms that it links, and the tests' own headers.
 function(gyrobench_link_for_tests target)
   gyrobench_libraries(libraries ${ARGN})
@@ -106,7 +110,7 @@ function(gyrobench_room name)
   file(MAKE_DIRECTORY ${outer})
   file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${door}/${name} SYMBOLIC)
   target_include_directories(gyrobench_${target} PUBLIC ${door})
-  set_target_properties(gyrobench_${target} PROPERTIES UNITY_BUILD ${GYROBENCH_UNITY} UNITY_BUILD_BATCH_SIZE 12)
+  gyrobench_compile_together(gyrobench_${target} 12)
 endfunction()
 
 # For those outside who want the whole of a room that is made of rooms.
@@ -130,6 +134,7 @@ endfunction()
 function(gyrobench_test name)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
+  gyrobench_compile_together(${name} 8)
   gyrobench_link_for_tests(${name} ${arg_DEPENDS} ${arg_LINK} GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE GYROBENCH_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   # gtest_discover_tests would run each binary at build time; one entry a binary keeps ctest quick.

@@ -10,13 +10,9 @@
 namespace gyrobench::blind_trials {
 namespace {
 
-using Random = std::mt19937_64;
-constexpr std::size_t kZ = 2, kInner = 2;
+constexpr std::size_t kZ = 2, kInnerAxis = 2;
 constexpr std::size_t kRowZ = 6;  // of a 3 x 3 matrix
 
-double Uniform(Random& random, double low, double high) {
-  return std::uniform_real_distribution<double>(low, high)(random);
-}
 double LogUniform(Random& random, double low, double high) {
   return std::exp(Uniform(random, std::log(low), std::log(high)));
 }
@@ -44,8 +40,8 @@ void AddScalar(Bench& bench, config::Triple& key, double value, const char* name
   bench.truth.push_back({{name}, value});
 }
 config::GyroScenario& Gyro(Bench& bench) { return bench.specimen.gyro; }
-config::EncoderScenario& Encoder(Bench& bench) { return bench.specimen.encoder[kInner]; }
-config::MechanicsScenario& Mechanics(Bench& bench) { return bench.specimen.mechanics[kInner]; }
+config::EncoderScenario& Encoder(Bench& bench) { return bench.specimen.encoder[kInnerAxis]; }
+config::MechanicsScenario& Mechanics(Bench& bench) { return bench.specimen.mechanics[kInnerAxis]; }
 void AddAmplitude(Bench& bench, double value) {
   bench.truth.push_back({{"amplitude"}, value, true});
 }

@@ -12,6 +12,12 @@
 
 namespace gyrobench::blind_trials {
 
+// What a trial draws.
+using Random = std::mt19937_64;
+inline double Uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
 // A true number behind an effect, under the catalogue's name for it, in its unit. Several names:
 // the length of that vector (amplitude of a sine and a cosine), whose phase is of no interest.
 struct TrueParameter {

@@ -10,7 +10,6 @@ namespace gyrobench::blind_trials {
 namespace {
 
 namespace fs = std::filesystem;
-using Random = std::mt19937_64;
 
 const config::StandConfig& Stand() {
   static const config::StandConfig stand =
@@ -28,10 +27,6 @@ const config::Scenario& FullSequenceScenario() {
     return loaded;
   }();
   return scenario;
-}
-
-double Uniform(Random& random, double low, double high) {
-  return std::uniform_real_distribution<double>(low, high)(random);
 }
 
 void Multiply(config::Triple& values, double factor) {

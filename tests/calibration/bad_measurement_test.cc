@@ -45,9 +45,9 @@ void ExpectFinite(const AnalysisResult& result) {
 }
 
 // Stands between the simulation and the analyzer and spoils what passes.
-class Spoiler final : public MeasurementSink {
+class SpoiledOnItsWay final : public MeasurementSink {
  public:
-  explicit Spoiler(Analyzer* analyzer) : analyzer_(analyzer) {}
+  explicit SpoiledOnItsWay(Analyzer* analyzer) : analyzer_(analyzer) {}
   std::function<void(MeasurementInfo*)> info = [](MeasurementInfo*) {};
   std::function<bool(GyroSample*)> gyro = [](GyroSample*) { return true; };
   std::function<bool(AngleSample*)> angle = [](AngleSample*) { return true; };
@@ -76,7 +76,7 @@ class Spoiler final : public MeasurementSink {
 
 struct Spoiled {
   Analyzer analyzer;
-  Spoiler spoiler{&analyzer};
+  SpoiledOnItsWay spoiler{&analyzer};
   AnalysisResult Run(const TurnSchedule& schedule = {}, const SimulatedSensor& sensor = {}) {
     SimulateTurns(schedule, sensor, 1, &spoiler);
     AnalysisResult result = analyzer.Result();

@@ -15,8 +15,8 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-ModelTerm Term(const std::string& id, EffectOwner owner, std::vector<double> coefficients,
-               std::vector<double> nonlinear = {}) {
+ModelTerm TermOwned(const std::string& id, EffectOwner owner, std::vector<double> coefficients,
+                    std::vector<double> nonlinear = {}) {
   ModelTerm term;
   term.id = id;
   term.owner = owner;
@@ -34,21 +34,21 @@ ChannelModel FullModel() {
   model.m_row_std_error = {1e-5, 2.0 / 3.0 * 1e-5, kMissing};
   model.reference_degC = 31.25;
   model.bias_deg_s = {0.1, -1.0 / 3.0, 1e-5};
-  model.terms.push_back(Term("scale.temperature", EffectOwner::kGyro, {2.5e-4}));
+  model.terms.push_back(TermOwned("scale.temperature", EffectOwner::kGyro, {2.5e-4}));
   model.terms.back().reference_degC = 30.5;
   model.terms.back().chosen_on = ChosenOn::kTrainingPart;
-  model.terms.push_back(Term("bias.hysteresis", EffectOwner::kGyro, {0.02}, {2.25}));
+  model.terms.push_back(TermOwned("bias.hysteresis", EffectOwner::kGyro, {0.02}, {2.25}));
   model.terms.back().chosen_on = ChosenOn::kAllData;
-  model.terms.push_back(Term("angle.eccentricity_1", EffectOwner::kReference, {0.01, 0.02}));
+  model.terms.push_back(TermOwned("angle.eccentricity_1", EffectOwner::kReference, {0.01, 0.02}));
   model.terms.back().table_axis = 1;
-  model.terms.push_back(Term("bias.of(supply_v)", EffectOwner::kGyro, {0.7}));
+  model.terms.push_back(TermOwned("bias.of(supply_v)", EffectOwner::kGyro, {0.7}));
   model.terms.back().covariate = "supply_v";
   model.terms.back().covariate_mean = 3.31;
-  model.terms.push_back(Term("composed(g_x*T)", EffectOwner::kGyro, {1e-3}));
+  model.terms.push_back(TermOwned("composed(g_x*T)", EffectOwner::kGyro, {1e-3}));
   model.terms.back().origin = EffectOrigin::kComposed;
   model.terms.back().factors = {"g_x", "T"};
   model.terms.back().offsets = {0.0, 29.5};
-  model.terms.push_back(Term("empirical(T)", EffectOwner::kGyro, {0.1, 0.3, -0.2}));
+  model.terms.push_back(TermOwned("empirical(T)", EffectOwner::kGyro, {0.1, 0.3, -0.2}));
   model.terms.back().origin = EffectOrigin::kEmpirical;
   model.terms.back().factors = {"T"};
   model.terms.back().knots = {20.0, 25.5, 40.0};
@@ -60,7 +60,7 @@ ChannelModel FullModel() {
   return model;
 }
 
-Calibration Full() {
+Calibration FullCalibration() {
   return {"MPU-17",
           "2026-11-21T15:30:12Z",
           "0.1.0",
@@ -73,7 +73,7 @@ Calibration Full() {
             {0.0035, 1.0 / 7000.0, kMissing}}}};
 }
 
-json Written() { return json::parse(ToJson(Full()).dump()); }
+json Written() { return json::parse(ToJson(FullCalibration()).dump()); }
 
 std::string ErrorOf(const json& value) {
   try {
@@ -93,7 +93,7 @@ void ExpectSame(const std::vector<double>& a, const std::vector<double>& b) {
 
 // The artefact is what firmware is made from: not one bit may be lost on the way.
 TEST(CalibrationFile, GivesEveryFieldBackToTheLastBit) {
-  const Calibration before = Full();
+  const Calibration before = FullCalibration();
   const Calibration after = CalibrationFromJson(Written(), "cal.json");
   EXPECT_EQ(after.sensor, before.sensor);
   EXPECT_EQ(after.created, before.created);
@@ -146,7 +146,7 @@ TEST(CalibrationFile, SaysWhatAnEffectWasChosenOnWhereThatIsKnown) {
 
 // Who corrects raw counts by the file has to know what to take off first.
 TEST(CalibrationFile, SaysWhichCountStandsForZeroWhereThatIsKnown) {
-  Calibration before = Full();
+  Calibration before = FullCalibration();
   EXPECT_TRUE(ToJson(before)["gyro_lsb_zero"].is_null());
   before.gyro_lsb_zero = 32768.0;
   json written = json::parse(ToJson(before).dump());
@@ -160,7 +160,7 @@ TEST(CalibrationFile, SaysWhichCountStandsForZeroWhereThatIsKnown) {
 // Older files have no such key, and stay readable.
 TEST(CalibrationFile, GivesTheThreeAxesBackWhereTheyAreThere) {
   EXPECT_FALSE(CalibrationFromJson(Written(), "cal.json").vector);
-  Calibration before = Full();
+  Calibration before = FullCalibration();
   before.vector.emplace().missing = {"gyro x was not traced"};
   before.vector->matrix.emplace().m[1] = {1.0 / 3.0, kMissing, 1.0};
   before.vector->matrix->m_covariance.assign(81, 1.0 / 7.0);
@@ -173,7 +173,7 @@ TEST(CalibrationFile, GivesTheThreeAxesBackWhereTheyAreThere) {
 }
 
 TEST(CalibrationFile, GivesEveryTermBackToTheLastBit) {
-  const Calibration before = Full();
+  const Calibration before = FullCalibration();
   const Calibration after = CalibrationFromJson(Written(), "cal.json");
   const auto &a = after.channels[0].model.terms, &b = before.channels[0].model.terms;
   ASSERT_EQ(a.size(), b.size());
@@ -205,12 +205,12 @@ TEST(CalibrationFile, ListsTheEffectsOfReferenceAndBenchAndSaysWhyTheyAreNotAppl
 
 TEST(CalibrationFile, EventsOfOneRunAndLagsAreNoPartOfACorrection) {
   using enum EffectOwner;
-  EXPECT_NE(WhyNotApplied(Term("bias.step", kGyro, {0.1}, {30.0})), "");
-  EXPECT_NE(WhyNotApplied(Term("bias.tone", kGyro, {0.1, 0.1}, {0.2})), "");
-  EXPECT_NE(WhyNotApplied(Term("bandwidth.first_order", kGyro, {0.01}, {})), "");
-  EXPECT_NE(WhyNotApplied(Term("bias.earth_rate", kGyro, {0.0, 0.0, 0.0})), "");
-  EXPECT_NE(WhyNotApplied(Term("angle.latency", kBench, {0.01})), "");
-  EXPECT_EQ(WhyNotApplied(Term("bias.g_linear", kGyro, {0.0, 0.0, 0.0})), "");
+  EXPECT_NE(WhyNotApplied(TermOwned("bias.step", kGyro, {0.1}, {30.0})), "");
+  EXPECT_NE(WhyNotApplied(TermOwned("bias.tone", kGyro, {0.1, 0.1}, {0.2})), "");
+  EXPECT_NE(WhyNotApplied(TermOwned("bandwidth.first_order", kGyro, {0.01}, {})), "");
+  EXPECT_NE(WhyNotApplied(TermOwned("bias.earth_rate", kGyro, {0.0, 0.0, 0.0})), "");
+  EXPECT_NE(WhyNotApplied(TermOwned("angle.latency", kBench, {0.01})), "");
+  EXPECT_EQ(WhyNotApplied(TermOwned("bias.g_linear", kGyro, {0.0, 0.0, 0.0})), "");
 }
 
 struct Damage {
@@ -312,7 +312,7 @@ TEST(CalibrationFile, IsNoListAndHoldsNoAxisTwice) {
 
 // What is read from a disk may be anything; it is refused, or it is what it says.
 TEST(CalibrationFile, WithAnyBytesChangedIsReadOrRefusedAndNothingElse) {
-  const std::string whole = ToJson(Full()).dump();
+  const std::string whole = ToJson(FullCalibration()).dump();
   std::mt19937_64 random(3);
   int read = 0, refused = 0;
   for (int i = 0; i < 3000; ++i) {

@@ -10,13 +10,13 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr Eigen::Index kRows = 1000, kBlock = 4;
-constexpr int kSeeds = 600;
+constexpr int kRepetitions = 600;
 // Of chi square of one degree: one in twenty is beyond.
 constexpr double kOneInTwenty = 3.841;
 
-class Noise {
+class CorrelatedNoise {
  public:
-  explicit Noise(unsigned seed) : random_(seed) {}
+  explicit CorrelatedNoise(unsigned seed) : random_(seed) {}
 
   // Each value holds `memory` of the one before; variance 1.
   Eigen::VectorXd Draw(double memory) {
@@ -51,8 +51,8 @@ struct Rates {
 };
 Rates FalseRates(double memory_of_column, double memory_of_output) {
   Rates rates;
-  for (int seed = 0; seed < kSeeds; ++seed) {
-    Noise noise(static_cast<unsigned>(seed));
+  for (int seed = 0; seed < kRepetitions; ++seed) {
+    CorrelatedNoise noise(static_cast<unsigned>(seed));
     const Eigen::VectorXd column = noise.Draw(memory_of_column);
     const Eigen::VectorXd output = noise.Draw(memory_of_output);
     const Fitted fit = Fit(column, output);
@@ -60,8 +60,8 @@ Rates FalseRates(double memory_of_column, double memory_of_output) {
     rates.white += fit.gain_if_white > kOneInTwenty;
     rates.correlated += gain > kOneInTwenty;
   }
-  rates.white /= kSeeds;
-  rates.correlated /= kSeeds;
+  rates.white /= kRepetitions;
+  rates.correlated /= kRepetitions;
   return rates;
 }
 
@@ -79,7 +79,7 @@ TEST(Correlated, AsksNoMoreOfAWhiteResidual) {
 
 TEST(Correlated, NeverGainsMoreThanBesideAWhiteResidual) {
   for (unsigned seed = 0; seed < 50; ++seed) {
-    Noise noise(seed);
+    CorrelatedNoise noise(seed);
     const Eigen::VectorXd column = noise.Draw(0.9);
     // Neighbours differ: errors that allow for it are smaller.
     const Eigen::VectorXd output = noise.Draw(-0.8) + column;
@@ -90,7 +90,7 @@ TEST(Correlated, NeverGainsMoreThanBesideAWhiteResidual) {
 }
 
 TEST(Correlated, DependsOnTheSpanOfTheColumnsOnly) {
-  Noise noise(1);
+  CorrelatedNoise noise(1);
   Eigen::MatrixXd columns(kRows, 2);
   columns << noise.Draw(0.9), noise.Draw(0.5);
   const Eigen::VectorXd output = noise.Draw(0.8) + 0.2 * columns.col(0);
@@ -109,7 +109,7 @@ TEST(Correlated, DependsOnTheSpanOfTheColumnsOnly) {
 // The end of one run says nothing of the begin of the next: another sign of one run's columns and
 // output together changes nothing, though products across the boundary change their sign.
 TEST(Correlated, KnowsWhereARunEnds) {
-  Noise noise(2);
+  CorrelatedNoise noise(2);
   Eigen::VectorXd column = noise.Draw(0.95), output = noise.Draw(0.9);
   const std::vector<Eigen::Index> runs = {0, 398};
   auto gain = [&](const std::vector<Eigen::Index>& begins) {

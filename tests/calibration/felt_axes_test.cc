@@ -23,8 +23,6 @@ using calibration::StateHistory;
 using calibration::TracedEffect;
 using kinematics::StandFrame;
 
-constexpr double kPi = std::numbers::pi;
-
 // One interval of a second, in which the axes turn at such rates about such angles.
 StateHistory OneInterval(const Recording& recording, const StandFrame& stand,
                          const Vector3& angles_deg, const Vector3& rates_deg_s) {
@@ -144,7 +142,7 @@ TEST(AnErrorOfTheMiddleAxis, IsNamedByWhatZFeelsOfTheOuter) {
     Injection wave;
     wave.axis = kMiddleAxis;
     wave.angle_deg = [](const BenchState& s) {
-      return kWave_deg * std::sin(2.0 * s.table.angle_deg[kMiddleAxis] * kPi / 180.0);
+      return kWave_deg * std::sin(2.0 * s.table.angle_deg[kMiddleAxis] * std::numbers::pi / 180.0);
     };
     const Recording recording = bench.Measure(wave, seed);
     const Recording* const inputs[] = {&recording};

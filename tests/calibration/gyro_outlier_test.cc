@@ -19,7 +19,7 @@ namespace {
 using calibration::GyroStream;
 using calibration::IntegralMark;
 
-constexpr double kInterval_s = 0.005;
+constexpr double kGyroInterval_s = 0.005;
 
 MeasurementInfo Counts() {
   MeasurementInfo info;
@@ -52,7 +52,7 @@ class WildSamples : public ::testing::Test {
     stream_.Start(Counts());
     for (std::size_t i = 0; i < 1600; ++i) {
       GyroSample sample;
-      sample.t_s = 200.0 + kInterval_s * static_cast<double>(i);
+      sample.t_s = 200.0 + kGyroInterval_s * static_cast<double>(i);
       sample.xi[0] = std::round(131.0 * sign_only * Rate(sample.t_s - 200.0) + noise(random));
       if (i == where) sample.xi[0] += wild;
       stream_.Add(sample);
@@ -74,7 +74,7 @@ TEST_F(WildSamples, AreBridgedAtRestAndInEveryKindOfMotion) {
       const double mended = Run(where, wild);
       EXPECT_EQ(Outliers(stream_.defects()), 1) << where << " " << wild;
       // What is left is the noise of one sample and the bend of the rate there.
-      EXPECT_NEAR(mended, clean, kInterval_s * 131.0 * 1.2) << where << " " << wild;
+      EXPECT_NEAR(mended, clean, kGyroInterval_s * 131.0 * 1.2) << where << " " << wild;
     }
   }
 }
@@ -95,7 +95,7 @@ TEST_F(WildSamples, AreBridgedInMotionFromFortyBendsOn) {
   for (const std::size_t where : {100u, 450u, 600u, 1140u, 1500u}) {
     const double mended = Run(where, 2000.0);
     EXPECT_EQ(Outliers(stream_.defects()), 1) << where;
-    EXPECT_NEAR(mended, clean, kInterval_s * 131.0 * 1.2) << where;
+    EXPECT_NEAR(mended, clean, kGyroInterval_s * 131.0 * 1.2) << where;
   }
 }
 
@@ -178,15 +178,15 @@ TEST_F(WildSamples, AreKnownWithTheSampleAfterThem) {
   std::normal_distribution<double> noise(0.0, 4.0);
   for (int i = 0; i <= 100; ++i) {
     GyroSample sample;
-    sample.t_s = kInterval_s * i;
+    sample.t_s = kGyroInterval_s * i;
     sample.xi[0] = i == 100 ? 20000.0 : noise(random);
     stream_.Add(sample);
   }
-  EXPECT_DOUBLE_EQ(stream_.settled_time_s(), kInterval_s * 98);
+  EXPECT_DOUBLE_EQ(stream_.settled_time_s(), kGyroInterval_s * 98);
   IntegralMark before, after;
   ASSERT_TRUE(stream_.IntegralAt(stream_.settled_time_s(), &before));
   GyroSample next;
-  next.t_s = kInterval_s * 101;
+  next.t_s = kGyroInterval_s * 101;
   next.xi[0] = 0.0;
   stream_.Add(next);
   EXPECT_EQ(Outliers(stream_.defects()), 1);
@@ -203,8 +203,8 @@ TEST_F(WildSamples, DoNotHideASaturation) {
   std::normal_distribution<double> noise(0.0, 0.03);
   for (int i = 0; i < 1200; ++i) {
     GyroSample sample;
-    sample.t_s = kInterval_s * i;
-    const double rate = 400.0 * std::sin(kInterval_s * i);
+    sample.t_s = kGyroInterval_s * i;
+    const double rate = 400.0 * std::sin(kGyroInterval_s * i);
     sample.xi[0] = i == 60 ? 4000.0 : std::clamp(rate + noise(random), -250.0, 250.0);
     stream_.Add(sample);
   }
@@ -226,7 +226,7 @@ TEST_F(WildSamples, AreNotMadeOfHeavyTails) {
     std::normal_distribution<double> noise(0.0, sigma);
     for (int i = 0; i < kSamples; ++i) {
       GyroSample sample;
-      sample.t_s = kInterval_s * i;
+      sample.t_s = kGyroInterval_s * i;
       sample.xi[0] = noise(random);
       if (random() % 100 == 0) sample.xi[0] = (random() % 2 == 0 ? 10.0 : -10.0) * sigma;
       stream_.Add(sample);
@@ -241,7 +241,7 @@ TEST_F(WildSamples, AreNotMadeOfStepsOrPulsesOfMotion) {
   std::normal_distribution<double> noise(0.0, 4.0);
   for (int i = 0; i < 4000; ++i) {
     GyroSample sample;
-    sample.t_s = kInterval_s * i;
+    sample.t_s = kGyroInterval_s * i;
     // A step in one sample, a knock that takes three, a ringing stepper.
     double rate = i > 1000 && i < 1500 ? 150.0 : 0.0;
     if (i >= 2000 && i < 2003) rate = 80.0;
@@ -275,7 +275,7 @@ TEST_F(WildSamples, AreSmallerOnesInQuietSurroundings) {
       stream_.Start(Counts());
       for (int i = 0; i < 3000; ++i) {
         GyroSample sample;
-        sample.t_s = kInterval_s * i;
+        sample.t_s = kGyroInterval_s * i;
         sample.xi[0] = std::round(131.0 * rate_deg_s + noise(random));
         for (const auto& [where, wild_deg_s] : one.wild) {
           if (i == where) sample.xi[0] += 131.0 * wild_deg_s;

@@ -25,7 +25,7 @@ GyroSample At(double t_s, double x) {
   return sample;
 }
 
-double Noise() {
+double CountsOfNoise() {
   static std::mt19937 random(5);
   return std::normal_distribution<double>(0.0, 5.0)(random);
 }
@@ -92,7 +92,7 @@ TEST(GyroStream, IntegratesASwingAsWellBySamplesOfUnequalDistanceAsByEqualOnes) 
 TEST(GyroStream, ForgetsOldSamplesInsteadOfGuessing) {
   GyroStream stream;
   stream.Start(OneAxis());
-  for (int i = 0; i <= 10000; ++i) stream.Add(At(0.005 * i, Noise()));
+  for (int i = 0; i <= 10000; ++i) stream.Add(At(0.005 * i, CountsOfNoise()));
   IntegralMark mark;
   EXPECT_FALSE(stream.IntegralAt(1.0, &mark));
   EXPECT_TRUE(stream.IntegralAt(49.0, &mark));
@@ -116,7 +116,7 @@ TEST(GyroStream, PutsASampleWithARepeatedStampBetweenItsNeighbours) {
 TEST(GyroStream, NeverGoesBackInTime) {
   GyroStream stream;
   stream.Start(OneAxis());
-  for (int i = 0; i < 50; ++i) stream.Add(At(0.01 * i, Noise()));
+  for (int i = 0; i < 50; ++i) stream.Add(At(0.01 * i, CountsOfNoise()));
   stream.Add(At(0.2, 1e6));
   stream.Add(At(0.5, 0.0));
   EXPECT_EQ(Count(stream, "time_backwards"), 1);
@@ -126,8 +126,8 @@ TEST(GyroStream, NeverGoesBackInTime) {
 TEST(GyroStream, DoesNotIntegrateAcrossAGap) {
   GyroStream stream;
   stream.Start(OneAxis());
-  for (int i = 0; i < 100; ++i) stream.Add(At(0.01 * i, 100 + Noise()));
-  for (int i = 200; i < 300; ++i) stream.Add(At(0.01 * i, 100 + Noise()));
+  for (int i = 0; i < 100; ++i) stream.Add(At(0.01 * i, 100 + CountsOfNoise()));
+  for (int i = 200; i < 300; ++i) stream.Add(At(0.01 * i, 100 + CountsOfNoise()));
   EXPECT_EQ(Count(stream, "gap"), 1);
   EXPECT_TRUE(IsBad(stream, 1.5));
   EXPECT_FALSE(IsBad(stream, 0.5));
@@ -142,7 +142,7 @@ TEST(GyroStream, BridgesOneMissingValueAndMarksALongerStretch) {
   stream.Start(OneAxis());
   for (int i = 0; i < 300; ++i) {
     const bool missing = i == 50 || (i >= 150 && i < 170);
-    stream.Add(At(0.01 * i, missing ? kMissing : 100 + Noise()));
+    stream.Add(At(0.01 * i, missing ? kMissing : 100 + CountsOfNoise()));
   }
   EXPECT_EQ(Count(stream, "not_a_number"), 21);
   EXPECT_FALSE(IsBad(stream, 0.5));
@@ -158,9 +158,9 @@ TEST(GyroStream, RecognisesAFrozenSensor) {
   info.gyro_present = {true, true, true};
   stream.Start(info);
   for (int i = 0; i < 600; ++i) {
-    GyroSample sample = At(0.005 * i, std::round(Noise()));
-    sample.xi[1] = std::round(Noise());
-    sample.xi[2] = std::round(Noise());
+    GyroSample sample = At(0.005 * i, std::round(CountsOfNoise()));
+    sample.xi[1] = std::round(CountsOfNoise());
+    sample.xi[2] = std::round(CountsOfNoise());
     if (i >= 200 && i < 400) sample.xi = {3, -2, 7};
     stream.Add(sample);
   }
@@ -186,7 +186,8 @@ TEST(GyroStream, RecognisesSaturationOfASensorThatScalesByItself) {
   GyroStream stream;
   stream.Start(OneAxis(RateUnit::kDegPerSecond));
   for (int i = 0; i < 1000; ++i) {
-    stream.Add(At(0.01 * i, std::clamp(400.0 * std::sin(0.01 * i) + Noise(), -250.1, 250.1)));
+    stream.Add(
+        At(0.01 * i, std::clamp(400.0 * std::sin(0.01 * i) + CountsOfNoise(), -250.1, 250.1)));
   }
   EXPECT_GT(Count(stream, "saturation"), 100);
   EXPECT_TRUE(IsBad(stream, 1.57)) << "at the peak";
@@ -211,7 +212,8 @@ TEST(GyroStream, FindsWhereMotionBeginsAndEnds) {
     if (t < 2.2) return (t - 2.0) * 80.0;
     return t < 3.0 ? 16.0 : (3.2 - t) * 80.0;
   };
-  for (int i = 0; i < 1000; ++i) stream.Add(At(0.005 * i, 131.0 * rate(0.005 * i) + Noise()));
+  for (int i = 0; i < 1000; ++i)
+    stream.Add(At(0.005 * i, 131.0 * rate(0.005 * i) + CountsOfNoise()));
   const double end = stream.RestEnd(2.02, 2.10), begin = stream.RestBegin(3.19);
   EXPECT_LE(end, 2.0);
   EXPECT_GT(end, 1.96);

@@ -44,7 +44,7 @@ class LaggedRate {
   std::vector<double> rates_;
 };
 
-Motion ManyTurns() {
+Motion RoundsOfTurns() {
   Motion motion;
   motion.Rest(10.0);
   for (int round = 0; round < 4; ++round) {
@@ -61,7 +61,7 @@ bool Names(const calibration::TracedEffect& effect, const char* id) {
 // itself shows: with the noise of the samples about a reading in it, which is in the output as
 // well, the residual grew, and a pure delay was named as certain in two seeds of five.
 TEST(NoisyGyro, ItsNoiseDoesNotRuleOutTheLagThatItHas) {
-  const Motion motion = ManyTurns();
+  const Motion motion = RoundsOfTurns();
   const LaggedRate lagged(motion);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Story story;

@@ -31,7 +31,7 @@ using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-constexpr std::size_t kZ = 2;
+constexpr std::size_t kThirdAxis = 2;
 constexpr double kScale = 1.015, kBias_deg_s = 0.4;
 
 // Turns there and back at several speeds between rests; a part whose scale depends on direction and
@@ -47,10 +47,10 @@ std::vector<Row> Turns(int count, std::uint64_t seed) {
     row.end_s = t_s += length_s;
     row.still = turn_deg == 0.0;
     row.usable = {true, true, true};
-    row.rotation_deg[kZ] = turn_deg;
+    row.rotation_deg[kThirdAxis] = turn_deg;
     const double rate = turn_deg / length_s;
     const double shape = 1.0 + 5e-4 * (rate > 0.0 ? 1.0 : 0.0) + 1e-5 * std::fabs(rate);
-    row.z[kZ] = kScale * shape * turn_deg + kBias_deg_s * length_s + noise(random);
+    row.z[kThirdAxis] = kScale * shape * turn_deg + kBias_deg_s * length_s + noise(random);
     rows.push_back(row);
   };
   for (int k = 0; k < count; ++k) {
@@ -63,7 +63,7 @@ std::vector<Row> Turns(int count, std::uint64_t seed) {
 
 TEST(GyroAndReference, DoNotPartWaysOnASoundBench) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const PartedWays parted = FindPartedWays(Turns(12, seed), kZ, kScale);
+    const PartedWays parted = FindPartedWays(Turns(12, seed), kThirdAxis, kScale);
     EXPECT_THAT(parted.rows, IsEmpty()) << "seed " << seed;
     EXPECT_THAT(parted.defects, IsEmpty()) << "seed " << seed;
   }
@@ -76,9 +76,9 @@ TEST(GyroAndReference, DoNotPartWaysWhereTheOffsetFollowsTheTemperature) {
   const double end_s = rows.back().end_s;
   for (Row& row : rows) {
     const double offset_deg_s = kChange_deg_s * std::exp(-6.0 * row.begin_s / end_s);
-    row.z[kZ] += offset_deg_s * row.duration_s();
+    row.z[kThirdAxis] += offset_deg_s * row.duration_s();
   }
-  for (const std::size_t i : FindPartedWays(rows, kZ, kScale).rows)
+  for (const std::size_t i : FindPartedWays(rows, kThirdAxis, kScale).rows)
     EXPECT_FALSE(rows[i].still) << rows[i].begin_s;
 }
 
@@ -96,8 +96,9 @@ TEST(GyroAndReference, DoNotPartWaysInTheSlowestTurns) {
       row.end_s = t_s += length_s;
       row.still = turn_deg == 0.0;
       row.usable = {true, true, true};
-      row.rotation_deg[kZ] = turn_deg;
-      row.z[kZ] = kScale * turn_deg + kWalk_deg_sqrt_s * std::sqrt(length_s) * normal(random);
+      row.rotation_deg[kThirdAxis] = turn_deg;
+      row.z[kThirdAxis] =
+          kScale * turn_deg + kWalk_deg_sqrt_s * std::sqrt(length_s) * normal(random);
       rows.push_back(row);
     };
     for (int turn = 0; turn < 20; ++turn) {
@@ -105,7 +106,7 @@ TEST(GyroAndReference, DoNotPartWaysInTheSlowestTurns) {
       add(turn % 9 == 8 ? kSlow_s : 1.5, turn % 2 == 0 ? 90.0 : -90.0);
     }
     add(1.0, 0.0);
-    EXPECT_THAT(FindPartedWays(rows, kZ, kScale).rows, IsEmpty()) << "seed " << seed;
+    EXPECT_THAT(FindPartedWays(rows, kThirdAxis, kScale).rows, IsEmpty()) << "seed " << seed;
   }
 }
 
@@ -120,18 +121,20 @@ TEST(GyroAndReference, DoNotPartWaysByGSensitivity) {
     gravity_g_s.push_back({row.duration_s(), 0.0, 0.0});
     if (row.still || ++turns != 5) continue;
     gravity_g_s.back() = {0.0, -row.duration_s(), 0.0};
-    row.z[kZ] -= 2.0 * kScale * kSensitivity_deg_s_g * row.duration_s();
+    row.z[kThirdAxis] -= 2.0 * kScale * kSensitivity_deg_s_g * row.duration_s();
   }
-  EXPECT_THAT(FindPartedWays(rows, kZ, kScale, gravity_g_s).defects, IsEmpty());
-  EXPECT_FALSE(FindPartedWays(rows, kZ, kScale).defects.empty()) << "there is something to allow";
-  std::ranges::find(rows, false, &Row::still)->z[kZ] += 5.0;
-  EXPECT_FALSE(FindPartedWays(rows, kZ, kScale, gravity_g_s).defects.empty()) << "a slip is one";
+  EXPECT_THAT(FindPartedWays(rows, kThirdAxis, kScale, gravity_g_s).defects, IsEmpty());
+  EXPECT_FALSE(FindPartedWays(rows, kThirdAxis, kScale).defects.empty())
+      << "there is something to allow";
+  std::ranges::find(rows, false, &Row::still)->z[kThirdAxis] += 5.0;
+  EXPECT_FALSE(FindPartedWays(rows, kThirdAxis, kScale, gravity_g_s).defects.empty())
+      << "a slip is one";
 }
 
 TEST(GyroAndReference, ThatAreNothingOfEachOtherAreNotCompared) {
   std::vector<Row> rows = Turns(12, 13);
-  for (Row& row : rows) row.z[kZ] = 0.0;
-  EXPECT_THAT(FindPartedWays(rows, kZ, kScale).rows, IsEmpty());
+  for (Row& row : rows) row.z[kThirdAxis] = 0.0;
+  EXPECT_THAT(FindPartedWays(rows, kThirdAxis, kScale).rows, IsEmpty());
 }
 
 TEST(GyroAndReference, PartWaysWhereTheTableSlips) {
@@ -139,8 +142,8 @@ TEST(GyroAndReference, PartWaysWhereTheTableSlips) {
     std::vector<Row> rows = Turns(12, 3);
     constexpr std::size_t kSlipped = 4 * 5 + 3;
     ASSERT_FALSE(rows[kSlipped].still);
-    rows[kSlipped].z[kZ] += slip_deg;
-    const PartedWays parted = FindPartedWays(rows, kZ, kScale);
+    rows[kSlipped].z[kThirdAxis] += slip_deg;
+    const PartedWays parted = FindPartedWays(rows, kThirdAxis, kScale);
     EXPECT_THAT(parted.rows, ElementsAre(kSlipped));
     ASSERT_EQ(parted.defects.size(), 1u);
     EXPECT_EQ(parted.defects[0].kind, "turn_disagrees");
@@ -153,14 +156,14 @@ TEST(GyroAndReference, PartWaysWhereTheTableSlips) {
 TEST(GyroAndReference, PartWaysInATurnOfWhichTheReferenceSawLittle) {
   std::vector<Row> rows = Turns(12, 5);
   constexpr std::size_t kSlipped = 4 * 5 + 3;
-  rows[kSlipped].rotation_deg[kZ] *= 0.01;
-  EXPECT_THAT(FindPartedWays(rows, kZ, kScale).rows, ElementsAre(kSlipped));
+  rows[kSlipped].rotation_deg[kThirdAxis] *= 0.01;
+  EXPECT_THAT(FindPartedWays(rows, kThirdAxis, kScale).rows, ElementsAre(kSlipped));
 }
 
 TEST(GyroAndReference, ThatPartWaysInManyTurnsLeaveNothingOut) {
   std::vector<Row> rows = Turns(12, 3);
-  for (std::size_t k = 0; k < 5; ++k) rows[4 * k + 3].z[kZ] += 5.0 + static_cast<double>(k);
-  const PartedWays parted = FindPartedWays(rows, kZ, kScale);
+  for (std::size_t k = 0; k < 5; ++k) rows[4 * k + 3].z[kThirdAxis] += 5.0 + static_cast<double>(k);
+  const PartedWays parted = FindPartedWays(rows, kThirdAxis, kScale);
   EXPECT_TRUE(parted.too_many);
   EXPECT_THAT(parted.rows, IsEmpty());
   ASSERT_EQ(parted.defects.size(), 1u);
@@ -182,24 +185,25 @@ TEST(GyroAndReference, PartWaysWhereTheReferenceStandsForLong) {
       piece.still = true;
       piece.begin_s = row.begin_s + k * row.duration_s() / pieces;
       piece.end_s = piece.begin_s + row.duration_s() / pieces;
-      piece.z[kZ] /= pieces;
-      piece.rotation_deg[kZ] = 0.0;
+      piece.z[kThirdAxis] /= pieces;
+      piece.rotation_deg[kThirdAxis] = 0.0;
       rows.push_back(piece);
     }
   }
-  const auto stood = [](const Row& row) { return row.still && std::fabs(row.z[kZ]) > 5.0; };
+  const auto stood = [](const Row& row) { return row.still && std::fabs(row.z[kThirdAxis]) > 5.0; };
   const auto rests = std::ranges::count_if(rows, [](const Row& row) { return row.still; });
   const auto wrong = std::ranges::count_if(rows, stood);
   ASSERT_GT(2 * wrong, rests);
-  const PartedWays parted = FindPartedWays(rows, kZ, kScale);
+  const PartedWays parted = FindPartedWays(rows, kThirdAxis, kScale);
   EXPECT_EQ(std::ssize(parted.rows), wrong);
   for (const std::size_t i : parted.rows) EXPECT_TRUE(stood(rows[i])) << i;
 }
 
 // What a run says, with the readings of the reference changed on their way.
-class Spoiler final : public MeasurementSink {
+class ShownOtherwise final : public MeasurementSink {
  public:
-  Spoiler(MeasurementSink& sink, std::function<double(double t_s, double angle_deg)> shown_deg)
+  ShownOtherwise(MeasurementSink& sink,
+                 std::function<double(double t_s, double angle_deg)> shown_deg)
       : sink_(sink), shown_deg_(std::move(shown_deg)) {}
   void OnInfo(const MeasurementInfo& info) override { sink_.OnInfo(info); }
   void OnGyro(const GyroSample& sample) override { sink_.OnGyro(sample); }
@@ -227,8 +231,8 @@ AnalysisResult AnalyzeWith(std::function<double(double, double)> shown_deg) {
   schedule.back_and_forth = true;
   schedule.rest_s = 5.0;
   Collector collector;
-  Spoiler spoiler(collector, std::move(shown_deg));
-  SimulateTurns(schedule, SimulatedSensor(), 1, &spoiler);
+  ShownOtherwise shown(collector, std::move(shown_deg));
+  SimulateTurns(schedule, SimulatedSensor(), 1, &shown);
   return calibration::Analyze(collector.Take());
 }
 
@@ -265,12 +269,12 @@ TEST(AnalysisWithAReferenceThatDies, SaysSoAndUsesWhatWasBefore) {
 TEST(AnalysisOfSamplesFarApart, AsksForMilliseconds) {
   Collector collector;
   MeasurementInfo info;
-  info.gyro_present[kZ] = true;
+  info.gyro_present[kThirdAxis] = true;
   collector.OnInfo(info);
   for (int k = 0; k < 200; ++k) {
     GyroSample sample;
     sample.t_s = 5.0 * k;
-    sample.xi[kZ] = 0.01 * (k % 3);
+    sample.xi[kThirdAxis] = 0.01 * (k % 3);
     collector.OnGyro(sample);
   }
   try {

@@ -12,7 +12,7 @@ namespace {
 
 using calibration::ReferenceTrack;
 
-constexpr double kInterval_s = 0.02;
+constexpr double kReadingInterval_s = 0.02;
 
 std::int64_t Count(const ReferenceTrack& track, const std::string& kind) {
   std::int64_t count = 0;
@@ -40,8 +40,8 @@ template <typename Angle>
 void Feed(ReferenceTrack& track, ReferenceKind kind, const Angle& angle) {
   track.Start(Info(kind));
   for (int i = 0; i < 200; ++i) {
-    const double t_s = 100.0 + kInterval_s * i;
-    const double angle_deg = angle(i, 40.0 * kInterval_s * i);
+    const double t_s = 100.0 + kReadingInterval_s * i;
+    const double angle_deg = angle(i, 40.0 * kReadingInterval_s * i);
     if (kind == ReferenceKind::kOrientation) {
       track.Add(OrientationSample{t_s, AboutZ(angle_deg)});
     } else {
@@ -68,7 +68,7 @@ TEST_P(WildReadings, ThatPersistAreAJumpAcrossWhichNothingTurned) {
   Feed(track, GetParam(), [](int i, double angle) { return i >= 100 ? angle - 150.0 : angle; });
   EXPECT_EQ(Count(track, "reference_jump"), 1);
   // From reading 99 to 101, the first that is believed, it is not known what happened.
-  EXPECT_NEAR(track.rotation_deg()[2], 40.0 * kInterval_s * 197, 1e-6);
+  EXPECT_NEAR(track.rotation_deg()[2], 40.0 * kReadingInterval_s * 197, 1e-6);
 }
 
 TEST(AWrappedAngle, IsSaidToBeOne) {
@@ -92,7 +92,7 @@ TEST(WildReadings, OfAnySizeCostNoDigitOfTheOthers) {
   ReferenceTrack track;
   Feed(track, ReferenceKind::kSensorAngle,
        [](int i, double angle) { return i % 10 == 5 ? 1e29 : angle; });
-  EXPECT_NEAR(track.rotation_deg()[2], 40.0 * kInterval_s * 199, 1e-9);
+  EXPECT_NEAR(track.rotation_deg()[2], 40.0 * kReadingInterval_s * 199, 1e-9);
 }
 
 TEST(ReferenceTimes, MayBeNegative) {

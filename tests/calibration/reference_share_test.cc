@@ -19,7 +19,7 @@ using calibration::Recording;
 using calibration::RoughSensitivity;
 using calibration::StateHistory;
 
-constexpr std::size_t kZ = 2;
+constexpr std::size_t kChannel = 2;
 
 struct Told {
   Recording recording;
@@ -97,7 +97,7 @@ TEST(ReferenceNoise, IsWhatWasPutInWhateverElseTheStandDoes) {
   constexpr int kSeeds = 12;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const Told told = Tell(motion, sensor, static_cast<std::uint64_t>(seed));
-    const ChannelProblem problem(told.histories, kZ, 1.0);
+    const ChannelProblem problem(told.histories, kChannel, 1.0);
     const calibration::NoiseSearch search(problem.intervals(), problem.MakeBaseline().columns,
                                           problem.output_deg());
     const double s = search.Best()->noise.reference_deg;

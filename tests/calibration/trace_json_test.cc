@@ -10,7 +10,7 @@ namespace {
 
 using nlohmann::json;
 
-TraceResult Full() {
+TraceResult FullTrace() {
   TraceResult result;
   result.inputs = {{"run.csv", 1200, 12.5, {{"repeated_time", 3, 1.5, "line 7"}}}};
   ChannelTrace channel;
@@ -59,12 +59,12 @@ TEST(TraceJson, HoldsEveryKeyThatAnEarlierProgramWrote) {
   std::ifstream file(std::string(GYROBENCH_SOURCE_DIR) + "/tests/compatibility/trace-1.json");
   const json before = json::parse(file);
   ASSERT_FALSE(before["channels"][0]["effects"].empty());
-  ExpectAllKeysOf(before, ToJson(Full()), "trace");
+  ExpectAllKeysOf(before, ToJson(FullTrace()), "trace");
 }
 
 // The format that other programs read; fields may be added to it, none may go.
 TEST(TraceJson, HoldsEveryKeyOfTheFormat) {
-  const json trace = ToJson(Full());
+  const json trace = ToJson(FullTrace());
   EXPECT_EQ(trace["format"], "gyrobench.trace/1");
   ExpectKeys(trace["vector"], {"missing", "unit", "matrix", "split", "g_sensitivity", "shared",
                                "accelerometer", "remarks"});
@@ -89,7 +89,7 @@ TEST(TraceJson, HoldsEveryKeyOfTheFormat) {
 }
 
 TEST(TraceJson, PutsEveryValueWhereItBelongs) {
-  const json channel = ToJson(Full())["channels"][0];
+  const json channel = ToJson(FullTrace())["channels"][0];
   EXPECT_EQ(channel["gyro"], "x");
   EXPECT_EQ(channel["verdict"], "partly_explained");
   EXPECT_EQ(channel["effects"][0]["origin"], "catalogue");

@@ -6,7 +6,6 @@
 namespace gyrobench::testing {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kTurn_s = 3.0, kRest_s = 3.0, kTurn_deg = 90.0;
 
 // Half a period is a rest and a turn; every other turn goes back. A turn is a raised cosine.
@@ -22,14 +21,16 @@ Phase PhaseAt(double t_s) {
 
 double TurnRate(double t_s) {
   const Phase phase = PhaseAt(t_s);
-  const double rate = kTurn_deg / kTurn_s * (1.0 - std::cos(2.0 * kPi * phase.in_turn_s / kTurn_s));
+  const double rate =
+      kTurn_deg / kTurn_s * (1.0 - std::cos(2.0 * std::numbers::pi * phase.in_turn_s / kTurn_s));
   return phase.back ? -rate : rate;
 }
 
 double TurnAngle(double t_s) {
   const Phase phase = PhaseAt(t_s);
   const double part = phase.in_turn_s / kTurn_s;
-  const double angle = kTurn_deg * (part - std::sin(2.0 * kPi * part) / (2.0 * kPi));
+  const double angle =
+      kTurn_deg * (part - std::sin(2.0 * std::numbers::pi * part) / (2.0 * std::numbers::pi));
   return phase.back ? kTurn_deg - angle : angle;
 }
 
@@ -37,7 +38,7 @@ GyroSample SampleAt(const Story& story, double t_s, std::mt19937_64& random) {
   constexpr double kBias_deg_s[3] = {0.3, -0.2, 0.15};
   std::normal_distribution<double> normal;
   const double temperature = story.temperature_degC(t_s);
-  const double units = story.info.gyro_unit == RateUnit::kRadPerSecond ? kPi / 180.0
+  const double units = story.info.gyro_unit == RateUnit::kRadPerSecond ? std::numbers::pi / 180.0
                        : story.info.gyro_unit == RateUnit::kLsb        ? 131.0
                                                                        : 1.0;
   GyroSample sample;
@@ -57,7 +58,7 @@ GyroSample SampleAt(const Story& story, double t_s, std::mt19937_64& random) {
 void TellReference(const Story& story, double t_s, std::mt19937_64& random, MeasurementSink& sink) {
   std::normal_distribution<double> noise(0.0, story.reading_deg);
   const double angle_deg = story.angle_deg(t_s) + noise(random);
-  const double half_rad = 0.5 * angle_deg * kPi / 180.0;
+  const double half_rad = 0.5 * angle_deg * std::numbers::pi / 180.0;
   AngleSample sample{t_s, 2, angle_deg};
   if (story.info.reference == ReferenceKind::kSensorAngle)
     sample.axis = static_cast<int>(story.info.reference_axis);

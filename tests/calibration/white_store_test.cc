@@ -12,7 +12,7 @@ namespace {
 
 constexpr Eigen::Index kRows = 200, kColumns = 6;
 
-class Store : public testing::Test {
+class WhiteStoreTest : public ::testing::Test {
  protected:
   Eigen::MatrixXd Draw(Eigen::Index columns) {
     Eigen::MatrixXd out(kRows, columns);
@@ -32,7 +32,7 @@ double ResidualSquare(const Eigen::MatrixXd& columns, const Eigen::VectorXd& out
   return (output - columns * columns.colPivHouseholderQr().solve(output)).squaredNorm();
 }
 
-TEST_F(Store, FitsEveryModelAsLeastSquaresOfItsColumnsDo) {
+TEST_F(WhiteStoreTest, FitsEveryModelAsLeastSquaresOfItsColumnsDo) {
   store_.Add(columns_);
   for (const WhiteStore::Columns& model :
        {WhiteStore::Columns{0}, {5, 1}, {0, 1, 2, 3, 4, 5}, {4, 2, 0}}) {
@@ -45,7 +45,7 @@ TEST_F(Store, FitsEveryModelAsLeastSquaresOfItsColumnsDo) {
   }
 }
 
-TEST_F(Store, GivesTheSameWhetherProductsAreMadeAheadOrWhenTheyAreAskedFor) {
+TEST_F(WhiteStoreTest, GivesTheSameWhetherProductsAreMadeAheadOrWhenTheyAreAskedFor) {
   store_.Add(columns_);
   WhiteStore ahead(output_, kColumns);
   ahead.Add(columns_);
@@ -60,7 +60,7 @@ TEST_F(Store, GivesTheSameWhetherProductsAreMadeAheadOrWhenTheyAreAskedFor) {
     EXPECT_NEAR(store_.Left(column, model), ahead.Left(column, model), 1e-12);
 }
 
-TEST_F(Store, GivesSomeRowsOfItsColumnsAndTheirProductsOfAllRows) {
+TEST_F(WhiteStoreTest, GivesSomeRowsOfItsColumnsAndTheirProductsOfAllRows) {
   store_.Add(columns_);
   const WhiteStore::Columns model = {4, 0, 3};
   EXPECT_EQ(store_.Take(model, 20, 50), columns_(Eigen::seqN(20, 50), model));
@@ -68,7 +68,7 @@ TEST_F(Store, GivesSomeRowsOfItsColumnsAndTheirProductsOfAllRows) {
   EXPECT_TRUE(store_.Products(model).isApprox(taken.transpose() * taken, 1e-12));
 }
 
-TEST_F(Store, KnowsNothingMoreOfColumnsThatWereTakenAway) {
+TEST_F(WhiteStoreTest, KnowsNothingMoreOfColumnsThatWereTakenAway) {
   store_.Add(columns_.leftCols(2));
   const Eigen::Index mark = store_.used();
   const WhiteStore::Columns gone = store_.Add(columns_.middleCols(2, 1));
@@ -81,7 +81,7 @@ TEST_F(Store, KnowsNothingMoreOfColumnsThatWereTakenAway) {
               ResidualSquare(columns_(Eigen::all, {0, 1, 3}), output_), 1e-9 * kRows);
 }
 
-TEST_F(Store, CountsADependentColumnOnceAndKeepsWhatItHasWhenItGrows) {
+TEST_F(WhiteStoreTest, CountsADependentColumnOnceAndKeepsWhatItHasWhenItGrows) {
   store_.Add(columns_);
   const double before = store_.FitTo(std::vector<Eigen::Index>{0, 1}).residual_square;
   const WhiteStore::Columns sum = store_.Add(columns_.col(0) + 2.0 * columns_.col(1));
@@ -94,7 +94,7 @@ TEST_F(Store, CountsADependentColumnOnceAndKeepsWhatItHasWhenItGrows) {
 }
 
 // What a model explains of an output is what orthogonal factors leave out of it.
-TEST_F(Store, SquaresOfManyOutputsAreWhatTheModelExplainsOfEach) {
+TEST_F(WhiteStoreTest, SquaresOfManyOutputsAreWhatTheModelExplainsOfEach) {
   Eigen::MatrixXd columns = columns_;
   columns.col(2) *= 1e6;  // units differ
   const Eigen::MatrixXd outputs = Draw(5);

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "tests/daemon/fake_stand.h"
+#include "tests/drivers/manual_clock.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -17,7 +18,6 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-constexpr Utime kStart = 1'700'000'000'000'000;
 constexpr Utime kSecond = kMicrosecondsPerSecond;
 
 class AcquisitionTest : public testing::Test {

@@ -8,10 +8,10 @@
 #include <thread>
 #include <vector>
 
+#include "tests/drivers/manual_clock.h"
+
 namespace gyrobench::daemon {
 namespace {
-
-constexpr Utime kStart = 1'700'000'000'000'000;
 
 class BusWorkerTest : public testing::Test {
  protected:

@@ -5,12 +5,13 @@
 
 #include <fstream>
 
+#include "tests/drivers/manual_clock.h"
+
 namespace gyrobench::daemon {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Utime kStart = 1'700'000'000'000'000;
 constexpr double kLongest_s = 3600.0;
 
 fs::path MakeFolder() {

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "base/error.h"
+#include "tests/drivers/manual_clock.h"
 
 namespace gyrobench::daemon {
 namespace {
 
-constexpr Utime kStart = 1'700'000'000'000'000;
 constexpr Utime kPeriod = 100'000;
 constexpr Utime kSilence = 1'000'000;
 

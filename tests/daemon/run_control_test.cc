@@ -6,11 +6,10 @@
 
 #include "daemon/progress_meter.h"
 #include "procedures/engine/engine.h"
+#include "tests/drivers/manual_clock.h"
 
 namespace gyrobench::daemon {
 namespace {
-
-constexpr Utime kStart = 1'700'000'000'000'000;
 
 class RunControlTest : public testing::Test {
  protected:

@@ -10,12 +10,11 @@
 
 #include "recording/event_log.h"
 #include "tests/daemon/resting_gyro.h"
+#include "tests/drivers/manual_clock.h"
 #include "tests/temporary_folder.h"
 
 namespace gyrobench::daemon {
 namespace {
-
-constexpr Utime kStart = 1'700'000'000'000'000;
 
 class SegmentAnalysisTest : public testing::Test {
  protected:

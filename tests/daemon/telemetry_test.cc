@@ -22,6 +22,7 @@
 #include "tests/daemon/published.h"
 #include "tests/daemon/resting_gyro.h"
 #include "tests/daemon/slow_disk.h"
+#include "tests/drivers/manual_clock.h"
 #include "tests/temporary_folder.h"
 
 namespace gyrobench::daemon {
@@ -30,8 +31,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
-
-constexpr Utime kStart = 1'700'000'000'000'000;
 
 class TelemetryTest : public testing::Test {
  protected:

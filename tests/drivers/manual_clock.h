@@ -11,9 +11,12 @@
 
 namespace gyrobench {
 
+// Where the time of tests begins.
+inline constexpr Utime kStart = 1'700'000'000'000'000;
+
 class ManualClock final : public Clock {
  public:
-  explicit ManualClock(Utime start = 1'700'000'000'000'000) : now_(start) {}
+  explicit ManualClock(Utime start = kStart) : now_(start) {}
 
   Utime Now() const override { return now_; }
   void Advance(Utime duration_us) { now_ += duration_us; }

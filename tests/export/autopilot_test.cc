@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "base/geometry.h"
 #include "tests/export/export_sample.h"
 
 namespace gyrobench::exporting {
@@ -18,7 +19,6 @@ using calibration::Calibration;
 using testing::Contains;
 using testing::HasSubstr;
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 using Parameters = std::map<std::string, float>;
 
 // Rows "1 1 NAME VALUE TYPE" between tabs.

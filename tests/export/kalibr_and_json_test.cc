@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "base/geometry.h"
 #include "tests/export/export_sample.h"
 
 namespace gyrobench::exporting {
@@ -28,7 +29,6 @@ double Entry(const std::string& yaml, const std::string& key) {
 
 TEST(Kalibr, HasTheLargestFiguresOfTheAxesInItsUnits) {
   const Exported exported = Write(ThreeAxes(), "kalibr");
-  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   EXPECT_NEAR(Entry(exported.text, "gyroscope_noise_density"), 0.0037 * kRadPerDeg, 1e-12);
   EXPECT_NEAR(Entry(exported.text, "gyroscope_random_walk"), 2e-4 * kRadPerDeg, 1e-13);
   EXPECT_THAT(exported.notes, Contains(HasSubstr("misalignment")));
@@ -55,7 +55,6 @@ TEST(Kalibr, SampledAsItDocumentsWalksAsTheCalibrationSays) {
     angle_squares += angle_rad * angle_rad;
     bias_squares += bias_rad_s * bias_rad_s;
   }
-  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
   // Five standard errors of a standard deviation from 3000 trials: 6.5 %.
   EXPECT_NEAR(kDegPerRad * std::sqrt(angle_squares / kTrials), 0.0037, 0.065 * 0.0037);
   EXPECT_NEAR(kDegPerRad * std::sqrt(bias_squares / kTrials), 2e-4, 0.065 * 2e-4);

@@ -108,12 +108,6 @@ TEST(Rehearsal, KeepsTheLimits) {
   EXPECT_THAT(bench.turns, SizeIs(0));
 }
 
-std::vector<AxisFacts> Roomy(const std::vector<std::string>& names) {
-  std::vector<AxisFacts> axes;
-  for (const std::string& name : names) axes.push_back({name, 40, 0, -3600, 3600, 60, 200});
-  return axes;
-}
-
 TEST(CloseLoop, TakesItsBudgetAtWorstAndNotMore) {
   for (const double budget_min : {10.0, 30.0}) {
     const Plan plan = DryRun(Shipped("close_loop"), {{"budget_min", budget_min}},

@@ -21,6 +21,13 @@ inline std::vector<AxisFacts> ThreeAxes() {
           {"inner", 40.0, 0.0, -360.0, 360.0, 40.0, 80.0}};
 }
 
+// As the hardware stand: all axes alike, with room for ten turns of the table.
+inline std::vector<AxisFacts> Roomy(const std::vector<std::string>& names) {
+  std::vector<AxisFacts> axes;
+  for (const std::string& name : names) axes.push_back({name, 40, 0, -3600, 3600, 60, 200});
+  return axes;
+}
+
 class FakeBench : public Bench {
  public:
   std::vector<Choice> choices;                  // answers of Choose, one after the other

@@ -20,12 +20,6 @@ using ::testing::Not;
 
 constexpr std::array<Vector3, 3> kAxes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
-// The hardware stand: all axes alike, with room for ten turns.
-std::vector<AxisFacts> Roomy(const std::vector<std::string>& names) {
-  std::vector<AxisFacts> axes;
-  for (const std::string& name : names) axes.push_back({name, 40, 0, -3600, 3600, 60, 200});
-  return axes;
-}
 std::vector<AxisFacts> RoomyStand() { return Roomy({"outer", "middle", "inner"}); }
 
 // Turns of one rate about one sensor axis: how many, and the sum of their angles.

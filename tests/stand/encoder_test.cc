@@ -9,7 +9,7 @@
 namespace gyrobench::stand {
 namespace {
 
-config::EncoderScenario Ideal() { return config::IdealScenario().encoder[0]; }
+config::EncoderScenario IdealEncoder() { return config::IdealScenario().encoder[0]; }
 AxisMechanics IdealAxis(double play_deg = 0.0) {
   return {config::IdealScenario().mechanics[0], play_deg, 40.0, 10000.0, {}};
 }
@@ -32,14 +32,14 @@ TEST(Encoder, CountsAreTheAngleInTheStandFilesConvention) {
     config.offset_deg = 12.5;
     AxisMechanics axis = IdealAxis();
     MoveTo(axis, 0, -100);
-    const double counts = MakeEncoder(Ideal(), config).Counts(60, axis);
+    const double counts = MakeEncoder(IdealEncoder(), config).Counts(60, axis);
     const double angle = sign * counts * 360 / (1 << 20) + 12.5;
     EXPECT_NEAR(std::remainder(angle + 100, 360), 0.0, 360.0 / (1 << 20));
   }
 }
 
 TEST(Encoder, ItsLatencyIsTheRateTimesTheLatency) {
-  auto scenario = Ideal();
+  auto scenario = IdealEncoder();
   scenario.latency_s = 0.004;
   AxisMechanics axis = IdealAxis();
   MoveTo(axis, 0, 360, 100);
@@ -48,7 +48,7 @@ TEST(Encoder, ItsLatencyIsTheRateTimesTheLatency) {
 }
 
 TEST(Encoder, ADriftingClockMakesTheLatencyGrow) {
-  auto scenario = Ideal();
+  auto scenario = IdealEncoder();
   scenario.latency_s = 0.004;
   scenario.clock_drift_rel = 1e-4;
   AxisMechanics axis = IdealAxis();
@@ -58,7 +58,7 @@ TEST(Encoder, ADriftingClockMakesTheLatencyGrow) {
 }
 
 TEST(Encoder, EccentricityIsASineOfTheTablesAngle) {
-  auto scenario = Ideal();
+  auto scenario = IdealEncoder();
   scenario.eccentricity_1_deg = 0.03;
   scenario.eccentricity_1_phase_deg = 40;
   scenario.eccentricity_2_deg = 0.01;
@@ -74,7 +74,7 @@ TEST(Encoder, EccentricityIsASineOfTheTablesAngle) {
 }
 
 TEST(Encoder, OnTheShaftItSeesNoWormAndNoPlay) {
-  auto scenario = Ideal();
+  auto scenario = IdealEncoder();
   scenario.side = config::EncoderScenario::Side::kShaft;
   config::MechanicsScenario mechanics = config::IdealScenario().mechanics[0];
   mechanics.worm_1_deg = 0.1;
@@ -87,7 +87,7 @@ TEST(Encoder, OnTheShaftItSeesNoWormAndNoPlay) {
 
 TEST(Encoder, PlayInItsCouplingShowsAtReversals) {
   AxisMechanics axis = IdealAxis(0.04);
-  const AngleEncoder encoder = MakeEncoder(Ideal());
+  const AngleEncoder encoder = MakeEncoder(IdealEncoder());
   MoveTo(axis, 0, 9);
   EXPECT_NEAR(encoder.Reading_deg(20, axis), 9 - 0.02, 1e-9);
   MoveTo(axis, 20, 4.5);
@@ -95,7 +95,7 @@ TEST(Encoder, PlayInItsCouplingShowsAtReversals) {
 }
 
 TEST(Encoder, ItsNoiseHasItsStandardDeviationAndBelongsToTheValueNotToTheReading) {
-  auto scenario = Ideal();
+  auto scenario = IdealEncoder();
   scenario.noise_deg = 0.01;
   scenario.refresh_s = 1e-3;
   const AngleEncoder encoder = MakeEncoder(scenario);
@@ -111,7 +111,7 @@ TEST(Encoder, ItsNoiseHasItsStandardDeviationAndBelongsToTheValueNotToTheReading
 }
 
 TEST(Encoder, ScaleErrorZeroAndStepAddUp) {
-  auto scenario = Ideal();
+  auto scenario = IdealEncoder();
   scenario.scale_rel = 0.001;
   scenario.zero_deg = 0.5;
   scenario.step_at_s = 30;

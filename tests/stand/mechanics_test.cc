@@ -12,7 +12,7 @@
 namespace gyrobench::stand {
 namespace {
 
-config::MechanicsScenario Ideal() { return config::IdealScenario().mechanics[2]; }
+config::MechanicsScenario IdealMechanics() { return config::IdealScenario().mechanics[2]; }
 
 AxisMechanics MakeAxis(const config::MechanicsScenario& scenario, double encoder_play_deg = 0.0,
                        std::span<const AxisMechanics::LostSteps> lost = {}) {
@@ -30,7 +30,7 @@ double Move(AxisMechanics& axis, double t_s, double table_deg, double rpm = 133)
 }
 
 TEST(Mechanics, OneTurnOfTheShaftTurnsAPerfectTableByNineDegrees) {
-  AxisMechanics axis = MakeAxis(Ideal());
+  AxisMechanics axis = MakeAxis(IdealMechanics());
   MoveCommand command = TestMove(100);
   command.target = 10000;
   axis.Move(1.0, command);
@@ -39,7 +39,7 @@ TEST(Mechanics, OneTurnOfTheShaftTurnsAPerfectTableByNineDegrees) {
 }
 
 TEST(Mechanics, BacklashIsTakenUpOnceAfterAReversalAndNeverElsewhere) {
-  auto scenario = Ideal();
+  auto scenario = IdealMechanics();
   scenario.backlash_deg = 0.05;
   AxisMechanics axis = MakeAxis(scenario);
   double t = Move(axis, 0.0, 9.0);
@@ -55,7 +55,7 @@ TEST(Mechanics, BacklashIsTakenUpOnceAfterAReversalAndNeverElsewhere) {
 }
 
 TEST(Mechanics, TheTableStandsStillWhileThePlayIsTakenUp) {
-  auto scenario = Ideal();
+  auto scenario = IdealMechanics();
   scenario.backlash_deg = 1.0;
   AxisMechanics axis = MakeAxis(scenario);
   const double t = Move(axis, 0.0, 9.0);
@@ -73,7 +73,7 @@ TEST(Mechanics, TheTableStandsStillWhileThePlayIsTakenUp) {
 }
 
 TEST(Mechanics, TheWormErrorRepeatsWithEachTurnOfTheShaft) {
-  auto scenario = Ideal();
+  auto scenario = IdealMechanics();
   scenario.worm_1_deg = 0.02;
   scenario.worm_2_deg = 0.01;
   scenario.worm_1_phase_deg = 33;
@@ -115,7 +115,7 @@ TEST(Mechanics, ThePastCanBeAskedInAnyOrder) {
 
 TEST(Mechanics, LostStepsMoveTheTableButNotTheDrivesCount) {
   const std::vector<AxisMechanics::LostSteps> lost = {{.at_s = 0.4, .pulses = 200}};
-  AxisMechanics axis = MakeAxis(Ideal(), 0.0, lost);
+  AxisMechanics axis = MakeAxis(IdealMechanics(), 0.0, lost);
   const double end = Move(axis, 0.0, 9.0);
   EXPECT_EQ(axis.Pulses(end), 10000);
   EXPECT_NEAR(axis.TableAngle(end), 9.0 - 200 * 9.0 / 10000, 1e-9);
@@ -123,7 +123,7 @@ TEST(Mechanics, LostStepsMoveTheTableButNotTheDrivesCount) {
 
 TEST(Mechanics, StepsThatAreLostAtRestAreLostInTheNextMotion) {
   const std::vector<AxisMechanics::LostSteps> lost = {{.at_s = 5.0, .pulses = 100}};
-  AxisMechanics axis = MakeAxis(Ideal(), 0.0, lost);
+  AxisMechanics axis = MakeAxis(IdealMechanics(), 0.0, lost);
   Move(axis, 0.0, 9.0);
   EXPECT_NEAR(axis.TableAngle(10.0), 9.0, 1e-12);
   const double end = Move(axis, 10.0, -9.0);
@@ -131,7 +131,7 @@ TEST(Mechanics, StepsThatAreLostAtRestAreLostInTheNextMotion) {
 }
 
 TEST(Mechanics, AMotorAcceleratedBeyondItsTorqueSlipsWholeElectricalPeriods) {
-  auto scenario = Ideal();
+  auto scenario = IdealMechanics();
   scenario.pull_out_rpm_per_s = 4000;  // TestMove asks 10000
   AxisMechanics axis = MakeAxis(scenario);
   const double end = Move(axis, 0.0, 9.0);
@@ -141,7 +141,7 @@ TEST(Mechanics, AMotorAcceleratedBeyondItsTorqueSlipsWholeElectricalPeriods) {
 }
 
 TEST(Mechanics, VibrationPeaksAtTheResonanceAndIsHalfAtItsWidth) {
-  auto scenario = Ideal();
+  auto scenario = IdealMechanics();
   scenario.resonance_vibration_g = 0.3;
   scenario.resonance_deg_s = 15.0;  // 100 rpm
   scenario.resonance_width_deg_s = 1.5;
