@@ -255,6 +255,7 @@ class Collector::Impl {
     }
     if (!done_.empty() && node.at.t_s <= done_.back().at.t_s) return;
     node.mean = job.readings.Mean();
+    node.samples = gyro_.SumUpTo(node.at.t_s);
     HalfIntegral(&node);
     WayIntegrals(&node);
     if (!job.moves || !job.readings.AverageOutput(gyro_, &node.mean, &node.z_near))

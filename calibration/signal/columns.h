@@ -19,6 +19,15 @@ struct IntegralMark {
   Vector3 z = {};
 };
 
+// The sum of the samples up to one time, each standing for the time half way to its neighbours
+// [output unit * s]. It ends half way between two samples, so that the noise of one sum less
+// another is that of whole samples: two intervals that follow each other share none.
+// `t_s`: NaN where it is not known.
+struct SampleSum {
+  double t_s = kMissing;
+  Vector3 z = {};
+};
+
 // Times about a node [s], evenly, and a vector at each of them.
 inline constexpr double kNearStep_s = 0.01;
 inline constexpr std::array<double, 8> kNear_s = {-0.04, -0.03, -0.02, -0.01,
@@ -57,6 +66,7 @@ struct Node {
   Vector3 accel_g = {kMissing, kMissing, kMissing};  // mean since the node before
   double vibration_g2 = kMissing;  // mean square of the specific force about that mean
   ReadingsMean mean;
+  SampleSum samples;  // up to the node's time; counted as `at` is
   // Integral of the output at kNear_s from the node's time, less that at the node; where the mean
   // of the output is known, the mean of the same over the readings.
   Near z_near = {};

@@ -56,6 +56,20 @@ bool GyroRing::IntegralAt(double t_s, IntegralMark* mark) const {
   return true;
 }
 
+SampleSum GyroRing::SumUpTo(double t_s) const {
+  const std::int64_t after = FirstNotBefore(std::nextafter(t_s, t_s + 1.0));
+  if (after == count_ || after - 2 < oldest() || at(after).gap || at(after - 1).gap) return {};
+  const Point &last = at(after - 1), &next = at(after);
+  const double half_s = 0.5 * (next.t_s - last.t_s), before_s = last.t_s - at(after - 2).t_s;
+  SampleSum sum{last.t_s + half_s, last.z};
+  for (std::size_t c = 0; c < 3; ++c) {
+    // The slopes of a spline shift its integral from one interval to the next; what they did to the
+    // last one is taken back.
+    sum.z[c] += half_s * last.xi[c] + before_s * before_s * SlopeAt(after - 1, c) / 12.0;
+  }
+  return sum;
+}
+
 // Of the spline from sample `next` - 1 over the part x (0..1) of the interval to `next`.
 double GyroRing::SplineIntegral(std::int64_t next, std::size_t c, double x) const {
   const Point &a = at(next - 1), &b = at(next);

@@ -42,6 +42,9 @@ class GyroRing {
   double settled_time_s() const;
   // The integral at `t_s`. False when that time is not, or no longer, remembered.
   bool IntegralAt(double t_s, IntegralMark* mark) const;
+  // Of the samples not after `t_s`. Not known where that time is not, or no longer, remembered, or
+  // lies in a gap.
+  SampleSum SumUpTo(double t_s) const;
 
  private:
   Point& point(std::int64_t index) {

@@ -61,6 +61,8 @@ class GyroStream {
 
   // The integral at `t_s`. False when that time is not, or no longer, remembered.
   bool IntegralAt(double t_s, IntegralMark* mark) const { return ring_.IntegralAt(t_s, mark); }
+  // See GyroRing.
+  SampleSum SumUpTo(double t_s) const { return ring_.SumUpTo(t_s); }
   // See RestEdges.
   double RestBegin(double coarse_s) const;
   double RestEnd(double coarse_s, double moving_s) const;

@@ -15,8 +15,8 @@ inline constexpr std::size_t kNoRest = static_cast<std::size_t>(-1);
 
 // Of each node: index of the rest that it is in, or kNoRest. A rest ends where the gyro feels the
 // motion, or the reference shows it, less the time for which neither would.
-// A short one in which the rate changes, or of two or three nodes, is none: a noisy reference shows
-// reversals and the ends of motions so.
+// A short one in which the rate changes or the readings go on, or of half a second, is none: a
+// noisy reference shows reversals and the ends of motions so.
 std::vector<std::size_t> RestsOfNodes(const Recording& recording);
 struct NodeRange {
   std::size_t begin = 0, end = 0;

@@ -19,7 +19,34 @@ constexpr double kEdge_s = 1.5, kMostOfRest = 0.4;
 // A rest that is no longer may be a reversal or the end of a motion; so near to it another in the
 // same pose has the same offset.
 constexpr double kShortRest_s = 1.5, kBeside_s = 10.0, kSamePose_deg = 1.0;
+// Of a shorter one neither its readings nor the gyro tell that it is not a slow reversal.
+constexpr double kLeastRest_s = 0.55;
+// One that is so many times as long is less likely to be one of them itself.
+constexpr double kLongerBeside = 3.0;
+// A short rest in which the readings of an axis go on evenly by more than that is the slow part of a
+// motion; in counts of the encoder, and at least.
+constexpr double kDriftCounts = 1.5, kLeastDrift_deg = 0.005;
 constexpr std::size_t kLeastQuiet = 3, kMostQuiet = 30;
+
+// Of values over time by least squares, each with a weight: its inverse variance over one's.
+class WeightedSlope {
+ public:
+  void Add(double t_s, double value, double weight) {
+    w_ += weight;
+    t_ += weight * t_s;
+    v_ += weight * value;
+    tt_ += weight * t_s * t_s;
+    tv_ += weight * t_s * value;
+  }
+  double Size() const { return Spread() > 0.0 ? std::fabs(tv_ - t_ * v_ / w_) / Spread() : 0.0; }
+  double InStandardErrors(double sigma_of_one) const {
+    return Spread() > 0.0 ? Size() * std::sqrt(Spread()) / sigma_of_one : 0.0;
+  }
+
+ private:
+  double Spread() const { return w_ > 0.0 ? tt_ - t_ * t_ / w_ : 0.0; }
+  double w_ = 0.0, t_ = 0.0, v_ = 0.0, tt_ = 0.0, tv_ = 0.0;
+};
 
 class RestTrimmer {
  public:
@@ -63,9 +90,13 @@ class RestTrimmer {
   // sensor shows at rest. Of a few nodes no rate is known well enough.
   void DropThoseThatTurn() {
     const std::vector<NodeRange> rests = RangesOfRests(rest_of_);
+    Vector3 scatter_deg;
+    for (std::size_t a = 0; a < 3; ++a) scatter_deg[a] = ScatterAtRest(nodes_, rests, a);
     for (std::size_t r = 0; r < rests.size(); ++r) {
       if (Length(rests[r]) > kShortRest_s) continue;
-      const bool turns = rests[r].end - rests[r].begin <= kLeastQuiet || TurnsWithin(rests[r]) ||
+      const bool turns = rests[r].end - rests[r].begin <= kLeastQuiet ||
+                         Length(rests[r]) < kLeastRest_s || TurnsWithin(rests[r]) ||
+                         ReadingsDrift(rests[r], scatter_deg) ||
                          (r > 0 && TurnsBeside(rests[r], rests[r - 1])) ||
                          (r + 1 < rests.size() && TurnsBeside(rests[r], rests[r + 1]));
       for (std::size_t k = rests[r].begin; turns && k < rests[r].end; ++k) rest_of_[k] = kNoRest;
@@ -87,8 +118,8 @@ class RestTrimmer {
   bool TurnsBeside(const NodeRange& rest, const NodeRange& beside) const {
     const double apart_s = std::max(nodes_[beside.begin].at.t_s - nodes_[rest.end - 1].at.t_s,
                                     nodes_[rest.begin].at.t_s - nodes_[beside.end - 1].at.t_s);
-    if (Length(beside) <= kShortRest_s || apart_s > kBeside_s || !SamePose(rest, beside))
-      return false;
+    const double least_s = std::min(kShortRest_s, kLongerBeside * Length(rest));
+    if (Length(beside) <= least_s || apart_s > kBeside_s || !SamePose(rest, beside)) return false;
     const Vector3 here = Quiet(rest.begin, rest.end - 1);
     const Vector3 there = Quiet(beside.begin, beside.end - 1);
     const double sigmas =
@@ -96,6 +127,28 @@ class RestTrimmer {
                                 1.0 / static_cast<double>(beside.end - beside.begin - 1));
     for (std::size_t c = 0; c < 3; ++c) {
       if (sigma_[c] > 0.0 && std::fabs(here[c] - there[c]) > sigmas * sigma_[c]) return true;
+    }
+    return false;
+  }
+
+  // By the slope of the nodes' mean readings over time, `scatter_deg` that of one reading at rest.
+  bool ReadingsDrift(const NodeRange& rest, const Vector3& scatter_deg) const {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (!recording_.info.stand_axis_present[a] || !std::isfinite(scatter_deg[a])) continue;
+      const double step_deg = recording_.reference_step_deg[a];
+      const double count_deg = std::isfinite(step_deg) ? step_deg : 0.0;
+      WeightedSlope slope;
+      for (std::size_t k = rest.begin; k < rest.end; ++k) {
+        const ReadingsMean& mean = nodes_[k].mean;
+        if (mean.own_readings[a] > 0.0 && std::isfinite(mean.own_deg[a]))
+          slope.Add(nodes_[k].at.t_s - nodes_[rest.begin].at.t_s, mean.own_deg[a],
+                    mean.own_readings[a]);
+      }
+      const double noise_deg = std::max(scatter_deg[a], count_deg / std::sqrt(12.0));
+      const double least_deg = std::max(kDriftCounts * count_deg, kLeastDrift_deg);
+      if (slope.InStandardErrors(noise_deg) > kTurnSigmas &&
+          slope.Size() * Length(rest) > least_deg)
+        return true;
     }
     return false;
   }

@@ -66,7 +66,8 @@ class TrailMaker {
   bool AtRest(std::size_t k) const { return rest_of_[k] != kNoRest; }
   double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
 
-  // A moving node is the mean of its readings. Earth's rotation, the table's angles and the world's
+  // A moving node is the mean of its readings; one at rest ends with whole samples, so that what two
+  // intervals at rest show has no noise in common, however slow the gyro is sampled. Earth's rotation, the table's angles and the world's
   // axes go with them; what is sampled beside the gyro follows in trail_columns.cc.
   void ChooseEpochs() {
     history_.epochs = recording_.columns.nodes;
@@ -82,6 +83,8 @@ class TrailMaker {
         epoch.world_z = epoch.mean.world_z;
       } else {
         epoch.mean.output_known = false;
+        if (AtRest(k) && std::isfinite(epoch.samples.t_s))
+          epoch.at = {epoch.samples.t_s, epoch.samples.z};
       }
       if (k > 0) ChooseMiddle(before, history_.epochs[k - 1].at.t_s, &epoch);
     }
@@ -138,12 +141,22 @@ class TrailMaker {
     return error_deg;
   }
 
+  // An integral up to a sample has half of it, and the next interval the other half: with its noise
+  // they are alike by a quarter of the time between two samples; several readings share several.
+  double SharedSample_s(const ReadingsMean& mean) const {
+    const double interval_s = std::fmax(recording_.median_interval_s, 0.0);
+    const std::size_t readings = mean.output_known ? std::max<std::size_t>(mean.steps, 1) : 1;
+    return 0.25 * interval_s / static_cast<double>(readings);
+  }
+
   void Points() {
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       SensorState& point = history_.nodes[k];
       point.t_s = point.since_power_on_s = nodes_[k].at.t_s;
+      if (AtRest(k)) continue;
+      history_.reference_walk_s[k] = SharedSample_s(nodes_[k].mean);
       if (!nodes_[k].mean.output_known) continue;
-      history_.reference_walk_s[k] = nodes_[k].mean.walk_s;
+      history_.reference_walk_s[k] += nodes_[k].mean.walk_s;
       point.readings = nodes_[k].mean.steps;
       point.reading_step_s = nodes_[k].mean.step_s;
     }

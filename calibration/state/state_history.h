@@ -46,7 +46,9 @@ struct StateHistory {
   Vector3 axis_error_deg = {};
   // The steps of the encoder are coarser than its noise: its error is a function of the angle.
   bool coarse_steps = false;
-  // Of each node: ReadingsMean::walk_s; 0 where it is one instant.
+  // Of each node: what the random walk of the angle makes the covariance of the rotations before and
+  // after larger by, over N^2: ReadingsMean::walk_s, and a share of the sample at which it ends. 0
+  // at rest.
   std::vector<double> reference_walk_s;
   std::vector<double> covariates;    // of the points: nodes, then midpoints
   std::vector<GyroTurn> gyro_turns;  // of the nodes, which point to it
