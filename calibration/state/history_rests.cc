@@ -23,8 +23,8 @@ constexpr double kShortRest_s = 1.5, kBeside_s = 10.0, kSamePose_deg = 1.0;
 constexpr double kLeastRest_s = 0.55;
 // One that is so many times as long is less likely to be one of them itself.
 constexpr double kLongerBeside = 3.0;
-// A short rest in which the readings of an axis go on evenly by more than that is the slow part of a
-// motion; in counts of the encoder, and at least.
+// A short rest in which the readings of an axis go on evenly by more than that is the slow part of
+// a motion; in counts of the encoder, and at least.
 constexpr double kDriftCounts = 1.5, kLeastDrift_deg = 0.005;
 constexpr std::size_t kLeastQuiet = 3, kMostQuiet = 30;
 

@@ -66,9 +66,10 @@ class TrailMaker {
   bool AtRest(std::size_t k) const { return rest_of_[k] != kNoRest; }
   double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
 
-  // A moving node is the mean of its readings; one at rest ends with whole samples, so that what two
-  // intervals at rest show has no noise in common, however slow the gyro is sampled. Earth's rotation, the table's angles and the world's
-  // axes go with them; what is sampled beside the gyro follows in trail_columns.cc.
+  // A moving node is the mean of its readings; one at rest ends with whole samples, so that what
+  // two intervals at rest show has no noise in common, however slow the gyro is sampled. Earth's
+  // rotation, the table's angles and the world's axes go with them; what is sampled beside the gyro
+  // follows in history_columns.cc.
   void ChooseEpochs() {
     history_.epochs = recording_.columns.nodes;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
