@@ -25,6 +25,10 @@ inline constexpr std::size_t kMaxEventData = 16u << 20;  // beyond this a length
 // Appends events to a new log. All calls are thread-safe. Every error is a DataError that names the
 // file, the system's reason and what was kept; after the first one every further call throws it
 // again.
+//
+// Write leaves the event in memory, and waits for no disk: Sync, once a second, brings it there. Of
+// a disk that hangs, memory holds 64 MiB; then the record has failed. Only a record that grows
+// faster than it is synced, on the virtual clock, is written by Write itself.
 class EventLogWriter {
  public:
   // Throws DataError when the file exists already or cannot be made.

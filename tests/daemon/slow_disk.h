@@ -5,8 +5,8 @@
 
 namespace gyrobench::daemon {
 
-// While one lives, `during` is called whenever a file of this process is being synced, in the
-// thread that syncs it. One at a time.
+// While one lives, `during` is called whenever a file of this process is being written at its place,
+// looked up by its name or synced, in the thread that does so. One at a time.
 class SlowDisk {
  public:
   explicit SlowDisk(std::function<void()> during);
