@@ -127,7 +127,7 @@ AngleReading Encoder::Read() {
       return Accept(
           value, range_deg >= span_deg_ ? NearestToZero(value.raw) : counts_ + Step(last_, value));
     }
-    if (reads == kReadsOfADoubt) Doubt(value);
+    if (reads == kReadsOfADoubt || bus_.hurries()) Doubt(value);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <modbus/modbus.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 
 #include <algorithm>
@@ -209,8 +210,7 @@ Timing ModbusBus::Transact(const Request& request) {
     timing.tries = tries;
     const Failure failure = Try(request, timing);
     if (failure.error == 0) return timing;
-    const bool hurries = hurries_ && hurries_();
-    if (failure.again && tries < most_tries && !hurries) {
+    if (failure.again && tries < most_tries && !hurries()) {
       ++statistics_.retries;
       continue;
     }
@@ -279,6 +279,14 @@ bool ModbusBus::Connect(Failure& failure) {
     // What was never there will not come by trying; what was there may be back in a moment.
     failure.error = errno != 0 ? errno : ENOTCONN;
     failure.again = was_connected_;
+    connect_not_before_ = clock_.Now() + response_timeout_us_;
+    return false;
+  }
+  // However late the line appears, and by whatever name: it is this one that is locked.
+  if (config_.transport == Transport::kRtu &&
+      flock(modbus_get_socket(line_->context), LOCK_EX | LOCK_NB) != 0) {
+    failure = {.error = errno, .connecting = true, .again = false};
+    modbus_close(line_->context);
     connect_not_before_ = clock_.Now() + response_timeout_us_;
     return false;
   }

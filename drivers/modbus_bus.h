@@ -7,6 +7,7 @@
 //  * a late or bad reply is never used. TCP: the connection is closed, since the next reply could
 //    belong to the last request. RTU: the line must be silent before the next request;
 //  * a bounded number of tries, then a DeviceError.
+//  * a serial line is locked (flock) by who opens it, so that no other daemon uses it.
 // A reply is checked for its unit (RTU; libmodbus does not show it on TCP, where the transaction
 // number is checked instead), function, length and checksum.
 #pragma once
@@ -92,6 +93,9 @@ class ModbusBus {
                         std::span<const std::uint16_t> values, const char* what,
                         Repeat repeat = Repeat::kAllowed);
 
+  // Something urgent waits for the line: what is asked again and again for something to settle is
+  // given up.
+  bool hurries() const { return hurries_ && hurries_(); }
   // Says that the last reply cannot have been the answer to the last request (a driver knows more
   // of the content than the protocol does): the line is cleaned before the next request.
   void InvalidateReply();

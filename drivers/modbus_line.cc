@@ -49,6 +49,12 @@ std::string AdviceForSerialOpen(int error, const config::BusConfig& bus) {
   if (error == EACCES || error == EPERM) {
     return fmt::format("Check that this user may open {} (group dialout).", bus.device);
   }
+  if (error == EWOULDBLOCK) {
+    return fmt::format(
+        "Find the other daemon with `fuser {}` and end it, or give bus {} a line of "
+        "its own.",
+        bus.device, bus.name);
+  }
   return fmt::format(
       "Check that the serial adapter is plugged in and that `device` of bus {} names it.",
       bus.name);
@@ -85,6 +91,8 @@ std::string DescribeFault(int error) {
     case EMBBADEXC:
     case EMBUNKEXC:
       return "an exception reply with an unknown code";
+    case EWOULDBLOCK:
+      return "another process has locked it";
     default:
       return error >= MODBUS_ENOBASE ? modbus_strerror(error)
                                      : std::generic_category().message(error);

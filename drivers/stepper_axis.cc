@@ -142,6 +142,7 @@ void StepperAxis::Enable() {
   for (int reads = 0; reads < kSettleReads; ++reads) {
     status = ReadWord(map_.status_address, "status");
     if (StatusBit(status, map_.enabled_bit)) return;
+    if (bus_.hurries()) break;
     bus_.Wait(kSettlePause_us);
   }
   Fail(
@@ -215,7 +216,7 @@ void StepperAxis::Send(const StepperMove& move) {
     } catch (const DeviceError&) {
       const AxisState state = Read();
       if (state.moving || position_pulses_ != start_pulses) return;
-      if (tries == kMoveTries) throw;
+      if (tries == kMoveTries || bus_.hurries()) throw;
     }
   }
 }
@@ -237,6 +238,7 @@ void StepperAxis::ClearAlarm() {
   for (int reads = 0; reads < kSettleReads; ++reads) {
     alarm = ReadWord(map_.alarm_address, "alarm");
     if (alarm == 0) return;
+    if (bus_.hurries()) break;
     bus_.Wait(kSettlePause_us);
   }
   Fail(fmt::format("alarm 0x{:X} stays after it was cleared. Remove its cause (the drive's manual "

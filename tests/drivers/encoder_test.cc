@@ -45,11 +45,12 @@ class EncoderTest : public testing::Test {
     return sensor.Read();
   }
 
+  bool hurries_ = false;
   RegisterUnit unit_;
   FakeLine line_{Transport::kTcp};
   ManualClock clock_;
   std::unique_ptr<Clock::Participant> participant_ = clock_.Join("bus", Clock::Role::kResident);
-  ModbusBus bus_{line_.Config(), clock_, *participant_};
+  ModbusBus bus_{line_.Config(), clock_, *participant_, [this] { return hurries_; }};
 };
 
 TEST_F(EncoderTest, PutsWordsTogetherInTheOrderOfTheMap) {
@@ -154,6 +155,12 @@ TEST_F(EncoderTest, AWrongValueIsReadAgainAtOnce) {
   const std::int64_t truth = sensor->Read().counts;
   clock_.Advance(20'000);
   glitching.wrong = 2;
+  EXPECT_EQ(sensor->Read().counts, truth);
+  // But not while a stop waits for the line.
+  hurries_ = true;
+  clock_.Advance(20'000);
+  glitching.wrong = 1;
+  EXPECT_THROW(sensor->Read(), DeviceError);
   EXPECT_EQ(sensor->Read().counts, truth);
 }
 

@@ -1,7 +1,10 @@
 #include "drivers/modbus_bus.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <array>
 #include <cerrno>
@@ -287,6 +290,23 @@ TEST(ModbusRtu, AMissingSerialDeviceIsAnErrorThatNamesIt) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr(config.device), HasSubstr("No such file"),
                                     HasSubstr("plugged in"), HasSubstr("1 try")));
   }
+}
+
+// Of another daemon, say, that was started while the adapter was not plugged in.
+TEST(ModbusRtu, ALineThatAnotherHasLockedIsNotUsedAndOneInUseIsLocked) {
+  Bench bench(Transport::kRtu);
+  const int other = ::open(bench.line.Config().device.c_str(), O_RDWR | O_NOCTTY);
+  ASSERT_GE(other, 0);
+  ASSERT_EQ(::flock(other, LOCK_EX | LOCK_NB), 0);
+  EXPECT_THAT(bench.ReadFailure(), AllOf(HasSubstr("another process has locked it"),
+                                         HasSubstr(bench.line.Config().device)));
+  EXPECT_TRUE(bench.line.requests().empty());
+  ASSERT_EQ(::flock(other, LOCK_UN), 0);
+  EXPECT_THAT(bench.Read(), kGood);
+  EXPECT_NE(::flock(other, LOCK_EX | LOCK_NB), 0);
+  bench.bus.reset();
+  EXPECT_EQ(::flock(other, LOCK_EX | LOCK_NB), 0);
+  ::close(other);
 }
 
 TEST(ModbusRtu, AnAdapterPulledOutEndsInAnError) {

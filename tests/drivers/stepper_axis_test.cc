@@ -100,11 +100,12 @@ class StepperAxisTest : public testing::Test {
     return config;
   }
 
+  bool hurries_ = false;
   DriveUnit drive_;
   FakeLine line_{Transport::kRtu};
   ManualClock clock_;
   std::unique_ptr<Clock::Participant> participant_ = clock_.Join("bus", Clock::Role::kResident);
-  ModbusBus bus_{BusConfig(), clock_, *participant_};
+  ModbusBus bus_{BusConfig(), clock_, *participant_, [this] { return hurries_; }};
   std::unique_ptr<Axis> axis_;
 };
 
@@ -247,6 +248,25 @@ TEST_F(StepperAxisTest, AnAlarmThatStaysIsAnError) {
   drive_.SetHolding(kAlarm, {0x0E1});
   drive_.clears = false;
   EXPECT_THAT(Failure([&] { axis_->ClearAlarm(); }), HasSubstr("0xE1"));
+}
+
+// A stop of another axis waits for the line meanwhile.
+TEST_F(StepperAxisTest, WhileAStopWaitsItIsNotAskedAgainWhetherItHasSettled) {
+  hurries_ = true;
+  drive_.SetHolding(kStatus, {kDisabled});
+  drive_.enables = false;
+  const Utime begin = clock_.Now();
+  EXPECT_THAT(Failure([this] { axis_->Open(); }), HasSubstr("does not become enabled"));
+  drive_.clears = false;
+  drive_.SetHolding(kAlarm, {0x21});
+  EXPECT_THAT(Failure([this] { axis_->ClearAlarm(); }), HasSubstr("stays after it was cleared"));
+  EXPECT_EQ(clock_.Now(), begin);
+  drive_.SetHolding(kStatus, {kReady});
+  // The reply of the third request is lost: after status and position, the move's.
+  line_.Inject(LineFault::kNone, 0, 2);
+  line_.Inject(LineFault::kLostRequest);
+  EXPECT_NE(Failure([this] { axis_->MoveBy(9, 9, 90); }), "");
+  EXPECT_EQ(drive_.moves(), 0);
 }
 
 TEST(StepperMovePlan, KeepsWithinWhatWasAskedForAcceleration) {
