@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -15,7 +16,7 @@ constexpr double kSoftLimitMargin_deg = 0.2;
 // A reference may be so much older than the drive's word, beside the delay that its map declares:
 // one that nobody declared is a finding of the analysis, not a fault.
 constexpr double kReferenceAge_s = 0.5;
-constexpr int kPollsBeyond = 2;
+constexpr int kReadingsBeyond = 2;
 
 }  // namespace
 
@@ -111,28 +112,52 @@ void AxisUnit::CheckSoftLimits(double angle_deg) {
        {.device = "axis." + config_.name, .action = "soft limits"}});
 }
 
+// A reference shows the table as it was `age` ago, so a move by r deg/s seems to lag by r * age. In a
+// reversal, and wherever the axis was moving within that time, so does the reading that the move is
+// counted from, by the rate of the move before, and the other way.
 double AxisUnit::MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2) {
   const AxisView begin = view();
   const double rate = drive_->MoveBy(angle_deg, rate_deg_s, acceleration_deg_s2);
   const double age_s = kReferenceAge_s + config_.encoder.map.delay_s;
-  move_ = Move{begin, config_.following_error_deg + rate * age_s, 0};
+  const bool moved_before =
+      move_ || (last_rate_deg_s_ > 0 && begin.drive.utime - at_rest_since_ < FromSeconds(age_s));
+  const double before_deg_s = moved_before ? (move_ ? move_->rate_deg_s : last_rate_deg_s_) : 0.0;
+  move_ = Move{begin,
+               rate,
+               config_.following_error_deg + (rate + before_deg_s) * age_s,
+               begin.drive,
+               begin.reference.utime,
+               0};
   return rate;
 }
 
 void AxisUnit::CheckFollowing(const drivers::AxisState& state) {
   if (!move_) return;
   if (!state.moving) {
+    last_rate_deg_s_ = move_->rate_deg_s;
+    at_rest_since_ = state.utime;
     move_.reset();
     return;
   }
+  const drivers::AxisState before = std::exchange(move_->polled, state);
   const drivers::AngleReading reference = view().reference;
-  // A reference that is silent is told as such.
-  if (state.utime - reference.utime > FromSeconds(kReferenceAge_s)) return;
-  const double commanded_deg = state.commanded_deg - move_->begin.drive.commanded_deg;
+  // Each reading once, as late as it comes: one that is silent is told as such.
+  if (reference.utime <= move_->judged) return;
+  move_->judged = reference.utime;
+  const double share = state.utime > before.utime
+                           ? static_cast<double>(reference.utime - before.utime) /
+                                 static_cast<double>(state.utime - before.utime)
+                           : 1.0;
+  const double drive_deg =
+      std::lerp(before.commanded_deg, state.commanded_deg, std::clamp(share, 0.0, 1.0));
+  const double commanded_deg = drive_deg - move_->begin.drive.commanded_deg;
   const double moved_deg = reference.angle_deg - move_->begin.reference.angle_deg;
   const bool follows = std::abs(moved_deg - commanded_deg) <= move_->allowed_deg;
   move_->beyond = follows ? 0 : move_->beyond + 1;
-  if (move_->beyond < kPollsBeyond) return;
+  if (move_->beyond == kReadingsBeyond) FailFollowing(moved_deg, commanded_deg);
+}
+
+void AxisUnit::FailFollowing(double moved_deg, double commanded_deg) {
   const double allowed_deg = move_->allowed_deg;
   move_.reset();
   hooks_.stop_all();

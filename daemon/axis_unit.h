@@ -60,10 +60,10 @@ class AxisUnit {
   void OpenEncoder();
   void ReadDrive();
   void ReadEncoder();
-  // As drivers::Axis::MoveBy. From here until the drive stands, each of its polls compares what the
-  // reference has turned with what the drive says: where they differ by more than play, delay and
-  // times can make of it, twice on end, it is a fault, and all is stopped. How exactly the move ended
-  // is judged by who asked for it.
+  // As drivers::Axis::MoveBy. From here until the drive stands, each of its polls compares the newest
+  // reading of the reference with where the drive was at that time: where what they turned differs by
+  // more than play, delay and times can make of it, at two readings on end, it is a fault, and all is
+  // stopped. How exactly the move ended is judged by who asked for it.
   double MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2);
 
   // From any thread.
@@ -81,6 +81,7 @@ class AxisUnit {
   void StopIfMoving();
   drivers::AxisState AskDrive();
   void CheckFollowing(const drivers::AxisState& state);
+  void FailFollowing(double moved_deg, double commanded_deg);
   void CheckSoftLimits(double angle_deg);
 
   const config::AxisConfig& config_;
@@ -96,10 +97,15 @@ class AxisUnit {
   // Of the drive's bus thread.
   struct Move {
     AxisView begin;
+    double rate_deg_s = 0.0;
     double allowed_deg = 0.0;
-    int beyond = 0;  // polls on end
+    drivers::AxisState polled;  // at the poll before
+    Utime judged = 0;           // time of the reading that was judged last
+    int beyond = 0;             // readings on end
   };
   std::optional<Move> move_;
+  double last_rate_deg_s_ = 0.0;  // of the move before
+  Utime at_rest_since_ = 0;       // at the latest
 
   // Of the encoder's bus thread.
   angle_t message_;

@@ -22,7 +22,7 @@ constexpr Utime kSecond = kMicrosecondsPerSecond;
 
 class AcquisitionTest : public testing::Test {
  protected:
-  AcquisitionTest() {
+  explicit AcquisitionTest(config::StandConfig stand = StandOfFakes()) : stand_(std::move(stand)) {
     acquisition_.Start();
     acquisition_.AwaitFirstTry(*me_, 5 * kSecond);
   }
@@ -38,7 +38,7 @@ class AcquisitionTest : public testing::Test {
     return devices_.drives.at(axis)->calls();
   }
 
-  const config::StandConfig stand_ = StandOfFakes();
+  const config::StandConfig stand_;
   std::unique_ptr<VirtualClock> clock_ = MakeVirtualClock(kStart);
   std::unique_ptr<Clock::Participant> me_ = clock_->Join("test");
   FakeStand devices_{*clock_};
@@ -212,6 +212,56 @@ TEST_F(AcquisitionTest, AnOperatorsStopReachesTheAxisThatTurnsBeforeSilentOnes) 
   Wait(kSecond / 10);
   EXPECT_THAT(order, ElementsAre("inner", "outer", "middle"));
   for (const auto& [name, drive] : devices_.drives) drive->on_call = {};
+}
+
+// A reference that is read once a second, and shows what was 1.5 s ago.
+config::StandConfig SlowReferences() {
+  config::StandConfig stand = StandOfFakes();
+  for (config::AxisConfig& axis : stand.axes) {
+    axis.encoder.rate_hz = 1.0;
+    axis.encoder.map.delay_s = 1.5;
+    axis.following_error_deg = 1.0;
+  }
+  return stand;
+}
+
+class SlowReference : public AcquisitionTest {
+ protected:
+  static constexpr Utime kStep = kSecond / 100;
+  SlowReference() : AcquisitionTest(SlowReferences()) { acquisition_.SetActiveAxes({"inner"}); }
+  double Inner() const { return devices_.drives.at("inner")->AngleDeg(); }
+  // Waits while the sensor shows what was `delay` ago.
+  void WaitDelayed(Utime duration, Utime delay) {
+    for (Utime t = 0; t < duration; t += kStep) {
+      were_deg_.push_back(Inner());
+      const auto steps = static_cast<std::size_t>(delay / kStep);
+      const double was_deg =
+          were_deg_.size() > steps ? were_deg_[were_deg_.size() - 1 - steps] : were_deg_.front();
+      devices_.off_deg["inner"] = was_deg - Inner();
+      Wait(kStep);
+    }
+  }
+  std::vector<double> were_deg_;
+};
+
+TEST_F(SlowReference, GuardsAMoveThatIsLongEnoughForTwoOfItsReadings) {
+  MoveBy("inner", 170.0);
+  for (int i = 0; i < 1000 && faults_.empty(); ++i) WaitDelayed(kStep, kForever / 2);
+  ASSERT_THAT(faults_, SizeIs(1));
+  EXPECT_THAT(faults_[0], HasSubstr("does not follow its drive"));
+  Wait(kSecond / 10);
+  // 1 deg, and 10 deg/s for 2 s, are allowed; two readings, and two polls, come after that.
+  EXPECT_LT(Inner(), 21.0 + 10.0 * 3.2);
+}
+
+// The reading that the way back is counted from is late as well: by 15 deg, and the other way.
+TEST_F(SlowReference, IsNotTakenForLostStepsInAReversal) {
+  for (const double angle_deg : {60.0, -60.0, 60.0}) {
+    MoveBy("inner", angle_deg);
+    WaitDelayed(6 * kSecond, 3 * kSecond / 2);
+    acquisition_.ReadNow(*me_, "inner");
+  }
+  EXPECT_THAT(faults_, IsEmpty());
 }
 
 // Its daemon was killed, or the line was cut, while it moved.
