@@ -182,6 +182,12 @@ std::string StateName(int state) {
       return "fault";
     case status_t::PAUSING:
       return "pausing";
+    case status_t::DISCONNECTED:
+      return "disconnected";
+    case status_t::PREPARING:
+      return "preparing";
+    case status_t::SUSPENDED:
+      return "suspended";
     default:
       return fmt::format("state {}", state);
   }

@@ -235,6 +235,9 @@ GyroConfig ReadGyro(const TomlTable& table, const std::vector<BusConfig>& buses,
   gyro.filter = Int(table, "filter", {0, 6}, gyro.filter);
   gyro.rate_hz = table.Number("rate_hz", {3.906, 1000, "Hz"}, gyro.rate_hz);
   CheckSampleRate(table, gyro.rate_hz);
+  gyro.min_degC = table.Number("min_degC", {-100, 150, "degC"}, gyro.min_degC);
+  gyro.max_degC = table.Number("max_degC", {-100, 150, "degC"}, gyro.max_degC);
+  if (gyro.max_degC <= gyro.min_degC) table.Fail("max_degC", "expected more than min_degC");
   if (const auto serial = table.OptionalInteger("serial_number", {0, 0xFFFFFFFF})) {
     gyro.serial_number = static_cast<std::uint32_t>(*serial);
   }
@@ -409,6 +412,7 @@ Config ReadSection(const TomlTable& root, std::string_view key, Config (*read)(c
 SafetyConfig ReadSafety(const TomlTable& table) {
   SafetyConfig safety;
   safety.silence_s = table.Number("silence_s", {0.05, 60, "s"}, safety.silence_s);
+  safety.min_free_mib = table.Number("min_free_mib", {0, 1e6, "MiB"}, safety.min_free_mib);
   return safety;
 }
 

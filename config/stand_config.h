@@ -68,6 +68,10 @@ struct GyroConfig {
   double rate_hz = 200.0;                      // 1000 / (1 + divider)
   double accel_range_g = 2.0;                  // 2, 4, 8, 16
   std::optional<std::uint32_t> serial_number;  // refused when another answers
+  // By its own thermometer; beyond, all is stopped and switched off. Operating range of the MPU-6050
+  // (data sheet PS-MPU-6000A rev 3.4).
+  double min_degC = -40.0;
+  double max_degC = 85.0;
 };
 
 // A relay unit that switches what changes the sensor's temperature.
@@ -99,6 +103,7 @@ struct LcmConfig {
 
 struct SafetyConfig {
   double silence_s = 1.0;  // a device that has not answered for so long is a fault
+  double min_free_mib = 100.0;  // of the disk with the records; with less, no run begins or goes on
 };
 
 // Simulation. Present only where the stand file has a [virtual] table.

@@ -118,7 +118,9 @@ json GyroToJson(const GyroConfig& gyro) {
               {"range_deg_s", gyro.range_deg_s},
               {"filter", gyro.filter},
               {"rate_hz", gyro.rate_hz},
-              {"accel_range_g", gyro.accel_range_g}};
+              {"accel_range_g", gyro.accel_range_g},
+              {"min_degC", gyro.min_degC},
+              {"max_degC", gyro.max_degC}};
   if (gyro.serial_number) out["serial_number"] = *gyro.serial_number;
   return out;
 }
@@ -180,7 +182,9 @@ json ToJson(const StandConfig& stand) {
             {{"url", stand.lcm.url},
              {"channel_prefix", stand.lcm.channel_prefix},
              {"required", stand.lcm.required}}},
-           {"safety", {{"silence_s", stand.safety.silence_s}}},
+           {"safety",
+            {{"silence_s", stand.safety.silence_s},
+             {"min_free_mib", stand.safety.min_free_mib}}},
            {"records", stand.records.string()},
            {"procedures", PathsToJson(stand.procedure_dirs)},
            {"control_socket", stand.control_socket.string()},

@@ -68,8 +68,20 @@ AxisUnit& Acquisition::AxisNamed(const std::string& name) const {
 void Acquisition::AddDevice(BusWorker& bus, DeviceStatus identity, PolledDevice::Actions actions) {
   auto device = std::make_unique<PolledDevice>(std::move(identity), std::move(actions), clock_,
                                                FromSeconds(stand_.safety.silence_s), on_silence_);
-  bus.AddPoll([poll = device.get()] { return poll->Poll(); });
+  bus.AddPoll([this, poll = device.get()] {
+    const bool was_well = poll->ok();
+    const Utime due = poll->Poll();
+    if (poll->ok() != was_well) TellWellness();
+    return due;
+  });
   devices_.push_back(std::move(device));
+}
+
+void Acquisition::TellWellness() {
+  const std::lock_guard lock(well_mutex_);
+  const bool all_well =
+      std::ranges::all_of(devices_, [](const auto& device) { return device->ok(); });
+  if (std::exchange(all_well_, all_well) != all_well) on_well_(all_well);
 }
 
 void Acquisition::AddAxis(const config::AxisConfig& config) {
@@ -114,10 +126,29 @@ void Acquisition::AddGyro() {
   gyro_ = std::make_unique<GyroFeed>(gyro, stand_.safety.silence_s, clock_, maker_.MakeGyro(gyro),
                                      telemetry_, [this](double temperature_degC) {
                                        if (outputs_) outputs_->Watch(temperature_degC);
+                                       WatchTemperature(temperature_degC);
                                      });
   AddDevice(BusOf(gyro.bus), {"gyro", "gyro", gyro.bus, gyro.unit, false, ""},
             {[this] { gyro_->Open(); }, [this] { gyro_->Read(); },
              [period = gyro_->period()] { return period; }});
+}
+
+// Once; a thermometer that comes back into the range arms it again.
+void Acquisition::WatchTemperature(double temperature_degC) {
+  constexpr int kBlocksBeyond = 2;
+  const config::GyroConfig& gyro = stand_.gyro;
+  const bool within = temperature_degC >= gyro.min_degC && temperature_degC <= gyro.max_degC;
+  beyond_range_ = within ? 0 : beyond_range_ + 1;
+  if (beyond_range_ != kBlocksBeyond) return;
+  PostStopAll();
+  if (outputs_) outputs_->PostAllOff();
+  on_fault_(
+      {"gyro",
+       fmt::format("the sensor's thermometer says {:.1f} degC, outside the part's range {:g} .. "
+                   "{:g} degC (gyro.min_degC, gyro.max_degC): axes stopped, outputs off. Let it "
+                   "cool down or warm up, then: gyrobench reset",
+                   temperature_degC, gyro.min_degC, gyro.max_degC),
+       {.device = "gyro", .action = "temperature"}});
 }
 
 void Acquisition::AddOutputs() {
@@ -130,6 +161,12 @@ void Acquisition::AddOutputs() {
 }
 
 void Acquisition::Start() {
+  {
+    // Not before they were asked.
+    const std::lock_guard lock(well_mutex_);
+    all_well_ = false;
+  }
+  on_well_(false);
   for (const auto& bus : buses_) bus->Start();
 }
 

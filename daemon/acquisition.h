@@ -4,8 +4,10 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
@@ -34,6 +36,11 @@ class Acquisition {
               Notices& notices);
   ~Acquisition();
 
+  // `on_well`: told, in the buses' threads, whenever all devices are well or one is no more. Before
+  // Start.
+  void WhenWellnessChanges(std::function<void(bool all_well)> on_well) {
+    on_well_ = std::move(on_well);
+  }
   void Start();
   void Stop();
 
@@ -83,6 +90,9 @@ class Acquisition {
   void AddEncoder(AxisUnit& axis);
   void AddGyro();
   void AddOutputs();
+  // Beyond the range of the part at two blocks on end, all is stopped and switched off.
+  void WatchTemperature(double temperature_degC);
+  void TellWellness();
   // `not_stopped`: why, empty where it was.
   void SayFoundMoving(const config::AxisConfig& axis, const std::string& not_stopped);
   void AddDevice(BusWorker& bus, DeviceStatus identity, PolledDevice::Actions actions);
@@ -107,6 +117,10 @@ class Acquisition {
   std::unique_ptr<GyroFeed> gyro_;
   std::unique_ptr<Outputs> outputs_;
   std::vector<std::unique_ptr<PolledDevice>> devices_;
+  std::function<void(bool)> on_well_ = [](bool) {};
+  std::mutex well_mutex_;  // guards the next, and the order in which it is told
+  bool all_well_ = true;   // as told last
+  int beyond_range_ = 0;   // blocks on end; of the gyro's bus thread
 };
 
 }  // namespace gyrobench::daemon

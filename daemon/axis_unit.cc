@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "daemon/polled_device.h"
@@ -13,10 +11,6 @@ namespace {
 
 // Beyond a soft limit by more than the play of a worm and the noise of an encoder.
 constexpr double kSoftLimitMargin_deg = 0.2;
-// A reference may be so much older than the drive's word, beside the delay that its map declares:
-// one that nobody declared is a finding of the analysis, not a fault.
-constexpr double kReferenceAge_s = 0.5;
-constexpr int kReadingsBeyond = 2;
 
 }  // namespace
 
@@ -34,6 +28,7 @@ AxisUnit::AxisUnit(const config::AxisConfig& config, BusWorker& drive_bus, BusWo
       hooks_(std::move(hooks)),
       drive_(devices.MakeAxis(config)),
       encoder_(devices.MakeAngleSensor(config)),
+      guard_(config),
       last_(kLastSamples) {}
 
 Utime AxisUnit::encoder_period() const {
@@ -52,6 +47,7 @@ LastSamples::Axis AxisUnit::last() const {
 
 void AxisUnit::StopIfMoving() {
   if (!drive_->IsMoving()) return;
+  guard_.MayMove();
   try {
     drive_->Stop();
   } catch (const std::exception& error) {
@@ -74,6 +70,7 @@ void AxisUnit::OpenDrive() {
 
 void AxisUnit::OpenEncoder() {
   const drivers::AngleReading first = encoder_->Open();
+  guard_.ReferenceOpened();
   const std::lock_guard lock(mutex_);
   view_.reference = first;
 }
@@ -93,6 +90,7 @@ void AxisUnit::ReadEncoder() {
   message_.utime_reply = reading.utime_reply;
   telemetry_.Send(message_);
   CheckSoftLimits(reading.angle_deg);
+  Trip(guard_.Read(reading));
 }
 
 void AxisUnit::CheckSoftLimits(double angle_deg) {
@@ -112,64 +110,18 @@ void AxisUnit::CheckSoftLimits(double angle_deg) {
        {.device = "axis." + config_.name, .action = "soft limits"}});
 }
 
-// A reference shows the table as it was `age` ago, so a move by r deg/s seems to lag by r * age. In a
-// reversal, and wherever the axis was moving within that time, so does the reading that the move is
-// counted from, by the rate of the move before, and the other way.
 double AxisUnit::MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2) {
   const AxisView begin = view();
+  guard_.MayMove();  // also where the drive's answer is lost
   const double rate = drive_->MoveBy(angle_deg, rate_deg_s, acceleration_deg_s2);
-  const double age_s = kReferenceAge_s + config_.encoder.map.delay_s;
-  const bool moved_before =
-      move_ || (last_rate_deg_s_ > 0 && begin.drive.utime - at_rest_since_ < FromSeconds(age_s));
-  const double before_deg_s = moved_before ? (move_ ? move_->rate_deg_s : last_rate_deg_s_) : 0.0;
-  move_ = Move{begin,
-               rate,
-               config_.following_error_deg + (rate + before_deg_s) * age_s,
-               begin.drive,
-               begin.reference.utime,
-               0};
+  guard_.Begin(begin, angle_deg, rate, acceleration_deg_s2);
   return rate;
 }
 
-void AxisUnit::CheckFollowing(const drivers::AxisState& state) {
-  if (!move_) return;
-  if (!state.moving) {
-    last_rate_deg_s_ = move_->rate_deg_s;
-    at_rest_since_ = state.utime;
-    move_.reset();
-    return;
-  }
-  const drivers::AxisState before = std::exchange(move_->polled, state);
-  const drivers::AngleReading reference = view().reference;
-  // Each reading once, as late as it comes: one that is silent is told as such.
-  if (reference.utime <= move_->judged) return;
-  move_->judged = reference.utime;
-  const double share = state.utime > before.utime
-                           ? static_cast<double>(reference.utime - before.utime) /
-                                 static_cast<double>(state.utime - before.utime)
-                           : 1.0;
-  const double drive_deg =
-      std::lerp(before.commanded_deg, state.commanded_deg, std::clamp(share, 0.0, 1.0));
-  const double commanded_deg = drive_deg - move_->begin.drive.commanded_deg;
-  const double moved_deg = reference.angle_deg - move_->begin.reference.angle_deg;
-  const bool follows = std::abs(moved_deg - commanded_deg) <= move_->allowed_deg;
-  move_->beyond = follows ? 0 : move_->beyond + 1;
-  if (move_->beyond == kReadingsBeyond) FailFollowing(moved_deg, commanded_deg);
-}
-
-void AxisUnit::FailFollowing(double moved_deg, double commanded_deg) {
-  const double allowed_deg = move_->allowed_deg;
-  move_.reset();
+void AxisUnit::Trip(const std::optional<Fault>& fault) {
+  if (!fault) return;
   hooks_.stop_all();
-  hooks_.on_fault(
-      {"axis." + config_.name,
-       fmt::format(
-           "the table does not follow its drive: in the move under way the reference sensor "
-           "moved {:.3f} deg, the drive {:.3f} deg, allowed difference {:.3g} deg: stopped "
-           "(lost steps, a loose coupling, a reference that is frozen, or a wrong gear ratio "
-           "or encoder resolution in the stand file?)",
-           moved_deg, commanded_deg, allowed_deg),
-       {.device = "axis." + config_.name, .action = "move"}});
+  hooks_.on_fault(*fault);
 }
 
 drivers::AxisState AxisUnit::AskDrive() {
@@ -186,7 +138,7 @@ void AxisUnit::ReadDrive() {
     view_.drive = state;
   }
   hooks_.on_drive_read(state.utime);
-  CheckFollowing(state);
+  Trip(guard_.Polled(state, view().reference));
   if (!state.fault && !state.enabled) {
     throw MustBeOpenedAgain(
         fmt::format("axis.{}: the drive is no longer enabled. Did it lose its power, or was its "

@@ -13,6 +13,7 @@
 #include "config/stand_config.h"
 #include "daemon/bus_worker.h"
 #include "daemon/fault.h"
+#include "daemon/motion_guard.h"
 #include "daemon/telemetry.h"
 #include "drivers/angle_sensor.h"
 #include "drivers/axis.h"
@@ -20,12 +21,6 @@
 #include "gyrobench/angle_t.hpp"
 
 namespace gyrobench::daemon {
-
-// What is known of an axis now.
-struct AxisView {
-  drivers::AxisState drive;
-  drivers::AngleReading reference;
-};
 
 // As messages number it.
 std::int8_t AxisNumber(const std::string& name);
@@ -60,10 +55,8 @@ class AxisUnit {
   void OpenEncoder();
   void ReadDrive();
   void ReadEncoder();
-  // As drivers::Axis::MoveBy. From here until the drive stands, each of its polls compares the newest
-  // reading of the reference with where the drive was at that time: where what they turned differs by
-  // more than play, delay and times can make of it, at two readings on end, it is a fault, and all is
-  // stopped. How exactly the move ended is judged by who asked for it.
+  // As drivers::Axis::MoveBy. Each poll and reading is judged by a MotionGuard: what it finds is a
+  // fault, and all is stopped.
   double MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2);
 
   // From any thread.
@@ -80,8 +73,7 @@ class AxisUnit {
  private:
   void StopIfMoving();
   drivers::AxisState AskDrive();
-  void CheckFollowing(const drivers::AxisState& state);
-  void FailFollowing(double moved_deg, double commanded_deg);
+  void Trip(const std::optional<Fault>& fault);
   void CheckSoftLimits(double angle_deg);
 
   const config::AxisConfig& config_;
@@ -94,18 +86,7 @@ class AxisUnit {
   std::atomic<bool> active_ = false;
   std::atomic<bool> drive_answers_ = false;
 
-  // Of the drive's bus thread.
-  struct Move {
-    AxisView begin;
-    double rate_deg_s = 0.0;
-    double allowed_deg = 0.0;
-    drivers::AxisState polled;  // at the poll before
-    Utime judged = 0;           // time of the reading that was judged last
-    int beyond = 0;             // readings on end
-  };
-  std::optional<Move> move_;
-  double last_rate_deg_s_ = 0.0;  // of the move before
-  Utime at_rest_since_ = 0;       // at the latest
+  MotionGuard guard_;
 
   // Of the encoder's bus thread.
   angle_t message_;

@@ -1,6 +1,9 @@
 #include "daemon/bench_facts.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <map>
 #include <optional>
 
 #include "calibration/plan/next_manoeuvre.h"
@@ -60,6 +63,32 @@ procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu, d
     choice.nats = next.worths[*next.best].nats;
   }
   return choice;
+}
+
+std::vector<std::string> HowItIs(const Acquisition& acquisition) {
+  std::map<std::string, bool> answers;
+  for (const DeviceStatus& device : acquisition.Devices()) answers[device.name] = device.ok;
+  std::vector<std::string> lines;
+  for (const LastSamples::Axis& axis : acquisition.Last().axes) {
+    const AxisView view = acquisition.Axis(axis.name);
+    std::string where = fmt::format("at {:.3f} deg", view.reference.angle_deg);
+    if (!answers["encoder." + axis.name]) {
+      where = fmt::format("last read at {:.3f} deg, its reference does not answer",
+                          view.reference.angle_deg);
+    }
+    std::string motion = view.drive.moving ? "moving" : "at rest";
+    if (!answers["axis." + axis.name])
+      motion = "nobody knows whether it moves: no word of its drive";
+    lines.push_back(fmt::format("axis.{}: {}, {}", axis.name, where, motion));
+  }
+  if (acquisition.outputs() == nullptr) return lines;
+  for (const auto& [output, on] : acquisition.outputs()->States()) {
+    lines.push_back(fmt::format("{}: {}", output,
+                                !on   ? "nobody knows whether it is on"
+                                : *on ? "on"
+                                      : "off"));
+  }
+  return lines;
 }
 
 }  // namespace gyrobench::daemon

@@ -2,11 +2,13 @@
 // the next manoeuvre, for which the engine's rehearsals become those of the analysis.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "calibration/plan/next_manoeuvre.h"
 #include "calibration/trace/trace.h"
 #include "config/stand_config.h"
+#include "daemon/acquisition.h"
 #include "procedures/engine/bench.h"
 
 namespace gyrobench::daemon {
@@ -26,5 +28,8 @@ inline procedures::AxisFacts FactsOf(const config::AxisConfig& axis, double angl
           axis.max_rate_deg_s,
           axis.max_acceleration_deg_s2};
 }
+
+// How axes and outputs are, a line each: "axis.inner: at 12.345 deg, at rest", "heater: off".
+std::vector<std::string> HowItIs(const Acquisition& acquisition);
 
 }  // namespace gyrobench::daemon

@@ -4,11 +4,14 @@
 
 #include <atomic>
 #include <chrono>
+#include <map>
+#include <optional>
 #include <utility>
 
 #include "base/clock.h"
 #include "base/error.h"
 #include "daemon/acquisition.h"
+#include "daemon/bench_facts.h"
 #include "daemon/bench_time.h"
 #include "daemon/control_api.h"
 #include "daemon/control_server.h"
@@ -72,6 +75,10 @@ struct Daemon::Parts {
         }});
     api = std::make_unique<ControlApi>(ControlApi::Context{stand, *clock, *time, *acquisition,
                                                            *engine, control, publisher, notices});
+    acquisition->WhenWellnessChanges([this](bool all_well) {
+      control.SetAllWell(all_well);
+      status->Changed();
+    });
     const auto starting = clock->Join("start");
     acquisition->Start();
     status->Start();
@@ -79,13 +86,7 @@ struct Daemon::Parts {
     for (const DeviceStatus& device : acquisition->Devices()) {
       if (!device.ok) spdlog::warn("{}: {}", device.name, device.message);
     }
-    // Not before what turns was told to stop: whole logs are read.
-    for (const std::string& run_id : CloseInterruptedRuns(stand.records)) {
-      notices.Add(clock->Now(),
-                  fmt::format("run {} was on when the daemon before this one ended: its record is "
-                              "closed as interrupted, and holds what was measured until then",
-                              run_id));
-    }
+    TellOfInterruptedRuns();
     time->Idle(*starting);
     server = std::make_unique<ControlServer>(
         stand.control_socket, stand.control_socket_mode,
@@ -106,6 +107,25 @@ struct Daemon::Parts {
       if (Outputs* outputs = acquisition->outputs()) outputs->AllOff(caller);
     });
     acquisition->Stop();
+  }
+
+  // Not before what turns was told to stop: whole logs are read. Nothing moves until somebody says
+  // that he has heard of it: whoever mounted the part may have been at the stand since.
+  void TellOfInterruptedRuns() {
+    std::map<std::string, std::optional<double>> now_deg;
+    for (const DeviceStatus& device : acquisition->Devices()) {
+      if (device.kind != "encoder" || !device.ok) continue;
+      const std::string axis = device.name.substr(device.name.find('.') + 1);
+      now_deg[axis] = acquisition->Axis(axis).reference.angle_deg;
+    }
+    interrupted = CloseInterruptedRuns(stand.records);
+    for (const InterruptedRun& run : interrupted) {
+      const std::string text = DescribeInterruption(run, stand, now_deg);
+      notices.Add(clock->Now(), text);
+      Fault fault{"run", text + ". Look at the stand, then: gyrobench reset"};
+      fault.left = HowItIs(*acquisition);
+      Report(fault);
+    }
   }
 
   void MakeClockAndBuses() {
@@ -135,10 +155,14 @@ struct Daemon::Parts {
   void Report(const Fault& fault) {
     spdlog::error("fault: {}: {}", fault.source, fault.message);
     control.Report(fault);
+    // Within a run, once all is stopped.
+    if (!control.run_is_on() && acquisition) control.SetLeft(HowItIs(*acquisition));
     if (!announced.exchange(true)) Announce(true);
   }
 
   void FaultCleared() {
+    // Before the server is there, or in its one thread for what steers.
+    for (const InterruptedRun& run : std::exchange(interrupted, {})) Acknowledge(run);
     if (announced.exchange(false)) Announce(false);
   }
 
@@ -162,7 +186,8 @@ struct Daemon::Parts {
   std::unique_ptr<SimulatedBuses> simulated;
   RunControl control;
   Notices notices;
-  std::atomic<bool> announced = false;  // the latched fault was published
+  std::vector<InterruptedRun> interrupted;  // that nobody has acknowledged
+  std::atomic<bool> announced = false;      // the latched fault was published
   // A record that fails is reported from within Send, which a fault message would need again: the
   // run is told directly.
   Telemetry telemetry{publisher, [this](const std::string& message) {

@@ -94,7 +94,8 @@ json ToJson(const Fault& fault) {
           {"message", fault.message},
           {"device", ToJson(fault.failure)},
           {"script", ToJson(fault.place)},
-          {"last_samples", ToJson(fault.samples)}};
+          {"last_samples", ToJson(fault.samples)},
+          {"left", fault.left}};
 }
 
 }  // namespace gyrobench::daemon

@@ -35,6 +35,8 @@ struct Fault {
   DeviceFailure failure{};             // of the device, where one failed
   std::optional<ScriptPlace> place{};  // of the command that a run was at
   LastSamples samples{};               // up to the fault, where it is the stand's
+  // What became of axes and outputs, a line each; of a fault within a run, at the run's end.
+  std::vector<std::string> left{};
 };
 
 using FaultHandler = std::function<void(const Fault&)>;
@@ -45,8 +47,8 @@ Fault FaultOf(const std::string& source, const std::exception& error);
 // first error that had any are kept.
 void AddTo(Fault& fault, const std::exception& error);
 
-// {"source", "message", "device", "script", "last_samples"}; the last three are null where nothing
-// is known.
+// {"source", "message", "device", "script", "last_samples", "left"}; device, script and samples are
+// null where nothing is known.
 nlohmann::json ToJson(const Fault& fault);
 // {"name", "action", "code_kind", "code", "address"}; null where no device is named.
 nlohmann::json ToJson(const DeviceFailure& failure);

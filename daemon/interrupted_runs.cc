@@ -1,45 +1,63 @@
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "daemon/axis_unit.h"
 #include "daemon/run_record.h"
+#include "gyrobench/reflection.hpp"
 #include "recording/event_log.h"
+#include "recording/message_decoder.h"
 #include "recording/run_directory.h"
 
 namespace gyrobench::daemon {
 namespace {
 
-// 0 where none can be read.
-Utime LastEventOf(const recording::RunDirectory& run) {
-  Utime last = 0;
-  if (!std::filesystem::exists(run.EventLog())) return last;
+// What its log says last.
+InterruptedRun ReadLast(const recording::RunDirectory& run) {
+  InterruptedRun found{run, 0, {}};
+  if (!std::filesystem::exists(run.EventLog())) return found;
   recording::EventLogReader reader(run.EventLog());
   recording::LogEvent event;
-  while (reader.Next(event)) last = std::max(last, event.utime);
-  return last;
+  angle_t angle{};
+  while (reader.Next(event)) {
+    found.last = std::max(found.last, event.utime);
+    if (!event.channel.ends_with(Reflection<angle_t>::kSuffix)) continue;
+    if (!recording::DecodeSound(event.data, angle)) continue;
+    for (const char* name : {"outer", "middle", "inner"}) {
+      if (AxisNumber(name) == angle.axis) found.angle_deg[name] = angle.angle_deg;
+    }
+  }
+  return found;
 }
 
-// False where it was closed by who began it.
-bool CloseIfInterrupted(const recording::RunDirectory& run) {
-  if (!std::filesystem::exists(run.RunJson())) return false;
+// nullopt where it was closed by who began it, or is acknowledged.
+std::optional<InterruptedRun> CloseIfInterrupted(const recording::RunDirectory& run) {
+  if (!std::filesystem::exists(run.RunJson())) return std::nullopt;
   nlohmann::json description = run.ReadRun();
-  if (!description.is_object() || description.value("outcome", "") != kRunningOutcome) return false;
-  const Utime last = LastEventOf(run);
-  DescribeInterruption(description, last);
+  if (!description.is_object()) return std::nullopt;
+  const std::string outcome = description.value("outcome", "");
+  if (outcome == kInterruptedOutcome && !description.value(kAcknowledgedKey, true)) {
+    return ReadLast(run);
+  }
+  if (outcome != kRunningOutcome) return std::nullopt;
+  InterruptedRun found = ReadLast(run);
+  DescribeInterruption(description, found.last);
   run.WriteRun(description);
-  return true;
+  return found;
 }
 
 }  // namespace
 
-std::vector<std::string> CloseInterruptedRuns(const std::filesystem::path& records) {
-  std::vector<std::string> closed;
+std::vector<InterruptedRun> CloseInterruptedRuns(const std::filesystem::path& records) {
+  std::vector<InterruptedRun> closed;
   try {
     for (const recording::RunDirectory& run : recording::ListRuns(records)) {
       try {
-        if (CloseIfInterrupted(run)) closed.push_back(run.run_id());
+        if (auto interrupted = CloseIfInterrupted(run)) closed.push_back(*std::move(interrupted));
       } catch (const std::exception& error) {
         spdlog::warn("record {}: {}", run.run_id(), error.what());
       }
@@ -48,6 +66,46 @@ std::vector<std::string> CloseInterruptedRuns(const std::filesystem::path& recor
     spdlog::warn("{}", error.what());
   }
   return closed;
+}
+
+void Acknowledge(const InterruptedRun& run) {
+  try {
+    nlohmann::json description = run.directory.ReadRun();
+    description[kAcknowledgedKey] = true;
+    run.directory.WriteRun(description);
+  } catch (const std::exception& error) {
+    spdlog::warn("record {}: {}", run.directory.run_id(), error.what());
+  }
+}
+
+std::string DescribeInterruption(const InterruptedRun& run, const config::StandConfig& stand,
+                                 const std::map<std::string, std::optional<double>>& now_deg) {
+  std::string text = fmt::format(
+      "run {} was on when the daemon before this one ended{}: its record is closed as interrupted, "
+      "and holds what was measured until then",
+      run.directory.run_id(), run.last == 0 ? "" : " (last event " + IsoTime(run.last) + ")");
+  for (const config::AxisConfig& axis : stand.axes) {
+    const auto now = now_deg.find(axis.name);
+    const auto then = run.angle_deg.find(axis.name);
+    text += fmt::format(". axis.{} ", axis.name);
+    if (now == now_deg.end() || !now->second) {
+      text += "does not say where it is";
+      continue;
+    }
+    text += fmt::format("stands at {:.3f} deg", *now->second);
+    if (then == run.angle_deg.end()) {
+      text += ", and the record does not say where it stood";
+      continue;
+    }
+    const double moved_deg = *now->second - then->second;
+    text += std::abs(moved_deg) <= axis.following_error_deg
+                ? std::string(", where the record left it")
+                : fmt::format(
+                      " and was at {:.3f} deg when it was recorded last: it moved by {:.3f} "
+                      "deg since",
+                      then->second, moved_deg);
+  }
+  return text;
 }
 
 }  // namespace gyrobench::daemon

@@ -133,23 +133,12 @@ double LiveBench::StartMove(const procedures::TurnCommand& command) {
                                      [this] { context_.control.ThrowIfToEnd(); });
 }
 
-AxisView LiveBench::WaitForEndOfMove(const procedures::TurnCommand& command, double expected_s,
-                                     Utime poll) {
-  const Utime begin = context_.clock.Now();
-  context_.control.Wait(context_.clock, begin + FromSeconds(expected_s));
-  const Utime deadline = begin + FromSeconds(1.5 * expected_s + 2.0);
+// One that does not end is a fault (MotionGuard), of which Wait hears.
+AxisView LiveBench::WaitForEndOfMove(const std::string& axis, double expected_s, Utime poll) {
+  context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(expected_s));
   for (;;) {
-    const AxisView view = context_.acquisition.ReadNow(context_.participant, command.axis);
+    const AxisView view = context_.acquisition.ReadNow(context_.participant, axis);
     if (!view.drive.moving) return view;
-    if (context_.clock.Now() > deadline) {
-      throw FaultError(
-          {"axis." + command.axis,
-           fmt::format("the drive still moves {:.1f} s after the start of a move of {:g} deg at "
-                       "{:g} deg/s that should have taken {:.1f} s",
-                       ToSeconds(context_.clock.Now() - begin), command.angle_deg,
-                       command.rate_deg_s, expected_s),
-           {.device = "axis." + command.axis, .action = "move"}});
-    }
     context_.control.Wait(context_.clock, context_.clock.Now() + poll);
   }
 }
@@ -173,7 +162,7 @@ procedures::TurnOutcome LiveBench::Turn(const procedures::TurnCommand& command) 
   procedures::CheckTurn(command, facts);
   BeginSegment("turn", fmt::format("{} {:+g} deg", command.axis, command.angle_deg));
   const double rate = StartMove(command);
-  WaitForEndOfMove(command,
+  WaitForEndOfMove(command.axis,
                    procedures::MoveDuration_s(command.angle_deg, rate, command.acceleration_deg_s2),
                    kMovePoll);
   context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kSettle_s));
@@ -197,7 +186,7 @@ procedures::SwingOutcome LiveBench::Swing(const procedures::SwingCommand& comman
   BeginSegment("swing", procedures::Describe(command));
   for (const procedures::TurnCommand& move : moves) {
     const double rate = StartMove(move);
-    WaitForEndOfMove(move,
+    WaitForEndOfMove(move.axis,
                      procedures::MoveDuration_s(move.angle_deg, rate, move.acceleration_deg_s2),
                      kSwingPoll);
   }

@@ -97,7 +97,7 @@ class LiveBench final : public procedures::Bench {
   // Starts a move; returns the rate that the drive uses.
   double StartMove(const procedures::TurnCommand& command);
   // The drive is asked every `poll` once the time is over that the move should take.
-  AxisView WaitForEndOfMove(const procedures::TurnCommand& command, double expected_s, Utime poll);
+  AxisView WaitForEndOfMove(const std::string& axis, double expected_s, Utime poll);
   void CheckFollowing(const procedures::TurnCommand& command, double moved_deg);
   run_t Message(std::int8_t event) const;
 

@@ -52,16 +52,16 @@ void PolledDevice::Succeeded(Utime now) {
   reported_ = false;
   const std::lock_guard lock(mutex_);
   if (status_.ok) return;
-  status_.ok = true;
+  status_.ok = ok_ = true;
   status_.message.clear();
   status_.failure = {};
 }
 
 void PolledDevice::Failed(Utime now, const std::exception& error) {
-  const Fault fault = FaultOf(status_.name, error);  // the name never changes
+  Fault fault = FaultOf(status_.name, error);  // the name never changes
   {
     const std::lock_guard lock(mutex_);
-    status_.ok = false;
+    status_.ok = ok_ = false;
     status_.message = fault.message;
     status_.failure = fault.failure;
   }

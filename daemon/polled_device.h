@@ -47,6 +47,7 @@ class PolledDevice {
   // Opens or reads the device, once. Returns when the next poll is due. Does not throw.
   Utime Poll();
   DeviceStatus status() const;
+  bool ok() const { return ok_; }
   // Whether it has been polled at all.
   bool tried() const { return tried_; }
 
@@ -62,6 +63,7 @@ class PolledDevice {
   bool open_ = false;
   bool reported_ = false;
   std::atomic<bool> tried_ = false;
+  std::atomic<bool> ok_ = false;
   Utime last_answer_ = 0;
   mutable std::mutex mutex_;
   DeviceStatus status_;

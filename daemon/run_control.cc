@@ -6,30 +6,21 @@
 
 namespace gyrobench::daemon {
 
-const char* Name(State state) {
-  switch (state) {
-    case State::kIdle:
-      return "idle";
-    case State::kRunning:
-      return "running";
-    case State::kPaused:
-      return "paused";
-    case State::kAsking:
-      return "asking";
-    case State::kStopping:
-      return "stopping";
-    case State::kFault:
-      return "fault";
-    case State::kPausing:
-      return "pausing";
-  }
-  return "unknown";
+bool RunControl::MoveLocked(Event event) {
+  const std::optional<State> next = Next(state_, event);
+  if (next) state_ = *next;
+  return next.has_value();
 }
 
-void RunControl::RequireRun() const {
-  if (waiter_ == nullptr || state_ == State::kStopping) {
-    throw StateError(std::string("no run to do this with: the bench is ") + Name(state_));
-  }
+void RunControl::RequireLocked(Event event) {
+  if (MoveLocked(event)) return;
+  throw StateError(std::string("no run to do this with: the bench is ") + Name(state_));
+}
+
+void RunControl::GoOnLocked(Event event) {
+  MoveLocked(event);
+  if (silent_ && !holding_) MoveLocked(Event::kSilence);
+  if (pause_) MoveLocked(Event::kPause);
 }
 
 void RunControl::Wake() {
@@ -38,22 +29,22 @@ void RunControl::Wake() {
 
 void RunControl::Pause() {
   const std::lock_guard lock(mutex_);
-  RequireRun();
+  RequireLocked(Event::kPause);
   pause_ = true;
   Wake();
 }
 
 void RunControl::Resume() {
   const std::lock_guard lock(mutex_);
-  RequireRun();
-  if (!pause_) throw StateError("the run is not paused");
+  if (waiter_ != nullptr && !pause_) throw StateError("the run is not paused");
+  RequireLocked(Event::kResume);
   pause_ = false;
   Wake();
 }
 
 void RunControl::Abort(const std::string& reason) {
   const std::lock_guard lock(mutex_);
-  RequireRun();
+  RequireLocked(Event::kAbort);
   if (!abort_) abort_ = reason;
   Wake();
 }
@@ -76,7 +67,8 @@ bool RunControl::stopped_for_good() const {
 
 void RunControl::StopLocked(const std::string& reason) {
   ++stops_;
-  if (waiter_ == nullptr || state_ == State::kStopping) return;
+  RequireLocked(Event::kStop);
+  if (waiter_ == nullptr) return;
   if (!abort_) abort_ = reason;
   Wake();
 }
@@ -88,8 +80,9 @@ std::int64_t RunControl::stops() const {
 
 void RunControl::Answer(const std::string& answer) {
   const std::lock_guard lock(mutex_);
-  RequireRun();
-  if (!question_) throw StateError("the run has asked nothing");
+  if (state_ != State::kAsking) {
+    throw StateError(std::string("the run has asked nothing: the bench is ") + Name(state_));
+  }
   const auto& choices = question_->choices;
   if (!choices.empty() && std::find(choices.begin(), choices.end(), answer) == choices.end()) {
     std::string known;
@@ -97,35 +90,51 @@ void RunControl::Answer(const std::string& answer) {
     throw StateError("'" + answer + "' is no answer to this question; choose one of: " + known);
   }
   answer_ = answer;
+  GoOnLocked(Event::kAnswer);
   Wake();
 }
 
 void RunControl::ClearFault() {
   const std::lock_guard lock(mutex_);
-  if (waiter_ != nullptr) throw StateError("a run is on; abort it first");
+  if (!MoveLocked(Event::kReset)) throw StateError("a run is on; abort it first");
   fault_.reset();
-  state_ = State::kIdle;
+  if (!all_well_) MoveLocked(Event::kDeviceLost);
 }
 
 void RunControl::Report(const Fault& fault) {
   const std::lock_guard lock(mutex_);
+  MoveLocked(Event::kTrip);
   if (fault_) {
     const bool same = fault_->source == fault.source && fault_->message == fault.message;
     if (same && !fault_->place) fault_->place = fault.place;
     return;
   }
   fault_ = fault;
-  if (waiter_ == nullptr) state_ = State::kFault;
   Wake();
+}
+
+bool RunControl::Suspend(const Fault& silent) {
+  const std::lock_guard lock(mutex_);
+  if (!MoveLocked(Event::kSilence)) return false;
+  if (!silent_) silent_ = silent;
+  Wake();
+  return true;
+}
+
+void RunControl::SetAllWell(bool all_well) {
+  const std::lock_guard lock(mutex_);
+  all_well_ = all_well;
+  MoveLocked(all_well ? Event::kAllWell : Event::kDeviceLost);
+}
+
+void RunControl::SetLeft(const std::vector<std::string>& left) {
+  const std::lock_guard lock(mutex_);
+  if (fault_) fault_->left = left;
 }
 
 State RunControl::state() const {
   const std::lock_guard lock(mutex_);
-  if (waiter_ != nullptr && abort_) return State::kStopping;
-  const bool goes_on =
-      (state_ == State::kPaused && !pause_) || (state_ == State::kAsking && answer_);
-  const State state = goes_on ? State::kRunning : state_;
-  return state == State::kRunning && pause_ ? State::kPausing : state;
+  return state_;
 }
 
 std::optional<Fault> RunControl::fault() const {
@@ -168,30 +177,45 @@ void RunControl::BeginRun(Clock::Participant& waiter, std::optional<std::int64_t
   if (stops && *stops != stops_) {
     throw StateError("stopped before the run began: nothing has moved");
   }
+  if (!MoveLocked(Event::kBegin)) {
+    throw StateError("a device is not well, so nothing was started; see: gyrobench status");
+  }
   waiter_ = &waiter;
   abort_.reset();
-  pause_ = false;
+  tidying_ = pause_ = holding_ = false;
   answer_.reset();
-  state_ = State::kRunning;
+  silent_.reset();
+}
+
+void RunControl::Prepared() {
+  const std::lock_guard lock(mutex_);
+  GoOnLocked(Event::kPrepared);
 }
 
 void RunControl::EndRun() {
   const std::lock_guard lock(mutex_);
   waiter_ = nullptr;
   question_.reset();
-  state_ = fault_ ? State::kFault : State::kIdle;
+  MoveLocked(Event::kFinish);
+  MoveLocked(fault_ ? Event::kFailed : Event::kEnded);
+  if (!all_well_) MoveLocked(Event::kDeviceLost);
 }
 
-void RunControl::ThrowIfToEnd() const {
-  const std::lock_guard lock(mutex_);
-  if (state_ == State::kStopping) return;
+void RunControl::ThrowIfToEndLocked() const {
+  if (tidying_) return;
   if (fault_) throw FaultError(*fault_);
   if (abort_) throw procedures::Aborted(*abort_);
 }
 
+void RunControl::ThrowIfToEnd() const {
+  const std::lock_guard lock(mutex_);
+  ThrowIfToEndLocked();
+  if (!tidying_ && silent_ && !holding_) throw Suspended(*silent_);
+}
+
 bool RunControl::IsToEnd() const {
   const std::lock_guard lock(mutex_);
-  return state_ != State::kStopping && (fault_ || abort_);
+  return !tidying_ && (fault_ || abort_);
 }
 
 void RunControl::Wait(const Clock& clock, Utime wake_up) {
@@ -201,45 +225,61 @@ void RunControl::Wait(const Clock& clock, Utime wake_up) {
   ThrowIfToEnd();
 }
 
+std::optional<Fault> RunControl::suspended() const {
+  const std::lock_guard lock(mutex_);
+  return silent_;
+}
+
+void RunControl::BeginHold() {
+  const std::lock_guard lock(mutex_);
+  holding_ = true;
+}
+
+void RunControl::EndHold() {
+  const std::lock_guard lock(mutex_);
+  silent_.reset();
+  GoOnLocked(Event::kBack);
+  holding_ = false;
+}
+
 void RunControl::WaitWhilePaused() {
-  const auto set_state = [this](State state) {
+  const auto is_wanted = [this] {
     const std::lock_guard lock(mutex_);
-    state_ = state;
+    ThrowIfToEndLocked();
+    if (pause_) MoveLocked(Event::kSafePoint);
+    return pause_;
   };
-  set_state(State::kPaused);
-  while (pause_wanted()) {
-    ThrowIfToEnd();
-    waiter_->WaitUntil(kForever);
-  }
-  set_state(State::kRunning);
-  ThrowIfToEnd();
+  while (is_wanted()) waiter_->WaitUntil(kForever);
+  const std::lock_guard lock(mutex_);
+  if (silent_) MoveLocked(Event::kSilence);
 }
 
 std::optional<std::string> RunControl::WaitForAnswer(const Clock& clock,
                                                      const procedures::Question& question,
                                                      Utime deadline) {
+  const auto take_answer = [this] {
+    const std::lock_guard lock(mutex_);
+    ThrowIfToEndLocked();
+    return answer_;
+  };
   {
     const std::lock_guard lock(mutex_);
     question_ = question;
     answer_.reset();
-    state_ = State::kAsking;
+    MoveLocked(Event::kAsk);
   }
-  std::optional<std::string> answer;
-  while (!answer && clock.Now() < deadline) {
-    ThrowIfToEnd();
-    waiter_->WaitUntil(deadline);
-    const std::lock_guard lock(mutex_);
-    answer = answer_;
-  }
+  while (!take_answer() && clock.Now() < deadline) waiter_->WaitUntil(deadline);
   const std::lock_guard lock(mutex_);
   question_.reset();
-  state_ = State::kRunning;
+  const std::optional<std::string> answer = answer_;
+  if (!answer) GoOnLocked(Event::kAnswer);
   return answer;
 }
 
 void RunControl::BeginStopping() {
   const std::lock_guard lock(mutex_);
-  state_ = State::kStopping;
+  tidying_ = true;
+  MoveLocked(Event::kFinish);
 }
 
 }  // namespace gyrobench::daemon

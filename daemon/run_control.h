@@ -5,17 +5,16 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "base/clock.h"
 #include "base/error.h"
 #include "daemon/fault.h"
+#include "daemon/stand_state.h"
 #include "procedures/engine/bench.h"
 
 namespace gyrobench::daemon {
-
-// kPausing: the operator wants a pause, and the segment under way ends first.
-enum class State { kIdle, kRunning, kPaused, kAsking, kStopping, kFault, kPausing };
-const char* Name(State state);
 
 // A request that does not fit the state (HTTP 409).
 class StateError : public Error {
@@ -23,14 +22,25 @@ class StateError : public Error {
   using Error::Error;
 };
 
-// Thread-safe. The run's thread waits here and nowhere else, so that it hears of abort and fault at
-// once.
+// A device fell silent, and the command under way is to be made again when it is back.
+class Suspended : public Error {
+ public:
+  explicit Suspended(Fault fault)
+      : Error(fault.source + ": " + fault.message), fault_(std::move(fault)) {}
+  const Fault& fault() const { return fault_; }
+
+ private:
+  Fault fault_;
+};
+
+// The state of the stand, moved by the table of stand_state.h alone. Thread-safe. The run's thread
+// waits here and nowhere else, so that it hears of abort and fault at once.
 class RunControl {
  public:
   // --- for operators and supervisors; StateError when it does not fit the state
   void Pause();
   void Resume();
-  // `reason`: how the run is said to have ended.
+  // `reason`: how the run is said to have ended. The first one counts.
   void Abort(const std::string& reason = "aborted by the operator");
   // In every state: a run that is on is aborted, and one that was asked for before and is not on
   // yet does not begin.
@@ -45,6 +55,12 @@ class RunControl {
   // Latches the first fault and ends a run that is on. Where the same is reported again, the place
   // in the script is taken over if none was known.
   void Report(const Fault& fault);
+  // A device that is needed fell silent. False where no run can wait for it: a fault, then.
+  bool Suspend(const Fault& silent);
+  // Whether all devices are well.
+  void SetAllWell(bool all_well);
+  // What became of the stand after the fault that is latched.
+  void SetLeft(const std::vector<std::string>& left);
 
   // With what was commanded last, even while the run's thread has yet to notice.
   State state() const;
@@ -58,15 +74,23 @@ class RunControl {
   void RequireReady() const;
 
   // --- for the run
-  // From kIdle to kRunning. `waiter` is the run's participant, until EndRun. `stops`: as it was
+  // From kIdle to kPreparing. `waiter` is the run's participant, until EndRun. `stops`: as it was
   // when the run was asked for; StateError where Stop was called since.
   void BeginRun(Clock::Participant& waiter, std::optional<std::int64_t> stops = std::nullopt);
+  // The procedure begins.
+  void Prepared();
   void EndRun();
-  // Waits until `wake_up`. Throws procedures::Aborted or FaultError as soon as there is reason.
+  // Waits until `wake_up`. Throws procedures::Aborted, FaultError or Suspended as soon as there is
+  // reason.
   void Wait(const Clock& clock, Utime wake_up);
   void ThrowIfToEnd() const;
   // Whether it would throw.
   bool IsToEnd() const;
+  // Why the run is suspended. From BeginHold to EndHold the run's thread waits for the device, and
+  // nothing throws Suspended.
+  std::optional<Fault> suspended() const;
+  void BeginHold();
+  void EndHold();
   // While the operator wants a pause: state kPaused, and waits.
   void WaitWhilePaused();
   // State kAsking until an answer came or `deadline`; nullopt: nobody answered.
@@ -77,7 +101,13 @@ class RunControl {
 
  private:
   void RequireReadyLocked() const;
-  void RequireRun() const;
+  // False where the event does not fit the state.
+  bool MoveLocked(Event event);
+  // StateError where it does not.
+  void RequireLocked(Event event);
+  // A run goes on; a pause that was asked for meanwhile comes next.
+  void GoOnLocked(Event event);
+  void ThrowIfToEndLocked() const;
   void StopLocked(const std::string& reason);
   void Wake();
 
@@ -87,7 +117,11 @@ class RunControl {
   std::optional<std::string> abort_;  // why
   std::int64_t stops_ = 0;
   bool stopped_for_good_ = false;
+  bool tidying_ = false;  // the run's thread has heard that the run is to end
   bool pause_ = false;
+  bool all_well_ = true;
+  std::optional<Fault> silent_;  // the run is suspended, or is to be
+  bool holding_ = false;
   std::optional<Fault> fault_;
   std::optional<procedures::Question> question_;
   std::optional<std::string> answer_;

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "daemon/bench_facts.h"
+#include "daemon/disk_room.h"
 #include "procedures/engine/engine.h"
 
 namespace gyrobench::daemon {
@@ -77,6 +78,10 @@ StartedRun RunEngine::Start(const std::string& procedure, const procedures::Para
   procedures::Plan plan = DryRunUntil(stops, found, complete);
   const double duration_s = plan.expected_duration_s;
   context_.control.RequireReady();
+  if (std::string low = TooLittleRoom(context_.stand.records, context_.stand.safety.min_free_mib);
+      !low.empty()) {
+    throw DataError("nothing was started: " + low);
+  }
   RequireDevicesWell(context_.acquisition);
   if (thread_.joinable()) thread_.join();
   auto participant = context_.clock.Join("run");

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "calibration/estimators/plausibility.h"
 #include "calibration/estimators/result_json.h"
+#include "daemon/bench_facts.h"
 #include "daemon/run_record.h"
 #include "daemon/run_trace.h"
 #include "gyrobench/run_t.hpp"
@@ -117,6 +118,7 @@ void RunExecution::WaitForTickFit() {
 void RunExecution::RunProcedure() {
   context_.acquisition.SetActiveAxes(plan_.axes);
   WaitForTickFit();
+  context_.control.Prepared();
   const Utime start = context_.clock.Now();
   {
     const std::lock_guard lock(mutex_);
@@ -251,6 +253,11 @@ void RunExecution::Execute() {
     if (bench_) ending.message += Reminder(bench_->on_by_hand());
   }
   SwitchOff(ending);
+  if (const std::vector<std::string> left = HowItIs(context_.acquisition);
+      !ending.failures.empty()) {
+    for (Fault& failure : ending.failures) failure.left = left;
+    context_.control.SetLeft(left);
+  }
   Attempt(ending, [&] { Finish(ending); });
   spdlog::info("run {}: {}{}{}", directory_.run_id(), Name(ending.outcome),
                ending.message.empty() ? "" : ": ", ending.message);

@@ -71,6 +71,7 @@ void DescribeEnd(json& run, Outcome outcome, const std::string& message,
 
 void DescribeInterruption(json& run, Utime last) {
   run["outcome"] = kInterruptedOutcome;
+  run[kAcknowledgedKey] = false;
   run["message"] = "the daemon ended before the run did (killed, or without power)";
   run["failures"] = json::array();
   if (last == 0) return;

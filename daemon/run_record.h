@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +14,7 @@
 #include "daemon/fault.h"
 #include "daemon/live_bench.h"
 #include "daemon/run_execution.h"
+#include "recording/run_directory.h"
 
 namespace gyrobench::daemon {
 
@@ -28,13 +31,26 @@ void DescribeEnd(nlohmann::json& run, Outcome outcome, const std::string& messag
 // Of a run that is on, and of one whose daemon ended with it.
 inline constexpr const char* kRunningOutcome = "running";
 inline constexpr const char* kInterruptedOutcome = "interrupted";
+// Of an interrupted run: somebody has said (gyrobench reset) that he has heard of it.
+inline constexpr const char* kAcknowledgedKey = "acknowledged";
 // The end of a run whose daemon did not live to describe it. `last`: time of the last event, 0
 // where there is none.
 void DescribeInterruption(nlohmann::json& run, Utime last);
+struct InterruptedRun {
+  recording::RunDirectory directory;
+  Utime last = 0;                           // time of its last event, 0 where there is none
+  std::map<std::string, double> angle_deg;  // by the axis's name, the last that was recorded
+};
 // Closes each record in `records` whose run is still said to be on: their daemon was killed, or the
-// power failed. Nobody else may write there (StandLock holds the folder). Returns the ids of these
-// runs, oldest first. A record that cannot be closed is told in the log and left.
-std::vector<std::string> CloseInterruptedRuns(const std::filesystem::path& records);
+// power failed. Nobody else may write there (StandLock holds the folder). Returns these and those
+// that an earlier start closed and nobody has acknowledged, oldest first. A record that cannot be
+// closed is told in the log and left.
+std::vector<InterruptedRun> CloseInterruptedRuns(const std::filesystem::path& records);
+// From here on no start tells of it. What cannot be written is told in the log.
+void Acknowledge(const InterruptedRun& run);
+// Which run it was, where its axes stood then and stand now, and whether they moved between.
+std::string DescribeInterruption(const InterruptedRun& run, const config::StandConfig& stand,
+                                 const std::map<std::string, std::optional<double>>& now_deg);
 
 // A run in which the unit started anew belongs to no one power-on: its name is taken back. Its
 // times count on from the power-on at its begin. `power_on`: the name at its end.

@@ -3,12 +3,13 @@
 #include <chrono>
 
 #include "base/version.h"
+#include "daemon/disk_room.h"
 #include "gyrobench/status_t.hpp"
 
 namespace gyrobench::daemon {
 
 StatusPublisher::StatusPublisher(const config::StandConfig& stand, Clock& clock,
-                                 const Acquisition& acquisition, const RunControl& control,
+                                 const Acquisition& acquisition, RunControl& control,
                                  Telemetry& telemetry, LcmPublisher& publisher)
     : stand_(stand),
       clock_(clock),
@@ -57,11 +58,18 @@ void StatusPublisher::Loop() {
     Publish();
     const auto now = std::chrono::steady_clock::now();
     if (now - last_sync >= std::chrono::seconds(1)) {
-      telemetry_.Sync();
+      CareForRecord();
       last_sync = now;
     }
     participant_->WaitUntil(still_ ? kForever : clock_.Now() + kMicrosecondsPerSecond);
   }
+}
+
+void StatusPublisher::CareForRecord() {
+  telemetry_.Sync();
+  if (!control_.run_is_on()) return;
+  const std::string low = TooLittleRoom(stand_.records, stand_.safety.min_free_mib);
+  if (!low.empty()) control_.Report({"record", low});
 }
 
 std::string StatusPublisher::WhatToKnow() const {
@@ -101,5 +109,8 @@ static_assert(status_t::ASKING == static_cast<std::int8_t>(State::kAsking));
 static_assert(status_t::STOPPING == static_cast<std::int8_t>(State::kStopping));
 static_assert(status_t::FAULT == static_cast<std::int8_t>(State::kFault));
 static_assert(status_t::PAUSING == static_cast<std::int8_t>(State::kPausing));
+static_assert(status_t::DISCONNECTED == static_cast<std::int8_t>(State::kDisconnected));
+static_assert(status_t::PREPARING == static_cast<std::int8_t>(State::kPreparing));
+static_assert(status_t::SUSPENDED == static_cast<std::int8_t>(State::kSuspended));
 
 }  // namespace gyrobench::daemon

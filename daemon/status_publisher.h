@@ -1,5 +1,5 @@
 // Full state on _STATUS, once a second of bench time and on change; and the care of the record on
-// disk.
+// disk: its safety there, and the room for it, without which a run ends.
 #pragma once
 
 #include <atomic>
@@ -21,7 +21,7 @@ namespace gyrobench::daemon {
 class StatusPublisher {
  public:
   StatusPublisher(const config::StandConfig& stand, Clock& clock, const Acquisition& acquisition,
-                  const RunControl& control, Telemetry& telemetry, LcmPublisher& publisher);
+                  RunControl& control, Telemetry& telemetry, LcmPublisher& publisher);
   ~StatusPublisher();
   void Start();
   // Bench time stands still from now on, or passes again: while it stands still, the state is
@@ -34,12 +34,13 @@ class StatusPublisher {
   void Loop();
   void Heartbeat();
   void Publish();
+  void CareForRecord();
   std::string WhatToKnow() const;
 
   const config::StandConfig& stand_;
   Clock& clock_;
   const Acquisition& acquisition_;
-  const RunControl& control_;
+  RunControl& control_;
   Telemetry& telemetry_;
   LcmPublisher& publisher_;
   std::unique_ptr<Clock::Participant> participant_;

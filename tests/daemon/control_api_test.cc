@@ -71,6 +71,8 @@ TEST_F(ControlApiTest, ARunIsCheckedMadeAndToldOf) {
 
   const HttpReply started = bench_.Ask("POST", "/v1/runs", R"({"procedure": "there"})");
   EXPECT_EQ(started.status, 201u);
+  EXPECT_EQ(StateNow(), "preparing");
+  ASSERT_TRUE(bench_.InnerTurns());
   EXPECT_EQ(StateNow(), "running");
   bench_.Ended();
   const json run = BodyOf(bench_.Ask("GET", "/v1/status"))["run"];
@@ -122,8 +124,8 @@ TEST_F(ControlApiTest, StopEndsMotionWhateverStandsInItsBody) {
     EXPECT_LT(stopped_deg, 80.0);
     bench_.Wait(5.0);
     EXPECT_EQ(bench_.devices.drives.at("inner")->AngleDeg(), stopped_deg);
-    bench_.devices.drives.at("inner")->MoveBy(-stopped_deg, 100.0, 100.0);
-    bench_.Wait(2.0);
+    bench_.acquisition->MoveBy(bench_.me(), "inner", -stopped_deg, 50.0, 100.0, [] {});
+    bench_.Wait(3.0);
   }
 }
 

@@ -50,6 +50,7 @@ FakeBench::FakeBench(const std::string& lcm_url)
                          [this] { status->Changed(); }, fault, [] {}, [](const std::string&) {}});
   api_ = std::make_unique<ControlApi>(ControlApi::Context{stand, *clock, *time, *acquisition,
                                                           *engine, control, publisher, notices});
+  acquisition->WhenWellnessChanges([this](bool all_well) { control.SetAllWell(all_well); });
   me_ = clock->Join("test");
   acquisition->Start();
   status->Start();

@@ -72,7 +72,7 @@ std::unique_ptr<drivers::Gyro> FakeStand::MakeGyro(const config::GyroConfig& con
       sample.gyro_lsb[2] +=
           static_cast<std::int16_t>(std::lround(lsb_per_deg_s * inner->second->RateDegSAt(utime)));
     sample.accel_lsb = {0, 0, 16384};
-    sample.temperature_degC = 25.0;
+    sample.temperature_degC = temperature_degC;
     return sample;
   };
   auto made = std::make_unique<FakeGyro>(identity, clock_, sample_at);

@@ -32,6 +32,7 @@ class FakeStand final : public drivers::DeviceMaker {
   std::map<std::string, drivers::FakeAxis*> drives;  // by the name of the axis
   std::map<std::string, drivers::FakeAngleSensor*> encoders;
   std::map<std::string, double> off_deg;
+  double temperature_degC = 25.0;
   drivers::FakeGyro* gyro = nullptr;
   drivers::FakeRelays* relays = nullptr;
 

@@ -23,6 +23,7 @@ TEST(Fault, HasAllFieldsOfTheErrorThatItIsOf) {
   fault.samples.axes.push_back(
       {"inner", {10, 1.5, true, true, false, 7}, {{11, 12, 13, 14, 2.5}, {21, 22, 23, 24, 3.5}}});
   fault.samples.gyro.push_back({1, 2, 30, {4, 5, 6}, {7, 8, 9}, 25.5});
+  fault.left = {"heater: off"};
   const json expected = json::parse(R"({
     "source": "axis.inner", "message": "scale.lua:41: exception 03",
     "device": {"name": "axis.inner drive", "action": "move", "code_kind": "modbus_exception",
@@ -34,14 +35,15 @@ TEST(Fault, HasAllFieldsOfTheErrorThatItIsOf) {
                           "alarm": 7},
                 "reference": [{"utime": 11, "angle_deg": 2.5}, {"utime": 21, "angle_deg": 3.5}]}],
       "gyro": [{"utime": 30, "gyro_lsb": [4, 5, 6], "accel_lsb": [7, 8, 9],
-                "temperature_degC": 25.5}]}})");
+                "temperature_degC": 25.5}]},
+    "left": ["heater: off"]})");
   EXPECT_EQ(ToJson(fault), expected);
 }
 
 TEST(Fault, OfAForeignExceptionHasItsWordsAlone) {
   const json object = ToJson(FaultOf("record", std::runtime_error("disk full")));
   EXPECT_EQ(object, json::parse(R"({"source": "record", "message": "disk full", "device": null,
-                                    "script": null, "last_samples": null})"));
+                                    "script": null, "last_samples": null, "left": []})"));
 }
 
 TEST(Fault, OfSeveralErrorsHasAllWordsAndTheFirstFields) {

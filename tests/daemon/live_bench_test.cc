@@ -44,6 +44,7 @@ class LiveBenchTest : public testing::Test {
  protected:
   LiveBenchTest() {
     host_.control.BeginRun(host_.me());
+    host_.control.Prepared();
     const Utime start = host_.clock->Now();
     host_.telemetry.BeginRun("run", Log(), host_.acquisition->Info(), start);
     live_.emplace(

@@ -88,12 +88,14 @@ TEST_F(RunControlTest, WhileStoppingAWaitIsAWait) {
   control_.Wait(*clock_, kStart + 500'000);
   EXPECT_EQ(clock_->Now(), kStart + 500'000);
   EXPECT_EQ(control_.state(), State::kStopping);
-  EXPECT_THROW(control_.Abort(), StateError);
+  control_.Abort();
+  control_.Wait(*clock_, kStart + 600'000);
   control_.EndRun();
 }
 
 TEST_F(RunControlTest, AnAnswerMustBeOneOfTheChoices) {
   control_.BeginRun(*run_);
+  control_.Prepared();
   const procedures::Question question{"cool", "Cool the gyro", {"done", "skip"}, 100.0};
   std::thread operator_thread([&] {
     while (!control_.question()) std::this_thread::yield();
@@ -112,6 +114,7 @@ TEST_F(RunControlTest, AnAnswerMustBeOneOfTheChoices) {
 
 TEST_F(RunControlTest, WithoutAnAnswerTheQuestionTimesOut) {
   control_.BeginRun(*run_);
+  control_.Prepared();
   const auto answer =
       control_.WaitForAnswer(*clock_, {"cool", "Cool the gyro", {}, 60.0}, kStart + 60'000'000);
   EXPECT_FALSE(answer);
@@ -123,6 +126,7 @@ TEST_F(RunControlTest, WithoutAnAnswerTheQuestionTimesOut) {
 // An operator's command is answered with the state that it leads to.
 TEST_F(RunControlTest, ACommandShowsInTheStateAtOnce) {
   control_.BeginRun(*run_);
+  control_.Prepared();
   control_.Pause();
   EXPECT_EQ(control_.state(), State::kPausing);
   control_.Resume();
@@ -135,6 +139,7 @@ TEST_F(RunControlTest, ACommandShowsInTheStateAtOnce) {
 
 TEST_F(RunControlTest, APausedRunWaitsForResume) {
   control_.BeginRun(*run_);
+  control_.Prepared();
   control_.Pause();
   clock_->SetPace(0.0);
   std::thread operator_thread([&] {

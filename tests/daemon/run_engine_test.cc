@@ -95,6 +95,10 @@ TEST_F(RunEngineTest, ADeviceThatFallsSilentIsAFault) {
   const RunView run = bench_.Ended();
   EXPECT_EQ(run.outcome, Outcome::kFault);
   EXPECT_THAT(run.progress.message, HasSubstr("encoder.inner"));
+  EXPECT_THAT(run.failures.at(0).left, Contains("axis.outer: at 0.000 deg, at rest"));
+  EXPECT_THAT(run.failures.at(0).left, Contains("heater: off"));
+  EXPECT_EQ(bench_.control.fault()->left, run.failures.at(0).left);
+  EXPECT_EQ(RunFileOf(run)["failures"][0]["left"].size(), 5u);
   EXPECT_THAT(bench_.CallsOf("inner"), Contains("stop"));
   EXPECT_EQ(bench_.control.state(), State::kFault);
   EXPECT_THROW(bench_.engine->Start("turn", {}), StateError);

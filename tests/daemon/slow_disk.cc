@@ -2,9 +2,12 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <sys/syscall.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <mutex>
 #include <utility>
 
@@ -12,6 +15,7 @@ namespace {
 
 std::mutex mutex;  // guards the next
 std::function<void()> during_work;
+std::atomic<std::int64_t> room_bytes = -1;  // as it is
 
 void Work() {
   std::function<void()> during;
@@ -40,7 +44,23 @@ extern "C" int stat(const char* path, struct stat* status) {
   return fstatat(AT_FDCWD, path, status, 0);
 }
 
+extern "C" int statvfs(const char* path, struct statvfs* status) {
+  struct statfs all {};
+  if (statfs(path, &all) != 0) return -1;
+  *status = {};
+  status->f_bsize = status->f_frsize = static_cast<unsigned long>(all.f_bsize);
+  status->f_blocks = all.f_blocks;
+  status->f_bfree = all.f_bfree;
+  const std::int64_t room = room_bytes;
+  status->f_bavail = room < 0 ? all.f_bavail : static_cast<fsblkcnt_t>(room / all.f_bsize);
+  return 0;
+}
+
 namespace gyrobench::daemon {
+
+LittleRoom::LittleRoom(std::int64_t bytes) { room_bytes = bytes; }
+
+LittleRoom::~LittleRoom() { room_bytes = -1; }
 
 SlowDisk::SlowDisk(std::function<void()> during) {
   const std::lock_guard lock(mutex);

@@ -97,11 +97,14 @@ TEST_F(StatusPublisherTest, NamesTheRunThatIsOn) {
   bench_->Wait(5.0);
   const Utime then = bench_->clock->Now();
   bench_->Ended();
-  std::vector<status_t> running;
-  for (const status_t& status : Heard())
+  std::vector<status_t> preparing, running;
+  for (const status_t& status : Heard()) {
+    if (status.state == status_t::PREPARING) preparing.push_back(status);
     if (status.state == status_t::RUNNING) running.push_back(status);
+  }
+  ASSERT_THAT(preparing, testing::Not(IsEmpty()));
+  EXPECT_LT(preparing.front().utime, then);
   ASSERT_THAT(running, testing::Not(IsEmpty()));
-  EXPECT_LT(running.front().utime, then);
   EXPECT_EQ(running.back().run_id, run_id);
 }
 

@@ -198,8 +198,8 @@ class FullDisk {
   rlimit before_;
 };
 
-// A bus that waited for the disk would miss samples: not for a sync, nor for a write or a look-up that
-// hangs, as on a network's disk that is away.
+// A bus that waited for the disk would miss samples: not for a sync, nor for a write or a look-up
+// that hangs, as on a network's disk that is away.
 TEST_F(TelemetryTest, NoMessageWaitsForTheDisk) {
   BeginRun("run");
   Measure(1.0);
@@ -216,6 +216,23 @@ TEST_F(TelemetryTest, NoMessageWaitsForTheDisk) {
   }
   // Twice: it is written, its name is looked up, it is synced.
   EXPECT_EQ(works, 6);
+}
+
+// A disk that hangs for long: what memory holds is bounded, and nothing is dropped in silence.
+TEST_F(TelemetryTest, ARecordThatCannotKeepUpIsAFailureOfIt) {
+  BeginRun("run");
+  run_t large{};
+  large.text.assign(std::size_t{8} << 20, 'x');
+  const SlowDisk disk([&] {
+    for (int i = 0; i < 20 && failures_.empty(); ++i) {
+      large.utime = gyro_.utime();
+      telemetry_->Send(large);
+      EXPECT_TRUE(i < 9 || !failures_.empty()) << i;
+    }
+  });
+  telemetry_->Sync();
+  ASSERT_THAT(failures_, SizeIs(1));
+  EXPECT_THAT(failures_[0], HasSubstr("cannot keep up: the disk has yet to take 64 MiB"));
 }
 
 TEST_F(TelemetryTest, ARunMayEndWhileItsRecordIsBeingSynced) {
