@@ -63,6 +63,10 @@ std::string Describe(const run_t& m) {
       return "paused";
     case run_t::RESUME:
       return "goes on";
+    case run_t::SUSPEND:
+      return "suspended: " + m.text;
+    case run_t::CONTINUE:
+      return "goes on: " + m.text;
     case run_t::STOP:
       return fmt::format("ended: {}{}{}, record {}", m.outcome, m.text.empty() ? "" : ": ", m.text,
                          m.record);

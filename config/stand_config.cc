@@ -412,6 +412,7 @@ Config ReadSection(const TomlTable& root, std::string_view key, Config (*read)(c
 SafetyConfig ReadSafety(const TomlTable& table) {
   SafetyConfig safety;
   safety.silence_s = table.Number("silence_s", {0.05, 60, "s"}, safety.silence_s);
+  safety.resume_within_s = table.Number("resume_within_s", {0, 3600, "s"}, safety.resume_within_s);
   safety.min_free_mib = table.Number("min_free_mib", {0, 1e6, "MiB"}, safety.min_free_mib);
   return safety;
 }

@@ -102,7 +102,9 @@ struct LcmConfig {
 };
 
 struct SafetyConfig {
-  double silence_s = 1.0;  // a device that has not answered for so long is a fault
+  double silence_s = 1.0;  // a device that has not answered for so long has fallen silent
+  // A run waits for a silent device so long, suspended; then, or at once with 0, it is a fault.
+  double resume_within_s = 30.0;
   double min_free_mib = 100.0;  // of the disk with the records; with less, no run begins or goes on
 };
 

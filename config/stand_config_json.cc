@@ -184,6 +184,7 @@ json ToJson(const StandConfig& stand) {
              {"required", stand.lcm.required}}},
            {"safety",
             {{"silence_s", stand.safety.silence_s},
+             {"resume_within_s", stand.safety.resume_within_s},
              {"min_free_mib", stand.safety.min_free_mib}}},
            {"records", stand.records.string()},
            {"procedures", PathsToJson(stand.procedure_dirs)},

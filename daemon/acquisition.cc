@@ -1,6 +1,7 @@
 #include "daemon/acquisition.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -217,6 +218,10 @@ std::vector<DeviceStatus> Acquisition::Devices() const {
 
 AxisView Acquisition::Axis(const std::string& name) const { return AxisNamed(name).view(); }
 
+int Acquisition::PowerLosses(const std::string& axis) const {
+  return AxisNamed(axis).power_losses();
+}
+
 SensorView Acquisition::Sensor() const { return gyro_->view(); }
 
 LastSamples Acquisition::Last() const {
@@ -307,6 +312,18 @@ void Acquisition::TryOn(AxisUnit& axis, void (drivers::Axis::*command)()) {
 void Acquisition::PostStopAll() {
   for (AxisUnit* axis : MostUrgentFirst()) {
     axis->drive_bus().PostUrgent([this, axis] { TryOn(*axis, &drivers::Axis::Stop); });
+  }
+}
+
+void Acquisition::PostStopWhatAnswers() {
+  for (AxisUnit* axis : MostUrgentFirst()) {
+    axis->drive_bus().PostUrgent([axis] {
+      try {
+        axis->drive().Stop();
+      } catch (const std::exception& error) {  // its poll says so as well
+        spdlog::warn("{}", error.what());
+      }
+    });
   }
 }
 

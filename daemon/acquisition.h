@@ -53,6 +53,8 @@ class Acquisition {
   void AwaitFirstTry(Clock::Participant& caller, Utime patience) const;
   std::vector<DeviceStatus> Devices() const;
   AxisView Axis(const std::string& name) const;
+  // How often its drive was found without power when it was opened.
+  int PowerLosses(const std::string& axis) const;
   SensorView Sensor() const;
   // Of every axis and of the gyro; asked for when something went wrong.
   LastSamples Last() const;
@@ -74,6 +76,9 @@ class Acquisition {
   // Stops all axes, those that move first, and before all else that was asked of their buses; does
   // not wait. From any thread.
   void PostStopAll();
+  // The same of a run that waits for a device: a drive that is silent is stopped when it is opened
+  // again.
+  void PostStopWhatAnswers();
   // Stops all axes, waits for the drives' answers. The first failure is thrown after all were
   // tried.
   void StopAll(Clock::Participant& caller);

@@ -61,6 +61,7 @@ void AxisUnit::OpenDrive() {
   drive_answers_ = false;
   StopIfMoving();
   const drivers::AxisState found = drive_->Open();
+  if (!found.enabled) ++power_losses_;
   drive_answers_ = true;
   {
     const std::lock_guard lock(mutex_);

@@ -67,6 +67,9 @@ class AxisUnit {
   bool active() const { return active_; }
   // Whether the drive answered when it was asked last.
   bool drive_answers() const { return drive_answers_; }
+  // How often it was found not enabled when it was opened: it had lost its power, or somebody pressed
+  // its emergency stop.
+  int power_losses() const { return power_losses_; }
   // Between two readings of the reference.
   Utime encoder_period() const;
 
@@ -85,6 +88,7 @@ class AxisUnit {
   const std::unique_ptr<drivers::AngleSensor> encoder_;
   std::atomic<bool> active_ = false;
   std::atomic<bool> drive_answers_ = false;
+  std::atomic<int> power_losses_ = 0;
 
   MotionGuard guard_;
 

@@ -57,12 +57,7 @@ struct Daemon::Parts {
     MakeClockAndBuses();
     devices = std::make_unique<drivers::ModbusDevices>(*clock);
     acquisition = std::make_unique<Acquisition>(
-        stand, *clock, *devices, telemetry,
-        [this](const Fault& fault) {
-          // Between runs a silent device is a line in the status, not a fault to be cleared by
-          // hand.
-          if (control.run_is_on()) Report(fault);
-        },
+        stand, *clock, *devices, telemetry, [this](const Fault& fault) { FellSilent(fault); },
         [this](const Fault& fault) { Report(fault); }, notices);
     status = std::make_unique<StatusPublisher>(stand, *clock, *acquisition, control, telemetry,
                                                publisher);
@@ -158,6 +153,17 @@ struct Daemon::Parts {
     // Within a run, once all is stopped.
     if (!control.run_is_on() && acquisition) control.SetLeft(HowItIs(*acquisition));
     if (!announced.exchange(true)) Announce(true);
+  }
+
+  // Between runs a silent device is a line in the status, not a fault to be cleared by hand; a run
+  // waits for one that may come back as it was.
+  void FellSilent(const Fault& fault) {
+    if (!control.run_is_on()) return;
+    const bool waits = fault.may_pass && stand.safety.resume_within_s > 0;
+    if (!waits || !control.Suspend(fault)) return Report(fault);
+    spdlog::warn("run suspended: {}: {}", fault.source, fault.message);
+    acquisition->PostStopWhatAnswers();
+    status->Changed();
   }
 
   void FaultCleared() {

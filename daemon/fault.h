@@ -37,6 +37,7 @@ struct Fault {
   LastSamples samples{};               // up to the fault, where it is the stand's
   // What became of axes and outputs, a line each; of a fault within a run, at the run's end.
   std::vector<std::string> left{};
+  bool may_pass = false;  // a device is silent, and may come back as it was
 };
 
 using FaultHandler = std::function<void(const Fault&)>;

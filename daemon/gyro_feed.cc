@@ -38,6 +38,7 @@ void GyroFeed::CompareClocks() {
   const double tick_s = static_cast<double>(block_.tick) / view_.identity.tick_rate_hz;
   const bool began_anew = block_.boot_count != boot_count_ || tick_s < last_tick_s_;
   last_tick_s_ = tick_s;
+  if (block_.boot_count != boot_count_) ++starts_;
   if (tick_fit_.count() == 0 || began_anew) {
     tick_fit_ = TickFit();
     boot_count_ = block_.boot_count;
@@ -56,6 +57,8 @@ void GyroFeed::Read() {
     view_.tick_ratio = tick_fit_.ratio();
     view_.tick_span_s = last_tick_s_ - first_tick_s_;
     view_.samples += static_cast<std::int64_t>(block_.samples.size());
+    view_.starts = starts_;
+    view_.missed += block_.missed;
     if (!block_.samples.empty()) view_.temperature_degC = block_.samples.back().temperature_degC;
     for (const drivers::GyroRawSample& sample : block_.samples) last_.push_back(sample);
   }

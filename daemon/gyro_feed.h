@@ -25,6 +25,8 @@ struct SensorView {
   double tick_ratio = kMissing;
   double tick_span_s = 0.0;         // that the tick's fit rests on
   std::int64_t samples = 0;         // since the daemon started
+  int starts = 0;                   // of the unit that were seen, the first included
+  std::int64_t missed = 0;          // the same: overwritten before they were read
   std::optional<PowerOn> power_on;  // empty where it is not known
 };
 
@@ -64,6 +66,7 @@ class GyroFeed {
   PowerOnWatch power_on_watch_;
   TickFit tick_fit_;
   int boot_count_ = 0;
+  int starts_ = 0;
   Utime last_sample_ = 0;  // when one came, or the unit was opened
   double first_tick_s_ = 0.0;
   double last_tick_s_ = 0.0;

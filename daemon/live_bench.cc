@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "daemon/bench_facts.h"
 #include "daemon/run_trace.h"
+#include "drivers/modbus_bus.h"
 #include "procedures/engine/bench.h"
 #include "procedures/engine/motion_time.h"
 #include "procedures/engine/settling.h"
@@ -23,6 +24,8 @@ constexpr std::size_t kMostSaid = 10'000;
 constexpr Utime kMovePoll = kMicrosecondsPerSecond / 20;
 // Within a swing the next move is to follow at once.
 constexpr Utime kSwingPoll = kMicrosecondsPerSecond / 500;
+// Of one command; more is a device that does not stay.
+constexpr int kMostInterruptions = 3;
 // The table swings out after a move; the reference is read for "moved" after this.
 constexpr double kSettle_s = 0.1;
 
@@ -48,6 +51,8 @@ const config::AxisConfig& ConfigOf(const config::StandConfig& stand, const std::
 
 LiveBench::LiveBench(Context context, Utime start)
     : context_(std::move(context)),
+      suspension_({context_.stand, context_.clock, context_.participant, context_.acquisition,
+                   context_.control}),
       start_(start),
       planned_s_(context_.planned_duration_s),
       analysis_(context_.clock, context_.telemetry) {}
@@ -77,7 +82,9 @@ std::vector<std::string> LiveBench::Outputs() const {
 void LiveBench::SwitchOutput(const std::string& output, bool on) {
   daemon::Outputs* outputs = context_.acquisition.outputs();
   if (outputs == nullptr) throw LimitError("this stand has no outputs that could be switched");
-  outputs->Switch(context_.participant, output, on, [this] { context_.control.ThrowIfToEnd(); });
+  Resumably([&] {
+    outputs->Switch(context_.participant, output, on, [this] { context_.control.ThrowIfToEnd(); });
+  });
   Say(output + (on ? " switched on" : " switched off"));
 }
 
@@ -127,6 +134,46 @@ void LiveBench::EndSegment() {
   context_.on_progress(progress_);
 }
 
+template <typename Command>
+auto LiveBench::Resumably(const Command& command) -> decltype(command()) {
+  for (int interruptions = 0;; ++interruptions) {
+    // While it was paused, or asked.
+    if (const auto silent = context_.control.suspended()) Interrupt(suspension_.Here(), *silent);
+    const Suspension::Point point = suspension_.Here();
+    Fault silent;
+    try {
+      return command();
+    } catch (const Suspended& suspended) {
+      if (interruptions == kMostInterruptions) throw FaultError(suspended.fault());
+      silent = suspended.fault();
+    } catch (const drivers::RefusedByDevice&) {
+      throw;
+    } catch (const DeviceError& error) {  // before its poll has told that it is silent
+      const bool waits = context_.stand.safety.resume_within_s > 0;
+      if (interruptions == kMostInterruptions || !waits) throw;
+      silent = FaultOf("device", error);
+      if (!context_.control.Suspend(silent)) throw;
+    }
+    Interrupt(point, silent);
+  }
+}
+
+void LiveBench::Interrupt(const Suspension::Point& point, const Fault& silent) {
+  const double begin_s = ElapsedS();
+  run_t suspend = Message(run_t::SUSPEND);
+  suspend.text = silent.source + ": " + silent.message;
+  context_.telemetry.Send(suspend);
+  progress_.message = "suspended: " + suspend.text;
+  context_.on_progress(progress_);
+  suspension_.WaitAndGoBack(point, silent);
+  AddWaiting(begin_s);
+  run_t go_on = Message(run_t::CONTINUE);
+  go_on.text = fmt::format("{} is back after {:.1f} s: the command under way begins again",
+                           silent.source, ElapsedS() - begin_s);
+  context_.telemetry.Send(go_on);
+  Say("suspended: " + suspend.text + "; " + go_on.text);
+}
+
 double LiveBench::StartMove(const procedures::TurnCommand& command) {
   return context_.acquisition.MoveBy(context_.participant, command.axis, command.angle_deg,
                                      command.rate_deg_s, command.acceleration_deg_s2,
@@ -156,6 +203,10 @@ void LiveBench::CheckFollowing(const procedures::TurnCommand& command, double mo
 }
 
 procedures::TurnOutcome LiveBench::Turn(const procedures::TurnCommand& command) {
+  return Resumably([&] { return TurnOnce(command); });
+}
+
+procedures::TurnOutcome LiveBench::TurnOnce(const procedures::TurnCommand& command) {
   AxisView before = context_.acquisition.ReadNow(context_.participant, command.axis);
   const procedures::AxisFacts facts =
       FactsOf(ConfigOf(context_.stand, command.axis), before.reference.angle_deg);
@@ -175,6 +226,10 @@ procedures::TurnOutcome LiveBench::Turn(const procedures::TurnCommand& command) 
 }
 
 procedures::SwingOutcome LiveBench::Swing(const procedures::SwingCommand& command) {
+  return Resumably([&] { return SwingOnce(command); });
+}
+
+procedures::SwingOutcome LiveBench::SwingOnce(const procedures::SwingCommand& command) {
   const std::vector<procedures::TurnCommand> moves = procedures::MovesOf(command);
   const AxisView before = context_.acquisition.ReadNow(context_.participant, command.axis);
   procedures::AxisFacts facts =
@@ -203,12 +258,20 @@ procedures::SwingOutcome LiveBench::Swing(const procedures::SwingCommand& comman
 }
 
 void LiveBench::Rest(double duration_s) {
+  return Resumably([&] { return RestOnce(duration_s); });
+}
+
+void LiveBench::RestOnce(double duration_s) {
   BeginSegment("rest", fmt::format("{:g} s", duration_s));
   context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(duration_s));
   EndSegment();
 }
 
 procedures::SoakOutcome LiveBench::Soak(const procedures::SoakCommand& command) {
+  return Resumably([&] { return SoakOnce(command); });
+}
+
+procedures::SoakOutcome LiveBench::SoakOnce(const procedures::SoakCommand& command) {
   const double begin_s = ElapsedS();
   // The plan's time since the start has no operator's time in it.
   const double planned_begin_s = begin_s - waited_s_;
@@ -343,7 +406,7 @@ void LiveBench::Progress(double fraction) {
 }
 
 void LiveBench::SafePoint() {
-  context_.control.ThrowIfToEnd();
+  Resumably([this] { context_.control.ThrowIfToEnd(); });
   if (!context_.control.pause_wanted()) return;
   run_t pause = Message(run_t::PAUSE);
   context_.telemetry.Send(pause);

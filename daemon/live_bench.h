@@ -17,6 +17,7 @@
 #include "daemon/progress_meter.h"
 #include "daemon/run_control.h"
 #include "daemon/segment_analysis.h"
+#include "daemon/suspension.h"
 #include "daemon/telemetry.h"
 #include "gyrobench/run_t.hpp"
 #include "procedures/engine/bench.h"
@@ -33,7 +34,8 @@ struct RunProgress {
 };
 
 // Serves one run, in the run's thread. Every wait hears of abort and fault; a move that is cut
-// short leaves the stand stopping (the run engine waits for it).
+// short leaves the stand stopping (the run engine waits for it). A command in which a device falls
+// silent is begun again (Suspension).
 class LiveBench final : public procedures::Bench {
  public:
   struct Context {
@@ -88,6 +90,14 @@ class LiveBench final : public procedures::Bench {
   const std::vector<Said>& said() const { return said_; }
 
  private:
+  // A command. Where a device falls silent meanwhile, it is begun again once the device is back.
+  template <typename Command>
+  auto Resumably(const Command& command) -> decltype(command());
+  void Interrupt(const Suspension::Point& point, const Fault& silent);
+  procedures::TurnOutcome TurnOnce(const procedures::TurnCommand& command);
+  procedures::SwingOutcome SwingOnce(const procedures::SwingCommand& command);
+  void RestOnce(double duration_s);
+  procedures::SoakOutcome SoakOnce(const procedures::SoakCommand& command);
   // Ends a segment when it leaves scope in order: message, results.
   void BeginSegment(const std::string& kind, const std::string& name);
   void EndSegment();
@@ -102,6 +112,7 @@ class LiveBench final : public procedures::Bench {
   run_t Message(std::int8_t event) const;
 
   Context context_;
+  Suspension suspension_;
   const Utime start_;
   RunProgress progress_;
   ProgressMeter meter_;

@@ -68,6 +68,7 @@ void PolledDevice::Failed(Utime now, const std::exception& error) {
   const bool changed = dynamic_cast<const MustBeOpenedAgain*>(&error) != nullptr;
   if (!open_ || reported_ || (!changed && now - last_answer_ < silence_)) return;
   reported_ = true;
+  fault.may_pass = !changed;
   open_ = false;  // it may have been exchanged or restarted: check its identity again
   on_silence_(fault);
 }

@@ -119,6 +119,7 @@ void MessageDecoder::Gyro(const gyro_t& message) {
     sink_.OnTickPair(
         {static_cast<double>(message.unit_tick) / message.tick_rate_hz, Seconds(message.utime)});
   }
+  if (suspended_) return;
   for (std::size_t i = 0; i < static_cast<std::size_t>(message.n); ++i) {
     if (message.sample_utime[i] < run_start_) continue;
     if (IsInOrder(message.sample_utime[i], last_gyro_, "_GYRO", message.seq)) Sample(message, i);
@@ -132,6 +133,7 @@ void MessageDecoder::Angle(const angle_t& message) {
     Report("unannounced_axis", 1, message.utime, "_ANGLE", message.seq);
     return;
   }
+  if (suspended_) return;
   Utime& last = last_angle_.at(static_cast<std::size_t>(axis));
   if (!IsInOrder(message.utime, last, "_ANGLE", message.seq)) return;
   const double angle_deg = IsPlausible(message.angle_deg) ? message.angle_deg : kMissing;
@@ -139,7 +141,11 @@ void MessageDecoder::Angle(const angle_t& message) {
 }
 
 void MessageDecoder::Run(const run_t& message) {
-  if (!IsOurs(message.run_id, message.utime) || message.event != run_t::SEGMENT_END) return;
+  if (!IsOurs(message.run_id, message.utime)) return;
+  if (message.event == run_t::SUSPEND) Report("suspended", 1, message.utime, "_RUN", message.seq);
+  if (message.event == run_t::SUSPEND) suspended_ = true;
+  if (message.event == run_t::CONTINUE) suspended_ = false;
+  if (message.event != run_t::SEGMENT_END) return;
   if (!IsPlausible(message.segment_begin_utime)) return;
   sink_.OnSegment({Seconds(message.segment_begin_utime), Seconds(message.utime),
                    message.segment_kind, message.segment_name});

@@ -37,6 +37,7 @@ bool DecodeSound(MessageBytes bytes, Message& message);
 // Left out and reported as a defect: a sample whose time is not after that of the one before
 // (repeated_time, time_backwards), an axis that `info` does not announce (unannounced_axis), a
 // message whose arrays do not fit its count or whose times no clock can give (damaged_message).
+// Left out and reported once: what was sampled while a run was suspended (suspended).
 // Reported: samples_lost (by the unit's own count, or a jump of the sample numbers),
 // unit_restarted. Allocates nothing per sample.
 class MessageDecoder {
@@ -70,6 +71,7 @@ class MessageDecoder {
   std::string run_id_;
   Utime last_gyro_ = kNever;
   std::array<Utime, 3> last_angle_ = {kNever, kNever, kNever};
+  bool suspended_ = false;
   std::optional<std::int32_t> boot_count_;
   std::optional<std::int64_t> next_counter_;
 };

@@ -39,7 +39,10 @@ FakeBench::FakeBench(const std::string& lcm_url)
   acquisition = std::make_unique<Acquisition>(
       stand, *clock, devices, telemetry,
       [this, fault](const Fault& what) {
-        if (control.run_is_on()) fault(what);
+        if (!control.run_is_on()) return;
+        const bool waits = what.may_pass && stand.safety.resume_within_s > 0;
+        if (!waits || !control.Suspend(what)) return fault(what);
+        acquisition->PostStopWhatAnswers();
       },
       fault, notices);
   status =

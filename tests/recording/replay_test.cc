@@ -285,6 +285,37 @@ TEST_F(Decoder, ARestartOfTheUnitIsADefectAndNoLossOfSamples) {
   EXPECT_EQ(sink_.gyro.size(), 10u);
 }
 
+// A device was silent, and the axes were stopped and turned back: none of it is to be fitted.
+TEST_F(Decoder, WhatWasSampledWhileTheRunWasSuspendedIsLeftOutAndReportedOnce) {
+  MessageDecoder decoder(info_, kStart, sink_);
+  run_t run = {};
+  run.run_id = "run";
+  angle_t angle = {};
+  angle.run_id = "run";
+  angle.axis = 2;
+  const auto sample = [&](Utime utime, std::int64_t first) {
+    decoder.Gyro(Block(utime, first, 5));
+    angle.utime = utime;
+    decoder.Angle(angle);
+  };
+  sample(kStart + 1000, 0);
+  run.event = run_t::SUSPEND;
+  run.utime = kStart + 1500;
+  decoder.Run(run);
+  sample(kStart + 2000, 5);
+  sample(kStart + 3000, 10);
+  EXPECT_EQ(sink_.gyro.size(), 5u);
+  EXPECT_EQ(sink_.angles.size(), 1u);
+  run.event = run_t::CONTINUE;
+  run.utime = kStart + 3500;
+  decoder.Run(run);
+  sample(kStart + 4000, 15);
+  EXPECT_EQ(sink_.gyro.size(), 10u);
+  EXPECT_EQ(sink_.angles.size(), 2u);
+  EXPECT_EQ(sink_.Count("suspended"), 1);
+  EXPECT_EQ(sink_.Count("samples_lost"), 0);
+}
+
 TEST_F(Decoder, SamplesOutOfOrderAreLeftOutAndReported) {
   MessageDecoder decoder(info_, kStart, sink_);
   decoder.Gyro(Block(kStart + 1000, 0, 3));

@@ -1,0 +1,178 @@
+// A device that falls silent in a run: the run waits, and goes on or ends.
+#include "daemon/suspension.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "gyrobench/run_t.hpp"
+#include "tests/daemon/fake_bench.h"
+#include "tests/daemon/published.h"
+
+namespace gyrobench::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr const char* kTurns =
+    "bench.rest{ duration_s=20 }\n"
+    "bench.turn{ axis='inner', angle_deg=90, rate_deg_s=3 }\n"
+    "bench.rest{ duration_s=20 }\n"
+    "bench.turn{ axis='inner', angle_deg=-90, rate_deg_s=3 }\n"
+    "bench.rest{ duration_s=20 }";
+
+class SuspensionTest : public testing::Test {
+ protected:
+  void StartTurns() {
+    bench_.Script("turns", kTurns);
+    bench_.engine->Start("turns", {});
+    ASSERT_TRUE(bench_.InnerTurns());
+    bench_.Wait(5.0);
+  }
+  drivers::FakeAxis& Inner() { return *bench_.devices.drives.at("inner"); }
+  drivers::FakeAngleSensor& Encoder() { return *bench_.devices.encoders.at("inner"); }
+  bool IsSuspended() {
+    return bench_.WaitFor([this] { return bench_.control.state() == State::kSuspended; });
+  }
+  std::vector<std::string> MovesOfInner() {
+    std::vector<std::string> moves = bench_.CallsOf("inner");
+    std::erase_if(moves, [](const std::string& call) { return !call.starts_with("move"); });
+    return moves;
+  }
+  static std::vector<int> EventsOfRun(const RunView& run, std::initializer_list<int> wanted) {
+    std::vector<int> events;
+    const auto all = EventsOf(fs::path(run.record) / "events.lcmlog");
+    for (const run_t& message : MessagesOn<run_t>("TEST_RUN", all))
+      if (std::ranges::find(wanted, message.event) != wanted.end()) events.push_back(message.event);
+    return events;
+  }
+  static double ScaleOf(const RunView& run) {
+    std::ifstream file(fs::path(run.record) / "result.json");
+    return nlohmann::json::parse(file)["scale"][0]["alpha"];
+  }
+
+  FakeBench bench_;
+};
+
+TEST_F(SuspensionTest, ARunGoesOnFromTheCommandInWhichADeviceFellSilent) {
+  StartTurns();
+  Encoder().faults().FailAlways("no answer");
+  ASSERT_TRUE(IsSuspended());
+  bench_.Wait(1.0);
+  const double stopped_deg = Inner().AngleDeg();
+  bench_.Wait(4.0);
+  EXPECT_EQ(Inner().AngleDeg(), stopped_deg);
+  EXPECT_LT(stopped_deg, 40.0);
+  Encoder().faults().Recover();
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kDone) << run.progress.message;
+  EXPECT_NEAR(Inner().AngleDeg(), 0.0, 1e-9);
+  const std::vector<std::string> moves = MovesOfInner();
+  ASSERT_EQ(moves.size(), 4u) << testing::PrintToString(moves);
+  EXPECT_EQ(moves[0], moves[2]);
+  EXPECT_THAT(moves[1], HasSubstr("move -"));
+  EXPECT_THAT(EventsOfRun(run, {run_t::SUSPEND, run_t::CONTINUE}),
+              ElementsAre(run_t::SUSPEND, run_t::CONTINUE));
+  EXPECT_EQ(EventsOfRun(run, {run_t::SEGMENT_END}).size(), 5u);
+  EXPECT_EQ(bench_.control.state(), State::kIdle);
+}
+
+TEST_F(SuspensionTest, WhatComesOutIsWhatARunGivesThatWasNotInterrupted) {
+  StartTurns();
+  const double whole = ScaleOf(bench_.Ended());
+  FakeBench other;
+  other.Script("turns", kTurns);
+  other.engine->Start("turns", {});
+  ASSERT_TRUE(other.InnerTurns());
+  other.Wait(5.0);
+  other.devices.encoders.at("inner")->faults().FailAlways("no answer");
+  other.Wait(8.0);
+  other.devices.encoders.at("inner")->faults().Recover();
+  const RunView run = other.Ended();
+  ASSERT_EQ(run.outcome, Outcome::kDone) << run.progress.message;
+  EXPECT_NEAR(ScaleOf(run) / whole, 1.0, 1e-3);
+}
+
+TEST_F(SuspensionTest, ADeviceThatStaysSilentIsAFaultAfterItsTime) {
+  StartTurns();
+  Encoder().faults().FailAlways("no answer");
+  const Utime begin = bench_.clock->Now();
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kFault);
+  EXPECT_THAT(run.progress.message, HasSubstr("encoder.inner"));
+  EXPECT_THAT(run.progress.message, HasSubstr("did not come back within 30 s"));
+  EXPECT_LT(ToSeconds(bench_.clock->Now() - begin), 40.0);
+  EXPECT_EQ(bench_.control.state(), State::kFault);
+  EXPECT_THAT(bench_.control.fault()->left, Contains(HasSubstr("axis.inner: last read at")));
+}
+
+TEST_F(SuspensionTest, ASuspendedRunIsAbortedAtOnceAndInOrder) {
+  StartTurns();
+  Encoder().faults().FailAlways("no answer");
+  ASSERT_TRUE(IsSuspended());
+  bench_.control.Abort();
+  EXPECT_EQ(bench_.control.state(), State::kStopping);
+  EXPECT_EQ(bench_.Ended().outcome, Outcome::kAborted);
+}
+
+TEST_F(SuspensionTest, ATableThatWasTurnedMeanwhileIsAFault) {
+  StartTurns();
+  Encoder().faults().FailAlways("no answer");
+  ASSERT_TRUE(IsSuspended());
+  bench_.devices.off_deg["inner"] = 4.0;
+  Encoder().faults().Recover();
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kFault);
+  EXPECT_THAT(run.progress.message, HasSubstr("the run does not go on"));
+  EXPECT_EQ(MovesOfInner().size(), 1u);
+}
+
+// An emergency stop that takes the drive's power with it, and its word.
+TEST_F(SuspensionTest, AfterAnEmergencyStopNothingMovesByItself) {
+  StartTurns();
+  Inner().Stop();
+  Inner().LosePower();
+  Inner().faults().FailAlways("no answer");
+  ASSERT_TRUE(IsSuspended());
+  bench_.Wait(5.0);
+  Inner().faults().Recover();
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kFault);
+  EXPECT_THAT(run.progress.message, HasSubstr("emergency stop"));
+  EXPECT_EQ(MovesOfInner().size(), 1u);
+}
+
+TEST_F(SuspensionTest, AGyroThatWasSwitchedOffIsNotTheSame) {
+  StartTurns();
+  bench_.devices.gyro->faults().FailAlways("no answer");
+  ASSERT_TRUE(IsSuspended());
+  bench_.devices.gyro->Restart();
+  bench_.devices.gyro->faults().Recover();
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kFault);
+  EXPECT_THAT(run.progress.message, HasSubstr("switched off and on"));
+}
+
+// Nothing is measured then; it is missed when the run goes on.
+TEST_F(SuspensionTest, ADeviceThatFallsSilentInAPauseIsWaitedForAfterIt) {
+  StartTurns();
+  bench_.control.Pause();
+  ASSERT_TRUE(bench_.WaitFor([this] { return bench_.control.state() == State::kPaused; }));
+  Encoder().faults().FailAlways("no answer");
+  bench_.Wait(100.0);
+  EXPECT_EQ(bench_.control.state(), State::kPaused);
+  bench_.control.Resume();
+  ASSERT_TRUE(IsSuspended());
+  Encoder().faults().Recover();
+  EXPECT_EQ(bench_.Ended().outcome, Outcome::kDone);
+}
+
+}  // namespace
+}  // namespace gyrobench::daemon
