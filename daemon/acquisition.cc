@@ -224,6 +224,21 @@ int Acquisition::PowerLosses(const std::string& axis) const {
 
 SensorView Acquisition::Sensor() const { return gyro_->view(); }
 
+std::string Acquisition::StuckBus() const {
+  // To open a silent drive, and to wait until it is enabled, takes some ten requests.
+  constexpr double kRequests = 20.0;
+  constexpr double kLeast_s = 10.0;
+  for (std::size_t i = 0; i < buses_.size(); ++i) {
+    const config::BusConfig& bus = stand_.buses[i];
+    const double longest_s =
+        std::max(kLeast_s, kRequests * bus.response_timeout_s * (1.0 + bus.retries));
+    const double busy_s = buses_[i]->BusyFor_s();
+    if (busy_s <= longest_s) continue;
+    return fmt::format("the thread of bus {} has been at one thing for {:.0f} s", bus.name, busy_s);
+  }
+  return {};
+}
+
 LastSamples Acquisition::Last() const {
   LastSamples last;
   for (const auto& axis : axes_) last.axes.push_back(axis->last());

@@ -56,6 +56,9 @@ class Acquisition {
   // How often its drive was found without power when it was opened.
   int PowerLosses(const std::string& axis) const;
   SensorView Sensor() const;
+  // The bus whose thread has been at one thing for longer than its devices' silence can explain;
+  // empty where there is none.
+  std::string StuckBus() const;
   // Of every axis and of the gyro; asked for when something went wrong.
   LastSamples Last() const;
   MeasurementInfo Info() const;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <deque>
 #include <exception>
 #include <functional>
@@ -59,6 +60,10 @@ class BusWorker {
   // Whether an urgent task waits for what the thread is doing. From any thread.
   bool hurries() const { return urgent_waiting_ > 0; }
 
+  // For how long, in real time, its thread has been at one poll or task; 0 while it waits for the
+  // next. From any thread.
+  double BusyFor_s() const;
+
   // Runs `function` in the bus's thread, waits for it as `caller`, and hands on its result or
   // exception.
   template <typename Function>
@@ -115,6 +120,7 @@ class BusWorker {
   void Loop();
   void RunTasks();
   void Wake();
+  void Busy(bool busy);
 
   const std::string name_;
   Clock& clock_;
@@ -124,6 +130,7 @@ class BusWorker {
   std::deque<std::function<void()>> tasks_;
   std::deque<std::function<void()>> urgent_;
   std::atomic<int> urgent_waiting_ = 0;
+  std::atomic<std::int64_t> busy_since_ns_ = 0;  // 0: it waits
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> held_ = false;
   std::thread thread_;

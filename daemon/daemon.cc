@@ -213,4 +213,9 @@ Daemon::Daemon(const config::StandConfig& stand) : parts_(std::make_unique<Parts
 
 Daemon::~Daemon() = default;
 
+std::string Daemon::Stuck() const {
+  // Threads on a virtual clock wait for each other, as long as it takes.
+  return parts_->virtual_clock == nullptr ? parts_->acquisition->StuckBus() : "";
+}
+
 }  // namespace gyrobench::daemon

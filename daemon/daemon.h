@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "config/stand_config.h"
 
@@ -16,6 +17,9 @@ class Daemon {
   // the daemon says so in its status, tries again, and refuses runs until it is well.
   explicit Daemon(const config::StandConfig& stand);
   ~Daemon();
+  // What hangs in the daemon, so that axes can be neither watched nor stopped; empty where nothing
+  // does. From any thread.
+  std::string Stuck() const;
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
 

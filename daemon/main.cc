@@ -6,7 +6,9 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdint>
 #include <cstring>
+#include <ctime>
 #include <exception>
 #include <filesystem>
 #include <memory>
@@ -66,6 +68,24 @@ sigset_t PrepareSignals() {
   return ending;
 }
 
+// Tells the service manager, where it asked for that (WatchdogSec=), that buses and main thread are
+// alive. Where one hangs it is told nothing, and starts the daemon anew, which stops what moves.
+int AwaitEnd(const sigset_t& ending, const gyrobench::daemon::Daemon& daemon) {
+  std::uint64_t watchdog_us = 0;
+  const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
+  const std::uint64_t period_us = watched ? watchdog_us / 3 : 3'600'000'000;
+  const timespec period = {static_cast<time_t>(period_us / 1'000'000),
+                           static_cast<long>(period_us % 1'000'000 * 1000)};
+  for (bool told = false;;) {
+    const std::string stuck = daemon.Stuck();
+    if (stuck.empty() && watched) sd_notify(0, "WATCHDOG=1");
+    if (!stuck.empty() && !told) spdlog::critical("{}", stuck);
+    told = !stuck.empty();
+    const int signal = sigtimedwait(&ending, nullptr, &period);
+    if (signal > 0) return signal;
+  }
+}
+
 // The client reads stand files too, and needs no procedures: the daemon does.
 void CheckProcedureFolders(const std::string& config_file,
                            const gyrobench::config::StandConfig& stand) {
@@ -91,8 +111,7 @@ int Serve(const std::string& config_file, bool check_only) {
     const gyrobench::daemon::Daemon daemon(stand);
     spdlog::info("ready: {} (control socket {})", stand.name, stand.control_socket.string());
     sd_notify(0, "READY=1");
-    int signal = 0;
-    sigwait(&signals, &signal);
+    const int signal = AwaitEnd(signals, daemon);
     spdlog::info("stopping on signal {} ({})", signal, sigdescr_np(signal));
     sd_notify(0, "STOPPING=1");
   }

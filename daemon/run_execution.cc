@@ -125,6 +125,7 @@ void RunExecution::RunProcedure() {
     start_ = start;
     view_.progress = {};
   }
+  missed_before_ = context_.acquisition.Sensor().missed;
   BeginRecord(start);
   bench_ = std::make_unique<LiveBench>(
       LiveBench::Context{context_.stand, context_.clock, *participant_, context_.acquisition,
@@ -303,6 +304,7 @@ void RunExecution::Finish(Ending& ending) {
     AddFault(ending, *fault);
   }
   const Utime end = context_.clock.Now();
+  TellLostSamples(ending);
   const Results results = Evaluate(ending, end);
   run_t stop{};
   stop.utime = end;
@@ -323,6 +325,18 @@ void RunExecution::Finish(Ending& ending) {
   stop.outcome = Name(ending.outcome);
   stop.text = ending.message;
   Attempt(ending, [&] { context_.telemetry.PublishOnly(stop); });
+}
+
+// A daemon that the machine starved, a bus that is too slow: the run may be as good, and is marked.
+void RunExecution::TellLostSamples(Ending& ending) {
+  const std::int64_t lost = context_.acquisition.Sensor().missed - missed_before_;
+  if (lost <= 0) return;
+  const std::string text = fmt::format(
+      "{} samples of the gyro were lost: its unit overwrote them before they were read. "
+      "Was the daemon kept from running, or the unit silent?",
+      lost);
+  ending.message += (ending.message.empty() ? "" : "; ") + text;
+  if (bench_) Attempt(ending, [&] { bench_->Say(text); });
 }
 
 RunExecution::Results RunExecution::Evaluate(Ending& ending, Utime end) {

@@ -1,7 +1,9 @@
 // One run in its thread: its procedure, its record, its end.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -100,6 +102,7 @@ class RunExecution {
   // Closes the record: each part of it is tried, whatever becomes of the others, and how the run
   // ended is told last.
   void Finish(Ending& ending);
+  void TellLostSamples(Ending& ending);
   // Results that cannot be make an error of a run that was done.
   Results Evaluate(Ending& ending, Utime end);
   void WriteFiles(Ending& ending, const Results& results, Utime end);
@@ -112,6 +115,7 @@ class RunExecution {
   const recording::RunDirectory directory_;
   std::unique_ptr<Clock::Participant> participant_;
   nlohmann::json description_;
+  std::int64_t missed_before_ = std::numeric_limits<std::int64_t>::max();
   std::unique_ptr<LiveBench> bench_;
   mutable std::mutex mutex_;  // guards what follows
   RunView view_;

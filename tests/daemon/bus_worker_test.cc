@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <future>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -47,6 +48,27 @@ TEST_F(BusWorkerTest, PollsEachDeviceAtItsOwnRateInBenchTime) {
   EXPECT_EQ(slow_seen.size(), 20u);
   EXPECT_EQ(fast_seen.front(), kStart);
   EXPECT_EQ(slow_seen.back(), kStart + 9'500'000);
+}
+
+// A watchdog asks.
+TEST_F(BusWorkerTest, ATaskThatHangsIsSeenFromOutsideAndAWaitIsNone) {
+  BusWorker worker("a", *clock_);
+  worker.Start();
+  std::promise<void> begun, goes_on;
+  worker.Post([&] {
+    begun.set_value();
+    goes_on.get_future().wait();
+  });
+  begun.get_future().wait();
+  const double before_s = worker.BusyFor_s();
+  const double after_s = worker.BusyFor_s();
+  EXPECT_GT(before_s, 0.0);
+  EXPECT_GE(after_s, before_s);
+  goes_on.set_value();
+  worker.Call(*me_, [] {});
+  me_->WaitUntil(kStart + 1'000'000);
+  EXPECT_EQ(worker.BusyFor_s(), 0.0);
+  StopWorker(worker);
 }
 
 TEST_F(BusWorkerTest, ATaskRunsAtOnceAndItsResultComesBack) {

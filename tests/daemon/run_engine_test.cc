@@ -206,6 +206,20 @@ TEST_F(RunEngineTest, WithoutARecordNothingMoves) {
   EXPECT_EQ(bench_.Ended().outcome, Outcome::kDone);
 }
 
+// A daemon that the machine starved for seconds said "done", and no more.
+TEST_F(RunEngineTest, ARunThatLostSamplesSaysHowMany) {
+  bench_.Script("rests", "bench.rest{ duration_s=30 }");
+  bench_.devices.gyro->Miss(55);  // before the run
+  bench_.Wait(5.0);
+  bench_.engine->Start("rests", {});
+  bench_.Wait(40.0);
+  bench_.devices.gyro->Miss(150);
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kDone);
+  EXPECT_THAT(run.progress.message, HasSubstr("150 samples of the gyro were lost"));
+  EXPECT_EQ(RunFileOf(run)["message"], run.progress.message);
+}
+
 TEST_F(RunEngineTest, ADryRunMovesNothing) {
   bench_.Script("turn", kTurn);
   const procedures::Plan plan = bench_.engine->Check("turn", {});

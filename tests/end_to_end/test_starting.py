@@ -2,7 +2,9 @@
 import json
 import os
 import shutil
+import socket
 import subprocess
+import tempfile
 import threading
 import time
 import unittest
@@ -158,6 +160,23 @@ class Found(unittest.TestCase):
             bench.stop()
             bench.start()
             self.assertEqual(bench.status()["notices"], [])
+
+
+class Watchdog(unittest.TestCase):
+    def test_the_service_manager_is_told_that_the_daemon_lives(self):
+        with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+            manager.bind(f"{folder}/notify")
+            manager.settimeout(DEADLINE_S)
+            os.environ.update(NOTIFY_SOCKET=f"{folder}/notify", WATCHDOG_USEC="300000")
+            try:
+                with Bench() as bench:
+                    told = []
+                    while told.count("WATCHDOG=1") < 3:
+                        self.assertIsNone(bench.daemon.poll())
+                        told.append(manager.recv(1000).decode())
+                    self.assertIn("READY=1", told)
+            finally:
+                del os.environ["NOTIFY_SOCKET"], os.environ["WATCHDOG_USEC"]
 
 
 class RecordsThatVanish(unittest.TestCase):
