@@ -132,6 +132,9 @@ std::string StatusText(const Json& status, const presentation::Terminal& termina
   const Json& fault = Field(status, "fault");
   if (fault.is_object()) {
     rows.push_back({"fault", terminal.Red(Text(fault, "source") + ": " + Text(fault, "message"))});
+    for (const Json& left : Field(fault, "left")) {
+      if (left.is_string()) rows.push_back({"", "left: " + left.get<std::string>()});
+    }
     rows.push_back({"", "when its cause is gone: gyrobench reset"});
   }
   const Json& question = Field(status, "question");

@@ -41,7 +41,10 @@ json ExampleStatus() {
             {"outcome", "fault"},
             {"message", "table stuck"}}},
           {"question", nullptr},
-          {"fault", {{"source", "axis.inner"}, {"message", "moved 8.71 deg, commanded 9.00 deg"}}},
+          {"fault",
+           {{"source", "axis.inner"},
+            {"message", "moved 8.71 deg, commanded 9.00 deg"},
+            {"left", {"axis.inner: at 8.710 deg, at rest", "heater: off"}}}},
           {"devices",
            {{{"name", "axis.inner"},
              {"kind", "drive"},
@@ -69,6 +72,8 @@ TEST_F(DaemonCommands, StatusShowsFaultDevicesAndWhatToDo) {
   const Finished finished = Gyrobench({"status"});
   EXPECT_EQ(finished.status, 0);
   EXPECT_THAT(finished.out, HasSubstr("axis.inner: moved 8.71 deg"));
+  EXPECT_THAT(finished.out, HasSubstr("left: axis.inner: at 8.710 deg, at rest"));
+  EXPECT_THAT(finished.out, HasSubstr("left: heater: off"));
   EXPECT_THAT(finished.out, HasSubstr("gyrobench reset"));
   EXPECT_THAT(finished.out, HasSubstr("NOT OK"));
   EXPECT_THAT(finished.out, HasSubstr("silent"));
