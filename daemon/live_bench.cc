@@ -26,6 +26,8 @@ constexpr Utime kMovePoll = kMicrosecondsPerSecond / 20;
 constexpr Utime kSwingPoll = kMicrosecondsPerSecond / 500;
 // Of one command; more is a device that does not stay.
 constexpr int kMostInterruptions = 3;
+// A turn is measured from stop to stop: the one that it begins from was not measured, or is gone.
+constexpr double kRestBefore_s = 2.0;
 // The table swings out after a move; the reference is read for "moved" after this.
 constexpr double kSettle_s = 0.1;
 
@@ -138,10 +140,14 @@ template <typename Command>
 auto LiveBench::Resumably(const Command& command) -> decltype(command()) {
   for (int interruptions = 0;; ++interruptions) {
     // While it was paused, or asked.
-    if (const auto silent = context_.control.suspended()) Interrupt(suspension_.Here(), *silent);
+    const auto earlier = context_.control.suspended();
+    if (earlier) Interrupt(suspension_.Here(), *earlier);
     const Suspension::Point point = suspension_.Here();
     Fault silent;
     try {
+      if (earlier || interruptions > 0) {
+        context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kRestBefore_s));
+      }
       return command();
     } catch (const Suspended& suspended) {
       if (interruptions == kMostInterruptions) throw FaultError(suspended.fault());

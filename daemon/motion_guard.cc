@@ -30,9 +30,9 @@ void MotionGuard::MayMove() {
   may_move_ = true;
 }
 
-// A reference shows the table as it was `age` ago, so a move by r deg/s seems to lag by r * age. In a
-// reversal, and wherever the axis was moving within that time, so does the reading that the move is
-// counted from, by the rate of the move before, and the other way.
+// A reference shows the table as it was `age` ago, so a move by r deg/s seems to lag by r * age.
+// In a reversal, and wherever the axis was moving within that time, so does the reading that the
+// move is counted from, by the rate of the move before, and the other way.
 void MotionGuard::Begin(const AxisView& begin, double angle_deg, double rate_deg_s,
                         double acceleration_deg_s2) {
   const std::lock_guard lock(mutex_);

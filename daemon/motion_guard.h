@@ -24,10 +24,10 @@ struct AxisView {
 //   rate       the reference against the command: moved <= rate * time + allowed
 //   target     moved <= commanded + allowed
 //   time       at most half as long again as distance, rate and acceleration make it, and 2 s
-// with allowed = following_error_deg + rate * (0.5 s + declared delay of the reference), the rate of
-// the move before added in a reversal. Otherwise:
-//   rest       a reference that leaves by more than following_error_deg where it came to rest, and a
-//              drive that says that it moves
+// with allowed = following_error_deg + rate * (0.5 s + declared delay of the reference), the rate
+// of the move before added in a reversal. Otherwise:
+//   rest       a reference that leaves by more than following_error_deg where it came to rest,
+//              and a drive that says that it moves
 // Where two readings on end are beyond, or one poll of the drive, it is a fault, told once. How
 // exactly a move ended is judged by who asked for it.
 //

@@ -13,9 +13,10 @@ QUICK_BUSES = "[bus.b]\nretries = 0\n"
 FAULT_AT_S = 40
 
 
-def scenario(device, kind, at_s=FAULT_AT_S, amount=0):
+def scenario(device, kind, at_s=FAULT_AT_S, amount=0, duration_s=None):
     return (f'include = "{{root}}/config/scenarios/typical.toml"\n'
-            f'[[fault]]\nat_s = {at_s}\ndevice = "{device}"\nkind = "{kind}"\namount = {amount}\n')
+            f'[[fault]]\nat_s = {at_s}\ndevice = "{device}"\nkind = "{kind}"\namount = {amount}\n'
+            + (f"duration_s = {duration_s}\n" if duration_s else ""))
 
 
 class Faults(unittest.TestCase):
@@ -72,6 +73,44 @@ class Faults(unittest.TestCase):
 
     def test_an_alarm_of_a_drive(self):
         self.run_into(scenario("inner.drive", "alarm", amount=3), ["axis.inner", "alarm"])
+
+
+class SilentForAWhile(unittest.TestCase):
+    """The run goes on from the command in which the device fell silent, and gives what it would have given."""
+
+    @classmethod
+    def setUpClass(cls):
+        with Bench(scenario='include = "{root}/config/scenarios/typical.toml"\n') as bench:
+            assert bench.run(*SCALE).returncode == 0
+            cls.whole = json.loads((bench.newest_record() / "result.json").read_text())["scale"][0]
+
+    def check(self, device, extra, turns_less=0):
+        with Bench(scenario=scenario(device, "silent", duration_s=6), extra=extra) as bench:
+            done = bench.run(*SCALE)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            record = bench.newest_record()
+            run = json.loads((record / "run.json").read_text())
+            self.assertEqual(run["outcome"], "done", run["message"])
+            said = [one["text"] for one in run["said"] if one["text"].startswith("suspended: ")]
+            self.assertEqual(len(said), 1, run["said"])
+            self.assertIn("is back after", said[0])
+            result = json.loads((record / "result.json").read_text())["scale"][0]
+            self.assertEqual(result["turns"], self.whole["turns"] - turns_less)
+            self.assertLess(abs(result["alpha"] - self.whole["alpha"]), 4 * self.whole["alpha_std_error"])
+            # What comes out of the record is what came out live.
+            analysis = bench.json("analyze", record)
+            self.assertEqual(analysis["scale"][0]["alpha"], result["alpha"])
+            self.assertEqual(bench.status()["state"], "idle")
+
+    def test_a_gyro(self):
+        # The stop that the turn begins from has a gap of samples in it: that turn is not fitted.
+        self.check("gyro", QUICK_BUSES + "[bus.a]\nresponse_timeout_s = 0.5\n", turns_less=1)
+
+    def test_a_reference(self):
+        self.check("inner.encoder", "[bus.a]\nretries = 1\n")
+
+    def test_a_drive(self):
+        self.check("inner.drive", "[bus.a]\nretries = 1\n")
 
 
 class AtStart(unittest.TestCase):
