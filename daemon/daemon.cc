@@ -156,10 +156,12 @@ struct Daemon::Parts {
   }
 
   // Between runs a silent device is a line in the status, not a fault to be cleared by hand; a run
-  // waits for one that may come back as it was.
+  // waits for one that may come back as it was, but for no relays: a heater that nobody can switch
+  // off ends it.
   void FellSilent(const Fault& fault) {
     if (!control.run_is_on()) return;
-    const bool waits = fault.may_pass && stand.safety.resume_within_s > 0;
+    const bool waits =
+        fault.may_pass && fault.source != "relays" && stand.safety.resume_within_s > 0;
     if (!waits || !control.Suspend(fault)) return Report(fault);
     spdlog::warn("run suspended: {}: {}", fault.source, fault.message);
     acquisition->PostStopWhatAnswers();
