@@ -383,6 +383,10 @@ void ReadPlaces(const TomlTable& root, StandConfig& stand) {
                           stand.control_socket.string(), bytes, kMaxSocketPath));
   }
   stand.control_socket_mode = root.Permissions("control_socket_mode", stand.control_socket_mode);
+  stand.control_socket_owner = root.OptionalString("control_socket_owner");
+  stand.control_socket_group = root.OptionalString("control_socket_group");
+  stand.control_movers =
+      root.OptionalStrings("control_movers", {1, 64}).value_or(std::vector<std::string>());
 }
 
 // A line that is asked for more than it can carry would lose samples in every run.

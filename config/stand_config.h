@@ -134,6 +134,9 @@ struct StandConfig {
   std::vector<std::filesystem::path> procedure_dirs;  // searched in order for NAME.lua
   std::filesystem::path control_socket;
   unsigned control_socket_mode = 0660;
+  std::optional<std::string> control_socket_owner, control_socket_group;  // the daemon's own
+  // Users, and groups behind "@", who may move the stand; empty: whoever can connect.
+  std::vector<std::string> control_movers;
   std::optional<VirtualConfig> virtual_stand;
 };
 

@@ -190,7 +190,10 @@ json ToJson(const StandConfig& stand) {
            {"procedures", PathsToJson(stand.procedure_dirs)},
            {"control_socket", stand.control_socket.string()},
            {"control_socket_mode", stand.control_socket_mode},
+           {"control_movers", stand.control_movers},
            {"virtual", stand.virtual_stand.has_value()}};
+  if (stand.control_socket_owner) out["control_socket_owner"] = *stand.control_socket_owner;
+  if (stand.control_socket_group) out["control_socket_group"] = *stand.control_socket_group;
   if (stand.relays) out["relays"] = RelaysToJson(*stand.relays);
   return out;
 }

@@ -132,8 +132,15 @@ std::vector<double> TomlTable::Numbers(std::string_view key, const NumberRange& 
 }
 
 std::vector<std::string> TomlTable::Strings(std::string_view key, const LengthRange& length) const {
+  impl_->Require(key, WithLength("texts", length));
+  return *OptionalStrings(key, length);
+}
+
+std::optional<std::vector<std::string>> TomlTable::OptionalStrings(
+    std::string_view key, const LengthRange& length) const {
   const std::string expected = WithLength("texts", length);
-  const auto found = impl_->Require(key, expected);
+  const auto found = impl_->Find(key, expected, kOptional);
+  if (!found) return std::nullopt;
   std::vector<std::string> strings;
   for (const toml::node& node : impl_->Array(key, found, expected, length)) {
     strings.push_back(impl_->String(fmt::format("{}[{}]", key, strings.size()),

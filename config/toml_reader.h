@@ -110,6 +110,8 @@ class TomlTable {
   std::vector<double> Numbers(std::string_view key, const NumberRange& range,
                               const LengthRange& length = {}) const;
   std::vector<std::string> Strings(std::string_view key, const LengthRange& length = {}) const;
+  std::optional<std::vector<std::string>> OptionalStrings(std::string_view key,
+                                                          const LengthRange& length = {}) const;
 
   TomlTable Table(std::string_view key) const;
   std::optional<TomlTable> OptionalTable(std::string_view key) const;

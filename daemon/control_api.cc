@@ -1,5 +1,8 @@
 #include "daemon/control_api.h"
 
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
 #include <cmath>
 #include <functional>
 #include <map>
@@ -241,29 +244,38 @@ void Stop(Context& c) { c.engine.Stop("stopped by the operator (gyrobench stop)"
 enum Lane : std::size_t { kStopping, kSteering, kStarting, kRehearsing };
 static_assert(kRehearsing + 1 == ControlApi::kLanes);
 
+// What a request needs.
+enum class Right {
+  kConnect,  // to look, to rehearse, and to stop: whoever sees a danger may
+  kMove
+};
+
 struct Route {
   unsigned status;
   std::function<json(Context&, const HttpRequest&)> act;
+  Right right = Right::kConnect;
 };
 
 Route Query(json (*act)(Context&)) {
   return {200, [act](Context& c, const HttpRequest&) { return act(c); }};
 }
 
-Route Request(unsigned status, json (*act)(Context&, const json& body)) {
-  return {status, [act](Context& c, const HttpRequest& request) {
-            return act(c, ParseBody(request.body));
-          }};
+Route Request(Right right, json (*act)(Context&, const json& body)) {
+  return {200,
+          [act](Context& c, const HttpRequest& request) { return act(c, ParseBody(request.body)); },
+          right};
 }
 
 json StateOf(const Context& c) { return {{"state", Name(c.control.state())}}; }
 
 // Answers with the state. It needs no body: what ends a motion does so whatever stands there.
-Route Action(void (*act)(Context&)) {
-  return {200, [act](Context& c, const HttpRequest&) {
+Route Action(Right right, void (*act)(Context&)) {
+  return {200,
+          [act](Context& c, const HttpRequest&) {
             act(c);
             return StateOf(c);
-          }};
+          },
+          right};
 }
 
 json Answer(Context& c, const json& body) {
@@ -275,18 +287,19 @@ const std::map<std::pair<std::string, std::string>, Route>& Routes() {
   static const std::map<std::pair<std::string, std::string>, Route> routes = {
       {{"GET", "/v1/status"}, Query(Status)},
       {{"GET", "/v1/procedures"}, Query(Procedures)},
-      {{"POST", "/v1/check"}, Request(200, Check)},
+      {{"POST", "/v1/check"}, Request(Right::kConnect, Check)},
       {{"POST", "/v1/runs"},
        {201,
         [](Context& c, const HttpRequest& request) {
           return Start(c, ParseBody(request.body), request.stamp);
-        }}},
-      {{"POST", "/v1/answer"}, Request(200, Answer)},
-      {{"POST", "/v1/pause"}, Action([](Context& c) { c.control.Pause(); })},
-      {{"POST", "/v1/resume"}, Action([](Context& c) { c.control.Resume(); })},
-      {{"POST", "/v1/abort"}, Action([](Context& c) { c.control.Abort(); })},
-      {{"POST", "/v1/stop"}, Action(Stop)},
-      {{"POST", "/v1/reset"}, Action([](Context& c) {
+        },
+        Right::kMove}},
+      {{"POST", "/v1/answer"}, Request(Right::kMove, Answer)},
+      {{"POST", "/v1/pause"}, Action(Right::kMove, [](Context& c) { c.control.Pause(); })},
+      {{"POST", "/v1/resume"}, Action(Right::kMove, [](Context& c) { c.control.Resume(); })},
+      {{"POST", "/v1/abort"}, Action(Right::kMove, [](Context& c) { c.control.Abort(); })},
+      {{"POST", "/v1/stop"}, Action(Right::kConnect, Stop)},
+      {{"POST", "/v1/reset"}, Action(Right::kMove, [](Context& c) {
          c.engine.Reset();
          c.notices.Clear();
        })}};
@@ -313,6 +326,16 @@ HttpReply ControlApi::Handle(const HttpRequest& request) {
                 request.method + " " + request.path + " is not known; see docs/control-api.md",
                 request.path);
   }
+  if (route->second.right == Right::kMove && !context_.access.MayMove(request.peer)) {
+    spdlog::warn("{} asked for {} and may not move the stand", NameOf(*request.peer), request.path);
+    return Fail(403, "not_permitted",
+                fmt::format("{} may look at this stand, rehearse and stop it; to move it takes one "
+                            "of: {} (control_movers in the stand file)",
+                            NameOf(*request.peer), context_.access.movers()),
+                request.path);
+  }
+  if (request.peer && request.method == "POST")
+    spdlog::info("{} asked for {}", NameOf(*request.peer), request.path);
   try {
     const json answer = route->second.act(context_, request);
     return {route->second.status, JsonText(answer)};

@@ -6,6 +6,7 @@
 
 #include "base/clock.h"
 #include "config/stand_config.h"
+#include "daemon/access.h"
 #include "daemon/acquisition.h"
 #include "daemon/control_server.h"
 #include "daemon/lcm_publisher.h"
@@ -26,6 +27,7 @@ class ControlApi {
     RunControl& control;
     LcmPublisher& publisher;
     Notices& notices;
+    Access access = Access({});  // who may move the stand; others look, check and stop it
   };
   explicit ControlApi(const Context& context);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <boost/asio/io_context.hpp>
@@ -12,11 +13,13 @@
 #include <boost/asio/thread_pool.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
+#include <cerrno>
 #include <chrono>
 #include <deque>
 #include <list>
 #include <memory>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -91,7 +94,8 @@ struct Service {
 // the thread of the connections.
 class Session : public std::enable_shared_from_this<Session> {
  public:
-  Session(Local::socket socket, Service& service) : stream_(std::move(socket)), service_(service) {}
+  Session(Local::socket socket, Service& service)
+      : peer_(PeerOf(socket.native_handle())), stream_(std::move(socket)), service_(service) {}
 
   void Read() {
     parser_.emplace();
@@ -114,6 +118,7 @@ class Session : public std::enable_shared_from_this<Session> {
     const auto& request = parser_->get();
     HttpRequest asked{std::string(request.method_string()), std::string(request.target()),
                       request.body()};
+    asked.peer = peer_;
     if (service_.lanes.stamp) asked.stamp = service_.lanes.stamp();
     LaneThread& lane = service_.threads.at(service_.lanes.of(asked));
     const bool taken = lane.Post([self = shared_from_this(), asked = std::move(asked)] {
@@ -139,6 +144,7 @@ class Session : public std::enable_shared_from_this<Session> {
                       });
   }
 
+  const Peer peer_;
   Stream stream_;
   Service& service_;
   beast::flat_buffer buffer_;
@@ -147,6 +153,15 @@ class Session : public std::enable_shared_from_this<Session> {
   bool idle_ = false;
   std::chrono::steady_clock::time_point idle_since_;
 };
+
+std::string Whose(const SocketRights& rights) {
+  std::string text = rights.owner ? fmt::format("user \"{}\"", *rights.owner) : "";
+  if (rights.group) {
+    if (rights.owner) text += ", ";
+    text += fmt::format("group \"{}\"", *rights.group);
+  }
+  return text;
+}
 
 bool SomebodyListens(asio::io_context& io, const Local::endpoint& endpoint) {
   Local::socket probe(io);
@@ -171,12 +186,13 @@ void RequireSocketOrNothing(const std::filesystem::path& socket) {
 
 class ControlServer::Listener {
  public:
-  Listener(const std::filesystem::path& socket, unsigned mode, Handler handler, Lanes lanes)
+  Listener(const std::filesystem::path& socket, const SocketRights& rights, Handler handler,
+           Lanes lanes)
       : path_(socket), service_{std::move(handler), std::move(lanes), {}}, acceptor_(io_) {
     service_.threads.resize(service_.lanes.count);
     RequireSocketOrNothing(path_);
     try {
-      Open(mode);
+      Open(rights);
     } catch (const std::exception& error) {
       throw Error(
           fmt::format("control socket {}: {}. Choose another place in the stand file "
@@ -197,7 +213,10 @@ class ControlServer::Listener {
   }
 
  private:
-  void Open(unsigned mode) {
+  void Open(const SocketRights& rights) {
+    // Names that nobody has are told before anything is made.
+    const uid_t owner = rights.owner ? UserByName(*rights.owner) : static_cast<uid_t>(-1);
+    const gid_t group = rights.group ? GroupByName(*rights.group) : static_cast<gid_t>(-1);
     if (path_.has_parent_path()) std::filesystem::create_directories(path_.parent_path());
     const Local::endpoint endpoint(path_.string());
     if (std::filesystem::exists(path_)) {
@@ -211,7 +230,15 @@ class ControlServer::Listener {
     acceptor_.bind(endpoint, error);
     ::umask(before);
     if (error) throw boost::system::system_error(error);
-    std::filesystem::permissions(path_, static_cast<std::filesystem::perms>(mode));
+    if (::chown(path_.c_str(), owner, group) != 0) {
+      const std::string why = std::generic_category().message(errno);
+      std::filesystem::remove(path_);
+      throw Error(
+          fmt::format("it cannot be given to {}: {}; a group must be one of this user's, "
+                      "another owner needs root",
+                      Whose(rights), why));
+    }
+    std::filesystem::permissions(path_, static_cast<std::filesystem::perms>(rights.mode));
     acceptor_.listen();
   }
 
@@ -271,13 +298,14 @@ class ControlServer::Listener {
   std::thread thread_;
 };
 
-ControlServer::ControlServer(const std::filesystem::path& socket, unsigned mode, Handler handler)
-    : ControlServer(socket, mode, std::move(handler),
+ControlServer::ControlServer(const std::filesystem::path& socket, const SocketRights& rights,
+                             Handler handler)
+    : ControlServer(socket, rights, std::move(handler),
                     {1, [](const HttpRequest&) { return std::size_t{0}; }}) {}
 
-ControlServer::ControlServer(const std::filesystem::path& socket, unsigned mode, Handler handler,
-                             Lanes lanes)
-    : listener_(std::make_unique<Listener>(socket, mode, std::move(handler), std::move(lanes))) {}
+ControlServer::ControlServer(const std::filesystem::path& socket, const SocketRights& rights,
+                             Handler handler, Lanes lanes)
+    : listener_(std::make_unique<Listener>(socket, rights, std::move(handler), std::move(lanes))) {}
 
 ControlServer::~ControlServer() = default;
 

@@ -9,6 +9,8 @@
 #include <optional>
 #include <string>
 
+#include "daemon/access.h"
+
 namespace gyrobench::daemon {
 
 struct HttpRequest {
@@ -17,11 +19,19 @@ struct HttpRequest {
   std::string body;
   // What Lanes::stamp said when it had been read; nullopt where it has not waited.
   std::optional<std::int64_t> stamp = {};
+  std::optional<Peer> peer = {};  // who asks; nullopt within the daemon
 };
 
 struct HttpReply {
   unsigned status = 200;
   std::string body;  // JSON
+};
+
+// Whose the socket is, and with which permissions. Without an owner or a group it is the daemon's;
+// only root may give it to another owner.
+struct SocketRights {
+  unsigned mode = 0660;
+  std::optional<std::string> owner = {}, group = {};
 };
 
 // Throws Error where something else than a socket is in its place: no file of anybody's is removed.
@@ -43,12 +53,13 @@ class ControlServer {
     // answered. May be empty.
     std::function<std::int64_t()> stamp = {};
   };
-  // Creates `socket` with the permissions `mode`, in a folder that is created if need be. Takes
+  // Creates `socket` with these rights, in a folder that is created if need be. Takes
   // over a socket that a dead daemon left; throws Error when a live one holds it, when something
   // else than a socket is in its place, or when it cannot be made.
-  ControlServer(const std::filesystem::path& socket, unsigned mode, Handler handler, Lanes lanes);
+  ControlServer(const std::filesystem::path& socket, const SocketRights& rights, Handler handler,
+                Lanes lanes);
   // One lane for all.
-  ControlServer(const std::filesystem::path& socket, unsigned mode, Handler handler);
+  ControlServer(const std::filesystem::path& socket, const SocketRights& rights, Handler handler);
   ~ControlServer();
 
  private:

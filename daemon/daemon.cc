@@ -69,7 +69,8 @@ struct Daemon::Parts {
           if (simulated) simulated->Answered(question_id);
         }});
     api = std::make_unique<ControlApi>(ControlApi::Context{stand, *clock, *time, *acquisition,
-                                                           *engine, control, publisher, notices});
+                                                           *engine, control, publisher, notices,
+                                                           Access(stand.control_movers)});
     acquisition->WhenWellnessChanges([this](bool all_well) {
       control.SetAllWell(all_well);
       status->Changed();
@@ -84,7 +85,9 @@ struct Daemon::Parts {
     TellOfInterruptedRuns();
     time->Idle(*starting);
     server = std::make_unique<ControlServer>(
-        stand.control_socket, stand.control_socket_mode,
+        stand.control_socket,
+        SocketRights{stand.control_socket_mode, stand.control_socket_owner,
+                     stand.control_socket_group},
         [this](const HttpRequest& request) { return api->Handle(request); },
         ControlServer::Lanes{ControlApi::kLanes, ControlApi::LaneOf,
                              [this] { return api->Stamp(); }});

@@ -12,6 +12,7 @@ namespace gyrobench::daemon {
 namespace {
 
 using nlohmann::json;
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::Each;
 using ::testing::HasSubstr;
@@ -199,6 +200,32 @@ TEST_F(ControlApiTest, AFaultIsShownUntilItIsReset) {
   ExpectError(bench_.Ask("POST", "/v1/runs", R"({"procedure": "turn"})"), 409, "wrong_state");
   EXPECT_EQ(bench_.Ask("POST", "/v1/reset").status, 200u);
   EXPECT_EQ(StateNow(), "idle");
+}
+
+// Of somebody who can connect and is not among those who may move the stand.
+TEST_F(ControlApiTest, WhoMayOnlyLookLooksRehearsesAndStopsAndMovesNothing) {
+  ControlApi api({bench_.stand, *bench_.clock, *bench_.time, *bench_.acquisition, *bench_.engine,
+                  bench_.control, bench_.publisher, bench_.notices, Access({"@sys"})});
+  const auto ask = [&api](const char* method, const char* path) {
+    HttpRequest request{method, path, R"({"procedure": "turn", "answer": "yes"})"};
+    request.peer = Peer{4711, 3'999'999'999u, 3'999'999'998u};
+    return api.Handle(request);
+  };
+  bench_.Script("turn", kTurnAMinute);
+  for (const char* path :
+       {"/v1/runs", "/v1/pause", "/v1/resume", "/v1/abort", "/v1/answer", "/v1/reset"}) {
+    const HttpReply reply = ask("POST", path);
+    ExpectError(reply, 403, "not_permitted");
+    EXPECT_THAT(reply.body, AllOf(HasSubstr("3999999999"), HasSubstr("4711"), HasSubstr("@sys")));
+  }
+  EXPECT_THAT(bench_.CallsOf("inner"), Each(Not(HasSubstr("move"))));
+  EXPECT_EQ(ask("GET", "/v1/status").status, 200u);
+  EXPECT_EQ(ask("GET", "/v1/procedures").status, 200u);
+  EXPECT_EQ(ask("POST", "/v1/check").status, 200u);
+  StartMinuteLongTurn();
+  EXPECT_EQ(ask("POST", "/v1/abort").status, 403u);
+  EXPECT_EQ(ask("POST", "/v1/stop").status, 200u);
+  EXPECT_EQ(bench_.Ended().outcome, Outcome::kAborted);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "daemon/control_server.h"
 
+#include <grp.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -86,7 +87,7 @@ class ControlServerTest : public testing::Test {
 };
 
 TEST_F(ControlServerTest, HandsRequestsOnAndRepliesBack) {
-  const ControlServer server(socket_, 0600, Echo);
+  const ControlServer server(socket_, {0600}, Echo);
   const std::string reply = Exchange(
       "POST /v1/runs HTTP/1.1\r\nHost: x\r\nConnection: close\r\nContent-Length: 2\r\n\r\n{}");
   EXPECT_NE(reply.find("HTTP/1.1 201"), std::string::npos) << reply;
@@ -94,14 +95,45 @@ TEST_F(ControlServerTest, HandsRequestsOnAndRepliesBack) {
 }
 
 TEST_F(ControlServerTest, ThePermissionsAreTheOnesAskedFor) {
-  const ControlServer server(socket_, 0640, Echo);
+  const ControlServer server(socket_, {0640}, Echo);
   struct stat status {};
   ASSERT_EQ(::stat(socket_.c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777, 0640u);
 }
 
+TEST_F(ControlServerTest, IsOfTheGroupThatWasAskedForAndSaysWhoIsNotKnown) {
+  const gid_t own = ::getegid();
+  const group* entry = ::getgrgid(own);
+  ASSERT_NE(entry, nullptr);
+  {
+    const ControlServer server(socket_, {0660, {}, entry->gr_name}, Echo);
+    struct stat status {};
+    ASSERT_EQ(::stat(socket_.c_str(), &status), 0);
+    EXPECT_EQ(status.st_gid, own);
+  }
+  for (const SocketRights& rights :
+       {SocketRights{0660, "no-such-user", {}}, SocketRights{0660, {}, "no-such-group"}}) {
+    try {
+      const ControlServer server(socket_, rights, Echo);
+      ADD_FAILURE();
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("no-such-"), std::string::npos) << error.what();
+    }
+    EXPECT_FALSE(fs::exists(socket_));
+  }
+}
+
+TEST_F(ControlServerTest, HandsOnWhoAsks) {
+  const ControlServer server(socket_, {0600}, [](const HttpRequest& request) -> HttpReply {
+    return {200, request.peer ? NameOf(*request.peer) : "nobody"};
+  });
+  EXPECT_NE(Exchange("GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
+                .find("(process " + std::to_string(::getpid()) + ")"),
+            std::string::npos);
+}
+
 TEST_F(ControlServerTest, GarbageAndOversizedRequestsAreDroppedAndTheServerLives) {
-  const ControlServer server(socket_, 0600, Echo);
+  const ControlServer server(socket_, {0600}, Echo);
   Exchange("\x01\x02 this is no HTTP\r\n\r\n");
   Exchange("POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 10000000\r\n\r\n");
   EXPECT_NE(Exchange("GET /a HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").find("GET /a"),
@@ -110,7 +142,7 @@ TEST_F(ControlServerTest, GarbageAndOversizedRequestsAreDroppedAndTheServerLives
 
 // Whatever is thrown in the server's thread would end the daemon while an axis turns.
 TEST_F(ControlServerTest, WhatAHandlerThrowsIsAnsweredAndTheServerLives) {
-  const ControlServer server(socket_, 0600, [](const HttpRequest& request) -> HttpReply {
+  const ControlServer server(socket_, {0600}, [](const HttpRequest& request) -> HttpReply {
     if (request.path == "/number") throw 7;
     throw std::runtime_error(request.path);
   });
@@ -129,7 +161,7 @@ TEST_F(ControlServerTest, ARequestDoesNotWaitForThoseOfAnotherLane) {
   std::promise<void> end;
   const std::shared_future<void> ended = end.get_future().share();
   const ControlServer server(
-      socket_, 0600,
+      socket_, {0600},
       [ended](const HttpRequest& request) {
         if (request.path == "/slow") ended.wait();
         return Echo(request);
@@ -152,7 +184,7 @@ TEST_F(ControlServerTest, ARequestIsStampedBeforeItWaits) {
   std::promise<void> end;
   const std::shared_future<void> ended = end.get_future().share();
   const ControlServer server(
-      socket_, 0600,
+      socket_, {0600},
       [&stops, ended](const HttpRequest& request) -> HttpReply {
         if (request.path == "/stop") ++stops;
         if (request.path == "/start") ended.wait();
@@ -179,7 +211,7 @@ TEST_F(ControlServerTest, ARequestIsStampedBeforeItWaits) {
 TEST_F(ControlServerTest, EndsWhileARequestWaitsForAnother) {
   std::atomic<int> came = 0;
   auto server = std::make_unique<ControlServer>(
-      socket_, 0600,
+      socket_, SocketRights{0600},
       [this, &came](const HttpRequest& request) {
         if (request.path == "/start") {
           while (came < 2) std::this_thread::yield();
@@ -204,7 +236,7 @@ TEST_F(ControlServerTest, EndsWhileARequestWaitsForAnother) {
 
 // A crowd that connects and says nothing.
 TEST_F(ControlServerTest, ManyIdleConnectionsKeepNobodyOut) {
-  const ControlServer server(socket_, 0600, Echo);
+  const ControlServer server(socket_, {0600}, Echo);
   std::vector<int> crowd;
   for (int i = 0; i < 300; ++i) crowd.push_back(Connect());
   EXPECT_NE(Exchange(kGetStop).find("GET /stop"), std::string::npos);
@@ -213,7 +245,7 @@ TEST_F(ControlServerTest, ManyIdleConnectionsKeepNobodyOut) {
 
 // Not the one that came first.
 TEST_F(ControlServerTest, InACrowdTheOneThatWasHeardOfLastStays) {
-  const ControlServer server(socket_, 0600, Echo);
+  const ControlServer server(socket_, {0600}, Echo);
   const std::string request = "GET /here HTTP/1.1\r\nHost: x\r\n\r\n";
   char buffer[4096];
   const int first = Connect();
@@ -232,7 +264,7 @@ TEST_F(ControlServerTest, SomethingElseThanASocketInItsPlaceIsLeftAloneAndNamed)
   fs::create_directories(socket_.parent_path());
   std::ofstream(socket_) << "somebody's file";
   try {
-    const ControlServer server(socket_, 0600, Echo);
+    const ControlServer server(socket_, {0600}, Echo);
     FAIL() << "a file was taken for a socket";
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("something else than a socket"), std::string::npos);
@@ -249,9 +281,9 @@ TEST_F(ControlServerTest, TakesOverTheSocketOfADeadDaemonButNotOfALiveOne) {
   const sockaddr_un address = Address();
   ASSERT_EQ(::bind(dead, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   ::close(dead);
-  const ControlServer server(socket_, 0600, Echo);
+  const ControlServer server(socket_, {0600}, Echo);
   try {
-    const ControlServer second(socket_, 0600, Echo);
+    const ControlServer second(socket_, {0600}, Echo);
     FAIL() << "two daemons on one socket";
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("another gyrobenchd"), std::string::npos);
@@ -260,7 +292,7 @@ TEST_F(ControlServerTest, TakesOverTheSocketOfADeadDaemonButNotOfALiveOne) {
 
 TEST_F(ControlServerTest, AFolderThatCannotBeMadeIsAnErrorThatNamesTheSocket) {
   try {
-    const ControlServer server("/proc/none/control.sock", 0600, Echo);
+    const ControlServer server("/proc/none/control.sock", {0600}, Echo);
     FAIL() << "a socket in /proc";
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("/proc/none/control.sock"), std::string::npos);
