@@ -162,6 +162,45 @@ class Lister {
   std::vector<ScenarioKey>& keys_;
 };
 
+using Kind = FaultScenario::Kind;
+
+// Which devices a kind of fault is for, by the end of their names.
+std::vector<std::string_view> DevicesOf(Kind kind) {
+  switch (kind) {
+    case Kind::kFrozen:
+    case Kind::kJump:
+      return {"gyro", "encoder", "drive"};
+    case Kind::kDropout:
+      return {"encoder"};
+    case Kind::kSaturation:
+    case Kind::kOverheating:
+    case Kind::kClockJump:
+      return {"gyro"};
+    case Kind::kAlarm:
+    case Kind::kLostSteps:
+    case Kind::kJammed:
+    case Kind::kSlipping:
+    case Kind::kRunaway:
+      return {"drive"};
+    default:
+      return {"gyro", "relays", "encoder", "drive"};
+  }
+}
+
+void CheckFaults(const TomlTable& root, const std::vector<FaultScenario>& faults) {
+  if (faults.empty()) return;
+  const std::vector<TomlTable> tables = root.Tables("fault");
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    const auto devices = DevicesOf(faults[i].kind);
+    const bool fits = std::ranges::any_of(
+        devices, [&](std::string_view end) { return faults[i].device.ends_with(end); });
+    if (!fits) {
+      tables[i].Fail("kind", fmt::format("expected a fault that {} can have; this one is of: {}",
+                                         faults[i].device, fmt::join(devices, ", ")));
+    }
+  }
+}
+
 void CheckCrossAxis(const TomlTable& root, std::string_view section, const Square& cross_axis) {
   for (std::size_t i = 0; i < 3; ++i) {
     if (cross_axis[4 * i] == 0.0) continue;
@@ -220,9 +259,19 @@ Scenario LoadScenario(const std::filesystem::path& file) {
     scenario.name = root.String("name", file.stem().string());
     Reader reader(root);
     Describe(reader, scenario);
+    CheckFaults(root, scenario.faults);
     CheckCrossAxis(root, "gyro", scenario.gyro.cross_axis_rel);
     CheckCrossAxis(root, "accelerometer", scenario.accelerometer.cross_axis_rel);
     return scenario;
+  });
+}
+
+std::vector<FaultScenario> LoadFaults(const std::filesystem::path& file) {
+  return TomlTable::FromFile(file).ReadWhole([&](const TomlTable& root) {
+    std::vector<FaultScenario> faults;
+    Reader(root).List("fault", faults);
+    CheckFaults(root, faults);
+    return faults;
   });
 }
 

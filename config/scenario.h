@@ -209,24 +209,50 @@ struct DrawnScenario {
   double mount_deg = 0.0;
 };
 
-// Something that fails at a time. `device`: gyro, <axis>.drive, <axis>.encoder.
+// Something that fails. `device`: gyro, relays, <axis>.drive, <axis>.encoder.
 struct FaultScenario {
   enum class Kind {
+    // Of the line; each device may have them.
     kSilent,         // no reply
     kGarbage,        // random bytes instead of a reply
     kBadCrc,         // RTU: checksum wrong; TCP: transaction number wrong
     kLate,           // reply later by `amount` [s]
+    kException,      // refuses with exception `amount`; 0: 4, device failure
+    kStale,          // its reply is the one to the request before
     kWrongIdentity,  // says it is another device
-    kReboot,         // gyro: restarts at `at_s`
-    kFrozen,         // gyro, encoder: repeats its last value
-    kAlarm,          // drive: alarm with code `amount` at `at_s`, motion stops
-    kLostSteps,      // drive: the motor loses `amount` pulses in the first motion from `at_s` on
+    kReboot,         // loses power for an instant; a drive then is disabled and counts from 0
+    // Of a device.
+    kFrozen,       // gyro, encoder, drive: repeats its last value
+    kJump,         // encoder: reads high by `amount` [deg]; gyro [deg/s]; drive [pulses]
+    kDropout,      // encoder: gives `amount` [counts] instead of the angle
+    kSaturation,   // gyro: all rates at the end of the range, the lower one where `amount` < 0
+    kOverheating,  // gyro: surroundings hotter by `amount` [degC]
+    kClockJump,    // gyro: the unit's tick leaps by `amount` [s]
+    // Of a drive and what it moves.
+    kAlarm,      // alarm with code `amount`; motion stops
+    kLostSteps,  // the motor loses `amount` pulses in the first motion from the begin on
+    kJammed,     // the shaft stands still while the drive counts
+    kSlipping,   // of each turn of the drive's count the shaft loses the share `amount`
+    kRunaway,  // the shaft turns the table by `amount` [deg/s], unknown to the drive, until stopped
   };
+  // What `at_s` counts from.
+  enum class On {
+    kPowerOn,
+    kMove,     // the drive of `axis` takes its move number `count`
+    kRequest,  // the device takes its request number `count`
+  };
+  enum class Mover { kOwn, kOuter, kMiddle, kInner };  // own: the device's axis; without one, any
+
   double at_s = 0.0;
   double duration_s = std::numeric_limits<double>::infinity();
   std::string device;
   Kind kind = Kind::kSilent;
   double amount = 0.0;
+  On on = On::kPowerOn;
+  Mover axis = Mover::kOwn;
+  std::int64_t count = 1;
+  // Of the line: that a request is hit. Else: that it happens at all. The seed draws.
+  double probability = 1.0;
 };
 
 struct Scenario {
@@ -251,6 +277,8 @@ Scenario IdealScenario();
 // from the defaults. Throws ConfigError: file, line, key, value and range; an unknown key is an
 // error.
 Scenario LoadScenario(const std::filesystem::path& file);
+// Reads a file of nothing but [[fault]] tables. Throws ConfigError as LoadScenario.
+std::vector<FaultScenario> LoadFaults(const std::filesystem::path& file);
 
 // One key that a scenario file may set, for documentation and its test.
 struct ScenarioKey {

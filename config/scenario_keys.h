@@ -202,7 +202,9 @@ void Describe(V& v, DrawnScenario& s) {
 template <class V>
 void Describe(V& v, FaultScenario& s) {
   using Kind = FaultScenario::Kind;
-  v.Number("at_s", s.at_s, {"s", 0, 1e9, "begins"});
+  using On = FaultScenario::On;
+  using Mover = FaultScenario::Mover;
+  v.Number("at_s", s.at_s, {"s", 0, 1e9, "begins, counted from `on`"});
   v.Duration("duration_s", s.duration_s, {"s", 0, 1e9, "lasts; without it for ever"});
   v.Device("device", s.device, "gyro, relays, outer.drive, outer.encoder, ... inner.encoder");
   v.Choice("kind", s.kind,
@@ -210,13 +212,34 @@ void Describe(V& v, FaultScenario& s) {
             {"garbage", Kind::kGarbage},
             {"bad_crc", Kind::kBadCrc},
             {"late", Kind::kLate},
+            {"exception", Kind::kException},
+            {"stale", Kind::kStale},
             {"wrong_identity", Kind::kWrongIdentity},
             {"reboot", Kind::kReboot},
             {"frozen", Kind::kFrozen},
+            {"jump", Kind::kJump},
+            {"dropout", Kind::kDropout},
+            {"saturation", Kind::kSaturation},
+            {"overheating", Kind::kOverheating},
+            {"clock_jump", Kind::kClockJump},
             {"alarm", Kind::kAlarm},
-            {"lost_steps", Kind::kLostSteps}},
-           "what fails");
-  v.Number("amount", s.amount, {"", -1e9, 1e9, "late: s; alarm: code; lost_steps: pulses"});
+            {"lost_steps", Kind::kLostSteps},
+            {"jammed", Kind::kJammed},
+            {"slipping", Kind::kSlipping},
+            {"runaway", Kind::kRunaway}},
+           "what fails; see Faults");
+  v.Number("amount", s.amount, {"", -1e9, 1e9, "how much; see Faults"});
+  v.Choice("on", s.on, {{"power_on", On::kPowerOn}, {"move", On::kMove}, {"request", On::kRequest}},
+           "what at_s counts from: power-on, a move of an axis, a request to the device");
+  v.Choice("axis", s.axis,
+           {{"own", Mover::kOwn},
+            {"outer", Mover::kOuter},
+            {"middle", Mover::kMiddle},
+            {"inner", Mover::kInner}},
+           "whose move; own: the device's axis, of gyro and relays any");
+  v.Integer("count", s.count, {"", 1, 1e9, "which move or request it is, from power-on"});
+  v.Number("probability", s.probability,
+           {"1", 0, 1, "of the line: that a request is hit; else: that it happens at all"});
 }
 
 template <class V>

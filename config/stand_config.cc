@@ -365,6 +365,7 @@ VirtualConfig ReadVirtual(const TomlTable& table) {
       table.Integer("seed", {0, std::numeric_limits<std::int64_t>::max()}, 1));
   config.pace = table.Number("pace", {0, 1e6, "s/s"}, config.pace);
   config.idle_pace = table.Number("idle_pace", {0, 1e6, "s/s"}, config.idle_pace);
+  config.truth = table.OptionalPath("truth");
   if (const auto answers = table.OptionalTable("answers")) {
     for (const std::string& id : answers->Keys()) config.answers[id] = answers->String(id);
   }

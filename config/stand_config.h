@@ -115,6 +115,8 @@ struct VirtualConfig {
   double pace =
       0.0;  // bench seconds per real second during a run; 0 = as fast as the machine allows
   double idle_pace = 0.0;  // between runs and while an operator is asked; 0 = time stands still
+  // Where the stand writes down what really happened, for who judges a run; without it nowhere.
+  std::optional<std::filesystem::path> truth;
   std::map<std::string, std::string> answers;  // by question id: what the operator would answer
 };
 

@@ -49,8 +49,8 @@ double AngleEncoder::Reading_deg(double t_s, const AxisMechanics& axis) const {
   return reading;
 }
 
-std::uint32_t AngleEncoder::Counts(double t_s, const AxisMechanics& axis) const {
-  const double exact = sign_ * (Reading_deg(t_s, axis) - offset_deg_) * counts_per_deg_;
+std::uint32_t AngleEncoder::Counts(double t_s, const AxisMechanics& axis, double jump_deg) const {
+  const double exact = sign_ * (Reading_deg(t_s, axis) + jump_deg - offset_deg_) * counts_per_deg_;
   const std::int64_t counts = static_cast<std::int64_t>(std::floor(exact + 0.5)) % range_counts_;
   return static_cast<std::uint32_t>(counts < 0 ? counts + range_counts_ : counts);
 }

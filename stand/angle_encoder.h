@@ -20,8 +20,8 @@ class AngleEncoder {
  public:
   AngleEncoder(const config::EncoderScenario& scenario, const config::EncoderConfig& config,
                double gear_ratio, std::uint64_t source_seed);
-  // In 0 .. range_counts - 1.
-  std::uint32_t Counts(double t_s, const AxisMechanics& axis) const;
+  // In 0 .. range_counts - 1. It reads high by `jump_deg`.
+  std::uint32_t Counts(double t_s, const AxisMechanics& axis, double jump_deg = 0.0) const;
   // Before counting, in degrees of the stand's convention.
   double Reading_deg(double t_s, const AxisMechanics& axis) const;
 

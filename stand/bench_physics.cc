@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <string>
 
 #include "base/error.h"
 #include "stand/random.h"
@@ -14,38 +14,8 @@ namespace {
 
 using Kind = config::FaultScenario::Kind;
 
-std::vector<const config::FaultScenario*> FaultsOf(const config::Scenario& scenario, Kind kind,
-                                                   const std::string& device) {
-  std::vector<const config::FaultScenario*> found;
-  for (const auto& fault : scenario.faults) {
-    if (fault.kind == kind && fault.device == device) found.push_back(&fault);
-  }
-  std::ranges::stable_sort(found, {}, &config::FaultScenario::at_s);
-  return found;
-}
-
 std::string DriveName(std::size_t axis) { return fmt::format("{}.drive", kAxisNames[axis]); }
-
-std::array<std::vector<AxisMechanics::LostSteps>, 3> LostStepsOf(const config::Scenario& scenario) {
-  std::array<std::vector<AxisMechanics::LostSteps>, 3> lost;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (const auto* fault : FaultsOf(scenario, Kind::kLostSteps, DriveName(axis))) {
-      lost[axis].push_back({.at_s = fault->at_s, .pulses = fault->amount});
-    }
-  }
-  return lost;
-}
-
-GyroFaults GyroFaultsOf(const config::Scenario& scenario) {
-  GyroFaults faults;
-  for (const auto* fault : FaultsOf(scenario, Kind::kReboot, "gyro")) {
-    faults.reboots_s.push_back(fault->at_s);
-  }
-  for (const auto* fault : FaultsOf(scenario, Kind::kFrozen, "gyro")) {
-    faults.frozen.push_back({.begin_s = fault->at_s, .end_s = fault->at_s + fault->duration_s});
-  }
-  return faults;
-}
+std::string EncoderName(std::size_t axis) { return fmt::format("{}.encoder", kAxisNames[axis]); }
 
 Geometry GeometryOf(const config::StandConfig& stand, const config::SiteScenario& site) {
   std::optional<double> latitude_deg =
@@ -87,15 +57,14 @@ Physics::AxisConstants Physics::ConstantsOf(const config::StandConfig& stand, st
   return {};
 }
 
-AxisMechanics Physics::MakeAxis(const config::StandConfig& stand, std::size_t axis) const {
-  const AxisConstants constants = ConstantsOf(stand, axis);
+AxisMechanics Physics::MakeAxis(std::size_t axis) const {
+  const AxisConstants& constants = constants_[axis];
   return {specimen_.mechanics[axis], specimen_.encoder[axis].backlash_deg, constants.gear_ratio,
-          constants.pulses_per_turn, lost_steps_[axis]};
+          constants.pulses_per_turn};
 }
 
-AngleEncoder Physics::MakeEncoder(const config::StandConfig& stand, std::size_t axis,
-                                  std::uint64_t seed) const {
-  const AxisConstants constants = ConstantsOf(stand, axis);
+AngleEncoder Physics::MakeEncoder(std::size_t axis, std::uint64_t seed) const {
+  const AxisConstants& constants = constants_[axis];
   return {specimen_.encoder[axis], constants.encoder, constants.gear_ratio,
           SourceSeed(seed, Source::kEncoder, axis)};
 }
@@ -105,34 +74,73 @@ Physics::Physics(const config::StandConfig& stand, const config::Scenario& speci
     : specimen_(specimen),
       map_(Checked(stand.gyro.map)),
       start_(start),
-      lost_steps_(LostStepsOf(specimen_)),
-      axes_{MakeAxis(stand, 0), MakeAxis(stand, 1), MakeAxis(stand, 2)},
-      encoders_{MakeEncoder(stand, 0, seed), MakeEncoder(stand, 1, seed),
-                MakeEncoder(stand, 2, seed)},
-      gyro_(specimen_, map_, seed, GeometryOf(stand, specimen_.site), GyroFaultsOf(specimen_)) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (const auto* fault : FaultsOf(specimen_, Kind::kAlarm, DriveName(axis))) {
-      alarms_.push_back(
-          {.at_s = fault->at_s, .axis = axis, .code = static_cast<int>(fault->amount)});
-    }
+      constants_{ConstantsOf(stand, 0), ConstantsOf(stand, 1), ConstantsOf(stand, 2)},
+      faults_(specimen_, seed),
+      axes_{MakeAxis(0), MakeAxis(1), MakeAxis(2)},
+      encoders_{MakeEncoder(0, seed), MakeEncoder(1, seed), MakeEncoder(2, seed)},
+      gyro_(specimen_, map_, seed, GeometryOf(stand, specimen_.site), faults_) {
+  if (stand.virtual_stand && stand.virtual_stand->truth) {
+    truth_.emplace(*stand.virtual_stand->truth, start);
   }
-  std::ranges::stable_sort(alarms_, {}, &Alarm::at_s);
 }
 
 // Returns the time that counts [s since power-on]: never before what has already happened.
 double Physics::Advance(Utime at) {
   now_s_ = std::max(now_s_, ToSeconds(at - start_));
-  RaiseAlarms(now_s_);
+  while (const auto begun = faults_.TakeBegun(now_s_)) {
+    gyro_.CatchUp(begun->begin_s, axes_);
+    Happen(*begun);
+  }
   gyro_.CatchUp(now_s_, axes_);
+  if (truth_) truth_->Follow(now_s_, axes_);
   return now_s_;
 }
 
-void Physics::RaiseAlarms(double t_s) {
-  for (; next_alarm_ < alarms_.size() && alarms_[next_alarm_].at_s <= t_s; ++next_alarm_) {
-    const Alarm& alarm = alarms_[next_alarm_];
-    gyro_.CatchUp(alarm.at_s, axes_);
-    alarms_now_[alarm.axis] = alarm.code;
-    axes_[alarm.axis].Stop(alarm.at_s, specimen_.mechanics[alarm.axis].quick_stop_ms_per_1000rpm);
+void Physics::Note(double t_s, std::string_view what, std::string_view device, double value) {
+  if (!truth_) return;
+  truth_->Follow(t_s, axes_);
+  truth_->Note(t_s, what, device, value);
+}
+
+void Physics::Happen(const Faults::Begun& begun) {
+  const config::FaultScenario& fault = begun.fault;
+  Note(begun.begin_s, "fault", fault.device, fault.amount);
+  if (fault.device == "gyro") {
+    if (fault.kind == Kind::kReboot) gyro_.Reboot(begun.begin_s);
+    if (fault.kind == Kind::kClockJump) gyro_.JumpClock(fault.amount);
+  }
+  for (std::size_t axis = 0; axis < axes_.size(); ++axis) {
+    if (fault.device == DriveName(axis)) HappenToDrive(axis, begun);
+  }
+}
+
+void Physics::HappenToDrive(std::size_t axis, const Faults::Begun& begun) {
+  const double amount = begun.fault.amount;
+  const double quick_ms = specimen_.mechanics[axis].quick_stop_ms_per_1000rpm;
+  switch (begun.fault.kind) {
+    case Kind::kAlarm:
+      alarms_now_[axis] = static_cast<int>(amount);
+      axes_[axis].Stop(begun.begin_s, quick_ms);
+      break;
+    case Kind::kReboot:
+      alarms_now_[axis] = 0;
+      axes_[axis].Stop(begun.begin_s, quick_ms);
+      count_zero_[axis] = std::llround(axes_[axis].Pulses(begun.begin_s));
+      break;
+    case Kind::kLostSteps:
+      axes_[axis].Lose(begun.begin_s, amount);
+      break;
+    case Kind::kJammed:
+      axes_[axis].Drag(begun.begin_s, begun.end_s, 1.0);
+      break;
+    case Kind::kSlipping:
+      axes_[axis].Drag(begun.begin_s, begun.end_s, amount);
+      break;
+    case Kind::kRunaway:
+      axes_[axis].RunAway(begun.begin_s, begun.end_s, amount);
+      break;
+    default:
+      break;
   }
 }
 
@@ -142,7 +150,13 @@ void Physics::AdvanceTo(Utime at) {
 }
 
 void Physics::Start(std::size_t axis, double t_s, const MoveCommand& command) {
-  if (alarms_now_[axis] == 0) axes_[axis].Move(t_s, command);
+  if (alarms_now_[axis] != 0) return;
+  axes_[axis].Move(t_s, command);
+  const AxisConstants& constants = constants_[axis];
+  Note(t_s, "move", kAxisNames[axis],
+       static_cast<double>(command.target) * 360.0 / constants.pulses_per_turn /
+           constants.gear_ratio);
+  faults_.Moved(axis, t_s);
 }
 
 void Physics::MoveBy(std::size_t axis, Utime at, std::int64_t pulses, MoveCommand command) {
@@ -152,14 +166,17 @@ void Physics::MoveBy(std::size_t axis, Utime at, std::int64_t pulses, MoveComman
   Start(axis, t_s, command);
 }
 
-void Physics::MoveTo(std::size_t axis, Utime at, const MoveCommand& command) {
+void Physics::MoveTo(std::size_t axis, Utime at, MoveCommand command) {
   const std::lock_guard lock(mutex_);
+  command.target += count_zero_[axis];
   Start(axis, Advance(at), command);
 }
 
 void Physics::QuickStop(std::size_t axis, Utime at) {
   const std::lock_guard lock(mutex_);
-  axes_[axis].Stop(Advance(at), specimen_.mechanics[axis].quick_stop_ms_per_1000rpm);
+  const double t_s = Advance(at);
+  axes_[axis].Stop(t_s, specimen_.mechanics[axis].quick_stop_ms_per_1000rpm);
+  Note(t_s, "stop", kAxisNames[axis]);
 }
 
 void Physics::ClearAlarm(std::size_t axis, Utime at) {
@@ -171,14 +188,29 @@ void Physics::ClearAlarm(std::size_t axis, Utime at) {
 Physics::DriveView Physics::Drive(std::size_t axis, Utime at) {
   const std::lock_guard lock(mutex_);
   const double t_s = Advance(at);
-  return {.pulses = std::llround(axes_[axis].Pulses(t_s)),
-          .moving = axes_[axis].Moving(t_s),
-          .alarm = alarms_now_[axis]};
+  const std::string device = DriveName(axis);
+  if (!faults_.Acting(device, Kind::kFrozen, t_s)) {
+    last_view_[axis] = {.pulses = std::llround(axes_[axis].Pulses(t_s)) - count_zero_[axis],
+                        .moving = axes_[axis].Moving(t_s),
+                        .alarm = alarms_now_[axis]};
+  }
+  DriveView view = last_view_[axis];
+  view.pulses += std::llround(faults_.Acting(device, Kind::kJump, t_s).value_or(0.0));
+  return view;
 }
 
 std::uint32_t Physics::EncoderCounts(std::size_t axis, Utime at) {
   const std::lock_guard lock(mutex_);
-  return encoders_[axis].Counts(Advance(at), axes_[axis]);
+  const double t_s = Advance(at);
+  const std::string device = EncoderName(axis);
+  if (const auto counts = faults_.Acting(device, Kind::kDropout, t_s)) {
+    return static_cast<std::uint32_t>(static_cast<std::int64_t>(*counts));
+  }
+  if (!faults_.Acting(device, Kind::kFrozen, t_s)) {
+    const double jump_deg = faults_.Acting(device, Kind::kJump, t_s).value_or(0.0);
+    last_counts_[axis] = encoders_[axis].Counts(t_s, axes_[axis], jump_deg);
+  }
+  return last_counts_[axis];
 }
 
 void Physics::SetTemperature(Utime at, double degC) {
@@ -195,7 +227,7 @@ void Physics::SetFan(Utime at, bool blows) {
 
 void Physics::SetHeater(Utime at, bool heats) {
   const std::lock_guard lock(mutex_);
-  Advance(at);
+  Note(Advance(at), "heater", "relays", heats ? 1.0 : 0.0);
   gyro_.SetHeater(heats);
 }
 

@@ -12,9 +12,11 @@
 #include "config/scenario.h"
 #include "config/stand_config.h"
 #include "stand/angle_encoder.h"
+#include "stand/faults.h"
 #include "stand/geometry.h"
 #include "stand/gyro_sampler.h"
 #include "stand/mechanics.h"
+#include "stand/truth_log.h"
 
 namespace gyrobench::stand {
 
@@ -31,7 +33,8 @@ class Physics {
   };
 
   // `specimen`: see DrawSpecimen. `seed`: of the noise. Power-on is at `start`.
-  // Throws ConfigError where the stand file's gyro map lacks the sensor's ranges or filters.
+  // Throws ConfigError where the stand file's gyro map lacks the sensor's ranges or filters, or its
+  // truth file cannot be written.
   Physics(const config::StandConfig& stand, const config::Scenario& specimen, std::uint64_t seed,
           Utime start);
   Physics(const Physics&) = delete;
@@ -42,7 +45,7 @@ class Physics {
 
   // `axis`: StandAxis as an index. The target is relative to where the command count is.
   void MoveBy(std::size_t axis, Utime at, std::int64_t pulses, MoveCommand command);
-  void MoveTo(std::size_t axis, Utime at, const MoveCommand& command);
+  void MoveTo(std::size_t axis, Utime at, MoveCommand command);
   void QuickStop(std::size_t axis, Utime at);
   void ClearAlarm(std::size_t axis, Utime at);
   DriveView Drive(std::size_t axis, Utime at);
@@ -63,13 +66,9 @@ class Physics {
   // What only tests and the scenario's author may know.
   AxisTruth Truth(std::size_t axis, Utime at);
   const config::Scenario& specimen() const { return specimen_; }
+  Faults& faults() { return faults_; }
 
  private:
-  struct Alarm {
-    double at_s = 0.0;
-    std::size_t axis = 0;
-    int code = 0;
-  };
   struct AxisConstants {
     double gear_ratio = 40.0;
     double pulses_per_turn = 10000.0;
@@ -77,25 +76,29 @@ class Physics {
   };
 
   static AxisConstants ConstantsOf(const config::StandConfig& stand, std::size_t axis);
-  AxisMechanics MakeAxis(const config::StandConfig& stand, std::size_t axis) const;
-  AngleEncoder MakeEncoder(const config::StandConfig& stand, std::size_t axis,
-                           std::uint64_t seed) const;
+  AxisMechanics MakeAxis(std::size_t axis) const;
+  AngleEncoder MakeEncoder(std::size_t axis, std::uint64_t seed) const;
   double Advance(Utime at);
-  void RaiseAlarms(double t_s);
+  void Happen(const Faults::Begun& begun);
+  void HappenToDrive(std::size_t axis, const Faults::Begun& begun);
+  void Note(double t_s, std::string_view what, std::string_view device, double value = 0.0);
   void Start(std::size_t axis, double t_s, const MoveCommand& command);
 
   std::mutex mutex_;
   const config::Scenario specimen_;
   const config::GyroUnitMap map_;
   const Utime start_;
+  const std::array<AxisConstants, 3> constants_;
   double now_s_ = 0.0;
-  std::array<std::vector<AxisMechanics::LostSteps>, 3> lost_steps_;
+  Faults faults_;
   std::array<AxisMechanics, 3> axes_;
   std::array<AngleEncoder, 3> encoders_;
   std::array<int, 3> alarms_now_ = {};
-  std::vector<Alarm> alarms_;
-  std::size_t next_alarm_ = 0;
+  std::array<std::int64_t, 3> count_zero_ = {};  // pulses at which a drive began to count
+  std::array<DriveView, 3> last_view_ = {};
+  std::array<std::uint32_t, 3> last_counts_ = {};
   GyroSampler gyro_;
+  std::optional<TruthLog> truth_;
 };
 
 // Names of the stand's devices, as faults and messages call them.

@@ -19,10 +19,10 @@ std::size_t Index(int setting) { return static_cast<std::size_t>(setting); }
 }  // namespace
 
 GyroSampler::GyroSampler(const config::Scenario& specimen, const config::GyroUnitMap& map,
-                         std::uint64_t seed, const Geometry& geometry, GyroFaults faults)
+                         std::uint64_t seed, const Geometry& geometry, const Faults& faults)
     : specimen_(specimen),
       map_(map),
-      faults_(std::move(faults)),
+      faults_(faults),
       step_s_(1e-3 / (1.0 + specimen.gyro.sample_clock_rel)),
       period_s_(step_s_),
       geometry_(geometry),
@@ -74,22 +74,12 @@ void GyroSampler::Reboot(double t_s) {
 void GyroSampler::CatchUp(double t_s, const std::array<AxisMechanics, 3>& axes) {
   // A sample is in the ring when its time stamp has been taken.
   const double ready_s = t_s - specimen_.unit.tick_jitter_s;
-  while (true) {
-    const bool reboot = next_reboot_ < faults_.reboots_s.size() &&
-                        faults_.reboots_s[next_reboot_] <= std::min(ready_s, next_s_);
-    if (reboot) {
-      Reboot(faults_.reboots_s[next_reboot_++]);
-    } else if (next_s_ <= ready_s) {
-      Take(axes);
-      next_s_ += period_s_;
-    } else {
-      return;
-    }
-  }
+  for (; next_s_ <= ready_s; next_s_ += period_s_) Take(axes);
 }
 
 void GyroSampler::Take(const std::array<AxisMechanics, 3>& axes) {
   Follow(next_s_ - filter_.pure_delay_s(), axes);
+  thermal_.SetHotter(faults_.Acting("gyro", Faults::Kind::kOverheating, next_s_).value_or(0.0));
   thermal_.Advance(next_s_);
   clock_.Advance(next_s_, thermal_.package_degC());
   std::array<std::int16_t, 7> words = Convert(axes);
@@ -98,14 +88,22 @@ void GyroSampler::Take(const std::array<AxisMechanics, 3>& axes) {
     ++samples_lost_;
     return;
   }
-  if (held_ > 0 && Frozen()) words = sample(next_number_ - 1).words;
+  Spoil(words);
   Store(words);
 }
 
-bool GyroSampler::Frozen() const {
-  return std::ranges::any_of(faults_.frozen, [this](const GyroFaults::Interval& f) {
-    return next_s_ >= f.begin_s && next_s_ < f.end_s;
-  });
+// What the unit's own faults make of a sample.
+void GyroSampler::Spoil(std::array<std::int16_t, 7>& words) const {
+  const auto acting = [this](Faults::Kind kind) { return faults_.Acting("gyro", kind, next_s_); };
+  const auto jump_deg_s = acting(Faults::Kind::kJump);
+  const auto sign = acting(Faults::Kind::kSaturation);
+  const double end = sign && *sign < 0 ? std::numeric_limits<std::int16_t>::min()
+                                       : std::numeric_limits<std::int16_t>::max();
+  for (std::size_t i = 4; i < words.size(); ++i) {
+    if (jump_deg_s) words[i] = Quantise(words[i] + *jump_deg_s * lsb_per_deg_s_);
+    if (sign) words[i] = Quantise(end);
+  }
+  if (held_ > 0 && acting(Faults::Kind::kFrozen)) words = sample(next_number_ - 1).words;
 }
 
 void GyroSampler::Store(const std::array<std::int16_t, 7>& words) {

@@ -8,6 +8,7 @@
 #include "config/device_maps.h"
 #include "config/scenario.h"
 #include "stand/accelerometer.h"
+#include "stand/faults.h"
 #include "stand/geometry.h"
 #include "stand/gyro_model.h"
 #include "stand/gyro_noise.h"
@@ -32,15 +33,6 @@ struct RawSample {
   std::array<std::int16_t, 7> words = {};
 };
 
-// A reboot of the unit, or a time in which it repeats its last sample.
-struct GyroFaults {
-  struct Interval {
-    double begin_s = 0.0, end_s = 0.0;
-  };
-  std::vector<double> reboots_s;  // in order of time
-  std::vector<Interval> frozen;
-};
-
 // Samples are made lazily, up to the time that is asked for, one after the other: what they are
 // does not depend on when they are asked for. The sensor's clock sets the sample instants; the true
 // rate of each instant is the mean over the chip's internal step (1 ms), from differences of the
@@ -51,12 +43,15 @@ class GyroSampler {
   static constexpr std::size_t kCapacity = 64;
 
   GyroSampler(const config::Scenario& specimen, const config::GyroUnitMap& map, std::uint64_t seed,
-              const Geometry& geometry, GyroFaults faults);
+              const Geometry& geometry, const Faults& faults);
 
   // Makes the samples that are ready at `t_s`.
   void CatchUp(double t_s, const std::array<AxisMechanics, 3>& axes);
   // In force from `t_s` on; the ring is emptied, numbers go on.
   void Set(double t_s, const GyroSettings& settings);
+  // The unit restarts: settings, clock and numbers begin anew.
+  void Reboot(double t_s);
+  void JumpClock(double s) { clock_.Jump(s); }
   void SetTemperature(double degC) { thermal_.SetTemperature(degC); }
   void SetFan(bool blows) { thermal_.SetFan(blows); }
   void SetHeater(bool heats) { thermal_.SetHeater(heats); }
@@ -73,18 +68,17 @@ class GyroSampler {
 
  private:
   void Configure();
-  void Reboot(double t_s);
   void Take(const std::array<AxisMechanics, 3>& axes);
   void Follow(double truth_s, const std::array<AxisMechanics, 3>& axes);
   void FollowMotion(double step_s, int steps, const std::array<AxisMechanics, 3>& axes);
   void FilterStep(const Triple& rate_deg_s);
   void Store(const std::array<std::int16_t, 7>& words);
   std::array<std::int16_t, 7> Convert(const std::array<AxisMechanics, 3>& axes);
-  bool Frozen() const;
+  void Spoil(std::array<std::int16_t, 7>& words) const;
 
   const config::Scenario& specimen_;
   const config::GyroUnitMap& map_;
-  GyroFaults faults_;
+  const Faults& faults_;
   GyroSettings settings_;
   double step_s_;    // the sensor's internal step
   double period_s_;  // of the samples
@@ -111,7 +105,6 @@ class GyroSampler {
   std::uint32_t next_number_ = 0;
   std::uint32_t held_ = 0;
   int boot_count_;
-  std::size_t next_reboot_ = 0;
   std::uint32_t samples_lost_ = 0;
   std::array<RawSample, kCapacity> ring_;
 };

@@ -24,6 +24,8 @@ namespace fs = std::filesystem;
 struct Options {
   fs::path config;
   std::optional<fs::path> scenario;
+  std::optional<fs::path> faults;
+  std::optional<fs::path> truth;
   std::optional<std::uint64_t> seed;
   std::optional<fs::path> link_dir;
   bool free_ports = false;
@@ -58,15 +60,24 @@ void ListKeys() {
 }
 
 config::Scenario ScenarioOf(const Options& options, const config::StandConfig& stand) {
-  if (options.scenario) return config::LoadScenario(*options.scenario);
-  if (stand.virtual_stand) return config::LoadScenario(stand.virtual_stand->scenario);
-  return {};
+  config::Scenario scenario;
+  if (options.scenario) {
+    scenario = config::LoadScenario(*options.scenario);
+  } else if (stand.virtual_stand) {
+    scenario = config::LoadScenario(stand.virtual_stand->scenario);
+  }
+  if (options.faults) scenario.faults = config::LoadFaults(*options.faults);
+  return scenario;
 }
 
 void Run(const Options& options, const sigset_t& signals) {
-  const config::StandConfig config = config::LoadStandConfig(options.config);
+  config::StandConfig config = config::LoadStandConfig(options.config);
   const config::Scenario scenario = ScenarioOf(options, config);
   const std::uint64_t configured_seed = config.virtual_stand ? config.virtual_stand->seed : 1;
+  if (options.truth) {
+    if (!config.virtual_stand) config.virtual_stand.emplace();
+    config.virtual_stand->truth = *options.truth;
+  }
   const auto clock = MakeSystemClock();
   stand::VirtualStand stand(config, scenario, options.seed.value_or(configured_seed), *clock);
   Links links;
@@ -104,6 +115,10 @@ int Main(int argc, char** argv) {
   app.add_option(
       "--scenario", options.scenario,
       "Scenario file (TOML); without it the stand file's, without that a typical MPU-6050");
+  app.add_option("--faults", options.faults,
+                 "File of [[fault]] tables (TOML), in place of those of the scenario");
+  app.add_option("--truth", options.truth,
+                 "File to write: where the axes really were, and what they were told");
   app.add_option("--seed", options.seed, "Seed of specimen and noise; without it the stand file's");
   app.add_option("--link", options.link_dir,
                  "Folder in which to link each pseudo-terminal as bus-NAME");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "base/geometry.h"
 #include "stand/motion.h"
@@ -18,8 +19,7 @@ constexpr double kElectricalPeriodsPerTurn = 50.0;
 }  // namespace
 
 AxisMechanics::AxisMechanics(const config::MechanicsScenario& scenario, double encoder_play_deg,
-                             double gear_ratio, double pulses_per_turn,
-                             std::span<const LostSteps> lost_steps)
+                             double gear_ratio, double pulses_per_turn)
     : scenario_(scenario),
       half_play_deg_(0.5 * scenario.backlash_deg),
       half_encoder_play_deg_(0.5 * encoder_play_deg),
@@ -29,8 +29,7 @@ AxisMechanics::AxisMechanics(const config::MechanicsScenario& scenario, double e
       worm_1_sin_(scenario.worm_1_deg * std::cos(scenario.worm_1_phase_deg * kRadPerDeg)),
       worm_1_cos_(scenario.worm_1_deg * std::sin(scenario.worm_1_phase_deg * kRadPerDeg)),
       worm_2_sin_(scenario.worm_2_deg * std::cos(scenario.worm_2_phase_deg * kRadPerDeg)),
-      worm_2_cos_(scenario.worm_2_deg * std::sin(scenario.worm_2_phase_deg * kRadPerDeg)),
-      lost_steps_(lost_steps) {
+      worm_2_cos_(scenario.worm_2_deg * std::sin(scenario.worm_2_phase_deg * kRadPerDeg)) {
   // The table stands in the middle of its play.
   segments_[0].t0_s = -1e9;
   segments_[0].table0_deg = segments_[0].coupled0_deg = WormAngle(0.0);
@@ -65,9 +64,22 @@ double AxisMechanics::SlipPulses(double t_s) const {
   return slip;
 }
 
+double AxisMechanics::ShaftPulses(double t_s) const {
+  double pulses = Pulses(t_s);
+  for (const Dragged& d : dragged_) {
+    if (t_s <= d.begin_s) continue;
+    const double gone = t_s < d.end_s ? Pulses(t_s) : d.end_pulses.value_or(Pulses(d.end_s));
+    pulses -= d.part * (gone - d.begin_pulses);
+  }
+  for (const Runaway& r : runaways_) {
+    pulses += r.pulses_s * std::max(0.0, std::min(t_s, r.end_s) - r.begin_s);
+  }
+  return pulses;
+}
+
 AxisTruth AxisMechanics::At(double t_s) const {
   const Segment& segment = Find(t_s);
-  const double pulses = segment.Position(t_s);
+  const double pulses = ShaftPulses(t_s);
   const double psi = pulses * psi_per_pulse_;
   const double rate = Rate(segment, t_s);
   const double x = pulses * deg_per_pulse_ + WormAngle(psi);
@@ -98,6 +110,8 @@ double AxisMechanics::Vibration(double t_s) const {
 bool AxisMechanics::RestsFrom(double t_s) const {
   const Segment& last = segments_[count_ - 1];
   if (!last.Rests() || last.t0_s > t_s) return false;
+  const auto over = [t_s](const Runaway& r) { return r.end_s <= t_s; };
+  if (!std::ranges::all_of(runaways_, over)) return false;
   return slip_count_ == 0 || slips_[slip_count_ - 1].end_s <= t_s;
 }
 
@@ -105,13 +119,12 @@ void AxisMechanics::Append(std::span<const Segment> plan) {
   // The command replaces what was still to come.
   const double t_s = plan.front().t0_s;
   while (count_ > 1 && segments_[count_ - 1].t0_s >= t_s) --count_;
-  while (slip_count_ > 0 && slips_[slip_count_ - 1].begin_s > t_s) {
-    --slip_count_;
-    --next_lost_;
+  for (Dragged& d : dragged_) {
+    if (!d.end_pulses && d.end_s <= t_s) d.end_pulses = Pulses(d.end_s);
   }
   for (Segment segment : plan) {
     const Segment& before = segments_[count_ - 1];
-    const double pulses = before.Position(segment.t0_s);
+    const double pulses = ShaftPulses(segment.t0_s);
     const double x = pulses * deg_per_pulse_ + WormAngle(pulses * psi_per_pulse_);
     segment.table0_deg = Follow(before.table0_deg, x, half_play_deg_);
     segment.coupled0_deg = Follow(before.coupled0_deg, segment.table0_deg, half_encoder_play_deg_);
@@ -128,7 +141,7 @@ void AxisMechanics::Move(double t_s, const MoveCommand& command) {
   const Ramp ramp = RampOf(command, pulses_per_turn_, scenario_.clock_rel);
   const Plan plan = PlanMove(t_s, now.Position(t_s), now.Rate(t_s), command.target, ramp);
   Append(plan.segments());
-  SlipWithin(plan.segments());
+  if (plan.segments().size() > 1 && lost_next_ != 0.0) Lose(t_s, std::exchange(lost_next_, 0.0));
   const double rpm_per_s = 1000.0 / (command.ramp_up_ms * 1e-3);
   if (plan.segments().size() > 1 && rpm_per_s > scenario_.pull_out_rpm_per_s) {
     const double periods = std::ceil(rpm_per_s / scenario_.pull_out_rpm_per_s - 1.0);
@@ -138,6 +151,7 @@ void AxisMechanics::Move(double t_s, const MoveCommand& command) {
 }
 
 void AxisMechanics::Stop(double t_s, double ramp_down_ms) {
+  for (Runaway& r : runaways_) r.end_s = std::clamp(t_s, r.begin_s, r.end_s);
   const Segment& now = Find(t_s);
   if (now.Rests()) return;
   const Ramp ramp = RampOf({.rpm = 1.0, .ramp_up_ms = ramp_down_ms, .ramp_down_ms = ramp_down_ms},
@@ -145,15 +159,28 @@ void AxisMechanics::Stop(double t_s, double ramp_down_ms) {
   Append(PlanStop(t_s, now.Position(t_s), now.Rate(t_s), ramp.down).segments());
 }
 
-void AxisMechanics::SlipWithin(std::span<const Segment> plan) {
-  const double end_s = plan.back().t0_s;
-  if (plan.size() < 2) return;
-  while (next_lost_ < lost_steps_.size() && lost_steps_[next_lost_].at_s < end_s) {
-    const LostSteps& lost = lost_steps_[next_lost_++];
-    const double begin_s = std::max(lost.at_s, plan.front().t0_s);
-    const double sign = plan.back().x0 > plan.front().x0 ? -1.0 : 1.0;
-    AddSlip(begin_s, begin_s + kStall_s, sign * lost.pulses);
+void AxisMechanics::Lose(double t_s, double pulses) {
+  const auto is_motion = [t_s](const Segment& s) { return s.t0_s >= t_s && !s.Rests(); };
+  const std::span<const Segment> known(segments_.data(), count_);
+  const bool moves = Moving(t_s) || std::ranges::any_of(known, is_motion);
+  if (!moves) {
+    lost_next_ += pulses;
+    return;
   }
+  const double sign = known.back().x0 > Pulses(t_s) ? -1.0 : 1.0;
+  AddSlip(t_s, t_s + kStall_s, sign * pulses);
+}
+
+void AxisMechanics::Drag(double begin_s, double end_s, double part) {
+  dragged_.push_back({.begin_s = begin_s,
+                      .end_s = end_s,
+                      .part = std::clamp(part, 0.0, 1.0),
+                      .begin_pulses = Pulses(begin_s)});
+}
+
+void AxisMechanics::RunAway(double begin_s, double end_s, double table_deg_s) {
+  runaways_.push_back(
+      {.begin_s = begin_s, .end_s = end_s, .pulses_s = table_deg_s / deg_per_pulse_});
 }
 
 void AxisMechanics::AddSlip(double begin_s, double end_s, double pulses) {

@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "config/scenario.h"
 #include "stand/motion.h"
@@ -18,25 +20,28 @@ struct AxisTruth {
   double rate_deg_s = 0.0;   // of the motor over the gear ratio
 };
 
-// The chain, in degrees of the table, psi = shaft angle:
+// The chain, in degrees of the table, psi = shaft angle, which is the drive's count but for what
+// jams and runs away:
 //   x = psi / ratio + worm_1 sin(psi + p1) + worm_2 sin(2 psi + p2)
 //   table = play(x) + lost steps + ripple(rate) sin(k psi)
 // Within one segment the motor does not turn back, so the play is a function of where the segment
 // began, and the truth of any moment of the recent past can be asked in any order.
 class AxisMechanics {
  public:
-  struct LostSteps {
-    double at_s = 0.0;
-    double pulses = 0.0;
-  };
-
   AxisMechanics(const config::MechanicsScenario& scenario, double encoder_play_deg,
-                double gear_ratio, double pulses_per_turn, std::span<const LostSteps> lost_steps);
+                double gear_ratio, double pulses_per_turn);
 
   // Goes to command.target (whole pulses) from where the axis is at `t_s`.
   void Move(double t_s, const MoveCommand& command);
-  // Brakes; `ramp_down_ms` per 1000 rpm.
+  // Brakes; `ramp_down_ms` per 1000 rpm. Ends what runs away.
   void Stop(double t_s, double ramp_down_ms);
+
+  // The motor loses pulses now, or when it moves next.
+  void Lose(double t_s, double pulses);
+  // Of the drive's count the shaft does not make the share `part`, from 0 to 1 (all: it is jammed).
+  void Drag(double begin_s, double end_s, double part);
+  // The shaft turns by itself, unknown to the drive, until it is stopped.
+  void RunAway(double begin_s, double end_s, double table_deg_s);
 
   AxisTruth At(double t_s) const;
   // True angle of the table alone.
@@ -54,12 +59,23 @@ class AxisMechanics {
     double begin_s = 0.0, end_s = 0.0;
     double pulses = 0.0;
   };
+  struct Dragged {
+    double begin_s = 0.0, end_s = 0.0;
+    double part = 0.0;
+    double begin_pulses = 0.0;
+    std::optional<double> end_pulses = std::nullopt;  // once the past may be forgotten
+  };
+  struct Runaway {
+    double begin_s = 0.0, end_s = 0.0;
+    double pulses_s = 0.0;
+  };
 
   const Segment& Find(double t_s) const;
   void Append(std::span<const Segment> plan);
   void AddSlip(double begin_s, double end_s, double pulses);
-  void SlipWithin(std::span<const Segment> plan);
   double SlipPulses(double t_s) const;
+  // Where the shaft is, in pulses.
+  double ShaftPulses(double t_s) const;
   double WormAngle(double psi_rad) const;
   double Resonance(double rate_deg_s) const;
   double Rate(const Segment& segment, double t_s) const {
@@ -82,8 +98,9 @@ class AxisMechanics {
   std::array<Slip, kSlips> slips_;
   std::size_t slip_count_ = 0;
   double slip_before_ = 0.0;
-  std::span<const LostSteps> lost_steps_;
-  std::size_t next_lost_ = 0;
+  double lost_next_ = 0.0;  // pulses, in the next motion
+  std::vector<Dragged> dragged_;
+  std::vector<Runaway> runaways_;
 };
 
 }  // namespace gyrobench::stand

@@ -42,6 +42,7 @@ enum class Source : std::uint64_t {
   kLostSample,
   kEncoder,
   kGarbage,
+  kFault,
 };
 
 constexpr std::uint64_t SourceSeed(std::uint64_t seed, Source source, std::uint64_t index = 0) {

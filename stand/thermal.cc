@@ -57,7 +57,7 @@ void Thermal::Advance(double t_s) {
   if (ChillWithin(t_s)) return;
   const bool fan = fan_by_hand_ || FanBlows(t_s);
   const double heating = thermal_.self_heating_degC - (fan ? room_.fan_drop_degC : 0.0) +
-                         (heater_ ? room_.heater_rise_degC : 0.0);
+                         (heater_ ? room_.heater_rise_degC : 0.0) + hotter_degC_;
   const double tau = fan ? room_.fan_time_constant_s : thermal_.time_constant_s;
   package_degC_ += package_step_.Of(dt, tau) * (Room(t_s) + heating - package_degC_);
   const double die = die_degC_ + die_step_.Of(dt, thermal_.die_lag_s) * (package_degC_ - die_degC_);

@@ -23,6 +23,8 @@ class Thermal {
   // Somebody or something switches, beside what the scenario says.
   void SetFan(bool blows) { fan_by_hand_ = blows; }
   void SetHeater(bool heats) { heater_ = heats; }
+  // What is around the unit is hotter than the room by this.
+  void SetHotter(double degC) { hotter_degC_ = degC; }
 
   double package_degC() const { return package_degC_; }
   double die_degC() const { return die_degC_; }
@@ -48,6 +50,7 @@ class Thermal {
   double t_s_ = 0.0;
   bool fan_by_hand_ = false;
   bool heater_ = false;
+  double hotter_degC_ = 0.0;
   double package_degC_, die_degC_;
   double die_rate_degC_s_ = 0.0;
   std::size_t next_chill_ = 0;

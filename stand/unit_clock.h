@@ -19,6 +19,8 @@ class UnitClock {
     t_s_ = t_s;
     ticks_ = 0.0;
   }
+  // Leaps ahead by `s`, or back.
+  void Jump(double s) { ticks_ += s * rate_hz_; }
   // To the time of a sample, at which the package has `degC`.
   void Advance(double t_s, double degC) {
     ticks_ += (t_s - t_s_) * rate_hz_;
@@ -30,7 +32,7 @@ class UnitClock {
   // Wrapped at 32 bits, as the unit counts.
   std::uint32_t TickAt(double t_s) const {
     const double ticks = std::floor(ticks_ + (t_s - t_s_) * rate_hz_);
-    return static_cast<std::uint32_t>(static_cast<std::uint64_t>(std::fmax(0.0, ticks)));
+    return static_cast<std::uint32_t>(static_cast<std::int64_t>(ticks));
   }
 
  private:

@@ -19,18 +19,6 @@ std::uint64_t SeedOf(const config::StandConfig& stand) {
   return stand.virtual_stand ? stand.virtual_stand->seed : 1;
 }
 
-std::vector<EncoderDevice::Interval> FrozenTimes(const config::Scenario& scenario,
-                                                 const std::string& device, Utime start) {
-  std::vector<EncoderDevice::Interval> frozen;
-  for (const auto& fault : scenario.faults) {
-    if (fault.kind != config::FaultScenario::Kind::kFrozen || fault.device != device) continue;
-    constexpr double kForEver_s = 1e9;
-    const double end_s = std::min(fault.at_s + fault.duration_s, kForEver_s);
-    frozen.push_back({.begin = start + FromSeconds(fault.at_s), .end = start + FromSeconds(end_s)});
-  }
-  return frozen;
-}
-
 }  // namespace
 
 struct VirtualStand::Impl {
@@ -42,32 +30,27 @@ struct VirtualStand::Impl {
         start(clock.Now()),
         physics(stand, DrawSpecimen(scenario, seed), seed, start) {}
 
-  void Add(Responder& responder, int unit, std::unique_ptr<Device> device) {
-    DeviceFaults faults(physics.specimen(), device->name(), start);
-    responder.Add(unit, std::move(device), std::move(faults));
-  }
-
   std::unique_ptr<Responder> MakeResponder(const config::BusConfig& bus) {
     const LineTiming timing(bus, physics.specimen().bus);
-    auto responder = std::make_unique<Responder>(bus.name, clock, timing, seed);
+    auto responder =
+        std::make_unique<Responder>(bus.name, clock, start, timing, physics.faults(), seed);
     for (const config::AxisConfig& axis : stand.axes) {
       const std::size_t index = AxisIndex(axis.name);
       if (axis.drive.bus == bus.name) {
-        Add(*responder, axis.drive.unit,
-            std::make_unique<DriveDevice>(axis.name + ".drive", axis.drive.map, index, physics));
+        responder->Add(axis.drive.unit, std::make_unique<DriveDevice>(
+                                            axis.name + ".drive", axis.drive.map, index, physics));
       }
       if (axis.encoder.bus == bus.name) {
-        const std::string name = axis.name + ".encoder";
-        Add(*responder, axis.encoder.unit,
-            std::make_unique<EncoderDevice>(name, axis.encoder.map, index, physics,
-                                            FrozenTimes(physics.specimen(), name, start)));
+        responder->Add(axis.encoder.unit,
+                       std::make_unique<EncoderDevice>(axis.name + ".encoder", axis.encoder.map,
+                                                       index, physics));
       }
     }
     if (stand.gyro.bus == bus.name) {
-      Add(*responder, stand.gyro.unit, std::make_unique<GyroDevice>(stand.gyro.map, physics));
+      responder->Add(stand.gyro.unit, std::make_unique<GyroDevice>(stand.gyro.map, physics));
     }
     if (stand.relays && stand.relays->bus == bus.name) {
-      Add(*responder, stand.relays->unit, std::make_unique<RelayDevice>(*stand.relays, physics));
+      responder->Add(stand.relays->unit, std::make_unique<RelayDevice>(*stand.relays, physics));
     }
     return responder;
   }

@@ -43,6 +43,8 @@ class Device {
   }
   // What another device in its place would have answered; spoils what tells who it is.
   virtual ModbusException Disguise(std::uint16_t address, std::span<std::uint16_t> words) = 0;
+  // It was without power for an instant before `at`.
+  virtual void LosePower(Utime /*at*/) {}
   // A frame with a wrong checksum was on the line.
   virtual void FrameRejected() {}
 

@@ -128,6 +128,12 @@ ModbusException DriveDevice::RunPath(Utime at) {
   return ModbusException::kNone;
 }
 
+// The physics stops the motor and begins the count anew.
+void DriveDevice::LosePower(Utime /*at*/) {
+  enabled_ = false;
+  path_ = {};
+}
+
 ModbusException DriveDevice::Disguise(std::uint16_t address, std::span<std::uint16_t> words) {
   const std::size_t i = static_cast<std::uint16_t>(map_.pulses_per_turn_address - address);
   if (i < words.size()) words[i] = static_cast<std::uint16_t>(map_.pulses_per_turn / 5 * 2);

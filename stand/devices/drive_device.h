@@ -22,6 +22,7 @@ class DriveDevice final : public Device {
   ModbusException Write(std::uint16_t address, std::span<const std::uint16_t> words,
                         Utime at) override;
   ModbusException Disguise(std::uint16_t address, std::span<std::uint16_t> words) override;
+  void LosePower(Utime at) override;
 
  private:
   static constexpr std::size_t kPathWords = 8;

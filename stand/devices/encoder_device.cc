@@ -7,17 +7,8 @@
 namespace gyrobench::stand {
 
 EncoderDevice::EncoderDevice(std::string name, const config::EncoderMap& map, std::size_t axis,
-                             Physics& physics, std::vector<Interval> frozen)
-    : Device(std::move(name)),
-      map_(map),
-      axis_(axis),
-      physics_(physics),
-      frozen_(std::move(frozen)) {}
-
-bool EncoderDevice::Frozen(Utime at) const {
-  return std::ranges::any_of(frozen_,
-                             [at](const Interval& i) { return at >= i.begin && at < i.end; });
-}
+                             Physics& physics)
+    : Device(std::move(name)), map_(map), axis_(axis), physics_(physics) {}
 
 ModbusException EncoderDevice::Read(int function, std::uint16_t address,
                                     std::span<std::uint16_t> words, Utime at) {
@@ -25,11 +16,10 @@ ModbusException EncoderDevice::Read(int function, std::uint16_t address,
   const std::size_t first = static_cast<std::uint16_t>(address - map_.address);
   const auto size = static_cast<std::size_t>(map_.words);
   if (first + words.size() > size) return ModbusException::kIllegalAddress;
-  if (!known_ || !Frozen(at)) counts_ = physics_.EncoderCounts(axis_, at);
-  known_ = true;
-  std::array<std::uint16_t, 2> all = {High(counts_), Low(counts_)};
+  const std::uint32_t counts = physics_.EncoderCounts(axis_, at);
+  std::array<std::uint16_t, 2> all = {High(counts), Low(counts)};
   if (map_.word_order == config::WordOrder::kLowFirst) std::swap(all[0], all[1]);
-  if (size == 1) all[0] = Low(counts_);
+  if (size == 1) all[0] = Low(counts);
   std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(first), words.size(), words.begin());
   return ModbusException::kNone;
 }

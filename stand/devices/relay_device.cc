@@ -38,6 +38,12 @@ ModbusException RelayDevice::WriteCoil(std::uint16_t address, bool on, Utime at)
   return ModbusException::kNone;
 }
 
+void RelayDevice::LosePower(Utime at) {
+  for (std::size_t i = 0; i < on_.size(); ++i) {
+    WriteCoil(static_cast<std::uint16_t>(first_coil_ + i), false, at);
+  }
+}
+
 // It has no identity; another device would not have this coil.
 ModbusException RelayDevice::Disguise(std::uint16_t /*address*/,
                                       std::span<std::uint16_t> /*words*/) {

@@ -21,6 +21,7 @@ class RelayDevice final : public Device {
   ModbusException ReadCoils(std::uint16_t address, std::span<bool> coils) override;
   ModbusException WriteCoil(std::uint16_t address, bool on, Utime at) override;
   ModbusException Disguise(std::uint16_t address, std::span<std::uint16_t> words) override;
+  void LosePower(Utime at) override;
 
  private:
   const std::uint16_t first_coil_;

@@ -156,6 +156,11 @@ std::size_t AnswerWriteCoil(Device& device, std::span<const std::uint8_t> reques
 
 }  // namespace
 
+std::size_t RefusePdu(std::span<const std::uint8_t> request, int code,
+                      std::span<std::uint8_t> reply) {
+  return Refuse(request[0], static_cast<ModbusException>(code), reply);
+}
+
 std::size_t AnswerPdu(Device& device, std::span<const std::uint8_t> request, Utime at,
                       bool impostor, std::span<std::uint8_t> reply) {
   switch (request[0]) {

@@ -34,4 +34,8 @@ inline constexpr std::size_t kMaxPdu = 253;
 std::size_t AnswerPdu(Device& device, std::span<const std::uint8_t> request, Utime at,
                       bool impostor, std::span<std::uint8_t> reply);
 
+// Refuses a request with exception `code`. Returns the length of the answer.
+std::size_t RefusePdu(std::span<const std::uint8_t> request, int code,
+                      std::span<std::uint8_t> reply);
+
 }  // namespace gyrobench::stand

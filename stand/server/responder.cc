@@ -2,62 +2,25 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <limits>
+#include <algorithm>
 #include <utility>
 
 #include "base/error.h"
 #include "stand/server/modbus.h"
 
 namespace gyrobench::stand {
-namespace {
-
-using Kind = config::FaultScenario::Kind;
-
-Utime TimeAt(Utime start, double t_s) {
-  return std::isfinite(t_s) ? start + FromSeconds(t_s) : std::numeric_limits<Utime>::max();
-}
-
-}  // namespace
-
-DeviceFaults::DeviceFaults(const config::Scenario& specimen, const std::string& device,
-                           Utime start) {
-  for (const auto& fault : specimen.faults) {
-    if (fault.device != device) continue;
-    Entry entry{.begin = TimeAt(start, fault.at_s),
-                .end = TimeAt(start, fault.at_s + fault.duration_s),
-                .kind = fault.kind};
-    if (fault.kind == Kind::kReboot) {
-      entry.end = TimeAt(start, fault.at_s + specimen.unit.boot_time_s);
-    }
-    if (fault.kind == Kind::kLate) entry.late = FromSeconds(fault.amount);
-    entries_.push_back(entry);
-  }
-}
-
-AnswerFault DeviceFaults::At(Utime at) const {
-  AnswerFault fault;
-  for (const Entry& entry : entries_) {
-    if (at < entry.begin || at >= entry.end) continue;
-    fault.silent |= entry.kind == Kind::kSilent || entry.kind == Kind::kReboot;
-    fault.garbage |= entry.kind == Kind::kGarbage;
-    fault.spoiled |= entry.kind == Kind::kBadCrc;
-    fault.impostor |= entry.kind == Kind::kWrongIdentity;
-    fault.late += entry.late;
-  }
-  return fault;
-}
-
-Responder::Responder(const std::string& bus, Clock& clock, const LineTiming& timing,
-                     std::uint64_t seed)
+Responder::Responder(const std::string& bus, Clock& clock, Utime start, const LineTiming& timing,
+                     Faults& faults, std::uint64_t seed)
     : clock_(clock),
+      start_(start),
       timing_(timing),
+      faults_(faults),
       participant_(clock.Join("virtual bus " + bus, Clock::Role::kGuest)),
       garbage_(seed, Source::kGarbage) {
   station_of_unit_.fill(-1);
 }
 
-void Responder::Add(int unit, std::unique_ptr<Device> device, DeviceFaults faults) {
+void Responder::Add(int unit, std::unique_ptr<Device> device) {
   if (unit < 1 || unit > 247) {
     throw ConfigError(
         fmt::format("virtual stand: {}: unit {}: expected 1 .. 247", device->name(), unit));
@@ -69,7 +32,7 @@ void Responder::Add(int unit, std::unique_ptr<Device> device, DeviceFaults fault
                                   device->name(), unit));
   }
   station = static_cast<int>(stations_.size());
-  stations_.push_back({std::move(device), std::move(faults)});
+  stations_.push_back({.device = std::move(device)});
 }
 
 Responder::Answer Responder::Respond(std::uint8_t unit, std::span<const std::uint8_t> pdu,
@@ -79,14 +42,28 @@ Responder::Answer Responder::Respond(std::uint8_t unit, std::span<const std::uin
   if (station < 0) return {};
   Station& asked = stations_[static_cast<std::size_t>(station)];
   const Utime taken = clock_.Now() + timing_.Request(request_size);
-  const AnswerFault fault = asked.faults.At(taken);
+  const AnswerFault fault = faults_.Requested(asked.device->name(), ToSeconds(taken - start_));
+  if (fault.lost_power) asked.device->LosePower(taken);
   if (fault.silent || participant_->WaitUntil(taken)) return {};
-  Answer answer{.size = AnswerPdu(*asked.device, pdu, taken, fault.impostor, reply),
-                .spoiled = fault.spoiled};
-  if (fault.garbage) answer = Garbage(reply);
-  if (participant_->WaitUntil(taken + fault.late + timing_.Reply(answer.size + overhead)))
+  const Answer answer = Ask(asked, pdu, taken, fault, reply);
+  if (participant_->WaitUntil(taken + FromSeconds(fault.late_s) +
+                              timing_.Reply(answer.size + overhead))) {
     return {};
+  }
   return answer;
+}
+
+Responder::Answer Responder::Ask(Station& asked, std::span<const std::uint8_t> pdu, Utime taken,
+                                 const AnswerFault& fault, std::span<std::uint8_t> reply) {
+  const std::size_t size = fault.exception != 0
+                               ? RefusePdu(pdu, fault.exception, reply)
+                               : AnswerPdu(*asked.device, pdu, taken, fault.impostor, reply);
+  if (fault.garbage) return Garbage(reply);
+  std::vector<std::uint8_t> now(reply.begin(), reply.begin() + static_cast<std::ptrdiff_t>(size));
+  std::swap(now, asked.last_reply);
+  if (!fault.stale) return {.size = size, .spoiled = fault.spoiled};
+  std::ranges::copy(now, reply.begin());
+  return {.size = now.size(), .spoiled = fault.spoiled, .stale = true};
 }
 
 Responder::Answer Responder::Garbage(std::span<std::uint8_t> reply) {

@@ -8,33 +8,12 @@
 #include <vector>
 
 #include "base/clock.h"
-#include "config/scenario.h"
 #include "stand/devices/device.h"
+#include "stand/faults.h"
 #include "stand/random.h"
 #include "stand/server/line.h"
 
 namespace gyrobench::stand {
-
-// What the line's faults make of a device's answer.
-struct AnswerFault {
-  bool silent = false, garbage = false, spoiled = false, impostor = false;
-  Utime late = 0;
-};
-
-// The faults of one device, by time.
-class DeviceFaults {
- public:
-  DeviceFaults(const config::Scenario& specimen, const std::string& device, Utime start);
-  AnswerFault At(Utime at) const;
-
- private:
-  struct Entry {
-    Utime begin = 0, end = 0;
-    config::FaultScenario::Kind kind;
-    Utime late = 0;
-  };
-  std::vector<Entry> entries_;
-};
 
 // Used by the line's server thread alone, but for Stop.
 class Responder {
@@ -43,10 +22,13 @@ class Responder {
     std::size_t size = 0;  // of the PDU; 0: silence
     bool garbage = false;  // `size` random bytes without a frame around them
     bool spoiled = false;  // the frame's check must be wrong
+    bool stale = false;    // it answers the request before
   };
 
-  Responder(const std::string& bus, Clock& clock, const LineTiming& timing, std::uint64_t seed);
-  void Add(int unit, std::unique_ptr<Device> device, DeviceFaults faults);
+  // Power-on was at `start`; clock and faults must outlive the responder.
+  Responder(const std::string& bus, Clock& clock, Utime start, const LineTiming& timing,
+            Faults& faults, std::uint64_t seed);
+  void Add(int unit, std::unique_ptr<Device> device);
 
   // Waits for the time that the request takes on the line, asks the device, waits until the reply
   // is through. `request_size`: bytes of the whole frame; `overhead`: bytes that frame a PDU.
@@ -60,12 +42,16 @@ class Responder {
  private:
   struct Station {
     std::unique_ptr<Device> device;
-    DeviceFaults faults;
+    std::vector<std::uint8_t> last_reply = {};
   };
+  Answer Ask(Station& asked, std::span<const std::uint8_t> pdu, Utime taken,
+             const AnswerFault& fault, std::span<std::uint8_t> reply);
   Answer Garbage(std::span<std::uint8_t> reply);
 
   Clock& clock_;
+  Utime start_;
   LineTiming timing_;
+  Faults& faults_;
   std::unique_ptr<Clock::Participant> participant_;
   RandomStream garbage_;
   std::vector<Station> stations_;

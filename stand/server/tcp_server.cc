@@ -126,7 +126,8 @@ bool TcpServer::Answer(const Frame& frame, int socket) {
     output_[i] = static_cast<std::uint8_t>(word >> 8U);
     output_[i + 1] = static_cast<std::uint8_t>(word & 0xFFU);
   };
-  put(0, answer.spoiled ? frame.transaction ^ 0x5AU : frame.transaction);
+  const std::size_t answered = frame.transaction - (answer.stale ? 1U : 0U);
+  put(0, answer.spoiled ? answered ^ 0x5AU : answered);
   put(2, answer.garbage ? 0xDEADU : 0U);
   put(4, answer.size + 1);
   output_[6] = frame.unit;

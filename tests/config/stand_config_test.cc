@@ -106,6 +106,7 @@ scenario = "sub/scenario.toml"
 seed = 9007199254740993
 pace = 3
 idle_pace = 4
+truth = "t.csv"
 [virtual.answers]
 cool = "done"
 place = "skip"
@@ -182,6 +183,7 @@ place = "skip"
   EXPECT_EQ(stand.virtual_stand->seed, 9007199254740993u);  // not representable in a double
   EXPECT_EQ(stand.virtual_stand->pace, 3);
   EXPECT_EQ(stand.virtual_stand->idle_pace, 4);
+  EXPECT_EQ(stand.virtual_stand->truth, folder_.path() / "t.csv");
   EXPECT_THAT(stand.virtual_stand->answers,
               ElementsAre(Pair("cool", "done"), Pair("place", "skip")));
 }

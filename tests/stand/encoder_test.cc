@@ -11,7 +11,7 @@ namespace {
 
 config::EncoderScenario IdealEncoder() { return config::IdealScenario().encoder[0]; }
 AxisMechanics IdealAxis(double play_deg = 0.0) {
-  return {config::IdealScenario().mechanics[0], play_deg, 40.0, 10000.0, {}};
+  return {config::IdealScenario().mechanics[0], play_deg, 40.0, 10000.0};
 }
 AngleEncoder MakeEncoder(const config::EncoderScenario& scenario,
                          const config::EncoderConfig& config = TestAxis("inner", 3).encoder) {
@@ -79,7 +79,7 @@ TEST(Encoder, OnTheShaftItSeesNoWormAndNoPlay) {
   config::MechanicsScenario mechanics = config::IdealScenario().mechanics[0];
   mechanics.worm_1_deg = 0.1;
   mechanics.backlash_deg = 0.3;
-  AxisMechanics axis(mechanics, 0.0, 40.0, 10000.0, {});
+  AxisMechanics axis(mechanics, 0.0, 40.0, 10000.0);
   MoveTo(axis, 0, 9);
   EXPECT_NEAR(MakeEncoder(scenario).Reading_deg(60, axis), 9.0, 1e-9);
   EXPECT_GT(std::abs(axis.TableAngle(60) - 9.0), 0.1);

@@ -1,8 +1,10 @@
 // Faults of the scenario, as a client sees them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
+#include <vector>
 
 #include "tests/stand/modbus_bench.h"
 
@@ -68,6 +70,89 @@ TEST_P(FaultTest, AFrozenEncoderRepeatsItsLastValue) {
   EXPECT_EQ(bench.Angle_deg(), before);
   bench.WaitUntil(2.1);
   EXPECT_GT(bench.Angle_deg(), before + 10);
+}
+
+TEST_P(FaultTest, ADeviceThatRefusesGivesTheException) {
+  Bench bench(GetParam(), {Fault(Kind::kException, "gyro", 6)});
+  bench.WaitUntil(1.5);
+  EXPECT_FALSE(bench.Read<1>(kGyro, 4, 0));
+  EXPECT_EQ(errno, EMBXSBUSY);
+  bench.WaitUntil(2.5);
+  EXPECT_TRUE(bench.Read<1>(kGyro, 4, 0));
+}
+
+TEST(ServerFaults, AStaleReplyIsTheOneToTheRequestBefore) {
+  Bench bench(Transport::kRtu, {Fault(Kind::kStale, "inner.drive")});
+  EXPECT_EQ(bench.Read<1>(kDrive, 3, 0x0001).value()[0], 10000);  // pulses per turn
+  bench.WaitUntil(1.5);
+  EXPECT_EQ(bench.Read<1>(kDrive, 3, 0x000F).value()[0], 10000);
+  EXPECT_EQ(bench.Read<1>(kDrive, 3, 0x0001).value()[0], 0);
+  bench.WaitUntil(2.5);
+  EXPECT_EQ(bench.Read<1>(kDrive, 3, 0x0001).value()[0], 10000);
+}
+
+TEST_P(FaultTest, AFaultOfTheLineHitsTheShareOfRequestsThatTheScenarioSaysAndTheSameOnesAgain) {
+  auto fault = Fault(Kind::kException, "gyro");
+  fault.duration_s = 100;
+  fault.probability = 0.3;
+  std::vector<bool> first;
+  for (int run = 0; run < 2; ++run) {
+    Bench bench(GetParam(), {fault});
+    bench.WaitUntil(1.5);
+    std::vector<bool> hit;
+    for (int i = 0; i < 200; ++i) hit.push_back(!bench.Read<1>(kGyro, 4, 0));
+    EXPECT_NEAR(static_cast<double>(std::ranges::count(hit, true)), 60, 20);
+    if (run == 0) first = hit;
+    EXPECT_EQ(hit, first);
+  }
+}
+
+TEST_P(FaultTest, AFaultWaitsForTheMoveAndForTheRequestThatItBeginsWith) {
+  auto by_move = Fault(Kind::kException, "inner.encoder");
+  by_move.on = config::FaultScenario::On::kMove;
+  by_move.count = 2;
+  auto by_request = Fault(Kind::kException, "gyro");
+  by_request.at_s = 0.0;
+  by_request.on = config::FaultScenario::On::kRequest;
+  by_request.count = 3;
+  Bench bench(GetParam(), {by_move, by_request});
+  bench.Enable();
+  bench.Move(100);
+  bench.WaitUntil(2.0);
+  EXPECT_TRUE(bench.Read<2>(kEncoder, 3, 0));
+  bench.Move(100);
+  EXPECT_TRUE(bench.Read<2>(kEncoder, 3, 0));
+  bench.WaitUntil(3.5);  // at_s = 1 after the move
+  EXPECT_FALSE(bench.Read<2>(kEncoder, 3, 0));
+  EXPECT_TRUE(bench.Read<1>(kGyro, 4, 0));
+  EXPECT_TRUE(bench.Read<1>(kGyro, 4, 0));
+  EXPECT_FALSE(bench.Read<1>(kGyro, 4, 0));
+}
+
+TEST_P(FaultTest, AnEncoderThatJumpsOrDropsOutGivesAnotherValueAndComesBack) {
+  auto dropout = Fault(Kind::kDropout, "inner.encoder", 0x12345);
+  dropout.at_s = 3.0;
+  Bench bench(GetParam(), {Fault(Kind::kJump, "inner.encoder", 7.0), dropout});
+  EXPECT_NEAR(bench.Angle_deg(), 0.0, 0.01);
+  bench.WaitUntil(1.5);
+  EXPECT_NEAR(bench.Angle_deg(), 7.0, 0.01);
+  bench.WaitUntil(2.5);
+  EXPECT_NEAR(bench.Angle_deg(), 0.0, 0.01);
+  bench.WaitUntil(3.5);
+  EXPECT_EQ(bench.Read<2>(kEncoder, 3, 0).value()[1], 0x2345);
+}
+
+TEST_P(FaultTest, ADriveThatLostPowerIsDisabledAtRestAndCountsFromZero) {
+  Bench bench(GetParam(), {Fault(Kind::kReboot, "inner.drive")});
+  bench.Enable();
+  bench.Move(400000);
+  bench.WaitUntil(2.0);
+  EXPECT_EQ(bench.Read<1>(kDrive, 3, 0x000F).value()[0], 0);
+  EXPECT_LT(bench.Position(), 1000);
+  const double angle = bench.Angle_deg();
+  EXPECT_GT(angle, 10);
+  bench.WaitUntil(3.0);
+  EXPECT_EQ(bench.Angle_deg(), angle);
 }
 
 TEST_P(FaultTest, ARebootSilencesTheUnitForItsBootTimeAndRaisesTheBootCounter) {

@@ -14,9 +14,8 @@ namespace {
 
 config::MechanicsScenario IdealMechanics() { return config::IdealScenario().mechanics[2]; }
 
-AxisMechanics MakeAxis(const config::MechanicsScenario& scenario, double encoder_play_deg = 0.0,
-                       std::span<const AxisMechanics::LostSteps> lost = {}) {
-  return {scenario, encoder_play_deg, 40.0, 10000.0, lost};
+AxisMechanics MakeAxis(const config::MechanicsScenario& scenario, double encoder_play_deg = 0.0) {
+  return {scenario, encoder_play_deg, 40.0, 10000.0};
 }
 
 // Starts a move and says when it ends.
@@ -114,20 +113,52 @@ TEST(Mechanics, ThePastCanBeAskedInAnyOrder) {
 }
 
 TEST(Mechanics, LostStepsMoveTheTableButNotTheDrivesCount) {
-  const std::vector<AxisMechanics::LostSteps> lost = {{.at_s = 0.4, .pulses = 200}};
-  AxisMechanics axis = MakeAxis(IdealMechanics(), 0.0, lost);
+  AxisMechanics axis = MakeAxis(IdealMechanics());
   const double end = Move(axis, 0.0, 9.0);
+  axis.Lose(0.4, 200);
   EXPECT_EQ(axis.Pulses(end), 10000);
   EXPECT_NEAR(axis.TableAngle(end), 9.0 - 200 * 9.0 / 10000, 1e-9);
 }
 
 TEST(Mechanics, StepsThatAreLostAtRestAreLostInTheNextMotion) {
-  const std::vector<AxisMechanics::LostSteps> lost = {{.at_s = 5.0, .pulses = 100}};
-  AxisMechanics axis = MakeAxis(IdealMechanics(), 0.0, lost);
+  AxisMechanics axis = MakeAxis(IdealMechanics());
   Move(axis, 0.0, 9.0);
+  axis.Lose(5.0, 100);
   EXPECT_NEAR(axis.TableAngle(10.0), 9.0, 1e-12);
   const double end = Move(axis, 10.0, -9.0);
   EXPECT_NEAR(axis.TableAngle(end), 100 * 9.0 / 10000, 1e-9);
+}
+
+TEST(Mechanics, WhatIsDraggedMissesItsShareOfTheDrivesCountForGood) {
+  for (const double part : {1.0, 0.25}) {
+    AxisMechanics axis = MakeAxis(IdealMechanics());
+    const double end = Move(axis, 0.0, 90.0);
+    const double half_way = axis.TableAngle(3.0);
+    axis.Drag(3.0, 4.0, part);
+    const double expected = 90.0 - part * (axis.Pulses(4.0) - axis.Pulses(3.0)) * 9.0 / 10000;
+    EXPECT_EQ(axis.TableAngle(3.0), half_way);
+    if (part == 1.0) {
+      EXPECT_NEAR(axis.TableAngle(3.9), half_way, 1e-9);
+    }
+    EXPECT_EQ(axis.Pulses(end), 100000);
+    EXPECT_NEAR(axis.TableAngle(end), expected, 1e-9);
+    // Far more moves than the axis remembers change nothing of it.
+    double t_s = end + 1.0;
+    for (int i = 0; i < 40; ++i) t_s = Move(axis, t_s, i % 2 == 0 ? 9.0 : -9.0) + 1.0;
+    EXPECT_NEAR(axis.TableAngle(t_s), expected, 1e-9);
+  }
+}
+
+TEST(Mechanics, WhatRunsAwayTurnsUnknownToTheDriveUntilItIsStopped) {
+  AxisMechanics axis = MakeAxis(IdealMechanics());
+  axis.RunAway(2.0, 100.0, 5.0);
+  EXPECT_FALSE(axis.RestsFrom(1.0));
+  EXPECT_NEAR(axis.TableAngle(4.0), 10.0, 1e-9);
+  EXPECT_EQ(axis.Pulses(4.0), 0);
+  EXPECT_FALSE(axis.Moving(4.0));
+  axis.Stop(5.0, 50.0);
+  EXPECT_NEAR(axis.TableAngle(50.0), 15.0, 1e-9);
+  EXPECT_TRUE(axis.RestsFrom(5.0));
 }
 
 TEST(Mechanics, AMotorAcceleratedBeyondItsTorqueSlipsWholeElectricalPeriods) {

@@ -212,6 +212,47 @@ TEST(Physics, AFrozenSensorRepeatsItsLastSample) {
   EXPECT_NEAR(frozen, 100, 2);
 }
 
+TEST(Physics, ASaturatedSensorReadsTheEndOfItsRange) {
+  config::Scenario scenario;
+  scenario.faults = {{.at_s = 1.0,
+                      .device = "gyro",
+                      .kind = config::FaultScenario::Kind::kSaturation,
+                      .amount = -1}};
+  Physics physics(TestStand(), scenario, 1, kStart);
+  for (const Sample& sample : ReadSamples(physics, 1.1, 1.5)) {
+    for (const double rate : sample.rate_deg_s) EXPECT_EQ(rate, -32768 / 131.0);
+  }
+}
+
+TEST(Physics, AnOverheatedSensorIsHotterAtLastByTheAmount) {
+  config::Scenario scenario = Ideal();
+  scenario.faults = {
+      {.device = "gyro", .kind = config::FaultScenario::Kind::kOverheating, .amount = 40}};
+  Physics physics(TestStand(), scenario, 1, kStart);
+  const auto samples = ReadSamples(physics, 5000, 5000.2);
+  ASSERT_FALSE(samples.empty());
+  EXPECT_NEAR(samples.back().temperature_degC, scenario.room.temperature_degC + 40, 0.1);
+}
+
+TEST(Physics, AClockThatJumpsShowsInTheTicksOnceAndInNothingElse) {
+  config::Scenario scenario = Ideal();
+  scenario.faults = {{.at_s = 1.0,
+                      .device = "gyro",
+                      .kind = config::FaultScenario::Kind::kClockJump,
+                      .amount = 0.5}};
+  Physics physics(TestStand(), scenario, 1, kStart);
+  const auto samples = ReadSamples(physics, 0.5, 1.5);
+  int jumps = 0;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    EXPECT_EQ(samples[i].number, samples[i - 1].number + 1);
+    const std::uint32_t ticks = samples[i].tick - samples[i - 1].tick;
+    if (ticks == 1250) continue;
+    EXPECT_NEAR(ticks, 1250 + 125000, 1);
+    ++jumps;
+  }
+  EXPECT_EQ(jumps, 1);
+}
+
 TEST(Physics, LostSamplesAreCountedAndLeaveAGapInTheTicksOnly) {
   config::Scenario scenario = Ideal();
   scenario.unit.lost_sample_probability = 0.1;

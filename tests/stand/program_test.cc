@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <deque>
 #include <filesystem>
 #include <fstream>
@@ -122,6 +123,35 @@ TEST_F(StandProgram, ServesTcpAtThePortThatItPrints) {
   modbus_close(client);
   modbus_free(client);
   EXPECT_EQ(program.End(SIGINT), 0);
+}
+
+TEST_F(StandProgram, TakesFaultsFromAFileOfTheirOwnAndWritesTheTruth) {
+  std::ofstream(dir_ / "faults.toml")
+      << "[[fault]]\ndevice = \"gyro\"\nkind = \"exception\"\namount = 6\n";
+  const fs::path truth = dir_ / "truth.csv";
+  Program program({"--config", config_, "--link", dir_.string(), "--faults",
+                   (dir_ / "faults.toml").string(), "--truth", truth.string()});
+  program.Line();
+  program.Line();
+  modbus_t* client = modbus_new_rtu((dir_ / "bus-b").c_str(), 115200, 'N', 8, 1);
+  modbus_set_response_timeout(client, 5, 0);
+  modbus_set_slave(client, 21);
+  ASSERT_EQ(modbus_connect(client), 0);
+  std::uint16_t magic = 0;
+  EXPECT_EQ(modbus_read_input_registers(client, 0, 1, &magic), -1);
+  EXPECT_EQ(errno, EMBXSBUSY);
+  modbus_close(client);
+  modbus_free(client);
+  EXPECT_EQ(program.End(SIGTERM), 0);
+  EXPECT_GT(fs::file_size(truth), 0U);
+}
+
+TEST_F(StandProgram, AFileOfFaultsHoldsNothingElse) {
+  std::ofstream(dir_ / "faults.toml") << "[gyro]\nscale_rel = [0, 0, 0]\n";
+  Program program({"--config", config_, "--faults", (dir_ / "faults.toml").string()});
+  const std::string message = program.Rest();
+  EXPECT_NE(message.find("faults.toml"), std::string::npos) << message;
+  EXPECT_EQ(program.End(0), 1);
 }
 
 TEST_F(StandProgram, SaysWhatIsWrongWithAScenarioAndEndsWithAFailure) {

@@ -109,6 +109,33 @@ TEST_F(ScenarioFile, AFaultOfADeviceThatNoStandHasIsRefused) {
             std::string::npos);
 }
 
+TEST_F(ScenarioFile, AFaultThatItsDeviceCannotHaveIsRefusedWithThoseThatCan) {
+  const std::string message =
+      Refuse("[[fault]]\ndevice = \"gyro\"\n[[fault]]\ndevice = \"gyro\"\nkind = \"jammed\"\n");
+  for (const char* part : {"test.toml:5", "kind", "gyro", "drive"}) {
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  }
+}
+
+TEST_F(ScenarioFile, AFaultMayWaitForAMoveOrARequestAndBeLeftToChance) {
+  const Scenario scenario = Load(R"(
+[[fault]]
+device = "gyro"
+kind = "exception"
+on = "move"
+axis = "outer"
+count = 3
+probability = 0.25
+)");
+  const FaultScenario& fault = scenario.faults.at(0);
+  EXPECT_EQ(fault.on, FaultScenario::On::kMove);
+  EXPECT_EQ(fault.axis, FaultScenario::Mover::kOuter);
+  EXPECT_EQ(fault.count, 3);
+  EXPECT_EQ(fault.probability, 0.25);
+  EXPECT_NE(Refuse("[[fault]]\ndevice = \"gyro\"\non = \"noon\"\n").find("request"),
+            std::string::npos);
+}
+
 TEST_F(ScenarioFile, AScaleErrorOnTheCrossAxisDiagonalIsRefused) {
   EXPECT_NE(Refuse("[gyro]\ncross_axis_rel = [0.01, 0, 0, 0, 0, 0, 0, 0, 0]\n").find("scale_rel"),
             std::string::npos);
