@@ -1,0 +1,78 @@
+"""A record as it lies on disk, read without the product: events of LCM's log, blocks of the gyro's samples."""
+import struct
+
+SYNC = 0xEDA1DA01
+
+
+class Broken(Exception):
+    """What is wrong with a record."""
+
+
+def events(path):
+    """(channel, bytes) of each event, in order."""
+    data = path.read_bytes()
+    at = 0
+    while at < len(data):
+        if len(data) - at < 28:
+            raise Broken(f"{len(data) - at} bytes behind the last event")
+        sync, _, _, channel_size, size = struct.unpack_from(">IqqII", data, at)
+        if sync != SYNC or at + 28 + channel_size + size > len(data):
+            raise Broken(f"no whole event at byte {at} of {len(data)}")
+        begin = at + 28 + channel_size
+        yield data[at + 28:begin].decode(), data[begin:begin + size]
+        at = begin + size
+
+
+def text(message, at):
+    (size,) = struct.unpack_from(">i", message, at)
+    return message[at + 4:at + 3 + size].decode(), at + 4 + size
+
+
+class Block:
+    """One gyro_t."""
+
+    def __init__(self, message):
+        _, at = text(message, 16)
+        self.seq, _, _, self.boot_count, self.missed, _, _, self.n, self.first = struct.unpack_from(
+            ">qqdiqddiq", message, at)
+
+
+class Run:
+    """One run_t: `event` and `text`."""
+    SUSPEND = 10
+
+    def __init__(self, message):
+        _, at = text(message, 16)
+        self.event = struct.unpack_from(">qb", message, at)[1]
+
+
+def read(path):
+    """Blocks of the gyro and events of the run."""
+    blocks, course = [], []
+    for channel, message in events(path):
+        if channel.endswith("_GYRO"):
+            blocks.append(Block(message))
+        if channel.endswith("_RUN"):
+            course.append(Run(message))
+    return blocks, course
+
+
+def unmarked_gaps(blocks):
+    """Places where samples are missing, or messages, and the record does not say so."""
+    found, settled = [], True
+    lost = said = 0  # since the first block of this start of the unit
+    for before, block in zip(blocks, blocks[1:]):
+        if block.seq != before.seq + 1:
+            found.append(f"message {before.seq + 1} of the gyro is missing")
+        if block.boot_count != before.boot_count or (not settled and before.n == 0):
+            # What a unit that restarted has sampled before it was set up again is not asked for.
+            settled, lost, said = block.n > 0, 0, 0
+            continue
+        settled = True
+        lost += block.first - (before.first + before.n)
+        # What a block misses may be before its first sample or behind it.
+        if not said <= lost <= said + block.missed:
+            found.append(f"{lost} samples before sample {block.first} are missing, said are {said} to {said + block.missed}")
+            said = lost
+        said += block.missed
+    return found
