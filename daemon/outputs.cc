@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <ranges>
 #include <utility>
 
 #include "base/error.h"
@@ -85,7 +84,8 @@ void Outputs::Switch(Clock::Participant& caller, const std::string& output, bool
 
 std::optional<Fault> Outputs::TryAllOff() {
   std::optional<Fault> fault;
-  for (const auto& [output, channel] : std::views::reverse(config_.channels)) {
+  for (auto it = config_.channels.rbegin(); it != config_.channels.rend(); ++it) {
+    const std::string& output = it->first;
     try {
       SwitchHere(output, false);
     } catch (const Error& error) {

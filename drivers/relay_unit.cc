@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <ranges>
-
 #include "base/error.h"
 
 namespace gyrobench::drivers {
@@ -25,8 +23,8 @@ std::uint16_t RelayUnit::CoilOf(int channel) const {
 
 // All are written before any is judged, the heater first.
 void RelayUnit::Open() {
-  for (const auto& [output, channel] : std::views::reverse(config_.channels)) {
-    bus_.WriteCoil(unit_, CoilOf(channel), false, output.c_str());
+  for (auto it = config_.channels.rbegin(); it != config_.channels.rend(); ++it) {
+    bus_.WriteCoil(unit_, CoilOf(it->second), false, it->first.c_str());
   }
   for (const auto& [output, channel] : config_.channels) Expect(output, false);
 }
