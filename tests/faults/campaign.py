@@ -49,8 +49,8 @@ def stand_file(folder, device, retries, seed):
 class FaultBench(benches.Bench):
     """A bench of one scenario; its truth is read once its daemon has ended."""
 
-    def __init__(self, toml, seed, device="gyro", retries=2):
-        super().__init__(scenario=toml)
+    def __init__(self, toml, seed, stand="virtual.toml", device="gyro", retries=2):
+        super().__init__(base=stand, scenario=toml)
         text = self.config.read_text().replace("[virtual]\n", "", 1).replace(
             f'scenario = "{self.folder}/scenario.toml"\n', "")
         self.config.write_text(text + stand_file(self.folder, device, retries, seed).replace(
@@ -82,7 +82,7 @@ class Clean:
         key = (scenario.procedure, scenario.seed)
         if key not in self.results:
             toml = 'include = "{root}/config/scenarios/typical.toml"\n'
-            with FaultBench(toml, scenario.seed) as bench:
+            with FaultBench(toml, scenario.seed, scenario.stand) as bench:
                 done = bench.run("run", *arguments_of(scenario.command))
                 if done.returncode != 0:
                     raise RuntimeError(f"a clean run of {scenario.procedure}: {done.stdout[-500:]}{done.stderr}")
@@ -92,7 +92,7 @@ class Clean:
 
 def names_device(message, device):
     """An error of an axis may tell of its drive and of its reference."""
-    return re.search(r"\bgyro\b" if device == "gyro" else rf"\b{device.split('.')[0]}\b", message) is not None
+    return re.search(rf"\b{device.split('.')[0]}\b", message) is not None
 
 
 def end_of(run, course, done):
@@ -154,6 +154,8 @@ def breaches_of_end(scenario, end, message, truth):
         found.append(f"ended {end}, expected {' or '.join(sorted(allowed))}: {message[:300]}")
     if end in ENDS and not names_device(message, scenario.device):
         found.append(f"a fault that does not name {scenario.device}: {message[:300]}")
+    if scenario.device != "relays" and truth.heater_on():
+        found.append("the heater is on at the end")
     runaway = scenario.kind.kind == "runaway"
     return found + truth.breaches(LIMIT_DEG, (scenario.device.split(".")[0], scenario.fault["amount"])
                                   if runaway else None)
@@ -164,7 +166,7 @@ def perform(scenario, clean, keep):
     row = {"run": scenario.name, "kind": scenario.kind.name, "procedure": scenario.procedure, "fault": scenario.fault,
            "end": "", "message": "", "marked": "", "breaches": []}
     begin = time.monotonic()
-    bench = FaultBench(scenario.toml(), scenario.seed, scenario.device, scenario.retries)
+    bench = FaultBench(scenario.toml(), scenario.seed, scenario.stand, scenario.device, scenario.retries)
     try:
         with bench:
             done = bench.run("run", *arguments_of(scenario.command))

@@ -62,7 +62,7 @@ KINDS = [
 ]
 
 # Requests that a device gets until a short run is well under way.
-ABOUT_PER_RUN = {"gyro": 600, "drive": 60, "encoder": 1200}
+ABOUT_PER_RUN = {"gyro": 600, "drive": 60, "encoder": 1200, "relays": 40}
 
 # Each shipped procedure, short; the axes that it turns; for how many seconds at least.
 PROCEDURES = {
@@ -85,7 +85,10 @@ class Scenario:
         draw = random.Random(f"{kind.name}/{procedure}/{seed}")
         self.kind, self.procedure, self.seed = kind, procedure, seed
         self.command, axes, self.lasts_s = PROCEDURES[procedure]
-        self.device = draw.choice(kind.devices)
+        # The fan and the heater of `thermal` are behind a relay unit.
+        self.stand = "relays.toml" if procedure == "thermal" else "virtual.toml"
+        has_relays = kind.devices is ALL and procedure == "thermal"
+        self.device = draw.choice([*kind.devices, *(3 * ["relays"] if has_relays else [])])
         # An axis that does not turn cannot show what needs motion.
         if kind.acts != "at once":
             self.device = f"{draw.choice(axes)}.{self.device.split('.')[1]}"
@@ -106,7 +109,7 @@ class Scenario:
                               at_s=round(draw.uniform(0.0, 3.0), 3))
         elif event == "request":
             part = self.device.split(".")[-1]
-            self.fault.update(on="request", count=draw.randint(20, ABOUT_PER_RUN[part]))
+            self.fault.update(on="request", count=draw.randint(3, ABOUT_PER_RUN[part]))
         else:
             # The clocks are compared for 20 s before a procedure begins; a few faults come before that.
             self.fault["at_s"] = round(draw.uniform(15.0, 20.0 + self.lasts_s), 3)

@@ -56,6 +56,11 @@ class TruthJudgement(unittest.TestCase):
         self.assertAlmostEqual(truth.commanded_deg("inner", 2.0), 10 + 30, places=3)
         self.assertEqual(truth.commanded_deg("outer", 0.0), 0.0)
 
+    def test_a_heater_is_on_until_it_is_switched_off(self):
+        self.assertFalse(truth_of().heater_on())
+        self.assertTrue(truth_of("1.000,heater,relays,1.0000").heater_on())
+        self.assertFalse(truth_of("1.000,heater,relays,1.0000", "2.000,heater,relays,0.0000").heater_on())
+
     def test_a_table_is_astray_by_what_it_lacks_when_the_next_command_comes(self):
         truth = truth_of("1.000,move,inner,20.0000", *turning("inner", 1, 10, 1), "4.000,stop,inner,0.0000")
         self.assertAlmostEqual(truth.astray_deg("inner", 0.5), 10, places=3)

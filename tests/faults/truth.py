@@ -27,6 +27,11 @@ class Truth:
         faults = self.of("fault")
         return faults[0].t_s if faults else None
 
+    def heater_on(self):
+        """At the end."""
+        switched = self.of("heater")
+        return bool(switched) and switched[-1].value > 0
+
     def angle(self, axis, t_s):
         before = [deg for at_s, deg in self.angles[axis] if at_s <= t_s]
         return before[-1] if before else 0.0
