@@ -19,67 +19,105 @@ struct Step {
 };
 
 // Covariance of (b, e, c): bias deviation, error of the last reference angle, integral of b so far.
-class CovarianceFilter {
+// `Real`: double, or an array of some noises that pass side by side. Each interval waits for the
+// one before, so that several take hardly longer than one; each comes out as it does alone.
+template <typename Real>
+class FilterOf {
  public:
-  explicit CovarianceFilter(const NoiseModel& noise)
-      : n2_(noise.angle_random_walk_deg_sqrt_s * noise.angle_random_walk_deg_sqrt_s),
-        k2_(noise.bias_random_walk_deg_s_sqrt_s * noise.bias_random_walk_deg_s_sqrt_s),
-        s2_(noise.reference_deg * noise.reference_deg) {
+  // Squares of N, K and s.
+  FilterOf(const Real& n2, const Real& k2, const Real& s2) : n2_(n2), k2_(k2), s2_(s2) {
+    bb_ = be_ = bc_ = ec_ = cc_ = Real(0.0);
     ee_ = s2_;
+    variance_ = inverse_sigma_ = Real(1.0);
+    gain_bias_ = gain_reference_ = gain_integral_ = Real(0.0);
   }
 
-  Step Advance(const Interval& interval) {
-    bb_ = interval.new_run ? 0.0 : bb_ + k2_ * interval.gap_before_s;
-    if (interval.new_run) be_ = bc_ = 0.0;
+  void Advance(const Interval& interval) {
+    using std::sqrt;
+    if (interval.new_run) {
+      bb_ = be_ = bc_ = Real(0.0);
+    } else {
+      bb_ += k2_ * interval.gap_before_s;
+    }
     if (interval.new_reference) {
       ee_ = s2_ * interval.begin_reference_share - n2_ * interval.begin_reference_walk_s;
-      be_ = ec_ = 0.0;
+      be_ = ec_ = Real(0.0);
     }
     const double dt = interval.duration_s;
     const double g = interval.still ? 0.0 : 1.0;  // of the reference's error in the output
     // May be negative: an error that only lessens what two neighbours would share without it.
-    const double end_s2 = s2_ * interval.end_reference_share - n2_ * interval.end_reference_walk_s;
+    const Real end_s2 = s2_ * interval.end_reference_share - n2_ * interval.end_reference_walk_s;
     // I = int b dt over the interval, b' and c' = c + I its end values (exact process noise).
-    const double var_i = dt * dt * bb_ + k2_ * dt * dt * dt / 3.0;
-    const double cov_ib = dt * bb_ + 0.5 * k2_ * dt * dt;
-    const double cov_ie = dt * be_;
-    const double cov_ic = dt * bc_ + var_i;
-    const double bb = bb_ + k2_ * dt;
-    const double bc = bc_ + cov_ib;
-    const double cc = cc_ + 2.0 * dt * bc_ + var_i;
-    const double ec = ec_ + cov_ie;
-    const double variance = var_i + n2_ * dt + g * (2.0 * cov_ie + g * ee_ + g * end_s2);
+    const Real var_i = dt * dt * bb_ + k2_ * dt * dt * dt / 3.0;
+    const Real cov_ib = dt * bb_ + 0.5 * k2_ * dt * dt;
+    const Real cov_ie = dt * be_;
+    const Real cov_ic = dt * bc_ + var_i;
+    const Real bb = bb_ + k2_ * dt;
+    const Real bc = bc_ + cov_ib;
+    const Real cc = cc_ + 2.0 * dt * bc_ + var_i;
+    const Real ec = ec_ + cov_ie;
+    variance_ = var_i + n2_ * dt + g * (2.0 * cov_ie + g * ee_ + g * end_s2);
+    const Real cov_yb = cov_ib + g * be_;
+    const Real cov_yc = cov_ic + g * ec;
+    const Real cov_ye = interval.still ? cov_ie : Real(-end_s2);
+    const Real inverse = 1.0 / variance_;
+    inverse_sigma_ = sqrt(inverse);
+    gain_bias_ = cov_yb * inverse;
+    gain_reference_ = cov_ye * inverse;
+    gain_integral_ = cov_yc * inverse;
+    bb_ = bb - gain_bias_ * cov_yb;
+    bc_ = bc - gain_bias_ * cov_yc;
+    cc_ = cc - gain_integral_ * cov_yc;
+    if (interval.still) {
+      ec_ = ec;
+    } else {
+      be_ = ec_ = Real(0.0);
+      ee_ = end_s2;
+    }
+    be_ -= gain_bias_ * cov_ye;
+    ec_ -= gain_integral_ * cov_ye;
+    ee_ -= gain_reference_ * cov_ye;
+  }
+  // Of the last interval: what it does to columns under one of the noises (`of`: its value).
+  template <typename Of>
+  Step StepOf(const Interval& interval, const Of& of) const {
     Step step;
     step.bias_transition = interval.new_run ? 0.0 : 1.0;
-    step.bias_factor = dt;
+    step.bias_factor = interval.duration_s;
     // A new reference begins from an estimate of 0; otherwise the last angle's stays while the
     // table is still.
-    step.reference_factor = interval.new_reference ? 0.0 : g;
+    step.reference_factor = interval.new_reference || interval.still ? 0.0 : 1.0;
     step.reference_transition = interval.still && !interval.new_reference ? 1.0 : 0.0;
-    const double cov_yb = cov_ib + g * be_;
-    const double cov_yc = cov_ic + g * ec;
-    const double cov_ye = interval.still ? cov_ie : -end_s2;
-    variance_ = variance;
-    const double inverse = 1.0 / variance;
-    step.inverse_sigma = std::sqrt(inverse);
-    step.gain_bias = cov_yb * inverse;
-    step.gain_reference = cov_ye * inverse;
-    step.gain_integral = cov_yc * inverse;
-    bb_ = bb - step.gain_bias * cov_yb;
-    bc_ = bc - step.gain_bias * cov_yc;
-    cc_ = cc - step.gain_integral * cov_yc;
-    be_ = (interval.still ? be_ : 0.0) - step.gain_bias * cov_ye;
-    ec_ = (interval.still ? ec : 0.0) - step.gain_integral * cov_ye;
-    ee_ = (interval.still ? ee_ : end_s2) - step.gain_reference * cov_ye;
+    step.gain_bias = of(gain_bias_);
+    step.gain_reference = of(gain_reference_);
+    step.gain_integral = of(gain_integral_);
+    step.inverse_sigma = of(inverse_sigma_);
     return step;
   }
-  double variance() const { return variance_; }  // of the last interval's output
-  double integral_variance() const { return cc_; }
+  const Real& variance() const { return variance_; }  // of the last interval's output
+  const Real& integral_variance() const { return cc_; }
 
  private:
-  double n2_, k2_, s2_;
-  double bb_ = 0, be_ = 0, bc_ = 0, ee_ = 0, ec_ = 0, cc_ = 0;
-  double variance_ = 1.0;
+  Real n2_, k2_, s2_;
+  Real bb_, be_, bc_, ee_, ec_, cc_;
+  Real variance_, gain_bias_, gain_reference_, gain_integral_, inverse_sigma_;
+};
+
+// Of the covariance of all outputs: the sum of the logarithms of their variances, of a few at once.
+class LogDeterminant {
+ public:
+  void Add(double variance) {
+    constexpr int kTogether = 4;
+    product_ *= variance;
+    if (++count_ % kTogether != 0) return;
+    sum_ += std::log(product_);
+    product_ = 1.0;
+  }
+  double value() const { return sum_ + std::log(product_); }
+
+ private:
+  double sum_ = 0.0, product_ = 1.0;
+  int count_ = 0;
 };
 
 }  // namespace gyrobench::calibration

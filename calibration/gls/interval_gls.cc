@@ -3,8 +3,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "calibration/gls/whitener.h"
+#include "calibration/gls/white_products.h"
 
 namespace gyrobench::calibration {
 
@@ -20,8 +21,8 @@ double* IntervalSeries::Add(const Interval& interval) {
 }
 
 WhiteGram Whiten(const IntervalSeries& series, const NoiseModel& noise) {
-  const Whitener whitener(series.intervals(), noise);
-  return {series.rows(), whitener.Products(ColumnsInChunks(series.values())), whitener.log_det()};
+  WhiteProducts white = ProductsUnder(series.intervals(), ColumnsInChunks(series.values()), noise);
+  return {series.rows(), std::move(white.products), white.log_det};
 }
 
 GlsSolution Solve(const WhiteGram& gram, std::span<const int> regressors, int output) {

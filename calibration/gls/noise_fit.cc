@@ -9,6 +9,7 @@
 
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/statistics.h"
+#include "calibration/gls/white_products.h"
 #include "calibration/gls/whitener.h"
 
 namespace gyrobench::calibration {
@@ -88,8 +89,8 @@ class NearOptimum {
     const NoiseModel noise = {noise_.angle_random_walk_deg_sqrt_s * std::exp(shift[0]),
                               noise_.bias_random_walk_deg_s_sqrt_s * std::exp(shift[1]),
                               noise_.reference_deg * std::exp(shift[2])};
-    const Whitener whitener(intervals_, noise);
-    const WhiteGram gram{intervals_.size(), whitener.Products(columns_), whitener.log_det()};
+    WhiteProducts white = ProductsUnder(intervals_, columns_, noise);
+    const WhiteGram gram{intervals_.size(), std::move(white.products), white.log_det};
     const GlsSolution solution = Solve(gram, options_.regressors, options_.output);
     if (!solution.solvable) return std::numeric_limits<double>::quiet_NaN();
     const auto p = static_cast<Eigen::Index>(options_.regressors.size());

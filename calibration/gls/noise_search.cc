@@ -5,10 +5,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "calibration/gls/minimize.h"
 #include "calibration/gls/scaled_ldlt.h"
-#include "calibration/gls/whitener.h"
+#include "calibration/gls/white_products.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -23,6 +24,12 @@ std::vector<double> Low(bool moving) {
 }
 std::vector<double> High(bool moving) {
   return moving ? std::vector{kHighestWalk, kHighestReference} : std::vector{kHighestWalk};
+}
+
+// Where a search begins of which nothing is known.
+std::vector<std::vector<double>> Grid(bool moving) {
+  if (!moving) return {{-7.0}, {-3.5}};
+  return {{-7.0, 0.5}, {-7.0, 3.0}, {-3.5, 0.5}, {-3.5, 3.0}};
 }
 
 // Index of the piece that each interval becomes a part of.
@@ -88,7 +95,7 @@ void NoiseSearch::Prepare(RowMajor columns, double tolerance) {
   const Eigen::Index p = columns.cols() - 1;
   columns_ = ColumnsInChunks(std::move(columns));
   const Eigen::MatrixXd gram =
-      Whitener(intervals_, {1.0, 0.01, moving_ ? 1.0 : 0.0}).Products(columns_);
+      ProductsUnder(intervals_, columns_, {1.0, 0.01, moving_ ? 1.0 : 0.0}).products;
   kept_ = IndependentColumns(gram.topLeftCorner(p, p), tolerance);
   const auto kept = static_cast<Eigen::Index>(kept_.size());
   solvable_ = columns_.all().rows() > kept;
@@ -105,11 +112,14 @@ void NoiseSearch::Prepare(RowMajor columns, double tolerance) {
 }
 
 NoiseSearch::Products NoiseSearch::At(double walk, double reference) const {
-  const Whitener whitener(intervals_, {1.0, walk, reference});
-  const Eigen::MatrixXd full = whitener.Products(columns_);
+  return Scaled(ProductsUnder(intervals_, columns_, {1.0, walk, reference}));
+}
+
+NoiseSearch::Products NoiseSearch::Scaled(const WhiteProducts& white) {
+  const Eigen::MatrixXd& full = white.products;
   const Eigen::VectorXd scale = full.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   return {scale.asDiagonal() * full * scale.asDiagonal(), scale.array().log(),
-          full(full.rows() - 1, full.rows() - 1), whitener.log_det()};
+          full(full.rows() - 1, full.rows() - 1), white.log_det};
 }
 
 // Deviance at the ratios of the products, with the N that suits them best.
@@ -184,9 +194,17 @@ std::vector<double> NoiseSearch::Start(const NoiseModel& noise) const {
 std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<NoiseModel>& start,
                                                double tolerance) const {
   if (!solvable_) return std::nullopt;
-  double n = 0.0;
-  auto at = [&](const std::vector<double>& u) {
-    return Profile(At(std::exp(u[0]), moving_ ? std::exp(u[1]) : 0.0), &n);
+  struct Value {
+    double deviance = kInfinity, n = 0.0;
+  };
+  // A place is come back to: from the grid, and from the simplex's best at the end.
+  std::map<std::vector<double>, Value> known;
+  auto value_at = [&](const std::vector<double>& u) {
+    const auto [place, is_new] = known.try_emplace(u);
+    Value& value = place->second;
+    if (is_new)
+      value.deviance = Profile(At(std::exp(u[0]), moving_ ? std::exp(u[1]) : 0.0), &value.n);
+    return value;
   };
   std::vector<double> best;
   double step = 1.0;
@@ -195,22 +213,19 @@ std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<NoiseModel>& 
     step = 0.3;
   } else {
     double least = kInfinity;
-    for (const double walk : {-7.0, -3.5}) {
-      for (const double reference : {0.5, 3.0}) {
-        std::vector<double> u = {walk};
-        if (moving_) u.push_back(reference);
-        const double value = at(u);
-        if (value < least) {
-          least = value;
-          best = u;
-        }
-        if (!moving_) break;
+    for (const std::vector<double>& u : Grid(moving_)) {
+      const double value = value_at(u).deviance;
+      if (value < least) {
+        least = value;
+        best = u;
       }
     }
     if (best.empty()) return std::nullopt;
   }
-  const Minimum minimum = Minimize(at, best, step, Low(moving_), High(moving_), tolerance, 60);
-  const double deviance = at(minimum.at);
+  const auto deviance_at = [&](const std::vector<double>& u) { return value_at(u).deviance; };
+  const Minimum minimum =
+      Minimize(deviance_at, best, step, Low(moving_), High(moving_), tolerance, 60);
+  const auto [deviance, n] = value_at(minimum.at);
   if (!std::isfinite(deviance)) return std::nullopt;
   return NoiseEstimate{
       {n, n * std::exp(minimum.at[0]), moving_ ? n * std::exp(minimum.at[1]) : 0.0}, deviance};
@@ -277,24 +292,26 @@ std::vector<double> NoiseSearch::GainsOverNoise(
   std::vector<double> out(groups.size(), 0.0);
   if (!solvable_) return out;
   const std::vector<double> low = Low(moving_), high = High(moving_), first = Start(start);
+  std::vector<double> walks(kWalk.begin(), kWalk.end());
+  walks.push_back(first[0]);
+  std::vector<NoiseModel> noises;
+  for (const double u : walks) {
+    if (!moving_) {
+      noises.push_back({1.0, std::exp(u), 0.0});
+      continue;
+    }
+    for (const double reference : kReference)
+      noises.push_back(
+          {1.0, std::exp(u), std::exp(std::clamp(first[1] + reference, low[1], high[1]))});
+  }
   std::vector<Deviances> least(groups.size());
-  auto compare = [&](double walk, double reference) {
-    const Products products = At(std::exp(walk), moving_ ? std::exp(reference) : 0.0);
+  for (const WhiteProducts& white : ProductsUnder(intervals_, columns_, noises)) {
+    const Products products = Scaled(white);
     for (std::size_t g = 0; g < groups.size(); ++g) {
       const Deviances here = Contest(products, mine[g]);
       least[g].with = std::min(least[g].with, here.with);
       least[g].without = std::min(least[g].without, here.without);
     }
-  };
-  std::vector<double> walks(kWalk.begin(), kWalk.end());
-  walks.push_back(first[0]);
-  for (const double u : walks) {
-    if (!moving_) {
-      compare(u, 0.0);
-      continue;
-    }
-    for (const double reference : kReference)
-      compare(u, std::clamp(first[1] + reference, low[1], high[1]));
   }
   for (std::size_t g = 0; g < groups.size(); ++g)
     out[g] = std::max(least[g].without - least[g].with, 0.0);

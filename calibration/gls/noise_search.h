@@ -9,7 +9,7 @@
 
 #include "calibration/gls/interval_gls.h"
 #include "calibration/gls/raw_columns.h"
-#include "calibration/gls/whitener.h"
+#include "calibration/gls/white_products.h"
 
 namespace gyrobench::calibration {
 
@@ -59,6 +59,7 @@ class NoiseSearch {
   struct Products;   // of the white columns
   struct Deviances;  // with and without a group
   Products At(double walk, double reference) const;
+  static Products Scaled(const WhiteProducts& white);
   double Profile(const Products& products, double* n) const;
   Deviances Contest(const Products& products, const std::vector<Eigen::Index>& group) const;
   std::vector<double> Start(const NoiseModel& noise) const;

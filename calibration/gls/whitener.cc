@@ -8,8 +8,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-using RawRows = Eigen::Ref<const RowMajor>;
-
 // What the filter remembers of one column between two of its rows.
 struct ColumnState {
   double bias = 0.0, reference = 0.0;
@@ -70,132 +68,21 @@ void PassColumns(std::span<const Step> steps, Eigen::Ref<Eigen::MatrixXd>& colum
   }
 }
 
-// The same of rows that lie one after the other, of a few neighbouring columns from `first` on.
-// `bias`, `reference`: the states of all columns.
-template <int kColumns>
-void PassRows(std::span<const Step> steps, Eigen::Index first, RowMajor* rows, Eigen::ArrayXd* bias,
-              Eigen::ArrayXd* reference) {
-  using Some = Eigen::Array<double, kColumns, 1>;
-  Some b = bias->segment<kColumns>(first), r = reference->segment<kColumns>(first);
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const Step& step = steps[i];
-    Eigen::Map<Some> row(&(*rows)(static_cast<Eigen::Index>(i), first));
-    b *= step.bias_transition;
-    const Some innovation = row - step.bias_factor * b - step.reference_factor * r;
-    b += step.gain_bias * innovation;
-    r = step.reference_transition * r + step.gain_reference * innovation;
-    row = step.inverse_sigma * innovation;
-  }
-  bias->segment<kColumns>(first) = b;
-  reference->segment<kColumns>(first) = r;
-}
-
-// Some columns of raw rows, in rising order, side by side: as neighbours they pass together.
-void Gather(const RawRows& raw, const std::vector<Eigen::Index>& columns, RowMajor* out) {
-  out->resize(raw.rows(), static_cast<Eigen::Index>(columns.size()));
-  for (Eigen::Index i = 0; i < raw.rows(); ++i) {
-    const double* from = raw.data() + i * raw.outerStride();
-    double* to = out->data() + i * out->cols();
-    for (const Eigen::Index column : columns) *to++ = from[column];
-  }
-}
-
-// All that are so many at once, from `first` on; returns the first that is left.
-template <int kTogether>
-Eigen::Index PassTogether(std::span<const Step> steps, Eigen::Index first, RowMajor* rows,
-                          Eigen::ArrayXd* bias, Eigen::ArrayXd* reference) {
-  for (; first + kTogether <= rows->cols(); first += kTogether)
-    PassRows<kTogether>(steps, first, rows, bias, reference);
-  return first;
-}
-
-void PassAllRows(std::span<const Step> steps, RowMajor* rows, Eigen::ArrayXd* bias,
-                 Eigen::ArrayXd* reference) {
-  Eigen::Index first = PassTogether<8>(steps, 0, rows, bias, reference);
-  first = PassTogether<4>(steps, first, rows, bias, reference);
-  first = PassTogether<2>(steps, first, rows, bias, reference);
-  PassTogether<1>(steps, first, rows, bias, reference);
-}
-
-// Columns that are not 0 in some rows, or of which the filter remembers something.
-std::vector<Eigen::Index> Active(const std::vector<Eigen::Index>& not_zero,
-                                 const Eigen::ArrayXd& bias, const Eigen::ArrayXd& reference) {
-  std::vector<Eigen::Index> out;
-  std::size_t next = 0;
-  for (Eigen::Index j = 0; j < bias.size(); ++j) {
-    const bool here = next < not_zero.size() && not_zero[next] == j;
-    if (here) ++next;
-    if (here || bias(j) != 0.0 || reference(j) != 0.0) out.push_back(j);
-  }
-  return out;
-}
-
-void AddProducts(const RowMajor& white, const std::vector<Eigen::Index>& places,
-                 Eigen::MatrixXd* gram) {
-  if (white.cols() == gram->cols()) {
-    gram->selfadjointView<Eigen::Lower>().rankUpdate(white.transpose());
-    return;
-  }
-  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(white.cols(), white.cols());
-  products.selfadjointView<Eigen::Lower>().rankUpdate(white.transpose());
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    for (std::size_t j = 0; j <= i; ++j)
-      (*gram)(places[i], places[j]) +=
-          products(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-  }
-}
-
 }  // namespace
 
 Whitener::Whitener(std::span<const Interval> intervals, const NoiseModel& noise) {
-  CovarianceFilter filter(noise);
+  const double n = noise.angle_random_walk_deg_sqrt_s, k = noise.bias_random_walk_deg_s_sqrt_s,
+               s = noise.reference_deg;
+  FilterOf<double> filter(n * n, k * k, s * s);
+  LogDeterminant log_det;
   steps_.reserve(intervals.size());
-  // A logarithm of a few variances at once.
-  constexpr std::size_t kTogether = 4;
-  double product = 1.0;
   for (const Interval& interval : intervals) {
-    steps_.push_back(filter.Advance(interval));
-    product *= filter.variance();
-    if (steps_.size() % kTogether != 0) continue;
-    log_det_ += std::log(product);
-    product = 1.0;
+    filter.Advance(interval);
+    log_det.Add(filter.variance());
+    steps_.push_back(filter.StepOf(interval, [](double value) { return value; }));
   }
-  log_det_ += std::log(product);
+  log_det_ = log_det.value();
   walk_integral_variance_ = filter.integral_variance();
-}
-
-ColumnsInChunks::ColumnsInChunks(RowMajor columns) : columns_(std::move(columns)) {
-  for (Eigen::Index begin = 0; begin < columns_.rows(); begin += kChunk) {
-    const Eigen::Index end = std::min(begin + kChunk, columns_.rows());
-    // Sums, in which a value that is not a number stays one.
-    Eigen::ArrayXd size = Eigen::ArrayXd::Zero(columns_.cols());
-    for (Eigen::Index i = begin; i < end; ++i) size += columns_.row(i).transpose().array().abs();
-    not_zero_.emplace_back();
-    for (Eigen::Index j = 0; j < columns_.cols(); ++j) {
-      if (!(size(j) == 0.0)) not_zero_.back().push_back(j);
-    }
-  }
-}
-
-Eigen::MatrixXd Whitener::Products(const ColumnsInChunks& columns) const {
-  const Eigen::Index p = columns.all().cols();
-  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(p, p);
-  Eigen::ArrayXd bias = Eigen::ArrayXd::Zero(p), reference = bias;
-  const std::span<const Step> steps = steps_;
-  RowMajor white;
-  for (std::size_t chunk = 0; chunk < columns.chunks(); ++chunk) {
-    const std::vector<Eigen::Index> active = Active(columns.not_zero(chunk), bias, reference);
-    const RawRows raw = columns.rows(chunk);
-    Gather(raw, active, &white);
-    Eigen::ArrayXd some_bias = bias(active), some_reference = reference(active);
-    PassAllRows(
-        steps.subspan(chunk * ColumnsInChunks::kChunk, static_cast<std::size_t>(raw.rows())),
-        &white, &some_bias, &some_reference);
-    bias(active) = some_bias;
-    reference(active) = some_reference;
-    AddProducts(white, active, &gram);
-  }
-  return gram.selfadjointView<Eigen::Lower>();
 }
 
 Eigen::VectorXd Whitener::WalkIntegrals(const Eigen::Ref<const RowMajor>& columns) const {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -11,28 +10,6 @@
 #include "calibration/gls/raw_columns.h"
 
 namespace gyrobench::calibration {
-
-// Columns in pieces of some rows, and which of them are not 0 there: constants of other power-ons
-// cost nothing.
-class ColumnsInChunks {
- public:
-  static constexpr Eigen::Index kChunk = 256;  // rows, that stay in the cache
-
-  ColumnsInChunks() = default;
-  explicit ColumnsInChunks(RowMajor columns);
-
-  const RowMajor& all() const { return columns_; }
-  std::size_t chunks() const { return not_zero_.size(); }
-  auto rows(std::size_t chunk) const {
-    const Eigen::Index begin = static_cast<Eigen::Index>(chunk) * kChunk;
-    return columns_.middleRows(begin, std::min(kChunk, columns_.rows() - begin));
-  }
-  const std::vector<Eigen::Index>& not_zero(std::size_t chunk) const { return not_zero_[chunk]; }
-
- private:
-  RowMajor columns_;
-  std::vector<std::vector<Eigen::Index>> not_zero_;  // of each chunk
-};
 
 // The filter's steps are worked out once; every column then passes in O(n).
 class Whitener {
@@ -47,8 +24,6 @@ class Whitener {
   // The same of raw columns of rows() rows each, which stay as they are: side by side in `white`
   // (rows() x all of them).
   void Whiten(std::span<const RawColumns> raw, Eigen::Ref<Eigen::MatrixXd> white) const;
-  // Products of all columns with each other once they are white; the columns stay as they are.
-  Eigen::MatrixXd Products(const ColumnsInChunks& columns) const;
   // Of each column, were it the output: the integral of the bias deviation over all intervals, as
   // the filter sees it at the end [deg for an output in deg]. It is linear in the column; its
   // variance depends on the noise alone.

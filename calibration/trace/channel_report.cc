@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "calibration/signal/output_unit.h"
 #include "calibration/trace/channel_fit.h"
@@ -62,40 +64,62 @@ std::string EquationOf(const Candidate& member) {
   return fmt::format("{}", fmt::join(products, " + "));
 }
 
-class ChannelTracer {
+}  // namespace
+
+class ChannelTracer::State {
  public:
-  explicit ChannelTracer(const ChannelRequest& request)
+  explicit State(const ChannelRequest& request)
       : request_(request), problem_(request.histories, request.channel, request.units_per_deg_s) {
     trace_.axis = static_cast<SensorAxis>(request.channel);
-  }
-
-  TracedChannel Run() {
     model_.axis = trace_.axis;
     model_.unit = OutputUnit(request_.histories.front().recording->info);
     model_.units_per_deg_s = request_.units_per_deg_s;
-    if (!EnoughData()) return {std::move(trace_), std::move(model_), std::move(row_), {}};
+    enough_data_ = EnoughData();
+    if (!enough_data_) return;
     baseline_ = problem_.MakeBaseline();
     RemarkOnBaseline();
     candidates_ = std::make_shared<const CandidateSet>(
         AllCandidates(problem_, request_.covariates, request_.earth_rate_known,
                       CandidatesOf(problem_, request_.told)));
-    std::optional<SearchedChannel> found =
-        SearchChannel(problem_, baseline_, candidates_, request_, &trace_.remarks);
-    if (found) {
-      const ChannelFit fit = FitChannel(problem_, baseline_, found->selection);
-      Fill(found->selection, found->noise, fit);
-      const std::vector<NamedEffect> effects = NamedEffects(found->selection, fit);
-      bench_findings_ = FindingsOf(problem_, found->selection.members(), fit);
-      found.reset();  // the parts of the data take as much memory again
-      FillHeldOut(effects, fit);
+  }
+
+  std::vector<std::function<void()>> Searches() {
+    if (!enough_data_) return {};
+    std::vector<std::function<void()>> out = {[this] { SearchAll(); }};
+    const bool finite = baseline_.columns.allFinite() && problem_.output_deg().allFinite();
+    if (!request_.try_on_rest || !finite) return out;
+    auto add = [&](std::optional<Split> split, std::shared_ptr<const TrainedPart>* trained) {
+      if (!split) return;
+      out.push_back([this, split = std::move(*split), trained] {
+        *trained = Train(problem_, baseline_, *candidates_, request_, split);
+      });
+    };
+    add(EveryThirdBlock(problem_, baseline_), &blocks_);
+    add(FirstPart(problem_, baseline_), &first_part_);
+    return out;
+  }
+
+  TracedChannel Finish() {
+    if (fit_) {
+      FillHeldOut();
       Decide();
-    } else {
+    } else if (enough_data_) {
       trace_.summary = "Not traced: " + trace_.remarks.back() + ".";
     }
     return {std::move(trace_), std::move(model_), std::move(row_), std::move(bench_findings_)};
   }
 
  private:
+  void SearchAll() {
+    const std::optional<SearchedChannel> found =
+        SearchChannel(problem_, baseline_, candidates_, request_, &trace_.remarks);
+    if (!found) return;
+    fit_ = FitChannel(problem_, baseline_, found->selection);
+    Fill(found->selection, found->noise, *fit_);
+    effects_ = NamedEffects(found->selection, *fit_);
+    bench_findings_ = FindingsOf(problem_, found->selection.members(), *fit_);
+  }
+
   bool EnoughData() {
     double time_s = 0.0;
     for (const Interval& interval : problem_.intervals()) time_s += interval.duration_s;
@@ -193,33 +217,28 @@ class ChannelTracer {
   }
 
   // Of the blocks; the forecast's figure alone is of use.
-  std::optional<PartTrial> TryOnRests(const std::vector<NamedEffect>& effects) {
-    if (!request_.try_on_rest) return std::nullopt;
-    const auto on = [&](const std::optional<Split>& split, RestOf rest_of) {
-      return split
-                 ? TryOnRest(problem_, baseline_, *candidates_, request_, effects, *split, rest_of)
-                 : std::nullopt;
-    };
-    if (const auto forecast = on(FirstPart(problem_, baseline_), RestOf::kForecast))
-      trace_.forecast_angle_rms_deg = forecast->all.angle_rms_deg;
-    std::optional<PartTrial> trial = on(EveryThirdBlock(problem_, baseline_), RestOf::kBetween);
-    if (trial) {
-      trace_.heldout_whitened_rms = trial->all.whitened_rms;
-      trace_.heldout_angle_rms_deg = trial->all.angle_rms_deg;
-      trace_.training_effects = trial->chosen;
+  std::optional<PartTrial> TryOnRests() {
+    if (first_part_) {
+      trace_.forecast_angle_rms_deg =
+          TryOnRest(*first_part_, effects_, request_.seed, RestOf::kForecast).all.angle_rms_deg;
     }
+    if (!blocks_) return std::nullopt;
+    PartTrial trial = TryOnRest(*blocks_, effects_, request_.seed, RestOf::kBetween);
+    trace_.heldout_whitened_rms = trial.all.whitened_rms;
+    trace_.heldout_angle_rms_deg = trial.all.angle_rms_deg;
+    trace_.training_effects = trial.chosen;
     return trial;
   }
 
   // Of an effect on data that had no part in its choice; where the training part does not choose
   // it, on data that its coefficients did not see.
-  void FillHeldOut(const std::vector<NamedEffect>& effects, const ChannelFit& fit) {
-    const std::optional<PartTrial> trial = TryOnRests(effects);
-    for (std::size_t i = 0; i < effects.size(); ++i) {
+  void FillHeldOut() {
+    const std::optional<PartTrial> trial = TryOnRests();
+    for (std::size_t i = 0; i < effects_.size(); ++i) {
       TracedEffect& effect = trace_.effects[i];
       const bool tried = trial && trial->same[i];
       const HeldOutFigures figures =
-          tried ? *trial->same[i] : HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed);
+          tried ? *trial->same[i] : HoldOut(problem_, *fit_, fit_->ColumnsOf(i), request_.seed);
       effect.chosen_on = tried ? ChosenOn::kTrainingPart : ChosenOn::kAllData;
       effect.heldout_whitened_rms = figures.whitened_rms;
       effect.heldout_angle_rms_deg = figures.angle_rms_deg;
@@ -305,6 +324,7 @@ class ChannelTracer {
 
   const ChannelRequest& request_;
   ChannelProblem problem_;
+  bool enough_data_ = false;
   Baseline baseline_;
   std::shared_ptr<const CandidateSet> candidates_;
   ChannelTrace trace_;
@@ -312,10 +332,17 @@ class ChannelTracer {
   std::vector<std::size_t> effect_of_term_;  // of the model
   ChannelRow row_;
   BenchFindings bench_findings_;
+  std::optional<ChannelFit> fit_;     // of all data
+  std::vector<NamedEffect> effects_;  // the same
+  std::shared_ptr<const TrainedPart> blocks_, first_part_;
 };
 
-}  // namespace
+ChannelTracer::ChannelTracer(const ChannelRequest& request)
+    : state_(std::make_unique<State>(request)) {}
+ChannelTracer::~ChannelTracer() = default;
 
-TracedChannel TraceChannel(const ChannelRequest& request) { return ChannelTracer(request).Run(); }
+std::vector<std::function<void()>> ChannelTracer::Searches() { return state_->Searches(); }
+
+TracedChannel ChannelTracer::Finish() { return state_->Finish(); }
 
 }  // namespace gyrobench::calibration

@@ -2,6 +2,8 @@
 // says.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -22,7 +24,23 @@ struct TracedChannel {
   BenchFindings bench_findings;
 };
 
-TracedChannel TraceChannel(const ChannelRequest& request);
+// The parts of one channel's trace. The request must outlive them.
+class ChannelTracer {
+ public:
+  // Makes what the searches share.
+  explicit ChannelTracer(const ChannelRequest& request);
+  ~ChannelTracer();
+
+  // The search on all data and those on parts of them, to be called once each, in any order and
+  // side by side: none sees what another one finds. The longest one first.
+  std::vector<std::function<void()>> Searches();
+  // When all of them are done.
+  TracedChannel Finish();
+
+ private:
+  class State;
+  std::unique_ptr<State> state_;
+};
 
 // Adds it (calibration/reference_error.h) to the errors of the channel's scale factor and
 // cross-axis parts, in what the trace, the model and the row for the matrix say of them, the

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <utility>
 
 #include "calibration/gls/noise_search.h"
@@ -120,6 +122,47 @@ double Explained(const Eigen::MatrixXd& by, const Eigen::VectorXd& column) {
 
 }  // namespace
 
+// Stays where it is made: its model looks at its part of the problem.
+class TrainedPart {
+ public:
+  TrainedPart(const ChannelProblem& problem, const Baseline& baseline, Split split)
+      : problem_(problem),
+        baseline_(baseline),
+        split_(std::move(split)),
+        part_(problem.Part(split_.training)),
+        part_baseline_(baseline.Part(split_.training)) {}
+  TrainedPart(const TrainedPart&) = delete;
+  TrainedPart& operator=(const TrainedPart&) = delete;
+
+  // False where the part is too small.
+  bool Train(const CandidateSet& candidates, const ChannelRequest& request) {
+    std::vector<std::string> unsaid;  // holds for all data alike
+    const std::optional<SearchedChannel> found = SearchChannel(
+        part_, part_baseline_,
+        std::make_shared<const CandidateSet>(candidates.Part(split_.training)), request, &unsaid);
+    if (!found) return false;
+    model_.emplace(problem_, baseline_, part_, part_baseline_, *found);
+    for (const Candidate& member : found->selection.members()) chosen_.push_back(member.id);
+    return true;
+  }
+
+  // Ids of the effects that the part asks for.
+  const std::vector<std::string>& chosen() const { return chosen_; }
+  TriedRows Try(const std::vector<std::size_t>& without, RestOf rest_of) const {
+    return model_->Try(without, split_, rest_of);
+  }
+  const TrainedModel& model() const { return *model_; }
+
+ private:
+  const ChannelProblem& problem_;
+  const Baseline& baseline_;
+  const Split split_;
+  const ChannelProblem part_;
+  const Baseline part_baseline_;
+  std::optional<TrainedModel> model_;
+  std::vector<std::string> chosen_;
+};
+
 std::vector<NamedEffect> NamedEffects(const Selection& model, const ChannelFit& fit) {
   std::vector<NamedEffect> out;
   for (std::size_t i = 0; i < model.members().size(); ++i) {
@@ -130,46 +173,40 @@ std::vector<NamedEffect> NamedEffects(const Selection& model, const ChannelFit& 
   return out;
 }
 
-std::optional<PartTrial> TryOnRest(const ChannelProblem& problem, const Baseline& baseline,
-                                   const CandidateSet& candidates, const ChannelRequest& request,
-                                   const std::vector<NamedEffect>& effects, const Split& split,
-                                   RestOf rest_of) {
-  std::vector<std::string> unsaid;  // holds for all data alike
-  const ChannelProblem part = problem.Part(split.training);
-  const Baseline part_baseline = baseline.Part(split.training);
-  const std::optional<SearchedChannel> found = SearchChannel(
-      part, part_baseline, std::make_shared<const CandidateSet>(candidates.Part(split.training)),
-      request, &unsaid);
-  if (!found) return std::nullopt;
-  const TrainedModel trained(problem, baseline, part, part_baseline, *found);
-  const std::vector<Candidate>& chosen = found->selection.members();
+std::shared_ptr<const TrainedPart> Train(const ChannelProblem& problem, const Baseline& baseline,
+                                         const CandidateSet& candidates,
+                                         const ChannelRequest& request, const Split& split) {
+  auto part = std::make_shared<TrainedPart>(problem, baseline, split);
+  return part->Train(candidates, request) ? part : nullptr;
+}
+
+PartTrial TryOnRest(const TrainedPart& trained, const std::vector<NamedEffect>& effects,
+                    std::uint64_t seed, RestOf rest_of) {
   PartTrial out;
-  std::vector<std::size_t> every;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    every.push_back(i);
-    out.chosen.push_back(chosen[i].id);
-  }
-  const TriedRows after = trained.Try({}, split, rest_of);
-  out.all = Compare(trained.Try(every, split, rest_of), after, request.seed);
+  out.chosen = trained.chosen();
+  std::vector<std::size_t> every(out.chosen.size());
+  std::iota(every.begin(), every.end(), std::size_t{0});
+  const TriedRows after = trained.Try({}, rest_of);
+  out.all = Compare(trained.Try(every, rest_of), after, seed);
   if (rest_of == RestOf::kForecast) return out;
-  std::vector<bool> taken(chosen.size(), false);
+  std::vector<bool> taken(every.size(), false);
   for (const NamedEffect& effect : effects) {
     const std::vector<std::string>& rivals = effect.rivals;
-    const Eigen::VectorXd does = trained.White(effect.does).col(0);
+    const Eigen::VectorXd does = trained.model().White(effect.does).col(0);
     std::optional<std::size_t> same;
     double most = kSame;
-    for (std::size_t k = 0; k < chosen.size(); ++k) {
-      const bool named = chosen[k].id == effect.id ||
-                         std::find(rivals.begin(), rivals.end(), chosen[k].id) != rivals.end();
-      const double share = named && !taken[k] ? Explained(trained.White(k), does) : 0.0;
+    for (const std::size_t k : every) {
+      const std::string& id = out.chosen[k];
+      const bool named =
+          id == effect.id || std::find(rivals.begin(), rivals.end(), id) != rivals.end();
+      const double share = named && !taken[k] ? Explained(trained.model().White(k), does) : 0.0;
       if (!(share > most)) continue;
       most = share;
       same = k;
     }
     if (same) taken[*same] = true;
-    out.same.push_back(
-        same ? std::optional(Compare(trained.Try({*same}, split, rest_of), after, request.seed))
-             : std::nullopt);
+    out.same.push_back(same ? std::optional(Compare(trained.Try({*same}, rest_of), after, seed))
+                            : std::nullopt);
   }
   return out;
 }

@@ -2,6 +2,7 @@
 // part of the data, tried on the rest, which nothing of it has seen.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -40,12 +41,18 @@ struct NamedEffect {
 // Of each member of a model.
 std::vector<NamedEffect> NamedEffects(const Selection& model, const ChannelFit& fit);
 
-// nullopt where the training part is too small. `effects`: of all data. Baseline and candidates
-// depend on what happened and are those of all data; so are the edges of rests and the shape of the
-// motion between readings, to which the gyro itself has contributed.
-std::optional<PartTrial> TryOnRest(const ChannelProblem& problem, const Baseline& baseline,
-                                   const CandidateSet& candidates, const ChannelRequest& request,
-                                   const std::vector<NamedEffect>& effects, const Split& split,
-                                   RestOf rest_of);
+// The model that one part of the rows asks for, and what it makes of all of them.
+class TrainedPart;
+
+// nullptr where the training part is too small. Baseline and candidates depend on what happened and
+// are those of all data; so are the edges of rests and the shape of the motion between readings, to
+// which the gyro itself has contributed. What is given must outlive the result.
+std::shared_ptr<const TrainedPart> Train(const ChannelProblem& problem, const Baseline& baseline,
+                                         const CandidateSet& candidates,
+                                         const ChannelRequest& request, const Split& split);
+
+// `effects`: of all data.
+PartTrial TryOnRest(const TrainedPart& trained, const std::vector<NamedEffect>& effects,
+                    std::uint64_t seed, RestOf rest_of);
 
 }  // namespace gyrobench::calibration

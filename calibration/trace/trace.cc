@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 #include <iterator>
 #include <numeric>
 
@@ -18,6 +17,7 @@
 #include "calibration/state/state_history.h"
 #include "calibration/trace/channel_report.h"
 #include "calibration/trace/channel_search.h"
+#include "calibration/trace/channels_side_by_side.h"
 #include "calibration/trace/shared_columns.h"
 
 namespace gyrobench::calibration {
@@ -153,8 +153,7 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
   return runs;
 }
 
-// Side by side: a channel reads the runs and writes what is its own, so that the result is the same
-// to the last digit. Where one channel shows that an axis is read wrong, the others that are not
+// Where one channel shows that an axis is read wrong, the others that are not
 // clean are traced again with that in view; and once more where the first then takes it back.
 std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
                                          const std::function<void(double)>& progress) {
@@ -162,13 +161,12 @@ std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
   std::vector<TracedChannel> traced(requests.size());
   double done = 0.0;
   auto trace = [&](const std::vector<std::size_t>& which) {
-    std::vector<std::future<TracedChannel>> work;
-    for (const std::size_t k : which)
-      work.push_back(std::async(std::launch::async, [&, k] { return TraceChannel(requests[k]); }));
-    for (std::size_t i = 0; i < which.size(); ++i) {
-      traced[which[i]] = work[i].get();
+    std::vector<const ChannelRequest*> some;
+    for (const std::size_t k : which) some.push_back(&requests[k]);
+    std::vector<TracedChannel> results = TraceSideBySide(some, [&] {
       if (progress) progress(std::min(1.0, ++done / static_cast<double>(requests.size() + 1)));
-    }
+    });
+    for (std::size_t i = 0; i < which.size(); ++i) traced[which[i]] = std::move(results[i]);
   };
   std::vector<std::size_t> all(requests.size());
   std::iota(all.begin(), all.end(), std::size_t{0});

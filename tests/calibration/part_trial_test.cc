@@ -76,8 +76,8 @@ class HeldOutRows : public ::testing::Test {
         SearchChannel(problem, baseline, candidates, request_, &remarks);
     const calibration::ChannelFit fit = FitChannel(problem, baseline, found->selection);
     Outcome out{{},
-                *TryOnRest(problem, baseline, *candidates, request_,
-                           NamedEffects(found->selection, fit), split_, RestOf::kBetween)};
+                TryOnRest(*Train(problem, baseline, *candidates, request_, split_),
+                          NamedEffects(found->selection, fit), request_.seed, RestOf::kBetween)};
     for (const auto& member : found->selection.members()) out.by_all.push_back(member.id);
     return out;
   }

@@ -1,0 +1,86 @@
+#include "calibration/trace/channels_side_by_side.h"
+
+#include <algorithm>
+#include <atomic>
+#include <boost/asio/post.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <exception>
+#include <future>
+#include <list>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+namespace gyrobench::calibration {
+namespace {
+
+// One channel on its way through the pool: the first task prepares and adds the searches, the last
+// search to end finishes.
+class ChannelWork {
+ public:
+  ChannelWork(boost::asio::thread_pool& pool, const ChannelRequest& request) : pool_(pool) {
+    Post([this, &request] {
+      tracer_.emplace(request);
+      for (std::function<void()>& search : tracer_->Searches()) Post(std::move(search));
+    });
+  }
+
+  std::future<TracedChannel> result() { return traced_.get_future(); }
+
+ private:
+  void Post(std::function<void()> task) {
+    ++open_;
+    boost::asio::post(pool_, [this, task = std::move(task)] {
+      try {
+        task();
+      } catch (...) {
+        const std::lock_guard lock(failing_);
+        if (!failure_) failure_ = std::current_exception();
+      }
+      if (--open_ == 0) Finish();
+    });
+  }
+  void Finish() {
+    try {
+      if (failure_) std::rethrow_exception(failure_);
+      TracedChannel traced = tracer_->Finish();
+      tracer_.reset();  // columns that the others have a use for
+      traced_.set_value(std::move(traced));
+    } catch (...) {
+      traced_.set_exception(std::current_exception());
+    }
+  }
+
+  boost::asio::thread_pool& pool_;
+  std::optional<ChannelTracer> tracer_;
+  std::promise<TracedChannel> traced_;
+  std::atomic<int> open_ = 0;  // tasks that have not ended
+  std::mutex failing_;
+  std::exception_ptr failure_;  // the first
+};
+
+}  // namespace
+
+std::vector<TracedChannel> TraceSideBySide(std::span<const ChannelRequest* const> requests,
+                                           const std::function<void()>& one_done) {
+  std::list<ChannelWork> work;
+  std::vector<std::future<TracedChannel>> results;
+  boost::asio::thread_pool pool(std::max(std::thread::hardware_concurrency(), 1U));
+  for (const ChannelRequest* request : requests)
+    results.push_back(work.emplace_back(pool, *request).result());
+  std::vector<TracedChannel> out;
+  try {
+    for (std::future<TracedChannel>& result : results) {
+      out.push_back(result.get());
+      if (one_done) one_done();
+    }
+  } catch (...) {
+    pool.join();  // what is under way looks at requests that the caller owns
+    throw;
+  }
+  pool.join();
+  return out;
+}
+
+}  // namespace gyrobench::calibration
