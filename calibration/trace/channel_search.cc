@@ -120,7 +120,7 @@ class ChannelSearcher {
       const std::optional<Candidate> found = BestUnderLessWalk();
       if (!found) return;
       plain_.push_back(RawColumns(Raw(*found)));
-      saturated_.push_back(plain_.back());
+      AddToEverything(plain_.back());
       own_ = Everything().Best(own_.noise, kRough).value_or(own_);
     }
   }
@@ -181,8 +181,16 @@ class ChannelSearcher {
     return model;
   }
 
-  NoiseSearch Everything() const {
-    return NoiseSearch(problem_.intervals(), saturated_, problem_.output_deg(), kNearlyDependent);
+  const NoiseSearch& Everything() {
+    if (!everything_) {
+      everything_.emplace(problem_.intervals(), saturated_, problem_.output_deg(),
+                          kNearlyDependent);
+    }
+    return *everything_;
+  }
+  void AddToEverything(RawColumns columns) {
+    saturated_.push_back(std::move(columns));
+    everything_.reset();
   }
 
   // The noise of the chosen model, which has fewer columns and knows slow noise better, where the
@@ -196,10 +204,10 @@ class ChannelSearcher {
           member.effect != nullptr && member.context.start_sides.empty() &&
           (member.search() == Search::kNone || member.search() == Search::kCoefficient);
       if (on_grid || !judged_.insert(member.family).second) continue;
-      saturated_.push_back(RawColumns(Raw(member)));
+      AddToEverything(RawColumns(Raw(member)));
       outside = true;
     }
-    const NoiseSearch everything = Everything();
+    const NoiseSearch& everything = Everything();
     const NoiseSearch chosen(problem_.intervals(), ModelOf(found.selection), problem_.output_deg());
     std::optional<NoiseEstimate> better = chosen.Best(found.noise);
     if (outside) own_ = everything.Best(found.noise, kRough).value_or(own_);
@@ -365,10 +373,11 @@ class ChannelSearcher {
   const ChannelRequest& request_;
   std::vector<std::string>& remarks_;
   std::shared_ptr<const CandidateSet> candidates_;
-  std::vector<RawColumns> plain_;      // the baseline and what passed for bias random walk
-  std::vector<RawColumns> saturated_;  // the baseline's first
-  NoiseEstimate own_;                  // by `saturated_`
-  std::set<std::string> judged_;       // families beyond the grid that `saturated_` has
+  std::vector<RawColumns> plain_;          // the baseline and what passed for bias random walk
+  std::vector<RawColumns> saturated_;      // the baseline's first
+  std::optional<NoiseSearch> everything_;  // of these
+  NoiseEstimate own_;                      // by `saturated_`
+  std::set<std::string> judged_;           // families beyond the grid that `saturated_` has
 };
 
 }  // namespace

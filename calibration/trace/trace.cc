@@ -17,8 +17,8 @@
 #include "calibration/state/state_history.h"
 #include "calibration/trace/channel_report.h"
 #include "calibration/trace/channel_search.h"
-#include "calibration/trace/channels_side_by_side.h"
 #include "calibration/trace/shared_columns.h"
+#include "calibration/trace/side_by_side.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -131,16 +131,21 @@ struct Runs {
 Runs MakeRuns(std::span<const Recording* const> recordings,
               const std::vector<std::string>& covariates, TraceResult* result) {
   Runs runs;
-  runs.histories.reserve(recordings.size());
-  for (const OrderedRun& run : OrderRuns(recordings, &result->remarks)) {
+  const std::vector<OrderedRun> order = OrderRuns(recordings, &result->remarks);
+  runs.rough.resize(order.size());
+  runs.histories.resize(order.size());
+  OnAllCores(order.size(), [&](std::size_t k) {
+    const Recording& recording = *recordings[order[k].index];
+    runs.rough[k] = RoughSensitivity(recording);
+    runs.histories[k] = MakeStateHistory(recording, runs.rough[k], order[k].restart, covariates);
+  });
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const OrderedRun& run = order[k];
     const Recording& recording = *recordings[run.index];
     runs.recordings.push_back(&recording);
-    runs.rough.push_back(RoughSensitivity(recording));
-    runs.histories.push_back(
-        MakeStateHistory(recording, runs.rough.back(), run.restart, covariates));
-    StateHistory& history = runs.histories.back();
+    StateHistory& history = runs.histories[k];
     history.number = run.index + 1;
-    if (!history.nodes.empty()) history.nodes.front().run = runs.histories.size();
+    if (!history.nodes.empty()) history.nodes.front().run = k + 1;
     std::vector<Defect>& defects = result->inputs[run.index].defects;
     defects.insert(defects.end(), history.defects.begin(), history.defects.end());
     for (const std::string& remark : history.remarks) result->remarks.push_back(remark);
@@ -153,8 +158,8 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
   return runs;
 }
 
-// Where one channel shows that an axis is read wrong, the others that are not
-// clean are traced again with that in view; and once more where the first then takes it back.
+// Where one channel shows that an axis is read wrong, the others that are not clean are traced again
+// with that in view; and once more where the first then takes it back.
 std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
                                          const std::function<void(double)>& progress) {
   constexpr int kRounds = 2;

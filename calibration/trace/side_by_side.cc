@@ -1,4 +1,4 @@
-#include "calibration/trace/channels_side_by_side.h"
+#include "calibration/trace/side_by_side.h"
 
 #include <algorithm>
 #include <atomic>
@@ -14,6 +14,8 @@
 
 namespace gyrobench::calibration {
 namespace {
+
+std::size_t Cores() { return std::max(std::thread::hardware_concurrency(), 1U); }
 
 // One channel on its way through the pool: the first task prepares and adds the searches, the last
 // search to end finishes.
@@ -62,11 +64,28 @@ class ChannelWork {
 
 }  // namespace
 
+void OnAllCores(std::size_t count, const std::function<void(std::size_t)>& one) {
+  std::vector<std::exception_ptr> failures(count);
+  boost::asio::thread_pool pool(std::clamp(count, std::size_t{1}, Cores()));
+  for (std::size_t k = 0; k < count; ++k) {
+    boost::asio::post(pool, [&, k] {
+      try {
+        one(k);
+      } catch (...) {
+        failures[k] = std::current_exception();
+      }
+    });
+  }
+  pool.join();
+  for (const std::exception_ptr& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+}
+
 std::vector<TracedChannel> TraceSideBySide(std::span<const ChannelRequest* const> requests,
                                            const std::function<void()>& one_done) {
   std::list<ChannelWork> work;
   std::vector<std::future<TracedChannel>> results;
-  boost::asio::thread_pool pool(std::max(std::thread::hardware_concurrency(), 1U));
+  boost::asio::thread_pool pool(Cores());
   for (const ChannelRequest* request : requests)
     results.push_back(work.emplace_back(pool, *request).result());
   std::vector<TracedChannel> out;
