@@ -54,22 +54,52 @@ void AddAlpha(Table& table, const ScaleResult& scale, const std::string& unit) {
            "%", "against the nominal sensitivity");
 }
 
-Section ScaleSection(const ScaleResult& scale, double duration_s) {
+double BiasAt(const BiasResult& bias, double T_degC) {
+  double value = 0.0;
+  for (std::size_t j = bias.coefficients.size(); j-- > 0;)
+    value = value * (T_degC - bias.reference_temperature_degC) + bias.coefficients[j];
+  return value;
+}
+
+// Of the polynomial, by the covariance of its coefficients.
+double BiasErrorAt(const BiasResult& bias, double T_degC) {
+  const double x = T_degC - bias.reference_temperature_degC;
+  double square = 0.0;
+  for (std::size_t i = 0; i < bias.covariance.size(); ++i) {
+    for (std::size_t j = 0; j < bias.covariance[i].size(); ++j)
+      square += bias.covariance[i][j] * std::pow(x, static_cast<double>(i + j));
+  }
+  return std::sqrt(square);
+}
+
+// The offset of turns and rests, and, of the same temperature, that of the rests alone.
+void AddBias(Table& table, const ScaleResult& scale, const std::vector<BiasResult>& biases) {
   const std::string output = OutputUnit(scale.unit);
-  Table table = ValueTable();
-  AddAlpha(table, scale, "deg/s per " + output);
+  const double T_degC = scale.bias_temperature_degC;
+  const std::string at = std::isfinite(T_degC) ? fmt::format(", at {:.2f} degC", T_degC) : "";
   AddValue(table, "bias", FormatMeasured(scale.bias, scale.bias_std_error), output,
-           std::isfinite(scale.bias_temperature_degC)
-               ? fmt::format("at {:.2f} degC", scale.bias_temperature_degC)
-               : "");
+           "mean of turns and rests" + at);
+  const auto bias = std::ranges::find(biases, scale.axis, &BiasResult::axis);
+  if (bias == biases.end() || bias->coefficients.size() < 2 || at.empty()) return;
+  AddValue(table, "  by the rests alone",
+           FormatMeasured(BiasAt(*bias, T_degC), BiasErrorAt(*bias, T_degC)), output,
+           "beta(T) below" + at);
+}
+
+Section ScaleSection(const ScaleResult& scale, const std::vector<BiasResult>& biases,
+                     double duration_s) {
+  Table table = ValueTable();
+  AddAlpha(table, scale, "deg/s per " + OutputUnit(scale.unit));
+  AddBias(table, scale, biases);
   AddValue(table, "residual, rms", FormatNumber(scale.residual_rms_deg, 3), "deg",
            std::isfinite(scale.whitened_rms)
                ? fmt::format("whitened {:.2f}; 1: as the noise explains", scale.whitened_rms)
                : "");
   // A bias at rest and a trace have noises of their own.
+  const std::string of_what =
+      scale.noise_of_rests ? "of the rests alone" : "of turns and rests, by this fit";
   for (const NoiseLine& line : NoiseLines(scale.noise, duration_s))
-    AddValue(table, line.name, line.value, line.unit,
-             line.note.empty() ? "of turns and rests, by this fit" : line.note);
+    AddValue(table, line.name, line.value, line.unit, line.note.empty() ? of_what : line.note);
   AddValue(table, "unit's clock", FormatMeasured(scale.tick_ratio, scale.tick_ratio_std_error),
            "s/s", "host over gyro unit");
   AddValue(table, "valid for", RangeText(scale.min_rate_deg_s, scale.max_rate_deg_s), "deg/s",
@@ -137,6 +167,9 @@ Table BiasTable(const std::vector<BiasResult>& biases, double duration_s) {
   });
   table.Add("error of the curve", output + " rms", &BiasResult::rms_error);
   table.Add("residual, 1 s means", output + " rms", &BiasResult::residual_rms);
+  table.Add("offset, rest to rest", output + " rms", [](const BiasResult& bias) {
+    return bias.offset_scatter > 0.0 ? FormatNumber(bias.offset_scatter, 3) : "-";
+  });
   table.Add("paper's, smoothed", output + " rms", &BiasResult::paper_rms_error);
   for (const auto& [name, unit] : {std::pair("angle random walk", "deg/sqrt(s)"),
                                    std::pair("bias random walk", "deg/s/sqrt(s)")}) {
@@ -148,13 +181,6 @@ Table BiasTable(const std::vector<BiasResult>& biases, double duration_s) {
               });
   }
   return table.table();
-}
-
-double BiasAt(const BiasResult& bias, double T_degC) {
-  double value = 0.0;
-  for (std::size_t j = bias.coefficients.size(); j-- > 0;)
-    value = value * (T_degC - bias.reference_temperature_degC) + bias.coefficients[j];
-  return value;
 }
 
 Charts BiasCharts(const std::vector<BiasResult>& biases) {
@@ -195,7 +221,7 @@ Section BiasSection(const AnalysisResult& result) {
 
 void AddEstimates(Document& document, const AnalysisResult& result) {
   for (const ScaleResult& scale : result.scale)
-    Add(document, ScaleSection(scale, result.duration_s));
+    Add(document, ScaleSection(scale, result.bias, result.duration_s));
   Add(document, BiasSection(result));
 }
 

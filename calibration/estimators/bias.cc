@@ -4,11 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
 
 #include "calibration/estimators/paper.h"
 #include "calibration/estimators/part_ways.h"
+#include "calibration/gls/group_offsets.h"
 #include "calibration/gls/noise_fit.h"
 #include "calibration/gls/polynomial.h"
+#include "calibration/gls/statistics.h"
 #include "calibration/signal/output_unit.h"
 
 namespace gyrobench::calibration {
@@ -26,6 +31,27 @@ double RestTime(const Columns& columns) {
   return time_s;
 }
 
+// A polynomial of the temperature: one coefficient more than the order.
+struct BiasFit {
+  std::vector<double> coefficients, covariance;
+  NoiseModel noise;
+  // Of the random walk over all rests, from where the first begins [deg/s]; 0 where it is not known
+  // what that means, as the offset is another in each rest.
+  double mean_walk = 0.0;
+  std::size_t order() const { return coefficients.size() - 1; }
+};
+
+// Errors of estimated noises: each standard error grows by its factor.
+BiasFit Inflated(const GlsSolution& solution, const std::vector<double>& inflation,
+                 const NoiseModel& noise) {
+  const std::size_t n = solution.coefficients.size();
+  BiasFit fit{solution.coefficients, solution.covariance, noise};
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) fit.covariance[i * n + j] *= inflation[i] * inflation[j];
+  }
+  return fit;
+}
+
 class ChannelBias {
  public:
   ChannelBias(const Estimation& estimation, std::size_t channel, double units, bool units_known)
@@ -38,9 +64,12 @@ class ChannelBias {
   IntervalSeries Series(const std::vector<Row>& rows) const;
   FitOptions Options(std::size_t order) const;
   std::size_t LongestOrder(const TemperatureRange& range, BiasResult* result) const;
-  GlsFit Fit(const std::vector<Row>& rows, IntervalSeries* series, std::size_t* order,
-             std::string* reason);
-  void Report(const GlsFit& fit, std::size_t order, BiasResult* result) const;
+  std::optional<BiasFit> Fit(const std::vector<Row>& rows, IntervalSeries* series,
+                             std::string* reason);
+  void RemarkOnWalk(const BiasFit& fit, BiasResult* result) const;
+  std::optional<BiasFit> FitRestByRest(const IntervalSeries& series, const std::vector<Row>& rows,
+                                       BiasResult* result) const;
+  void Report(const BiasFit& fit, BiasResult* result) const;
   void ReportPaper(const IntervalSeries& series, const std::vector<Row>& rows,
                    BiasResult* result) const;
   double Output(const Row& row) const {
@@ -90,17 +119,13 @@ std::size_t ChannelBias::LongestOrder(const TemperatureRange& range, BiasResult*
   return static_cast<std::size_t>(std::clamp(estimation_.options.max_bias_order, 0, 5));
 }
 
-void ChannelBias::Report(const GlsFit& fit, std::size_t order, BiasResult* result) const {
-  const std::size_t n = order + 1;
+void ChannelBias::Report(const BiasFit& fit, BiasResult* result) const {
+  const std::size_t n = fit.coefficients.size();
   const bool temperature = std::isfinite(result->reference_temperature_degC);
   const double reference = temperature ? result->reference_temperature_degC : scale_.middle_degC;
-  std::vector<double> a = fit.solution.coefficients, covariance = fit.solution.covariance;
+  std::vector<double> a = fit.coefficients, covariance = fit.covariance;
   for (double& value : a) value *= units_;
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < n; ++j) {
-      covariance[i * n + j] *= units_ * units_ * fit.inflation[i] * fit.inflation[j];
-    }
-  }
+  for (double& value : covariance) value *= units_ * units_;
   const std::vector<double> l = ToPowersOf(scale_, reference, n);
   result->coefficients = Transformed(l, a);
   const std::vector<double> c = TransformedCovariance(l, covariance, n);
@@ -145,10 +170,58 @@ void ChannelBias::ReportPaper(const IntervalSeries& series, const std::vector<Ro
   result->paper_rms_error = paper.rms_error;
 }
 
+// Where the offset is another in each rest: another pose and a sensitivity to gravity, or what else
+// the polynomial does not know. A random walk alone would have to walk as far within the rests,
+// which they contradict, and say next to nothing of the offset but at its begin.
+std::optional<BiasFit> ChannelBias::FitRestByRest(const IntervalSeries& series,
+                                                  const std::vector<Row>& rows,
+                                                  BiasResult* result) const {
+  std::vector<std::size_t> rest_of_row;
+  std::size_t rests = 0, last = 0;
+  for (const Row& row : rows) {
+    if (!row.usable[channel_]) continue;
+    if (rests == 0 || row.rest != last) ++rests;
+    last = row.rest;
+    rest_of_row.push_back(rests - 1);
+  }
+  const GroupedOffsets grouped(series, rest_of_row, 0, static_cast<int>(longest_) + 1);
+  // A polynomial with nearly as many coefficients as there are rests would take the scatter in.
+  constexpr std::size_t kRestsForCoefficient = 3;
+  const std::size_t most =
+      std::min(longest_, std::max(rests / kRestsForCoefficient, std::size_t{1}) - 1);
+  const std::optional<GroupNoise> noise = grouped.Find(Options(most).regressors);
+  if (!noise) return std::nullopt;
+  GlsSolution best;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t order = 0; order <= most; ++order) {
+    const GlsSolution solution = grouped.Solve(*noise, Options(order).regressors);
+    const double bic = solution.residual_square +
+                       static_cast<double>(order) * std::log(static_cast<double>(noise->groups));
+    if (!solution.solvable || !(bic < least)) continue;
+    least = bic;
+    best = solution;
+  }
+  if (!best.solvable) return std::nullopt;
+  // The spread is known by the groups alone.
+  const double freedom =
+      static_cast<double>(noise->groups) - static_cast<double>(best.coefficients.size());
+  const std::vector<double> inflation(best.coefficients.size(),
+                                      StudentInflation(std::max(freedom, 2.0)));
+  result->offset_scatter = std::fabs(units_) * noise->spread_deg_s;
+  result->offset_groups = static_cast<std::int64_t>(noise->groups);
+  result->remarks.push_back(fmt::format(
+      "the offset differs from rest to rest by {:.3g} {} rms, more than noise and random walk "
+      "explain: by sensitivity to gravity where the pose changed, or by what else beta(T) does not "
+      "know; c0 is the mean of {} rests, and the errors allow for it; gyrobench trace looks for "
+      "the cause",
+      result->offset_scatter, result->unit, rests));
+  return Inflated(best, inflation, noise->noise);
+}
+
 // With the order of the bias's polynomial that the data ask for; `longest_` and the series follow
 // where they cannot tell so many coefficients apart. `reason`: why it is not solvable.
-GlsFit ChannelBias::Fit(const std::vector<Row>& rows, IntervalSeries* series, std::size_t* order,
-                        std::string* reason) {
+std::optional<BiasFit> ChannelBias::Fit(const std::vector<Row>& rows, IntervalSeries* series,
+                                        std::string* reason) {
   GlsFit fit = FitIntervals(*series, Options(longest_));
   while (!fit.solvable && longest_ > 0) {
     --longest_;
@@ -157,13 +230,29 @@ GlsFit ChannelBias::Fit(const std::vector<Row>& rows, IntervalSeries* series, st
   }
   if (!fit.solvable) {
     *reason = "its output at rest is the same throughout or not a number";
-    return fit;
+    return std::nullopt;
   }
-  *order = OrderOfLeastBic(Whiten(*series, fit.noise), longest_,
-                           [&](std::size_t shorter) { return Options(shorter); });
-  if (*order < longest_) fit = FitIntervals(*series, Options(*order));
-  if (!fit.solvable) *reason = "the fit of the chosen order failed";
-  return fit;
+  const std::size_t order = OrderOfLeastBic(Whiten(*series, fit.noise), longest_,
+                                            [&](std::size_t shorter) { return Options(shorter); });
+  if (order < longest_) fit = FitIntervals(*series, Options(order));
+  if (!fit.solvable) {
+    *reason = "the fit of the chosen order failed";
+    return std::nullopt;
+  }
+  BiasFit out = Inflated(fit.solution, fit.inflation, fit.noise);
+  out.mean_walk = AverageBias(fit, Options(order), 0).value - out.coefficients[0];
+  return out;
+}
+
+// c0 is the offset as the measurement begins; the scale factor's bias is a mean.
+void ChannelBias::RemarkOnWalk(const BiasFit& fit, BiasResult* result) const {
+  constexpr double kClearly = 2.0;
+  const double walk = units_ * fit.mean_walk;
+  if (!(std::fabs(walk) > kClearly * result->std_errors[0])) return;
+  result->remarks.push_back(
+      fmt::format("c0 is the offset as the rests begin; it walks by {:.3g} {} in their mean, which "
+                  "is {:.6g} {} at T_ref",
+                  walk, result->unit, result->coefficients[0] + walk, result->unit));
 }
 
 bool ChannelBias::Run(BiasResult* result, std::string* reason) {
@@ -198,16 +287,18 @@ bool ChannelBias::Run(BiasResult* result, std::string* reason) {
     longest_ = series.rows() / 4;
     series = Series(rows);  // its columns follow the longest polynomial
   }
-  std::size_t order = 0;
-  const GlsFit fit = Fit(rows, &series, &order, reason);
-  if (!fit.solvable) return false;
-  Report(fit, order, result);
+  std::optional<BiasFit> fit = Fit(rows, &series, reason);
+  if (!fit) return false;
+  if (std::optional<BiasFit> by_rest = FitRestByRest(series, rows, result)) fit = by_rest;
+  Report(*fit, result);
+  RemarkOnWalk(*fit, result);
   ReportPaper(series, rows, result);
   double square = 0.0, usable = 0.0;
   for (const Row& row : rows) {
     if (!row.usable[channel_]) continue;
     result->duration_s += row.duration_s();
-    const double x = order > 0 ? row.temperature_degC - result->reference_temperature_degC : 0.0;
+    const double x =
+        fit->order() > 0 ? row.temperature_degC - result->reference_temperature_degC : 0.0;
     square += std::pow(Output(row) - Evaluate(result->coefficients, x), 2);
     usable += 1.0;
   }

@@ -49,6 +49,8 @@ void Fields(Visitor& field, FieldsOf<Visitor, BiasResult>& bias) {
   field("covariance", bias.covariance);
   field("rms_error", bias.rms_error);
   field("residual_rms", bias.residual_rms);
+  field(Later("offset_scatter"), bias.offset_scatter);
+  field(Later("offset_groups"), bias.offset_groups);
   field("paper_coefficients", bias.paper_coefficients);
   field("paper_rms_error", bias.paper_rms_error);
   field("noise", bias.noise);
@@ -80,6 +82,7 @@ void Fields(Visitor& field, FieldsOf<Visitor, ScaleResult>& scale) {
   field("min_temperature_degC", scale.min_temperature_degC);
   field("max_temperature_degC", scale.max_temperature_degC);
   field("noise", scale.noise);
+  field(Later("noise_of_rests"), scale.noise_of_rests);
   field("tick_ratio", scale.tick_ratio);
   field("tick_ratio_std_error", scale.tick_ratio_std_error);
   field("remarks", scale.remarks);

@@ -26,6 +26,11 @@ struct BiasResult {
   std::vector<std::vector<double>> covariance;
   double rms_error = kMissing;     // standard error of the curve, root mean square over the range
   double residual_rms = kMissing;  // of 1 s means about the curve
+  // Standard deviation of the offset from rest to rest beyond noise and random walk, which the
+  // errors allow for [output units]; 0 where none is seen. So many rests, or groups of neighbouring
+  // ones, tell it.
+  double offset_scatter = 0.0;
+  std::int64_t offset_groups = 0;
   // The paper's: Kalman smoothing, then ordinary least squares of the order chosen for it.
   std::vector<double> paper_coefficients;
   double paper_rms_error = kMissing;  // of the smoothed output about the curve
@@ -62,7 +67,10 @@ struct ScaleResult {
   // Validity.
   double min_rate_deg_s = kMissing, max_rate_deg_s = kMissing;
   double min_temperature_degC = kMissing, max_temperature_degC = kMissing;
+  // Of the rests alone where their offsets scatter (BiasResult::offset_scatter): the fit's own
+  // would take the scatter for a random walk.
   NoiseModel noise;
+  bool noise_of_rests = false;
   double tick_ratio = kMissing;  // host seconds per second of the unit's clock
   double tick_ratio_std_error = kMissing;
   std::vector<std::string> remarks;

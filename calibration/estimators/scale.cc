@@ -87,6 +87,7 @@ class ChannelScale {
   void AllowForGravity(const GlsFit& fit, const FitOptions& options, double variance,
                        ScaleResult* result);
   double AddReference(ScaleResult* result) const;
+  double MostReference(ScaleResult* result) const;
   void ReportPaper(ScaleResult* result) const;
 
   const Estimation& estimation_;
@@ -308,12 +309,31 @@ void ChannelScale::Report(const GlsFit& fit, const FitOptions& options,
   result->noise = {fit.noise.angle_random_walk_deg_sqrt_s * to_deg,
                    fit.noise.bias_random_walk_deg_s_sqrt_s * to_deg,
                    fit.noise.reference_deg * to_deg};
-  const double most = plan_.stops && info_.stop_accuracy_deg
-                          ? kUniform * *info_.stop_accuracy_deg * std::fabs(m)
-                          : kMissing;
-  result->whitened_rms = WhitenedRms(series, options, fit.noise, most);
+  const double most_deg = MostReference(result);
+  result->whitened_rms = WhitenedRms(series, options, fit.noise, most_deg * std::fabs(m));
   DescribeMotion(plan_.rows, channel_, units, result->bias, plan_.stops ? kLeastTurn_deg : 0.0,
                  result);
+}
+
+// Of the reference's noise, what can be its own: as the shaft's accuracy is given, or else as its
+// rests show it, where the fit found much more. NaN where the fit's stands.
+double ChannelScale::MostReference(ScaleResult* result) const {
+  constexpr double kMuchMore = 3.0;
+  const bool given = plan_.stops && info_.stop_accuracy_deg;
+  const double stop_deg = given ? kUniform * *info_.stop_accuracy_deg : kMissing;
+  const double own_deg = std::fmax(stop_deg, estimation_.reading_error_deg);
+  const double found_deg = result->noise.reference_deg;
+  if (!(found_deg > kMuchMore * own_deg)) return stop_deg;
+  result->remarks.push_back(fmt::format(
+      "reference noise of {:.2g} deg is {:.0f} times what {} ({:.2g} deg): it is what the model "
+      "lacks (a nonlinearity, a ripple, a lag, play, an error of each stop), taken for noise. The "
+      "errors contain it as noise, the whitened residual is by the reference's own; gyrobench "
+      "trace looks for the cause",
+      found_deg, found_deg / own_deg,
+      own_deg > estimation_.reading_error_deg ? "the shaft's accuracy makes of it"
+                                              : "its readings show at rest",
+      own_deg));
+  return own_deg;
 }
 
 // The columns, or why there can be none.

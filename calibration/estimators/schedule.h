@@ -23,6 +23,8 @@ struct Estimation {
   const TickFit& ticks;
   bool orientation_known = false;
   std::array<bool, 3> usable = {};  // channels with valid samples
+  // Standard deviation of one reading of the reference, as the rests show it; NaN without.
+  double reading_error_deg = kMissing;
 };
 
 // One interval: increments of the integrals over it.

@@ -40,6 +40,8 @@ TEST(ResultJson, NamesEveryFieldOfABiasByItsOwnName) {
   bias.residual_rms = 14;
   bias.paper_coefficients = {15};
   bias.paper_rms_error = 16;
+  bias.offset_scatter = 17;
+  bias.offset_groups = 18;
   AnalysisResult result;
   result.bias.push_back(bias);
   const nlohmann::json json = ToJson(result)["bias"][0];
@@ -54,6 +56,8 @@ TEST(ResultJson, NamesEveryFieldOfABiasByItsOwnName) {
   EXPECT_EQ(json["residual_rms"], 14);
   EXPECT_EQ(json["paper_coefficients"][0], 15);
   EXPECT_EQ(json["paper_rms_error"], 16);
+  EXPECT_EQ(json["offset_scatter"], 17);
+  EXPECT_EQ(json["offset_groups"], 18);
 }
 
 }  // namespace

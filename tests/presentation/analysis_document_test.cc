@@ -52,6 +52,29 @@ TEST(AnalysisDocument, SaysWhichFitANoiseIsOf) {
   EXPECT_THAT(text, HasSubstr("angle random walk, at rest 0.00354 deg/sqrt(s)"));
 }
 
+// The offset of turns and rests and that of the rests alone are compared at one temperature.
+TEST(AnalysisDocument, SaysWhichDataABiasIsOf) {
+  AnalysisResult result = *AnalysisSample().analysis;
+  calibration::BiasResult& bias = result.bias.front();
+  calibration::ScaleResult& scale = result.scale.front();
+  bias.axis = scale.axis;
+  scale.bias = -89.9;
+  scale.bias_std_error = 0.1;
+  scale.bias_temperature_degC = 29.5;
+  bias.reference_temperature_degC = 29.0;
+  bias.coefficients = {-85.0, -10.0};
+  bias.covariance = {{0.04, 0.0}, {0.0, 0.0}};
+  std::string text = Flat(RenderText(AnalysisDocument(result), {}));
+  EXPECT_THAT(text, HasSubstr("LSB mean of turns and rests, at 29.50 degC"));
+  EXPECT_THAT(text, HasSubstr("by the rests alone -90.00 ± 0.20 LSB beta(T) below"));
+  scale.noise = {0.0035, 1e-4, kMissing};
+  scale.noise_of_rests = true;
+  bias.offset_scatter = 3.3;
+  text = Flat(RenderText(AnalysisDocument(result), {}));
+  EXPECT_THAT(text, HasSubstr("angle random walk 0.0035 deg/sqrt(s) of the rests alone"));
+  EXPECT_THAT(text, HasSubstr("offset, rest to rest 3.3"));
+}
+
 TEST(AnalysisDocument, DrawsTheBiasWhereItWasWhatTheRunMeasured) {
   AnalysisResult result = *AnalysisSample().analysis;
   EXPECT_THAT(RenderText(AnalysisDocument(result), {}), Not(HasSubstr("beta z [LSB]")));
