@@ -74,8 +74,18 @@ std::optional<std::string> NoCounts(double ratio, char axis, const MeasurementIn
       ColumnOf(axis, unit));
 }
 
-// `ratio`: true rate by the reference over rate by the gyro's nominal sensitivity.
-std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info) {
+// Angles that count 57.3 times too little. A quaternion has no unit.
+std::optional<std::string> ReferenceInRadians(double ratio, const MeasurementInfo& info) {
+  const bool angles = info.reference == ReferenceKind::kStandAngles ||
+                      info.reference == ReferenceKind::kSensorAngle;
+  if (!angles || !IsNear(std::fabs(ratio), 1.0 / kDegPerRad)) return std::nullopt;
+  return "the unit of the reference, the factor is that of degrees and radians: its angles, whose "
+         "columns say deg, are in radians. Multiply them by 57.29578";
+}
+
+// Of the gyro, its mounting, or a reference in degrees that counts wrong. `ratio`: true rate by the
+// reference over rate by the gyro's nominal sensitivity.
+std::string LikeliestOfOthers(double ratio, char axis, const MeasurementInfo& info) {
   if (IsNear(ratio, -1.0)) {
     return fmt::format(
         "the two turn opposite ways: the {} axis points the other way than declared, or the "
@@ -115,6 +125,13 @@ std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info)
       "counts a turn, or the sensitivity is not the declared one. Check the encoder's coupling, "
       "counts_per_turn and range_deg_s",
       axis);
+}
+
+// `ratio`: as above.
+std::string LikeliestCause(double ratio, char axis, const MeasurementInfo& info) {
+  const std::optional<std::string> radians = ReferenceInRadians(ratio, info);
+  const std::string other = LikeliestOfOthers(ratio, axis, info);
+  return radians ? fmt::format("{}; or, where they are in degrees, {}", *radians, other) : other;
 }
 
 // Each cause once, with the first of the inputs that allow it where there are several.

@@ -88,6 +88,20 @@ TEST(Implausible, NoMeasuredSensitivityIsAdvised) {
               ElementsAre(Not(HasSubstr("134"))));
 }
 
+// Whatever the gyro's unit is: the sensitivity that would explain it is that of no part.
+TEST(Implausible, AReferenceInRadiansIsNamedBeforeTheGyro) {
+  for (const RateUnit unit : {RateUnit::kLsb, RateUnit::kDegPerSecond, RateUnit::kRadPerSecond}) {
+    AnalysisResult result = OfColumns(unit, 1.0 / 57.2);
+    result.info.reference = ReferenceKind::kSensorAngle;
+    result.info.gyro_units_per_deg_s = 131.0;
+    EXPECT_THAT(Implausible(result),
+                ElementsAre(AllOf(HasSubstr("Most likely the unit of the reference"),
+                                  HasSubstr("Multiply them by 57.29578; or"))));
+    result.info.reference = ReferenceKind::kOrientation;
+    EXPECT_THAT(Implausible(result), ElementsAre(Not(HasSubstr("unit of the reference"))));
+  }
+}
+
 // So many counts a deg/s and the degrees of a radian are about the same: both are named.
 TEST(Implausible, AFactorOfBothUnitAndCountsNamesBoth) {
   EXPECT_THAT(Implausible(OfColumns(RateUnit::kDegPerSecond, 1.0 / 57.0)),
