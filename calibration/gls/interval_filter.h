@@ -25,12 +25,7 @@ template <typename Real>
 class FilterOf {
  public:
   // Squares of N, K and s.
-  FilterOf(const Real& n2, const Real& k2, const Real& s2) : n2_(n2), k2_(k2), s2_(s2) {
-    bb_ = be_ = bc_ = ec_ = cc_ = Real(0.0);
-    ee_ = s2_;
-    variance_ = inverse_sigma_ = Real(1.0);
-    gain_bias_ = gain_reference_ = gain_integral_ = Real(0.0);
-  }
+  FilterOf(const Real& n2, const Real& k2, const Real& s2) : n2_(n2), k2_(k2), s2_(s2), ee_(s2) {}
 
   void Advance(const Interval& interval) {
     using std::sqrt;
@@ -99,8 +94,9 @@ class FilterOf {
 
  private:
   Real n2_, k2_, s2_;
-  Real bb_, be_, bc_, ee_, ec_, cc_;
-  Real variance_, gain_bias_, gain_reference_, gain_integral_, inverse_sigma_;
+  Real bb_{0.0}, be_{0.0}, bc_{0.0}, ee_, ec_{0.0}, cc_{0.0};
+  Real variance_{1.0}, inverse_sigma_{1.0};
+  Real gain_bias_{0.0}, gain_reference_{0.0}, gain_integral_{0.0};
 };
 
 // Of the covariance of all outputs: the sum of the logarithms of their variances, of a few at once.

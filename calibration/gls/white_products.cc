@@ -157,7 +157,8 @@ ColumnsInChunks::ColumnsInChunks(RowMajor columns) : columns_(std::move(columns)
 
 WhiteProducts ProductsUnder(std::span<const Interval> intervals, const ColumnsInChunks& columns,
                             const NoiseModel& noise) {
-  return std::move(ProductsUnder(intervals, columns, std::span(&noise, 1)).front());
+  std::vector<WhiteProducts> one = ProductsUnder(intervals, columns, std::span(&noise, 1));
+  return {std::move(one.front().products), one.front().log_det};
 }
 
 std::vector<WhiteProducts> ProductsUnder(std::span<const Interval> intervals,

@@ -1,5 +1,5 @@
-// Products of columns with each other once they are white, without the white columns themselves: all
-// that likelihoods ask for.
+// Products of columns with each other once they are white, without the white columns themselves:
+// all that likelihoods ask for.
 #pragma once
 
 #include <Eigen/Core>

@@ -158,8 +158,8 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
   return runs;
 }
 
-// Where one channel shows that an axis is read wrong, the others that are not clean are traced again
-// with that in view; and once more where the first then takes it back.
+// Where one channel shows that an axis is read wrong, the others that are not clean are traced
+// again with that in view; and once more where the first then takes it back.
 std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
                                          const std::function<void(double)>& progress) {
   constexpr int kRounds = 2;
