@@ -60,12 +60,12 @@ class AnotherOffsetInEachRest : public MeasurementSink {
 
 // Bounds: chi-square with 29 degrees of freedom, beyond which are 2 of 10000 choices of seeds.
 TEST(OffsetScatter, OfRestsIsNoNoiseAndIsInTheErrorsOfTheBias) {
-  constexpr int kSeeds = 30;
+  constexpr int kRuns = 30;
   constexpr double kScatter_lsb = 10.0;
   const SimulatedSensor sensor;
   const double bias_lsb = sensor.bias_deg_s * sensor.nominal_lsb_per_deg_s;
   double at_rest = 0.0, of_all = 0.0;
-  for (int seed = 1; seed <= kSeeds; ++seed) {
+  for (int seed = 1; seed <= kRuns; ++seed) {
     Analyzer analyzer;
     AnotherOffsetInEachRest other(kScatter_lsb, seed, &analyzer);
     SimulateTurns(LongRests(), sensor, static_cast<std::uint64_t>(seed), &other);
@@ -78,8 +78,8 @@ TEST(OffsetScatter, OfRestsIsNoNoiseAndIsInTheErrorsOfTheBias) {
     EXPECT_NEAR(bias.noise.angle_random_walk_deg_sqrt_s / sensor.n, 1.0, 0.25);
     EXPECT_NEAR(scale.noise.angle_random_walk_deg_sqrt_s / sensor.n, 1.0, 0.25);
     EXPECT_NEAR(bias.offset_scatter / kScatter_lsb, 1.0, 0.7);
-    at_rest += std::pow((bias.coefficients[0] - bias_lsb) / bias.std_errors[0], 2) / kSeeds;
-    of_all += std::pow((scale.bias - bias_lsb) / scale.bias_std_error, 2) / kSeeds;
+    at_rest += std::pow((bias.coefficients[0] - bias_lsb) / bias.std_errors[0], 2) / kRuns;
+    of_all += std::pow((scale.bias - bias_lsb) / scale.bias_std_error, 2) / kRuns;
   }
   for (const double square : {at_rest, of_all}) {
     EXPECT_GT(square, 0.3);
