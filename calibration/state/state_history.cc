@@ -84,11 +84,19 @@ class TrailMaker {
         epoch.world_z = epoch.mean.world_z;
       } else {
         epoch.mean.output_known = false;
-        if (AtRest(k) && std::isfinite(epoch.samples.t_s))
-          epoch.at = {epoch.samples.t_s, epoch.samples.z};
+        if (AtRest(k) && EndsWithSamples(k)) epoch.at = {epoch.samples.t_s, epoch.samples.z};
       }
       if (k > 0) ChooseMiddle(before, history_.epochs[k - 1].at.t_s, &epoch);
     }
+  }
+
+  // The sum of the samples ends between the epoch before and the node after, which must rest as
+  // well: the mean of the first readings of a motion may lie close behind the node.
+  bool EndsWithSamples(std::size_t k) const {
+    const double end_s = history_.epochs[k].samples.t_s;
+    return std::isfinite(end_s) && (k == 0 || end_s > history_.epochs[k - 1].at.t_s) &&
+           (k + 1 == nodes_.size() ||
+            (AtRest(k + 1) && end_s < recording_.columns.nodes[k + 1].at.t_s));
   }
 
   // The mark of the output's integral that is nearest to the middle of the interval: that half way

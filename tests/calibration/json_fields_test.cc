@@ -175,6 +175,9 @@ TYPED_TEST(JsonOf, IsRefusedWithoutAKeyUnlessThatCameLater) {
                                        "noise",
                                        "vector",
                                        "gyro_lsb_zero",
+                                       "offset_groups",
+                                       "offset_scatter",
+                                       "noise_of_rests",
                                        "m_statistical_std_error",
                                        "a_statistical_std_error"};
   for (const json::json_pointer& place : PlacesIn(this->written_)) {

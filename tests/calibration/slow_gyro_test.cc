@@ -119,5 +119,25 @@ TEST(TheSlowEndOfAMotion, IsNoRestOfAnotherAngle) {
   EXPECT_LE(wrong, at_rest / 100);
 }
 
+// The mean of the first readings of a motion may lie close behind the last node at rest, and two
+// nodes between the same two samples.
+TEST(NodesAtRest, KeepTheirOrderWhateverTheGyrosAndTheReferencesRate) {
+  for (const double gyro_hz : {6.0, 10.0, 20.0, 37.0, 100.0}) {
+    for (const double reference_hz : {3.0, 10.0, 13.0, 20.0, 100.0}) {
+      Story story;
+      story.UseTurningChannelAlone();
+      story.duration_s = 120.0;
+      story.gyro_hz = gyro_hz;
+      story.reference_hz = reference_hz;
+      const calibration::Recording recording = story.Collect();
+      const calibration::StateHistory history = calibration::MakeStateHistory(
+          recording, calibration::RoughSensitivity(recording), true, {});
+      const std::vector<calibration::Node>& nodes = history.epochs;
+      for (std::size_t k = 1; k < nodes.size(); ++k)
+        ASSERT_GT(nodes[k].at.t_s, nodes[k - 1].at.t_s) << gyro_hz << " Hz, " << reference_hz;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace gyrobench::testing
