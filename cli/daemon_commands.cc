@@ -35,7 +35,13 @@ int ChangeState(const Options& options, const std::string& target,
   const Json answer = ClientOf(options).Post(target, body);
   if (options.json) return PrintJson(answer);
   const std::string state = Text(answer, "state");
-  fmt::print("{}{}\n", state, state == "pausing" ? ": the segment under way ends first" : "");
+  std::string_view more;
+  if (state == "pausing") {
+    more = ": the segment under way ends first";
+  } else if (target == "/v1/pause" && state != "paused") {
+    more = ": the pause is made as soon as there is a segment to end";
+  }
+  fmt::print("{}{}\n", state, more);
   return kDone;
 }
 

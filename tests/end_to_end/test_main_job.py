@@ -276,8 +276,9 @@ class BadInput(unittest.TestCase):
             self.assertEqual(bench.run("run", "scale", "--detach").returncode, 0)
             while "preparing" not in bench.run("status").stdout:
                 self.assertIsNone(bench.daemon.poll())
-            self.assertEqual(bench.run("pause").stdout, "pausing: the segment under way ends first\n")
-            self.assertEqual(bench.run("resume").stdout, "running\n")
+            self.assertEqual(bench.run("pause").stdout,
+                             "preparing: the pause is made as soon as there is a segment to end\n")
+            self.assertEqual(bench.run("resume").stdout, "preparing\n")
             self.assertEqual(bench.run("abort").stdout, "stopping\n")
             while bench.json("status")["state"] != "idle":
                 self.assertIsNone(bench.daemon.poll())
