@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "base/robust.h"
 #include "calibration/state/history_parts.h"
@@ -13,6 +14,8 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kTurning_deg_s = 3.0;
+// From node to node; a turn at kTurning_deg_s goes thirty times as far.
+constexpr double kStands_deg = 0.01;
 constexpr double kDriftShare = 0.02;  // of what a drift is followed by in one interval
 
 void MarkBad(const Recording& recording, StateHistory* history) {
@@ -40,19 +43,35 @@ void MarkBad(const Recording& recording, StateHistory* history) {
   }
 }
 
+// Of each interval: the reference stands. A measurement that ends in a turn which a dead reference
+// does not show has no rest there, because the gyro ended it.
+std::vector<bool> ReferenceStands(const StateHistory& history) {
+  std::vector<bool> stands = history.still;
+  const std::vector<Node>& nodes = history.epochs;
+  for (std::size_t i = stands.size(); i-- > 0 && !stands[i];) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (std::fabs(nodes[i + 1].rotation_deg[a] - nodes[i].rotation_deg[a]) > kStands_deg)
+        return stands;
+    }
+    stands[i] = true;
+  }
+  return stands;
+}
+
 // Where the reference says rest and the gyro says turning, one of them is wrong: such stretches
 // are not used, and what they hold is no effect. A bias that drifts with temperature goes as far,
 // but slowly.
 void MarkDeadReference(const Vector3& units_per_deg_s, StateHistory* history) {
   const std::vector<Node>& nodes = history->epochs;
+  const std::vector<bool> stands = ReferenceStands(*history);
   std::size_t wrong = 0, rests = 0;
   std::pair<std::size_t, double> first;  // channel and time
   for (std::size_t c = 0; c < 3; ++c) {
     if (!std::isfinite(units_per_deg_s[c])) continue;
     std::vector<std::size_t> still;
     std::vector<double> rates;
-    for (std::size_t i = 0; i < history->still.size(); ++i) {
-      if (!history->still[i] || !history->usable[i][c]) continue;
+    for (std::size_t i = 0; i < stands.size(); ++i) {
+      if (!stands[i] || !history->usable[i][c]) continue;
       still.push_back(i);
       rates.push_back((nodes[i + 1].at.z[c] - nodes[i].at.z[c]) / units_per_deg_s[c] /
                       (nodes[i + 1].at.t_s - nodes[i].at.t_s));

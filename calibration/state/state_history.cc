@@ -75,7 +75,7 @@ class TrailMaker {
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       Node& epoch = history_.epochs[k];
       const Node& before = recording_.columns.nodes[k > 0 ? k - 1 : 0];
-      if (!AtRest(k) && epoch.mean.output_known && epoch.mean.readings > 0.0) {
+      if (MeansReadings(k)) {
         epoch.at = {epoch.mean.t_s, epoch.mean.z};
         epoch.rotation_deg = epoch.mean.rotation_deg;
         epoch.earth_deg = epoch.mean.earth_deg;
@@ -90,13 +90,20 @@ class TrailMaker {
     }
   }
 
-  // The sum of the samples ends between the epoch before and the node after, which must rest as
-  // well: the mean of the first readings of a motion may lie close behind the node.
+  // The sum of the samples ends between the epoch before and the one after: the mean of the first
+  // readings of a motion may lie close behind the node.
   bool EndsWithSamples(std::size_t k) const {
     const double end_s = history_.epochs[k].samples.t_s;
-    return std::isfinite(end_s) && (k == 0 || end_s > history_.epochs[k - 1].at.t_s) &&
-           (k + 1 == nodes_.size() ||
-            (AtRest(k + 1) && end_s < recording_.columns.nodes[k + 1].at.t_s));
+    if (!std::isfinite(end_s) || (k > 0 && end_s <= history_.epochs[k - 1].at.t_s)) return false;
+    if (k + 1 == nodes_.size()) return true;
+    const Node& next = recording_.columns.nodes[k + 1];
+    return end_s < (MeansReadings(k + 1) ? next.mean.t_s : next.at.t_s);
+  }
+
+  // Its epoch is the mean of its readings.
+  bool MeansReadings(std::size_t k) const {
+    const ReadingsMean& mean = recording_.columns.nodes[k].mean;
+    return !AtRest(k) && mean.output_known && mean.readings > 0.0;
   }
 
   // The mark of the output's integral that is nearest to the middle of the interval: that half way

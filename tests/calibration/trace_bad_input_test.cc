@@ -197,16 +197,28 @@ TEST(TraceOfAStoryWithoutReference, PointsAtHeldPosesAndSaysWhatTheyTake) {
   EXPECT_THAT(Words(with_reference->result), Not(HasSubstr("there is no reference angle")));
 }
 
-// The gyro turns, the reference says that it does not: nothing in the gyro explains that.
+// The gyro turns, the reference says that it does not: nothing in the gyro explains that. A name by
+// chance is one in a hundred: more than two of 40 come up once in 200 times.
 TEST(TraceOfADeadReference, NamesNoEffectOfTheGyro) {
-  Story story;
-  story.spoil_angle = [](AngleSample* sample) {
-    sample->angle_deg = 12.0;
-    return true;
-  };
-  TraceOrMessage(story);
-  story.UseSensorAngle();
-  TraceOrMessage(story);
+  int named = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Story story;
+    story.seed = seed;
+    story.spoil_angle = [](AngleSample* sample) {
+      sample->angle_deg = 12.0;
+      return true;
+    };
+    for (const bool of_sensor : {false, true}) {
+      if (of_sensor) story.UseSensorAngle();
+      const calibration::Recording recording = story.Collect();
+      const calibration::Recording* const list[] = {&recording};
+      calibration::TraceOptions options;
+      options.curves = false;
+      const TraceResult result = calibration::Trace(list, options).result;
+      for (const ChannelTrace& channel : result.channels) named += !channel.effects.empty();
+    }
+  }
+  EXPECT_LE(named, 2);
 }
 
 TEST(TraceOfALostReference, UsesWhatIsThere) {
