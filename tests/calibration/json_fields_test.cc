@@ -182,7 +182,7 @@ TYPED_TEST(JsonOf, IsRefusedWithoutAKeyUnlessThatCameLater) {
                                        "a_statistical_std_error"};
   for (const json::json_pointer& place : PlacesIn(this->written_)) {
     if (place.empty() || !this->written_[place.parent_pointer()].is_object()) continue;
-    const std::string key = place.back();
+    const std::string& key = place.back();
     json damaged = this->written_;
     damaged[place.parent_pointer()].erase(key);
     const std::string error = ErrorOf<TypeParam>(damaged);
