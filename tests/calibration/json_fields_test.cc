@@ -95,7 +95,8 @@ json ReadAndWritten(const json& value) {
 // "/channels/0/terms" as messages have it: "channels[0].terms".
 std::string PathOf(const json::json_pointer& pointer) {
   if (pointer.empty()) return "";
-  const std::string before = PathOf(pointer.parent_pointer()), last = pointer.back();
+  const std::string before = PathOf(pointer.parent_pointer());
+  const std::string& last = pointer.back();
   if (last.find_first_not_of("0123456789") == std::string::npos) return before + "[" + last + "]";
   return before + (before.empty() ? "" : ".") + last;
 }
