@@ -263,21 +263,21 @@ void RunExecution::Execute() {
   spdlog::info("run {}: {}{}{}", directory_.run_id(), Name(ending.outcome),
                ending.message.empty() ? "" : ": ", ending.message);
   context_.acquisition.SetActiveAxes({});
-  ShowEnd(ending);
   // Before the end is known: a run that somebody starts then finds time standing still.
   context_.time.Idle(*participant_);
-  context_.control.EndRun();
+  End(ending);
   context_.on_change();
   participant_.reset();
 }
 
-void RunExecution::ShowEnd(const Ending& ending) {
+void RunExecution::End(const Ending& ending) {
   const std::lock_guard lock(mutex_);
   view_.outcome = ending.outcome;
   view_.progress.message = ending.message;
   view_.failures = ending.failures;
   view_.progress.remaining_s = 0.0;
   view_.elapsed_s = ToSeconds(context_.clock.Now() - start_);
+  context_.control.EndRun();
 }
 
 void RunExecution::Attempt(Ending& ending, const std::function<void()>& part) {

@@ -106,7 +106,9 @@ class RunExecution {
   // Results that cannot be make an error of a run that was done.
   Results Evaluate(Ending& ending, Utime end);
   void WriteFiles(Ending& ending, const Results& results, Utime end);
-  void ShowEnd(const Ending& ending);
+  // Shows how the run ended and makes room for the next one as one step: whoever sees the end may
+  // start a run at once.
+  void End(const Ending& ending);
 
   const RunContext& context_;
   const procedures::Procedure procedure_;

@@ -14,12 +14,24 @@ from outside_stand import OutsideStand
 
 HEAD = "procedure = { summary = 'x', description = 'x', measures = {}, parameters = {} }\nfunction run(p)\n"
 LONG_TURN = HEAD + "bench.turn{ axis='inner', angle_deg=3000, rate_deg_s=3 }\nend\n"
+SHORT_REST = HEAD + "bench.rest{ duration_s=1 }\nend\n"
 PACED = "[virtual]\npace = 20\n"
 
 
 def start_second(config):
     """A second daemon, which is to end by itself."""
     return subprocess.run([BIN / "gyrobenchd", "--config", config], capture_output=True, text=True, timeout=DEADLINE_S)
+
+
+class TheNextRun(unittest.TestCase):
+    def test_may_be_started_by_whoever_sees_the_end_of_the_one_before(self):
+        # The end was shown a moment before there was room for another run: one start of four was refused.
+        with Bench(procedures={"short": SHORT_REST}) as bench:
+            for _ in range(30):
+                code, answer = bench.ask(b"POST", b"/v1/runs", b'{"procedure": "short"}')
+                self.assertLess(code, 300, answer)
+                while not bench.status()["run"].get("outcome"):
+                    pass
 
 
 class AnotherDaemon(unittest.TestCase):
