@@ -17,6 +17,7 @@
 #include "base/error.h"
 #include "base/version.h"
 #include "calibration/estimators/analyzer.h"
+#include "calibration/estimators/exchanged_axes.h"
 #include "calibration/estimators/plausibility.h"
 #include "calibration/signal/clock_offset.h"
 #include "calibration/signal/intake.h"
@@ -103,7 +104,12 @@ std::vector<std::string> ImplausibleTogether(const TracedInputs& inputs) {
     const auto axis = static_cast<std::size_t>(model.axis);
     const bool fitted = model.m_row_std_error[axis] > 0.0;
     const double ratio = fitted ? 1.0 / model.m_row[axis] : kMissing;
-    if (auto says = calibration::ImplausibleScale(ratio, model.axis, infos, cause))
+    std::string another;
+    for (const calibration::Recording& recording : inputs.recordings) {
+      if (another.empty()) another = calibration::FollowedByAnother(recording.columns, model.axis);
+    }
+    if (auto says = calibration::ImplausibleScale(ratio, model.axis, infos,
+                                                  another.empty() ? cause : another))
       out.push_back(std::move(*says));
   }
   return out;

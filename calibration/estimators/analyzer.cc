@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "calibration/estimators/bias.h"
+#include "calibration/estimators/exchanged_axes.h"
 #include "calibration/estimators/plausibility.h"
 #include "calibration/estimators/scale.h"
 #include "calibration/estimators/schedule.h"
@@ -109,6 +110,11 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
   result.bias = EstimateBias(estimation, result.scale, &result.remarks, &result.defects);
   AllowForOffsets(result.bias, &result.scale);
   result.two_clocks = RemarkOnClocks(recording);
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (usable[c])
+      result.followed_by_another[c] =
+          FollowedByAnother(recording.columns, static_cast<SensorAxis>(c));
+  }
   std::vector<std::string> first = Implausible(result);
   if (!result.two_clocks.empty()) first.push_back(result.two_clocks);
   result.remarks.insert(result.remarks.begin(), first.begin(), first.end());

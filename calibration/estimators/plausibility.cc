@@ -175,10 +175,12 @@ std::optional<std::string> ImplausibleScale(double ratio, SensorAxis axis,
 
 std::vector<std::string> Implausible(const AnalysisResult& result) {
   if (!result.two_clocks.empty()) return {};
-  const std::string cause = CauseAmong(result.defects);
+  const std::string of_defects = CauseAmong(result.defects);
   const MeasurementInfo* const info = &result.info;
   std::vector<std::string> out;
   for (const ScaleResult& scale : result.scale) {
+    const std::string& another = result.followed_by_another[static_cast<std::size_t>(scale.axis)];
+    const std::string& cause = another.empty() ? of_defects : another;
     if (std::optional<std::string> says =
             ImplausibleScale(1.0 + scale.scale_error, scale.axis, std::span(&info, 1), cause)) {
       out.push_back(std::move(*says));
@@ -186,10 +188,12 @@ std::vector<std::string> Implausible(const AnalysisResult& result) {
   }
   for (std::size_t c = 0; c < 3; ++c) {
     if (result.unfollowed_deg[c] <= 0.0) continue;
+    const std::string& another = result.followed_by_another[c];
     out.push_back(fmt::format(
         "this result cannot be: the {0} axis of the sensor turned by {1:.4g} deg by the reference, "
         "and the gyro's output did not follow it. Most likely {2}",
-        "xyz"[c], result.unfollowed_deg[c], LikeliestCause(kFeelsNothing, "xyz"[c], result.info)));
+        "xyz"[c], result.unfollowed_deg[c],
+        another.empty() ? LikeliestCause(kFeelsNothing, "xyz"[c], result.info) : another));
   }
   return out;
 }

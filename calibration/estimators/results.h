@@ -90,6 +90,9 @@ struct AnalysisResult {
   // What an axis of the sensor turned by the reference while its output did not follow at all
   // [deg]; 0 where it did, or did not turn.
   std::array<double, 3> unfollowed_deg = {};
+  // Of each axis that another channel of the gyro follows instead, that (exchanged_axes.h); empty
+  // where none does. Not part of the JSON.
+  std::array<std::string, 3> followed_by_another;
   // That gyro and reference were not logged by one clock (calibration/signal/clock_offset.h), which
   // is a remark as well; empty where nothing speaks for it. Not part of the JSON.
   std::string two_clocks;

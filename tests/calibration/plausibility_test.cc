@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calibration/estimators/exchanged_axes.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -142,6 +144,48 @@ TEST(Implausible, AnAxisThatTurnsAndFeelsNothingIsOneToo) {
   EXPECT_THAT(Implausible(result),
               ElementsAre(AllOf(HasSubstr("the y axis of the sensor turned "), HasSubstr("360 deg"),
                                 HasSubstr("not mounted as declared"))));
+}
+
+// The table turns to and fro about z; channel c puts out `gain[c]` of that rate.
+Columns TurnsAboutZ(const Vector3& gain) {
+  Columns columns;
+  Vector3 z = {};
+  for (int i = 0; i < 600; ++i) {
+    const double rate_deg_s = i % 100 < 50 ? 0.0 : 20.0 * ((i / 100) % 2 == 0 ? 1 : -1);
+    Node node;
+    node.at.t_s = 0.1 * i;
+    if (i > 0) {
+      node.rotation_deg = columns.nodes.back().rotation_deg;
+      node.rotation_deg[2] += 0.1 * rate_deg_s;
+      for (std::size_t c = 0; c < 3; ++c)
+        z[c] += 0.1 * (gain[c] * rate_deg_s + 3.0 + 0.01 * (i % 7));
+    }
+    node.at.z = z;
+    columns.nodes.push_back(node);
+  }
+  return columns;
+}
+
+TEST(ExchangedAxes, AreNamedWhereAnotherChannelFollowsInWhateverUnitAndSense) {
+  for (const double unit : {1.0, 0.0175, -131.0}) {
+    const std::string says = FollowedByAnother(TurnsAboutZ({unit, 0, 0.01 * unit}), SensorAxis::kZ);
+    EXPECT_THAT(says, AllOf(HasSubstr("about z is followed by the output of x"),
+                            HasSubstr("Exchange the two columns"), HasSubstr("mount_x_deg")))
+        << unit;
+    EXPECT_THAT(FollowedByAnother(TurnsAboutZ({0.1 * unit, 0.05 * unit, unit}), SensorAxis::kZ),
+                IsEmpty());
+  }
+  EXPECT_THAT(FollowedByAnother(TurnsAboutZ({0, 0, 0}), SensorAxis::kZ), IsEmpty());
+  EXPECT_THAT(FollowedByAnother(TurnsAboutZ({1, 0, 0}), SensorAxis::kX), IsEmpty());
+  EXPECT_THAT(FollowedByAnother(Columns(), SensorAxis::kZ), IsEmpty());
+}
+
+TEST(ExchangedAxes, AreTheCauseOfAResultThatCannotBe) {
+  AnalysisResult result = ResultWith(500.0);
+  result.scale.front().axis = SensorAxis::kZ;
+  result.followed_by_another[2] = "two axes stand for each other";
+  EXPECT_THAT(Implausible(result),
+              ElementsAre(AllOf(HasSubstr("Most likely two axes"), Not(HasSubstr("gear")))));
 }
 
 }  // namespace

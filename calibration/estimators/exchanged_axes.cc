@@ -1,0 +1,77 @@
+#include "calibration/estimators/exchanged_axes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace gyrobench::calibration {
+namespace {
+
+// Which is far beyond any misalignment of a part that is mounted as declared.
+constexpr double kFollowsMore = 5.0;
+constexpr double kLeastShareExplained = 0.5;
+
+// Sums of a channel's mean rates (y) and the reference's (x) over the nodes.
+struct Sums {
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+
+  void Add(double rate, double output) {
+    n += 1.0;
+    x += rate;
+    y += output;
+    xx += rate * rate;
+    xy += rate * output;
+    yy += output * output;
+  }
+  // Slope of the output on the rate, and the share of its variance which that explains.
+  double Slope() const { return (n * xy - x * y) / (n * xx - x * x); }
+  double Explained() const {
+    const double between = n * xy - x * y;
+    return between * between / ((n * xx - x * x) * (n * yy - y * y));
+  }
+};
+
+// Of the intervals in which the table turned about `axis` more than about the others, or rested.
+std::array<Sums, 3> SumsOf(const Columns& columns, std::size_t axis) {
+  std::array<Sums, 3> sums;
+  for (std::size_t i = 1; i < columns.nodes.size(); ++i) {
+    const Node& node = columns.nodes[i];
+    const Node& before = columns.nodes[i - 1];
+    const double span_s = node.at.t_s - before.at.t_s;
+    Vector3 turned_deg = {};
+    double most_deg = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      turned_deg[c] = node.rotation_deg[c] - before.rotation_deg[c];
+      most_deg = std::fmax(most_deg, std::fabs(turned_deg[c]));
+    }
+    if (!(span_s > 0.0) || std::fabs(turned_deg[axis]) < most_deg) continue;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double output = node.at.z[c] - before.at.z[c];
+      if (std::isfinite(output)) sums[c].Add(turned_deg[axis] / span_s, output / span_s);
+    }
+  }
+  return sums;
+}
+
+}  // namespace
+
+std::string FollowedByAnother(const Columns& columns, SensorAxis axis) {
+  const auto own = static_cast<std::size_t>(axis);
+  const std::array<Sums, 3> sums = SumsOf(columns, own);
+  const double own_slope = std::fabs(sums[own].Slope());
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (c == own || !(sums[c].Explained() > kLeastShareExplained)) continue;
+    if (!(std::fabs(sums[c].Slope()) > kFollowsMore * own_slope)) continue;
+    return fmt::format(
+        "two axes of the gyro stand for each other: what the reference turns about {0} is followed "
+        "by the output of {1} ({2:.3g} of its unit per deg/s) and not by that of {0} ({3:.2g}). "
+        "Exchange the two columns (or registers of the device map), or declare the mounting "
+        "(mount_x_deg, mount_y_deg, mount_z_deg)",
+        "xyz"[own], "xyz"[c], sums[c].Slope(), sums[own].Slope());
+  }
+  return "";
+}
+
+}  // namespace gyrobench::calibration
