@@ -56,9 +56,15 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
   for (const Defect& defect : recording.defects) {
     if (defect.kind == "reference_jump" && defect.where == kByWholeTurns) {
       remarks.push_back(fmt::format(
-          "the reference jumps by whole turns ({} times, first at {:.1f} s): its angle is wrapped, "
-          "and what was measured across each jump is left out; let the column run on beyond 180 "
-          "or 360 deg",
+          "the reference jumps by whole turns ({} times, first at {:.1f} s), and what was measured "
+          "across each jump is left out: its count of turns was lost, or its angle is wrapped and "
+          "read too seldom to tell; let the column run on beyond 180 or 360 deg",
+          defect.count, defect.first_t_s));
+    }
+    if (defect.kind == "reference_wrapped") {
+      remarks.push_back(fmt::format(
+          "the angle of the reference begins again after a turn ({} times, first at {:.1f} s): "
+          "whole turns were added, so that it runs on",
           defect.count, defect.first_t_s));
     }
     if (defect.kind != "unsigned_counts") continue;

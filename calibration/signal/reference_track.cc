@@ -15,6 +15,11 @@ constexpr double kWildRate_deg_s = 5000.0;
 constexpr double kWildStep_deg = 1.0;
 // A jump that is no further from whole turns is an angle that was wrapped.
 constexpr double kTurn_deg = 360.0, kWrap_deg = 10.0;
+// A step by a whole turn within this time is no motion: it would take over 1500 deg/s from one
+// reading to the next.
+constexpr double kWrapWithin_s = 0.24;
+// What the noise of readings adds to the range of an angle that never leaves one turn.
+constexpr double kWrapSlack_deg = 2.0;
 constexpr double kWaitForAngles_s = 5.0;
 constexpr double kNormTolerance = 0.05;
 
@@ -110,7 +115,26 @@ bool ReferenceTrack::WithinGate(double step_deg, double since_s,
   return false;
 }
 
-void ReferenceTrack::Add(const AngleSample& sample) {
+// The reading as it would be if its angle ran on, where it begins again after a turn.
+double ReferenceTrack::Unwrapped(StandAngle* angle, const AngleSample& sample) {
+  const double range_deg = std::fmax(angle->highest_read_deg, sample.angle_deg) -
+                           std::fmin(angle->lowest_read_deg, sample.angle_deg);
+  const double since_s = sample.t_s - angle->t_s;
+  if (angle->known && since_s <= kWrapWithin_s && range_deg <= kTurn_deg + kWrapSlack_deg) {
+    const double step_deg = sample.angle_deg + angle->wrapped_deg - angle->angle_deg;
+    const double turns_deg = std::copysign(kTurn_deg, step_deg);
+    const double motion_deg =
+        std::min(kTurn_deg / 4, kWrap_deg + 2.0 * std::fabs(angle->rate_deg_s) * since_s);
+    if (std::fabs(step_deg - turns_deg) <= motion_deg) {
+      angle->wrapped_deg -= turns_deg;
+      defects_.Add("reference_wrapped", "", sample.t_s);
+    }
+  }
+  return sample.angle_deg + angle->wrapped_deg;
+}
+
+void ReferenceTrack::Add(const AngleSample& reading) {
+  AngleSample sample = reading;
   const auto axis = static_cast<std::size_t>(sample.axis);
   updated_ = rest_began_ = rest_ended_ = false;
   lost_since_s_.reset();
@@ -125,7 +149,10 @@ void ReferenceTrack::Add(const AngleSample& sample) {
   }
   StandAngle& angle = angle_[axis];
   if (!BeginUpdate(sample.t_s, &angle.pace)) return;
+  sample.angle_deg = Unwrapped(&angle, reading);
   if (!Accepts(&angle, sample)) return;
+  angle.lowest_read_deg = std::fmin(angle.lowest_read_deg, reading.angle_deg);
+  angle.highest_read_deg = std::fmax(angle.highest_read_deg, reading.angle_deg);
   if (!started_) first_s_ = time_s_ = sample.t_s;
   started_ = true;
   time_s_ = std::max(time_s_, sample.t_s);

@@ -23,7 +23,7 @@ struct OpenRest {
   Vector3 origin_deg = {};
 };
 
-// Where a jump of the reference was, in its defect, when its angle was most likely wrapped.
+// Where a jump of the reference was, in its defect, when it left out whole turns.
 inline constexpr const char* kByWholeTurns = "by whole turns";
 
 // Adds up rotation about the sensor's axes from any kind of reference. The three angles of a stand
@@ -32,12 +32,13 @@ inline constexpr const char* kByWholeTurns = "by whole turns";
 //
 // Recognised: a reading that no table can have turned to since the last one (over 5000 deg/s) is
 // left out, as `reference_outlier`; when the next one confirms it, the reference itself has jumped
-// (its count was lost, its angle wrapped): `reference_jump`, a stretch without reference, across
-// which nothing is taken to have turned.
+// (its count was lost): `reference_jump`, a stretch without reference, across which nothing is taken
+// to have turned. An angle that stays within a turn and steps by all of it is wrapped: it is read as
+// one that runs on, `reference_wrapped`.
 class ReferenceTrack {
  public:
   void Start(const MeasurementInfo& info);
-  void Add(const AngleSample& sample);
+  void Add(const AngleSample& reading);
   void Add(const OrientationSample& sample);
 
   // After each Add: whether it brought a usable reading, and where it stands.
@@ -99,6 +100,8 @@ class ReferenceTrack {
     std::array<double, 4> seen_s = {};  // times that a rest finder judges by, the last first
     double angle_deg = 0.0;
     double rate_deg_s = 0.0;
+    double wrapped_deg = 0.0;  // whole turns between what is read and an angle that runs on
+    double lowest_read_deg = kMissing, highest_read_deg = kMissing;
     std::optional<double> suspect_deg;  // the reading before was left out
     double suspect_s = 0.0;
     // Time of the last reading before `time_s`, or of the earliest that is remembered.
@@ -114,6 +117,7 @@ class ReferenceTrack {
   double Ahead(std::size_t axis) const;
   bool WithinGate(double step_deg, double since_s, std::optional<double> from_suspect_deg,
                   double last_s);
+  double Unwrapped(StandAngle* angle, const AngleSample& sample);
   bool Accepts(StandAngle* angle, const AngleSample& sample);
   bool Accepts(const std::array<double, 4>& q, double t_s);
   void Lose(double since_s);

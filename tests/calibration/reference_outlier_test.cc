@@ -71,11 +71,40 @@ TEST_P(WildReadings, ThatPersistAreAJumpAcrossWhichNothingTurned) {
   EXPECT_NEAR(track.rotation_deg()[2], 40.0 * kReadingInterval_s * 197, 1e-6);
 }
 
-TEST(AWrappedAngle, IsSaidToBeOne) {
-  for (const double step_deg : {-360.0, 360.0, -150.0}) {
+// Before, all that was measured near an end of the turn was left out.
+TEST(AWrappedAngle, IsReadAsOneThatRunsOn) {
+  for (const ReferenceKind kind : {ReferenceKind::kStandAngles, ReferenceKind::kSensorAngle}) {
+    for (const double end_deg : {180.0, 360.0}) {
+      for (const double interval_s : {0.01, 0.1}) {
+        ReferenceTrack runs_on, wrapped;
+        runs_on.Start(Info(kind));
+        wrapped.Start(Info(kind));
+        for (int i = 0; i < 4000; ++i) {
+          const double t_s = interval_s * i;
+          // Rests and turns through both ends, with a digit of noise.
+          const double angle_deg = 0.1 * (i % 2) + 900.0 * std::pow(std::sin(t_s / 8.0), 3);
+          double read_deg = std::remainder(angle_deg, 360.0);
+          if (end_deg == 360.0 && read_deg < 0.0) read_deg += 360.0;
+          runs_on.Add(AngleSample{t_s, 2, angle_deg});
+          wrapped.Add(AngleSample{t_s, 2, read_deg});
+          ASSERT_NEAR(wrapped.rotation_deg()[2], runs_on.rotation_deg()[2], 1e-9) << t_s;
+        }
+        EXPECT_GE(Count(wrapped, "reference_wrapped"), 10);
+        EXPECT_EQ(Count(wrapped, "reference_jump"), 0);
+        EXPECT_EQ(Count(wrapped, "reference_outlier"), 0);
+        EXPECT_EQ(Count(runs_on, "reference_wrapped"), 0);
+      }
+    }
+  }
+}
+
+// Where the angle has left its turn before, nothing is wrapped.
+TEST(AnAngleThatRunsOn, MayJumpByAWholeTurn) {
+  for (const double step_deg : {360.0, -150.0}) {
     ReferenceTrack track;
     Feed(track, ReferenceKind::kStandAngles,
          [=](int i, double angle) { return i >= 100 ? angle + step_deg : angle; });
+    EXPECT_EQ(Count(track, "reference_wrapped"), 0);
     ASSERT_EQ(Count(track, "reference_jump"), 1);
     const auto& defects = track.defects().defects();
     const auto jump = std::ranges::find_if(
