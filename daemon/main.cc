@@ -19,6 +19,7 @@
 #include "config/stand_config.h"
 #include "daemon/daemon.h"
 #include "presentation/markup.h"
+#include "recording/run_directory.h"
 
 namespace {
 
@@ -97,15 +98,27 @@ void CheckProcedureFolders(const std::string& config_file,
   }
 }
 
+// A stand whose disk fails is served all the same: what moves has to be stopped, and status to be
+// told.
+void WarnOfRecords(const gyrobench::config::StandConfig& stand) {
+  try {
+    gyrobench::recording::RequireWritable(stand.records);
+  } catch (const gyrobench::Error& error) {
+    spdlog::error("{}. No run begins until then", error.what());
+  }
+}
+
 int Serve(const std::string& config_file, bool check_only) {
   UsePlainLog();
   const gyrobench::config::StandConfig stand = gyrobench::config::LoadStandConfig(config_file);
   CheckProcedureFolders(config_file, stand);
   if (check_only) {
+    gyrobench::recording::RequireWritable(stand.records);
     fmt::print("{}: stand '{}' with {} axes: no fault found\n", config_file, stand.name,
                stand.axes.size());
     return 0;
   }
+  WarnOfRecords(stand);
   const sigset_t signals = PrepareSignals();
   {
     const gyrobench::daemon::Daemon daemon(stand);

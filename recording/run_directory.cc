@@ -2,9 +2,12 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <stdlib.h>
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
+#include <cstring>
 #include <utility>
 
 #include "base/error.h"
@@ -72,6 +75,23 @@ std::vector<RunDirectory> WithPrefix(const std::vector<RunDirectory>& runs,
 }
 
 }  // namespace
+
+void RequireWritable(const fs::path& records) {
+  std::error_code error;
+  fs::path there = fs::absolute(records, error);
+  while (!fs::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  // What the disk says counts, and not the mode of the folder: a read-only disk, one that is full,
+  // a folder that the kernel keeps.
+  std::string trial = (there / ".gyrobench-XXXXXX").string();
+  if (::mkdtemp(trial.data()) != nullptr) {
+    fs::remove(trial, error);
+    return;
+  }
+  throw DataError(fmt::format(
+      "{}: no records can be kept there: {} cannot be written to ({}); set `records` in the stand "
+      "file to a folder that can",
+      records.string(), there.string(), std::strerror(errno)));
+}
 
 RunDirectory::RunDirectory(std::string run_id, fs::path folder)
     : run_id_(std::move(run_id)), folder_(std::move(folder)) {}

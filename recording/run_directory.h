@@ -35,6 +35,10 @@ inline constexpr const char* kMeasurementKey = "measurement";  // recording/meas
 // Space that a run must find on the disk before it may start.
 inline constexpr std::uintmax_t kMinFreeBytes = 256u << 20;
 
+// Throws DataError, with what to do, where the folder of records is not there and cannot be made,
+// or cannot be written to. Leaves nothing behind.
+void RequireWritable(const std::filesystem::path& records);
+
 // The folder of one run.
 class RunDirectory {
  public:

@@ -32,9 +32,9 @@ inline constexpr const char* kByWholeTurns = "by whole turns";
 //
 // Recognised: a reading that no table can have turned to since the last one (over 5000 deg/s) is
 // left out, as `reference_outlier`; when the next one confirms it, the reference itself has jumped
-// (its count was lost): `reference_jump`, a stretch without reference, across which nothing is taken
-// to have turned. An angle that stays within a turn and steps by all of it is wrapped: it is read as
-// one that runs on, `reference_wrapped`.
+// (its count was lost): `reference_jump`, a stretch without reference, across which nothing is
+// taken to have turned. An angle that stays within a turn and steps by all of it is wrapped: it is
+// read as one that runs on, `reference_wrapped`.
 class ReferenceTrack {
  public:
   void Start(const MeasurementInfo& info);

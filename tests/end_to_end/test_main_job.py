@@ -252,6 +252,26 @@ class BadInput(unittest.TestCase):
             self.assertEqual(done.returncode, 1)
             self.assertIn("nowhere: no such folder", done.stderr)
 
+    def test_records_that_cannot_be_kept_are_refused_by_the_check_and_said_at_the_start(self):
+        with Bench(start=False) as bench:
+            text = bench.config.read_text()
+            (bench.folder / "file").write_text("in the way")
+            # As root nothing but the kernel refuses to write.
+            for place, cause in ((bench.folder / "file" / "records", "Not a directory"), ("/proc/records", "/proc cannot be")):
+                bench.config.write_text(text.replace(str(bench.records), str(place)))
+                check = subprocess.run([BIN / "gyrobenchd", "--config", bench.config, "--check"],
+                                       capture_output=True, text=True, timeout=DEADLINE_S)
+                self.assertEqual(check.returncode, 1)
+                # What moves on the stand has to be seen to: the daemon starts, and no run begins.
+                bench.start()
+                done = bench.run(*SHORT_SCALE)
+                self.assertEqual(done.returncode, 1)
+                self.assertIn(str(place), done.stderr + done.stdout)
+                bench.stop()
+                for said in (check.stderr, bench.daemon_log()):
+                    for word in (str(place), cause, "set `records`"):
+                        self.assertIn(word, said)
+
     def test_what_is_wrong_is_refused_before_anything_moves(self):
         with Bench() as bench:
             self.check_refused(bench, 2, ["scael", "scale"], "scael")
@@ -292,15 +312,12 @@ class BadInput(unittest.TestCase):
             self.assertEqual(analysed.returncode, 1)
             self.assertIn("no gyro sample", analysed.stderr)
 
-    def test_a_record_folder_that_cannot_be_written_prevents_the_run(self):
-        with Bench(extra="") as bench:
-            bench.stop()
-            text = bench.config.read_text().replace(str(bench.records), "/proc/none/records")
-            bench.config.write_text(text)
-            bench.start()
+    def test_a_record_folder_that_cannot_be_written_any_more_prevents_the_run(self):
+        with Bench() as bench:
+            bench.records.write_text("in the way")
             done = bench.run(*SHORT_SCALE)
             self.assertEqual(done.returncode, 1)
-            self.assertIn("/proc/none/records", done.stderr + done.stdout)
+            self.assertIn(str(bench.records), done.stderr + done.stdout)
 
 
 if __name__ == "__main__":
