@@ -8,6 +8,6 @@ scripts/setup.sh build test
 export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR="${CCACHE_BASEDIR:-$PWD}"
 # Without debug information: passing tests do not need it, and it costs a twentieth of the time.
 cmake --preset dev -DGYROBENCH_BENCHMARKS="${GYROBENCH_BENCHMARKS:-OFF}" -DGYROBENCH_UNITY="${GYROBENCH_UNITY:-ON}" \
-  -DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O2 >/dev/null
+  -DGYROBENCH_SANITIZERS_SLICE="${GYROBENCH_SANITIZERS_SLICE:-OFF}" -DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O2 >/dev/null
 cmake --build --preset dev
 ctest --preset dev --parallel "$(nproc)" "$@"

@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# What runs in threads and reads what others wrote, under the address and undefined-behaviour sanitizers and under the
+# thread sanitizer. Builds only what these tests need; the target `sanitizers` builds and runs everything.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+
+slice() {
+  local preset=$1
+  shift
+  cmake --preset "$preset" >/dev/null
+  if ! cmake --build --preset "$preset" --target "$@" >"$log" 2>&1; then
+    tail -n 40 "$log"
+    exit 1
+  fi
+  ctest --preset "$preset" --no-tests=error -R "^($(IFS='|'; echo "$*"))\$"
+}
+slice tsan daemon_test drivers_gyro_unit_test interval_gls_test
+slice asan daemon_test recording_test talk_mutation_test reader_mutation_test
