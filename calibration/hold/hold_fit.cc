@@ -30,7 +30,7 @@ double StepSize(const ArrowSystem::Solution& step) {
 }
 
 void Drop(const std::vector<Misfit>& left_out, LinearModel* model) {
-  for (Factor& factor : model->factors)
+  for (HoldFactor& factor : model->factors)
     for (const Misfit& misfit : left_out)
       if (factor.kind == misfit.kind && factor.node == static_cast<Index>(misfit.index))
         factor.used = false;
@@ -75,7 +75,7 @@ class Fitter {
     Misfit worst;
     double least_p = 1.0;
     const double all = fit_.solution.residual_square;
-    for (Factor& factor : fit_.model.factors) {
+    for (HoldFactor& factor : fit_.model.factors) {
       const bool turn = factor.kind == FactorKind::kTurn;
       if (!factor.used || (!turn && factor.kind != FactorKind::kAccel)) continue;
       factor.used = false;
@@ -162,7 +162,7 @@ WaldTest TestColumns(const ArrowSystem::Solution& solution, const Eigen::VectorX
 
 double TurnFreedom(const HoldFit& fit) {
   double freedom = -9.0;
-  for (const Factor& factor : fit.model.factors)
+  for (const HoldFactor& factor : fit.model.factors)
     if (factor.used && factor.kind == FactorKind::kTurn) freedom += 2.0;
   return std::max(1.0, freedom);
 }
@@ -197,7 +197,7 @@ double Prior(const HoldNoise& noise) {
 
 double RestrictedDeviance(const LinearModel& model, const HoldNoise& noise) {
   double deviance = 0.0;
-  for (const Factor& factor : model.factors)
+  for (const HoldFactor& factor : model.factors)
     if (factor.used)
       deviance += static_cast<double>(factor.rows) * std::log(VarianceOf(factor, noise));
   const ArrowSystem::Solution solution = SolveModel(model, noise);

@@ -92,8 +92,8 @@ class Linearizer {
     out_.earth_weight = {flat, flat, 1.0 / (up_error * up_error)};
   }
 
-  Factor Make(FactorKind kind, std::size_t k, double duration_s, Rows* rows) const {
-    Factor factor;
+  HoldFactor Make(FactorKind kind, std::size_t k, double duration_s, Rows* rows) const {
+    HoldFactor factor;
     factor.kind = kind;
     factor.node = static_cast<Index>(k);
     factor.rows = rows->Residual().size();
@@ -111,7 +111,7 @@ class Linearizer {
     Rows still = Empty(3, false);
     still.Node(kDelta, 3) = Matrix3d::Identity();
     still.Residual() = node.delta;
-    Factor factor = Make(FactorKind::kStill, k, rest.duration_s(), &still);
+    HoldFactor factor = Make(FactorKind::kStill, k, rest.duration_s(), &still);
     factor.path = rest.path_rms * state_.unit;
     out_.factors.push_back(std::move(factor));
     Rows walk = Empty(3, false);
@@ -244,7 +244,7 @@ LinearModel Linearize(const HeldChain& chain, const HoldState& state, const Mode
   return Linearizer(chain, state, extent).Run(latitude_rad);
 }
 
-double VarianceOf(const Factor& factor, const HoldNoise& noise) {
+double VarianceOf(const HoldFactor& factor, const HoldNoise& noise) {
   const double t_s = factor.duration_s;
   const double n2 = std::pow(kRadPerDeg * noise.angle_random_walk_deg_sqrt_s, 2);
   const double k2 = std::pow(kRadPerDeg * noise.bias_random_walk_deg_s_sqrt_s, 2);
@@ -274,7 +274,7 @@ namespace {
 
 ArrowSystem Assemble(const LinearModel& model, const HoldNoise& noise, Index functionals) {
   ArrowSystem system(model.nodes, model.extent.Parameters(), functionals);
-  for (const Factor& factor : model.factors) {
+  for (const HoldFactor& factor : model.factors) {
     if (!factor.used) continue;
     const double weight = 1.0 / VarianceOf(factor, noise);
     if (factor.kind == FactorKind::kTurn || factor.kind == FactorKind::kLinkWalk) {

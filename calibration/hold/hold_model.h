@@ -74,7 +74,7 @@ struct ModelExtent {
 enum class FactorKind { kAccel, kGyro, kStill, kRestWalk, kTurn, kLinkWalk };
 
 // Rows of equal variance that belong together.
-struct Factor {
+struct HoldFactor {
   FactorKind kind = FactorKind::kAccel;
   Eigen::Index node = 0;  // the first of two for kTurn and kLinkWalk
   Eigen::Index rows = 3;
@@ -87,7 +87,7 @@ struct Factor {
 struct LinearModel {
   ModelExtent extent;
   Eigen::Index nodes = 0;
-  std::vector<Factor> factors;
+  std::vector<HoldFactor> factors;
   // Prior of the Earth's rate in the state's frame, from where it is now.
   std::array<double, 3> earth_value = {}, earth_weight = {};
 };
@@ -97,7 +97,7 @@ LinearModel Linearize(const HeldChain& chain, const HoldState& state, const Mode
                       double latitude_rad);
 
 // Of one row.
-double VarianceOf(const Factor& factor, const HoldNoise& noise);
+double VarianceOf(const HoldFactor& factor, const HoldNoise& noise);
 
 ArrowSystem::Solution SolveModel(const LinearModel& model, const HoldNoise& noise);
 // The same with three functionals: the mean of the zero-rate offset over the rests [rad/s].

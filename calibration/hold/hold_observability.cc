@@ -26,7 +26,7 @@ constexpr std::array<const char*, 6> kFaces = {"+x", "-x", "+y", "-y", "+z", "-z
 Eigen::VectorXd StdErrors(const HeldChain& chain, const HoldState& state, const HoldNoise& noise) {
   const LinearModel model = Linearize(chain, state, ModelExtent{}, kMissing);
   ArrowSystem system(model.nodes, kBase);
-  for (const Factor& factor : model.factors) {
+  for (const HoldFactor& factor : model.factors) {
     const double weight = 1.0 / VarianceOf(factor, noise);
     if (factor.kind == FactorKind::kTurn || factor.kind == FactorKind::kLinkWalk) {
       system.AddPair(factor.node, factor.products, weight);
