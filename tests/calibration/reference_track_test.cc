@@ -65,6 +65,38 @@ TEST(ReferenceTrack, AMotionThatBeginsBetweenTwoReadingsIsInNoNodeTooLate) {
   }
 }
 
+// Three axes, read 2.28 ms one after the other five times a second: of the two nodes of each turn
+// some lay microseconds apart, once in a beat with the gyro's samples, and such an interval had
+// next to no noise.
+TEST(ReferenceTrack, NoTwoNodesAtRestEndWithTheSameSample) {
+  constexpr double kSample_s = 1.0 / 200.3, kAxis_s = 0.00228, kTurn_s = 0.2;
+  Collector collector;
+  MeasurementInfo info = Stand();
+  info.gyro_present = {true, true, true};
+  collector.OnInfo(info);
+  int sample_number = 0;
+  for (int turn = 0; turn < 1500; ++turn) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double read_s = turn * kTurn_s + axis * kAxis_s;
+      for (; kSample_s * sample_number <= read_s + 0.02; ++sample_number) {
+        GyroSample sample;
+        sample.t_s = kSample_s * sample_number;
+        sample.xi = {0.1, 0.2, 0.01 * (sample_number % 3)};
+        collector.OnGyro(sample);
+      }
+      collector.OnAngle(AngleSample{read_s, axis, 0.0});
+    }
+  }
+  const Recording recording = collector.Take();
+  const std::vector<Node>& nodes = recording.columns.nodes;
+  ASSERT_GT(nodes.size(), 1400u);
+  // The first has no sample before it.
+  for (std::size_t k = 2; k < nodes.size(); ++k) {
+    ASSERT_GT(nodes[k].samples.t_s - nodes[k - 1].samples.t_s, 0.5 * kSample_s)
+        << "at " << nodes[k].at.t_s;
+  }
+}
+
 // Where the swinging axis reverses it is slower for a moment than the noise of one at rest seems to
 // be: the reading of that one must not say when the node is, with the other carried on at its last
 // rate. It was off by 10 mdeg, and found as a step of the angle.

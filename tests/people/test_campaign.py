@@ -69,6 +69,12 @@ class Slice(unittest.TestCase):
         self.assertEqual([row["error"] for row in rows], [""])
         self.assertTrue(rows[0]["hidden_named"], rows)
 
+    # The pair that the README proposes. A delay of the reference was called two clocks that part in every second one.
+    def test_a_delay_in_bias_and_scale_together_is_no_drift_of_the_clock(self):
+        rows = campaign.perform(campaign.Job(all_worlds()["typical"], "bias+scale", 3, 30055), None)
+        self.assertEqual([row["error"] for row in rows], [""] * 3)
+        self.assertEqual([row["false"] for row in rows], [[]] * 3)
+
 
 if __name__ == "__main__":
     unittest.main()
