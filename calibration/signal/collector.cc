@@ -247,13 +247,6 @@ class Collector::Impl {
     job->node.accel_g = means.accel_g;
   }
 
-  // Axes that are read one shortly after the other make nodes that lie closer than two samples.
-  // Such an interval at rest says nothing, and as much as nothing is its noise: whatever a column
-  // has there would count as if it were known without error.
-  bool HasNoSampleOfItsOwn(const Node& node) const {
-    return !done_.empty() && node.samples.t_s <= done_.back().samples.t_s;
-  }
-
   void FinishNode(const Pending& job) {
     Node node = job.node;
     if (!gyro_.IntegralAt(node.at.t_s, &node.at)) {
@@ -263,7 +256,8 @@ class Collector::Impl {
     if (!done_.empty() && node.at.t_s <= done_.back().at.t_s) return;
     node.mean = job.readings.Mean();
     node.samples = gyro_.SumUpTo(node.at.t_s);
-    if (!job.moves && HasNoSampleOfItsOwn(node)) return;
+    // At rest an interval without a sample of its own has next to no noise: any column would count.
+    if (!job.moves && !done_.empty() && node.samples.t_s <= done_.back().samples.t_s) return;
     HalfIntegral(&node);
     WayIntegrals(&node);
     if (!job.moves || !job.readings.AverageOutput(gyro_, &node.mean, &node.z_near))

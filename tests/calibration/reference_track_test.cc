@@ -90,8 +90,8 @@ TEST(ReferenceTrack, NoTwoNodesAtRestEndWithTheSameSample) {
   const Recording recording = collector.Take();
   const std::vector<Node>& nodes = recording.columns.nodes;
   ASSERT_GT(nodes.size(), 1400u);
-  // The first has no sample before it.
-  for (std::size_t k = 2; k < nodes.size(); ++k) {
+  for (std::size_t k = 1; k < nodes.size(); ++k) {
+    if (nodes[k].at.t_s < 1.0) continue;  // it is not known yet that it rests
     ASSERT_GT(nodes[k].samples.t_s - nodes[k - 1].samples.t_s, 0.5 * kSample_s)
         << "at " << nodes[k].at.t_s;
   }
