@@ -61,6 +61,12 @@ std::string BenchPlace::ChannelPrefix() const {
   return config::LoadStandConfig(stand_file_).lcm.channel_prefix;
 }
 
+bool BenchPlace::KnowsItsDaemon() const {
+  if (!options_.socket.empty()) return true;
+  const bool elsewhere = !options_.lcm_url.empty() || !options_.channel_prefix.empty();
+  return !stand_file_.empty() && !elsewhere;
+}
+
 std::string BenchPlace::DaemonCommand() const {
   return fmt::format("gyrobenchd --config {}",
                      stand_file_.empty() ? std::string("FILE") : stand_file_.string());

@@ -28,6 +28,9 @@ class BenchPlace {
   // With neither option nor stand file: the defaults of config::LcmConfig.
   std::string LcmUrl() const;
   std::string ChannelPrefix() const;
+  // Whether control socket and LCM are said to be of one daemon: both by the stand file, or both by
+  // options.
+  bool KnowsItsDaemon() const;
   // What to type to start the daemon that was looked for.
   std::string DaemonCommand() const;
 

@@ -69,7 +69,10 @@ void RunFollower::Wait(LiveFeed* feed) {
 }
 
 void RunFollower::OnLive(const LiveMessage& message) {
-  if (RunIdOf(message) != run_id_) return;
+  if (const std::string told = strangers_.Tell(message.stranger, message.channel); !told.empty()) {
+    display_.Line(NoteText(told));
+  }
+  if (!message.stranger.empty() || RunIdOf(message) != run_id_) return;
   if (const auto* scale = std::get_if<scale_result_t>(&message.body)) {
     view_.estimate = EstimateText(*scale);
   } else if (const auto* bias = std::get_if<bias_result_t>(&message.body)) {

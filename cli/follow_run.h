@@ -7,6 +7,7 @@
 #include "cli/control_client.h"
 #include "cli/interrupt_watch.h"
 #include "cli/run_display.h"
+#include "cli/senders.h"
 
 namespace gyrobench::cli {
 
@@ -24,7 +25,8 @@ class RunFollower {
   RunFollower(const ControlClient& client, InterruptWatch& interrupts, RunDisplay& display,
               bool may_ask);
 
-  // Takes a message of the live feed; those of other runs are passed over.
+  // Takes a message of the live feed; those of other runs are passed over, and those of strangers,
+  // who are named once.
   void OnLive(const LiveMessage& message);
   // Returns when the run `run_id` has ended. `feed` may be null. Ctrl-C asks the daemon to abort in
   // order, a second one to stop. Throws UnreachableError when the daemon is gone.
@@ -47,6 +49,7 @@ class RunFollower {
   RunDisplay& display_;
   bool may_ask_;
   std::string run_id_;
+  StrangerNames strangers_;
   RunView view_;
   bool segment_is_live_ = false;  // LCM says it sooner, and with its kind
   RunEnd end_;

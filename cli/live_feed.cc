@@ -62,8 +62,11 @@ std::string UrlToJoin(const std::string& url) {
 
 class LiveFeed::Impl {
  public:
-  Impl(const std::string& url, std::string prefix, Handler handler)
-      : lcm_(UrlToJoin(url)), prefix_(std::move(prefix) + "_"), handler_(std::move(handler)) {
+  Impl(const std::string& url, std::string prefix, Senders::Ask ask, Handler handler)
+      : lcm_(UrlToJoin(url)),
+        prefix_(std::move(prefix) + "_"),
+        senders_(std::move(ask)),
+        handler_(std::move(handler)) {
     if (!lcm_.good()) {
       throw Error(
           fmt::format("no live data: LCM cannot be joined at {}; expected a URL such as "
@@ -97,8 +100,11 @@ class LiveFeed::Impl {
 
   void Decode(const lcm::ReceiveBuffer& buffer, const std::string& name) {
     ++received_;
+    Identify(buffer);
     if (GiveAny(buffer, name, static_cast<const AnyMessage*>(nullptr))) return;
-    handler_({name, 0, false, Undecoded{"a channel that this version does not know"}});
+    LiveMessage live = Named(name);
+    live.body = Undecoded{"a channel that this version does not know"};
+    handler_(live);
   }
 
   // False where the channel is none of theirs.
@@ -110,10 +116,9 @@ class LiveFeed::Impl {
 
   template <typename Message>
   bool Give(const lcm::ReceiveBuffer& buffer, const std::string& name) {
-    LiveMessage live{name, 0, false, {}};
+    LiveMessage live = Named(name);
     Message message;
-    const auto* const begin = static_cast<const std::uint8_t*>(buffer.data);
-    if (recording::DecodeSound({begin, buffer.data_size}, message)) {
+    if (recording::DecodeSound(BytesOf(buffer), message)) {
       Count(message.seq, live);
       live.body = std::move(message);
     } else {
@@ -123,27 +128,54 @@ class LiveFeed::Impl {
     return true;
   }
 
+  static recording::MessageBytes BytesOf(const lcm::ReceiveBuffer& buffer) {
+    return {static_cast<const std::uint8_t*>(buffer.data), buffer.data_size};
+  }
+
+  void Identify(const lcm::ReceiveBuffer& buffer) {
+    const Senders::Id sender = recording::SenderOf(BytesOf(buffer));
+    const bool is_stranger = senders_.IsStranger(sender, Senders::Steady::now());
+    sender_ = sender ? recording::Name(*sender) : "";
+    stranger_ = !is_stranger ? "" : sender ? "instance " + sender_ : "without an instance";
+  }
+
+  LiveMessage Named(const std::string& channel) const {
+    LiveMessage live;
+    live.channel = channel;
+    live.sender = sender_;
+    live.stranger = stranger_;
+    return live;
+  }
+
+  // Each sender counts for itself; the daemon that was started anew is another one.
   void Count(std::int64_t seq, LiveMessage& live) {
-    const auto [last, first] = last_seq_.try_emplace(live.channel, seq);
-    if (!first) {
-      live.restarted = seq <= last->second;
-      live.lost = live.restarted ? 0 : seq - last->second - 1;
-      last->second = seq;
-      lost_ += live.lost;
-    }
+    const auto [last, first] =
+        last_.try_emplace({live.channel, live.stranger}, Last{seq, live.sender});
+    if (first) return;
+    live.restarted = seq <= last->second.seq || live.sender != last->second.sender;
+    live.lost = live.restarted ? 0 : seq - last->second.seq - 1;
+    last->second = {seq, live.sender};
+    if (live.stranger.empty()) lost_ += live.lost;
   }
 
   lcm::LCM lcm_;
   std::string prefix_;
+  Senders senders_;
+  std::string sender_, stranger_;  // of the message at hand
   Handler handler_;
-  std::map<std::string, std::int64_t> last_seq_;
+  struct Last {
+    std::int64_t seq;
+    std::string sender;
+  };
+  std::map<std::pair<std::string, std::string>, Last> last_;  // of each channel and stranger
   std::int64_t received_ = 0;
   std::int64_t lost_ = 0;
   std::exception_ptr failure_;
 };
 
-LiveFeed::LiveFeed(const std::string& url, const std::string& channel_prefix, Handler handler)
-    : impl_(std::make_unique<Impl>(url, channel_prefix, std::move(handler))) {}
+LiveFeed::LiveFeed(const std::string& url, const std::string& channel_prefix, Senders::Ask ask,
+                   Handler handler)
+    : impl_(std::make_unique<Impl>(url, channel_prefix, std::move(ask), std::move(handler))) {}
 LiveFeed::~LiveFeed() = default;
 int LiveFeed::descriptor() const { return impl_->descriptor(); }
 void LiveFeed::Dispatch() { impl_->Dispatch(); }

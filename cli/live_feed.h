@@ -7,6 +7,7 @@
 #include <string>
 #include <variant>
 
+#include "cli/senders.h"
 #include "gyrobench/reflection.hpp"
 
 namespace gyrobench::cli {
@@ -28,6 +29,8 @@ struct LiveMessage {
   std::string channel;     // without prefix: "SCALE_RESULT"
   std::int64_t lost = 0;   // messages of this channel missing right before this one
   bool restarted = false;  // numbers began anew: the daemon was restarted
+  std::string sender;      // its instance, empty where it names none
+  std::string stranger;    // who it is in words, where it is not the daemon; empty: the daemon
   OrUndecoded<AnyMessage>::Type body;
 };
 
@@ -35,8 +38,9 @@ struct LiveMessage {
 class LiveFeed {
  public:
   using Handler = std::function<void(const LiveMessage&)>;
-  // Throws Error, with the command that mends it, when LCM cannot be joined.
-  LiveFeed(const std::string& url, const std::string& channel_prefix, Handler handler);
+  // `ask`: which instance the daemon is. Throws Error, with the command that mends it, when LCM cannot be joined.
+  LiveFeed(const std::string& url, const std::string& channel_prefix, Senders::Ask ask,
+           Handler handler);
   ~LiveFeed();
   LiveFeed(const LiveFeed&) = delete;
   LiveFeed& operator=(const LiveFeed&) = delete;
@@ -46,6 +50,7 @@ class LiveFeed {
   // Gives what has arrived to the handler, without waiting.
   void Dispatch();
   std::int64_t received() const;
+  // Of the daemon's own.
   std::int64_t lost() const;
 
  private:

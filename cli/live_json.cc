@@ -40,6 +40,8 @@ Json LiveJson(const LiveMessage& message) {
   Json json = std::visit([](const auto& m) { return Whole(m); }, message.body);
   json["channel"] = message.channel;
   json["lost"] = message.lost;
+  json["sender"] = message.sender.empty() ? Json() : Json(message.sender);
+  json["stranger"] = !message.stranger.empty();
   return json;
 }
 

@@ -246,8 +246,9 @@ std::string LiveLine(const LiveMessage& message, const presentation::Terminal& t
   const std::string text =
       presentation::CleanText(std::visit([](const auto& m) { return Describe(m); }, message.body));
   const bool alarming = message.channel == "FAULT";
+  const std::string whose = message.stranger.empty() ? "" : "STRANGER " + message.stranger + ": ";
   return line + terminal.Dim(time) + fmt::format("  {:<12}  ", message.channel) +
-         (alarming ? terminal.Red(text) : text);
+         terminal.Red(whose) + (alarming ? terminal.Red(text) : text);
 }
 
 }  // namespace gyrobench::cli

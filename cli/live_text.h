@@ -32,7 +32,7 @@ std::string NewsText(const LiveMessage& message);
 // What a message speaks of, of all that its channel does: an axis, a device.
 std::string NewsKey(const LiveMessage& message);
 
-// Every field under its own name, with "channel" and "lost". Values that are not finite become
+// Every field under its own name, with "channel", "lost", "sender" and "stranger". Values that are not finite become
 // null.
 nlohmann::json LiveJson(const LiveMessage& message);
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "base/json_text.h"
 #include "cli/commands.h"
@@ -13,6 +14,7 @@
 #include "cli/json_field.h"
 #include "cli/live_feed.h"
 #include "cli/run_display.h"
+#include "cli/senders.h"
 #include "cli/stored_results.h"
 #include "cli/terminal_text.h"
 #include "presentation/number.h"
@@ -78,9 +80,11 @@ void PrintStart(const Options& options, const Json& started) {
   std::fflush(stdout);
 }
 
-std::unique_ptr<LiveFeed> JoinLiveFeed(const BenchPlace& place, const LiveFeed::Handler& handler) {
+std::unique_ptr<LiveFeed> JoinLiveFeed(const BenchPlace& place, Senders::Ask ask,
+                                       const LiveFeed::Handler& handler) {
   try {
-    return std::make_unique<LiveFeed>(place.LcmUrl(), place.ChannelPrefix(), handler);
+    return std::make_unique<LiveFeed>(place.LcmUrl(), place.ChannelPrefix(), std::move(ask),
+                                      handler);
   } catch (const ConfigError&) {
     throw;
   } catch (const Error& error) {
@@ -115,9 +119,10 @@ int Run(const Options& options) {
   RunFollower follower(client, interrupts, *display, may_ask);
   // Before the start, so that nothing of the run is missed; not at all when the daemon is not
   // there.
-  client.Get("/v1/status");
-  const auto feed =
-      JoinLiveFeed(place, [&](const LiveMessage& message) { follower.OnLive(message); });
+  const Senders::Id daemon = AskInstance(client);
+  const auto feed = JoinLiveFeed(
+      place, [daemon] { return daemon; },
+      [&](const LiveMessage& message) { follower.OnLive(message); });
   const Json started = client.Post("/v1/runs", RunRequest(options));
   PrintStart(options, started);
 

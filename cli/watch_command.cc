@@ -17,6 +17,7 @@
 #include "cli/interrupt_watch.h"
 #include "cli/live_feed.h"
 #include "cli/live_text.h"
+#include "cli/terminal_text.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -32,6 +33,10 @@ class Watcher {
 
   void OnLive(const LiveMessage& message) {
     if (done_) return;
+    if (const std::string told = strangers_.Tell(message.stranger, message.channel);
+        !told.empty()) {
+      PrintError("watch", told);
+    }
     const bool samples =
         message.channel == "GYRO" || message.channel == "ANGLE" || message.channel == "AXES";
     if (samples && !options_.data) {
@@ -43,7 +48,9 @@ class Watcher {
     Print(message);
     ++printed_;
     const auto* run = std::get_if<run_t>(&message.body);
-    if (options_.until_stop && run != nullptr && run->event == run_t::STOP) done_ = true;
+    if (options_.until_stop && message.stranger.empty() && run != nullptr &&
+        run->event == run_t::STOP)
+      done_ = true;
     if (options_.count > 0 && printed_ >= options_.count) done_ = true;
   }
 
@@ -62,7 +69,7 @@ class Watcher {
     if (run != nullptr && run->event != run_t::PROGRESS) return true;
     if (message.channel == "GYRO" || message.channel == "ANGLE" || message.channel == "AXES")
       return true;
-    Said& said = said_[message.channel + NewsKey(message)];
+    Said& said = said_[message.stranger + message.channel + NewsKey(message)];
     const std::string text = NewsText(message);
     const auto* status = std::get_if<status_t>(&message.body);
     const bool warmer = status != nullptr && HasMoved(*status, said);
@@ -101,6 +108,7 @@ class Watcher {
   presentation::Terminal terminal_;
   std::int64_t printed_ = 0;
   bool done_ = false;
+  StrangerNames strangers_;
   std::map<std::string, Said> said_;  // last, of each channel and what it speaks of
 };
 
@@ -120,7 +128,7 @@ int Watch(const Options& options) {
   const BenchPlace place(options.bench);
   InterruptWatch interrupts;
   Watcher watcher(options);
-  LiveFeed feed(place.LcmUrl(), place.ChannelPrefix(),
+  LiveFeed feed(place.LcmUrl(), place.ChannelPrefix(), InstanceAt(place),
                 [&](const LiveMessage& message) { watcher.OnLive(message); });
   fmt::print(stderr, "listening to {}_* on {}; Ctrl-C ends\n", place.ChannelPrefix(),
              place.LcmUrl());

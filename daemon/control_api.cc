@@ -163,7 +163,8 @@ json Status(Context& c) {
               {"temperature_degC", Number(sensor.temperature_degC)},
               {"tick_ratio", Number(sensor.tick_ratio)},
               {"utime", c.clock.Now()},
-              {"version", kVersion}};
+              {"version", kVersion},
+              {"instance", recording::Name(c.publisher.sender())}};
   if (const Outputs* outputs = c.acquisition.outputs()) {
     for (const auto& [output, on] : outputs->States()) {
       status["outputs"][output] = on ? json(*on) : json();

@@ -22,6 +22,7 @@
 #include "daemon/simulated_buses.h"
 #include "daemon/stand_lock.h"
 #include "daemon/status_publisher.h"
+#include "daemon/stranger_watch.h"
 #include "daemon/telemetry.h"
 #include "drivers/factory.h"
 #include "gyrobench/fault_t.hpp"
@@ -83,6 +84,10 @@ struct Daemon::Parts {
       if (!device.ok) spdlog::warn("{}: {}", device.name, device.message);
     }
     TellOfInterruptedRuns();
+    strangers = std::make_unique<StrangerWatch>(StrangerWatch::Context{
+        stand.lcm.url, publisher.prefix() + "_STATUS", publisher.sender(),
+        [this] { return publisher.goes_out(); },
+        [this](const std::string& text) { notices.Add(clock->Now(), text); }});
     time->Idle(*starting);
     server = std::make_unique<ControlServer>(
         stand.control_socket,
@@ -212,6 +217,7 @@ struct Daemon::Parts {
   std::unique_ptr<RunEngine> engine;
   std::unique_ptr<ControlApi> api;
   std::unique_ptr<ControlServer> server;
+  std::unique_ptr<StrangerWatch> strangers;
 };
 
 Daemon::Daemon(const config::StandConfig& stand) : parts_(std::make_unique<Parts>(stand)) {}

@@ -48,12 +48,21 @@ bool LcmPublisher::Publish(std::string_view suffix, const std::uint8_t* bytes, s
   const std::lock_guard lock(mutex_);
   if (!lcm_) return false;
   channel_.assign(prefix_).append(suffix);
-  if (lcm_->publish(channel_, bytes, static_cast<unsigned>(size)) != 0) {
+  const recording::SenderBytes sender = recording::BytesOf(sender_);
+  packet_.assign(bytes, bytes + size);
+  packet_.insert(packet_.end(), sender.begin(), sender.end());
+  went_out_ = lcm_->publish(channel_, packet_.data(), static_cast<unsigned>(packet_.size())) == 0;
+  if (!went_out_) {
     if (health_.empty()) health_ = NoRoute(url_, "cannot publish");
     return false;
   }
   if (!health_.empty()) health_.clear();
   return true;
+}
+
+bool LcmPublisher::goes_out() const {
+  const std::lock_guard lock(mutex_);
+  return went_out_;
 }
 
 std::string LcmPublisher::health() const {

@@ -6,6 +6,9 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "recording/sender.h"
 
 namespace lcm {
 class LCM;
@@ -14,7 +17,7 @@ class LCM;
 namespace gyrobench::daemon {
 
 // Publishes on LCM, and goes on when the network has no multicast route: the run is recorded all
-// the same. Publish may be called from any thread.
+// the same. Publish may be called from any thread. Each message is followed by who sent it.
 class LcmPublisher {
  public:
   LcmPublisher(std::string url, std::string channel_prefix);
@@ -27,13 +30,20 @@ class LcmPublisher {
   // Empty while all is well; otherwise what is wrong and the command that mends it.
   std::string health() const;
   const std::string& prefix() const { return prefix_; }
+  // A message has gone out, and the last one has.
+  bool goes_out() const;
+  recording::Sender sender() const { return sender_; }
 
  private:
   const std::string url_;
   const std::string prefix_;
+  const recording::Sender sender_ = recording::DrawSender();
   mutable std::mutex mutex_;
   std::unique_ptr<lcm::LCM> lcm_;
-  std::string channel_;  // scratch, so that publishing allocates nothing
+  // Scratch, so that publishing allocates nothing.
+  std::string channel_;
+  std::vector<std::uint8_t> packet_;
+  bool went_out_ = false;
   std::string health_;
 };
 

@@ -11,6 +11,7 @@
 #include "gyrobench/reflection.hpp"
 #include "gyrobench/run_t.hpp"
 #include "recording/plausible.h"
+#include "recording/sender.h"
 
 namespace gyrobench::recording {
 namespace {
@@ -177,8 +178,12 @@ class Walk {
     sound_ = sound_ && length >= 1;
     Skip(length);
   }
-  // All fields were there, and nothing after them.
-  bool Ended() const { return sound_ && left_.empty(); }
+  // All fields were there, and nothing after them but who sent it.
+  bool Ended() const {
+    const bool is_signed = left_.size() == SenderBytes().size() && SenderOf(left_).has_value();
+    return sound_ && (left_.empty() || is_signed);
+  }
+  std::size_t left() const { return left_.size(); }
   bool sound() const { return sound_; }
 
  private:
@@ -193,7 +198,7 @@ bool DecodeSound(MessageBytes bytes, Message& message) {
   Walk walk(bytes);
   Reflection<Message>::Pass(walk);
   if (!walk.Ended()) return false;
-  const int size = static_cast<int>(bytes.size());
+  const int size = static_cast<int>(bytes.size() - walk.left());
   return message.decode(bytes.data(), 0, size) == size;
 }
 

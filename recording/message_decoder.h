@@ -25,8 +25,8 @@ namespace gyrobench::recording {
 // past the end.
 using MessageBytes = std::span<const std::uint8_t>;
 
-// Decodes bytes in which all counts and lengths fit the size. False when they are another type,
-// another version or damaged. Message: any type of msgs/.
+// Decodes bytes in which all counts and lengths fit the size; who sent them may follow (sender.h).
+// False when they are another type, another version or damaged. Message: any type of msgs/.
 template <typename Message>
 bool DecodeSound(MessageBytes bytes, Message& message);
 

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -20,7 +21,10 @@
 #include "gyrobench/run_t.hpp"
 #include "gyrobench/scale_result_t.hpp"
 #include "gyrobench/status_t.hpp"
+#include "recording/sender.h"
 #include "tests/cli/child_process.h"
+#include "tests/cli/fake_daemon.h"
+#include "tests/temporary_folder.h"
 
 namespace gyrobench::cli {
 namespace {
@@ -250,6 +254,101 @@ TEST_F(LiveData, WatchNamesWhatItCannotDecodeAndGoesOn) {
   const Finished finished = watch.Wait();
   EXPECT_EQ(finished.status, 0);
   EXPECT_THAT(finished.out, HasSubstr("the type does not match"));
+}
+
+// As daemons publish: with who they are behind the message.
+class TwoSenders : public LiveData {
+ protected:
+  template <typename Message>
+  void PublishAs(std::uint64_t id, const std::string& channel, Message message, std::int64_t seq) {
+    message.utime = 1'700'000'000'000'000 + seq;
+    message.run_id = "run-1";
+    message.seq = seq;
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(bytes.data(), 0, message.getEncodedSize());
+    const recording::SenderBytes sender = recording::BytesOf({id});
+    bytes.insert(bytes.end(), sender.begin(), sender.end());
+    const auto size = static_cast<unsigned>(bytes.size());
+    ASSERT_EQ(lcm_->publish("GYROBENCH_" + channel, bytes.data(), size), 0);
+  }
+  static fault_t Fault(const std::string& source) {
+    fault_t fault{};
+    fault.active = 1;
+    fault.source = source;
+    return fault;
+  }
+  static run_t Stop() {
+    run_t stop{};
+    stop.event = run_t::STOP;
+    return stop;
+  }
+  // The bench's daemon is that of instance 1, whatever else is heard.
+  std::vector<std::string> WatchBench(std::vector<std::string> more) const {
+    more.insert(more.end(), {"--socket", (folder_ / "s").string()});
+    return Watch(more);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(TwoSenders, WatchTellsTheDaemonsMessagesFromThoseOfOthersByTheDaemonsOwnWord) {
+  FakeDaemon daemon(folder_ / "s", [](const FakeRequest&) {
+    return FakeReply{200, {{"instance", recording::Name({1})}}};
+  });
+  ChildProcess watch(WatchBench({"--until-stop"}));
+  watch.WaitFor("listening");
+  PublishAs(2, "FAULT", Fault("of.another"), 5);
+  PublishAs(1, "FAULT", Fault("of.the.daemon"), 0);
+  PublishAs(2, "FAULT", Fault("again.of.another"), 6);
+  Publish("FAULT", Fault("of.nobody"), 70);
+  PublishAs(2, "RUN", Stop(), 0);
+  PublishAs(1, "FAULT", Fault("once.more"), 1);
+  PublishAs(1, "RUN", Stop(), 0);
+  const Finished finished = watch.Wait();
+  EXPECT_THAT(finished.out, HasSubstr("  of.the.daemon"));
+  EXPECT_THAT(finished.out, HasSubstr("  once.more")) << "the run of another is not this one's";
+  for (const char* stranger :
+       {"STRANGER instance 0000000000000002: of.another", "0000000000000002: again.of.another",
+        "STRANGER without an instance: of.nobody"}) {
+    EXPECT_THAT(finished.out, HasSubstr(stranger));
+  }
+  EXPECT_THAT(finished.out, testing::Not(HasSubstr("RESTARTED")));
+  EXPECT_THAT(finished.err, HasSubstr("7 messages received, 0 lost"));
+  EXPECT_THAT(finished.err, HasSubstr("another sender"));
+}
+
+TEST_F(TwoSenders, WhereTheDaemonCannotBeAskedWhoIsHeardBesideItIsTheStranger) {
+  ChildProcess watch(Watch({"--json", "--count", "5"}));
+  watch.WaitFor("listening");
+  for (int i = 0; i < 5; ++i) PublishAs(i % 2 == 0 ? 7 : 8, "FAULT", Fault("x"), i);
+  std::istringstream lines(watch.Wait().out);
+  std::vector<bool> strangers;
+  for (std::string line; std::getline(lines, line);) {
+    const json message = json::parse(line);
+    strangers.push_back(message.at("stranger"));
+    EXPECT_EQ(message.at("sender"),
+              strangers.size() % 2 == 1 ? "0000000000000007" : "0000000000000008");
+  }
+  // The second message may be that of a daemon that was started anew.
+  EXPECT_THAT(strangers, testing::ElementsAre(false, false, false, true, false));
+}
+
+TEST_F(TwoSenders, ADaemonThatWasStartedAnewIsNoStranger) {
+  std::atomic<std::uint64_t> instance = 1;
+  FakeDaemon daemon(folder_ / "s", [&](const FakeRequest&) {
+    return FakeReply{200, {{"instance", recording::Name({instance})}}};
+  });
+  ChildProcess watch(WatchBench({"--until-stop"}));
+  watch.WaitFor("listening");
+  PublishAs(1, "FAULT", Fault("before"), 3);
+  watch.WaitFor("before");
+  instance = 2;
+  PublishAs(2, "FAULT", Fault("after"), 9);
+  PublishAs(2, "RUN", Stop(), 0);
+  const Finished finished = watch.Wait();
+  EXPECT_THAT(finished.out, HasSubstr("after"));
+  EXPECT_THAT(finished.out, HasSubstr("RESTARTED"));
+  EXPECT_THAT(finished.err, HasSubstr("0 lost"));
 }
 
 // Every result that fits the documented subscribers' one packet.

@@ -20,7 +20,7 @@ struct Published {
   bool operator==(const Published&) const = default;
 };
 
-// All events of a log of LCM, in their order. What was published is whole once the publisher is
+// All events of a log of LCM, in their order, without who sent them. What was published is whole once the publisher is
 // gone.
 std::vector<Published> EventsOf(const std::filesystem::path& log);
 

@@ -58,8 +58,9 @@ template <typename Message>
 void Show(recording::MessageBytes bytes) {
   Message message;
   if (!recording::DecodeSound(bytes, message)) return;
-  const cli::LiveMessage live{std::string(Reflection<Message>::kChannel), 0, false,
-                              std::move(message)};
+  cli::LiveMessage live;
+  live.channel = Reflection<Message>::kChannel;
+  live.body = std::move(message);
   const std::string line = cli::LiveLine(live, presentation::Terminal{});
   if (std::ranges::any_of(line, IsControl)) throw BrokenLaw("control characters in: " + line);
   cli::NewsText(live);
