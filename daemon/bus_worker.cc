@@ -1,7 +1,6 @@
 #include "daemon/bus_worker.h"
 
 #include <algorithm>
-#include <chrono>
 
 namespace gyrobench::daemon {
 
@@ -49,21 +48,6 @@ void BusWorker::Resume() {
   if (held_.exchange(false)) Wake();
 }
 
-namespace {
-
-std::int64_t SteadyNow_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
-
-}  // namespace
-
-void BusWorker::Busy(bool busy) { busy_since_ns_ = busy ? SteadyNow_ns() : 0; }
-
-double BusWorker::BusyFor_s() const {
-  const std::int64_t since_ns = busy_since_ns_;
-  return since_ns == 0 ? 0.0 : static_cast<double>(SteadyNow_ns() - since_ns) * 1e-9;
-}
-
 void BusWorker::Wake() {
   const std::lock_guard lock(mutex_);
   if (participant_) participant_->Notify();
@@ -80,9 +64,8 @@ void BusWorker::RunTasks() {
       next.pop_front();
       if (&next == &urgent_) --urgent_waiting_;
     }
-    Busy(true);
+    const BusyTime::While busy(busy_);
     task();
-    Busy(false);
   }
 }
 
@@ -98,9 +81,8 @@ void BusWorker::Loop() {
       participant_->WaitUntil(due);
       continue;
     }
-    Busy(true);
+    const BusyTime::While busy(busy_);
     next->due = next->poll();
-    Busy(false);
   }
   RunTasks();  // what was posted just before
 }

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "daemon/busy_time.h"
 
 namespace gyrobench::daemon {
 
@@ -62,7 +63,7 @@ class BusWorker {
 
   // For how long, in real time, its thread has been at one poll or task; 0 while it waits for the
   // next. From any thread.
-  double BusyFor_s() const;
+  double BusyFor_s() const { return busy_.For_s(); }
 
   // Runs `function` in the bus's thread, waits for it as `caller`, and hands on its result or
   // exception.
@@ -120,7 +121,6 @@ class BusWorker {
   void Loop();
   void RunTasks();
   void Wake();
-  void Busy(bool busy);
 
   const std::string name_;
   Clock& clock_;
@@ -130,7 +130,7 @@ class BusWorker {
   std::deque<std::function<void()>> tasks_;
   std::deque<std::function<void()>> urgent_;
   std::atomic<int> urgent_waiting_ = 0;
-  std::atomic<std::int64_t> busy_since_ns_ = 0;  // 0: it waits
+  BusyTime busy_;
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> held_ = false;
   std::thread thread_;

@@ -243,7 +243,7 @@ json Start(Context& c, const json& body, std::optional<std::int64_t> stops) {
 void Stop(Context& c) { c.engine.Stop("stopped by the operator (gyrobench stop)"); }
 
 enum Lane : std::size_t { kStopping, kSteering, kStarting, kRehearsing };
-static_assert(kRehearsing + 1 == ControlApi::kLanes);
+static_assert(kRehearsing + 1 == ControlApi::kLanes && kStarting == ControlApi::kQuickLanes);
 
 // What a request needs.
 enum class Right {

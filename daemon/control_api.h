@@ -34,6 +34,8 @@ class ControlApi {
   // Requests that must not wait for each other: `stop` for nothing, and what looks or steers
   // neither for a start nor for a dry run, which take as long as their script.
   static constexpr std::size_t kLanes = 4;
+  // The first so many: no request of theirs takes long.
+  static constexpr std::size_t kQuickLanes = 2;
   static std::size_t LaneOf(const HttpRequest& request);
   // How often a stop was called for, as a request finds it when it comes. From any thread.
   std::int64_t Stamp() const;

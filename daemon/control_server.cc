@@ -24,6 +24,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "daemon/busy_time.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -59,10 +60,12 @@ class LaneThread {
     }
     asio::post(pool_, [this, task = std::move(task)] {
       --waiting_;
+      const BusyTime::While busy(busy_);
       task();
     });
     return true;
   }
+  const BusyTime& busy() const { return busy_; }
   // What waits is given up, what is under way is waited for.
   void Stop() {
     pool_.stop();
@@ -71,6 +74,7 @@ class LaneThread {
 
  private:
   std::atomic<std::size_t> waiting_ = 0;
+  BusyTime busy_;
   asio::thread_pool pool_{1};
 };
 
@@ -201,6 +205,7 @@ class ControlServer::Listener {
                       path_.string(), error.what()));
     }
     Accept();
+    Beat();
     thread_ = std::thread([this] { Serve(); });
   }
 
@@ -212,7 +217,31 @@ class ControlServer::Listener {
     std::filesystem::remove(path_, ignored);
   }
 
+  std::string Stuck(double longest_s) const {
+    for (std::size_t i = 0; i < service_.lanes.quick; ++i) {
+      const std::string text =
+          Hangs(fmt::format("the thread of requests {}", i), service_.threads[i].busy(), longest_s);
+      if (!text.empty()) return text;
+    }
+    return Hangs("the thread of connections", connections_, longest_s);
+  }
+
  private:
+  static std::string Hangs(const std::string& who, const BusyTime& time, double longest_s) {
+    const double busy_s = time.For_s();
+    if (busy_s <= longest_s) return {};
+    return fmt::format("{} has been at one thing for {:.0f} s", who, busy_s);
+  }
+
+  // All that its thread does is short: one that does not come by here hangs.
+  void Beat() {
+    connections_.Next();
+    beat_.expires_after(std::chrono::seconds(1));
+    beat_.async_wait([this](boost::system::error_code stopped) {
+      if (!stopped) Beat();
+    });
+  }
+
   void Open(const SocketRights& rights) {
     // Names that nobody has are told before anything is made.
     const uid_t owner = rights.owner ? UserByName(*rights.owner) : static_cast<uid_t>(-1);
@@ -294,6 +323,8 @@ class ControlServer::Listener {
   Service service_;
   Local::acceptor acceptor_;
   asio::steady_timer retry_{io_};
+  asio::steady_timer beat_{io_};
+  BusyTime connections_;
   std::list<std::weak_ptr<Session>> sessions_;
   std::thread thread_;
 };
@@ -308,5 +339,7 @@ ControlServer::ControlServer(const std::filesystem::path& socket, const SocketRi
     : listener_(std::make_unique<Listener>(socket, rights, std::move(handler), std::move(lanes))) {}
 
 ControlServer::~ControlServer() = default;
+
+std::string ControlServer::Stuck(double longest_s) const { return listener_->Stuck(longest_s); }
 
 }  // namespace gyrobench::daemon

@@ -52,6 +52,8 @@ class ControlServer {
     // Asked before a request waits in its lane: so it can be told from what came after others were
     // answered. May be empty.
     std::function<std::int64_t()> stamp = {};
+    // The first so many hang where one request takes them long; the others may.
+    std::size_t quick = 0;
   };
   // Creates `socket` with these rights, in a folder that is created if need be. Takes
   // over a socket that a dead daemon left; throws Error when a live one holds it, when something
@@ -61,8 +63,12 @@ class ControlServer {
   // One lane for all.
   ControlServer(const std::filesystem::path& socket, const SocketRights& rights, Handler handler);
   ~ControlServer();
+  // The thread that has been at one thing for longer than `longest_s`, in words; empty where there is
+  // none.
+  std::string Stuck(double longest_s = kLongest_s) const;
 
  private:
+  static constexpr double kLongest_s = 30.0;
   class Listener;
   std::unique_ptr<Listener> listener_;
 };

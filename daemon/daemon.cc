@@ -1,5 +1,6 @@
 #include "daemon/daemon.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <atomic>
@@ -95,7 +96,7 @@ struct Daemon::Parts {
                      stand.control_socket_group},
         [this](const HttpRequest& request) { return api->Handle(request); },
         ControlServer::Lanes{ControlApi::kLanes, ControlApi::LaneOf,
-                             [this] { return api->Stamp(); }});
+                             [this] { return api->Stamp(); }, ControlApi::kQuickLanes});
   }
 
   // Nothing is waited for before everything that moves or heats was told to stop.
@@ -225,7 +226,12 @@ Daemon::Daemon(const config::StandConfig& stand) : parts_(std::make_unique<Parts
 Daemon::~Daemon() = default;
 
 std::string Daemon::Stuck() const {
-  // Threads on a virtual clock wait for each other, as long as it takes.
+  constexpr double kLongestStatus_s = 30.0;
+  const double status_s = parts_->status->BusyFor_s();
+  if (status_s > kLongestStatus_s)
+    return fmt::format("the thread of the status has been at one message for {:.0f} s", status_s);
+  if (const std::string stuck = parts_->server->Stuck(); !stuck.empty()) return stuck;
+  // Those of buses on a virtual clock wait for each other, as long as it takes.
   return parts_->virtual_clock == nullptr ? parts_->acquisition->StuckBus() : "";
 }
 

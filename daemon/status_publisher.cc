@@ -54,8 +54,11 @@ void StatusPublisher::Loop() {
   // The disk lives in real time, whatever the bench's clock does.
   auto last_sync = std::chrono::steady_clock::now();
   while (!stopping_) {
-    publisher_.Open();
-    Publish();
+    {
+      const BusyTime::While busy(busy_);
+      publisher_.Open();
+      Publish();
+    }
     const auto now = std::chrono::steady_clock::now();
     if (now - last_sync >= std::chrono::seconds(1)) {
       CareForRecord();

@@ -12,6 +12,7 @@
 #include "base/clock.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
+#include "daemon/busy_time.h"
 #include "daemon/lcm_publisher.h"
 #include "daemon/run_control.h"
 #include "daemon/telemetry.h"
@@ -29,6 +30,9 @@ class StatusPublisher {
   void StandStill(bool still);
   // Publishes soon. From any thread.
   void Changed();
+  // For how long its thread has been at one message, in real time; the disk apart, which may take
+  // its time. 0 while it waits. From any thread.
+  double BusyFor_s() const { return busy_.For_s(); }
 
  private:
   void Loop();
@@ -45,6 +49,7 @@ class StatusPublisher {
   LcmPublisher& publisher_;
   std::unique_ptr<Clock::Participant> participant_;
   std::atomic<bool> stopping_ = false;
+  BusyTime busy_;
   std::atomic<bool> still_ = false;
   std::mutex heartbeat_mutex_;
   std::condition_variable heartbeat_ends_;

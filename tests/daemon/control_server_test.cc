@@ -207,6 +207,39 @@ TEST_F(ControlServerTest, ARequestIsStampedBeforeItWaits) {
   EXPECT_NE(Exchange(kGetStart).find("after 1 stops"), std::string::npos);
 }
 
+// A watchdog asks. Starts and dry runs take as long as their script; `stop` and what steers does not.
+TEST_F(ControlServerTest, AQuickRequestThatHangsIsSeenFromOutsideAndALongOneIsNone) {
+  std::promise<void> begun[2], goes_on[2];
+  ControlServer server(
+      socket_, {},
+      [&](const HttpRequest& request) {
+        const std::size_t lane = request.path == "/quick" ? 0 : 1;
+        begun[lane].set_value();
+        goes_on[lane].get_future().wait();
+        return HttpReply{};
+      },
+      {2,
+       [](const HttpRequest& request) -> std::size_t { return request.path == "/quick" ? 0 : 1; },
+       {},
+       1});
+  const auto ask = [this](const char* path) {
+    return std::async(std::launch::async, [this, path] {
+      return Exchange(std::string("GET ") + path + " HTTP/1.1\r\nConnection: close\r\n\r\n");
+    });
+  };
+  auto slow = ask("/slow");
+  begun[1].get_future().wait();
+  EXPECT_EQ(server.Stuck(0.0).find("requests"), std::string::npos);
+  auto quick = ask("/quick");
+  begun[0].get_future().wait();
+  EXPECT_NE(server.Stuck(0.0).find("the thread of requests 0"), std::string::npos);
+  goes_on[0].set_value();
+  quick.wait();
+  goes_on[1].set_value();
+  slow.wait();
+  EXPECT_EQ(server.Stuck(), "");
+}
+
 // Its connection was closed in services that were gone.
 TEST_F(ControlServerTest, EndsWhileARequestWaitsForAnother) {
   std::atomic<int> came = 0;
