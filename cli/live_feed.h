@@ -38,7 +38,8 @@ struct LiveMessage {
 class LiveFeed {
  public:
   using Handler = std::function<void(const LiveMessage&)>;
-  // `ask`: which instance the daemon is. Throws Error, with the command that mends it, when LCM cannot be joined.
+  // `ask`: which instance the daemon is. Throws Error, with the command that mends it, when LCM
+  // cannot be joined.
   LiveFeed(const std::string& url, const std::string& channel_prefix, Senders::Ask ask,
            Handler handler);
   ~LiveFeed();

@@ -32,8 +32,8 @@ std::string NewsText(const LiveMessage& message);
 // What a message speaks of, of all that its channel does: an axis, a device.
 std::string NewsKey(const LiveMessage& message);
 
-// Every field under its own name, with "channel", "lost", "sender" and "stranger". Values that are not finite become
-// null.
+// Every field under its own name, with "channel", "lost", "sender" and "stranger". Values that are
+// not finite become null.
 nlohmann::json LiveJson(const LiveMessage& message);
 
 }  // namespace gyrobench::cli

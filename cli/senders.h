@@ -16,8 +16,8 @@ namespace gyrobench::cli {
 class BenchPlace;
 class ControlClient;
 
-// A sender that is not known yet is looked up where the daemon can be asked: its control socket says
-// its instance. Where it cannot, the daemon is who was heard of first.
+// A sender that is not known yet is looked up where the daemon can be asked: its control socket
+// says its instance. Where it cannot, the daemon is who was heard of first.
 // Another one is a stranger once that is heard beside it: until then it may be the same daemon,
 // started anew. After 3 s of silence it is.
 class Senders {

@@ -62,6 +62,7 @@ void AxisUnit::OpenDrive() {
   StopIfMoving();
   const drivers::AxisState found = drive_->Open();
   if (!found.enabled) ++power_losses_;
+  guard_.DriveOpened();
   drive_answers_ = true;
   {
     const std::lock_guard lock(mutex_);

@@ -50,12 +50,14 @@ void MotionGuard::Begin(const AxisView& begin, double angle_deg, double rate_deg
                .deadline = begin.drive.utime + FromSeconds(longest_s),
                .polled = begin.drive,
                .judged = begin.reference.utime};
+  span_.Begin(begin.drive, rate_deg_s, ReferenceAge());
   may_move_ = true;
 }
 
 std::optional<Fault> MotionGuard::Polled(const drivers::AxisState& state,
                                          const drivers::AngleReading& reference) {
   const std::lock_guard lock(mutex_);
+  span_.Polled(state);
   if (!state.moving) {
     if (move_) last_rate_deg_s_ = move_->rate_deg_s;
     if (may_move_) at_rest_since_ = state.utime;
@@ -136,6 +138,7 @@ std::optional<Fault> MotionGuard::JudgeReading(const drivers::AxisState& before,
 Fault MotionGuard::Fail(const std::string& message) {
   if (move_) last_rate_deg_s_ = move_->rate_deg_s;
   move_.reset();
+  span_.Forget();
   return {"axis." + config_.name, message, {.device = "axis." + config_.name, .action = "move"}};
 }
 
@@ -143,10 +146,23 @@ void MotionGuard::ReferenceOpened() {
   const std::lock_guard lock(mutex_);
   rest_deg_.reset();
   left_ = 0;
+  span_.Forget();
+}
+
+void MotionGuard::DriveOpened() {
+  const std::lock_guard lock(mutex_);
+  span_.Forget();
 }
 
 std::optional<Fault> MotionGuard::Read(const drivers::AngleReading& reading) {
   const std::lock_guard lock(mutex_);
+  if (const auto excess = span_.Read(reading, config_.following_error_deg)) {
+    return Fail(fmt::format(
+        "the table does not follow its drive: while that was turned to and fro by {:.3f} deg the "
+        "reference sensor went over {:.3f} deg, allowed difference {:.3g} deg: stopped (a jammed "
+        "table, lost steps, a loose coupling, or a reference that is frozen?)",
+        excess->drive_deg, excess->reference_deg, excess->allowed_deg));
+  }
   if (may_move_ || reading.utime < at_rest_since_ + ReferenceAge()) {
     rest_deg_.reset();
     return std::nullopt;

@@ -8,6 +8,7 @@
 #include "base/clock.h"
 #include "config/stand_config.h"
 #include "daemon/fault.h"
+#include "daemon/span_guard.h"
 #include "drivers/angle_sensor.h"
 #include "drivers/axis.h"
 
@@ -23,13 +24,14 @@ struct AxisView {
 //   following  each reading against where the drive was at its time: |moved - drive| <= allowed
 //   rate       the reference against the command: moved <= rate * time + allowed
 //   target     moved <= commanded + allowed
+//   to and fro the span of the reference against that of the drive, over two moves: SpanGuard
 //   time       at most half as long again as distance, rate and acceleration make it, and 2 s
 // with allowed = following_error_deg + rate * (0.5 s + declared delay of the reference), the rate
 // of the move before added in a reversal. Otherwise:
 //   rest       a reference that leaves by more than following_error_deg where it came to rest,
 //              and a drive that says that it moves
-// Where two readings on end are beyond, or one poll of the drive, it is a fault, told once. How
-// exactly a move ended is judged by who asked for it.
+// Where two readings on end are beyond, or one span or poll of the drive, it is a fault, told once.
+// How exactly a move ended is judged by who asked for it.
 //
 // Thread-safe: drive and reference may be on two buses.
 class MotionGuard {
@@ -49,6 +51,8 @@ class MotionGuard {
   std::optional<Fault> Read(const drivers::AngleReading& reading);
   // What it showed before does not count.
   void ReferenceOpened();
+  // Nor its count.
+  void DriveOpened();
 
  private:
   struct Move {
@@ -74,6 +78,7 @@ class MotionGuard {
   mutable std::mutex mutex_;  // guards what follows
   bool may_move_ = true;      // nobody knows what was commanded before
   std::optional<Move> move_;
+  SpanGuard span_;
   double last_rate_deg_s_ = 0.0;  // of the move before
   Utime at_rest_since_ = 0;       // at the latest
   std::optional<double> rest_deg_;

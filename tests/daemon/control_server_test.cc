@@ -207,7 +207,7 @@ TEST_F(ControlServerTest, ARequestIsStampedBeforeItWaits) {
   EXPECT_NE(Exchange(kGetStart).find("after 1 stops"), std::string::npos);
 }
 
-// A watchdog asks. Starts and dry runs take as long as their script; `stop` and what steers does not.
+// A watchdog asks. Starts and dry runs take as long as their script; `stop` and what steers do not.
 TEST_F(ControlServerTest, AQuickRequestThatHangsIsSeenFromOutsideAndALongOneIsNone) {
   std::promise<void> begun[2], goes_on[2];
   ControlServer server(

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "tests/drivers/manual_clock.h"
@@ -133,6 +134,70 @@ TEST_F(MotionGuardTest, ADriveThatMovesWithoutACommandIsAFaultOnce) {
   EXPECT_FALSE(guard_.Polled(Drive(true, 8.0), Reference(0.0)));
   EXPECT_FALSE(guard_.Polled(Drive(false, 8.0), Reference(0.0)));
   EXPECT_TRUE(guard_.Polled(Drive(true, 9.0), Reference(0.0)));
+}
+
+// Swings of 1 s and 10 deg each, which no reading of half a second's age can tell from standstill.
+class ToAndFro : public MotionGuardTest {
+ protected:
+  static constexpr double kSide_deg = 5.0;
+  // Where the drive is after so many seconds, from the middle and back to it at last.
+  static double Swinging(double t_s) {
+    const double phase = std::fmod(std::max(0.0, t_s) + 0.5, 2.0);
+    return kRate_deg_s * (phase < 1.0 ? phase - 0.5 : 1.5 - phase);
+  }
+  // Moves are commanded at the ends of the swing; the table is where `table_deg` says.
+  void Swing(double duration_s, const std::function<double(double)>& table_deg) {
+    const Utime begin = now_;
+    while (ToSeconds(now_ - begin) < duration_s && !fault_) {
+      const bool first = now_ == begin;
+      const double from_deg = Swinging(ToSeconds(now_ - begin));
+      const double by_deg = first ? kSide_deg : from_deg > 0 ? -2 * kSide_deg : 2 * kSide_deg;
+      guard_.MayMove();
+      guard_.Begin({Drive(false, from_deg), Reference(table_deg(ToSeconds(now_ - begin)))}, by_deg,
+                   kRate_deg_s, 1e6);
+      const double so_far_s = ToSeconds(now_ - begin);
+      const Utime move_begin = now_;
+      Run(
+          first ? 0.5 : 1.0,
+          [&](double t_s) { return Swinging(so_far_s + std::min(t_s, first ? 0.499 : 0.999)); },
+          [&](double t_s) { return table_deg(so_far_s + t_s); });
+      if (!fault_) now_ = move_begin + FromSeconds(first ? 0.5 : 1.0);
+    }
+    swung_s_ = ToSeconds(now_ - begin);
+  }
+  double swung_s_ = 0.0;
+};
+
+TEST_F(ToAndFro, ATableThatIsJammedIsAFaultWithinTwoSwings) {
+  Swing(60.0, Still);
+  ASSERT_TRUE(fault_);
+  EXPECT_THAT(fault_->message, HasSubstr("does not follow its drive"));
+  EXPECT_THAT(fault_->message, HasSubstr("went over 0.000 deg"));
+  EXPECT_LT(swung_s_, 3.0);
+}
+
+TEST_F(ToAndFro, ATableThatJamsLaterOrFollowsInPartIsAFault) {
+  Swing(60.0, [](double t_s) { return Swinging(std::min(t_s, 20.2)); });
+  ASSERT_TRUE(fault_);
+  EXPECT_GT(swung_s_, 20.2);
+  EXPECT_LT(swung_s_, 26.0);
+  fault_.reset();
+  Run(5.0, Still, Still);
+  Swing(60.0, [](double t_s) { return 0.8 * Swinging(t_s); });
+  EXPECT_TRUE(fault_);
+}
+
+// As late as nobody needs to declare, or as declared; and with play in the worm.
+TEST_F(ToAndFro, ATableThatFollowsIsNoFaultHoweverLateItsReferenceIs) {
+  for (const double declared_s : {0.0, 1.3}) {
+    for (const double late_s : {0.0, 0.25, 0.5}) {
+      config_.encoder.map.delay_s = declared_s;
+      Swing(40.0, [=](double t_s) { return 0.95 * Swinging(t_s - declared_s - late_s); });
+      EXPECT_FALSE(fault_) << declared_s << " " << late_s << ": " << fault_->message;
+      Run(5.0, Still, Still);
+      fault_.reset();
+    }
+  }
 }
 
 // It comes to rest within its ramp, and its reference later still.

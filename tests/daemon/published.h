@@ -20,8 +20,8 @@ struct Published {
   bool operator==(const Published&) const = default;
 };
 
-// All events of a log of LCM, in their order, without who sent them. What was published is whole once the publisher is
-// gone.
+// All events of a log of LCM, in their order, without who sent them. What was published is whole
+// once the publisher is gone.
 std::vector<Published> EventsOf(const std::filesystem::path& log);
 
 // Those of one channel, decoded; without those that are not whole.
