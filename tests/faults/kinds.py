@@ -43,8 +43,7 @@ KINDS = [
     Kind("reboot of a drive", DRIVES, HELD, "reboot"),
     Kind("reboot of a reference", ENCODERS, {"done", "resumed"}, "reboot"),
     Kind("frozen sensor", ["gyro"], ANY, "frozen", marks=True, duration_s=(0.5, 60.0)),
-    # A swing turns to and fro by no more than a table may be behind in half a second: the analysis finds it.
-    Kind("frozen reference", ENCODERS, HELD | {"done"}, "frozen", acts="in motion", marks=True, enough_deg=10.0, duration_s=LONG_S),
+    Kind("frozen reference", ENCODERS, HELD, "frozen", acts="in motion", enough_deg=10.0, duration_s=LONG_S),
     Kind("frozen drive", DRIVES, ANY, "frozen", acts="in motion", enough_deg=10.0, duration_s=LONG_S),
     Kind("jump of the sensor", ["gyro"], ANY, "jump", amount=(-20.0, 20.0), duration_s=LONG_S),
     Kind("jump of a reference", ENCODERS, ANY, "jump", amount=(3.0, 200.0), duration_s=(0.05, 60.0)),
