@@ -326,13 +326,14 @@ void Acquisition::TryOn(AxisUnit& axis, void (drivers::Axis::*command)()) {
 
 void Acquisition::PostStopAll() {
   for (AxisUnit* axis : MostUrgentFirst()) {
-    axis->drive_bus().PostUrgent([this, axis] { TryOn(*axis, &drivers::Axis::Stop); });
+    axis->drive_bus().PostUrgentOnce("stop " + axis->name(),
+                                     [this, axis] { TryOn(*axis, &drivers::Axis::Stop); });
   }
 }
 
 void Acquisition::PostStopWhatAnswers() {
   for (AxisUnit* axis : MostUrgentFirst()) {
-    axis->drive_bus().PostUrgent([axis] {
+    axis->drive_bus().PostUrgentOnce("stop if it answers " + axis->name(), [axis] {
       try {
         axis->drive().Stop();
       } catch (const std::exception& error) {  // its poll says so as well
@@ -344,7 +345,9 @@ void Acquisition::PostStopWhatAnswers() {
 
 void Acquisition::PostClearAlarms() {
   for (const auto& axis : axes_) {
-    axis->drive_bus().Post([this, unit = axis.get()] { TryOn(*unit, &drivers::Axis::ClearAlarm); });
+    axis->drive_bus().PostOnce("clear alarm " + axis->name(), [this, unit = axis.get()] {
+      TryOn(*unit, &drivers::Axis::ClearAlarm);
+    });
   }
 }
 

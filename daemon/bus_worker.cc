@@ -27,18 +27,31 @@ void BusWorker::Stop() {
   thread_.join();
 }
 
-void BusWorker::Post(std::function<void()> task) {
+void BusWorker::Post(std::function<void()> task) { PostOnce({}, std::move(task)); }
+
+void BusWorker::PostUrgent(std::function<void()> task) { PostUrgentOnce({}, std::move(task)); }
+
+bool BusWorker::Waits(const std::deque<Task>& tasks, const std::string& key) {
+  for (auto task = tasks.rbegin(); task != tasks.rend() && !task->key.empty(); ++task) {
+    if (task->key == key) return true;
+  }
+  return false;
+}
+
+void BusWorker::PostOnce(std::string key, std::function<void()> task) {
   {
     const std::lock_guard lock(mutex_);
-    tasks_.push_back(std::move(task));
+    if (Waits(tasks_, key)) return;
+    tasks_.push_back({std::move(key), std::move(task)});
   }
   Wake();
 }
 
-void BusWorker::PostUrgent(std::function<void()> task) {
+void BusWorker::PostUrgentOnce(std::string key, std::function<void()> task) {
   {
     const std::lock_guard lock(mutex_);
-    urgent_.push_back(std::move(task));
+    if (Waits(urgent_, key)) return;
+    urgent_.push_back({std::move(key), std::move(task)});
     ++urgent_waiting_;
   }
   Wake();
@@ -60,7 +73,7 @@ void BusWorker::RunTasks() {
       const std::lock_guard lock(mutex_);
       auto& next = urgent_.empty() ? tasks_ : urgent_;
       if (next.empty()) return;
-      task = std::move(next.front());
+      task = std::move(next.front().run);
       next.pop_front();
       if (&next == &urgent_) --urgent_waiting_;
     }

@@ -58,6 +58,10 @@ class BusWorker {
   void Post(std::function<void()> task);
   // The same, before all that was posted otherwise; what the thread is doing is to hurry.
   void PostUrgent(std::function<void()> task);
+  // The same, but nothing where a task of this key waits already and no other kind of task behind it:
+  // what is asked for again and again takes no room, however long the bus is busy.
+  void PostOnce(std::string key, std::function<void()> task);
+  void PostUrgentOnce(std::string key, std::function<void()> task);
   // Whether an urgent task waits for what the thread is doing. From any thread.
   bool hurries() const { return urgent_waiting_ > 0; }
 
@@ -114,6 +118,11 @@ class BusWorker {
     if constexpr (!std::is_void_v<Result>) return std::move(outcome->value);
   }
 
+  struct Task {
+    std::string key;  // empty: none like it
+    std::function<void()> run;
+  };
+  static bool Waits(const std::deque<Task>& tasks, const std::string& key);
   struct Scheduled {
     Poll poll;
     Utime due = 0;
@@ -127,8 +136,8 @@ class BusWorker {
   std::unique_ptr<Clock::Participant> participant_;
   std::vector<Scheduled> polls_;
   std::mutex mutex_;
-  std::deque<std::function<void()>> tasks_;
-  std::deque<std::function<void()>> urgent_;
+  std::deque<Task> tasks_;
+  std::deque<Task> urgent_;
   std::atomic<int> urgent_waiting_ = 0;
   BusyTime busy_;
   std::atomic<bool> stopping_ = false;

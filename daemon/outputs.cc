@@ -100,7 +100,7 @@ std::optional<Fault> Outputs::TryAllOff() {
 }
 
 void Outputs::PostAllOff() {
-  worker_.Post([this] {
+  worker_.PostOnce("outputs off", [this] {
     if (const auto fault = TryAllOff()) on_fault_(*fault);
   });
 }

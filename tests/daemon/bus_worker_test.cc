@@ -50,6 +50,32 @@ TEST_F(BusWorkerTest, PollsEachDeviceAtItsOwnRateInBenchTime) {
   EXPECT_EQ(slow_seen.back(), kStart + 9'500'000);
 }
 
+// Of a client that calls for a stop without end while a device is silent.
+TEST_F(BusWorkerTest, WhatIsAskedForAgainWhileItWaitsIsDoneOnceAndWhatCameAfterOthersAgain) {
+  BusWorker worker("a", *clock_);
+  worker.Start();
+  std::promise<void> begun, goes_on;
+  worker.Post([&] {
+    begun.set_value();
+    goes_on.get_future().wait();
+  });
+  begun.get_future().wait();
+  std::string done;
+  for (int i = 0; i < 1000; ++i) {
+    worker.PostUrgentOnce("stop outer", [&] { done += "O"; });
+    worker.PostUrgentOnce("stop inner", [&] { done += "I"; });
+    worker.PostOnce("off", [&] { done += "-"; });
+  }
+  worker.Post([&] { done += "+"; });
+  for (int i = 0; i < 1000; ++i) worker.PostOnce("off", [&] { done += "-"; });
+  goes_on.set_value();
+  worker.Call(*me_, [&] { done += "."; });
+  worker.PostUrgentOnce("stop outer", [&] { done += "O"; });
+  worker.Call(*me_, [] {});
+  StopWorker(worker);
+  EXPECT_EQ(done, "OI-+-.O");
+}
+
 // A watchdog asks.
 TEST_F(BusWorkerTest, ATaskThatHangsIsSeenFromOutsideAndAWaitIsNone) {
   BusWorker worker("a", *clock_);

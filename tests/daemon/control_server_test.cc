@@ -8,7 +8,9 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -205,6 +207,38 @@ TEST_F(ControlServerTest, ARequestIsStampedBeforeItWaits) {
   end.set_value();
   for (auto& start : starts) EXPECT_NE(start.get().find("after 0 stops"), std::string::npos);
   EXPECT_NE(Exchange(kGetStart).find("after 1 stops"), std::string::npos);
+}
+
+// A queue without a bound would let whoever may connect take all memory.
+TEST_F(ControlServerTest, MoreRequestsThanMayWaitAreToldToComeAgain) {
+  std::promise<void> begun, goes_on;
+  std::atomic<int> handled = 0;
+  ControlServer server(socket_, {}, [&](const HttpRequest&) {
+    if (handled++ == 0) {
+      begun.set_value();
+      goes_on.get_future().wait();
+    }
+    return HttpReply{};
+  });
+  const auto ask = [this] { return Exchange("GET / HTTP/1.1\r\nConnection: close\r\n\r\n"); };
+  std::vector<std::future<std::string>> replies;
+  replies.push_back(std::async(std::launch::async, ask));
+  begun.get_future().wait();
+  for (int i = 0; i < 30; ++i) replies.push_back(std::async(std::launch::async, ask));
+  // Those beyond are answered while the first one is still at work.
+  const auto answered = [&] {
+    return std::ranges::count_if(replies, [](const auto& reply) {
+      return reply.wait_for(std::chrono::milliseconds(1)) == std::future_status::ready;
+    });
+  };
+  while (answered() < 14) {
+  }
+  goes_on.set_value();
+  int refused = 0;
+  for (auto& reply : replies) {
+    if (reply.get().find("503") != std::string::npos) ++refused;
+  }
+  EXPECT_EQ(refused, 14) << "one at work and 16 that wait are served";
 }
 
 // A watchdog asks. Starts and dry runs take as long as their script; `stop` and what steers do not.
