@@ -6,8 +6,8 @@
   tests/faults/load.py --storm-only
 
 With 100 clients connected and dry runs of a hostile script under way, `stop` is called so many times in each state of
-the stand, and median, 99 % and worst of the time to its answer are printed, and how many requests of all came again since the crowd had closed their connection; the time is real time, that of the bench
-runs 20 times as fast. Then the storm, in real time, on a stand that is a process of its own: the same clients, two
+the stand, and median, 99 % and worst of the time to its answer are printed, and how many requests of all came again since
+the crowd had closed their connection; the time is real time, that of the bench runs 20 times as fast. Then the storm, in real time, on a stand that is a process of its own: the same clients, two
 subscribers that take nothing, a disk that hangs for 5 s, and a daemon that gets no processor for 2 s. Each sample must
 be in the record, or counted as missing there and told.
 

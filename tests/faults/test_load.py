@@ -60,8 +60,8 @@ class Slice(unittest.TestCase):
             row, found = storm.result()
         self.assertEqual(found, [], row)
 
-    def test_an_hour_of_runs_neither_grows_nor_loses_anything(self):
-        self.assertEqual(soak.main(["--hours", "1"]), 0)
+    def test_half_an_hour_of_runs_neither_grows_nor_loses_anything(self):
+        self.assertEqual(soak.main(["--hours", "0.5"]), 0)
 
 
 if __name__ == "__main__":
