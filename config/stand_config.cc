@@ -303,7 +303,8 @@ ReferenceConfig ReadReference(const TomlTable& table) {
 }
 
 void ReadPlaces(const TomlTable& root, StandConfig& stand) {
-  stand.records = root.Path("records", stand.records);
+  // Who is told where a record is may stand in another folder.
+  stand.records = std::filesystem::absolute(root.Path("records", stand.records));
   stand.procedure_dirs = root.Paths("procedures", {1, 16});
   stand.control_socket = root.Path("control_socket");
   const std::size_t bytes = stand.control_socket.string().size();

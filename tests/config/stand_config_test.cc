@@ -33,6 +33,17 @@ class StandFile : public testing::Test {
   TestFolder folder_;
 };
 
+// The daemon's record was named by a path that the client, in another folder, did not find.
+TEST_F(StandFile, NamesTheRecordsByAPathThatHoldsInEveryFolder) {
+  folder_.Write("stand.toml",
+                "include = \"" + ConfigFolder().string() + "/virtual.toml\"\nrecords = \"r\"\n");
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder_.path());
+  const StandConfig stand = LoadStandConfig("stand.toml");
+  std::filesystem::current_path(before);
+  EXPECT_EQ(stand.records, std::filesystem::canonical(folder_.path()) / "r");
+}
+
 // Every field has a value of its own, so that two that were swapped would show.
 TEST_F(StandFile, FillsEveryFieldFromItsKey) {
   folder_.Write("sub/scenario.toml", "");

@@ -6,7 +6,7 @@ import json
 import resource
 import unittest
 
-from bench import Bench
+from bench import Bench, have_multicast
 
 SCALE = ["run", "scale", "-p", "turns=20", "-p", "rest_s=1", "-p", "initial_rest_s=5"]
 QUICK_BUSES = "[bus.b]\nretries = 0\n"
@@ -94,6 +94,8 @@ class SilentForAWhile(unittest.TestCase):
             said = [one["text"] for one in run["said"] if one["text"].startswith("suspended: ")]
             self.assertEqual(len(said), 1, run["said"])
             self.assertIn("is back after", said[0])
+            if have_multicast():  # told at once, with what to do
+                self.assertIn("to end it now: gyrobench abort", " ".join(done.stdout.split()))
             result = json.loads((record / "result.json").read_text())["scale"][0]
             self.assertEqual(result["turns"], self.whole["turns"] - turns_less)
             self.assertLess(abs(result["alpha"] - self.whole["alpha"]), 4 * self.whole["alpha_std_error"])
