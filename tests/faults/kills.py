@@ -10,7 +10,10 @@ Power cuts: of a whole log, everything up to a random byte has reached the disk;
 pages of 4 KiB that were not written out are zeros. Then: every sample up to that byte is read, no sample is read that was
 not measured, and what is damaged is named.
 
-  tests/faults/kills.py --kills 200 --cuts 200
+Resumed runs: killed like those, taken up by the next daemon (`gyrobench resume`), their result compared with that of a
+run that nobody killed: by the errors that both state, and by how many of those it is off.
+
+  tests/faults/kills.py --kills 200 --cuts 200 --resumes 50
 
 Progress goes to stderr, the table to stdout; exit status 1 where something was not as it must be. The daemon is that of
 GYROBENCH_BIN, build/dev/bin unless given.
@@ -40,6 +43,10 @@ SYNCED_WITHIN_S = 4.0 * int(os.environ.get("GYROBENCH_SLOWNESS", "1"))
 SCALE = ("scale", "turns=6", "initial_rest_s=8")
 COMMANDS = (SCALE, ("rates", "axes=z", "rates_deg_s=20, 40", "initial_rest_s=5"), ("poses", "poses=6", "rest_s=6"),
             ("sweep", "frequencies_hz=0.4, 0.8", "initial_rest_s=5"))
+MOST_SIGMAS = 4.0
+NOTHING_OVER = "none of its commands was over"
+LIVES_ON = "kill, stand lives on"
+PATIENT = "response_timeout_s = 2"
 HEATED = """procedure = { summary = 'x', description = 'x', measures = {}, parameters = {} }
 function run(p)
   bench.switch{ output='heater', on=true }
@@ -90,11 +97,21 @@ def samples_in(log, run):
     return times
 
 
+def attempt(kind, number, perform, *arguments):
+    """A row on a bench of its own: one that fails is a finding, and the others go on."""
+    try:
+        return perform(number, *arguments)
+    except Exception as error:
+        row = Row(kind, f"{kind}, {number}")
+        row.require(False, f"{type(error).__name__}: {error}")
+        return row.done()
+
+
 class Row:
     """One kill or cut: what it was, and what was not as it must be."""
 
     def __init__(self, kind, name):
-        self.kind, self.name, self.breaches, self.reached = kind, name, [], ""
+        self.kind, self.name, self.breaches, self.reached, self.sigmas = kind, name, [], "", None
         self.begin = time.monotonic()
 
     def require(self, holds, text):
@@ -172,9 +189,14 @@ def one_kill(bench, number, rng):
 
 def one_kill_outside(number, rng):
     """The same on a stand that goes on without its daemon."""
-    row = Row("kill, stand lives on", f"kill {number} of a daemon whose stand lives on")
+    row = Row(LIVES_ON, f"kill {number} of a daemon whose stand lives on")
     with OutsideStand(procedures={"heated": HEATED}) as bench:
+        # In real time, on a machine that is busy, a stand's reply may be late.
+        bench.config.write_text(bench.config.read_text().replace('[bus.a]\n', f'[bus.a]\n{PATIENT}\n')
+                                .replace('[bus.b]\n', f'[bus.b]\n{PATIENT}\n'))
         bench.start()
+        while not all(device["ok"] for device in bench.status()["devices"]):
+            time.sleep(0.2)
         started = bench.json("run", "heated", "--detach")
         while not bench.status()["run"]["segment"].startswith("inner"):
             if bench.status()["run"]["outcome"]:
@@ -183,6 +205,7 @@ def one_kill_outside(number, rng):
         time.sleep(rng.uniform(0.5, 6.0))
         row.reached = bench.status()["run"]["segment"]
         kill(bench)
+        # While nobody else has the line.
         row.require(bench.heats(), "the stand did not live on: the heater is off")
         row.require(bench.inner_is_moving(), "the stand did not live on: the axis is at rest")
         bench.start()
@@ -243,6 +266,73 @@ def one_cut(bench, number, rng, whole):
     return row.done()
 
 
+def estimate_of(folder):
+    """Value and standard error of what a run measures: the scale factor of z, or its offset where it does not turn."""
+    result = json.loads((folder / "result.json").read_text())
+    for scale in result["scale"]:
+        if scale["axis"] == "z":
+            return scale["alpha"], scale["alpha_std_error"]
+    (bias,) = [bias for bias in result["bias"] if bias["axis"] == "z"]
+    return bias["coefficients"][0], bias["std_errors"][0]
+
+
+def refused(row, resume):
+    """Killed before the first sync of its record, a run has nothing to go on from."""
+    row.require(NOTHING_OVER in resume.stderr, f"resume: {resume.stderr[-400:]}{resume.stdout[-400:]}")
+    row.reached = NOTHING_OVER
+    return row.done()
+
+
+def one_resume(bench, number, rng, whole):
+    """A run that is killed, by a chance of one in three once more, and taken up, to its end."""
+    command = rng.choice(list(whole))
+    row = Row("resumed run", f"resumed run {number} of {command[0]}")
+    started = bench.json("run", *arguments_of(command), "--detach")
+    for again in (rng.random() < 1 / 3, False):
+        begin = bench.status()["run"]["segments_done"]
+        wanted = begin + rng.randint(2, 5)
+        while not (run := bench.status()["run"])["outcome"] and run["segments_done"] < wanted:
+            time.sleep(0.02)
+        time.sleep(rng.uniform(0.0, 0.3))
+        kill(bench)
+        left = json.loads((pathlib.Path(started["record"]) / "run.json").read_text())
+        bench.start()
+        if left["outcome"] != "running":
+            row.reached = "killed behind its end"
+            return row.done()
+        bench.run("reset")
+        if not again:
+            break
+        taken_up = bench.run("resume", started["run_id"], "--detach", "--json")
+        if taken_up.returncode != 0:
+            return refused(row, taken_up)
+        started = json.loads(taken_up.stdout)
+    done = bench.run("resume", started["run_id"], "--json")
+    if done.returncode != 0:
+        return refused(row, done)
+    folder = pathlib.Path(json.loads(done.stdout)["record"])
+    run = json.loads((folder / "run.json").read_text())
+    row.require(run.get("resumed_from") == started["run_id"], f"resumed_from is {run.get('resumed_from')}")
+    (value, error), (expected, expected_error) = estimate_of(folder), whole[command]
+    row.sigmas = (value - expected) / (error**2 + expected_error**2)**0.5
+    row.require(abs(row.sigmas) <= MOST_SIGMAS, f"{value:.6g} ± {error:.2g}, expected {expected:.6g} ± {expected_error:.2g}")
+    row.reached = f"{run['outcome']}, off by {row.sigmas:.2f} standard errors"
+    return row.done()
+
+
+def resumes(options, rng):
+    rows = []
+    with paced_bench() as bench:
+        whole = {command: estimate_of(whole_record(bench, command)[0]) for command in COMMANDS}
+        for number in range(options.resumes):
+            rows.append(one_resume(bench, number, rng, whole))
+    sigmas = [row.sigmas for row in rows if row.sigmas is not None]
+    if sigmas:
+        print(f"resumed runs off by {(sum(z * z for z in sigmas) / len(sigmas))**0.5:.2f} standard errors (rms of {len(sigmas)}),"
+              f" {max(map(abs, sigmas)):.2f} at most")
+    return rows
+
+
 def paced_bench():
     return benches.Bench(extra=f"[virtual]\npace = {PACE}\n")
 
@@ -253,7 +343,7 @@ def kills(options, rng):
     with paced_bench() as bench:
         for number in range(options.kills - outside):
             rows.append(one_kill(bench, number, rng))
-    return rows + [one_kill_outside(number, rng) for number in range(outside)]
+    return rows + [attempt(LIVES_ON, number, one_kill_outside, rng) for number in range(outside)]
 
 
 def cuts(options, rng):
@@ -281,6 +371,7 @@ def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=200, help="default: %(default)s")
     parser.add_argument("--cuts", type=int, default=200, help="default: %(default)s")
+    parser.add_argument("--resumes", type=int, default=50, help="default: %(default)s")
     parser.add_argument("--seed", type=int, default=1)
     return parser.parse_args(arguments)
 
@@ -290,6 +381,8 @@ def main(arguments):
     rows = kills(options, random.Random(options.seed)) if options.kills else []
     if options.cuts:
         rows += cuts(options, random.Random(options.seed + 1))
+    if options.resumes:
+        rows += resumes(options, random.Random(options.seed + 2))
     print_table(rows)
     return 1 if any(row.breaches for row in rows) else 0
 
