@@ -1,5 +1,5 @@
-// A bench that keeps a journal of what its commands gave, and gives it again where a run is taken up
-// whose daemon had ended: the script comes to where it was without anything moving.
+// A bench that keeps a journal of what its commands gave, and gives it again where a run is taken
+// up whose daemon had ended: the script comes to where it was without anything moving.
 #pragma once
 
 #include <functional>

@@ -54,8 +54,8 @@ void RequireSame(const ResumedRun& run, const procedures::Procedure& procedure,
 // it was. Throws DataError.
 void DescribeResumption(nlohmann::json& run, const ResumedRun& resumed, const std::string& run_id);
 
-// Of its measurement as one that goes on. Where the sensor was switched off and on since, it belongs
-// to no one power-on.
+// Of its measurement as one that goes on. Where the sensor was switched off and on since, it
+// belongs to no one power-on.
 MeasurementInfo ContinuedInfo(const ResumedRun& run, const MeasurementInfo& now,
                               bool same_power_on);
 // By serial number, count of starts and moment. A virtual stand starts with its daemon.
