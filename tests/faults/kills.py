@@ -292,7 +292,9 @@ def refused(row, resume):
 
 def one_resume(bench, number, rng, whole):
     """A run that is killed, by a chance of one in three once more, and taken up, to its end."""
-    command = rng.choice(list(whole))
+    command = rng.choice(COMMANDS)
+    if command not in whole:
+        whole[command] = estimate_of(whole_record(bench, command)[0])
     row = Row("resumed run", f"resumed run {number} of {command[0]}")
     started = bench.json("run", *arguments_of(command), "--detach")
     for again in (rng.random() < 1 / 3, False):
@@ -328,9 +330,8 @@ def one_resume(bench, number, rng, whole):
 
 
 def resumes(options, rng):
-    rows = []
+    rows, whole = [], {}
     with paced_bench(STEADY) as bench:
-        whole = {command: estimate_of(whole_record(bench, command)[0]) for command in COMMANDS}
         for number in range(options.resumes):
             rows.append(one_resume(bench, number, rng, whole))
     sigmas = [row.sigmas for row in rows if row.sigmas is not None]
