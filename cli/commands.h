@@ -17,6 +17,8 @@ int Stop(const Options& options);
 int Reset(const Options& options);
 // run_command.cc
 int Run(const Options& options);
+// `resume RUN`: as Run, of a run whose daemon ended before it did.
+int TakeUp(const Options& options);
 // watch_command.cc
 int Watch(const Options& options);
 // record_commands.cc

@@ -263,7 +263,9 @@ int Status(const Options& options) {
 }
 
 int Pause(const Options& options) { return ChangeState(options, "/v1/pause"); }
-int Resume(const Options& options) { return ChangeState(options, "/v1/resume"); }
+int Resume(const Options& options) {
+  return options.name.empty() ? ChangeState(options, "/v1/resume") : TakeUp(options);
+}
 int Abort(const Options& options) { return ChangeState(options, "/v1/abort"); }
 int Stop(const Options& options) { return ChangeState(options, "/v1/stop"); }
 int Reset(const Options& options) { return ChangeState(options, "/v1/reset"); }

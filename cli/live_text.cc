@@ -67,6 +67,11 @@ std::string Describe(const run_t& m) {
       return "suspended: " + m.text;
     case run_t::CONTINUE:
       return "goes on: " + m.text;
+    case run_t::COMMAND:
+      return "done: " + m.text;
+    case run_t::TAKEN_UP:
+    case run_t::OTHER_POWER_ON:
+      return m.text;
     case run_t::STOP:
       return fmt::format("ended: {}{}{}, record {}", m.outcome, m.text.empty() ? "" : ": ", m.text,
                          m.record);

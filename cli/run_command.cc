@@ -94,8 +94,14 @@ std::unique_ptr<LiveFeed> JoinLiveFeed(const BenchPlace& place, Senders::Ask ask
   }
 }
 
-int RunDetached(const Options& options, const ControlClient& client) {
-  const Json started = client.Post("/v1/runs", RunRequest(options));
+// What asks for a run.
+struct RunStart {
+  const char* path;
+  Json body;
+};
+
+int RunDetached(const Options& options, const ControlClient& client, const RunStart& start) {
+  const Json started = client.Post(start.path, start.body);
   if (options.json) {
     fmt::print("{}\n", JsonText(started, 2));
   } else {
@@ -105,12 +111,10 @@ int RunDetached(const Options& options, const ControlClient& client) {
   return kDone;
 }
 
-}  // namespace
-
-int Run(const Options& options) {
+int StartAndFollow(const Options& options, const RunStart& start) {
   const BenchPlace place(options.bench);
   const ControlClient client(place.Socket(), place.DaemonCommand());
-  if (options.detach) return RunDetached(options, client);
+  if (options.detach) return RunDetached(options, client, start);
 
   InterruptWatch interrupts;
   const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
@@ -123,7 +127,7 @@ int Run(const Options& options) {
   const auto feed = JoinLiveFeed(
       place, [daemon] { return daemon; },
       [&](const LiveMessage& message) { follower.OnLive(message); });
-  const Json started = client.Post("/v1/runs", RunRequest(options));
+  const Json started = client.Post(start.path, start.body);
   PrintStart(options, started);
 
   const RunEnd end = follower.Follow(Text(started, "run_id"), feed.get());
@@ -139,6 +143,16 @@ int Run(const Options& options) {
     PrintEnd(started, end, result, trace, why_not);
   }
   return ExitStatusOf(end.outcome);
+}
+
+}  // namespace
+
+int Run(const Options& options) {
+  return StartAndFollow(options, {"/v1/runs", RunRequest(options)});
+}
+
+int TakeUp(const Options& options) {
+  return StartAndFollow(options, {"/v1/runs/resume", Json{{"run", options.name}}});
 }
 
 }  // namespace gyrobench::cli

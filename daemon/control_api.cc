@@ -197,6 +197,7 @@ json Procedures(Context& c) {
                     {"file", info.file.string()},
                     {"parameters", parameters},
                     {"measures", info.measures},
+                    {"resumable", info.resumable},
                     {"problem", info.problem}});
   }
   return {{"procedures", list}};
@@ -236,6 +237,11 @@ json Check(Context& c, const json& body) {
 
 json Start(Context& c, const json& body, std::optional<std::int64_t> stops) {
   const StartedRun run = c.engine.Start(Text(body, "procedure"), ReadParameters(body), stops);
+  return {{"run_id", run.run_id}, {"record", run.record}, {"duration_s", run.duration_s}};
+}
+
+json TakeUp(Context& c, const json& body, std::optional<std::int64_t> stops) {
+  const StartedRun run = c.engine.Resume(Text(body, "run"), stops);
   return {{"run_id", run.run_id}, {"record", run.record}, {"duration_s", run.duration_s}};
 }
 
@@ -295,6 +301,12 @@ const std::map<std::pair<std::string, std::string>, Route>& Routes() {
           return Start(c, ParseBody(request.body), request.stamp);
         },
         Right::kMove}},
+      {{"POST", "/v1/runs/resume"},
+       {201,
+        [](Context& c, const HttpRequest& request) {
+          return TakeUp(c, ParseBody(request.body), request.stamp);
+        },
+        Right::kMove}},
       {{"POST", "/v1/answer"}, Request(Right::kMove, Answer)},
       {{"POST", "/v1/pause"}, Action(Right::kMove, [](Context& c) { c.control.Pause(); })},
       {{"POST", "/v1/resume"}, Action(Right::kMove, [](Context& c) { c.control.Resume(); })},
@@ -311,7 +323,7 @@ const std::map<std::pair<std::string, std::string>, Route>& Routes() {
 
 std::size_t ControlApi::LaneOf(const HttpRequest& request) {
   if (request.path == "/v1/stop") return kStopping;
-  if (request.path == "/v1/runs") return kStarting;
+  if (request.path == "/v1/runs" || request.path == "/v1/runs/resume") return kStarting;
   const bool rehearses = request.path == "/v1/check" || request.path == "/v1/procedures";
   return rehearses ? kRehearsing : kSteering;
 }

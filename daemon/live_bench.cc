@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "daemon/bench_facts.h"
 #include "daemon/run_trace.h"
 #include "drivers/modbus_bus.h"
@@ -178,6 +179,26 @@ void LiveBench::Interrupt(const Suspension::Point& point, const Fault& silent) {
                            silent.source, ElapsedS() - begin_s);
   context_.telemetry.Send(go_on);
   Say("suspended: " + suspend.text + "; " + go_on.text);
+}
+
+void LiveBench::Record(const FinishedCommand& command) {
+  run_t message = Message(run_t::COMMAND);
+  message.text = command.command;
+  message.outcome = JsonText(command.outcome);
+  context_.telemetry.Send(message);
+}
+
+void LiveBench::TakeUp(const ResumedRun& run) {
+  progress_.segments_done = run.segments_done;
+  suspension_.GoTo(run.angles_deg);
+  AddWaiting(ToSeconds(run.last - start_));
+  run_t go_on = Message(run_t::CONTINUE);
+  go_on.text = fmt::format("run {} is taken up, {:.0f} s after the last command that was over",
+                           run.from.run_id(), ToSeconds(context_.clock.Now() - run.last));
+  context_.telemetry.Send(go_on);
+  analysis_.Begin(go_on.utime);
+  Say(go_on.text);
+  context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kRestBefore_s));
 }
 
 double LiveBench::StartMove(const procedures::TurnCommand& command) {

@@ -14,7 +14,9 @@
 #include "calibration/trace/trace.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
+#include "daemon/journal_bench.h"
 #include "daemon/progress_meter.h"
+#include "daemon/resumed_run.h"
 #include "daemon/run_control.h"
 #include "daemon/segment_analysis.h"
 #include "daemon/suspension.h"
@@ -76,6 +78,11 @@ class LiveBench final : public procedures::Bench {
   void Progress(double fraction) override;
   void SafePoint() override;
 
+  // A command is over (JournalBench): for whoever takes up this run, should its daemon end with it.
+  void Record(const FinishedCommand& command);
+  // Goes on with what another run had begun: turns the axes to where the first command that was not
+  // over began, and measures from there.
+  void TakeUp(const ResumedRun& run);
   // Waits until no result of a segment is worked out any more.
   void FinishResults() { analysis_.Finish(context_.participant); }
   // Measurements against limits that the procedure made.

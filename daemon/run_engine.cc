@@ -27,7 +27,7 @@ std::vector<procedures::AxisFacts> RunEngine::Axes() const {
 
 procedures::Plan RunEngine::Check(const std::string& procedure,
                                   const procedures::Parameters& parameters) {
-  return DryRunUntil(std::nullopt, library_.Find(procedure), parameters);
+  return DryRunUntil(std::nullopt, library_.Find(procedure), parameters, Axes());
 }
 
 // Bounded, since whoever asks for a dry run or a list waits for it.
@@ -42,14 +42,15 @@ procedures::SandboxLimits RunEngine::LoadLimits() const {
 
 procedures::Plan RunEngine::DryRunUntil(std::optional<std::int64_t> stops,
                                         const procedures::Procedure& procedure,
-                                        const procedures::Parameters& parameters) const {
+                                        const procedures::Parameters& parameters,
+                                        const std::vector<procedures::AxisFacts>& axes) const {
   procedures::RunHooks hooks;
   hooks.limits = LoadLimits();
   hooks.limits.cancelled = [this, stops] {
     return context_.control.stopped_for_good() || (stops && *stops != context_.control.stops());
   };
   try {
-    return procedures::DryRun(procedure, parameters, Axes(), DryOptions(), hooks);
+    return procedures::DryRun(procedure, parameters, axes, DryOptions(), hooks);
   } catch (const procedures::Aborted&) {
     throw StateError("stopped while the procedure was run dry: nothing has moved");
   }
@@ -75,7 +76,28 @@ StartedRun RunEngine::Start(const std::string& procedure, const procedures::Para
   const std::lock_guard starting(start_mutex_);
   procedures::Procedure found = library_.Find(procedure);
   procedures::Parameters complete = procedures::CheckParameters(found.info(), parameters);
-  procedures::Plan plan = DryRunUntil(stops, found, complete);
+  procedures::Plan plan = DryRunUntil(stops, found, complete, Axes());
+  return Begin(stops, std::move(found), std::move(complete), std::move(plan));
+}
+
+StartedRun RunEngine::Resume(const std::string& run_id, std::optional<std::int64_t> asked_at) {
+  const std::int64_t stops = asked_at.value_or(context_.control.stops());
+  const std::lock_guard starting(start_mutex_);
+  context_.control.RequireReady();
+  ResumedRun resumed = ReadInterrupted(context_.stand.records, run_id);
+  procedures::Procedure found = library_.Find(resumed.description.value("procedure", ""));
+  RequireDevicesWell(context_.acquisition);
+  RequireSame(resumed, found, context_.stand, context_.acquisition.Info());
+  std::vector<procedures::AxisFacts> axes = Axes();
+  for (procedures::AxisFacts& axis : axes) axis.angle_deg = resumed.begin_angles_deg.at(axis.name);
+  procedures::Parameters complete = procedures::CheckParameters(found.info(), resumed.parameters);
+  procedures::Plan plan = DryRunUntil(stops, found, complete, axes);
+  return Begin(stops, std::move(found), std::move(complete), std::move(plan), std::move(resumed));
+}
+
+StartedRun RunEngine::Begin(std::int64_t stops, procedures::Procedure procedure,
+                            procedures::Parameters parameters, procedures::Plan plan,
+                            std::optional<ResumedRun> resumed) {
   const double duration_s = plan.expected_duration_s;
   context_.control.RequireReady();
   if (std::string low = TooLittleRoom(context_.stand.records, context_.stand.safety.min_free_mib);
@@ -86,20 +108,21 @@ StartedRun RunEngine::Start(const std::string& procedure, const procedures::Para
   if (thread_.joinable()) thread_.join();
   auto participant = context_.clock.Join("run");
   context_.control.BeginRun(*participant, stops);
-  const RunView view =
-      Launch(std::move(found), std::move(complete), std::move(plan), std::move(participant));
+  const RunView view = Launch(std::move(procedure), std::move(parameters), std::move(plan),
+                              std::move(participant), std::move(resumed));
   return {view.run_id, view.record, duration_s};
 }
 
 RunView RunEngine::Launch(procedures::Procedure procedure, procedures::Parameters parameters,
-                          procedures::Plan plan, std::unique_ptr<Clock::Participant> participant) {
+                          procedures::Plan plan, std::unique_ptr<Clock::Participant> participant,
+                          std::optional<ResumedRun> resumed) {
   std::shared_ptr<RunExecution> run;
   try {
     auto directory = recording::RunDirectory::Create(context_.stand.records, procedure.info().name,
                                                      context_.clock.Now());
     run = std::make_shared<RunExecution>(context_, std::move(procedure), std::move(parameters),
                                          std::move(plan), std::move(directory),
-                                         std::move(participant));
+                                         std::move(participant), std::move(resumed));
     RunView view = run->View();  // as it begins
     const std::lock_guard lock(mutex_);
     thread_ = std::thread([run] { run->Execute(); });

@@ -37,6 +37,10 @@ class RunEngine {
   // begin.
   StartedRun Start(const std::string& procedure, const procedures::Parameters& parameters,
                    std::optional<std::int64_t> stops = std::nullopt);
+  // Takes up the run `run_id` of the records, whose daemon ended with it: its script is run again
+  // on what its commands gave then, and from the first one that was not over on the bench. Throws
+  // as Start does, and Error that says why it cannot be taken up.
+  StartedRun Resume(const std::string& run_id, std::optional<std::int64_t> stops = std::nullopt);
   // Clears a latched fault and the drives' alarms. Throws StateError while a run is on.
   void Reset();
   // Stops every axis and switches every output off, in every state, and ends a run that is on or
@@ -53,10 +57,16 @@ class RunEngine {
   // Given up by StateError at the daemon's end, and where `stops` of RunControl is not what it was.
   procedures::Plan DryRunUntil(std::optional<std::int64_t> stops,
                                const procedures::Procedure& procedure,
-                               const procedures::Parameters& parameters) const;
+                               const procedures::Parameters& parameters,
+                               const std::vector<procedures::AxisFacts>& axes) const;
+  // What was rehearsed begins.
+  StartedRun Begin(std::int64_t stops, procedures::Procedure procedure,
+                   procedures::Parameters parameters, procedures::Plan plan,
+                   std::optional<ResumedRun> resumed = {});
   // From BeginRun to the run's thread. Whatever is thrown, RunControl::EndRun was called.
   RunView Launch(procedures::Procedure procedure, procedures::Parameters parameters,
-                 procedures::Plan plan, std::unique_ptr<Clock::Participant> participant);
+                 procedures::Plan plan, std::unique_ptr<Clock::Participant> participant,
+                 std::optional<ResumedRun> resumed);
   // Tells axes and outputs.
   void PostStop();
   procedures::DryOptions DryOptions() const;

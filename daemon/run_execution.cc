@@ -25,6 +25,7 @@ constexpr Utime kTickFitPatience = 120 * kMicrosecondsPerSecond;
 // Samples of the last moment are still in the unit's ring when a run ends.
 constexpr Utime kDrain = kMicrosecondsPerSecond / 2;
 constexpr Utime kStopPatience = 10 * kMicrosecondsPerSecond;
+constexpr double kMostWaitForClock_s = 600.0;
 
 // Of what no program can switch off.
 std::string Reminder(const std::set<std::string>& on_by_hand) {
@@ -68,13 +69,15 @@ void RequireDevicesWell(const Acquisition& acquisition) {
 RunExecution::RunExecution(const RunContext& context, procedures::Procedure procedure,
                            procedures::Parameters parameters, procedures::Plan plan,
                            recording::RunDirectory directory,
-                           std::unique_ptr<Clock::Participant> participant)
+                           std::unique_ptr<Clock::Participant> participant,
+                           std::optional<ResumedRun> resumed)
     : context_(context),
       procedure_(std::move(procedure)),
       parameters_(std::move(parameters)),
       plan_(std::move(plan)),
       directory_(std::move(directory)),
       participant_(std::move(participant)),
+      resumed_(std::move(resumed)),
       start_(context.clock.Now()) {
   view_.run_id = directory_.run_id();
   view_.procedure = procedure_.info().name;
@@ -118,8 +121,9 @@ void RunExecution::WaitForTickFit() {
 void RunExecution::RunProcedure() {
   context_.acquisition.SetActiveAxes(plan_.axes);
   WaitForTickFit();
+  if (resumed_) WaitForEarlierEnd();
   context_.control.Prepared();
-  const Utime start = context_.clock.Now();
+  const Utime start = resumed_ ? resumed_->start : context_.clock.Now();
   {
     const std::lock_guard lock(mutex_);
     start_ = start;
@@ -127,6 +131,16 @@ void RunExecution::RunProcedure() {
   }
   missed_before_ = context_.acquisition.Sensor().missed;
   BeginRecord(start);
+  MakeBench(start);
+  try {
+    RunScript();
+  } catch (const procedures::Aborted&) {  // in the middle of the script, which does not know why
+    context_.control.ThrowIfToEnd();
+    throw;
+  }
+}
+
+void RunExecution::MakeBench(Utime start) {
   bench_ = std::make_unique<LiveBench>(
       LiveBench::Context{context_.stand, context_.clock, *participant_, context_.acquisition,
                          context_.telemetry, context_.control, plan_.expected_duration_s,
@@ -145,24 +159,53 @@ void RunExecution::RunProcedure() {
                            view_.progress = progress;
                          }},
       start);
+}
+
+void RunExecution::RunScript() {
   procedures::RunHooks hooks;
   hooks.limits.cancelled = [this] { return context_.control.IsToEnd(); };
-  try {
+  if (!procedure_.info().resumable) {
     procedures::RunProcedure(procedure_, parameters_, *bench_, hooks);
-  } catch (const procedures::Aborted&) {  // in the middle of the script, which does not know why
-    context_.control.ThrowIfToEnd();
-    throw;
+    return;
   }
+  JournalBench bench({*bench_, [this](const FinishedCommand& command) { bench_->Record(command); },
+                      [this] { bench_->TakeUp(*resumed_); }},
+                     resumed_ ? resumed_->journal : std::vector<FinishedCommand>());
+  procedures::RunProcedure(procedure_, parameters_, bench, hooks);
+}
+
+// Times of one record go forward: on the virtual stand bench time may be ahead of the wall clock
+// from which the next daemon counts, on a bench the wall clock may have been set back.
+void RunExecution::WaitForEarlierEnd() {
+  const Utime until = resumed_->end + kMicrosecondsPerSecond;
+  const double wait_s = ToSeconds(until - context_.clock.Now());
+  if (!context_.stand.virtual_stand && wait_s > kMostWaitForClock_s) {
+    throw Error(
+        fmt::format("this machine's clock is {:.0f} s behind the end of run {}: set it "
+                    "right, and start the daemon again",
+                    wait_s, resumed_->from.run_id()));
+  }
+  if (wait_s > 0) context_.control.Wait(context_.clock, until);
 }
 
 void RunExecution::BeginRecord(Utime start) {
-  const MeasurementInfo info = context_.acquisition.Info();
+  MeasurementInfo info = context_.acquisition.Info();
+  power_on_at_begin_ = info.power_on;
+  std::function<bool(AnyMessage&)> earlier;
+  if (resumed_) {
+    const bool same = IsSamePowerOn(*resumed_, info, context_.stand.virtual_stand.has_value());
+    info = ContinuedInfo(*resumed_, info, same);
+    earlier = MessagesBefore(*resumed_, same);
+    start = resumed_->start;
+  }
   description_ =
       DescribeRun(directory_.run_id(), procedure_, parameters_, context_.stand, info, start);
+  if (resumed_) DescribeResumption(description_, *resumed_, directory_.run_id());
   directory_.WriteRun(description_);
-  context_.telemetry.BeginRun(directory_.run_id(), directory_.EventLog().string(), info, start);
+  context_.telemetry.BeginRun(directory_.run_id(), directory_.EventLog().string(), info, start,
+                              earlier);
   run_t message{};
-  message.utime = start;
+  message.utime = resumed_ ? context_.clock.Now() : start;
   message.event = run_t::START;
   message.procedure = procedure_.info().name;
   message.record = directory_.folder().string();
@@ -364,7 +407,9 @@ RunExecution::Results RunExecution::Evaluate(Ending& ending, Utime end) {
 void RunExecution::WriteFiles(Ending& ending, const Results& results, Utime end) {
   const auto write_run = [&] {
     DescribeEnd(description_, ending.outcome, ending.message, ending.failures, bench_.get(), end);
-    DescribePowerOnAtEnd(description_, context_.acquisition.Info().power_on);
+    if (const std::string power_on = context_.acquisition.Info().power_on;
+        power_on != power_on_at_begin_)
+      DescribePowerOnAtEnd(description_, power_on);
     directory_.WriteRun(description_);
   };
   Attempt(ending, [&] { directory_.WriteResult(calibration::ToJson(results.analysis)); });

@@ -18,6 +18,7 @@
 #include "daemon/acquisition.h"
 #include "daemon/bench_time.h"
 #include "daemon/live_bench.h"
+#include "daemon/resumed_run.h"
 #include "daemon/run_control.h"
 #include "daemon/telemetry.h"
 #include "procedures/engine/dry_bench.h"
@@ -61,10 +62,12 @@ void RequireDevicesWell(const Acquisition& acquisition);
 
 class RunExecution {
  public:
-  // `participant`: whom the run waits as. What RunControl::BeginRun was told.
+  // `participant`: whom the run waits as. What RunControl::BeginRun was told. `resumed`: the run
+  // that it takes up.
   RunExecution(const RunContext& context, procedures::Procedure procedure,
                procedures::Parameters parameters, procedures::Plan plan,
-               recording::RunDirectory directory, std::unique_ptr<Clock::Participant> participant);
+               recording::RunDirectory directory, std::unique_ptr<Clock::Participant> participant,
+               std::optional<ResumedRun> resumed = {});
 
   // From the comparison of clocks to the closed record; whatever happens, the stand is at rest and
   // the outputs are off then. Does not throw. In the run's thread, once.
@@ -84,7 +87,12 @@ class RunExecution {
   };
   Ending RunToItsEnd();
   void RunProcedure();
+  void MakeBench(Utime start);
+  // On the live bench, or by its journal where the procedure can be taken up.
+  void RunScript();
   void WaitForTickFit();
+  // Until the clock has passed the end of the run that is taken up.
+  void WaitForEarlierEnd();
   // From here on the run has an event log. Before its first motion, or at its end when it came to
   // none.
   void BeginRecord(Utime start);
@@ -116,7 +124,9 @@ class RunExecution {
   const procedures::Plan plan_;
   const recording::RunDirectory directory_;
   std::unique_ptr<Clock::Participant> participant_;
+  const std::optional<ResumedRun> resumed_;
   nlohmann::json description_;
+  std::string power_on_at_begin_;
   std::int64_t missed_before_ = std::numeric_limits<std::int64_t>::max();
   std::unique_ptr<LiveBench> bench_;
   mutable std::mutex mutex_;  // guards what follows

@@ -143,4 +143,23 @@ void Suspension::GoBack(const std::string& axis, double to_deg) {
   while (context_.acquisition.ReadNow(context_.participant, axis).drive.moving) Pass(kPoll_s);
 }
 
+void Suspension::GoTo(const std::map<std::string, double>& angles_deg) {
+  for (const auto& [axis, to_deg] : angles_deg) {
+    const AxisView now = context_.acquisition.ReadNow(context_.participant, axis);
+    GoBack(axis, now.drive.commanded_deg + to_deg - now.reference.angle_deg);
+  }
+  Pass(kSettle_s);
+  for (const auto& [axis, to_deg] : angles_deg) {
+    const double is_deg =
+        context_.acquisition.ReadNow(context_.participant, axis).reference.angle_deg;
+    const double allowed_deg = ConfigOfAxis(context_.stand, axis).following_error_deg;
+    if (std::abs(is_deg - to_deg) <= allowed_deg) continue;
+    throw FaultError({"axis." + axis,
+                      fmt::format("its reference shows {:.3f} deg after it was turned to {:.3f} "
+                                  "deg, allowed difference {:g} deg",
+                                  is_deg, to_deg, allowed_deg),
+                      {.device = "axis." + axis, .action = "resume"}});
+  }
+}
+
 }  // namespace gyrobench::daemon

@@ -38,6 +38,9 @@ class Suspension {
   // that takes longer than safety.resume_within_s or something is not as it was, and
   // procedures::Aborted.
   void WaitAndGoBack(const Point& point, const Fault& silent);
+  // Turns the axes, of which nothing is known but what their references show, to these angles.
+  // Throws as a move does, and FaultError where an axis is not there then.
+  void GoTo(const std::map<std::string, double>& angles_deg);
 
  private:
   bool StopAll() const;

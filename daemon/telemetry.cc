@@ -35,8 +35,11 @@ Telemetry::Telemetry(LcmPublisher& publisher,
 Telemetry::~Telemetry() = default;
 
 void Telemetry::BeginRun(const std::string& run_id, const std::string& log_file,
-                         const MeasurementInfo& info, Utime start) {
+                         const MeasurementInfo& info, Utime start,
+                         const std::function<bool(AnyMessage&)>& earlier) {
   auto run = std::make_unique<Run>(run_id, log_file, info, start);
+  AnyMessage message;
+  while (earlier && earlier(message)) TakeOver(run_id, *run, message);
   const std::lock_guard lock(mutex_);
   run_ = std::move(run);
   run_id_ = run_id;
@@ -45,6 +48,23 @@ void Telemetry::BeginRun(const std::string& run_id, const std::string& log_file,
 void Telemetry::EndMeasurement() {
   const std::lock_guard lock(mutex_);
   if (run_) run_->measuring = false;
+}
+
+// Nobody else knows of the run yet: what is sampled meanwhile comes before it.
+void Telemetry::TakeOver(const std::string& run_id, Run& run, AnyMessage& message) const {
+  std::visit(
+      [&](auto& body) {
+        using Message = std::decay_t<decltype(body)>;
+        body.run_id = run_id;
+        std::vector<std::uint8_t> bytes(static_cast<std::size_t>(body.getEncodedSize()));
+        body.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+        run.log->Write(std::string(publisher_.prefix()).append(Reflection<Message>::kSuffix),
+                       body.utime, bytes.data(), bytes.size());
+        if constexpr (std::is_same_v<Message, gyro_t>) run.decoder.Gyro(body);
+        if constexpr (std::is_same_v<Message, angle_t>) run.decoder.Angle(body);
+        if constexpr (std::is_same_v<Message, run_t>) run.decoder.Run(body);
+      },
+      message);
 }
 
 // Whether samples go to the record and the analysis. With mutex_ held.

@@ -17,6 +17,7 @@
 #include "calibration/trace/trace.h"
 #include "calibration/trace/trace_result.h"
 #include "daemon/lcm_publisher.h"
+#include "gyrobench/reflection.hpp"
 #include "gyrobench/run_t.hpp"
 
 namespace gyrobench::calibration {
@@ -39,9 +40,11 @@ class Telemetry {
   Telemetry(LcmPublisher& publisher, std::function<void(const std::string&)> on_record_failure);
   ~Telemetry();
 
-  // From here on messages carry `run_id` and go to the log of `run_folder`. Throws DataError.
+  // From here on messages carry `run_id` and go to the log of `run_folder`. `earlier`: fills in one
+  // message of what was measured before the run after the other, false behind the last one; they
+  // are recorded and analysed as the run's own. Throws DataError, and what `earlier` throws.
   void BeginRun(const std::string& run_id, const std::string& log_file, const MeasurementInfo& info,
-                Utime start);
+                Utime start, const std::function<bool(AnyMessage&)>& earlier = {});
   // From here on samples are neither recorded nor analysed: what follows are results and the end. A
   // later analysis of the record then sees just what the last live one sees.
   void EndMeasurement();
@@ -79,6 +82,7 @@ class Telemetry {
   bool Measures() const;
   template <typename Message>
   void Number(Message& message);
+  void TakeOver(const std::string& run_id, Run& run, AnyMessage& message) const;
   template <typename Message>
   std::size_t Encode(const Message& message);
   template <typename Message>

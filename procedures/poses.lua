@@ -10,6 +10,7 @@ procedure = {
     .. "stand cannot take are left out and named. The bias of the result is the mean over the poses; where the trace "
     .. "names bias.g_linear or bias.g_squared, its baseline is the bias without gravity.",
   measures = { "bias" },
+  resumable = true,
   parameters = {
     { name = "poses", type = "choice", default = "18", choices = { "6", "18", "26" },
       help = "6: faces of the cube, 18: edges too, 26: corners too" },

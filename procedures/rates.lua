@@ -8,6 +8,7 @@ procedure = {
   description = "The stand puts the sensor axis upright, up and then down, and turns about it there and back at each "
     .. "rate. An axis that cannot be upright is turned as it lies. What the stand cannot do is left out and named.",
   measures = { "scale" },
+  resumable = true,
   parameters = {
     { name = "axes", type = "choice", default = "all", choices = { "all", "x", "y", "z" },
       help = "sensor axes that are turned about" },

@@ -7,6 +7,7 @@
 procedure = {
   summary = "Scale factor, from shaft turns with rests, there and back",
   measures = { "scale" },
+  resumable = true,
   parameters = {
     { name = "axis", type = "choice", default = "inner", choices = { "outer", "middle", "inner" },
       help = "axis of the stand that turns" },

@@ -9,6 +9,7 @@ procedure = {
   description = "Swings about one sensor axis at each frequency. Amplitudes shrink to what rate, acceleration and soft "
     .. "limits allow; frequencies at which less than least_amplitude_deg is left are left out and named.",
   measures = { "scale" },
+  resumable = true,
   parameters = {
     { name = "about", type = "choice", default = "z", choices = { "x", "y", "z" },
       help = "sensor axis that is turned about" },

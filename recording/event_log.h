@@ -1,8 +1,9 @@
 // The event log of a record, in the format of LCM: its own tools (lcm-logplayer) read what is
 // written here, and logs of lcm-logger can be read here.
 //
-// An event: sync word 0xEDA1DA01, event number (8 bytes), time stamp (8 bytes, microseconds since
-// the epoch), length of the channel's name (4), length of the data (4), name, data. All big-endian.
+// An event: sync word 0xEDA1DA01, checksum (4 bytes), event number (4), time stamp (8, microseconds
+// since the epoch), length of the channel's name (4), length of the data (4), name, data. All
+// big-endian. To LCM, checksum and number are one number of 8 bytes (event_checksum.h).
 #pragma once
 
 #include <cstdint>
@@ -21,6 +22,11 @@ namespace gyrobench::recording {
 
 inline constexpr std::size_t kMaxChannelLength = 63;     // LCM's limit
 inline constexpr std::size_t kMaxEventData = 16u << 20;  // beyond this a length is taken for damage
+
+// Damage of a log. `where`: byte and length.
+struct LogDamage : Defect {
+  Utime after = 0;  // time stamp of the last sound event before it, 0 where there is none
+};
 
 // Appends events to a new log. All calls are thread-safe. Every error is a DataError that names the
 // file, the system's reason and what was kept; after the first one every further call throws it
@@ -54,16 +60,17 @@ class EventLogWriter {
 // One event. The views hold until the next call of the reader.
 struct LogEvent {
   Utime utime = 0;
-  std::int64_t number = 0;  // as counted by the writer
+  std::int64_t number = 0;  // as counted by the writer, without the checksum
   std::int64_t byte = 0;    // place of the sync word in the file
   std::string_view channel;
   std::span<const std::uint8_t> data;
 };
 
 // Reads a log in one pass, in memory bounded by the largest event (kMaxEventData), not by the
-// length of the file. Damage is skipped up to the next sync word that begins a sound header, and
-// reported. LCM's own reader is not used: it stops at the first bad length, and believes a length
-// up to 2 GB.
+// length of the file. An event is handed out where its checksum holds; in a log that has none, one
+// of another logger, where another event follows it. Damage is skipped up to the next event that
+// may be believed, and reported. LCM's own reader is not used: it stops at the first bad length,
+// and believes a length up to 2 GB.
 class EventLogReader {
  public:
   // Throws DataError when the file cannot be opened.
@@ -80,7 +87,7 @@ class EventLogReader {
   // numbering says are lost, at least 1), `missing_events` where numbers jump in a sound file,
   // `truncated_log` where the last event is cut. After 100 entries the last one counts all further
   // ones.
-  const std::vector<Defect>& damage() const { return damage_; }
+  const std::vector<LogDamage>& damage() const { return damage_; }
 
  private:
   struct Header;
@@ -89,6 +96,7 @@ class EventLogReader {
   std::optional<Header> HeaderAt(std::size_t offset) const;
   std::optional<std::size_t> NextHeader(std::size_t from, std::size_t to) const;
   bool IsWhole(const Header& header);
+  bool IsFollowed(std::size_t size) const;
   bool EndsTruncated(const std::optional<Header>& header);
   void SkipDamage();
   void CloseDamage(std::int64_t end_byte, std::int64_t events_lost);
@@ -102,9 +110,11 @@ class EventLogReader {
   std::size_t head_ = 0, tail_ = 0;  // of the unread bytes in buffer_
   std::int64_t head_byte_ = 0;       // place of head_ in the file
   std::size_t consumed_ = 0;         // size of the event last handed out
+  Utime last_utime_ = 0;             // its time stamp
+  bool has_checksums_ = false;       // of the log: one was right
   std::optional<std::int64_t> damage_begin_;
   std::optional<std::int64_t> next_number_;
-  std::vector<Defect> damage_;
+  std::vector<LogDamage> damage_;
 };
 
 }  // namespace gyrobench::recording

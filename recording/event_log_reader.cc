@@ -9,8 +9,8 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "recording/event_checksum.h"
 #include "recording/event_log.h"
-#include "recording/plausible.h"
 
 namespace gyrobench::recording {
 
@@ -30,6 +30,7 @@ std::uint64_t BigEndian(const std::uint8_t* bytes, int count) {
 }  // namespace
 
 struct EventLogReader::Header {
+  std::uint32_t checksum = 0;  // 0 where it has none
   std::int64_t number = 0;
   Utime utime = 0;
   std::size_t channel_size = 0;
@@ -85,12 +86,13 @@ std::optional<EventLogReader::Header> EventLogReader::HeaderAt(std::size_t offse
   const std::uint8_t* bytes = buffer_.data() + head_ + offset;
   if (!std::equal(kSync.begin(), kSync.end(), bytes)) return std::nullopt;
   Header header;
-  header.number = static_cast<std::int64_t>(BigEndian(bytes + 4, 8));
+  header.checksum = static_cast<std::uint32_t>(BigEndian(bytes + kEventNumberAt, 4));
+  header.number = static_cast<std::int64_t>(BigEndian(bytes + kEventNumberAt + 4, 4));
   header.utime = static_cast<Utime>(BigEndian(bytes + 12, 8));
   header.channel_size = BigEndian(bytes + 20, 4);
   header.data_size = BigEndian(bytes + 24, 4);
   if (header.channel_size < 1 || header.channel_size > kMaxChannelLength ||
-      header.data_size > kMaxEventData || header.number < 0 || header.number > kMostSamples) {
+      header.data_size > kMaxEventData) {
     return std::nullopt;
   }
   const std::size_t seen = std::min(header.channel_size, available() - offset - kHeaderSize);
@@ -114,13 +116,22 @@ std::optional<std::size_t> EventLogReader::NextHeader(std::size_t from, std::siz
   return std::nullopt;
 }
 
-// Whether the event at head_ may be believed: it is all there, and another event or the end
-// follows. Where something else follows, either this event's length is damaged (a header lies
-// within what it claims) or the damage comes after it.
+// Whether the event at head_ may be believed: it is all there, and its checksum is right. In a log
+// with checksums, an event without one is none: a page that was never written is zero.
 bool EventLogReader::IsWhole(const Header& header) {
   const std::size_t size = header.event_size();
   Ensure(size + kSync.size());
   if (available() < size) return false;
+  if (header.checksum == 0) return !has_checksums_ && IsFollowed(size);
+  if (EventChecksum(buffer_.data() + head_, size) != header.checksum) return false;
+  has_checksums_ = true;
+  return true;
+}
+
+// Whether another event or the end follows the one at head_. Where something else follows, either
+// this event's length is damaged (a header lies within what it claims) or the damage comes after
+// it.
+bool EventLogReader::IsFollowed(std::size_t size) const {
   const std::size_t after = std::min(kSync.size(), available() - size);
   const std::uint8_t* next = buffer_.data() + head_ + size;
   if (std::equal(next, next + after, kSync.begin())) return true;
@@ -157,11 +168,11 @@ void EventLogReader::SkipDamage() {
 
 void EventLogReader::Report(std::string kind, std::int64_t count, std::string where) {
   if (damage_.size() < kMaxDamageEntries) {
-    damage_.push_back({std::move(kind), count, kMissing, std::move(where)});
+    damage_.push_back({{std::move(kind), count, kMissing, std::move(where)}, last_utime_});
     return;
   }
-  Defect& last = damage_.back();
-  if (last.kind != "further_damage") last = {"further_damage", last.count, kMissing, last.where};
+  LogDamage& last = damage_.back();
+  last.kind = "further_damage";
   last.count += count;
 }
 
@@ -192,6 +203,7 @@ bool EventLogReader::Next(LogEvent& event) {
     if (header && IsWhole(*header)) {
       CheckNumber(*header);
       const std::uint8_t* bytes = buffer_.data() + head_ + kHeaderSize;
+      last_utime_ = header->utime;
       event.utime = header->utime;
       event.number = header->number;
       event.byte = head_byte_;

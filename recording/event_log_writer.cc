@@ -7,10 +7,12 @@
 #include <boost/endian/conversion.hpp>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <mutex>
 #include <utility>
 
 #include "base/error.h"
+#include "recording/event_checksum.h"
 #include "recording/event_log.h"
 
 namespace gyrobench::recording {
@@ -146,6 +148,10 @@ void EventLogWriter::Write(std::string_view channel, Utime utime, const std::uin
       state.FailOfDisk("cannot keep up",
                        fmt::format("the disk has yet to take {} MiB", kMostPending >> 20));
     }
+    if (state.events > std::numeric_limits<std::uint32_t>::max()) {
+      state.FailOfDisk("is full", "a log holds 2^32 events at most");
+    }
+    const std::size_t begin = state.pending.size();
     AppendWord(state.pending, kSyncWord);
     AppendWord(state.pending, state.events);
     AppendWord(state.pending, static_cast<std::int64_t>(utime));
@@ -153,6 +159,9 @@ void EventLogWriter::Write(std::string_view channel, Utime utime, const std::uin
     AppendWord(state.pending, static_cast<std::int32_t>(size));
     state.pending.insert(state.pending.end(), channel.begin(), channel.end());
     state.pending.insert(state.pending.end(), data, data + size);
+    std::uint8_t* event = state.pending.data() + begin;
+    boost::endian::store_big_u32(event + kEventNumberAt,
+                                 EventChecksum(event, state.pending.size() - begin));
     ++state.events;
     if (state.pending.size() < kWriteAt) return;
   }

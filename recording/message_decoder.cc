@@ -144,7 +144,14 @@ void MessageDecoder::Angle(const angle_t& message) {
 void MessageDecoder::Run(const run_t& message) {
   if (!IsOurs(message.run_id, message.utime)) return;
   if (message.event == run_t::SUSPEND) Report("suspended", 1, message.utime, "_RUN", message.seq);
-  if (message.event == run_t::SUSPEND) suspended_ = true;
+  if (message.event == run_t::TAKEN_UP) Report("taken_up", 1, message.utime, "_RUN", message.seq);
+  if (message.event == run_t::OTHER_POWER_ON)
+    Report(kUnitRestarted, 1, message.utime, "_RUN", message.seq);
+  if (message.event == run_t::TAKEN_UP) {  // another daemon counts samples and starts anew
+    next_counter_.reset();
+    boot_count_.reset();
+  }
+  if (message.event == run_t::SUSPEND || message.event == run_t::TAKEN_UP) suspended_ = true;
   if (message.event == run_t::CONTINUE) suspended_ = false;
   if (message.event != run_t::SEGMENT_END) return;
   if (!IsPlausible(message.segment_begin_utime)) return;

@@ -37,7 +37,8 @@ bool DecodeSound(MessageBytes bytes, Message& message);
 // Left out and reported as a defect: a sample whose time is not after that of the one before
 // (repeated_time, time_backwards), an axis that `info` does not announce (unannounced_axis), a
 // message whose arrays do not fit its count or whose times no clock can give (damaged_message).
-// Left out and reported once: what was sampled while a run was suspended (suspended).
+// Left out and reported once: what was sampled while a run was suspended (suspended), or until it
+// was taken up again after its daemon had ended (taken_up).
 // Reported: samples_lost (by the unit's own count, or a jump of the sample numbers),
 // unit_restarted. Allocates nothing per sample.
 class MessageDecoder {

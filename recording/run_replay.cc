@@ -64,8 +64,13 @@ class LogMessages {
       if (progress && i % kEventsPerProgress == 0) progress(reader_.fraction());
     }
   }
-  std::vector<Defect> defects() const {
-    std::vector<Defect> found = reader_.damage();
+  // `origin`: of the measurement's time.
+  std::vector<Defect> defects(Utime origin) const {
+    std::vector<Defect> found;
+    for (const LogDamage& damage : reader_.damage()) {
+      Defect& defect = found.emplace_back(damage);
+      if (IsPlausible(damage.after)) defect.first_t_s = ToSeconds(damage.after - origin);
+    }
     for (const Defect& defect : counter_.Found()) found.push_back(defect);
     return found;
   }
@@ -222,7 +227,8 @@ void ReplayRun(const fs::path& record, MeasurementSink& sink, const ReplayProgre
                    [&](const angle_t& message) { decoder.Angle(message); },
                    [&](const run_t& message) { decoder.Run(message); }, progress);
   for (const Defect& defect : facts.defects) sink.OnDefect(defect);
-  for (const Defect& defect : messages.defects()) sink.OnDefect(defect);
+  const Utime origin = facts.info.power_on_utime.value_or(*facts.start);
+  for (const Defect& defect : messages.defects(origin)) sink.OnDefect(defect);
   if (progress) progress(1.0);
 }
 

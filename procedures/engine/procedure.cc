@@ -153,10 +153,11 @@ ProcedureInfo ReadDeclaration(lua_State* state) {
     throw Error("the global table `procedure = { summary = ..., parameters = ... }` is missing");
   }
   const TableReader table(state, -1, "procedure",
-                          {"summary", "description", "measures", "parameters"});
+                          {"summary", "description", "measures", "parameters", "resumable"});
   info.summary = table.RequiredText("summary");
   info.description = table.Text("description").value_or("");
   info.measures = ReadMeasures(table);
+  info.resumable = table.Has("resumable") && table.RequiredFlag("resumable");
   info.parameters = ReadParameters(state);
   lua_pop(state, 1);
   const bool runs = lua_getglobal(state, "run") == LUA_TFUNCTION;

@@ -44,7 +44,10 @@ struct ProcedureInfo {
   std::filesystem::path file;
   std::vector<Parameter> parameters;
   std::vector<std::string> measures;  // "bias", "scale": which results the run is to give
-  std::string problem;                // why it cannot be used; empty when it can
+  // Whether a run whose daemon ended may go on in the middle: each command measures the same
+  // whatever went on before.
+  bool resumable = false;
+  std::string problem;  // why it cannot be used; empty when it can
 };
 
 // No procedure of that name.

@@ -1,6 +1,7 @@
 """What a daemon finds at its start: another one, an axis that moves, an output that is on, a record that nobody closed."""
 import json
 import os
+import pathlib
 import shutil
 import socket
 import subprocess
@@ -172,6 +173,68 @@ class Found(unittest.TestCase):
             bench.stop()
             bench.start()
             self.assertEqual(bench.status()["notices"], [])
+
+
+class Resumed(unittest.TestCase):
+    TURNS = ("scale", "-p", "turns=6", "-p", "initial_rest_s=8")
+
+    def kill_within(self, bench, arguments, commands):
+        """Id and record of a run whose daemon is killed once so many of its commands are on disk as over."""
+        started = bench.json("run", *arguments, "--detach")
+        record = pathlib.Path(started["record"])
+        log = record / "events.lcmlog"
+        while not log.exists() or log.read_bytes().count(b'"elapsed_s":') < commands:
+            self.assertEqual(bench.status()["run"]["outcome"], "")
+        bench.daemon.kill()
+        bench.daemon.wait(DEADLINE_S)
+        bench.start()
+        return started["run_id"], record
+
+    def scale_of(self, record):
+        (scale,) = json.loads((record / "result.json").read_text())["scale"]
+        return scale["alpha"], scale["alpha_std_error"], scale["turns"]
+
+    def test_a_run_whose_daemon_was_killed_goes_on_and_gives_what_it_would_have(self):
+        with Bench(extra=PACED.replace("20", "40")) as bench:
+            self.assertEqual(bench.run("run", *self.TURNS).returncode, 0)
+            alpha, error, turns = self.scale_of(bench.newest_record())
+            run_id, record = self.kill_within(bench, self.TURNS, 7)
+            before_reset = bench.run("resume", run_id)
+            self.assertEqual(before_reset.returncode, 1)
+            self.assertIn("gyrobench reset", before_reset.stderr)
+            self.assertEqual(bench.run("reset").returncode, 0)
+            resumed = pathlib.Path(bench.json("resume", run_id)["record"])
+            run = json.loads((resumed / "run.json").read_text())
+            self.assertEqual((run["outcome"], run["resumed_from"]), ("done", run_id))
+            self.assertEqual(json.loads((record / "run.json").read_text())["resumed_by"], run["run_id"])
+            self.assertEqual(run["start_utime"], json.loads((record / "run.json").read_text())["start_utime"])
+            again, its_error, its_turns = self.scale_of(resumed)
+            self.assertEqual(its_turns, turns)
+            self.assertLess(abs(again - alpha), 4 * (error**2 + its_error**2)**0.5)
+            # From the record alone the same comes out, and the gap is said.
+            analysis = bench.json("analyze", resumed)
+            self.assertEqual(analysis["scale"][0]["alpha"], again)
+            self.assertIn("taken_up", [defect["kind"] for defect in analysis["defects"]])
+            twice = bench.run("resume", run_id)
+            self.assertEqual(twice.returncode, 1)
+            self.assertIn(f"taken up already, by run {run['run_id']}", twice.stderr)
+
+    def test_what_cannot_go_on_is_refused_with_the_reason(self):
+        own = HEAD.replace("measures", "resumable = true, measures") + "for i = 1, 9 do bench.rest{ duration_s=10 } end\nend\n"
+        with Bench(extra=PACED, procedures={"rests": own}) as bench:
+            for command, commands, reason in ((("bias",), 0, "without a break"), (("rests",), 0, "none of its commands was over"),
+                                              (("rests",), 3, "the script of rests is not the one that it ran")):
+                run_id, _ = self.kill_within(bench, command, commands)
+                bench.run("reset")
+                if commands == 3:
+                    (bench.procedures / "rests.lua").write_text(own.replace("10", "11"))
+                refused = bench.run("resume", run_id)
+                self.assertEqual(refused.returncode, 1)
+                self.assertIn(reason, refused.stderr)
+            unknown = bench.run("resume", "20200101-000000-scale")
+            self.assertEqual(unknown.returncode, 1)
+            self.assertIn("there is no run", unknown.stderr)
+            self.assertEqual(bench.status()["state"], "idle")
 
 
 class Watchdog(unittest.TestCase):

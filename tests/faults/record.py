@@ -23,6 +23,18 @@ def events(path):
         at = begin + size
 
 
+def whole_events(data):
+    """(channel, bytes) of each event at the begin of a log up to the first that is cut."""
+    at = 0
+    while len(data) - at >= 28:
+        sync, _, _, channel_size, size = struct.unpack_from(">IqqII", data, at)
+        begin = at + 28 + channel_size
+        if sync != SYNC or begin + size > len(data):
+            return
+        yield data[at + 28:begin].decode(), data[begin:begin + size]
+        at = begin + size
+
+
 def text(message, at):
     (size,) = struct.unpack_from(">i", message, at)
     return message[at + 4:at + 3 + size].decode(), at + 4 + size
@@ -32,9 +44,15 @@ class Block:
     """One gyro_t."""
 
     def __init__(self, message):
-        _, at = text(message, 16)
-        self.seq, _, _, self.boot_count, self.missed, _, _, self.n, self.first = struct.unpack_from(
-            ">qqdiqddiq", message, at)
+        (self.utime,) = struct.unpack_from(">q", message, 8)
+        self.run_id, at = text(message, 16)
+        layout = ">qqdiqddiq"
+        self.seq, _, _, self.boot_count, self.missed, _, _, self.n, self.first = struct.unpack_from(layout, message, at)
+        self.times_at = at + struct.calcsize(layout)
+
+    def times(self, message):
+        """Of its samples, host clock, microseconds."""
+        return struct.unpack_from(f">{self.n}q", message, self.times_at)
 
 
 class Run:

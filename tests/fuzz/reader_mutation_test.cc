@@ -8,6 +8,7 @@
 #include "tests/fuzz/mutation.h"
 #include "tests/fuzz/samples.h"
 #include "tests/recording/gzip.h"
+#include "tests/recording/record_builder.h"
 #include "tests/recording/sinks.h"
 
 namespace gyrobench::testing {
@@ -94,9 +95,11 @@ TEST_F(ReaderMutation, CompressedTablesDoSoToo) {
 
 TEST_F(ReaderMutation, RecordsGiveAnErrorThatNamesThemOrNumbers) {
   const SampleRecord valid = MakeSampleRecord(folder_ / "run");
+  const std::string earlier = recording::WithoutChecksums(folder_ / "run/events.lcmlog");
   int read = 0;
   for (int round = 0; round < 3000; ++round) {
-    std::string log = valid.log;
+    // With checksums, damage does not come beyond them; without, as of earlier records, it does.
+    std::string log = round % 3 == 0 ? valid.log : earlier;
     for (unsigned i = random_() % 4; i < 4; ++i) {
       random_() % 3 == 0 ? MutateBytes(log, random_) : MutateBinaryNumber(log, random_);
     }

@@ -7,6 +7,7 @@
 #include "tests/fuzz/request_laws.h"
 #include "tests/fuzz/samples.h"
 #include "tests/recording/gzip.h"
+#include "tests/recording/record_builder.h"
 #include "tests/recording/sinks.h"
 
 namespace fs = std::filesystem;
@@ -55,6 +56,10 @@ int main(int argc, char** argv) {
   const auto record = gyrobench::testing::MakeSampleRecord(scratch / "run");
   WriteFile(out / "record/with_run_json", std::string(1, '\0') + record.log);
   WriteFile(out / "record/alone", std::string(1, '\1') + record.log);
+  // Nothing that a fuzzer changes comes beyond a checksum.
+  const std::string earlier = gyrobench::recording::WithoutChecksums(scratch / "run/events.lcmlog");
+  WriteFile(out / "record/earlier_with_run_json", std::string(1, '\0') + earlier);
+  WriteFile(out / "record/earlier_alone", std::string(1, '\1') + earlier);
   WriteFile(out / "run_json/valid", record.run_json);
   WriteFile(out / "calibration/valid", gyrobench::testing::SampleCalibration());
   const fs::path config = fs::path(GYROBENCH_SOURCE_DIR) / "config";

@@ -5,11 +5,13 @@
 #include <lcm/lcm.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <random>
 #include <thread>
 
 #include "base/error.h"
+#include "record_builder.h"
 #include "sinks.h"
 
 namespace gyrobench::recording {
@@ -72,7 +74,9 @@ TEST(EventLog, IsReadByLcmsOwnReader) {
   for (int i = 0; i < 50; ++i) {
     lcm_eventlog_event_t* event = lcm_eventlog_read_next_event(log);
     ASSERT_NE(event, nullptr) << i;
-    const Seen seen = {event->eventnum, event->timestamp, event->channel,
+    // The upper half is the checksum.
+    EXPECT_GT(event->eventnum >> 32, 0);
+    const Seen seen = {event->eventnum & 0xFFFF'FFFF, event->timestamp, event->channel,
                        std::string(static_cast<const char*>(event->data),
                                    static_cast<std::size_t>(event->datalen))};
     EXPECT_EQ(seen, Planned(i));
@@ -121,6 +125,83 @@ TEST(EventLog, SkipsAStretchOfDamageAndNamesItsPlaceLengthAndLoss) {
   EXPECT_EQ(reader.damage()[0].count, 2);
   EXPECT_EQ(reader.damage()[0].where, "byte " + std::to_string(places[7]) + ", " +
                                           std::to_string(places[9] - places[7]) + " bytes");
+}
+
+TEST(EventLog, WithoutChecksumsIsReadAsEver) {
+  const TemporaryFolder folder;
+  WriteLog(folder / "log", 50);
+  WriteFile(folder / "old", WithoutChecksums(folder / "log"));
+  EventLogReader reader(folder / "old");
+  const std::vector<Seen> seen = ReadLog(reader);
+  ASSERT_EQ(seen.size(), 50u);
+  for (int i = 0; i < 50; ++i) EXPECT_EQ(seen[static_cast<std::size_t>(i)], Planned(i)) << i;
+  EXPECT_TRUE(reader.damage().empty());
+}
+
+// What a checksum is for: no bit of a record can change unseen.
+TEST(EventLog, AFlippedBitAnywhereIsNamedWithItsPlaceAndCostsItsEventOnly) {
+  const TemporaryFolder folder;
+  constexpr int kEvents = 12;
+  WriteLog(folder / "log", kEvents);
+  const std::string whole = ReadFile(folder / "log");
+  std::vector<std::size_t> places;
+  {
+    EventLogReader reader(folder / "log");
+    LogEvent event;
+    while (reader.Next(event)) places.push_back(static_cast<std::size_t>(event.byte));
+  }
+  for (std::size_t bit = 0; bit < 8 * whole.size(); ++bit) {
+    std::string bytes = whole;
+    bytes[bit / 8] ^= static_cast<char>(1 << (bit % 8));
+    WriteFile(folder / "flipped", bytes);
+    EventLogReader reader(folder / "flipped");
+    const std::vector<Seen> seen = ReadLog(reader);
+    const auto hit = std::upper_bound(places.begin(), places.end(), bit / 8) - places.begin() - 1;
+    std::vector<Seen> expected;
+    for (int i = 0; i < kEvents; ++i) {
+      if (i != hit) expected.push_back(Planned(i));
+    }
+    ASSERT_EQ(seen, expected) << "bit " << bit;
+    ASSERT_EQ(reader.damage().size(), 1u) << "bit " << bit;
+    const LogDamage& damage = reader.damage()[0];
+    EXPECT_THAT(
+        damage.where,
+        testing::StartsWith("byte " + std::to_string(places[static_cast<std::size_t>(hit)]) + ", "))
+        << bit;
+    EXPECT_EQ(damage.after, hit == 0 ? 0 : Planned(static_cast<int>(hit) - 1).utime) << bit;
+  }
+}
+
+// A power cut: what was synced is there; of what came later, any page may have stayed unwritten,
+// which reads as zeros, and the file may end anywhere.
+TEST(EventLog, AfterAPowerCutNothingThatWasSyncedIsMissingAndNothingIsInvented) {
+  const TemporaryFolder folder;
+  constexpr int kEvents = 400;
+  constexpr std::size_t kPage = 4096;
+  WriteLog(folder / "log", kEvents);
+  const std::string whole = ReadFile(folder / "log");
+  std::mt19937 random(20261125);
+  for (int round = 0; round < 500; ++round) {
+    const std::size_t synced = random() % whole.size();
+    std::string left = whole.substr(0, synced + random() % (whole.size() - synced + 1));
+    for (std::size_t page = synced / kPage; page * kPage < left.size(); ++page) {
+      const std::size_t begin = std::max(synced, page * kPage);
+      const std::size_t end = std::min(left.size(), (page + 1) * kPage);
+      if (begin < end && random() % 2 == 0) left.replace(begin, end - begin, end - begin, '\0');
+    }
+    WriteFile(folder / "cut", left);
+    EventLogReader reader(folder / "cut");
+    const std::vector<Seen> seen = ReadLog(reader);
+    for (const Seen& event : seen) {
+      ASSERT_EQ(event, Planned(static_cast<int>(event.number))) << round;
+    }
+    WriteFile(folder / "safe", whole.substr(0, synced));
+    EventLogReader safe(folder / "safe");
+    const std::vector<Seen> before = ReadLog(safe);
+    ASSERT_GE(seen.size(), before.size()) << round;
+    EXPECT_TRUE(std::equal(before.begin(), before.end(), seen.begin())) << round;
+    EXPECT_TRUE(left == whole.substr(0, left.size()) || !reader.damage().empty()) << round;
+  }
 }
 
 // A length that grew would otherwise swallow the events after it.

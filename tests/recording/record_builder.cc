@@ -9,6 +9,7 @@
 #include "gyrobench/run_t.hpp"
 #include "recording/event_log.h"
 #include "recording/run_directory.h"
+#include "sinks.h"
 
 namespace gyrobench::recording {
 
@@ -139,6 +140,14 @@ void BuildRecord(const std::filesystem::path& folder, const RecordPlan& plan) {
     }
   }
   log.Run(run_t::STOP, plan.start + plan.blocks * block_us, "", 0);
+}
+
+std::string WithoutChecksums(const std::filesystem::path& log) {
+  std::string bytes = ReadFile(log);
+  EventLogReader reader(log);
+  LogEvent event;
+  while (reader.Next(event)) bytes.replace(static_cast<std::size_t>(event.byte) + 4, 4, 4, '\0');
+  return bytes;
 }
 
 }  // namespace gyrobench::recording

@@ -28,4 +28,7 @@ MeasurementInfo PlannedInfo(const RecordPlan& plan);
 // the run, of another run and on other channels.
 void BuildRecord(const std::filesystem::path& folder, const RecordPlan& plan);
 
+// The bytes of a log as other loggers write it, and as gyrobench 0.1 did.
+std::string WithoutChecksums(const std::filesystem::path& log);
+
 }  // namespace gyrobench::recording

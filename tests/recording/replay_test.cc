@@ -114,10 +114,20 @@ TEST(ReplayRun, WithoutRunJsonTheMessagesSayWhatTheyCan) {
   }
 }
 
+// tests/compatibility/record-1 was made by the last version that knew no checksums.
+TEST(ReplayRun, ARecordOfBeforeThereWereChecksumsIsReadWhole) {
+  const KeepingSink sink =
+      ReplayOf(std::filesystem::path(GYROBENCH_SOURCE_DIR) / "tests/compatibility/record-1");
+  EXPECT_EQ(sink.gyro.size(), 387u);
+  EXPECT_EQ(sink.segments.size(), 3u);
+  EXPECT_TRUE(sink.defects.empty());
+}
+
 TEST(ReplayRun, DamagedMessagesAreCountedByPlaceAndTheOthersRead) {
   const TemporaryFolder folder;
   BuildRecord(folder / "run", {});
-  std::string log = ReadFile(folder / "run/events.lcmlog");
+  // As of another logger: with checksums the reader of the log would not hand them out.
+  std::string log = WithoutChecksums(folder / "run/events.lcmlog");
   // The count of the 50th block of samples becomes negative, then huge.
   EventLogReader reader(folder / "run/events.lcmlog");
   LogEvent event;
@@ -149,7 +159,7 @@ TEST(ReplayRun, ThousandsOfRandomMutationsNeverCrashNorBreakTheOrder) {
   RecordPlan plan;
   plan.blocks = 12;
   BuildRecord(folder / "run", plan);
-  const std::string whole = ReadFile(folder / "run/events.lcmlog");
+  const std::string whole = WithoutChecksums(folder / "run/events.lcmlog");
   std::mt19937 random(99);
   std::size_t read = 0;
   for (int round = 0; round < 3000; ++round) {
@@ -316,6 +326,30 @@ TEST_F(Decoder, WhatWasSampledWhileTheRunWasSuspendedIsLeftOutAndReportedOnce) {
   EXPECT_EQ(sink_.Count("samples_lost"), 0);
 }
 
+// Another daemon, maybe after another power-on, counts samples and starts of the unit anew.
+TEST_F(Decoder, ARunThatIsTakenUpIsOneMeasurementWithAGapThatIsReported) {
+  MessageDecoder decoder(info_, kStart, sink_);
+  run_t run = {};
+  run.run_id = "run";
+  const auto tell = [&](std::int8_t event, Utime utime) {
+    run.event = event;
+    run.utime = utime;
+    decoder.Run(run);
+  };
+  decoder.Gyro(Block(kStart + 1000, 5000, 5));
+  tell(run_t::TAKEN_UP, kStart + 1000);
+  decoder.Gyro(Block(kStart + 90'000'000, 20, 5));
+  EXPECT_EQ(sink_.gyro.size(), 5u);
+  tell(run_t::CONTINUE, kStart + 90'001'000);
+  decoder.Gyro(Block(kStart + 90'002'000, 25, 5));
+  EXPECT_EQ(sink_.gyro.size(), 10u);
+  EXPECT_EQ(sink_.Count("taken_up"), 1);
+  EXPECT_EQ(sink_.Count("samples_lost"), 0);
+  EXPECT_EQ(sink_.Count("unit_restarted"), 0);
+  tell(run_t::OTHER_POWER_ON, kStart + 90'003'000);
+  EXPECT_EQ(sink_.Count("unit_restarted"), 1);
+}
+
 TEST_F(Decoder, SamplesOutOfOrderAreLeftOutAndReported) {
   MessageDecoder decoder(info_, kStart, sink_);
   decoder.Gyro(Block(kStart + 1000, 0, 3));
@@ -350,8 +384,7 @@ TEST(ReplayRun, OneFlippedBitInATimeCostsNoMoreThanItsMessage) {
   RecordPlan plan;
   BuildRecord(record, plan);
   const KeepingSink whole = ReplayOf(record);
-  std::ifstream in(record / kEventLogName, std::ios::binary);
-  const std::string log{std::istreambuf_iterator<char>(in), {}};
+  const std::string log = WithoutChecksums(record / kEventLogName);
   // All times of the record begin with the same four bytes, most significant first.
   std::string begin;
   for (const int shift : {56, 48, 40, 32}) begin += static_cast<char>(plan.start >> shift & 0xFF);
