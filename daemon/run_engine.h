@@ -37,7 +37,8 @@ class RunEngine {
   // begin.
   StartedRun Start(const std::string& procedure, const procedures::Parameters& parameters,
                    std::optional<std::int64_t> stops = std::nullopt);
-  // Clears a latched fault and the drives' alarms. Throws StateError while a run is on.
+  // Clears a latched fault and the drives' alarms; what is beyond a limit still is a fault again.
+  // Throws StateError while a run is on.
   void Reset();
   // Stops every axis and switches every output off, in every state, and ends a run that is on or
   // that somebody is about to start. Does not wait.
