@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "drivers/modbus_bus.h"
 #include "gyrobench/axes_t.hpp"
 
 namespace gyrobench::daemon {
@@ -316,18 +317,15 @@ std::vector<AxisUnit*> Acquisition::MostUrgentFirst() const {
   return order;
 }
 
-void Acquisition::TryOn(AxisUnit& axis, void (drivers::Axis::*command)()) {
-  try {
-    (axis.drive().*command)();
-  } catch (const std::exception& error) {
-    on_fault_(FaultOf("axis." + axis.name(), error));
-  }
-}
-
 void Acquisition::PostStopAll() {
   for (AxisUnit* axis : MostUrgentFirst()) {
-    axis->drive_bus().PostUrgentOnce("stop " + axis->name(),
-                                     [this, axis] { TryOn(*axis, &drivers::Axis::Stop); });
+    axis->drive_bus().PostUrgentOnce("stop " + axis->name(), [this, axis] {
+      try {
+        axis->drive().Stop();
+      } catch (const std::exception& error) {
+        on_fault_(FaultOf("axis." + axis->name(), error));
+      }
+    });
   }
 }
 
@@ -343,10 +341,21 @@ void Acquisition::PostStopWhatAnswers() {
   }
 }
 
+void Acquisition::PostRearm() {
+  for (const auto& axis : axes_) axis->Rearm();
+  BusOf(stand_.gyro.bus).PostOnce("rearm", [this] { beyond_range_ = 0; });
+}
+
 void Acquisition::PostClearAlarms() {
   for (const auto& axis : axes_) {
     axis->drive_bus().PostOnce("clear alarm " + axis->name(), [this, unit = axis.get()] {
-      TryOn(*unit, &drivers::Axis::ClearAlarm);
+      try {
+        unit->drive().ClearAlarm();
+      } catch (const drivers::NoAnswer& error) {
+        spdlog::warn("{}", error.what());
+      } catch (const std::exception& error) {
+        on_fault_(FaultOf("axis." + unit->name(), error));
+      }
     });
   }
 }

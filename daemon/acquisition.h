@@ -85,8 +85,10 @@ class Acquisition {
   // Stops all axes, waits for the drives' answers. The first failure is thrown after all were
   // tried.
   void StopAll(Clock::Participant& caller);
+  // What is beyond a limit and was told is told once more; does not wait.
+  void PostRearm();
   // Clears latched alarms of the drives; does not wait. One that is still there shows at the next
-  // poll.
+  // poll. A drive that does not answer is a line in the status, as ever between runs.
   void PostClearAlarms();
   // Fan and heater; nullptr where the stand cannot switch any.
   Outputs* outputs() const { return outputs_.get(); }
@@ -110,8 +112,6 @@ class Acquisition {
   // What may move before what is at rest, and drives that answer before those that are silent, which
   // take their time.
   std::vector<AxisUnit*> MostUrgentFirst() const;
-  // In the bus's thread; what fails is a fault of the axis.
-  void TryOn(AxisUnit& axis, void (drivers::Axis::*command)());
 
   const config::StandConfig& stand_;
   Clock& clock_;

@@ -102,7 +102,7 @@ void AxisUnit::CheckSoftLimits(double angle_deg) {
     beyond_limit_ = false;
     return;
   }
-  if (std::exchange(beyond_limit_, true)) return;
+  if (beyond_limit_.exchange(true)) return;
   hooks_.stop_all();
   hooks_.on_fault(
       {"axis." + config_.name,

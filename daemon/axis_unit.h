@@ -63,7 +63,12 @@ class AxisUnit {
   AxisView view() const;
   LastSamples::Axis last() const;
   // A run turns it: its reference is read at the full rate, and its soft limits hold.
-  void SetActive(bool active) { active_ = active; }
+  void SetActive(bool active) {
+    if (active) Rearm();
+    active_ = active;
+  }
+  // A table that is still beyond its soft limits is told once more.
+  void Rearm() { beyond_limit_ = false; }
   bool active() const { return active_; }
   // Whether the drive answered when it was asked last.
   bool drive_answers() const { return drive_answers_; }
@@ -89,12 +94,12 @@ class AxisUnit {
   std::atomic<bool> active_ = false;
   std::atomic<bool> drive_answers_ = false;
   std::atomic<int> power_losses_ = 0;
+  std::atomic<bool> beyond_limit_ = false;  // reported already
 
   MotionGuard guard_;
 
   // Of the encoder's bus thread.
   angle_t message_;
-  bool beyond_limit_ = false;  // reported already
 
   mutable std::mutex mutex_;  // guards what follows
   AxisView view_;

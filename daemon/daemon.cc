@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <atomic>
 #include <chrono>
 #include <map>
 #include <optional>
@@ -24,9 +23,9 @@
 #include "daemon/stand_lock.h"
 #include "daemon/status_publisher.h"
 #include "daemon/stranger_watch.h"
+#include "daemon/supervisor.h"
 #include "daemon/telemetry.h"
 #include "drivers/factory.h"
-#include "gyrobench/fault_t.hpp"
 
 namespace gyrobench::daemon {
 namespace {
@@ -58,15 +57,19 @@ struct Daemon::Parts {
     CheckLcm(stand.lcm, publisher);
     MakeClockAndBuses();
     devices = std::make_unique<drivers::ModbusDevices>(*clock);
+    supervisor = std::make_unique<Supervisor>(
+        Supervisor::Context{stand, *clock, control, telemetry, [this] { status->Changed(); }});
     acquisition = std::make_unique<Acquisition>(
-        stand, *clock, *devices, telemetry, [this](const Fault& fault) { FellSilent(fault); },
-        [this](const Fault& fault) { Report(fault); }, notices);
+        stand, *clock, *devices, telemetry,
+        [this](const Fault& fault) { supervisor->FellSilent(fault); },
+        [this](const Fault& fault) { supervisor->Report(fault); }, notices);
+    supervisor->Watch(*acquisition);
     status = std::make_unique<StatusPublisher>(stand, *clock, *acquisition, control, telemetry,
                                                publisher);
     time = std::make_unique<BenchTime>(stand, virtual_clock, *acquisition, control, *status);
     engine = std::make_unique<RunEngine>(RunEngine::Context{
         stand, *clock, *acquisition, telemetry, control, *time, [this] { status->Changed(); },
-        [this](const Fault& fault) { Report(fault); }, [this] { FaultCleared(); },
+        [this](const Fault& fault) { supervisor->Report(fault); }, [this] { ClearFault(); },
         [this](const std::string& question_id) {
           if (simulated) simulated->Answered(question_id);
         }});
@@ -128,7 +131,7 @@ struct Daemon::Parts {
       notices.Add(clock->Now(), text);
       Fault fault{"run", text + ". Look at the stand, then: gyrobench reset"};
       fault.left = HowItIs(*acquisition);
-      Report(fault);
+      supervisor->Report(fault);
     }
   }
 
@@ -155,44 +158,10 @@ struct Daemon::Parts {
     }
   }
 
-  // The first fault is the one that counts; those that follow are in the log.
-  void Report(const Fault& fault) {
-    spdlog::error("fault: {}: {}", fault.source, fault.message);
-    control.Report(fault);
-    // Within a run, once all is stopped.
-    if (!control.run_is_on() && acquisition) control.SetLeft(HowItIs(*acquisition));
-    if (!announced.exchange(true)) Announce(true);
-  }
-
-  // Between runs a silent device is a line in the status, not a fault to be cleared by hand; a run
-  // waits for one that may come back as it was, but for no relays: a heater that nobody can switch
-  // off ends it.
-  void FellSilent(const Fault& fault) {
-    if (!control.run_is_on()) return;
-    const bool waits =
-        fault.may_pass && fault.source != "relays" && stand.safety.resume_within_s > 0;
-    if (!waits || !control.Suspend(fault)) return Report(fault);
-    spdlog::warn("run suspended: {}: {}", fault.source, fault.message);
-    acquisition->PostStopWhatAnswers();
-    status->Changed();
-  }
-
-  void FaultCleared() {
+  void ClearFault() {
+    supervisor->ClearFault();
     // Before the server is there, or in its one thread for what steers.
     for (const InterruptedRun& run : std::exchange(interrupted, {})) Acknowledge(run);
-    if (announced.exchange(false)) Announce(false);
-  }
-
-  void Announce(bool active) {
-    fault_t event{};
-    event.utime = clock->Now();
-    event.active = active;
-    if (const auto fault = control.fault()) {
-      event.source = fault->source;
-      event.message = fault->message;
-    }
-    telemetry.Send(event);
-    status->Changed();
   }
 
   config::StandConfig stand;
@@ -204,7 +173,6 @@ struct Daemon::Parts {
   RunControl control;
   Notices notices;
   std::vector<InterruptedRun> interrupted;  // that nobody has acknowledged
-  std::atomic<bool> announced = false;      // the latched fault was published
   // A record that fails is reported from within Send, which a fault message would need again: the
   // run is told directly.
   Telemetry telemetry{publisher, [this](const std::string& message) {
@@ -212,6 +180,7 @@ struct Daemon::Parts {
                         control.Report({"record", message});
                       }};
   std::unique_ptr<drivers::ModbusDevices> devices;
+  std::unique_ptr<Supervisor> supervisor;
   std::unique_ptr<Acquisition> acquisition;
   std::unique_ptr<StatusPublisher> status;
   std::unique_ptr<BenchTime> time;

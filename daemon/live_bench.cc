@@ -1,9 +1,9 @@
 #include "daemon/live_bench.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <algorithm>
-#include <cmath>
+#include <exception>
 #include <utility>
 
 #include "base/error.h"
@@ -12,43 +12,15 @@
 #include "daemon/run_trace.h"
 #include "drivers/modbus_bus.h"
 #include "procedures/engine/bench.h"
-#include "procedures/engine/motion_time.h"
-#include "procedures/engine/settling.h"
 
 namespace gyrobench::daemon {
 namespace {
 
-// A long soak reports a result a minute.
-constexpr double kSoakSegment_s = 60.0;
-constexpr double kTemperaturePeriod_s = 1.0;
 constexpr std::size_t kMostSaid = 10'000;
-constexpr Utime kMovePoll = kMicrosecondsPerSecond / 20;
-// Within a swing the next move is to follow at once.
-constexpr Utime kSwingPoll = kMicrosecondsPerSecond / 500;
 // Of one command; more is a device that does not stay.
 constexpr int kMostInterruptions = 3;
 // A turn is measured from stop to stop: the one that it begins from was not measured, or is gone.
 constexpr double kRestBefore_s = 2.0;
-// The table swings out after a move; the reference is read for "moved" after this.
-constexpr double kSettle_s = 0.1;
-
-std::string SoakText(double temperature_degC, const procedures::Settling& settling,
-                     const procedures::SoakCommand& command) {
-  if (std::isnan(settling.change_degC())) {
-    return fmt::format("{:.2f} degC, watched for less than {:g} s", temperature_degC,
-                       command.window_s);
-  }
-  return fmt::format("{:.2f} degC, {:.2f} degC within {:g} s (settled below {:g})",
-                     temperature_degC, settling.change_degC(), command.window_s,
-                     command.drift_degC);
-}
-
-const config::AxisConfig& ConfigOf(const config::StandConfig& stand, const std::string& name) {
-  for (const config::AxisConfig& axis : stand.axes) {
-    if (axis.name == name) return axis;
-  }
-  throw LimitError(fmt::format("this stand has no axis '{}'", name));
-}
 
 }  // namespace
 
@@ -56,6 +28,7 @@ LiveBench::LiveBench(Context context, Utime start)
     : context_(std::move(context)),
       suspension_({context_.stand, context_.clock, context_.participant, context_.acquisition,
                    context_.control}),
+      last_good_(suspension_.Here()),
       start_(start),
       planned_s_(context_.planned_duration_s),
       analysis_(context_.clock, context_.telemetry) {}
@@ -85,9 +58,11 @@ std::vector<std::string> LiveBench::Outputs() const {
 void LiveBench::SwitchOutput(const std::string& output, bool on) {
   daemon::Outputs* outputs = context_.acquisition.outputs();
   if (outputs == nullptr) throw LimitError("this stand has no outputs that could be switched");
+  if (!on) switched_on_.erase(output);
   Resumably([&] {
     outputs->Switch(context_.participant, output, on, [this] { context_.control.ThrowIfToEnd(); });
   });
+  if (on) switched_on_.insert(output);
   Say(output + (on ? " switched on" : " switched off"));
 }
 
@@ -129,6 +104,8 @@ void LiveBench::AddWaiting(double begin_s) {
 }
 
 void LiveBench::EndSegment() {
+  // One in which a device fell silent is begun again.
+  context_.control.ThrowIfToEnd();
   ++progress_.segments_done;
   UpdateTime();
   run_t message = Message(run_t::SEGMENT_END);
@@ -137,46 +114,55 @@ void LiveBench::EndSegment() {
   context_.on_progress(progress_);
 }
 
-template <typename Command>
-auto LiveBench::Resumably(const Command& command) -> decltype(command()) {
+void LiveBench::Resumably(const std::function<void()>& command) {
   for (int interruptions = 0;; ++interruptions) {
-    // While it was paused, or asked.
-    const auto earlier = context_.control.suspended();
-    if (earlier) Interrupt(suspension_.Here(), *earlier);
-    const Suspension::Point point = suspension_.Here();
-    Fault silent;
     try {
-      if (earlier || interruptions > 0) {
+      if (const auto silent = context_.control.suspended()) {
+        Interrupt(*silent);
         context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kRestBefore_s));
       }
-      return command();
+      command();
+      return KeepPoint();
     } catch (const Suspended& suspended) {
       if (interruptions == kMostInterruptions) throw FaultError(suspended.fault());
-      silent = suspended.fault();
-    } catch (const drivers::RefusedByDevice&) {
-      throw;
-    } catch (const DeviceError& error) {  // before its poll has told that it is silent
-      const bool waits = context_.stand.safety.resume_within_s > 0;
-      if (interruptions == kMostInterruptions || !waits) throw;
-      silent = FaultOf("device", error);
-      if (!context_.control.Suspend(silent)) throw;
+    } catch (const DeviceError& error) {
+      SuspendOrRethrow(error, interruptions < kMostInterruptions);
     }
-    Interrupt(point, silent);
   }
 }
 
-void LiveBench::Interrupt(const Suspension::Point& point, const Fault& silent) {
+void LiveBench::SuspendOrRethrow(const DeviceError& error, bool may_wait) {
+  // A reply that was lost because a stop hurried is no fault.
+  if (context_.control.IsToEnd()) context_.control.ThrowIfToEnd();
+  // Before its poll has told that it is silent. A device that refuses, or reports an alarm, is not.
+  const bool silent = dynamic_cast<const drivers::NoAnswer*>(&error) != nullptr;
+  const bool waits = silent && may_wait && context_.stand.safety.resume_within_s > 0;
+  if (waits && context_.control.Suspend(FaultOf("device", error))) return;
+  std::rethrow_exception(std::current_exception());
+}
+
+void LiveBench::KeepPoint() {
+  Suspension::Point here = suspension_.Here();
+  // After it: what is told later was not read.
+  context_.control.ThrowIfToEnd();
+  last_good_ = std::move(here);
+}
+
+void LiveBench::Interrupt(const Fault& silent) {
   const double begin_s = ElapsedS();
+  const std::string outputs = fmt::format("{}", fmt::join(switched_on_, " and "));
   run_t suspend = Message(run_t::SUSPEND);
   suspend.text = silent.source + ": " + silent.message;
+  if (!outputs.empty()) suspend.text += "; meanwhile switched off: " + outputs;
   context_.telemetry.Send(suspend);
   progress_.message = "suspended: " + suspend.text;
   context_.on_progress(progress_);
-  suspension_.WaitAndGoBack(point, silent);
+  suspension_.WaitAndGoBack(last_good_, silent, switched_on_);
   AddWaiting(begin_s);
   run_t go_on = Message(run_t::CONTINUE);
-  go_on.text = fmt::format("{} is back after {:.1f} s: the command under way begins again",
-                           silent.source, ElapsedS() - begin_s);
+  go_on.text =
+      fmt::format("{} is back after {:.1f} s: {}the command under way begins again", silent.source,
+                  ElapsedS() - begin_s, outputs.empty() ? "" : outputs + " switched on again, ");
   context_.telemetry.Send(go_on);
   Say("suspended: " + suspend.text + "; " + go_on.text);
 }
@@ -191,6 +177,7 @@ void LiveBench::Record(const FinishedCommand& command) {
 void LiveBench::TakeUp(const ResumedRun& run) {
   progress_.segments_done = run.segments_done;
   suspension_.GoTo(run.angles_deg);
+  KeepPoint();
   AddWaiting(ToSeconds(run.last - start_));
   run_t go_on = Message(run_t::CONTINUE);
   go_on.text = fmt::format("run {} is taken up, {:.0f} s after the last command that was over",
@@ -201,132 +188,6 @@ void LiveBench::TakeUp(const ResumedRun& run) {
   context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kRestBefore_s));
 }
 
-double LiveBench::StartMove(const procedures::TurnCommand& command) {
-  return context_.acquisition.MoveBy(context_.participant, command.axis, command.angle_deg,
-                                     command.rate_deg_s, command.acceleration_deg_s2,
-                                     [this] { context_.control.ThrowIfToEnd(); });
-}
-
-// One that does not end is a fault (MotionGuard), of which Wait hears.
-AxisView LiveBench::WaitForEndOfMove(const std::string& axis, double expected_s, Utime poll) {
-  context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(expected_s));
-  for (;;) {
-    const AxisView view = context_.acquisition.ReadNow(context_.participant, axis);
-    if (!view.drive.moving) return view;
-    context_.control.Wait(context_.clock, context_.clock.Now() + poll);
-  }
-}
-
-void LiveBench::CheckFollowing(const procedures::TurnCommand& command, double moved_deg) {
-  const double allowed = ConfigOf(context_.stand, command.axis).following_error_deg;
-  if (std::abs(moved_deg - command.angle_deg) <= allowed) return;
-  throw FaultError(
-      {"axis." + command.axis,
-       fmt::format("turn failed: the reference sensor moved {:.3f} deg, commanded {:.3f} deg, "
-                   "allowed difference {:g} deg (lost steps, a loose coupling, or a wrong gear "
-                   "ratio or encoder resolution in the stand file?)",
-                   moved_deg, command.angle_deg, allowed),
-       {.device = "axis." + command.axis, .action = "move"}});
-}
-
-procedures::TurnOutcome LiveBench::Turn(const procedures::TurnCommand& command) {
-  return Resumably([&] { return TurnOnce(command); });
-}
-
-procedures::TurnOutcome LiveBench::TurnOnce(const procedures::TurnCommand& command) {
-  AxisView before = context_.acquisition.ReadNow(context_.participant, command.axis);
-  const procedures::AxisFacts facts =
-      FactsOf(ConfigOf(context_.stand, command.axis), before.reference.angle_deg);
-  procedures::CheckTurn(command, facts);
-  BeginSegment("turn", fmt::format("{} {:+g} deg", command.axis, command.angle_deg));
-  const double rate = StartMove(command);
-  WaitForEndOfMove(command.axis,
-                   procedures::MoveDuration_s(command.angle_deg, rate, command.acceleration_deg_s2),
-                   kMovePoll);
-  context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kSettle_s));
-  const AxisView after = context_.acquisition.ReadNow(context_.participant, command.axis);
-  const double moved = after.reference.angle_deg - before.reference.angle_deg;
-  CheckFollowing(command, moved);
-  const double duration = ToSeconds(context_.clock.Now() - segment_begin_);
-  EndSegment();
-  return {moved, rate, duration};
-}
-
-procedures::SwingOutcome LiveBench::Swing(const procedures::SwingCommand& command) {
-  return Resumably([&] { return SwingOnce(command); });
-}
-
-procedures::SwingOutcome LiveBench::SwingOnce(const procedures::SwingCommand& command) {
-  const std::vector<procedures::TurnCommand> moves = procedures::MovesOf(command);
-  const AxisView before = context_.acquisition.ReadNow(context_.participant, command.axis);
-  procedures::AxisFacts facts =
-      FactsOf(ConfigOf(context_.stand, command.axis), before.reference.angle_deg);
-  for (const procedures::TurnCommand& move : moves) {
-    procedures::CheckTurn(move, facts);
-    facts.angle_deg += move.angle_deg;
-  }
-  BeginSegment("swing", procedures::Describe(command));
-  for (const procedures::TurnCommand& move : moves) {
-    const double rate = StartMove(move);
-    WaitForEndOfMove(move.axis,
-                     procedures::MoveDuration_s(move.angle_deg, rate, move.acceleration_deg_s2),
-                     kSwingPoll);
-  }
-  const double duration = ToSeconds(context_.clock.Now() - segment_begin_);
-  context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kSettle_s));
-  const AxisView after = context_.acquisition.ReadNow(context_.participant, command.axis);
-  // Home again: as a move by nothing.
-  CheckFollowing({command.axis, 0.0, moves[0].rate_deg_s, moves[0].acceleration_deg_s2},
-                 after.reference.angle_deg - before.reference.angle_deg);
-  EndSegment();
-  // Home to side takes a third of a period, side to side half of one.
-  const double periods = static_cast<double>(command.periods) + 1.0 / 6.0;
-  return {periods / duration, duration};
-}
-
-void LiveBench::Rest(double duration_s) {
-  return Resumably([&] { return RestOnce(duration_s); });
-}
-
-void LiveBench::RestOnce(double duration_s) {
-  BeginSegment("rest", fmt::format("{:g} s", duration_s));
-  context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(duration_s));
-  EndSegment();
-}
-
-procedures::SoakOutcome LiveBench::Soak(const procedures::SoakCommand& command) {
-  return Resumably([&] { return SoakOnce(command); });
-}
-
-procedures::SoakOutcome LiveBench::SoakOnce(const procedures::SoakCommand& command) {
-  const double begin_s = ElapsedS();
-  // The plan's time since the start has no operator's time in it.
-  const double planned_begin_s = begin_s - waited_s_;
-  const double after_s =
-      std::max(0.0, planned_s_ - begin_s - procedures::ExpectedSoak_s(command, planned_begin_s));
-  procedures::Settling settling(command, planned_begin_s);
-  int part = 1;
-  BeginSegment("soak", fmt::format("minute {}", part));
-  double part_end_s = begin_s + kSoakSegment_s;
-  while (!settling.settled() && ElapsedS() - begin_s < command.max_s) {
-    context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(kTemperaturePeriod_s));
-    const double temperature_degC = TemperatureDegC();
-    settling.Add(ElapsedS() - begin_s, temperature_degC);
-    planned_s_ = ElapsedS() + settling.remaining_s() + after_s;
-    progress_.message = SoakText(temperature_degC, settling, command);
-    if (ElapsedS() >= part_end_s && !settling.settled()) {
-      EndSegment();
-      SafePoint();
-      BeginSegment("soak", fmt::format("minute {}", ++part));
-      part_end_s += kSoakSegment_s;
-    }
-  }
-  planned_s_ = ElapsedS() + after_s;
-  EndSegment();
-  progress_.message.clear();
-  return {settling.settled(), ElapsedS() - begin_s, TemperatureDegC()};
-}
-
 std::string LiveBench::Ask(const procedures::Question& question) {
   run_t message = Message(run_t::QUESTION);
   message.text = question.text;
@@ -335,6 +196,7 @@ std::string LiveBench::Ask(const procedures::Question& question) {
   }
   context_.telemetry.Send(message);
   std::optional<std::string> answer;
+  bool waited = false;
   if (context_.stand.virtual_stand) {
     const auto& answers = context_.stand.virtual_stand->answers;
     if (const auto found = answers.find(question.id); found != answers.end()) {
@@ -344,12 +206,15 @@ std::string LiveBench::Ask(const procedures::Question& question) {
   }
   if (!answer) {
     const double begin_s = ElapsedS();
+    // Nothing was measured yet: it may be unplugged to be cooled, or mounted.
+    if (progress_.segments_done == 0) last_good_.starts.reset();
     const bool still = context_.set_asking_pace(true);
     const Utime deadline =
         still ? kForever : context_.clock.Now() + FromSeconds(question.timeout_s);
     answer = context_.control.WaitForAnswer(context_.clock, question, deadline);
     context_.set_asking_pace(false);
     AddWaiting(begin_s);
+    waited = true;
   }
   if (!answer) {
     throw Error(
@@ -364,6 +229,8 @@ std::string LiveBench::Ask(const procedures::Question& question) {
   run_t reply = Message(run_t::ANSWER);
   reply.text = *answer;
   context_.telemetry.Send(reply);
+  // Somebody was at the stand.
+  if (waited) Resumably([this] { suspension_.RequireSame(last_good_, "a question"); });
   return *answer;
 }
 
@@ -433,7 +300,13 @@ void LiveBench::Progress(double fraction) {
 }
 
 void LiveBench::SafePoint() {
-  Resumably([this] { context_.control.ThrowIfToEnd(); });
+  Resumably([this] {
+    context_.control.ThrowIfToEnd();
+    PauseIfWanted();
+  });
+}
+
+void LiveBench::PauseIfWanted() {
   if (!context_.control.pause_wanted()) return;
   run_t pause = Message(run_t::PAUSE);
   context_.telemetry.Send(pause);
@@ -444,6 +317,8 @@ void LiveBench::SafePoint() {
   AddWaiting(begin_s);
   run_t resume = Message(run_t::RESUME);
   context_.telemetry.Send(resume);
+  context_.control.ThrowIfToEnd();
+  suspension_.RequireSame(last_good_, "a pause");
 }
 
 }  // namespace gyrobench::daemon

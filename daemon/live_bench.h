@@ -97,10 +97,15 @@ class LiveBench final : public procedures::Bench {
   const std::vector<Said>& said() const { return said_; }
 
  private:
-  // A command. Where a device falls silent meanwhile, it is begun again once the device is back.
-  template <typename Command>
-  auto Resumably(const Command& command) -> decltype(command());
-  void Interrupt(const Suspension::Point& point, const Fault& silent);
+  // A command. Where a device falls silent meanwhile, or fell silent before, it is begun (again) once
+  // the device is back. A command that fails otherwise is not begun again.
+  void Resumably(const std::function<void()>& command);
+  // In a handler: throws it on where the run cannot wait for the device.
+  void SuspendOrRethrow(const DeviceError& error, bool may_wait);
+  void Interrupt(const Fault& silent);
+  // The last moment at which nothing was silent is now. Throws Suspended where it is not.
+  void KeepPoint();
+  void PauseIfWanted();
   procedures::TurnOutcome TurnOnce(const procedures::TurnCommand& command);
   procedures::SwingOutcome SwingOnce(const procedures::SwingCommand& command);
   void RestOnce(double duration_s);
@@ -120,6 +125,8 @@ class LiveBench final : public procedures::Bench {
 
   Context context_;
   Suspension suspension_;
+  Suspension::Point last_good_;  // at the end of the last command; between commands nothing moves
+  std::set<std::string> switched_on_;  // by the procedure
   const Utime start_;
   RunProgress progress_;
   ProgressMeter meter_;

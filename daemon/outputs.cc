@@ -7,6 +7,12 @@
 #include "base/error.h"
 
 namespace gyrobench::daemon {
+namespace {
+
+// Of the request itself, whose own tries a stop that waits for the line cuts short.
+constexpr int kOffTries = 3;
+
+}  // namespace
 
 Outputs::Outputs(const config::RelaysConfig& config, BusWorker& worker,
                  std::unique_ptr<drivers::Relays> relays, FaultHandler on_fault)
@@ -46,7 +52,7 @@ void Outputs::Compare(const std::map<std::string, bool>& found) {
   }
   for (const auto& [output, on] : found) {
     if (on == wanted.at(output)) continue;
-    SwitchHere(output, false);
+    SwitchOffHere(output);
     on_fault_({"relays",
                fmt::format("{} was switched {} and was found {}: switched off. Was the relay unit "
                            "restarted, or does somebody else switch it? Then: gyrobench reset",
@@ -74,12 +80,33 @@ void Outputs::SwitchHere(const std::string& output, bool on) {
   if (output == "heater" && !on) too_hot_ = false;
 }
 
+void Outputs::SwitchOffHere(const std::string& output) {
+  for (int tries = 1;; ++tries) {
+    try {
+      SwitchHere(output, false);
+      return;
+    } catch (const DeviceError&) {
+      if (tries == kOffTries) throw;
+    }
+  }
+}
+
 void Outputs::Switch(Clock::Participant& caller, const std::string& output, bool on,
                      const std::function<void()>& may_switch) {
-  worker_.Call(caller, [&] {
+  try {
+    worker_.Call(caller, [&] {
+      may_switch();
+      if (on) {
+        SwitchHere(output, true);
+      } else {
+        SwitchOffHere(output);
+      }
+    });
+  } catch (const DeviceError& error) {
+    PostAllOff();
     may_switch();
-    SwitchHere(output, on);
-  });
+    throw FaultError(FaultOf("relays", error));
+  }
 }
 
 std::optional<Fault> Outputs::TryAllOff() {
@@ -87,7 +114,7 @@ std::optional<Fault> Outputs::TryAllOff() {
   for (auto it = config_.channels.rbegin(); it != config_.channels.rend(); ++it) {
     const std::string& output = it->first;
     try {
-      SwitchHere(output, false);
+      SwitchOffHere(output);
     } catch (const Error& error) {
       const Fault why = FaultOf("relays", error);
       const std::string message = fmt::format(

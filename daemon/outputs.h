@@ -32,8 +32,9 @@ class Outputs {
   // Which there are, and which are on; nullopt while the unit does not answer.
   std::map<std::string, std::optional<bool>> States() const;
   // Waits as `caller`. `may_switch` is asked in the bus's thread right before, and throws when the
-  // run is to end: nothing is switched on after a stop. Throws DeviceError, LimitError for an
-  // output that is not there, and what `may_switch` throws.
+  // run is to end: nothing is switched on after a stop. Where the unit fails, nobody knows whether it
+  // is on: all are switched off, and FaultError is thrown, unless the run is to end anyway. Throws
+  // LimitError for an output that is not there, and what `may_switch` throws.
   void Switch(Clock::Participant& caller, const std::string& output, bool on,
               const std::function<void()>& may_switch);
   // Does not wait; what fails is a fault.
@@ -51,6 +52,8 @@ class Outputs {
   // What went wrong; nullopt if nothing.
   std::optional<Fault> TryAllOff();
   void SwitchHere(const std::string& output, bool on);
+  // Tried again: one lost reply leaves nothing on.
+  void SwitchOffHere(const std::string& output);
 
   const config::RelaysConfig& config_;
   BusWorker& worker_;

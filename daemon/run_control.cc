@@ -12,15 +12,24 @@ bool RunControl::MoveLocked(Event event) {
   return next.has_value();
 }
 
+void RunControl::MoveIfFitsLocked(Event event) { (void)MoveLocked(event); }
+
+void RunControl::MoveOfRunLocked(Event event) {
+  ThrowIfToEndLocked();
+  if (MoveLocked(event)) return;
+  throw StateError(std::string("the run cannot go on: no '") + Name(event) + "' in the state " +
+                   Name(state_));
+}
+
 void RunControl::RequireLocked(Event event) {
   if (MoveLocked(event)) return;
   throw StateError(std::string("no run to do this with: the bench is ") + Name(state_));
 }
 
 void RunControl::GoOnLocked(Event event) {
-  MoveLocked(event);
-  if (silent_ && !holding_) MoveLocked(Event::kSilence);
-  if (pause_) MoveLocked(Event::kPause);
+  MoveIfFitsLocked(event);
+  if (silent_ && !holding_) MoveIfFitsLocked(Event::kSilence);
+  if (pause_) MoveIfFitsLocked(Event::kPause);
 }
 
 void RunControl::Wake() {
@@ -98,12 +107,12 @@ void RunControl::ClearFault() {
   const std::lock_guard lock(mutex_);
   if (!MoveLocked(Event::kReset)) throw StateError("a run is on; abort it first");
   fault_.reset();
-  if (!all_well_) MoveLocked(Event::kDeviceLost);
+  if (!all_well_) MoveIfFitsLocked(Event::kDeviceLost);
 }
 
 void RunControl::Report(const Fault& fault) {
   const std::lock_guard lock(mutex_);
-  MoveLocked(Event::kTrip);
+  MoveIfFitsLocked(Event::kTrip);
   if (fault_) {
     const bool same = fault_->source == fault.source && fault_->message == fault.message;
     if (same && !fault_->place) fault_->place = fault.place;
@@ -116,7 +125,8 @@ void RunControl::Report(const Fault& fault) {
 bool RunControl::Suspend(const Fault& silent) {
   const std::lock_guard lock(mutex_);
   if (!MoveLocked(Event::kSilence)) return false;
-  if (!silent_) silent_ = silent;
+  ++silences_;
+  if (!silent_ || holding_) silent_ = silent;
   Wake();
   return true;
 }
@@ -124,7 +134,7 @@ bool RunControl::Suspend(const Fault& silent) {
 void RunControl::SetAllWell(bool all_well) {
   const std::lock_guard lock(mutex_);
   all_well_ = all_well;
-  MoveLocked(all_well ? Event::kAllWell : Event::kDeviceLost);
+  MoveIfFitsLocked(all_well ? Event::kAllWell : Event::kDeviceLost);
 }
 
 void RunControl::SetLeft(const std::vector<std::string>& left) {
@@ -196,9 +206,9 @@ void RunControl::EndRun() {
   const std::lock_guard lock(mutex_);
   waiter_ = nullptr;
   question_.reset();
-  MoveLocked(Event::kFinish);
-  MoveLocked(fault_ ? Event::kFailed : Event::kEnded);
-  if (!all_well_) MoveLocked(Event::kDeviceLost);
+  MoveIfFitsLocked(Event::kFinish);
+  MoveIfFitsLocked(fault_ ? Event::kFailed : Event::kEnded);
+  if (!all_well_) MoveIfFitsLocked(Event::kDeviceLost);
 }
 
 void RunControl::ThrowIfToEndLocked() const {
@@ -230,28 +240,35 @@ std::optional<Fault> RunControl::suspended() const {
   return silent_;
 }
 
+int RunControl::silences() const {
+  const std::lock_guard lock(mutex_);
+  return silences_;
+}
+
 void RunControl::BeginHold() {
   const std::lock_guard lock(mutex_);
   holding_ = true;
 }
 
-void RunControl::EndHold() {
+bool RunControl::EndHold(int silences) {
   const std::lock_guard lock(mutex_);
+  if (silences != silences_) return false;
   silent_.reset();
   GoOnLocked(Event::kBack);
   holding_ = false;
+  return true;
 }
 
 void RunControl::WaitWhilePaused() {
   const auto is_wanted = [this] {
     const std::lock_guard lock(mutex_);
     ThrowIfToEndLocked();
-    if (pause_) MoveLocked(Event::kSafePoint);
+    if (pause_) MoveOfRunLocked(Event::kSafePoint);
     return pause_;
   };
   while (is_wanted()) waiter_->WaitUntil(kForever);
   const std::lock_guard lock(mutex_);
-  if (silent_) MoveLocked(Event::kSilence);
+  if (silent_) MoveIfFitsLocked(Event::kSilence);
 }
 
 std::optional<std::string> RunControl::WaitForAnswer(const Clock& clock,
@@ -264,9 +281,9 @@ std::optional<std::string> RunControl::WaitForAnswer(const Clock& clock,
   };
   {
     const std::lock_guard lock(mutex_);
+    MoveOfRunLocked(Event::kAsk);
     question_ = question;
     answer_.reset();
-    MoveLocked(Event::kAsk);
   }
   while (!take_answer() && clock.Now() < deadline) waiter_->WaitUntil(deadline);
   const std::lock_guard lock(mutex_);
@@ -279,7 +296,7 @@ std::optional<std::string> RunControl::WaitForAnswer(const Clock& clock,
 void RunControl::BeginStopping() {
   const std::lock_guard lock(mutex_);
   tidying_ = true;
-  MoveLocked(Event::kFinish);
+  MoveIfFitsLocked(Event::kFinish);
 }
 
 }  // namespace gyrobench::daemon

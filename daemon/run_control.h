@@ -87,10 +87,14 @@ class RunControl {
   // Whether it would throw.
   bool IsToEnd() const;
   // Why the run is suspended. From BeginHold to EndHold the run's thread waits for the device, and
-  // nothing throws Suspended.
+  // nothing throws Suspended. In a hold, the one that fell silent last.
   std::optional<Fault> suspended() const;
+  // How often a device that the run can wait for fell silent, since the daemon began.
+  int silences() const;
   void BeginHold();
-  void EndHold();
+  // `silences`: when all devices were found well. False, and the hold goes on, where one fell silent
+  // since: it is told only once.
+  bool EndHold(int silences);
   // While the operator wants a pause: state kPaused, and waits.
   void WaitWhilePaused();
   // State kAsking until an answer came or `deadline`; nullopt: nobody answered.
@@ -102,7 +106,12 @@ class RunControl {
  private:
   void RequireReadyLocked() const;
   // False where the event does not fit the state.
-  bool MoveLocked(Event event);
+  [[nodiscard]] bool MoveLocked(Event event);
+  // Where it does not, it passes by.
+  void MoveIfFitsLocked(Event event);
+  // What a run that goes on does itself. StateError where the table does not know it: a run that
+  // waited in a state that cannot go on would wait for ever.
+  void MoveOfRunLocked(Event event);
   // StateError where it does not.
   void RequireLocked(Event event);
   // A run goes on; a pause that was asked for meanwhile comes next.
@@ -121,6 +130,7 @@ class RunControl {
   bool pause_ = false;
   bool all_well_ = true;
   std::optional<Fault> silent_;  // the run is suspended, or is to be
+  int silences_ = 0;
   bool holding_ = false;
   std::optional<Fault> fault_;
   std::optional<procedures::Question> question_;

@@ -118,6 +118,8 @@ RunView RunEngine::Launch(procedures::Procedure procedure, procedures::Parameter
                           std::optional<ResumedRun> resumed) {
   std::shared_ptr<RunExecution> run;
   try {
+    // Once more: what fell silent before the run was on was told to nobody.
+    RequireDevicesWell(context_.acquisition);
     auto directory = recording::RunDirectory::Create(context_.stand.records, procedure.info().name,
                                                      context_.clock.Now());
     run = std::make_shared<RunExecution>(context_, std::move(procedure), std::move(parameters),
@@ -174,11 +176,12 @@ void RunEngine::Reset() {
                       output));
     }
   }
-  context_.control.ClearFault();
+  // Before anything is told to the buses, whose answer may be the next fault.
+  context_.clear_fault();
   // Holds time until all buses have been told, so that their order is that of the stand file.
   const auto posting = context_.clock.Join("reset");
+  context_.acquisition.PostRearm();
   context_.acquisition.PostClearAlarms();
-  context_.on_fault_cleared();
   context_.on_change();
 }
 

@@ -41,7 +41,8 @@ class RunEngine {
   // on what its commands gave then, and from the first one that was not over on the bench. Throws
   // as Start does, and Error that says why it cannot be taken up.
   StartedRun Resume(const std::string& run_id, std::optional<std::int64_t> stops = std::nullopt);
-  // Clears a latched fault and the drives' alarms. Throws StateError while a run is on.
+  // Clears a latched fault and the drives' alarms; what is beyond a limit still is a fault again.
+  // Throws StateError while a run is on.
   void Reset();
   // Stops every axis and switches every output off, in every state, and ends a run that is on or
   // that somebody is about to start. Does not wait.

@@ -51,9 +51,9 @@ struct RunContext {
   Telemetry& telemetry;
   RunControl& control;
   BenchTime& time;
-  std::function<void()> on_change;  // of the state
-  FaultHandler on_fault;            // latches and publishes it
-  std::function<void()> on_fault_cleared;
+  std::function<void()> on_change;    // of the state
+  FaultHandler on_fault;              // latches and publishes it
+  std::function<void()> clear_fault;  // the same back; StateError while a run is on
   std::function<void(const std::string& question_id)> on_configured_answer;
 };
 

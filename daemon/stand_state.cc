@@ -26,8 +26,10 @@ constexpr Transition kTransitions[] = {
     {kPreparing, Event::kPrepared, kRunning},
     {kRunning, Event::kAsk, kAsking},
     {kPausing, Event::kAsk, kAsking},
+    {kSuspended, Event::kAsk, kAsking},
     {kAsking, Event::kAnswer, kRunning},
     {kPausing, Event::kSafePoint, kPaused},
+    {kSuspended, Event::kSafePoint, kPaused},
     {kPaused, Event::kSafePoint, kPaused},
     // A pause that is asked for where there is none to be made is made as soon as there is.
     {kPreparing, Event::kPause, kPreparing},

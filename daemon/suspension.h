@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <set>
 #include <string>
 
 #include "base/clock.h"
@@ -23,21 +25,26 @@ class Suspension {
     Acquisition& acquisition;
     RunControl& control;
   };
-  // What a command begins from: where the axes are, and which devices they are.
+  // Where the axes are, and which devices they are, at a moment at which nothing was silent.
   struct Point {
     std::map<std::string, AxisView> axes;
     std::map<std::string, int> power_losses;
     std::uint32_t serial_number = 0;
-    int starts = 0;  // of the gyro unit
+    std::optional<int> starts;  // of the gyro unit; nullopt where it may be switched off and on
   };
   explicit Suspension(const Context& context) : context_(context) {}
 
   Point Here() const;
-  // Stops all axes, waits until all devices are well and the axes at rest, makes sure that they are
-  // the same and that no steps were lost, and turns the axes back to `point`. Throws FaultError where
-  // that takes longer than safety.resume_within_s or something is not as it was, and
-  // procedures::Aborted.
-  void WaitAndGoBack(const Point& point, const Fault& silent);
+  // Throws FaultError, "after `what` the run does not go on: ...", where the gyro or a drive is not
+  // the same or was switched off since `point`, or a table was turned by other hands than its drive.
+  // Throws DeviceError where one does not answer.
+  void RequireSame(const Point& point, const std::string& what) const;
+  // Stops all axes, switches all outputs off, waits until all devices are well and the axes at rest,
+  // makes sure that they are the same and that no steps were lost, turns the axes back to `point`,
+  // and switches the outputs of `on` on again. A device that falls silent meanwhile is waited for in
+  // its turn. Throws FaultError where one stays silent for longer than safety.resume_within_s, does
+  // not stay, or is not as it was, and procedures::Aborted.
+  void WaitAndGoBack(const Point& point, const Fault& silent, const std::set<std::string>& on);
   // Turns the axes, of which nothing is known but what their references show, to these angles.
   // Throws as a move does, and FaultError where an axis is not there then.
   void GoTo(const std::map<std::string, double>& angles_deg);
@@ -45,11 +52,18 @@ class Suspension {
  private:
   bool StopAll() const;
   bool IsReady() const;
-  void RequireSame(const Point& point) const;
-  void WaitUntilReady(Utime deadline, const Fault& silent);
+  // The device that is not well now; `silent` where all are.
+  Fault NotWell(const Fault& silent) const;
+  // How many silences there were before all were well.
+  int WaitUntilReady(const Fault& silent);
   void RequireTime(Utime deadline, const Fault& silent) const;
-  // By the drive's own count.
-  void GoBack(const std::string& axis, double to_deg);
+  // Throws Suspended where there was another silence.
+  void RequireNoMore(int silences) const;
+  // From all well to the end of the hold. What fell silent meanwhile; nullopt if nothing did.
+  std::optional<Fault> GoOn(const Point& point, const Fault& silent, int silences,
+                            const std::set<std::string>& on);
+  // By the drive's own count. Throws DeviceError where the axis does not arrive.
+  void GoBack(const std::string& axis, double to_deg, int silences);
   void Pass(double duration_s);
 
   const Context context_;

@@ -69,7 +69,7 @@ Encoder::Value Encoder::ReadValue() {
                                    : bus_.ReadInput(unit_, map.address, wanted, "angle");
   value.raw = map.words == 1 ? words[0] : FromWords(words[0], words[1], map.word_order);
   if (value.raw < map.range_counts) return value;
-  throw DeviceError(
+  throw NoAnswer(
       fmt::format("{} ({}, unit {}): angle at 0x{:04X}: expected 0 to {}, found {}. Check "
                   "range_counts, words and word order of the map ({}).",
                   unit_.name, bus_.description(), unit_.unit, map.address, map.range_counts - 1,
@@ -106,7 +106,7 @@ AngleReading Encoder::Accept(const Value& value, std::int64_t counts) {
 
 void Encoder::Doubt(const Value& value) const {
   const std::int64_t counts = counts_ + Step(last_, value);
-  throw DeviceError(
+  throw NoAnswer(
       fmt::format("{} ({}, unit {}): the angle jumps from {:.3f} to {:.3f} deg within {:.3f} s, "
                   "faster than the axis can turn: not used. Look for lost steps, a slip of the "
                   "coupling, a disturbed line or a failing sensor, and check max_rate_deg_s of the "

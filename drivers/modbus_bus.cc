@@ -218,7 +218,7 @@ Timing ModbusBus::Transact(const Request& request) {
     const std::string message = Message(request, failure, tries);
     const DeviceFailure fields = FieldsOf(request, failure);
     if (IsException(failure.error)) throw RefusedByDevice(message, fields);
-    throw DeviceError(message, fields);
+    throw NoAnswer(message, fields);
   }
 }
 

@@ -40,6 +40,12 @@ struct ModbusUnit {
   int unit = 1;
 };
 
+// No answer, or none that can be used: the device, or its line, may be well again in a moment.
+class NoAnswer : public DeviceError {
+ public:
+  using DeviceError::DeviceError;
+};
+
 // The device answered with a Modbus exception: it is there, and will not do what was asked.
 class RefusedByDevice : public DeviceError {
  public:
@@ -58,7 +64,7 @@ struct BusStatistics {
 enum class Repeat { kAllowed, kNever };
 
 // Belongs to one thread, that of `participant`. Nothing is opened before the first transaction.
-// Every transaction throws DeviceError (RefusedByDevice for an exception reply) that names device,
+// Every transaction throws NoAnswer, or RefusedByDevice for an exception reply, that names device,
 // bus, unit, function, address, what was expected and what came, and what to check, and has them as
 // fields. `what` says in a word what is read or written; it is used in errors only. No transaction
 // allocates unless it fails.

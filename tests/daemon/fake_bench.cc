@@ -35,22 +35,19 @@ FakeBench::FakeBench(const std::string& lcm_url)
       clock(MakeVirtualClock(kStart)),
       publisher(lcm_url, "TEST") {
   fs::create_directories(stand.procedure_dirs.front());
-  const auto fault = [this](const Fault& what) { control.Report(what); };
+  supervisor = std::make_unique<Supervisor>(
+      Supervisor::Context{stand, *clock, control, telemetry, [this] { status->Changed(); }});
+  const auto fault = [this](const Fault& what) { supervisor->Report(what); };
   acquisition = std::make_unique<Acquisition>(
       stand, *clock, devices, telemetry,
-      [this, fault](const Fault& what) {
-        if (!control.run_is_on()) return;
-        const bool waits = what.may_pass && stand.safety.resume_within_s > 0;
-        if (!waits || !control.Suspend(what)) return fault(what);
-        acquisition->PostStopWhatAnswers();
-      },
-      fault, notices);
+      [this](const Fault& what) { supervisor->FellSilent(what); }, fault, notices);
+  supervisor->Watch(*acquisition);
   status =
       std::make_unique<StatusPublisher>(stand, *clock, *acquisition, control, telemetry, publisher);
   time = std::make_unique<BenchTime>(stand, nullptr, *acquisition, control, *status);
-  engine = std::make_unique<RunEngine>(
-      RunEngine::Context{stand, *clock, *acquisition, telemetry, control, *time,
-                         [this] { status->Changed(); }, fault, [] {}, [](const std::string&) {}});
+  engine = std::make_unique<RunEngine>(RunEngine::Context{
+      stand, *clock, *acquisition, telemetry, control, *time, [this] { status->Changed(); }, fault,
+      [this] { supervisor->ClearFault(); }, [](const std::string&) {}});
   api_ = std::make_unique<ControlApi>(ControlApi::Context{stand, *clock, *time, *acquisition,
                                                           *engine, control, publisher, notices});
   acquisition->WhenWellnessChanges([this](bool all_well) { control.SetAllWell(all_well); });

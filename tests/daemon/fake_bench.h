@@ -10,6 +10,7 @@
 
 #include "daemon/control_api.h"
 #include "daemon/status_publisher.h"
+#include "daemon/supervisor.h"
 #include "tests/daemon/fake_stand.h"
 
 namespace gyrobench::daemon {
@@ -63,6 +64,7 @@ class FakeBench {
                         record_failures.push_back(message);
                         control.Report({"record", message});
                       }};
+  std::unique_ptr<Supervisor> supervisor;
   std::unique_ptr<Acquisition> acquisition;
   std::unique_ptr<StatusPublisher> status;
   std::unique_ptr<BenchTime> time;

@@ -219,6 +219,40 @@ TEST_F(LiveBenchTest, ALimitIsKeptWhetherItHoldsOrNot) {
   EXPECT_THAT(live_->said(), SizeIs(1));
 }
 
+// While the run's thread works a trace out: nobody resumes anything.
+TEST_F(LiveBenchTest, AfterAnEmergencyStopBetweenTwoCommandsNothingMovesByItself) {
+  drivers::FakeAxis& inner = *host_.devices.drives.at("inner");
+  live_->Rest(1.0);
+  inner.faults().FailAlways("no answer");
+  host_.Wait(5.0);
+  inner.LosePower();
+  inner.faults().Recover();
+  host_.Wait(5.0);
+  EXPECT_THAT(MessageOf([&] { live_->Turn(kTurn); }), HasSubstr("emergency stop"));
+  EXPECT_THAT(host_.CallsOf("inner"), Not(Contains(HasSubstr("move"))));
+}
+
+TEST_F(LiveBenchTest, ADriveThatRefusesAMoveIsNotSilent) {
+  drivers::FakeAxis& inner = *host_.devices.drives.at("inner");
+  inner.on_call = [&](const std::string& call) {
+    if (call.starts_with("move")) inner.SetAlarm(3);
+  };
+  EXPECT_THAT(MessageOf([&] { live_->Turn(kTurn); }), HasSubstr("move refused"));
+  EXPECT_FALSE(host_.control.suspended());
+  EXPECT_EQ(host_.control.state(), State::kRunning);
+}
+
+TEST_F(LiveBenchTest, AnAnswerThatIsLostBecauseOfAStopIsNoFault) {
+  drivers::FakeAxis& inner = *host_.devices.drives.at("inner");
+  inner.on_call = [&](const std::string& call) {
+    if (!call.starts_with("move")) return;
+    host_.control.Stop("stopped by the operator");
+    inner.faults().FailNext("the answer was lost");
+  };
+  EXPECT_THROW(live_->Turn(kTurn), procedures::Aborted);
+  EXPECT_FALSE(host_.control.fault());
+}
+
 TEST_F(LiveBenchTest, AnEstimateIsThereOnceSomethingWasMeasured) {
   EXPECT_FALSE(live_->ReadEstimate("bias").available);
   live_->Rest(60.0);

@@ -65,7 +65,7 @@ TEST_F(OutputsTest, AllAreTriedTheHeaterFirstWhateverOneOfThemDoes) {
   } catch (const DeviceError& error) {
     EXPECT_THAT(error.what(), HasSubstr("the heater cannot be switched off, disconnect it"));
   }
-  EXPECT_THAT(relays_->calls, ElementsAre("heater off", "fan off"));
+  EXPECT_THAT(relays_->calls, ElementsAre("heater off", "heater off", "heater off", "fan off"));
   EXPECT_FALSE(relays_->on.at("fan"));
 }
 
@@ -78,6 +78,25 @@ TEST_F(OutputsTest, WhatCouldNotBeSwitchedOffIsTriedAgainUntilItIs) {
   EXPECT_THROW(worker_.Call(*me_, [this] { outputs_->Check(); }), DeviceError);
   relays_->refuses.clear();
   worker_.Call(*me_, [this] { outputs_->Check(); });
+  EXPECT_EQ(relays_->on, all_off_);
+}
+
+// A stop that waits for the line leaves a request one try.
+TEST_F(OutputsTest, OneLostAnswerLeavesNothingOnAndIsNoFault) {
+  Switch("heater", true);
+  relays_->faults.FailNext("the answer was lost");
+  outputs_->PostAllOff();
+  Settle();
+  EXPECT_THAT(faults_, IsEmpty());
+  EXPECT_EQ(relays_->on, all_off_);
+}
+
+TEST_F(OutputsTest, WhereASwitchFailsAllAreSwitchedOffAndItIsAFault) {
+  Switch("fan", true);
+  relays_->loses = "heater";
+  EXPECT_THROW(Switch("heater", true), FaultError);
+  relays_->loses.clear();
+  Settle();
   EXPECT_EQ(relays_->on, all_off_);
 }
 

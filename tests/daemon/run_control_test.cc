@@ -154,6 +154,56 @@ TEST_F(RunControlTest, APausedRunWaitsForResume) {
   control_.EndRun();
 }
 
+// Between the checks before a question and the question.
+TEST_F(RunControlTest, ASuspendedRunThatAsksIsAnswered) {
+  control_.BeginRun(*run_);
+  control_.Prepared();
+  ASSERT_TRUE(control_.Suspend({"gyro", "no answer"}));
+  clock_->SetPace(0.0);
+  std::thread operator_thread([&] {
+    while (!control_.question()) std::this_thread::yield();
+    EXPECT_EQ(control_.state(), State::kAsking);
+    control_.Answer("done");
+    EXPECT_EQ(control_.state(), State::kSuspended);
+  });
+  EXPECT_EQ(control_.WaitForAnswer(*clock_, {"cool", "Cool the gyro", {}, 100.0}, kForever),
+            "done");
+  operator_thread.join();
+  control_.EndRun();
+}
+
+TEST_F(RunControlTest, ASuspendedRunThatIsToPauseIsPaused) {
+  control_.BeginRun(*run_);
+  control_.Prepared();
+  control_.Pause();
+  ASSERT_TRUE(control_.Suspend({"gyro", "no answer"}));
+  clock_->SetPace(0.0);
+  std::thread operator_thread([&] {
+    while (control_.state() != State::kPaused) std::this_thread::yield();
+    control_.Resume();
+  });
+  control_.WaitWhilePaused();
+  operator_thread.join();
+  EXPECT_EQ(control_.state(), State::kSuspended);
+  control_.EndRun();
+}
+
+TEST_F(RunControlTest, AHoldDoesNotEndWhereADeviceFellSilentInIt) {
+  control_.BeginRun(*run_);
+  control_.Prepared();
+  ASSERT_TRUE(control_.Suspend({"encoder.inner", "no answer"}));
+  control_.BeginHold();
+  const int seen = control_.silences();
+  ASSERT_TRUE(control_.Suspend({"gyro", "no answer"}));
+  EXPECT_FALSE(control_.EndHold(seen));
+  EXPECT_EQ(control_.state(), State::kSuspended);
+  EXPECT_EQ(control_.suspended()->source, "gyro");
+  EXPECT_TRUE(control_.EndHold(control_.silences()));
+  EXPECT_EQ(control_.state(), State::kRunning);
+  EXPECT_FALSE(control_.suspended());
+  control_.EndRun();
+}
+
 TEST(ProgressMeter, NeverFallsAndEndsAtOne) {
   for (const double first_s : {0.0, 30.0, 60.0, 99.0, 150.0}) {
     ProgressMeter meter;

@@ -8,10 +8,12 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "gyrobench/fault_t.hpp"
 #include "gyrobench/run_t.hpp"
 #include "tests/daemon/fake_bench.h"
 #include "tests/daemon/no_threads.h"
 #include "tests/daemon/published.h"
+#include "tests/temporary_folder.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -296,6 +298,55 @@ TEST(RunEngineAtItsEnd, EndsTheRunInOrder) {
   EXPECT_EQ(file["outcome"], "aborted");
   EXPECT_THAT(file["message"].get<std::string>(), HasSubstr("told to end"));
   EXPECT_THAT(bench->CallsOf("inner"), Contains("stop"));
+}
+
+TEST_F(RunEngineTest, ASensorThatIsStillTooHotAfterAResetIsAFaultAgain) {
+  bench_.devices.temperature_degC = bench_.stand.gyro.max_degC + 6.0;
+  ASSERT_TRUE(bench_.WaitFor([this] { return bench_.control.state() == State::kFault; }));
+  bench_.engine->Reset();
+  EXPECT_FALSE(bench_.control.fault());
+  bench_.Wait(2.0);
+  ASSERT_TRUE(bench_.control.fault());
+  EXPECT_THAT(bench_.control.fault()->message, HasSubstr("outside the part's range"));
+}
+
+TEST_F(RunEngineTest, ATableThatIsStillBeyondItsLimitsInTheNextRunIsAFaultAgain) {
+  for (int i = 0; i < 2; ++i) {
+    bench_.devices.off_deg["inner"] = 190.0;
+    bench_.Script("rests", "bench.turn{ axis='inner', angle_deg=-90, rate_deg_s=3 }");
+    bench_.engine->Start("rests", {});
+    EXPECT_THAT(bench_.Ended().progress.message, HasSubstr("beyond its soft limits")) << i;
+    bench_.engine->Reset();
+  }
+}
+
+// Between runs that is a line in the status.
+TEST_F(RunEngineTest, AResetMakesNoFaultOfADriveThatIsSwitchedOff) {
+  bench_.devices.drives.at("inner")->faults().FailAlways("no answer");
+  bench_.Wait(5.0);
+  bench_.control.Report({"gyro", "too hot"});
+  bench_.engine->Reset();
+  bench_.Wait(2.0);
+  EXPECT_FALSE(bench_.control.fault());
+  EXPECT_EQ(bench_.control.state(), State::kDisconnected);
+}
+
+// Each with its own name.
+TEST(FaultsOnTheAir, ThatOneIsOverIsSaidByItsNameAndBeforeTheNextOne) {
+  const TemporaryFolder folder;
+  const fs::path log = folder / "published.lcmlog";
+  auto bench = std::make_unique<FakeBench>(LcmUrlOf(log));
+  bench->devices.temperature_degC = bench->stand.gyro.max_degC + 6.0;
+  ASSERT_TRUE(bench->WaitFor([&] { return bench->control.state() == State::kFault; }));
+  bench->supervisor->Report({"axis.inner", "a consequence"});
+  bench->engine->Reset();
+  bench->Wait(2.0);
+  bench.reset();
+  std::vector<std::pair<std::string, bool>> heard;
+  for (const fault_t& message : MessagesOn<fault_t>("TEST_FAULT", EventsOf(log)))
+    heard.emplace_back(message.source, message.active);
+  EXPECT_THAT(heard, ElementsAre(std::pair("gyro", true), std::pair("gyro", false),
+                                 std::pair("gyro", true)));
 }
 
 }  // namespace

@@ -141,7 +141,7 @@ class Stand {
            control.Resume();
          }},
         {Event::kSilence, [this] { control.Suspend(kFault); }},
-        {Event::kBack, [this] { control.BeginHold(), control.EndHold(); }},
+        {Event::kBack, [this] { control.BeginHold(), control.EndHold(control.silences()); }},
         {Event::kStop, [this] { control.Stop("stopped"); }},
         {Event::kAbort, [this] { control.Abort(); }},
         {Event::kTrip, [this] { control.Report(kFault); }},

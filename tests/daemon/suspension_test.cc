@@ -174,5 +174,206 @@ TEST_F(SuspensionTest, ADeviceThatFallsSilentInAPauseIsWaitedForAfterIt) {
   EXPECT_EQ(bench_.Ended().outcome, Outcome::kDone);
 }
 
+class SuspendedHeating : public SuspensionTest {
+ protected:
+  // Waits until the heater is on and the run is within a rest.
+  void StartHeating() {
+    bench_.Script("heats",
+                  "bench.switch{ output='heater', on=true }\n"
+                  "bench.rest{ duration_s=10 }\n"
+                  "bench.rest{ duration_s=10 }");
+    bench_.engine->Start("heats", {});
+    ASSERT_TRUE(bench_.WaitFor([this] { return Heats(); }));
+    bench_.Wait(2.0);
+  }
+  bool Heats() { return bench_.devices.relays->on.at("heater"); }
+  std::ptrdiff_t TimesSwitchedOn() {
+    return std::ranges::count(bench_.devices.relays->calls, "heater on");
+  }
+};
+
+// Whatever fell silent: without the gyro nobody knows how warm it is.
+TEST_F(SuspendedHeating, TheHeaterIsOffAtOnceAndOnAgainBeforeTheCommandBegins) {
+  StartHeating();
+  Encoder().faults().FailAlways("no answer");
+  ASSERT_TRUE(IsSuspended());
+  bench_.Wait(0.1);
+  EXPECT_FALSE(Heats());
+  bench_.Wait(10.0);
+  EXPECT_FALSE(Heats());
+  EXPECT_EQ(TimesSwitchedOn(), 1);
+  Encoder().faults().Recover();
+  ASSERT_TRUE(bench_.WaitFor([this] { return bench_.control.state() == State::kRunning; }));
+  EXPECT_TRUE(Heats());
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kDone) << run.progress.message;
+  EXPECT_EQ(TimesSwitchedOn(), 2);
+  EXPECT_FALSE(Heats());
+  std::vector<std::string> said;
+  for (const run_t& message :
+       MessagesOn<run_t>("TEST_RUN", EventsOf(fs::path(run.record) / "events.lcmlog"))) {
+    if (message.event == run_t::SUSPEND || message.event == run_t::CONTINUE)
+      said.push_back(message.text);
+  }
+  EXPECT_THAT(said, ElementsAre(HasSubstr("meanwhile switched off: heater"),
+                                HasSubstr("heater switched on again")));
+}
+
+TEST_F(SuspendedHeating, TheHeaterIsOffAtOnceWhenTheGyroFallsSilentInAPause) {
+  StartHeating();
+  bench_.control.Pause();
+  ASSERT_TRUE(bench_.WaitFor([this] { return bench_.control.state() == State::kPaused; }));
+  EXPECT_TRUE(Heats());
+  bench_.devices.gyro->faults().FailAlways("no answer");
+  bench_.Wait(3.0);
+  EXPECT_FALSE(Heats());
+  bench_.devices.gyro->faults().Recover();
+  bench_.Wait(20.0);
+  EXPECT_EQ(bench_.control.state(), State::kPaused);
+  EXPECT_FALSE(Heats());
+  bench_.control.Resume();
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kDone) << run.progress.message;
+  EXPECT_EQ(TimesSwitchedOn(), 2);
+}
+
+// It may be on, and nobody knows.
+TEST_F(SuspendedHeating, ASwitchWhoseAnswerIsLostIsAFaultAndNoSuspension) {
+  bench_.devices.relays->loses = "heater";
+  bench_.Script("heats",
+                "bench.switch{ output='heater', on=true }\n"
+                "bench.rest{ duration_s=10 }");
+  bench_.engine->Start("heats", {});
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kFault);
+  ASSERT_TRUE(bench_.control.fault());
+  EXPECT_EQ(bench_.control.fault()->source, "relays");
+  EXPECT_THAT(EventsOfRun(run, {run_t::SUSPEND}), IsEmpty());
+  EXPECT_FALSE(Heats());
+}
+
+// Each is told only once, and a stop that it causes leaves the axis on its way.
+class SecondSilence : public SuspensionTest {
+ protected:
+  // Waits until the inner axis is on its way back, several seconds long.
+  void StartTheWayBack() {
+    StartTurns();
+    bench_.Wait(12.0);
+    Encoder().faults().FailAlways("no answer");
+    ASSERT_TRUE(IsSuspended());
+    Encoder().faults().Recover();
+    for (int i = 0; i < 300 && MovesOfInner().size() < 2; ++i) bench_.Wait(0.1);
+    ASSERT_EQ(MovesOfInner().size(), 2u);
+    ASSERT_GT(Inner().AngleDeg(), 30.0);
+  }
+};
+
+TEST_F(SecondSilence, ADeviceThatFallsSilentOnTheWayBackIsWaitedForToo) {
+  StartTheWayBack();
+  bench_.devices.encoders.at("outer")->faults().FailAlways("no answer");
+  bench_.Wait(2.0);
+  const double stopped_deg = Inner().AngleDeg();
+  EXPECT_GT(stopped_deg, 1.0);
+  bench_.Wait(5.0);
+  EXPECT_EQ(Inner().AngleDeg(), stopped_deg);
+  EXPECT_EQ(bench_.control.state(), State::kSuspended);
+  bench_.devices.encoders.at("outer")->faults().Recover();
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kDone) << run.progress.message;
+  // 90 deg and back, from where they began.
+  EXPECT_NEAR(Inner().AngleDeg(), 0.0, 1e-9);
+}
+
+TEST_F(SecondSilence, OneThatStaysSilentIsTheFaultOfTheRun) {
+  StartTheWayBack();
+  bench_.devices.gyro->faults().FailAlways("no answer");
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kFault);
+  EXPECT_THAT(run.progress.message, HasSubstr("gyro"));
+  EXPECT_THAT(run.progress.message, HasSubstr("did not come back within 30 s"));
+  EXPECT_EQ(MovesOfInner().size(), 2u);
+}
+
+// After the last of the way, when all seems well.
+TEST_F(SecondSilence, OneAtTheVeryEndOfTheHoldIsNotForgotten) {
+  StartTheWayBack();
+  for (int i = 0; i < 100 && Inner().AngleDeg() > 0.0; ++i) bench_.Wait(0.1);
+  bench_.devices.gyro->faults().FailAlways("no answer");
+  bench_.Wait(5.0);
+  EXPECT_EQ(bench_.control.state(), State::kSuspended);
+  EXPECT_EQ(MovesOfInner().size(), 2u);
+  bench_.devices.gyro->faults().Recover();
+  EXPECT_EQ(bench_.Ended().outcome, Outcome::kDone);
+}
+
+// What a pause or a question hides: each is compared with the last moment at which all was well.
+class BehindAPause : public SuspensionTest {
+ protected:
+  void PauseTurns() {
+    StartTurns();
+    bench_.control.Pause();
+    ASSERT_TRUE(bench_.WaitFor([this] { return bench_.control.state() == State::kPaused; }));
+    moves_ = MovesOfInner().size();
+  }
+  void ExpectNoWayOn(const std::string& why) {
+    bench_.Wait(5.0);
+    bench_.control.Resume();
+    const RunView run = bench_.Ended();
+    EXPECT_EQ(run.outcome, Outcome::kFault);
+    EXPECT_THAT(run.progress.message, HasSubstr("the run does not go on"));
+    EXPECT_THAT(run.progress.message, HasSubstr(why));
+    EXPECT_EQ(MovesOfInner().size(), moves_);
+  }
+  std::size_t moves_ = 0;
+};
+
+TEST_F(BehindAPause, AGyroThatWasExchangedOrSwitchedOffIsSeen) {
+  PauseTurns();
+  bench_.devices.gyro->faults().FailAlways("no answer");
+  bench_.Wait(5.0);
+  bench_.devices.gyro->Restart();
+  bench_.devices.gyro->faults().Recover();
+  ExpectNoWayOn("switched off and on");
+}
+
+TEST_F(BehindAPause, AGyroThatWasSwitchedOffTooShortlyToBeMissedIsSeen) {
+  PauseTurns();
+  bench_.devices.gyro->Restart();
+  ExpectNoWayOn("after a pause");
+}
+
+TEST_F(BehindAPause, ATableThatWasTurnedWhileItsReferenceWasSilentIsSeen) {
+  PauseTurns();
+  Encoder().faults().FailAlways("no answer");
+  bench_.Wait(5.0);
+  bench_.devices.off_deg["inner"] = 4.0;
+  Encoder().faults().Recover();
+  ExpectNoWayOn("somebody turned it");
+}
+
+TEST_F(BehindAPause, AnEmergencyStopIsSeen) {
+  PauseTurns();
+  Inner().faults().FailAlways("no answer");
+  bench_.Wait(5.0);
+  Inner().LosePower();
+  Inner().faults().Recover();
+  ExpectNoWayOn("emergency stop");
+}
+
+// It is cooled, or mounted, with its plug drawn.
+TEST_F(SuspensionTest, BeforeAnythingIsMeasuredAQuestionMayTakeTheGyrosPower) {
+  bench_.Script("asks", "bench.ask{ id='cool', text='Cool it' }\nbench.rest{ duration_s=10 }");
+  bench_.engine->Start("asks", {});
+  ASSERT_TRUE(bench_.WaitFor([this] { return bench_.control.state() == State::kAsking; }));
+  bench_.devices.gyro->faults().FailAlways("no answer");
+  bench_.Wait(30.0);
+  bench_.devices.gyro->Restart();
+  bench_.devices.gyro->faults().Recover();
+  bench_.Wait(5.0);
+  bench_.control.Answer("done");
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kDone) << run.progress.message;
+}
+
 }  // namespace
 }  // namespace gyrobench::daemon

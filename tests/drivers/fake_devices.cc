@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/modbus_bus.h"
+
 namespace gyrobench::drivers {
 
 void FaultScript::FailNext(const std::string& message, int times) {
@@ -23,7 +25,7 @@ void FaultScript::Step() {
     fault = faults_.front();
     faults_.pop_front();
   }
-  if (!fault.empty()) throw DeviceError(fault, fields);
+  if (!fault.empty()) throw NoAnswer(fault, fields);
 }
 
 FakeAxis::FakeAxis(std::string name, const Clock& clock) : name_(std::move(name)), clock_(clock) {}
@@ -160,13 +162,21 @@ void FakeGyro::Read(GyroBlock& block) {
 }
 
 void FakeRelays::Open() {
+  faults.Step();
   for (auto& [output, state] : on) state = false;
 }
 
 void FakeRelays::Switch(const std::string& output, bool state) {
   calls.push_back(output + (state ? " on" : " off"));
+  faults.Step();
   if (output == refuses) throw DeviceError(output + " does not obey");
   on.at(output) = state;
+  if (output == loses) throw NoAnswer(output + ": the answer was lost");
+}
+
+std::map<std::string, bool> FakeRelays::Read() {
+  faults.Step();
+  return on;
 }
 
 }  // namespace gyrobench::drivers

@@ -20,7 +20,7 @@
 namespace gyrobench::drivers {
 
 // Failures told beforehand. Each call of a fake takes the next one: an empty text lets it pass, any
-// other is thrown as DeviceError with `fields`.
+// other is thrown as NoAnswer with `fields`.
 class FaultScript {
  public:
   void FailNext(const std::string& message, int times = 1);
@@ -133,16 +133,17 @@ class FakeGyro final : public Gyro {
   GyroBlock counters_;
 };
 
-// `refuses` names an output that does not obey.
+// `refuses` names an output that does not obey, `loses` one that does and whose answer is lost.
 class FakeRelays final : public Relays {
  public:
   std::map<std::string, bool> on = {{"fan", true}, {"heater", true}};
   std::vector<std::string> calls;
-  std::string refuses;
+  std::string refuses, loses;
+  FaultScript faults;
 
   void Open() override;
   void Switch(const std::string& output, bool state) override;
-  std::map<std::string, bool> Read() override { return on; }
+  std::map<std::string, bool> Read() override;
 };
 
 }  // namespace gyrobench::drivers
