@@ -60,18 +60,21 @@ std::array<Sums, 3> SumsOf(const Columns& columns, std::size_t axis) {
 std::string FollowedByAnother(const Columns& columns, SensorAxis axis) {
   const auto own = static_cast<std::size_t>(axis);
   const std::array<Sums, 3> sums = SumsOf(columns, own);
-  const double own_slope = std::fabs(sums[own].Slope());
+  // Misaligned axes feel a part of it too.
+  std::size_t most = own;
   for (std::size_t c = 0; c < 3; ++c) {
-    if (c == own || !(sums[c].Explained() > kLeastShareExplained)) continue;
-    if (!(std::fabs(sums[c].Slope()) > kFollowsMore * own_slope)) continue;
-    return fmt::format(
-        "two axes of the gyro stand for each other: what the reference turns about {0} is followed "
-        "by the output of {1} ({2:.3g} of its unit per deg/s) and not by that of {0} ({3:.2g}). "
-        "Exchange the two columns (or registers of the device map), or declare the mounting "
-        "(mount_x_deg, mount_y_deg, mount_z_deg)",
-        "xyz"[own], "xyz"[c], sums[c].Slope(), sums[own].Slope());
+    if (sums[c].Explained() > kLeastShareExplained &&
+        !(std::fabs(sums[c].Slope()) <= std::fabs(sums[most].Slope())))
+      most = c;
   }
-  return "";
+  if (most == own || !(std::fabs(sums[most].Slope()) > kFollowsMore * std::fabs(sums[own].Slope())))
+    return "";
+  return fmt::format(
+      "two axes of the gyro stand for each other: what the reference turns about {0} is followed "
+      "by the output of {1} ({2:.3g} of its unit per deg/s) and not by that of {0} ({3:.2g}). "
+      "Exchange the two columns (or registers of the device map), or declare the mounting "
+      "(mount_x_deg, mount_y_deg, mount_z_deg)",
+      "xyz"[own], "xyz"[most], sums[most].Slope(), sums[own].Slope());
 }
 
 }  // namespace gyrobench::calibration

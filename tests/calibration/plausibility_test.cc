@@ -175,6 +175,9 @@ TEST(ExchangedAxes, AreNamedWhereAnotherChannelFollowsInWhateverUnitAndSense) {
     EXPECT_THAT(FollowedByAnother(TurnsAboutZ({0.1 * unit, 0.05 * unit, unit}), SensorAxis::kZ),
                 IsEmpty());
   }
+  // A misaligned axis feels a part.
+  EXPECT_THAT(FollowedByAnother(TurnsAboutZ({0.02, 1, 0.001}), SensorAxis::kZ),
+              HasSubstr("followed by the output of y"));
   EXPECT_THAT(FollowedByAnother(TurnsAboutZ({0, 0, 0}), SensorAxis::kZ), IsEmpty());
   EXPECT_THAT(FollowedByAnother(TurnsAboutZ({1, 0, 0}), SensorAxis::kX), IsEmpty());
   EXPECT_THAT(FollowedByAnother(Columns(), SensorAxis::kZ), IsEmpty());

@@ -53,12 +53,12 @@ TEST_F(BusWorkerTest, PollsEachDeviceAtItsOwnRateInBenchTime) {
 // Of a client that calls for a stop without end while a device is silent.
 TEST_F(BusWorkerTest, WhatIsAskedForAgainWhileItWaitsIsDoneOnceAndWhatCameAfterOthersAgain) {
   BusWorker worker("a", *clock_);
-  worker.Start();
   std::promise<void> begun, goes_on;
   worker.Post([&] {
     begun.set_value();
     goes_on.get_future().wait();
   });
+  worker.Start();  // with work: the test holds time, and would hold a worker that waits
   begun.get_future().wait();
   std::string done;
   for (int i = 0; i < 1000; ++i) {
@@ -79,12 +79,12 @@ TEST_F(BusWorkerTest, WhatIsAskedForAgainWhileItWaitsIsDoneOnceAndWhatCameAfterO
 // A watchdog asks.
 TEST_F(BusWorkerTest, ATaskThatHangsIsSeenFromOutsideAndAWaitIsNone) {
   BusWorker worker("a", *clock_);
-  worker.Start();
   std::promise<void> begun, goes_on;
   worker.Post([&] {
     begun.set_value();
     goes_on.get_future().wait();
   });
+  worker.Start();  // with work: the test holds time, and would hold a worker that waits
   begun.get_future().wait();
   const double before_s = worker.BusyFor_s();
   const double after_s = worker.BusyFor_s();
