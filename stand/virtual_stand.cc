@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -60,6 +61,7 @@ struct VirtualStand::Impl {
   Clock& clock;
   const Utime start;
   Physics physics;
+  std::mutex mutex;  // guards what follows: lines may be opened side by side
   std::vector<std::unique_ptr<BusServer>> servers;
 };
 
@@ -74,6 +76,7 @@ VirtualStand::VirtualStand(const config::StandConfig& stand, const config::Scena
 VirtualStand::~VirtualStand() = default;
 
 config::BusConfig VirtualStand::Serve(const config::BusConfig& bus, Port port) {
+  const std::lock_guard lock(impl_->mutex);
   config::BusConfig served = bus;
   auto responder = impl_->MakeResponder(bus);
   if (bus.transport == config::BusConfig::Transport::kRtu) {

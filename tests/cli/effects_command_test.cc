@@ -27,7 +27,8 @@ TEST(EffectsCommand, SaysOfEveryEffectWhatItLooksLikeAndWhatShowsIt) {
   for (const Effect& effect : EffectCatalogue()) {
     EXPECT_THAT(all.out, HasSubstr(effect.id));
   }
-  for (const json& one : json::parse(Gyrobench({"effects", "--json"}).out)["effects"]) {
+  const json listed = json::parse(Gyrobench({"effects", "--json"}).out);
+  for (const json& one : listed["effects"]) {
     EXPECT_FALSE(one["to_show_it"].get<std::string>().empty()) << one;
     if (one["owner"].is_null()) continue;
     for (const char* field : {"equation", "looks_like", "cause", "is_corrected"})

@@ -24,12 +24,25 @@ void* operator new(std::size_t size) {
   return place;
 }
 
+// That of the library does not call the one above.
+void* operator new(std::size_t size, const std::nothrow_t& /*nothrow*/) noexcept {
+  try {
+    return operator new(size);
+  } catch (const std::bad_alloc&) {
+    return nullptr;
+  }
+}
+
 void operator delete(void* place) noexcept {
   held_bytes -= malloc_usable_size(place);
   std::free(place);
 }
 
 void operator delete(void* place, std::size_t /*size*/) noexcept { operator delete(place); }
+
+void operator delete(void* place, const std::nothrow_t& /*nothrow*/) noexcept {
+  operator delete(place);
+}
 
 namespace gyrobench::testing {
 
