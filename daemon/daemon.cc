@@ -199,7 +199,7 @@ std::string Daemon::Stuck() const {
   const double status_s = parts_->status->BusyFor_s();
   if (status_s > kLongestStatus_s)
     return fmt::format("the thread of the status has been at one message for {:.0f} s", status_s);
-  if (const std::string stuck = parts_->server->Stuck(); !stuck.empty()) return stuck;
+  if (std::string stuck = parts_->server->Stuck(); !stuck.empty()) return stuck;
   // Those of buses on a virtual clock wait for each other, as long as it takes.
   return parts_->virtual_clock == nullptr ? parts_->acquisition->StuckBus() : "";
 }

@@ -288,7 +288,7 @@ std::optional<std::string> RunControl::WaitForAnswer(const Clock& clock,
   while (!take_answer() && clock.Now() < deadline) waiter_->WaitUntil(deadline);
   const std::lock_guard lock(mutex_);
   question_.reset();
-  const std::optional<std::string> answer = answer_;
+  std::optional<std::string> answer = answer_;
   if (!answer) GoOnLocked(Event::kAnswer);
   return answer;
 }

@@ -98,8 +98,8 @@ bool HasPicture(const std::string& table) {
   const std::vector<std::string> parts = SplitAt(table, "```");
   if (parts.size() != 3) return false;
   std::set<std::string> characters;
-  for (std::size_t at = parts[1].find("\xE2"); at != std::string::npos;
-       at = parts[1].find("\xE2", at + 1))
+  for (std::size_t at = parts[1].find('\xE2'); at != std::string::npos;
+       at = parts[1].find('\xE2', at + 1))
     characters.insert(parts[1].substr(at, 3));
   return characters.size() > 5;
 }
