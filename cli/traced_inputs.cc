@@ -104,13 +104,13 @@ std::vector<std::string> ImplausibleTogether(const TracedInputs& inputs) {
     const auto axis = static_cast<std::size_t>(model.axis);
     const bool fitted = model.m_row_std_error[axis] > 0.0;
     const double ratio = fitted ? 1.0 / model.m_row[axis] : kMissing;
+    if (!calibration::ImplausibleScale(ratio, model.axis, infos)) continue;
     std::string another;
     for (const calibration::Recording& recording : inputs.recordings) {
       if (another.empty()) another = calibration::FollowedByAnother(recording.columns, model.axis);
     }
-    if (auto says = calibration::ImplausibleScale(ratio, model.axis, infos,
-                                                  another.empty() ? cause : another))
-      out.push_back(std::move(*says));
+    out.push_back(*calibration::ImplausibleScale(ratio, model.axis, infos,
+                                                 another.empty() ? cause : another));
   }
   return out;
 }

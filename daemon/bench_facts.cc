@@ -39,6 +39,13 @@ calibration::Manoeuvre ToManoeuvre(const procedures::Rehearsal& rehearsal) {
 
 }  // namespace
 
+const config::AxisConfig& ConfigOf(const config::StandConfig& stand, const std::string& name) {
+  for (const config::AxisConfig& axis : stand.axes) {
+    if (axis.name == name) return axis;
+  }
+  throw LimitError(fmt::format("this stand has no axis '{}'", name));
+}
+
 procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu, double small_below,
                                const calibration::Recording& so_far,
                                const calibration::Traced& traced, calibration::LoopMemory& memory) {

@@ -19,6 +19,9 @@ procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu, d
                                const calibration::Recording& so_far,
                                const calibration::Traced& traced, calibration::LoopMemory& memory);
 
+// Of the axis of this name. Throws LimitError where the stand has none.
+const config::AxisConfig& ConfigOf(const config::StandConfig& stand, const std::string& name);
+
 inline procedures::AxisFacts FactsOf(const config::AxisConfig& axis, double angle_deg) {
   return {axis.name,
           axis.gear_ratio,

@@ -54,22 +54,10 @@ std::string Text(const json& body, const char* key) {
 }
 
 procedures::Parameters ReadParameters(const json& body) {
-  procedures::Parameters parameters;
   const auto found = body.find("parameters");
-  if (found == body.end() || found->is_null()) return parameters;
+  if (found == body.end() || found->is_null()) return {};
   if (!found->is_object()) throw Error("\"parameters\" must be an object of name to value");
-  for (const auto& [name, value] : found->items()) {
-    if (value.is_boolean()) {
-      parameters[name] = value.get<bool>();
-    } else if (value.is_number()) {
-      parameters[name] = value.get<double>();
-    } else if (value.is_string()) {
-      parameters[name] = value.get<std::string>();
-    } else {
-      throw Error("parameter '" + name + "' must be a number, a text or true/false");
-    }
-  }
-  return parameters;
+  return ParametersFrom(*found);
 }
 
 json ToJson(const procedures::Parameter& parameter) {
@@ -235,14 +223,16 @@ json Check(Context& c, const json& body) {
           {"notes", plan.notes}};
 }
 
-json Start(Context& c, const json& body, std::optional<std::int64_t> stops) {
-  const StartedRun run = c.engine.Start(Text(body, "procedure"), ReadParameters(body), stops);
+json ToJson(const StartedRun& run) {
   return {{"run_id", run.run_id}, {"record", run.record}, {"duration_s", run.duration_s}};
 }
 
+json Start(Context& c, const json& body, std::optional<std::int64_t> stops) {
+  return ToJson(c.engine.Start(Text(body, "procedure"), ReadParameters(body), stops));
+}
+
 json TakeUp(Context& c, const json& body, std::optional<std::int64_t> stops) {
-  const StartedRun run = c.engine.Resume(Text(body, "run"), stops);
-  return {{"run_id", run.run_id}, {"record", run.record}, {"duration_s", run.duration_s}};
+  return ToJson(c.engine.Resume(Text(body, "run"), stops));
 }
 
 // Motion ends in every state: with a run by its abort, and without one all the same.

@@ -9,6 +9,8 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "daemon/bench_facts.h"
+#include "daemon/journal_bench.h"
+#include "daemon/resumed_run.h"
 #include "daemon/run_trace.h"
 #include "drivers/modbus_bus.h"
 #include "procedures/engine/bench.h"

@@ -14,9 +14,7 @@
 #include "calibration/trace/trace.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
-#include "daemon/journal_bench.h"
 #include "daemon/progress_meter.h"
-#include "daemon/resumed_run.h"
 #include "daemon/run_control.h"
 #include "daemon/segment_analysis.h"
 #include "daemon/suspension.h"
@@ -25,6 +23,9 @@
 #include "procedures/engine/bench.h"
 
 namespace gyrobench::daemon {
+
+struct FinishedCommand;
+struct ResumedRun;
 
 // Progress of a run, for status and messages.
 struct RunProgress {

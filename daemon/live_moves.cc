@@ -33,13 +33,6 @@ std::string SoakText(double temperature_degC, const procedures::Settling& settli
                      command.drift_degC);
 }
 
-const config::AxisConfig& ConfigOf(const config::StandConfig& stand, const std::string& name) {
-  for (const config::AxisConfig& axis : stand.axes) {
-    if (axis.name == name) return axis;
-  }
-  throw LimitError(fmt::format("this stand has no axis '{}'", name));
-}
-
 }  // namespace
 
 double LiveBench::StartMove(const procedures::TurnCommand& command) {

@@ -58,16 +58,6 @@ void RequireInterrupted(const std::string& run_id, const json& description) {
   }
 }
 
-procedures::Parameters ParametersFrom(const json& object) {
-  procedures::Parameters parameters;
-  for (const auto& [name, value] : object.items()) {
-    if (value.is_boolean()) parameters[name] = value.get<bool>();
-    if (value.is_number()) parameters[name] = value.get<double>();
-    if (value.is_string()) parameters[name] = value.get<std::string>();
-  }
-  return parameters;
-}
-
 std::map<std::string, double> AnglesOf(const FinishedCommand& command) {
   return command.outcome.at("angles_deg").get<std::map<std::string, double>>();
 }

@@ -11,6 +11,7 @@
 #include "calibration/estimators/plausibility.h"
 #include "calibration/estimators/result_json.h"
 #include "daemon/bench_facts.h"
+#include "daemon/journal_bench.h"
 #include "daemon/run_record.h"
 #include "daemon/run_trace.h"
 #include "gyrobench/run_t.hpp"
@@ -123,7 +124,7 @@ void RunExecution::RunProcedure() {
   WaitForTickFit();
   if (resumed_) WaitForEarlierEnd();
   context_.control.Prepared();
-  const Utime start = resumed_ ? resumed_->start : context_.clock.Now();
+  const Utime start = BeginOfMeasurement();
   {
     const std::lock_guard lock(mutex_);
     start_ = start;
@@ -188,6 +189,10 @@ void RunExecution::WaitForEarlierEnd() {
   if (wait_s > 0) context_.control.Wait(context_.clock, until);
 }
 
+Utime RunExecution::BeginOfMeasurement() const {
+  return resumed_ ? resumed_->start : context_.clock.Now();
+}
+
 void RunExecution::BeginRecord(Utime start) {
   MeasurementInfo info = context_.acquisition.Info();
   power_on_at_begin_ = info.power_on;
@@ -196,7 +201,6 @@ void RunExecution::BeginRecord(Utime start) {
     const bool same = IsSamePowerOn(*resumed_, info, context_.stand.virtual_stand.has_value());
     info = ContinuedInfo(*resumed_, info, same);
     earlier = MessagesBefore(*resumed_, same);
-    start = resumed_->start;
   }
   description_ =
       DescribeRun(directory_.run_id(), procedure_, parameters_, context_.stand, info, start);
@@ -334,7 +338,7 @@ void RunExecution::Attempt(Ending& ending, const std::function<void()>& part) {
 void RunExecution::Finish(Ending& ending) {
   Attempt(ending, [&] {
     if (description_.is_null()) {
-      BeginRecord(context_.clock.Now());
+      BeginRecord(BeginOfMeasurement());
     } else {
       context_.control.Wait(context_.clock, context_.clock.Now() + kDrain);
     }

@@ -96,6 +96,8 @@ class RunExecution {
   // From here on the run has an event log. Before its first motion, or at its end when it came to
   // none.
   void BeginRecord(Utime start);
+  // Now, or that of the run that is taken up.
+  Utime BeginOfMeasurement() const;
   void WaitForStandstill(const std::string& axis);
   void StopMotion(Ending& ending);
   void SwitchOff(Ending& ending);

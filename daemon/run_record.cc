@@ -29,6 +29,22 @@ json ToJson(const procedures::Parameters& parameters) {
   return object;
 }
 
+procedures::Parameters ParametersFrom(const json& object) {
+  procedures::Parameters parameters;
+  for (const auto& [name, value] : object.items()) {
+    if (value.is_boolean()) {
+      parameters[name] = value.get<bool>();
+    } else if (value.is_number()) {
+      parameters[name] = value.get<double>();
+    } else if (value.is_string()) {
+      parameters[name] = value.get<std::string>();
+    } else {
+      throw Error("parameter '" + name + "' must be a number, a text or true/false");
+    }
+  }
+  return parameters;
+}
+
 json DescribeRun(const std::string& run_id, const procedures::Procedure& procedure,
                  const procedures::Parameters& parameters, const config::StandConfig& stand,
                  const MeasurementInfo& info, Utime start) {

@@ -57,6 +57,8 @@ std::string DescribeInterruption(const InterruptedRun& run, const config::StandC
 void DescribePowerOnAtEnd(nlohmann::json& run, const std::string& power_on);
 
 nlohmann::json ToJson(const procedures::Parameters& parameters);
+// `object`: of name to value. Throws Error that names a value of another kind.
+procedures::Parameters ParametersFrom(const nlohmann::json& object);
 // "2026-11-21T15:30:12.000Z"
 std::string IsoTime(Utime utime);
 

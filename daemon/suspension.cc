@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "daemon/bench_facts.h"
 #include "procedures/engine/motion_time.h"
 
 namespace gyrobench::daemon {
@@ -23,10 +24,6 @@ constexpr int kMostRounds = 4;
 constexpr const char* kWhat = "a device's silence";
 // Less is not moved back: below what a reference tells and a procedure can mean.
 constexpr double kThere_deg = 0.01;
-
-const config::AxisConfig& ConfigOfAxis(const config::StandConfig& stand, const std::string& name) {
-  return *std::ranges::find(stand.axes, name, &config::AxisConfig::name);
-}
 
 // Nor is what a drive cannot do: it goes by whole pulses.
 double There_deg(const config::AxisConfig& axis) {
@@ -166,7 +163,7 @@ void Suspension::RequireSame(const Point& point, const std::string& what) const 
     const AxisView now = context_.acquisition.ReadNow(context_.participant, axis);
     const double drive_deg = now.drive.commanded_deg - was.drive.commanded_deg;
     const double table_deg = now.reference.angle_deg - was.reference.angle_deg;
-    const double allowed_deg = ConfigOfAxis(context_.stand, axis).following_error_deg;
+    const double allowed_deg = ConfigOf(context_.stand, axis).following_error_deg;
     if (std::abs(table_deg - drive_deg) <= allowed_deg) continue;
     fail("axis." + axis,
          fmt::format("its reference moved {:.3f} deg since the command under way began, its drive "
@@ -179,7 +176,7 @@ void Suspension::GoBack(const std::string& axis, double to_deg, int silences) {
   const double now_deg =
       context_.acquisition.ReadNow(context_.participant, axis).drive.commanded_deg;
   const double angle_deg = to_deg - now_deg;
-  const config::AxisConfig& config = ConfigOfAxis(context_.stand, axis);
+  const config::AxisConfig& config = ConfigOf(context_.stand, axis);
   if (std::abs(angle_deg) < There_deg(config)) return;
   const double acceleration_deg_s2 =
       std::min(kBackAcceleration_deg_s2, config.max_acceleration_deg_s2);
@@ -215,7 +212,7 @@ void Suspension::GoTo(const std::map<std::string, double>& angles_deg) {
   for (const auto& [axis, to_deg] : angles_deg) {
     const double is_deg =
         context_.acquisition.ReadNow(context_.participant, axis).reference.angle_deg;
-    const double allowed_deg = ConfigOfAxis(context_.stand, axis).following_error_deg;
+    const double allowed_deg = ConfigOf(context_.stand, axis).following_error_deg;
     if (std::abs(is_deg - to_deg) <= allowed_deg) continue;
     throw FaultError({"axis." + axis,
                       fmt::format("its reference shows {:.3f} deg after it was turned to {:.3f} "

@@ -110,10 +110,9 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
   result.bias = EstimateBias(estimation, result.scale, &result.remarks, &result.defects);
   AllowForOffsets(result.bias, &result.scale);
   result.two_clocks = RemarkOnClocks(recording);
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (usable[c])
-      result.followed_by_another[c] =
-          FollowedByAnother(recording.columns, static_cast<SensorAxis>(c));
+  for (const SensorAxis axis : ImplausibleAxes(result)) {
+    result.followed_by_another[static_cast<std::size_t>(axis)] =
+        FollowedByAnother(recording.columns, axis);
   }
   std::vector<std::string> first = Implausible(result);
   if (!result.two_clocks.empty()) first.push_back(result.two_clocks);

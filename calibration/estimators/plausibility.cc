@@ -173,6 +173,19 @@ std::optional<std::string> ImplausibleScale(double ratio, SensorAxis axis,
       known_cause.empty() ? LikeliestCauses(ratio, name, inputs) : known_cause);
 }
 
+std::vector<SensorAxis> ImplausibleAxes(const AnalysisResult& result) {
+  const MeasurementInfo* const info = &result.info;
+  std::vector<SensorAxis> axes;
+  for (const ScaleResult& scale : result.scale) {
+    if (ImplausibleScale(1.0 + scale.scale_error, scale.axis, std::span(&info, 1)))
+      axes.push_back(scale.axis);
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (result.unfollowed_deg[c] > 0.0) axes.push_back(static_cast<SensorAxis>(c));
+  }
+  return axes;
+}
+
 std::vector<std::string> Implausible(const AnalysisResult& result) {
   if (!result.two_clocks.empty()) return {};
   const std::string of_defects = CauseAmong(result.defects);

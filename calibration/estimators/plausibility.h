@@ -16,6 +16,8 @@ namespace gyrobench::calibration {
 // not follow: what was found, the likeliest cause, what to check. Empty where all can be, and where
 // the clocks were not started together: no other cause is to be looked for then.
 std::vector<std::string> Implausible(const AnalysisResult& result);
+// Axes of which it says something.
+std::vector<SensorAxis> ImplausibleAxes(const AnalysisResult& result);
 // The same of one axis. `ratio`: true rate by the reference over the rate by the gyro's nominal
 // sensitivity; NaN where one of them is not known. `inputs`: the measurements that it is of, at
 // least one; where they differ in unit, sensitivity or gear, the causes that each allows are named.

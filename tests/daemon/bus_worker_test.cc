@@ -22,6 +22,18 @@ class BusWorkerTest : public testing::Test {
     worker.Stop();
   }
 
+  // Starts it at a task that ends with the promise. It has work before it starts: the test holds
+  // time, and would hold a worker that waits.
+  static void StartAtWork(BusWorker& worker, std::promise<void>& goes_on) {
+    std::promise<void> begun;
+    worker.Post([&] {
+      begun.set_value();
+      goes_on.get_future().wait();
+    });
+    worker.Start();
+    begun.get_future().wait();
+  }
+
   std::unique_ptr<VirtualClock> clock_ = MakeVirtualClock(kStart);
   std::unique_ptr<Clock::Participant> me_ = clock_->Join("test");
 };
@@ -53,13 +65,8 @@ TEST_F(BusWorkerTest, PollsEachDeviceAtItsOwnRateInBenchTime) {
 // Of a client that calls for a stop without end while a device is silent.
 TEST_F(BusWorkerTest, WhatIsAskedForAgainWhileItWaitsIsDoneOnceAndWhatCameAfterOthersAgain) {
   BusWorker worker("a", *clock_);
-  std::promise<void> begun, goes_on;
-  worker.Post([&] {
-    begun.set_value();
-    goes_on.get_future().wait();
-  });
-  worker.Start();  // with work: the test holds time, and would hold a worker that waits
-  begun.get_future().wait();
+  std::promise<void> goes_on;
+  StartAtWork(worker, goes_on);
   std::string done;
   for (int i = 0; i < 1000; ++i) {
     worker.PostUrgentOnce("stop outer", [&] { done += "O"; });
@@ -79,13 +86,8 @@ TEST_F(BusWorkerTest, WhatIsAskedForAgainWhileItWaitsIsDoneOnceAndWhatCameAfterO
 // A watchdog asks.
 TEST_F(BusWorkerTest, ATaskThatHangsIsSeenFromOutsideAndAWaitIsNone) {
   BusWorker worker("a", *clock_);
-  std::promise<void> begun, goes_on;
-  worker.Post([&] {
-    begun.set_value();
-    goes_on.get_future().wait();
-  });
-  worker.Start();  // with work: the test holds time, and would hold a worker that waits
-  begun.get_future().wait();
+  std::promise<void> goes_on;
+  StartAtWork(worker, goes_on);
   const double before_s = worker.BusyFor_s();
   const double after_s = worker.BusyFor_s();
   EXPECT_GT(before_s, 0.0);

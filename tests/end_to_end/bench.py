@@ -30,6 +30,22 @@ def refuse_findings(output):
         raise AssertionError(output)
 
 
+def ask_socket(control_socket, method, path, body=b"", timeout_s=DEADLINE_S):
+    """One request, byte by byte as given. Returns status and answer; None where it was closed without one."""
+    with socket.socket(socket.AF_UNIX) as connection:
+        connection.settimeout(timeout_s)
+        connection.connect(str(control_socket))
+        connection.sendall(method + b" " + path + b" HTTP/1.1\r\nHost: bench\r\nConnection: close\r\n"
+                           + f"Content-Length: {len(body)}\r\n\r\n".encode() + body)
+        reply = b""
+        while part := connection.recv(65536):
+            reply += part
+    if not reply:
+        return None
+    head, _, text = reply.partition(b"\r\n\r\n")
+    return int(head.split()[1]), json.loads(text.decode("utf-8", "strict"))
+
+
 class Bench:
     """Use as a context manager: starts the daemon, and ends it by its process id.
 
@@ -112,18 +128,7 @@ class Bench:
     def ask(self, method, path, body=b"", timeout_s=DEADLINE_S):
         """One request to the control socket, byte by byte as given. Returns status and answer; None where the daemon
         closed without one."""
-        with socket.socket(socket.AF_UNIX) as connection:
-            connection.settimeout(timeout_s)
-            connection.connect(str(self.folder / "control.sock"))
-            connection.sendall(method + b" " + path + b" HTTP/1.1\r\nHost: bench\r\nConnection: close\r\n"
-                               + f"Content-Length: {len(body)}\r\n\r\n".encode() + body)
-            reply = b""
-            while part := connection.recv(65536):
-                reply += part
-        if not reply:
-            return None
-        head, _, text = reply.partition(b"\r\n\r\n")
-        return int(head.split()[1]), json.loads(text.decode("utf-8", "strict"))
+        return ask_socket(self.folder / "control.sock", method, path, body, timeout_s)
 
     def status(self):
         return self.ask(b"GET", b"/v1/status")[1]

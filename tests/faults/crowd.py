@@ -1,5 +1,4 @@
 """What loads a daemon from outside, in a process of its own so that who measures is not slowed down with it."""
-import json
 import multiprocessing
 import os
 import socket
@@ -18,16 +17,7 @@ HOSTILE = ("procedure = { summary = 'x', description = 'x', measures = {}, param
 
 def ask(path, method, target, body=b"", timeout_s=60.0):
     """Status and answer of one request; None where the daemon does not answer."""
-    with socket.socket(socket.AF_UNIX) as connection:
-        connection.settimeout(timeout_s)
-        connection.connect(path)
-        connection.sendall(f"{method} {target} HTTP/1.1\r\nHost: bench\r\nConnection: close\r\n"
-                           f"Content-Length: {len(body)}\r\n\r\n".encode() + body)
-        reply = b""
-        while part := connection.recv(65536):
-            reply += part
-    head, _, text = reply.partition(b"\r\n\r\n")
-    return (int(head.split()[1]), json.loads(text)) if reply else None
+    return benches.ask_socket(path, method.encode(), target.encode(), body, timeout_s)
 
 
 def again(action, ends):
@@ -38,11 +28,12 @@ def again(action, ends):
             time.sleep(0.01)
 
 
-def idle_client(path, ends):
+def idle_client(path, ends, is_there):
     """Connected, and says nothing; comes again when it is dropped."""
     def stay():
         with socket.socket(socket.AF_UNIX) as connection:
             connection.connect(path)
+            is_there.set()
             connection.settimeout(0.5)
             while not ends.is_set():
                 try:
@@ -54,9 +45,10 @@ def idle_client(path, ends):
     again(stay, ends)
 
 
-def busy_client(path, ends):
+def busy_client(path, ends, is_there):
     def look():
         ask(path, "GET", "/v1/status")
+        is_there.set()
         time.sleep(0.05)
     again(look, ends)
 
@@ -66,12 +58,15 @@ def dry_run(path, ends):
 
 
 def crowd(path, ready, ends):
-    clients = [threading.Thread(target=busy_client if i < OF_THEM_BUSY else idle_client, args=(path, ends), daemon=True)
+    there = [threading.Event() for _ in range(CLIENTS)]
+    clients = [threading.Thread(target=busy_client if i < OF_THEM_BUSY else idle_client,
+                                args=(path, ends, there[i]), daemon=True)
                for i in range(CLIENTS)]
     clients.append(threading.Thread(target=dry_run, args=(path, ends), daemon=True))
     for client in clients:
         client.start()
-    time.sleep(1)  # all have connected, and a dry run is under way
+    for is_there in there:
+        is_there.wait()
     ready.set()
     ends.wait()
 

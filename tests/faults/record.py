@@ -11,28 +11,29 @@ class Broken(Exception):
 def events(path):
     """(channel, bytes) of each event, in order."""
     data = path.read_bytes()
-    at = 0
-    while at < len(data):
-        if len(data) - at < 28:
-            raise Broken(f"{len(data) - at} bytes behind the last event")
-        sync, _, _, channel_size, size = struct.unpack_from(">IqqII", data, at)
-        if sync != SYNC or at + 28 + channel_size + size > len(data):
-            raise Broken(f"no whole event at byte {at} of {len(data)}")
-        begin = at + 28 + channel_size
-        yield data[at + 28:begin].decode(), data[begin:begin + size]
-        at = begin + size
+    end = 0
+    for channel, message, end in events_with_ends(data):
+        yield channel, message
+    if end < len(data):
+        raise Broken(f"no whole event at byte {end} of {len(data)}")
 
 
 def whole_events(data):
     """(channel, bytes) of each event at the begin of a log up to the first that is cut."""
+    for channel, message, _ in events_with_ends(data):
+        yield channel, message
+
+
+def events_with_ends(data):
+    """The same, with the byte behind each."""
     at = 0
     while len(data) - at >= 28:
         sync, _, _, channel_size, size = struct.unpack_from(">IqqII", data, at)
         begin = at + 28 + channel_size
         if sync != SYNC or begin + size > len(data):
             return
-        yield data[at + 28:begin].decode(), data[begin:begin + size]
         at = begin + size
+        yield data[begin - channel_size:begin].decode(), data[begin:at], at
 
 
 def text(message, at):
