@@ -30,6 +30,12 @@ class ScaledLdlt {
     return scaled.cwiseProduct(factor_.solve(scaled)).colwise().sum();
   }
 
+  // A direction that rounding alone is left of counts as that much.
+  double LogDeterminant() const {
+    constexpr double kRounding = 1e-14;
+    return factor_.vectorD().array().max(kRounding).log().sum() - 2.0 * scale_.array().log().sum();
+  }
+
  private:
   Eigen::VectorXd scale_;
   Eigen::LDLT<Eigen::MatrixXd> factor_;

@@ -280,9 +280,11 @@ class ChannelSearcher {
         "many steps or tones would each describe a part of what is left: none of them is named");
   }
 
-  // By which share a member makes the whitened error larger on data that the fit did not see.
+  // By how much a member makes data that the fit did not see less likely. Larger errors there, and
+  // larger beyond chance, are harm whatever the model says of them.
   static double Harm(const HeldOutFigures& figures) {
-    return figures.whitened_rms.after / figures.whitened_rms.before - 1.0;
+    const bool worse = figures.whitened_rms.reduction_ci95[1] < 0.0;
+    return worse ? std::max(-figures.foretold_better, 0.0) : -figures.foretold_better;
   }
   // The same of the angle error, where it is somewhat larger, and beyond chance.
   static double HarmOfAngle(const HeldOutFigures& figures) {

@@ -48,6 +48,7 @@ HeldOutFigures Compare(const TriedRows& before, const TriedRows& after, std::uin
                       ReductionInterval(before.squares, after.squares, seed)};
   out.angle_rms_deg = {before.windows.rms(), after.windows.rms(),
                        ReductionInterval(before.windows.square, after.windows.square, seed)};
+  out.foretold_better = after.log_density - before.log_density;
   return out;
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "calibration/gls/foretold.h"
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/channel_fit.h"
@@ -40,6 +41,7 @@ class Splitter {
     raw_ << fit.raw(Eigen::all, columns), fit.raw_slopes(Eigen::all, slopes);
     gram_ = white_.transpose() * white_;
     right_ = white_.transpose() * output_;
+    independent_ = IndependentColumns(gram_);
   }
 
   // Coefficients from all rows, those of the ranges with a weight of their own. What acts in the
@@ -84,6 +86,28 @@ class Splitter {
             white_.middleRows(range.begin, range.size()) * theta)
         .squaredNorm();
   }
+  // As `theta` foretells the rows, that was trained with them at `weight`.
+  double LogDensity(const Eigen::VectorXd& theta, const RowRanges& ranges, double weight) const {
+    const auto count = static_cast<Eigen::Index>(independent_.size());
+    HeldOutRows held_out = {Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
+    for (const RowRange& range : ranges) {
+      const auto all = white_.middleRows(range.begin, range.size());
+      const Eigen::MatrixXd some = all(Eigen::all, independent_);
+      const Eigen::VectorXd residual = output_.segment(range.begin, range.size()) - all * theta;
+      held_out.products.noalias() += some.transpose() * some;
+      held_out.scores.noalias() += some.transpose() * residual;
+      held_out.square += residual.squaredNorm();
+    }
+    std::vector<Eigen::Index> own;
+    const std::vector<Eigen::Index> local = LocalTo(ranges);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      if (std::ranges::find(local, independent_[static_cast<std::size_t>(k)]) != local.end())
+        own.push_back(k);
+    }
+    const Eigen::MatrixXd training =
+        gram_(independent_, independent_) - (1.0 - weight) * held_out.products;
+    return LogForetold(training, held_out, own);
+  }
   Eigen::VectorXd RawResidual(const Eigen::VectorXd& output, const Eigen::VectorXd& theta) const {
     return output - raw_ * theta;
   }
@@ -107,6 +131,7 @@ class Splitter {
   const Eigen::VectorXd& output_;
   Eigen::MatrixXd gram_;
   Eigen::VectorXd right_;
+  std::vector<Eigen::Index> independent_;  // columns
 };
 
 // Whole measurements.
@@ -148,6 +173,7 @@ HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
   auto test = [&](const Splitter& splitter, const RowRanges& fold, double weight,
                   TriedRows* tried) {
     const Eigen::VectorXd theta = splitter.TrainWithout(fold, weight);
+    tried->log_density += splitter.LogDensity(theta, fold, weight);
     const Eigen::VectorXd residual = splitter.RawResidual(problem.output_deg(), theta);
     for (const RowRange& range : fold) {
       tried->rows += static_cast<double>(range.size());
