@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 import catalogue
+import geometry
 import unknown_walk
 from whitening import Whitener
 
@@ -153,7 +154,7 @@ class Bound:
         unit, correlation = self._correlation()
         scores = self.gram[:, self.columns[i]] @ theta
         whole = float(scores[self.columns[i]] @ theta)
-        ids, gains = self._gains((scores * unit)[:, None], correlation)
+        ids, gains = self._gains((scores * unit)[:, None], correlation, unit)
         return sorted(effect for effect, gain in zip(ids, gains[:, 0])
                       if not effect.startswith("unknown.") and whole - gain < ALONE)
 
@@ -170,7 +171,7 @@ class Bound:
         values, vectors = np.linalg.eigh(correlation)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         scores = (mean * unit)[:, None] + root @ rng.standard_normal((unit.size, draws))
-        ids, gains = self._gains(scores, correlation)
+        ids, gains = self._gains(scores, correlation, unit)
         mine = ids.index(self.candidates[i].effect)
         best = gains.max(axis=0)
         found = (gains > self._thresholds(ids)).any(axis=0)
@@ -206,18 +207,24 @@ class Bound:
             places[effect] = max(places.get(effect, 1.0), own)
             axes.setdefault(effect, set()).add(candidate.axis)
             freedom[effect] = max(freedom.get(effect, 1), int((self.kept[columns] > 1e-7).sum()))
-        return np.array([[threshold(len(ids) * places[i] * len(axes[i]), freedom[i], self.false_discovery)]
-                         for i in ids])
+        looked_for = [i for i in ids if i != catalogue.EARTH]
+        return np.array([[threshold(len(looked_for) * places[i] * len(axes[i]), freedom[i], self.false_discovery)
+                          if i in looked_for else math.inf] for i in ids])
 
-    def _gains(self, scores, correlation):
-        """Likelihood gain (2 log) of each id and draw: the best of its candidates."""
+    def _gains(self, scores, correlation, unit):
+        """Likelihood gain (2 log) of each id and draw: the best of its candidates. The Earth's is that of no more than
+        its rate."""
         gains = {}
         for i, candidate in enumerate(self.candidates):
             index = self.columns[i][self.kept[self.columns[i]] > 1e-7]
             gain = np.zeros(scores.shape[1])
             if index.size:
                 inverse = np.linalg.pinv(correlation[np.ix_(index, index)], rcond=1e-6, hermitian=True)
-                gain = np.einsum("in,ij,jn->n", scores[index], inverse, scores[index])
+                values = inverse @ scores[index]
+                if candidate.effect == catalogue.EARTH:
+                    size = np.linalg.norm(unit[index][:, None] * values, axis=0)
+                    values = values * np.minimum(1.0, geometry.EARTH_RATE_DEG_S / np.maximum(size, 1e-300))
+                gain = np.einsum("in,in->n", 2.0 * scores[index] - correlation[np.ix_(index, index)] @ values, values)
             gains[candidate.effect] = np.maximum(gains.get(candidate.effect, 0.0), gain)
         return list(gains), np.array(list(gains.values()))
 

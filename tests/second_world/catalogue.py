@@ -15,6 +15,7 @@ import lag
 from thermal import play
 
 GEAR = 40.0
+EARTH = "bias.earth_rate"  # never hidden; what may pass for it is told from it by who knows the site
 
 
 class Candidate:
@@ -61,6 +62,7 @@ def rate_terms(scene, channel, effect, p):
         x = centred(scene.covariates[effect[effect.index("(") + 1:-1]])
         return [x if effect.startswith("bias") else w * x]
     return {
+        EARTH: lambda: [geometry.world_to_sensor(scene.angles_deg, axis)[channel] for axis in np.eye(3)],
         "bias.g_linear": lambda: list(g),
         "bias.g_squared": lambda: [g[0] ** 2, g[1] ** 2],
         "scale.g": lambda: list(g * w),

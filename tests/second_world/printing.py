@@ -104,9 +104,10 @@ def parameters(errors):
         return "-"
     rms = math.sqrt(np.mean([e["error"] ** 2 for e in errors]))
     median = np.median([abs(e["error"]) for e in errors]) / 0.6745
-    inside = sum(e["inside"] for e in errors)
-    return (f"rms {rms:6.2f}  by median {median:5.2f}  stated {np.median([e['stated'] for e in errors]):5.2f}"
-            f"  hold {share(inside, len(errors))} of {len(errors)}"
+    inside = [e["inside"] for e in errors if e["inside"] is not None]
+    stated = [e["stated"] for e in errors if e["stated"] is not None]
+    return (f"rms {rms:6.2f}  by median {median:5.2f}  stated {np.median(stated) if stated else math.nan:5.2f}"
+            f"  hold {share(sum(inside), len(inside))} of {len(inside)}"
             f"  wrong signs {sum(e['wrong_sign'] for e in errors)}")
 
 

@@ -89,9 +89,11 @@ def _error(parameter, value, std_error, scale):
     unit = UNITS.get(parameter.get("unit"), 1.0) * scale
     found = parameter["value"] or 0.0  # null: held at 0, as not to be told from the rest of the model
     miss = abs(found) * unit - abs(value)
-    stated = (parameter.get("std_error") or 0.0) * unit
-    return dict(name=parameter["name"], error=miss / std_error, inside=bool(abs(miss) <= 1.96 * stated),
-                stated=stated / std_error,
+    # None: what these data do not determine has no interval, and none is counted.
+    stated = None if parameter.get("std_error") is None else parameter["std_error"] * unit
+    return dict(name=parameter["name"], error=miss / std_error,
+                inside=None if stated is None else bool(abs(miss) <= 1.96 * stated),
+                stated=None if stated is None else stated / std_error,
                 wrong_sign=bool(found * value < 0.0 and abs(value) > 5.0 * std_error))
 
 

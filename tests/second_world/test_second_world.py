@@ -171,6 +171,20 @@ class Bounds(unittest.TestCase):
         self.assertLess(shares[0], shares[1])
         self.assertGreater(shares[2], 0.98)
 
+    def test_the_earth_passes_for_a_g_sensitivity_that_is_no_larger(self):
+        quiet = dict(reference_noise_deg=0.001, arw_factor=0.02, brw_factor=0.01, encoder_bits=30, lsb_per_deg_s=1e6,
+                     site=False)
+        world = worlds.World("three_encoders", "silent", 0.0, 2, quiet)
+        at = [c.effect for c in world.candidates].index("bias.g_linear")
+        along = np.eye(3)[world.channel]  # what gravity makes along the axis, the Earth's vertical part makes as well
+        rng = np.random.default_rng(3)
+        for size_deg_s_per_g, share in ((0.5 * geometry.EARTH_RATE_DEG_S, 0.0), (5.0 * geometry.EARTH_RATE_DEG_S, 1.0)):
+            truth = (at, size_deg_s_per_g * along)
+            self.assertGreater(world.bound.permitted(rng, truth)[0], 0.95)
+            alone, among = world._beside_earth().permitted(rng, truth)
+            self.assertAlmostEqual(alone, share, delta=0.05)
+            self.assertGreater(among, 0.95)
+
     def test_a_walk_of_unknown_size_takes_from_slow_effects_alone(self):
         rng, times_s = np.random.default_rng(4), np.arange(0.0, 1200.0, 0.2)
         starts = np.zeros(times_s.size, dtype=int)

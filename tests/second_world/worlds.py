@@ -63,7 +63,10 @@ class World:
                      cannot_show=self._cannot_show(),
                      tolerated=classes.OF_A_LAG if self.bench["temp_lag_s"] else [])
         if self.kind == "single" and chosen:
-            truth["permitted_alone"], truth["permitted_among"] = self.bound.permitted(self.rng, chosen[0])
+            permitted = self.bound.permitted(self.rng, chosen[0])
+            if self._earth_may_pass_for(chosen[0]):  # draws of its own, as below
+                permitted = self._beside_earth().permitted(np.random.default_rng([self.seed, 2]), chosen[0])
+            truth["permitted_alone"], truth["permitted_among"] = permitted
             if self.level <= WALK_MATTERS_BELOW:  # draws of its own: the sets stay as they were
                 truth["kept_by_walk"] = self.bound.kept_by_an_unknown_walk(
                     np.random.default_rng([self.seed, 1]), self.scene, self.channel, truth["noise"], chosen[0])
@@ -71,6 +74,14 @@ class World:
             truth["copies"] = self.bound.copies(*chosen[0])
         self.bound.given = None  # a hundred megabytes, of no more use
         return hidden, truth
+
+    def _earth_may_pass_for(self, chosen):
+        """What depends on gravity, where the tables do not say where they were measured."""
+        return not self.bench["site"] and self.candidates[chosen[0]].effect.startswith("bias.g_")
+
+    def _beside_earth(self):
+        earth = catalogue.Candidate(catalogue.EARTH)
+        return bound.Bound(self.scene, self.channel, self.sensor.noise(self.bench), [*self.candidates, earth])
 
     def _feasible(self, unknown):
         """First candidates of each id that can show `level` sigmas within the sizes that parts have."""
