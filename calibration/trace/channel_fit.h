@@ -55,9 +55,20 @@ struct ChannelFit {
 ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
                       const Selection& selection);
 
+// Makes the variances of effects whose shape is searched for, as of a resonance or a warm-up, those
+// over all shapes that the data leave open, where they are larger than what the slopes at the best
+// one give.
+void AddSpreadOfShapes(const ChannelProblem& problem, const Selection& selection, ChannelFit* fit);
+
+// Of the shapes about a member's that explain as much, within a standard error, the one by which it
+// is smallest: more than that the data do not ask for.
+std::vector<double> ShapeOfLeastSize(const ChannelProblem& problem, const Selection& selection,
+                                     std::size_t member);
+
 // A value that is not clear of zero by its own standard errors is no finding. Where its
 // non-linear parameters are what makes it uncertain, as of a resonance that one speed alone meets,
-// the data know what the effect does but not its shape: that is held, and the value tried again.
+// the data know what the effect does but not its shape: that is held where the effect is smallest,
+// and the value tried again.
 void DropUncertain(const ChannelProblem& problem, const Baseline& baseline, Selection* selection);
 // A sentence on each member whose shape is held so.
 std::vector<std::string> RemarksOnHeldShapes(const Selection& selection);

@@ -196,7 +196,12 @@ void Selection::Remove(std::size_t member) {
   members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(member));
 }
 
-void Selection::HoldShape(std::size_t member) { members_[member].shape_held = true; }
+void Selection::HoldShape(std::size_t member, const std::vector<double>& nonlinear) {
+  Candidate& held = members_[member];
+  SetNonlinear(nonlinear, &held);
+  held.columns = store_.Add(White(held));
+  held.shape_held = true;
+}
 
 void Selection::SetGainByAnyNoise(std::size_t member, double gain) {
   members_[member].gain_over_noise = gain;

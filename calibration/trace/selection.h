@@ -36,8 +36,8 @@ class Selection {
   // product's other factor does: the same product, counted from another temperature.
   void JoinOrigins();
   void Remove(std::size_t member);
-  // Candidate::shape_held
-  void HoldShape(std::size_t member);
+  // Candidate::shape_held, with these non-linear parameters.
+  void HoldShape(std::size_t member, const std::vector<double>& nonlinear);
   // Candidate::gain_over_noise
   void SetGainByAnyNoise(std::size_t member, double gain);
 

@@ -62,7 +62,7 @@ void DropUncertain(const ChannelProblem& problem, const Baseline& baseline, Sele
     }
     if (weakest == selection->members().size()) return;
     if (selection->members()[weakest].shape_is_free()) {
-      selection->HoldShape(weakest);
+      selection->HoldShape(weakest, ShapeOfLeastSize(problem, *selection, weakest));
     } else {
       selection->Remove(weakest);
     }

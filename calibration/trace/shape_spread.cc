@@ -1,0 +1,225 @@
+// What the shape of an effect leaves open of its size, where it is far from linear: a resonance that
+// few speeds meet may be low and wide or high and narrow, and the slopes at the best of these say
+// next to nothing of the others.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "calibration/gls/scaled_ldlt.h"
+#include "calibration/trace/channel_fit.h"
+#include "calibration/trace/refine.h"
+#include "calibration/trace/selection.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// Places of each parameter; the way between its ends is so many of its standard errors at first.
+constexpr int kShapesEachWay = 9;
+constexpr double kErrorsToEnd = 3.0;
+// An end at which -2 log L is within so much of the best is no end yet.
+constexpr double kNegligible = 6.0;
+constexpr int kWidenings = 4;
+// Of a parameter, where its standard error says nothing.
+constexpr double kFirstReach = 0.25;
+constexpr int kNarrowings = 2;
+// Of -2 log L: one standard error.
+constexpr double kAsGood = 1.0;
+// Of twice as many parameters the places would be hundreds.
+constexpr std::size_t kMostParameters = 2;
+
+struct Shape {
+  std::vector<double> theta;
+  double gain = 0.0;       // of -2 log L
+  Eigen::VectorXd values;  // coefficients
+  Eigen::VectorXd variances;
+};
+
+// Sizes of one member by its shape, beside all others.
+class Shapes {
+ public:
+  Shapes(const Selection& selection, std::size_t member)
+      : selection_(selection),
+        member_(selection.members()[member]),
+        others_(selection.store().Take(selection.ModelWithout(member))),
+        residual_(others_.Off(selection.store().output())) {}
+
+  Shape At(std::vector<double> theta) const {
+    Candidate candidate = member_;
+    SetNonlinear(theta, &candidate);
+    const Eigen::MatrixXd columns = others_.Off(selection_.White(candidate));
+    const ScaledLdlt products(columns.transpose() * columns);
+    const Eigen::VectorXd scores = columns.transpose() * residual_;
+    Shape out;
+    out.theta = std::move(theta);
+    out.values = products.Solve(scores);
+    out.gain = scores.dot(out.values);
+    out.variances =
+        products.Solve(Eigen::MatrixXd::Identity(scores.size(), scores.size())).diagonal();
+    return out;
+  }
+
+ private:
+  const Selection& selection_;
+  const Candidate& member_;
+  Projection others_;
+  Eigen::VectorXd residual_;
+};
+
+struct Ends {
+  std::vector<double> low, high;
+};
+
+std::vector<Shape> Grid(const Shapes& shapes, const Ends& ends) {
+  std::vector<std::vector<double>> places = {{}};
+  for (std::size_t k = 0; k < ends.low.size(); ++k) {
+    std::vector<std::vector<double>> longer;
+    for (const std::vector<double>& place : places) {
+      for (int i = 0; i < kShapesEachWay; ++i) {
+        longer.push_back(place);
+        longer.back().push_back(ends.low[k] +
+                                (ends.high[k] - ends.low[k]) * i / (kShapesEachWay - 1.0));
+      }
+    }
+    places = std::move(longer);
+  }
+  std::vector<Shape> out;
+  for (std::vector<double>& place : places) out.push_back(shapes.At(std::move(place)));
+  return out;
+}
+
+// Moves the ends at which the shape is as likely as elsewhere; whether any was.
+bool Widen(const std::vector<Shape>& grid, double best, const RefineRange& range, Ends* ends) {
+  bool moved = false;
+  for (std::size_t k = 0; k < range.start.size(); ++k) {
+    double at_low = 0.0, at_high = 0.0;
+    for (const Shape& shape : grid) {
+      if (shape.theta[k] <= ends->low[k]) at_low = std::max(at_low, shape.gain);
+      if (shape.theta[k] >= ends->high[k]) at_high = std::max(at_high, shape.gain);
+    }
+    const double low = std::max(range.low[k], 2.0 * ends->low[k] - range.start[k]);
+    const double high = std::min(range.high[k], 2.0 * ends->high[k] - range.start[k]);
+    if (best - at_low < kNegligible && low < ends->low[k]) {
+      ends->low[k] = low;
+      moved = true;
+    }
+    if (best - at_high < kNegligible && high > ends->high[k]) {
+      ends->high[k] = high;
+      moved = true;
+    }
+  }
+  return moved;
+}
+
+// Mean square of what a value may be beside the one that is stated, over shapes by their
+// likelihood; any shape is as likely before the data have been seen.
+Eigen::VectorXd MeanSquares(const std::vector<Shape>& grid, const Shape& stated) {
+  double best = stated.gain;
+  for (const Shape& shape : grid) best = std::max(best, shape.gain);
+  const auto values = stated.values.size(),
+             parameters = static_cast<Eigen::Index>(stated.theta.size());
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(values + parameters);
+  double weights = 0.0;
+  for (const Shape& shape : grid) {
+    const double weight = std::exp(0.5 * (shape.gain - best));
+    if (!shape.values.allFinite() || !std::isfinite(weight)) continue;
+    weights += weight;
+    squares.head(values) += weight * ((shape.values - stated.values).cwiseAbs2() + shape.variances);
+    for (Eigen::Index k = 0; k < parameters; ++k) {
+      const auto place = static_cast<std::size_t>(k);
+      squares(values + k) += weight * std::pow(shape.theta[place] - stated.theta[place], 2);
+    }
+  }
+  return weights > 0.0 ? Eigen::VectorXd(squares / weights) : squares;
+}
+
+// Shapes about that of a member, as far as the data leave them open.
+struct OpenShapes {
+  Shape stated;
+  std::vector<Shape> grid;  // at the last, between ends beyond which nothing is likely
+  std::vector<Shape> tried;
+};
+
+// `reach`: of each parameter, to the first ends.
+OpenShapes ShapesLeftOpen(const Selection& selection, std::size_t member, const RefineRange& range,
+                          const std::vector<double>& reach) {
+  Ends ends;
+  for (std::size_t k = 0; k < range.start.size(); ++k) {
+    ends.low.push_back(std::max(range.low[k], range.start[k] - reach[k]));
+    ends.high.push_back(std::min(range.high[k], range.start[k] + reach[k]));
+  }
+  const Shapes shapes(selection, member);
+  OpenShapes out;
+  out.stated = shapes.At(range.start);
+  out.grid = Grid(shapes, ends);
+  out.tried = out.grid;
+  for (int round = 1; round < kWidenings && Widen(out.grid, out.stated.gain, range, &ends);
+       ++round) {
+    out.grid = Grid(shapes, ends);
+    std::ranges::copy(out.grid, std::back_inserter(out.tried));
+  }
+  return out;
+}
+
+bool HasGridOfShapes(const Candidate& member) {
+  return member.shape_is_free() && member.search() == Search::kGrid &&
+         member.context.nonlinear.size() <= kMostParameters;
+}
+
+}  // namespace
+
+void AddSpreadOfShapes(const ChannelProblem& problem, const Selection& selection, ChannelFit* fit) {
+  for (std::size_t i = 0; i < selection.members().size(); ++i) {
+    const Candidate& member = selection.members()[i];
+    if (!HasGridOfShapes(member)) continue;
+    const RefineRange range = *RangeOf(problem, member);
+    const Eigen::Index first = fit->member_begin[i];
+    const auto count = static_cast<Eigen::Index>(fit->ColumnsOf(i).size());
+    std::vector<double> reach;
+    for (std::size_t k = 0; k < range.start.size(); ++k) {
+      const auto j = first + count + static_cast<Eigen::Index>(k);
+      reach.push_back(kErrorsToEnd * std::sqrt(fit->covariance(j, j)));
+    }
+    if (!std::ranges::all_of(reach, [](double way) { return std::isfinite(way); })) continue;
+    const OpenShapes open = ShapesLeftOpen(selection, i, range, reach);
+    const Eigen::VectorXd squares = MeanSquares(open.grid, open.stated);
+    for (Eigen::Index k = 0; k < squares.size(); ++k) {
+      double& variance = fit->covariance(first + k, first + k);
+      variance = std::max(variance, squares(k));
+    }
+  }
+}
+
+std::vector<double> ShapeOfLeastSize(const ChannelProblem& problem, const Selection& selection,
+                                     std::size_t member) {
+  const Candidate& candidate = selection.members()[member];
+  if (!HasGridOfShapes(candidate)) return candidate.context.nonlinear;
+  const RefineRange range = *RangeOf(problem, candidate);
+  std::vector<double> reach;
+  for (const double start : range.start) reach.push_back(kFirstReach * std::fabs(start));
+  const OpenShapes open = ShapesLeftOpen(selection, member, range, reach);
+  double best = open.stated.gain;
+  for (const Shape& shape : open.tried) best = std::max(best, shape.gain);
+  Shape least = open.stated;
+  const auto take_least = [&](const std::vector<Shape>& some) {
+    for (const Shape& shape : some) {
+      const bool as_good = best - shape.gain < kAsGood && shape.values.allFinite();
+      if (as_good && shape.values.norm() < least.values.norm()) least = shape;
+    }
+  };
+  take_least(open.tried);
+  const Shapes shapes(selection, member);
+  for (int round = 0; round < kNarrowings; ++round) {
+    Ends ends;
+    for (std::size_t k = 0; k < reach.size(); ++k) {
+      reach[k] /= 0.5 * (kShapesEachWay - 1);  // a step of the grid before
+      ends.low.push_back(std::max(range.low[k], least.theta[k] - reach[k]));
+      ends.high.push_back(std::min(range.high[k], least.theta[k] + reach[k]));
+    }
+    take_least(Grid(shapes, ends));
+  }
+  return least.theta;
+}
+
+}  // namespace gyrobench::calibration
