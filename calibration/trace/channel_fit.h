@@ -55,11 +55,6 @@ struct ChannelFit {
 ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
                       const Selection& selection);
 
-// Makes the variances of effects whose shape is searched for, as of a resonance or a warm-up, those
-// over all shapes that the data leave open, where they are larger than what the slopes at the best
-// one give.
-void AddSpreadOfShapes(const ChannelProblem& problem, const Selection& selection, ChannelFit* fit);
-
 // Of the shapes about a member's that explain as much, within a standard error, the one by which it
 // is smallest: more than that the data do not ask for.
 std::vector<double> ShapeOfLeastSize(const ChannelProblem& problem, const Selection& selection,

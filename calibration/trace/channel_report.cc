@@ -115,7 +115,6 @@ class ChannelTracer::State {
         SearchChannel(problem_, baseline_, candidates_, request_, &trace_.remarks);
     if (!found) return;
     fit_ = FitChannel(problem_, baseline_, found->selection);
-    AddSpreadOfShapes(problem_, found->selection, &*fit_);
     Fill(found->selection, found->noise, *fit_);
     effects_ = NamedEffects(found->selection, *fit_);
     bench_findings_ = FindingsOf(problem_, found->selection.members(), *fit_);

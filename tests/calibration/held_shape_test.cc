@@ -64,41 +64,32 @@ TEST(AResonanceThatOneSpeedMeets, IsNamedWithWhatItDoesThereAndNoErrorOfItsShape
   EXPECT_GE(held, 3);
 }
 
-// Speeds on both flanks of the resonance and beyond, none at its top.
-Motion BesideTheTop() {
-  Motion motion;
-  for (const double rate_deg_s : {8.0, 15.0, 18.0, 23.0, 27.0, 45.0})
-    motion.Rest(4.0).ThereAndBack(kInnerAxis, 120.0, rate_deg_s);
-  return motion;
-}
-
-// Other shapes would make something else of the top. Of a normal value nine in ten lie within 1.64
-// standard errors; of twelve, eight and fewer do once in 39 times.
-TEST(AResonanceWithoutASpeedAtItsTop, HasASizeThatHoldsWithinItsStatedError) {
-  constexpr double kTop_deg_s = 0.02, kPlace_deg_s = 20.5, kWidth_deg_s = 3.0;
+// The narrowest shape whose flank one speed meets explains as much as a wide one, and would be six
+// or ten times as high.
+TEST(AResonanceThatOneSpeedMeetsOnItsFlank, IsNoLargerThanItNeedsToBe) {
+  constexpr double kTop_deg_s = 0.02, kPlace_deg_s = 19.5, kWidth_deg_s = 3.0;
   constexpr int kSeeds = 12;
+  Motion motion;
+  for (const double rate_deg_s : {8.0, 17.0, 45.0})
+    motion.Rest(4.0).ThereAndBack(kInnerAxis, 120.0, rate_deg_s);
   BenchSensor sensor;
   sensor.angle_random_walk_deg_sqrt_s = 0.005;
-  const SyntheticBench bench(BesideTheTop(), sensor);
+  const SyntheticBench bench(motion, sensor);
   Injection shift;
   shift.rate_deg_s = [](const BenchState& s) {
     const double rate_deg_s = std::fabs(s.table.rate_deg_s[kInnerAxis]);
     const double off = (rate_deg_s - kPlace_deg_s) / kWidth_deg_s;
     return rate_deg_s > 0.3 ? kTop_deg_s / (1.0 + off * off) : 0.0;
   };
-  int named = 0, holds = 0;
+  int named = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const ChannelTrace channel = TraceOf(bench.Measure(shift, static_cast<std::uint64_t>(seed)));
     const auto found = std::ranges::find(channel.effects, "bias.vibration", &TracedEffect::id);
     if (found == channel.effects.end()) continue;
     ++named;
-    const ModelParameter& top = Named(*found, "A");
-    holds += std::fabs(top.value - kTop_deg_s) < 1.64 * top.std_error ? 1 : 0;
-    RecordProperty("seed_" + std::to_string(seed),
-                   std::to_string(top.value) + " +- " + std::to_string(top.std_error));
+    EXPECT_LT(Named(*found, "A").value, 1.5 * kTop_deg_s) << "seed " << seed;
   }
-  EXPECT_GE(named, kSeeds - 2);
-  EXPECT_GE(holds, 9);
+  EXPECT_GE(named, kSeeds / 2);
 }
 
 }  // namespace

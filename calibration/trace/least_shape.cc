@@ -1,6 +1,5 @@
-// What the shape of an effect leaves open of its size, where it is far from linear: a resonance that
-// few speeds meet may be low and wide or high and narrow, and the slopes at the best of these say
-// next to nothing of the others.
+// The shape of an effect that the data hardly know: a resonance that one speed meets on its flank may
+// be low and wide or high and narrow.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -15,13 +14,12 @@
 namespace gyrobench::calibration {
 namespace {
 
-// Places of each parameter; the way between its ends is so many of its standard errors at first.
+// Places of each parameter between its ends.
 constexpr int kShapesEachWay = 9;
-constexpr double kErrorsToEnd = 3.0;
 // An end at which -2 log L is within so much of the best is no end yet.
 constexpr double kNegligible = 6.0;
 constexpr int kWidenings = 4;
-// Of a parameter, where its standard error says nothing.
+// To the first ends, of a parameter.
 constexpr double kFirstReach = 0.25;
 constexpr int kNarrowings = 2;
 // Of -2 log L: one standard error.
@@ -33,7 +31,6 @@ struct Shape {
   std::vector<double> theta;
   double gain = 0.0;       // of -2 log L
   Eigen::VectorXd values;  // coefficients
-  Eigen::VectorXd variances;
 };
 
 // Sizes of one member by its shape, beside all others.
@@ -55,8 +52,6 @@ class Shapes {
     out.theta = std::move(theta);
     out.values = products.Solve(scores);
     out.gain = scores.dot(out.values);
-    out.variances =
-        products.Solve(Eigen::MatrixXd::Identity(scores.size(), scores.size())).diagonal();
     return out;
   }
 
@@ -112,33 +107,10 @@ bool Widen(const std::vector<Shape>& grid, double best, const RefineRange& range
   return moved;
 }
 
-// Mean square of what a value may be beside the one that is stated, over shapes by their
-// likelihood; any shape is as likely before the data have been seen.
-Eigen::VectorXd MeanSquares(const std::vector<Shape>& grid, const Shape& stated) {
-  double best = stated.gain;
-  for (const Shape& shape : grid) best = std::max(best, shape.gain);
-  const auto values = stated.values.size(),
-             parameters = static_cast<Eigen::Index>(stated.theta.size());
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(values + parameters);
-  double weights = 0.0;
-  for (const Shape& shape : grid) {
-    const double weight = std::exp(0.5 * (shape.gain - best));
-    if (!shape.values.allFinite() || !std::isfinite(weight)) continue;
-    weights += weight;
-    squares.head(values) += weight * ((shape.values - stated.values).cwiseAbs2() + shape.variances);
-    for (Eigen::Index k = 0; k < parameters; ++k) {
-      const auto place = static_cast<std::size_t>(k);
-      squares(values + k) += weight * std::pow(shape.theta[place] - stated.theta[place], 2);
-    }
-  }
-  return weights > 0.0 ? Eigen::VectorXd(squares / weights) : squares;
-}
-
 // Shapes about that of a member, as far as the data leave them open.
 struct OpenShapes {
   Shape stated;
-  std::vector<Shape> grid;  // at the last, between ends beyond which nothing is likely
-  std::vector<Shape> tried;
+  std::vector<Shape> tried;  // between ends beyond which nothing is as likely
 };
 
 // `reach`: of each parameter, to the first ends.
@@ -152,49 +124,22 @@ OpenShapes ShapesLeftOpen(const Selection& selection, std::size_t member, const 
   const Shapes shapes(selection, member);
   OpenShapes out;
   out.stated = shapes.At(range.start);
-  out.grid = Grid(shapes, ends);
-  out.tried = out.grid;
-  for (int round = 1; round < kWidenings && Widen(out.grid, out.stated.gain, range, &ends);
-       ++round) {
-    out.grid = Grid(shapes, ends);
-    std::ranges::copy(out.grid, std::back_inserter(out.tried));
+  std::vector<Shape> grid = Grid(shapes, ends);
+  out.tried = grid;
+  for (int round = 1; round < kWidenings && Widen(grid, out.stated.gain, range, &ends); ++round) {
+    grid = Grid(shapes, ends);
+    std::ranges::copy(grid, std::back_inserter(out.tried));
   }
   return out;
 }
 
-bool HasGridOfShapes(const Candidate& member) {
-  return member.shape_is_free() && member.search() == Search::kGrid &&
-         member.context.nonlinear.size() <= kMostParameters;
-}
-
 }  // namespace
-
-void AddSpreadOfShapes(const ChannelProblem& problem, const Selection& selection, ChannelFit* fit) {
-  for (std::size_t i = 0; i < selection.members().size(); ++i) {
-    const Candidate& member = selection.members()[i];
-    if (!HasGridOfShapes(member)) continue;
-    const RefineRange range = *RangeOf(problem, member);
-    const Eigen::Index first = fit->member_begin[i];
-    const auto count = static_cast<Eigen::Index>(fit->ColumnsOf(i).size());
-    std::vector<double> reach;
-    for (std::size_t k = 0; k < range.start.size(); ++k) {
-      const auto j = first + count + static_cast<Eigen::Index>(k);
-      reach.push_back(kErrorsToEnd * std::sqrt(fit->covariance(j, j)));
-    }
-    if (!std::ranges::all_of(reach, [](double way) { return std::isfinite(way); })) continue;
-    const OpenShapes open = ShapesLeftOpen(selection, i, range, reach);
-    const Eigen::VectorXd squares = MeanSquares(open.grid, open.stated);
-    for (Eigen::Index k = 0; k < squares.size(); ++k) {
-      double& variance = fit->covariance(first + k, first + k);
-      variance = std::max(variance, squares(k));
-    }
-  }
-}
 
 std::vector<double> ShapeOfLeastSize(const ChannelProblem& problem, const Selection& selection,
                                      std::size_t member) {
   const Candidate& candidate = selection.members()[member];
-  if (!HasGridOfShapes(candidate)) return candidate.context.nonlinear;
+  if (candidate.search() != Search::kGrid || candidate.context.nonlinear.size() > kMostParameters)
+    return candidate.context.nonlinear;
   const RefineRange range = *RangeOf(problem, candidate);
   std::vector<double> reach;
   for (const double start : range.start) reach.push_back(kFirstReach * std::fabs(start));
