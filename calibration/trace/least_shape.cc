@@ -1,5 +1,5 @@
-// The shape of an effect that the data hardly know: a resonance that one speed meets on its flank may
-// be low and wide or high and narrow.
+// The shape of an effect that the data hardly know: a resonance that one speed meets on its flank
+// may be low and wide or high and narrow.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
