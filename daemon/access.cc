@@ -20,39 +20,31 @@ namespace {
 // What getpwnam_r and the like need for the texts of one entry.
 using EntryText = std::array<char, 16384>;
 
-// Null where there is none.
-const passwd* UserEntry(uid_t user_id, passwd* entry, EntryText* text) {
-  passwd* found = nullptr;
-  ::getpwuid_r(user_id, entry, text->data(), text->size(), &found);
-  return found;
-}
-
-std::vector<gid_t> GroupsOf(const Peer& peer) {
-  std::vector<gid_t> groups = {peer.group_id};
-  passwd entry{};
-  EntryText text;
-  const passwd* user = UserEntry(peer.user_id, &entry, &text);
-  if (user == nullptr) return groups;
-  int count = 64;
-  groups.resize(static_cast<std::size_t>(count));
-  // It says how many there are where they are more.
-  if (::getgrouplist(user->pw_name, peer.group_id, groups.data(), &count) < 0) {
-    groups.resize(static_cast<std::size_t>(count));
-    ::getgrouplist(user->pw_name, peer.group_id, groups.data(), &count);
+// Without any where the kernel is older than the question (before 4.13).
+std::vector<gid_t> GroupsAt(int socket) {
+  std::vector<gid_t> groups(64);
+  for (;;) {
+    socklen_t bytes = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
+    const bool told = ::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &bytes) == 0;
+    const bool more = !told && errno == ERANGE && bytes > groups.size() * sizeof(gid_t);
+    groups.resize(told || more ? bytes / sizeof(gid_t) : 0);
+    if (!more) return groups;
   }
-  groups.resize(static_cast<std::size_t>(count));
-  return groups;
 }
 
 }  // namespace
 
+std::string NumberOf(const Peer& peer) {
+  return fmt::format("user {} (process {})", peer.user_id, peer.process);
+}
+
 std::string NameOf(const Peer& peer) {
   passwd entry{};
   EntryText text;
-  const passwd* user = UserEntry(peer.user_id, &entry, &text);
-  return fmt::format("{} (process {})",
-                     user != nullptr ? user->pw_name : fmt::format("user {}", peer.user_id),
-                     peer.process);
+  passwd* found = nullptr;
+  ::getpwuid_r(peer.user_id, &entry, text.data(), text.size(), &found);
+  if (found == nullptr) return NumberOf(peer);
+  return fmt::format("{} (process {})", found->pw_name, peer.process);
 }
 
 Peer PeerOf(int socket) {
@@ -62,7 +54,7 @@ Peer PeerOf(int socket) {
     throw Error(fmt::format("the kernel does not say who connected: {}",
                             std::generic_category().message(errno)));
   }
-  return {credentials.pid, credentials.uid, credentials.gid};
+  return {credentials.pid, credentials.uid, credentials.gid, GroupsAt(socket)};
 }
 
 uid_t UserByName(const std::string& name) {
@@ -96,10 +88,8 @@ Access::Access(const std::vector<std::string>& movers)
 
 bool Access::MayMove(const std::optional<Peer>& peer) const {
   if (everybody_ || !peer || peer->user_id == 0 || peer->user_id == ::geteuid()) return true;
-  if (users_.contains(peer->user_id)) return true;
-  return !groups_.empty() && std::ranges::any_of(GroupsOf(*peer), [this](gid_t group_id) {
-    return groups_.contains(group_id);
-  });
+  if (users_.contains(peer->user_id) || groups_.contains(peer->group_id)) return true;
+  return std::ranges::any_of(peer->groups, [this](gid_t group) { return groups_.contains(group); });
 }
 
 }  // namespace gyrobench::daemon

@@ -15,10 +15,14 @@ struct Peer {
   pid_t process = 0;
   uid_t user_id = 0;
   gid_t group_id = 0;
+  std::vector<gid_t> groups = {};  // the others that it is of
 };
 
-// "alice (process 4711)"; the number of a user who has no name here.
+// "alice (process 4711)"; the number of a user who has no name here. Asks the machine's list of
+// users, which may be elsewhere, and hang: not for threads that others wait for.
 std::string NameOf(const Peer& peer);
+// "user 1001 (process 4711)". Asks nobody.
+std::string NumberOf(const Peer& peer);
 
 // What the other end of a connected Unix socket is. Throws Error where the kernel does not say.
 Peer PeerOf(int socket);
@@ -30,7 +34,8 @@ class Access {
   explicit Access(const std::vector<std::string>& movers);
 
   // Root and the daemon's own user may always; so may what comes from the daemon itself, without a
-  // peer. A user is of a group by the machine's list of its members or as the process's own.
+  // peer. A process is of the groups that the kernel knows of it, as for the rights of a file: no
+  // list of users is asked.
   bool MayMove(const std::optional<Peer>& peer) const;
   // "alice, @lab".
   const std::string& movers() const { return text_; }

@@ -1,7 +1,6 @@
 #include "daemon/control_api.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <functional>
@@ -309,6 +308,38 @@ const std::map<std::pair<std::string, std::string>, Route>& Routes() {
   return routes;
 }
 
+HttpReply Act(const Route& route, Context& c, const HttpRequest& request) {
+  if (route.right == Right::kMove && !c.access.MayMove(request.peer)) {
+    return Fail(403, "not_permitted",
+                fmt::format("{} may look at this stand, rehearse and stop it; to move it takes one "
+                            "of: {} (control_movers in the stand file)",
+                            NumberOf(*request.peer), c.access.movers()),
+                request.path);
+  }
+  try {
+    const json answer = route.act(c, request);
+    return {route.status, JsonText(answer)};
+  } catch (const json::exception& error) {
+    return Fail(400, "bad_json", error.what(), request.path);
+  } catch (const StateError& error) {
+    return Fail(409, "wrong_state", error);
+  } catch (const procedures::UnknownProcedure& error) {
+    return Fail(404, "no_such_procedure", error);
+  } catch (const procedures::ParameterError& error) {
+    return Fail(422, "bad_parameter", error);
+  } catch (const LimitError& error) {
+    return Fail(422, "beyond_limit", error);
+  } catch (const DeviceError& error) {
+    return Fail(409, "device", error);
+  } catch (const DataError& error) {
+    return Fail(500, "record", error);
+  } catch (const Error& error) {
+    return Fail(422, "refused", error);
+  } catch (const std::exception& error) {
+    return Fail(500, "internal", error.what());
+  }
+}
+
 }  // namespace
 
 std::size_t ControlApi::LaneOf(const HttpRequest& request) {
@@ -329,38 +360,9 @@ HttpReply ControlApi::Handle(const HttpRequest& request) {
                 request.method + " " + request.path + " is not known; see docs/control-api.md",
                 request.path);
   }
-  if (route->second.right == Right::kMove && !context_.access.MayMove(request.peer)) {
-    spdlog::warn("{} asked for {} and may not move the stand", NameOf(*request.peer), request.path);
-    return Fail(403, "not_permitted",
-                fmt::format("{} may look at this stand, rehearse and stop it; to move it takes one "
-                            "of: {} (control_movers in the stand file)",
-                            NameOf(*request.peer), context_.access.movers()),
-                request.path);
-  }
-  if (request.peer && request.method == "POST")
-    spdlog::info("{} asked for {}", NameOf(*request.peer), request.path);
-  try {
-    const json answer = route->second.act(context_, request);
-    return {route->second.status, JsonText(answer)};
-  } catch (const json::exception& error) {
-    return Fail(400, "bad_json", error.what(), request.path);
-  } catch (const StateError& error) {
-    return Fail(409, "wrong_state", error);
-  } catch (const procedures::UnknownProcedure& error) {
-    return Fail(404, "no_such_procedure", error);
-  } catch (const procedures::ParameterError& error) {
-    return Fail(422, "bad_parameter", error);
-  } catch (const LimitError& error) {
-    return Fail(422, "beyond_limit", error);
-  } catch (const DeviceError& error) {
-    return Fail(409, "device", error);
-  } catch (const DataError& error) {
-    return Fail(500, "record", error);
-  } catch (const Error& error) {
-    return Fail(422, "refused", error);
-  } catch (const std::exception& error) {
-    return Fail(500, "internal", error.what());
-  }
+  const HttpReply reply = Act(route->second, context_, request);
+  if (request.peer && request.method == "POST") log_.Add(*request.peer, request.path, reply.status);
+  return reply;
 }
 
 }  // namespace gyrobench::daemon

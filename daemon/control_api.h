@@ -11,6 +11,7 @@
 #include "daemon/control_server.h"
 #include "daemon/lcm_publisher.h"
 #include "daemon/notices.h"
+#include "daemon/request_log.h"
 #include "daemon/run_control.h"
 #include "daemon/run_engine.h"
 
@@ -41,10 +42,12 @@ class ControlApi {
   std::int64_t Stamp() const;
 
   // Never throws: every failure is a reply with a status and {"error": ...}. From any thread.
+  // Who asked is told to the log afterwards, and is not waited for.
   HttpReply Handle(const HttpRequest& request);
 
  private:
   Context context_;
+  RequestLog log_;
 };
 
 }  // namespace gyrobench::daemon

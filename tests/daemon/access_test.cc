@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <vector>
 
 #include "base/error.h"
 
@@ -27,6 +28,8 @@ TEST(Access, OfNamesLeavesOutAllOthers) {
   EXPECT_FALSE(access.MayMove(kNobodyHere));
   EXPECT_TRUE(access.MayMove(Peer{1, UserByName("daemon"), kStrangers}));
   EXPECT_TRUE(access.MayMove(Peer{1, kStranger, GroupByName("sys")}));
+  EXPECT_TRUE(access.MayMove(Peer{1, kStranger, kStrangers, {kStrangers, GroupByName("sys")}}));
+  EXPECT_FALSE(access.MayMove(Peer{1, kStranger, kStrangers, {kStrangers}}));
   EXPECT_EQ(access.movers(), "daemon, @sys");
 }
 
@@ -55,6 +58,10 @@ TEST(PeerOf, IsTheProcessAtTheOtherEnd) {
   EXPECT_EQ(peer.process, ::getpid());
   EXPECT_EQ(peer.user_id, ::getuid());
   EXPECT_EQ(peer.group_id, ::getgid());
+  std::vector<gid_t> groups(static_cast<std::size_t>(::getgroups(0, nullptr)));
+  ASSERT_EQ(::getgroups(static_cast<int>(groups.size()), groups.data()),
+            static_cast<int>(groups.size()));
+  EXPECT_THAT(peer.groups, testing::UnorderedElementsAreArray(groups));
   for (const int end : ends) ::close(end);
 }
 

@@ -4,9 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <semaphore>
+#include <thread>
 
 #include "tests/daemon/fake_bench.h"
+#include "tests/daemon/slow_names.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -226,6 +231,44 @@ TEST_F(ControlApiTest, WhoMayOnlyLookLooksRehearsesAndStopsAndMovesNothing) {
   EXPECT_EQ(ask("POST", "/v1/abort").status, 403u);
   EXPECT_EQ(ask("POST", "/v1/stop").status, 200u);
   EXPECT_EQ(bench_.Ended().outcome, Outcome::kAborted);
+}
+
+// A directory service that hangs: it is asked for the name that is written to the log, by a thread
+// that nobody waits for.
+TEST_F(ControlApiTest, WhoStopsAbortsOrMovesWaitsForNobodysName) {
+  std::binary_semaphore looked_up{0}, goes_on{0};
+  std::atomic<bool> hangs = true;
+  int in_my_thread = 0;
+  const SlowNames names([&, me = std::this_thread::get_id()] {
+    if (std::this_thread::get_id() == me) {
+      ++in_my_thread;
+    } else if (hangs.exchange(false)) {
+      looked_up.release();
+      goes_on.acquire();
+    }
+  });
+  const LogLines log;
+  {
+    ControlApi api({bench_.stand, *bench_.clock, *bench_.time, *bench_.acquisition, *bench_.engine,
+                    bench_.control, bench_.publisher, bench_.notices, Access({"@sys"})});
+    const auto ask = [&api](const char* path) {
+      HttpRequest request{"POST", path, R"({"procedure": "turn"})"};
+      request.peer = Peer{4711, UserByName("daemon"), 3'999'999'998u, {GroupByName("sys")}};
+      return api.Handle(request).status;
+    };
+    StartMinuteLongTurn();
+    EXPECT_EQ(ask("/v1/stop"), 200u);
+    EXPECT_TRUE(looked_up.try_acquire_for(std::chrono::minutes(1)));
+    EXPECT_EQ(bench_.Ended().outcome, Outcome::kAborted);
+    EXPECT_EQ(ask("/v1/runs"), 201u);
+    EXPECT_EQ(ask("/v1/resume"), 409u);
+    EXPECT_EQ(ask("/v1/abort"), 200u);
+    EXPECT_EQ(bench_.Ended().outcome, Outcome::kAborted);
+    EXPECT_EQ(in_my_thread, 0);
+    goes_on.release();
+  }
+  EXPECT_THAT(log.text(), AllOf(HasSubstr("daemon (process 4711) asked for /v1/stop\n"),
+                                HasSubstr("asked for /v1/resume: refused (409)\n")));
 }
 
 }  // namespace
