@@ -7,7 +7,8 @@
 namespace gyrobench::daemon {
 
 // What is wrong where less than `min_free_mib` is free for this user on the disk of `folder` (or of
-// its nearest parent that is there); empty where there is enough, and where nobody can say.
-std::string TooLittleRoom(const std::filesystem::path& folder, double min_free_mib);
+// its nearest parent that is there), or where the disk fails to say so, three times on end; empty
+// where there is enough.
+std::string WhyNoRoom(const std::filesystem::path& folder, double min_free_mib);
 
 }  // namespace gyrobench::daemon

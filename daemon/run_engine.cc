@@ -100,7 +100,7 @@ StartedRun RunEngine::Begin(std::int64_t stops, procedures::Procedure procedure,
                             std::optional<ResumedRun> resumed) {
   const double duration_s = plan.expected_duration_s;
   context_.control.RequireReady();
-  if (std::string low = TooLittleRoom(context_.stand.records, context_.stand.safety.min_free_mib);
+  if (std::string low = WhyNoRoom(context_.stand.records, context_.stand.safety.min_free_mib);
       !low.empty()) {
     throw DataError("nothing was started: " + low);
   }

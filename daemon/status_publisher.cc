@@ -71,7 +71,7 @@ void StatusPublisher::Loop() {
 void StatusPublisher::CareForRecord() {
   telemetry_.Sync();
   if (!control_.run_is_on()) return;
-  const std::string low = TooLittleRoom(stand_.records, stand_.safety.min_free_mib);
+  const std::string low = WhyNoRoom(stand_.records, stand_.safety.min_free_mib);
   if (!low.empty()) control_.Report({"record", low});
 }
 

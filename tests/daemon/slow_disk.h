@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 
 namespace gyrobench::daemon {
@@ -23,6 +24,24 @@ class LittleRoom {
   ~LittleRoom();
   LittleRoom(const LittleRoom&) = delete;
   LittleRoom& operator=(const LittleRoom&) = delete;
+};
+
+// While one lives, every disk that is asked for its room fails with `error` (errno), so many times.
+class FailingDisk {
+ public:
+  explicit FailingDisk(int error, int times = 1'000'000'000);
+  ~FailingDisk();
+  FailingDisk(const FailingDisk&) = delete;
+  FailingDisk& operator=(const FailingDisk&) = delete;
+};
+
+// While one lives, whoever looks up this path gets `error` (errno). One at a time.
+class UnreadableFolder {
+ public:
+  UnreadableFolder(const std::filesystem::path& path, int error);
+  ~UnreadableFolder();
+  UnreadableFolder(const UnreadableFolder&) = delete;
+  UnreadableFolder& operator=(const UnreadableFolder&) = delete;
 };
 
 }  // namespace gyrobench::daemon
