@@ -17,6 +17,8 @@ namespace {
 // Motion ends at deadlines that the run engine keeps; the drive's poll is there for alarms.
 constexpr Utime kDrivePeriod = kMicrosecondsPerSecond / 2;
 constexpr Utime kOutputsPeriod = kMicrosecondsPerSecond / 2;
+// Of a drive that gives way to others of its line, each with as many tries as they leave it.
+constexpr int kStopTurns = 3;
 
 }  // namespace
 
@@ -317,26 +319,31 @@ std::vector<AxisUnit*> Acquisition::MostUrgentFirst() const {
   return order;
 }
 
+void Acquisition::PostStop(AxisUnit& axis, const std::string& key, StopHandler done, int turn) {
+  axis.drive_bus().PostUrgentOnce(key, [this, &axis, key, done = std::move(done), turn] {
+    try {
+      axis.drive().Stop();
+    } catch (const std::exception& error) {
+      const bool gave_way = axis.drive_bus().hurries();
+      if (gave_way && turn < kStopTurns) return PostStop(axis, key, done, turn + 1);
+      return done(&error);
+    }
+    done(nullptr);
+  });
+}
+
 void Acquisition::PostStopAll() {
   for (AxisUnit* axis : MostUrgentFirst()) {
-    axis->drive_bus().PostUrgentOnce("stop " + axis->name(), [this, axis] {
-      try {
-        axis->drive().Stop();
-      } catch (const std::exception& error) {
-        on_fault_(FaultOf("axis." + axis->name(), error));
-      }
+    PostStop(*axis, "stop " + axis->name(), [this, axis](const std::exception* error) {
+      if (error != nullptr) on_fault_(FaultOf("axis." + axis->name(), *error));
     });
   }
 }
 
 void Acquisition::PostStopWhatAnswers() {
   for (AxisUnit* axis : MostUrgentFirst()) {
-    axis->drive_bus().PostUrgentOnce("stop if it answers " + axis->name(), [axis] {
-      try {
-        axis->drive().Stop();
-      } catch (const std::exception& error) {  // its poll says so as well
-        spdlog::warn("{}", error.what());
-      }
+    PostStop(*axis, "stop if it answers " + axis->name(), [](const std::exception* error) {
+      if (error != nullptr) spdlog::warn("{}", error->what());  // its poll says so as well
     });
   }
 }
@@ -360,16 +367,30 @@ void Acquisition::PostClearAlarms() {
   }
 }
 
+// All are told before any is waited for.
 void Acquisition::StopAll(Clock::Participant& caller) {
-  Fault failed;
+  struct Outcome {
+    std::mutex mutex;  // held while notifying, so that the caller is still there
+    std::size_t left = 0;
+    Fault failed;
+  };
+  const auto outcome = std::make_shared<Outcome>();
+  outcome->left = axes_.size();
   for (AxisUnit* axis : MostUrgentFirst()) {
-    try {
-      axis->drive_bus().CallUrgent(caller, [&] { axis->drive().Stop(); });
-    } catch (const DeviceError& error) {
-      AddTo(failed, error);
-    }
+    PostStop(*axis, "", [outcome, &caller](const std::exception* error) {
+      const std::lock_guard lock(outcome->mutex);
+      if (error != nullptr) AddTo(outcome->failed, *error);
+      --outcome->left;
+      caller.Notify();
+    });
   }
-  if (!failed.message.empty()) throw DeviceError(failed.message, failed.failure);
+  const auto all_done = [&outcome] {
+    const std::lock_guard lock(outcome->mutex);
+    return outcome->left == 0;
+  };
+  while (!all_done()) caller.WaitUntil(kForever);
+  if (const Fault& failed = outcome->failed; !failed.message.empty())
+    throw DeviceError(failed.message, failed.failure);
 }
 
 }  // namespace gyrobench::daemon

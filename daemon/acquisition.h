@@ -82,8 +82,7 @@ class Acquisition {
   // The same of a run that waits for a device: a drive that is silent is stopped when it is opened
   // again.
   void PostStopWhatAnswers();
-  // Stops all axes, waits for the drives' answers. The first failure is thrown after all were
-  // tried.
+  // Stops all axes, waits for the drives' answers. What failed is thrown after all were tried.
   void StopAll(Clock::Participant& caller);
   // What is beyond a limit and was told is told once more; does not wait.
   void PostRearm();
@@ -109,6 +108,10 @@ class Acquisition {
   BusWorker& BusOf(const std::string& name);
   AxisUnit& AxisNamed(const std::string& name) const;
   void SendAxes(Utime utime);
+  // `done`: told how it went, with nullptr where the drive took it. A drive that does not answer is
+  // tried again behind the others that wait for its line. `key`: as of PostUrgentOnce.
+  using StopHandler = std::function<void(const std::exception* error)>;
+  void PostStop(AxisUnit& axis, const std::string& key, StopHandler done, int turn = 1);
   // What may move before what is at rest, and drives that answer before those that are silent, which
   // take their time.
   std::vector<AxisUnit*> MostUrgentFirst() const;

@@ -66,20 +66,29 @@ void BusWorker::Wake() {
   if (participant_) participant_->Notify();
 }
 
+std::function<void()> BusWorker::Take(bool any) {
+  const std::lock_guard lock(mutex_);
+  auto& next = urgent_.empty() && any ? tasks_ : urgent_;
+  if (next.empty()) return {};
+  std::function<void()> task = std::move(next.front().run);
+  next.pop_front();
+  if (&next == &urgent_) --urgent_waiting_;
+  return task;
+}
+
 void BusWorker::RunTasks() {
-  for (;;) {
-    std::function<void()> task;
-    {
-      const std::lock_guard lock(mutex_);
-      auto& next = urgent_.empty() ? tasks_ : urgent_;
-      if (next.empty()) return;
-      task = std::move(next.front().run);
-      next.pop_front();
-      if (&next == &urgent_) --urgent_waiting_;
-    }
+  while (const auto task = Take(true)) {
     const BusyTime::While busy(busy_);
     task();
   }
+}
+
+void BusWorker::LetUrgentPass() {
+  while (const auto task = Take(false)) {
+    busy_.Next();
+    task();
+  }
+  busy_.Next();
 }
 
 void BusWorker::Loop() {

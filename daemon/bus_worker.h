@@ -64,6 +64,8 @@ class BusWorker {
   void PostUrgentOnce(std::string key, std::function<void()> task);
   // Whether an urgent task waits for what the thread is doing. From any thread.
   bool hurries() const { return urgent_waiting_ > 0; }
+  // Within a task: what is urgent is done now, before the task goes on.
+  void LetUrgentPass();
 
   // For how long, in real time, its thread has been at one poll or task; 0 while it waits for the
   // next. From any thread.
@@ -128,6 +130,8 @@ class BusWorker {
     Utime due = 0;
   };
   void Loop();
+  // The first that is urgent, else the first of the others if `any`. Empty where there is none.
+  std::function<void()> Take(bool any);
   void RunTasks();
   void Wake();
 

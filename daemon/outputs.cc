@@ -87,6 +87,7 @@ void Outputs::SwitchOffHere(const std::string& output) {
       return;
     } catch (const DeviceError&) {
       if (tries == kOffTries) throw;
+      worker_.LetUrgentPass();
     }
   }
 }
@@ -113,6 +114,7 @@ std::optional<Fault> Outputs::TryAllOff() {
   std::optional<Fault> fault;
   for (auto it = config_.channels.rbegin(); it != config_.channels.rend(); ++it) {
     const std::string& output = it->first;
+    worker_.LetUrgentPass();
     try {
       SwitchOffHere(output);
     } catch (const Error& error) {

@@ -52,7 +52,8 @@ class Outputs {
   // What went wrong; nullopt if nothing.
   std::optional<Fault> TryAllOff();
   void SwitchHere(const std::string& output, bool on);
-  // Tried again: one lost reply leaves nothing on.
+  // Tried again: one lost reply leaves nothing on. What is urgent on the line goes between the
+  // tries: a relay unit that is silent holds up no stop.
   void SwitchOffHere(const std::string& output);
 
   const config::RelaysConfig& config_;

@@ -36,7 +36,8 @@ class Axis {
   // use (it counts in whole rpm). Throws LimitError when the drive cannot express the move. Never
   // open-ended: a dead bus must not leave a table turning.
   virtual double MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2) = 0;
-  // Quick stop along the drive's own deceleration. Safe in every state; tries more than once.
+  // Quick stop along the drive's own deceleration. Safe in every state; tries more than once,
+  // unless something urgent waits for the line.
   virtual void Stop() = 0;
   // Clears a latched alarm of the drive.
   virtual void ClearAlarm() = 0;

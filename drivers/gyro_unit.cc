@@ -210,6 +210,7 @@ GyroUnit::Head GyroUnit::RequestFresh(Timing& timing) {
     head = Request(static_cast<std::size_t>(map_.max_samples_per_block), timing);
     if (!IsStale(head, timing)) return head;
     bus_.InvalidateReply();
+    if (bus_.hurries()) break;
   }
   Fail(
       fmt::format(
@@ -252,7 +253,7 @@ void GyroUnit::Read(GyroBlock& block) {
   // What was taken is published, whatever happens to the requests that follow: if the trouble
   // lasts, the next read says so.
   try {
-    for (int more = 0; wanted_ < newest && more <= capacity_; ++more) {
+    for (int more = 0; wanted_ < newest && more <= capacity_ && !bus_.hurries(); ++more) {
       head = RequestFresh(timing);
       if (head.boot != identity_.boot_count) break;  // the next read begins anew
       Advance(head, timing);

@@ -227,7 +227,7 @@ void StepperAxis::Stop() {
       bus_.WriteRegister(unit_, map_.trigger_address, map_.quick_stop_value, "quick stop");
       return;
     } catch (const DeviceError&) {
-      if (tries == kStopTries) throw;
+      if (tries == kStopTries || bus_.hurries()) throw;
     }
   }
 }

@@ -214,7 +214,30 @@ TEST_F(AcquisitionTest, AnOperatorsStopReachesTheAxisThatTurnsBeforeSilentOnes) 
   }
   acquisition_.PostStopAll();
   Wait(kSecond / 10);
-  EXPECT_THAT(order, ElementsAre("inner", "outer", "middle"));
+  EXPECT_THAT(order, ElementsAre("inner", "outer", "middle", "outer", "middle", "outer", "middle"));
+  for (const auto& [name, drive] : devices_.drives) drive->on_call = {};
+}
+
+// Of one that was well until now nobody knows: it is told once before the other that turns, and
+// again behind it. Whether or not somebody waits for the drives.
+TEST_F(AcquisitionTest, AStopThatIsLostIsTriedAgainBehindTheOthersOfItsLine) {
+  for (const bool waits : {false, true}) {
+    std::vector<std::string> order;
+    for (const auto& [name, drive] : devices_.drives) {
+      drive->on_call = [&order, axis = name](const std::string& call) {
+        if (call == "stop") order.push_back(axis);
+      };
+    }
+    devices_.drives.at("outer")->faults().FailNext("no answer");
+    if (waits) {
+      EXPECT_NO_THROW(acquisition_.StopAll(*me_));
+    } else {
+      acquisition_.PostStopAll();
+      Wait(kSecond / 10);
+    }
+    EXPECT_THAT(order, ElementsAre("outer", "middle", "inner", "outer"));
+    EXPECT_THAT(faults_, IsEmpty());
+  }
   for (const auto& [name, drive] : devices_.drives) drive->on_call = {};
 }
 

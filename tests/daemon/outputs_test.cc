@@ -91,6 +91,22 @@ TEST_F(OutputsTest, OneLostAnswerLeavesNothingOnAndIsNoFault) {
   EXPECT_EQ(relays_->on, all_off_);
 }
 
+// Nor does what turns on the same line wait for more than one of its tries.
+TEST_F(OutputsTest, AStopGoesBetweenTheTriesOfAUnitThatIsSilent) {
+  std::vector<std::string> order;
+  relays_->on_call = [&](const std::string& call) {
+    order.push_back(call);
+    if (order.size() != 1 && call != "fan off") return;
+    worker_.PostUrgent([&order] { order.push_back("stop"); });
+  };
+  relays_->faults.FailAlways("no answer");
+  outputs_->PostAllOff();
+  Settle();
+  EXPECT_THAT(order, ElementsAre("heater off", "stop", "heater off", "heater off", "fan off",
+                                 "stop", "fan off", "stop", "fan off", "stop"));
+  EXPECT_THAT(faults_, SizeIs(1));
+}
+
 TEST_F(OutputsTest, WhereASwitchFailsAllAreSwitchedOffAndItIsAFault) {
   Switch("fan", true);
   relays_->loses = "heater";

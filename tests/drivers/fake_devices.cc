@@ -168,6 +168,7 @@ void FakeRelays::Open() {
 
 void FakeRelays::Switch(const std::string& output, bool state) {
   calls.push_back(output + (state ? " on" : " off"));
+  if (on_call) on_call(calls.back());
   faults.Step();
   if (output == refuses) throw DeviceError(output + " does not obey");
   on.at(output) = state;

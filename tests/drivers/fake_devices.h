@@ -138,6 +138,7 @@ class FakeRelays final : public Relays {
  public:
   std::map<std::string, bool> on = {{"fan", true}, {"heater", true}};
   std::vector<std::string> calls;
+  std::function<void(const std::string& call)> on_call;  // told of each as it comes
   std::string refuses, loses;
   FaultScript faults;
 

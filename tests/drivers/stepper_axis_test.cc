@@ -269,6 +269,16 @@ TEST_F(StepperAxisTest, WhileAStopWaitsItIsNotAskedAgainWhetherItHasSettled) {
   EXPECT_EQ(drive_.moves(), 0);
 }
 
+// Whoever stops several comes back to it (Acquisition::PostStop).
+TEST_F(StepperAxisTest, WhileAStopOfAnotherWaitsASilentDriveIsToldOnce) {
+  axis_->Open();
+  hurries_ = true;
+  const std::size_t before = line_.requests().size();
+  line_.Inject(LineFault::kLostRequest, 0, 9);
+  EXPECT_THAT(Failure([&] { axis_->Stop(); }), HasSubstr("quick stop"));
+  EXPECT_EQ(line_.requests().size(), before + 1);
+}
+
 TEST(StepperMovePlan, KeepsWithinWhatWasAskedForAcceleration) {
   const config::AxisConfig axis = InnerAxis();
   for (const double acceleration_deg_s2 : {4.7, 17.3, 100.0, 199.9}) {
