@@ -314,7 +314,8 @@ void LiveBench::PauseIfWanted() {
   context_.telemetry.Send(pause);
   const double begin_s = ElapsedS();
   context_.set_asking_pace(true);
-  context_.control.WaitWhilePaused();
+  std::optional<Utime> silent_since;
+  context_.control.WaitWhilePaused([&] { return suspension_.LookInPause(silent_since); });
   context_.set_asking_pace(false);
   AddWaiting(begin_s);
   run_t resume = Message(run_t::RESUME);

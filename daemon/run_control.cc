@@ -259,14 +259,14 @@ bool RunControl::EndHold(int silences) {
   return true;
 }
 
-void RunControl::WaitWhilePaused() {
+void RunControl::WaitWhilePaused(const std::function<Utime()>& look) {
   const auto is_wanted = [this] {
     const std::lock_guard lock(mutex_);
     ThrowIfToEndLocked();
     if (pause_) MoveOfRunLocked(Event::kSafePoint);
     return pause_;
   };
-  while (is_wanted()) waiter_->WaitUntil(kForever);
+  while (is_wanted()) waiter_->WaitUntil(look());
   const std::lock_guard lock(mutex_);
   if (silent_) MoveIfFitsLocked(Event::kSilence);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -95,8 +96,9 @@ class RunControl {
   // `silences`: when all devices were found well. False, and the hold goes on, where one fell silent
   // since: it is told only once.
   bool EndHold(int silences);
-  // While the operator wants a pause: state kPaused, and waits.
-  void WaitWhilePaused();
+  // While the operator wants a pause: state kPaused, and waits. `look`: asked whenever something
+  // was told, and when it said last; what it throws ends the wait.
+  void WaitWhilePaused(const std::function<Utime()>& look = [] { return kForever; });
   // State kAsking until an answer came or `deadline`; nullopt: nobody answered.
   std::optional<std::string> WaitForAnswer(const Clock& clock, const procedures::Question& question,
                                            Utime deadline);

@@ -14,6 +14,7 @@ namespace gyrobench::daemon {
 namespace {
 
 constexpr double kPoll_s = 0.1;
+constexpr double kPausePoll_s = 1.0;
 // After all are back: so that drive and reference have been read, and the table has swung out.
 constexpr double kSettle_s = 1.5;
 // The way back is in no hurry.
@@ -83,19 +84,30 @@ int Suspension::WaitUntilReady(const Fault& silent) {
       Pass(kSettle_s);
       return silences;
     }
-    RequireTime(deadline, silent);
+    RequireTime(deadline, silent, "suspended");
     Pass(kPoll_s);
     if (!stopped) stopped = StopAll();
   }
 }
 
-void Suspension::RequireTime(Utime deadline, const Fault& silent) const {
+void Suspension::RequireTime(Utime deadline, const Fault& silent, const char* what) const {
   if (context_.clock.Now() <= deadline) return;
   Fault fault = NotWell(silent);
   fault.message += fmt::format(
-      " The run was suspended, and it did not come back within {:g} s (safety.resume_within_s)",
+      " The run was {}, and it did not come back within {:g} s (safety.resume_within_s)", what,
       context_.stand.safety.resume_within_s);
   throw FaultError(std::move(fault));
+}
+
+Utime Suspension::LookInPause(std::optional<Utime>& since) const {
+  const Utime now = context_.clock.Now();
+  if (std::ranges::all_of(context_.acquisition.Devices(), &DeviceStatus::ok)) {
+    since.reset();
+    return kForever;
+  }
+  if (!since) since = now;
+  RequireTime(*since + FromSeconds(context_.stand.safety.resume_within_s), {}, "paused");
+  return now + FromSeconds(kPausePoll_s);
 }
 
 void Suspension::RequireNoMore(int silences) const {

@@ -45,6 +45,10 @@ class Suspension {
   // its turn. Throws FaultError where one stays silent for longer than safety.resume_within_s, does
   // not stay, or is not as it was, and procedures::Aborted.
   void WaitAndGoBack(const Point& point, const Fault& silent, const std::set<std::string>& on);
+  // While nothing is measured: when to look again; kForever where all devices are well, since it is
+  // told when one falls silent. `since`: of the silence that is going on, between looks. Throws
+  // FaultError where it goes on for longer than safety.resume_within_s.
+  Utime LookInPause(std::optional<Utime>& since) const;
   // Turns the axes, of which nothing is known but what their references show, to these angles.
   // Throws as a move does, and FaultError where an axis is not there then.
   void GoTo(const std::map<std::string, double>& angles_deg);
@@ -56,7 +60,8 @@ class Suspension {
   Fault NotWell(const Fault& silent) const;
   // How many silences there were before all were well.
   int WaitUntilReady(const Fault& silent);
-  void RequireTime(Utime deadline, const Fault& silent) const;
+  // `what`: "suspended", "paused".
+  void RequireTime(Utime deadline, const Fault& silent, const char* what) const;
   // Throws Suspended where there was another silence.
   void RequireNoMore(int silences) const;
   // From all well to the end of the hold. What fell silent meanwhile; nullopt if nothing did.

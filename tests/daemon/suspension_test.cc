@@ -166,12 +166,34 @@ TEST_F(SuspensionTest, ADeviceThatFallsSilentInAPauseIsWaitedForAfterIt) {
   bench_.control.Pause();
   ASSERT_TRUE(bench_.WaitFor([this] { return bench_.control.state() == State::kPaused; }));
   Encoder().faults().FailAlways("no answer");
-  bench_.Wait(100.0);
+  bench_.Wait(20.0);
   EXPECT_EQ(bench_.control.state(), State::kPaused);
   bench_.control.Resume();
   ASSERT_TRUE(IsSuspended());
   Encoder().faults().Recover();
   EXPECT_EQ(bench_.Ended().outcome, Outcome::kDone);
+}
+
+// For as long as in a suspension, each time; the pause itself may last.
+TEST_F(SuspensionTest, ADeviceThatStaysSilentInAPauseIsAFaultAfterItsTime) {
+  StartTurns();
+  bench_.control.Pause();
+  ASSERT_TRUE(bench_.WaitFor([this] { return bench_.control.state() == State::kPaused; }));
+  for (int times = 0; times < 3; ++times) {
+    Encoder().faults().FailAlways("no answer");
+    bench_.Wait(20.0);
+    Encoder().faults().Recover();
+    bench_.Wait(1000.0);
+  }
+  EXPECT_EQ(bench_.control.state(), State::kPaused);
+  Encoder().faults().FailAlways("no answer");
+  const Utime begin = bench_.clock->Now();
+  const RunView run = bench_.Ended();
+  EXPECT_LT(ToSeconds(bench_.clock->Now() - begin), 40.0);
+  EXPECT_EQ(run.outcome, Outcome::kFault);
+  EXPECT_THAT(run.progress.message, HasSubstr("encoder.inner"));
+  EXPECT_THAT(run.progress.message,
+              HasSubstr("The run was paused, and it did not come back within 30 s"));
 }
 
 class SuspendedHeating : public SuspensionTest {
