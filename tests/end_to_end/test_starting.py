@@ -1,4 +1,5 @@
 """What a daemon finds at its start: another one, an axis that moves, an output that is on, a record that nobody closed."""
+import ctypes
 import json
 import os
 import pathlib
@@ -237,21 +238,71 @@ class Resumed(unittest.TestCase):
             self.assertEqual(bench.status()["state"], "idle")
 
 
+class ThreadsThatHang:
+    """Within it, every thread of the process but the first stands still (ptrace(2), which takes one thread at a time)."""
+    SEIZE, INTERRUPT, DETACH, WALL = 0x4206, 0x4207, 17, 0x40000000
+
+    def __init__(self, process):
+        self.threads = [int(name) for name in os.listdir(f"/proc/{process}/task") if int(name) != process]
+
+    @classmethod
+    def ask(cls, request, thread):
+        libc = ctypes.CDLL(None, use_errno=True)
+        if libc.ptrace(ctypes.c_long(request), ctypes.c_long(thread), None, None) != 0:
+            raise OSError(ctypes.get_errno(), "this machine lets no test hold a thread of its own child (ptrace)")
+
+    def __enter__(self):
+        for thread in self.threads:
+            self.ask(self.SEIZE, thread)
+            self.ask(self.INTERRUPT, thread)
+            os.waitpid(thread, self.WALL)
+        return self
+
+    def __exit__(self, *_):
+        for thread in self.threads:
+            self.ask(self.DETACH, thread)
+
+
 class Watchdog(unittest.TestCase):
-    def test_the_service_manager_is_told_that_the_daemon_lives(self):
+    def test_the_service_manager_is_told_that_the_daemon_lives_for_as_long_as_its_threads_do(self):
         with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
             manager.bind(f"{folder}/notify")
-            manager.settimeout(DEADLINE_S)
             os.environ.update(NOTIFY_SOCKET=f"{folder}/notify", WATCHDOG_USEC="300000")
             try:
                 with Bench() as bench:
-                    told = []
-                    while told.count("WATCHDOG=1") < 3:
-                        self.assertIsNone(bench.daemon.poll())
-                        told.append(manager.recv(1000).decode())
-                    self.assertIn("READY=1", told)
+                    self.assertIn("READY=1", self.told_until_fed(manager, bench))
+                    with ThreadsThatHang(bench.daemon.pid):
+                        self.await_log(manager, bench, "the thread of connections has been at one thing for")
+                        # Before it is said, it is fed no more; what it was fed until then waits in the socket.
+                        while self.told(manager, 0):
+                            pass
+                        self.assertIsNone(self.told(manager, 3), "fed while its threads hang")
+                    self.told_until_fed(manager, bench)
             finally:
                 del os.environ["NOTIFY_SOCKET"], os.environ["WATCHDOG_USEC"]
+
+    @staticmethod
+    def told(manager, patience_s):
+        manager.settimeout(patience_s)
+        try:
+            return manager.recv(1000).decode()
+        except (TimeoutError, BlockingIOError):
+            return None
+
+    def told_until_fed(self, manager, bench):
+        told = []
+        while told.count("WATCHDOG=1") < 3:
+            self.assertIsNone(bench.daemon.poll())
+            told.append(self.told(manager, DEADLINE_S))
+            self.assertIsNotNone(told[-1])
+        return told
+
+    def await_log(self, manager, bench, words):
+        deadline = time.monotonic() + DEADLINE_S
+        while words not in bench.daemon_log():
+            self.assertIsNone(bench.daemon.poll())
+            self.assertLess(time.monotonic(), deadline, bench.daemon_log())
+            self.told(manager, 1)  # the daemon waits for a manager that does not listen
 
 
 class RecordsThatVanish(unittest.TestCase):
