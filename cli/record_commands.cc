@@ -38,19 +38,31 @@ Json ReadOr(const std::filesystem::path& file) {
   }
 }
 
+// What the record says of its outcome; of a run whose daemon is gone nobody has said so in it yet.
+std::string OutcomeIn(const Json& run, bool being_made) {
+  std::string outcome = Text(run, recording::kOutcomeKey);
+  const bool left_alone = outcome == recording::kRunningOutcome && !being_made;
+  return left_alone ? recording::kInterruptedOutcome : outcome;
+}
+
 Json Describe(const recording::RunDirectory& run) {
+  const bool being_made = run.IsBeingMade();  // before it is read
+  const Json description = ReadOr(run.RunJson());
   return {{"run_id", run.run_id()},
           {"record", run.folder().string()},
-          {"run", ReadOr(run.RunJson())},
+          {"outcome", OutcomeIn(description, being_made)},
+          {"run", description},
           {"result", ReadOr(run.ResultJson())},
           {"trace", ReadOr(run.folder() / recording::kTraceJsonName)}};
 }
 
-std::string OutcomeOf(const Json& run) {
+std::string OutcomeOf(const Json& record) {
+  const Json& run = Field(record, "run");
   if (run.is_null()) return "no run.json";
   if (!Text(run, "problem").empty()) return "damaged run.json";
-  const std::string outcome = Text(run, "outcome");
-  // Under way, or the daemon died.
+  const std::string outcome = Text(record, "outcome");
+  if (outcome != Text(run, recording::kOutcomeKey))
+    return outcome + " (its daemon is gone; the next start closes it)";
   return outcome.empty() ? "not closed" : outcome;
 }
 
@@ -75,8 +87,9 @@ std::string ParametersText(const Json& parameters) {
 }
 
 // "aborted: by the operator", once: the message often begins with the outcome.
-std::string OutcomeText(const Json& run) {
-  const std::string outcome = OutcomeOf(run), message = Text(run, "message");
+std::string OutcomeText(const Json& record) {
+  const std::string outcome = OutcomeOf(record);
+  const std::string message = Text(Field(record, "run"), "message");
   if (message.empty() || message.starts_with(outcome)) return message.empty() ? outcome : message;
   return outcome + ": " + message;
 }
@@ -90,7 +103,7 @@ std::string HeadText(const Json& record, const presentation::Terminal& terminal)
     AddRow(rows, "parameters", ParametersText(Field(run, "parameters")));
   }
   AddRow(rows, "began", LocalTime(run));
-  AddRow(rows, "outcome", OutcomeText(run));
+  AddRow(rows, "outcome", OutcomeText(record));
   AddRow(rows, "", Text(run, "problem"));
   AddRow(rows, "stand", Text(Field(run, "stand"), "name"));
   AddRow(rows, "record", Text(record, "record"));
@@ -114,7 +127,7 @@ int Runs(const Options& options) {
   using Kind = presentation::Column::Kind;
   presentation::Table table{{{}, {}, {}, {"", Kind::kNote}}, {}};
   for (const Json& record : list) {
-    table.Add({Text(record, "run_id"), LocalTime(record["run"]), OutcomeOf(record["run"]),
+    table.Add({Text(record, "run_id"), LocalTime(record["run"]), OutcomeOf(record),
                presentation::AnalysisSummary(ReadAnalysis(record["result"]))});
   }
   fmt::print("{}", presentation::RenderText({{std::move(table)}},

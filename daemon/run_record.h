@@ -28,9 +28,8 @@ nlohmann::json DescribeRun(const std::string& run_id, const procedures::Procedur
 void DescribeEnd(nlohmann::json& run, Outcome outcome, const std::string& message,
                  const std::vector<Fault>& failures, const LiveBench* bench, Utime end);
 
-// Of a run that is on, and of one whose daemon ended with it.
-inline constexpr const char* kRunningOutcome = "running";
-inline constexpr const char* kInterruptedOutcome = "interrupted";
+using recording::kInterruptedOutcome;
+using recording::kRunningOutcome;
 // Of an interrupted run: somebody has said (gyrobench reset) that he has heard of it.
 inline constexpr const char* kAcknowledgedKey = "acknowledged";
 // The end of a run whose daemon did not live to describe it. `last`: time of the last event, 0

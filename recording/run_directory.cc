@@ -1,13 +1,18 @@
 #include "recording/run_directory.h"
 
+#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <stdlib.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <thread>
 #include <utility>
 
 #include "base/error.h"
@@ -74,6 +79,33 @@ std::vector<RunDirectory> WithPrefix(const std::vector<RunDirectory>& runs,
   return found;
 }
 
+// Shared by who makes a record, since a file system across the network lets nobody lock a folder
+// for himself: there, readers find that nobody can tell.
+constexpr int kHoldTries = 5;
+constexpr std::chrono::milliseconds kHoldPause{2};
+
+class Folder {
+ public:
+  explicit Folder(const fs::path& path)
+      : fd_(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {}
+  ~Folder() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  const int& fd() const { return fd_; }
+
+ private:
+  const int fd_;
+};
+
+// A record that cannot be held is made all the same.
+std::shared_ptr<const int> Hold(const fs::path& path) {
+  const auto folder = std::make_shared<const Folder>(path);
+  if (folder->fd() >= 0) ::flock(folder->fd(), LOCK_SH | LOCK_NB);
+  return {folder, &folder->fd()};
+}
+
 }  // namespace
 
 void RequireWritable(const fs::path& records) {
@@ -110,7 +142,11 @@ RunDirectory RunDirectory::Create(const fs::path& records, std::string_view proc
   const std::string base = RunIdFor(procedure, start);
   for (int i = 1; i <= kMaxSameName; ++i) {
     const std::string run_id = i == 1 ? base : fmt::format("{}-{:02}", base, i);
-    if (fs::create_directory(records / run_id, error)) return {run_id, records / run_id};
+    if (fs::create_directory(records / run_id, error)) {
+      RunDirectory made(run_id, records / run_id);
+      made.hold_ = Hold(made.folder_);
+      return made;
+    }
     if (error) {
       throw DataError(fmt::format(
           "{}: a record cannot be made here: {}; give this user the right to write to the folder, "
@@ -120,6 +156,18 @@ RunDirectory RunDirectory::Create(const fs::path& records, std::string_view proc
   }
   throw DataError(fmt::format("{}: {} and {} more of that name exist already", records.string(),
                               base, kMaxSameName - 1));
+}
+
+bool RunDirectory::IsBeingMade() const {
+  const Folder folder(folder_);
+  if (folder.fd() < 0) return true;
+  for (int tries = 0; tries < kHoldTries; ++tries) {
+    if (::flock(folder.fd(), LOCK_EX | LOCK_NB) == 0) return false;  // let go when it is closed
+    if (errno != EWOULDBLOCK) return true;
+    // Another reader that is asking this very moment, or who makes it.
+    std::this_thread::sleep_for(kHoldPause);
+  }
+  return true;
 }
 
 RunDirectory RunDirectory::Open(const fs::path& folder) {

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
@@ -27,6 +28,10 @@ inline constexpr const char* kReportName = "report.html";
 
 // Keys of run.json that several read.
 inline constexpr const char* kRunIdKey = "run_id";
+inline constexpr const char* kOutcomeKey = "outcome";
+// Outcomes of a run that is on, and of one whose daemon ended with it.
+inline constexpr const char* kRunningOutcome = "running";
+inline constexpr const char* kInterruptedOutcome = "interrupted";
 inline constexpr const char* kStartUtimeKey =
     "start_utime";                               // integer, microseconds since the epoch
 inline constexpr const char* kSaidKey = "said";  // by the procedure: a list of {t_s, text}
@@ -52,6 +57,10 @@ class RunDirectory {
 
   const std::string& run_id() const { return run_id_; }
   const std::filesystem::path& folder() const { return folder_; }
+  // Whether a process lives that has it of Create: so a record that says `running` is told from one
+  // whose daemon is gone, as long as it is asked before the record is read. True as well where the
+  // file system cannot tell.
+  bool IsBeingMade() const;
   std::filesystem::path EventLog() const { return folder_ / kEventLogName; }
   std::filesystem::path RunJson() const { return folder_ / kRunJsonName; }
   std::filesystem::path ResultJson() const { return folder_ / kResultJsonName; }
@@ -65,6 +74,7 @@ class RunDirectory {
   RunDirectory(std::string run_id, std::filesystem::path folder);
   std::string run_id_;
   std::filesystem::path folder_;
+  std::shared_ptr<const int> hold_;  // of who makes it: the kernel lets go however the process ends
 };
 
 // A key that is absent or null leaves its fact empty; a value of another kind, or a time that no

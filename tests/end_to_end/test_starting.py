@@ -143,13 +143,19 @@ class Found(unittest.TestCase):
             while bench.status()["run"]["elapsed_s"] < begin + 30:  # its log is synced once a second
                 self.assertIsNone(bench.daemon.poll())
             run_id = bench.status()["run"]["run_id"]
+            self.assertRegex(bench.run("runs").stdout, f"{run_id} .* running *\\n")
             bench.daemon.kill()
             bench.daemon.wait(DEADLINE_S)
             record = bench.newest_record()
+            gone = "interrupted (its daemon is gone; the next start closes it)"
+            self.assertIn(gone, bench.run("runs").stdout)
+            self.assertIn(gone, " ".join(bench.run("show", record).stdout.split()))
+            self.assertEqual(bench.json("runs")["runs"][0]["outcome"], "interrupted")
             self.assertEqual(json.loads((record / "run.json").read_text())["outcome"], "running")
             bench.start()
             run = json.loads((record / "run.json").read_text())
             self.assertEqual(run["outcome"], "interrupted")
+            self.assertNotIn("its daemon is gone", bench.run("runs").stdout)
             self.assertGreater(run["end_utime"], run["start_utime"])
             self.assertIn(run_id, bench.daemon_log())
             self.assertEqual(bench.run("analyze", record).returncode, 0)

@@ -63,6 +63,27 @@ TEST(RunDirectory, ADiskNearlyFullIsAnErrorThatSaysHowMuchIsFree) {
   EXPECT_TRUE(Files(folder / "r").empty());
 }
 
+// What a killed daemon left is told from what a living one makes.
+TEST(RunDirectory, IsBeingMadeForAsLongAsItsMakerLives) {
+  const TemporaryFolder folder;
+  auto made = std::make_unique<RunDirectory>(RunDirectory::Create(folder.path(), "scale", kStart));
+  made->WriteRun({{kOutcomeKey, kRunningOutcome}});
+  const RunDirectory seen = RunDirectory::Open(made->folder());
+  EXPECT_TRUE(seen.IsBeingMade());
+  const RunDirectory copy = *made;
+  made.reset();
+  EXPECT_TRUE(copy.IsBeingMade());
+  EXPECT_TRUE(seen.IsBeingMade());
+}
+
+TEST(RunDirectory, IsNotBeingMadeOnceItsMakerIsGone) {
+  const TemporaryFolder folder;
+  const fs::path record = RunDirectory::Create(folder.path(), "scale", kStart).folder();
+  WriteFile(record / "run.json", "{}");
+  EXPECT_FALSE(RunDirectory::Open(record).IsBeingMade());
+  EXPECT_FALSE(RunDirectory::Open(record).IsBeingMade()) << "a reader holds nothing";
+}
+
 TEST(RunDirectory, JsonIsReplacedWholeAndLeavesNoOtherFile) {
   const TemporaryFolder folder;
   const RunDirectory run = RunDirectory::Create(folder.path(), "scale", kStart);
