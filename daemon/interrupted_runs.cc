@@ -50,6 +50,16 @@ std::optional<InterruptedRun> CloseIfInterrupted(const recording::RunDirectory& 
   return found;
 }
 
+std::string SinceThen(const config::AxisConfig& axis, double now_deg,
+                      std::optional<double> then_deg) {
+  if (!then_deg) return ", and the record does not say where it stood";
+  const double moved_deg = now_deg - *then_deg;
+  if (std::abs(moved_deg) <= axis.following_error_deg) return ", where the record left it";
+  return fmt::format(
+      " and was at {:.3f} deg when it was recorded last: it moved by {:.3f} deg since", *then_deg,
+      moved_deg);
+}
+
 }  // namespace
 
 std::vector<InterruptedRun> CloseInterruptedRuns(const std::filesystem::path& records) {
@@ -84,26 +94,21 @@ std::string DescribeInterruption(const InterruptedRun& run, const config::StandC
       "run {} was on when the daemon before this one ended{}: its record is closed as interrupted, "
       "and holds what was measured until then",
       run.directory.run_id(), run.last == 0 ? "" : " (last event " + IsoTime(run.last) + ")");
+  if (stand.virtual_stand) {
+    text +=
+        ". The virtual stand begins anew with each daemon: where its axes stand now says nothing "
+        "of where that run left them";
+  }
   for (const config::AxisConfig& axis : stand.axes) {
     const auto now = now_deg.find(axis.name);
     const auto then = run.angle_deg.find(axis.name);
-    text += fmt::format(". axis.{} ", axis.name);
-    if (now == now_deg.end() || !now->second) {
-      text += "does not say where it is";
-      continue;
-    }
-    text += fmt::format("stands at {:.3f} deg", *now->second);
-    if (then == run.angle_deg.end()) {
-      text += ", and the record does not say where it stood";
-      continue;
-    }
-    const double moved_deg = *now->second - then->second;
-    text += std::abs(moved_deg) <= axis.following_error_deg
-                ? std::string(", where the record left it")
-                : fmt::format(
-                      " and was at {:.3f} deg when it was recorded last: it moved by {:.3f} "
-                      "deg since",
-                      then->second, moved_deg);
+    const bool known = now != now_deg.end() && now->second;
+    text += fmt::format(". axis.{} {}", axis.name,
+                        known ? fmt::format("stands at {:.3f} deg", *now->second)
+                              : std::string("does not say where it is"));
+    if (known && !stand.virtual_stand)
+      text += SinceThen(axis, *now->second,
+                        then == run.angle_deg.end() ? std::nullopt : std::optional(then->second));
   }
   return text;
 }

@@ -166,6 +166,8 @@ class Found(unittest.TestCase):
                 self.assertEqual(status["state"], "fault")
                 self.assertIn(run_id, status["fault"]["message"])
                 self.assertRegex(status["fault"]["message"], r"axis\.inner stands at -?[\d.]+ deg")
+                self.assertIn("The virtual stand begins anew", status["fault"]["message"])
+                self.assertNotIn("moved by", status["fault"]["message"])
                 self.assertIn("axis.inner: at", "\n".join(status["fault"]["left"]))
                 refused = bench.run("run", "turn")
                 self.assertEqual(refused.returncode, 1)
