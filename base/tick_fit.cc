@@ -7,7 +7,9 @@ namespace gyrobench {
 TickFit::TickFit(double memory_s) : memory_s_(memory_s) {}
 
 void TickFit::Add(const TickPair& pair) {
-  if (count_ == 0) {
+  if (count_ > 0 && pair.tick_s < last_tick_) BeginAnew();
+  if (!(weight_ > 0.0)) {
+    ++lines_;
     tick0_ = pair.tick_s;
     host0_ = pair.host_s;
     last_tick_ = pair.tick_s;
@@ -19,6 +21,7 @@ void TickFit::Add(const TickPair& pair) {
   // are kept.
   const double offset = (pair.host_s - host0_) - tick;
   weight_ *= keep;
+  all_weight_ *= keep;
   s_tt_ *= keep;
   s_to_ *= keep;
   s_oo_ *= keep;
@@ -32,6 +35,7 @@ void TickFit::Add(const TickPair& pair) {
   mean_tick_ += d_tick / weight;
   mean_offset_ += d_offset / weight;
   weight_ = weight;
+  all_weight_ += 1.0;
   ++count_;
 }
 
@@ -45,15 +49,15 @@ double TickFit::HostTime(double tick_s) const {
 double TickFit::ratio() const { return s_tt_ > 0 ? 1.0 + s_to_ / s_tt_ : kMissing; }
 
 double TickFit::residual_rms_s() const {
-  if (count_ < 3 || !(s_tt_ > 0)) return kMissing;
+  if (count_ < lines_ + 2 || !(s_tt_ > 0)) return kMissing;
   const double sum = std::fmax(0.0, s_oo_ - s_to_ * s_to_ / s_tt_);
-  return std::sqrt(sum / weight_);
+  return std::sqrt(sum / all_weight_);
 }
 
 double TickFit::ratio_std_error() const {
-  if (count_ < 3 || !(s_tt_ > 0) || std::isfinite(memory_s_)) return kMissing;
+  if (count_ < lines_ + 2 || !(s_tt_ > 0) || std::isfinite(memory_s_)) return kMissing;
   const double sum = std::fmax(0.0, s_oo_ - s_to_ * s_to_ / s_tt_);
-  return std::sqrt(sum / (static_cast<double>(count_) - 2.0) / s_tt_);
+  return std::sqrt(sum / static_cast<double>(count_ - lines_ - 1) / s_tt_);
 }
 
 }  // namespace gyrobench

@@ -158,7 +158,10 @@ class Collector::Impl {
     reported_.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
   }
 
-  void ForgetPowerOn() { info_.power_on.clear(); }
+  void BeginPowerOn() {
+    info_.power_on.clear();
+    ticks_.BeginAnew();
+  }
 
   Recording Take() const;
 
@@ -437,9 +440,9 @@ void Collector::OnOrientation(const OrientationSample& sample) {
 void Collector::OnTickPair(const TickPair& pair) { impl_->Tick(pair); }
 void Collector::OnSegment(const SegmentMark& /*mark*/) {}
 // A unit that restarted in the middle may have switched the sensor off as well: what is measured
-// then shares no zero-rate offset with what lies before and after.
+// then shares no zero-rate offset with what lies before and after, and its tick counts anew.
 void Collector::OnDefect(const Defect& defect) {
-  if (defect.kind == kUnitRestarted) impl_->ForgetPowerOn();
+  if (defect.kind == kUnitRestarted) impl_->BeginPowerOn();
   impl_->Defect(defect);
 }
 Recording Collector::Take() const { return impl_->Take(); }

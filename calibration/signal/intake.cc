@@ -67,6 +67,13 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
           "whole turns were added, so that it runs on",
           defect.count, defect.first_t_s));
     }
+    if (defect.kind == kUnitRestarted) {
+      remarks.push_back(fmt::format(
+          "the gyro's unit started anew within the measurement ({} times, first at {:.1f} s), and "
+          "its zero-rate offset may be another one since: what is said of the offset is of both "
+          "parts together, and its error is too small where they differ. Measure again",
+          defect.count, defect.first_t_s));
+    }
     if (defect.kind != "unsigned_counts") continue;
     const bool accel = defect.where.starts_with("accel");
     remarks.push_back(fmt::format(

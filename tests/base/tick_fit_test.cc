@@ -70,6 +70,26 @@ TEST(TickFit, WithForgettingItFollowsAClockThatDrifts) {
   EXPECT_TRUE(std::isnan(forgetting.ratio_std_error()));
 }
 
+// As without the start in between, within what two lines know less than one.
+TEST(TickFit, AUnitThatBeginsAnewIsOnAnotherLineOfTheSameRatio) {
+  double sum = 0.0;
+  constexpr int kSeeds = 400;
+  for (unsigned seed = 0; seed < kSeeds; ++seed) {
+    TickFit fit;
+    for (const TickPair& pair : Line(0.9975, 5.0, 3e-4, 100, seed)) fit.Add(pair);
+    for (TickPair pair : Line(0.9975, 5.0, 3e-4, 100, kSeeds + seed)) {
+      pair.tick_s -= 1000.0;  // the tick goes back by itself, the host's clock does not
+      pair.host_s += 20.0;
+      fit.Add(pair);
+    }
+    EXPECT_NEAR(fit.residual_rms_s(), 3e-4, 1e-4);
+    EXPECT_NEAR(fit.HostTime(7.0), 5.0 + 0.9975 * 1007.0 + 20.0, 1e-3);
+    const double z = (fit.ratio() - 0.9975) / fit.ratio_std_error();
+    sum += z * z;
+  }
+  EXPECT_NEAR(sum / kSeeds, 1.0, 0.25);
+}
+
 TEST(TickFit, DoesNotDependOnWhereTimeBegins) {
   TickFit near;
   TickFit far;

@@ -1,5 +1,7 @@
 // What intake says of sound samples of every kind of sensor, and of unsound ones: saturation and
 // freezes are found where they are, and nothing that was measured is called one.
+#include "calibration/signal/intake.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -366,8 +368,17 @@ TEST(Recording, InWhichTheUnitStartedAnewBelongsToNoOnePowerOn) {
   Collector collector;
   collector.OnInfo(info);
   EXPECT_EQ(collector.Take().info.power_on, "A");
+  for (int i = 0; i < 9; ++i) collector.OnTickPair({40.0 + i, 1.002 * i});
   collector.OnDefect({kUnitRestarted, 1, 7.0, ""});
-  EXPECT_EQ(collector.Take().info.power_on, "");
+  for (int i = 0; i < 9; ++i) collector.OnTickPair({60.0 + i, 100.0 + 1.002 * i});
+  const Recording recording = collector.Take();
+  EXPECT_EQ(recording.info.power_on, "");
+  EXPECT_NEAR(recording.ticks.ratio(), 1.002, 1e-12) << "of either part, and not across both";
+  const std::vector<std::string> remarks = calibration::IntakeRemarks(recording);
+  ASSERT_EQ(remarks.size(), 1u);
+  EXPECT_NE(remarks[0].find("started anew within the measurement (1 times, first at 7.0 s)"),
+            std::string::npos)
+      << remarks[0];
 }
 
 }  // namespace

@@ -97,6 +97,12 @@ class PowerOn(unittest.TestCase):
             defects = bench.json("trace", within)["inputs"][0]["defects"]
             self.assertIn("unit_restarted", [defect["kind"] for defect in defects])
             self.assertFalse([line for line in table_of(bench, within)[0] if "power_on" in line])
+            # It is said, and the unit's clock is as well known as without: not compared across the start.
+            self.assertIn("started anew within the measurement", json.dumps(bench.json("trace", within)["remarks"]))
+            results = [json.loads((record / "result.json").read_text()) for record in (before, within)]
+            self.assertIn("started anew within the measurement", json.dumps(results[1]["remarks"]))
+            clean, restarted = [result["scale"][0]["alpha_std_error"] for result in results]
+            self.assertLess(restarted, 3 * clean)
             self.assertIn(["zero_rate_offset_run_1", "zero_rate_offset_run_2"],
                           self.offsets(bench, before, after))
 
