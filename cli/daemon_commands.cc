@@ -137,7 +137,9 @@ std::string StatusText(const Json& status, const presentation::Terminal& termina
                                BenchText(status)});
   const Json& fault = Field(status, "fault");
   if (fault.is_object()) {
-    rows.push_back({"fault", terminal.Red(Text(fault, "source") + ": " + Text(fault, "message"))});
+    const std::string source = Text(fault, "source"), message = Text(fault, "message");
+    const bool named = message.starts_with(source);
+    rows.push_back({"fault", terminal.Red(named ? message : source + ": " + message)});
     for (const Json& left : Field(fault, "left")) {
       if (left.is_string()) rows.push_back({"", "left: " + left.get<std::string>()});
     }

@@ -368,18 +368,18 @@ void Acquisition::PostClearAlarms() {
 }
 
 // All are told before any is waited for.
-void Acquisition::StopAll(Clock::Participant& caller) {
+std::vector<Fault> Acquisition::TryStopAll(Clock::Participant& caller) {
   struct Outcome {
     std::mutex mutex;  // held while notifying, so that the caller is still there
     std::size_t left = 0;
-    Fault failed;
+    std::vector<Fault> failed;
   };
   const auto outcome = std::make_shared<Outcome>();
   outcome->left = axes_.size();
   for (AxisUnit* axis : MostUrgentFirst()) {
-    PostStop(*axis, "", [outcome, &caller](const std::exception* error) {
+    PostStop(*axis, "", [outcome, &caller, axis](const std::exception* error) {
       const std::lock_guard lock(outcome->mutex);
-      if (error != nullptr) AddTo(outcome->failed, *error);
+      if (error != nullptr) outcome->failed.push_back(FaultOf("axis." + axis->name(), *error));
       --outcome->left;
       caller.Notify();
     });
@@ -389,8 +389,14 @@ void Acquisition::StopAll(Clock::Participant& caller) {
     return outcome->left == 0;
   };
   while (!all_done()) caller.WaitUntil(kForever);
-  if (const Fault& failed = outcome->failed; !failed.message.empty())
-    throw DeviceError(failed.message, failed.failure);
+  return outcome->failed;
+}
+
+void Acquisition::StopAll(Clock::Participant& caller) {
+  Fault all;
+  for (const Fault& failed : TryStopAll(caller))
+    AddTo(all, DeviceError(failed.message, failed.failure));
+  if (!all.message.empty()) throw DeviceError(all.message, all.failure);
 }
 
 }  // namespace gyrobench::daemon

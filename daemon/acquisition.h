@@ -82,7 +82,9 @@ class Acquisition {
   // The same of a run that waits for a device: a drive that is silent is stopped when it is opened
   // again.
   void PostStopWhatAnswers();
-  // Stops all axes, waits for the drives' answers. What failed is thrown after all were tried.
+  // Stops all axes, waits for the drives' answers. What failed is returned, or thrown as one, after
+  // all were tried.
+  std::vector<Fault> TryStopAll(Clock::Participant& caller);
   void StopAll(Clock::Participant& caller);
   // What is beyond a limit and was told is told once more; does not wait.
   void PostRearm();

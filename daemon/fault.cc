@@ -56,11 +56,25 @@ json ToJson(const LastSamples& samples) {
 }  // namespace
 
 void AddTo(Fault& fault, const std::exception& error) {
-  fault.message += (fault.message.empty() ? "" : "; ") + std::string(error.what());
+  const std::string what = error.what();
+  if (fault.message.find(what) == std::string::npos)
+    fault.message += (fault.message.empty() ? "" : "; ") + what;
   const auto* device = dynamic_cast<const DeviceError*>(&error);
   if (device != nullptr && fault.failure.device.empty()) fault.failure = device->failure();
   const auto* ours = dynamic_cast<const Error*>(&error);
   if (ours != nullptr && !fault.place) fault.place = ours->place();
+}
+
+std::string TextOf(const std::string& source, const std::string& message) {
+  return message.starts_with(source) ? message : source + ": " + message;
+}
+
+bool HaveSameCause(const Fault& one, const Fault& other) {
+  if (one.message == other.message) return true;
+  const DeviceFailure &a = one.failure, &b = other.failure;
+  return !a.device.empty() && a.device == b.device &&
+         a.code_kind != DeviceFailure::CodeKind::kNone && a.code_kind == b.code_kind &&
+         a.code == b.code;
 }
 
 Fault FaultOf(const std::string& source, const std::exception& error) {

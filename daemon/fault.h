@@ -44,9 +44,16 @@ using FaultHandler = std::function<void(const Fault&)>;
 
 // With the fields that the error has.
 Fault FaultOf(const std::string& source, const std::exception& error);
-// One more thing that went wrong by the same cause: its words are added, and the fields of the
-// first error that had any are kept.
+// One more thing that went wrong by the same cause: its words are added where they are not there
+// yet, and the fields of the first error that had any are kept.
 void AddTo(Fault& fault, const std::exception& error);
+
+// "record: the disk is full", "axis.inner drive: no answer": its source and what happened, without
+// the source where the words begin with it.
+std::string TextOf(const std::string& source, const std::string& message);
+inline std::string TextOf(const Fault& fault) { return TextOf(fault.source, fault.message); }
+// Whether one device failed in the same way, at whatever it was asked.
+bool HaveSameCause(const Fault& one, const Fault& other);
 
 // {"source", "message", "device", "script", "last_samples", "left"}; device, script and samples are
 // null where nothing is known.
@@ -59,8 +66,7 @@ nlohmann::json ToJson(const std::optional<ScriptPlace>& place);
 // The bench is broken: thrown inside a run when a fault was reported.
 class FaultError : public Error {
  public:
-  explicit FaultError(Fault fault)
-      : Error(fault.source + ": " + fault.message), fault_(std::move(fault)) {}
+  explicit FaultError(Fault fault) : Error(TextOf(fault)), fault_(std::move(fault)) {}
   const Fault& fault() const { return fault_; }
 
  private:

@@ -154,7 +154,7 @@ void LiveBench::Interrupt(const Fault& silent) {
   const double begin_s = ElapsedS();
   const std::string outputs = fmt::format("{}", fmt::join(switched_on_, " and "));
   run_t suspend = Message(run_t::SUSPEND);
-  suspend.text = silent.source + ": " + silent.message;
+  suspend.text = TextOf(silent);
   if (!outputs.empty()) suspend.text += "; meanwhile switched off: " + outputs;
   context_.telemetry.Send(suspend);
   progress_.message = "suspended: " + suspend.text;

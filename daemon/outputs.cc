@@ -1,8 +1,11 @@
 #include "daemon/outputs.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 
@@ -111,7 +114,11 @@ void Outputs::Switch(Clock::Participant& caller, const std::string& output, bool
 }
 
 std::optional<Fault> Outputs::TryAllOff() {
-  std::optional<Fault> fault;
+  struct Failed {
+    std::vector<std::string> outputs;  // for the same reason
+    Fault why;
+  };
+  std::vector<Failed> all;
   for (auto it = config_.channels.rbegin(); it != config_.channels.rend(); ++it) {
     const std::string& output = it->first;
     worker_.LetUrgentPass();
@@ -119,11 +126,23 @@ std::optional<Fault> Outputs::TryAllOff() {
       SwitchOffHere(output);
     } catch (const Error& error) {
       const Fault why = FaultOf("relays", error);
-      const std::string message = fmt::format(
-          "the {} cannot be switched off, disconnect it by hand: {}", output, why.message);
-      if (!fault) fault = Fault{"relays", ""};
-      AddTo(*fault, DeviceError(message, why.failure));
+      const auto alike = std::ranges::find_if(
+          all, [&why](const Failed& before) { return HaveSameCause(before.why, why); });
+      if (alike != all.end()) {
+        alike->outputs.push_back(output);
+      } else {
+        all.push_back({{output}, why});
+      }
     }
+  }
+  if (all.empty()) return std::nullopt;
+  Fault fault{"relays", ""};
+  for (const Failed& failed : all) {
+    AddTo(fault,
+          DeviceError(fmt::format("the {} cannot be switched off, disconnect {} by hand: {}",
+                                  fmt::join(failed.outputs, " and the "),
+                                  failed.outputs.size() > 1 ? "them" : "it", failed.why.message),
+                      failed.why.failure));
   }
   return fault;
 }

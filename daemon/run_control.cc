@@ -175,7 +175,7 @@ void RunControl::RequireReady() const {
 void RunControl::RequireReadyLocked() const {
   if (stopped_for_good_) throw StateError("the daemon is ending: no run begins any more");
   if (fault_) {
-    throw StateError("a fault is latched (" + fault_->source + ": " + fault_->message +
+    throw StateError("a fault is latched (" + TextOf(*fault_) +
                      "). When its cause is removed: gyrobench reset");
   }
   if (waiter_ != nullptr) throw StateError("a run is on already; see: gyrobench status");

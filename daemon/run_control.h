@@ -26,8 +26,7 @@ class StateError : public Error {
 // A device fell silent, and the command under way is to be made again when it is back.
 class Suspended : public Error {
  public:
-  explicit Suspended(Fault fault)
-      : Error(fault.source + ": " + fault.message), fault_(std::move(fault)) {}
+  explicit Suspended(Fault fault) : Error(TextOf(fault)), fault_(std::move(fault)) {}
   const Fault& fault() const { return fault_; }
 
  private:

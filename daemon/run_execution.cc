@@ -25,7 +25,6 @@ constexpr double kTickFitSpan_s = 20.0;
 constexpr Utime kTickFitPatience = 120 * kMicrosecondsPerSecond;
 // Samples of the last moment are still in the unit's ring when a run ends.
 constexpr Utime kDrain = kMicrosecondsPerSecond / 2;
-constexpr Utime kStopPatience = 10 * kMicrosecondsPerSecond;
 constexpr double kMostWaitForClock_s = 600.0;
 
 // Of what no program can switch off.
@@ -130,7 +129,8 @@ void RunExecution::RunProcedure() {
     start_ = start;
     view_.progress = {};
   }
-  missed_before_ = context_.acquisition.Sensor().missed;
+  const SensorView sensor = context_.acquisition.Sensor();
+  missed_before_ = sensor.missed;
   BeginRecord(start);
   MakeBench(start);
   try {
@@ -215,55 +215,6 @@ void RunExecution::BeginRecord(Utime start) {
   message.record = directory_.folder().string();
   message.remaining_s = plan_.expected_duration_s;
   context_.telemetry.Send(message);
-}
-
-void RunExecution::WaitForStandstill(const std::string& axis) {
-  const Utime deadline = context_.clock.Now() + kStopPatience;
-  while (context_.acquisition.ReadDriveNow(*participant_, axis).moving) {
-    if (context_.clock.Now() > deadline) {
-      throw DeviceError(
-          "axis." + axis + ": the drive still moves after a quick stop: use the emergency stop",
-          {.device = "axis." + axis, .action = "quick stop"});
-    }
-    context_.control.Wait(context_.clock, context_.clock.Now() + kMicrosecondsPerSecond / 20);
-  }
-}
-
-void RunExecution::AddFault(Ending& ending, Fault fault) {
-  if (fault.samples.axes.empty()) fault.samples = context_.acquisition.Last();
-  context_.on_fault(fault);
-  ending.outcome = Outcome::kFault;
-  ending.message +=
-      fmt::format("{}{}: {}", ending.message.empty() ? "" : "; ", fault.source, fault.message);
-  ending.failures.push_back(std::move(fault));
-}
-
-// Every axis is tried, whatever the others do.
-void RunExecution::StopMotion(Ending& ending) {
-  Fault failed{"stop", ""};
-  const auto attempt = [&failed](const auto& action) {
-    try {
-      action();
-    } catch (const Error& error) {
-      AddTo(failed, error);
-    }
-  };
-  attempt([&] { context_.acquisition.StopAll(*participant_); });
-  for (const config::AxisConfig& axis : context_.stand.axes) {
-    attempt([&] { WaitForStandstill(axis.name); });
-  }
-  if (!failed.message.empty()) AddFault(ending, std::move(failed));
-}
-
-// However a run ends, nothing of the stand heats behind it.
-void RunExecution::SwitchOff(Ending& ending) {
-  Outputs* outputs = context_.acquisition.outputs();
-  if (outputs == nullptr) return;
-  try {
-    outputs->AllOff(*participant_);
-  } catch (const Error& error) {
-    AddFault(ending, FaultOf("relays", error));
-  }
 }
 
 RunExecution::Ending RunExecution::RunToItsEnd() {
@@ -351,7 +302,7 @@ void RunExecution::Finish(Ending& ending) {
     AddFault(ending, *fault);
   }
   const Utime end = context_.clock.Now();
-  TellLostSamples(ending);
+  TellOfGyro(ending);
   const Results results = Evaluate(ending, end);
   run_t stop{};
   stop.utime = end;
@@ -372,18 +323,6 @@ void RunExecution::Finish(Ending& ending) {
   stop.outcome = Name(ending.outcome);
   stop.text = ending.message;
   Attempt(ending, [&] { context_.telemetry.PublishOnly(stop); });
-}
-
-// A daemon that the machine starved, a bus that is too slow: the run may be as good, and is marked.
-void RunExecution::TellLostSamples(Ending& ending) {
-  const std::int64_t lost = context_.acquisition.Sensor().missed - missed_before_;
-  if (lost <= 0) return;
-  const std::string text = fmt::format(
-      "{} samples of the gyro were lost: its unit overwrote them before they were read. "
-      "Was the daemon kept from running, or the unit silent?",
-      lost);
-  ending.message += (ending.message.empty() ? "" : "; ") + text;
-  if (bench_) Attempt(ending, [&] { bench_->Say(text); });
 }
 
 RunExecution::Results RunExecution::Evaluate(Ending& ending, Utime end) {

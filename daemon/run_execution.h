@@ -112,7 +112,7 @@ class RunExecution {
   // Closes the record: each part of it is tried, whatever becomes of the others, and how the run
   // ended is told last.
   void Finish(Ending& ending);
-  void TellLostSamples(Ending& ending);
+  void TellOfGyro(Ending& ending);
   // Results that cannot be make an error of a run that was done.
   Results Evaluate(Ending& ending, Utime end);
   void WriteFiles(Ending& ending, const Results& results, Utime end);
@@ -129,6 +129,7 @@ class RunExecution {
   const std::optional<ResumedRun> resumed_;
   nlohmann::json description_;
   std::string power_on_at_begin_;
+  // Of the gyro when the measurement began.
   std::int64_t missed_before_ = std::numeric_limits<std::int64_t>::max();
   std::unique_ptr<LiveBench> bench_;
   mutable std::mutex mutex_;  // guards what follows

@@ -76,9 +76,9 @@ void StatusPublisher::CareForRecord() {
 }
 
 std::string StatusPublisher::WhatToKnow() const {
-  if (const auto fault = control_.fault()) return fault->source + ": " + fault->message;
+  if (const auto fault = control_.fault()) return TextOf(*fault);
   for (const DeviceStatus& device : acquisition_.Devices()) {
-    if (!device.ok) return device.name + ": " + device.message;
+    if (!device.ok) return TextOf(device.name, device.message);
   }
   return publisher_.health();
 }

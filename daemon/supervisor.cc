@@ -11,7 +11,7 @@
 namespace gyrobench::daemon {
 
 void Supervisor::Report(const Fault& fault) {
-  spdlog::error("fault: {}: {}", fault.source, fault.message);
+  spdlog::error("fault: {}", TextOf(fault));
   const std::lock_guard lock(mutex_);
   context_.control.Report(fault);
   // Within a run, once all is stopped.
@@ -32,7 +32,7 @@ void Supervisor::FellSilent(const Fault& fault) {
   acquisition_->PostStopWhatAnswers();
   if (Outputs* outputs = acquisition_->outputs()) outputs->PostAllOff();
   if (!suspended) return Report(fault);
-  spdlog::warn("run suspended: {}: {}", fault.source, fault.message);
+  spdlog::warn("run suspended: {}", TextOf(fault));
   context_.on_change();
 }
 

@@ -55,6 +55,14 @@ TEST(Fault, OfSeveralErrorsHasAllWordsAndTheFirstFields) {
   EXPECT_EQ(fault.failure.device, "axis.outer drive");
 }
 
+TEST(Fault, SaysNothingTwice) {
+  Fault fault{"axis.inner", ""};
+  AddTo(fault, DeviceError("axis.inner drive: no answer", {.device = "axis.inner drive"}));
+  AddTo(fault, DeviceError("axis.inner drive: no answer", {.device = "axis.inner drive"}));
+  EXPECT_EQ(TextOf(fault), "axis.inner drive: no answer");
+  EXPECT_EQ(TextOf("record", "the disk is full"), "record: the disk is full");
+}
+
 // The nearest to the cause knows best.
 TEST(Error, KeepsTheFirstPlaceThatItWasGiven) {
   DataError error("disk full");

@@ -222,6 +222,22 @@ TEST_F(RunEngineTest, ARunThatLostSamplesSaysHowMany) {
   EXPECT_EQ(RunFileOf(run)["message"], run.progress.message);
 }
 
+TEST_F(RunEngineTest, AFaultSaysEachCauseOnce) {
+  bench_.Script("turn", kTurn);
+  bench_.engine->Start("turn", {});
+  ASSERT_TRUE(bench_.InnerTurns());
+  bench_.devices.drives.at("inner")->faults().fields = {
+      .device = "axis.inner drive",
+      .action = "status",
+      .code_kind = DeviceFailure::CodeKind::kSystemError,
+      .code = 110};
+  bench_.devices.drives.at("inner")->faults().FailAlways("axis.inner drive: no answer");
+  const std::string message = bench_.Ended().progress.message;
+  EXPECT_THAT(message, testing::StartsWith("axis.inner drive: no answer The run was suspended"));
+  EXPECT_THAT(message, testing::EndsWith("; stop: an axis may not have been stopped: axis.inner "
+                                         "drive: status: for the same reason"));
+}
+
 TEST_F(RunEngineTest, ADryRunMovesNothing) {
   bench_.Script("turn", kTurn);
   const procedures::Plan plan = bench_.engine->Check("turn", {});
