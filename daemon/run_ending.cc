@@ -97,6 +97,12 @@ void RunExecution::TellOfGyro(Ending& ending) {
     if (bench_) Attempt(ending, [&] { bench_->Say(text); });
   };
   const SensorView sensor = context_.acquisition.Sensor();
+  if (const int starts = sensor.starts - starts_before_; starts > 0) {
+    tell(fmt::format(
+        "the gyro's unit started anew within the run ({}), and its zero-rate offset may be "
+        "another one since. Look at its supply, and measure again",
+        starts == 1 ? std::string("once") : fmt::format("{} times", starts)));
+  }
   if (const std::int64_t lost = sensor.missed - missed_before_; lost > 0) {
     tell(fmt::format(
         "{} samples of the gyro were lost: its unit overwrote them before they were read. "

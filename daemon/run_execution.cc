@@ -131,6 +131,7 @@ void RunExecution::RunProcedure() {
   }
   const SensorView sensor = context_.acquisition.Sensor();
   missed_before_ = sensor.missed;
+  starts_before_ = sensor.starts;
   BeginRecord(start);
   MakeBench(start);
   try {

@@ -131,6 +131,7 @@ class RunExecution {
   std::string power_on_at_begin_;
   // Of the gyro when the measurement began.
   std::int64_t missed_before_ = std::numeric_limits<std::int64_t>::max();
+  int starts_before_ = std::numeric_limits<int>::max();
   std::unique_ptr<LiveBench> bench_;
   mutable std::mutex mutex_;  // guards what follows
   RunView view_;

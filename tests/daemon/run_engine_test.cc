@@ -222,6 +222,20 @@ TEST_F(RunEngineTest, ARunThatLostSamplesSaysHowMany) {
   EXPECT_EQ(RunFileOf(run)["message"], run.progress.message);
 }
 
+// Its supply broke down for an instant: too short to be missed.
+TEST_F(RunEngineTest, ARunInWhichTheGyroStartedAnewSaysSo) {
+  bench_.Script("rests", "bench.rest{ duration_s=30 }");
+  bench_.devices.gyro->Restart();  // before the run
+  bench_.Wait(5.0);
+  bench_.engine->Start("rests", {});
+  bench_.Wait(40.0);
+  bench_.devices.gyro->Restart();
+  const RunView run = bench_.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kDone);
+  EXPECT_THAT(run.progress.message, HasSubstr("started anew within the run (once)"));
+  EXPECT_EQ(RunFileOf(run)["message"], run.progress.message);
+}
+
 TEST_F(RunEngineTest, AFaultSaysEachCauseOnce) {
   bench_.Script("turn", kTurn);
   bench_.engine->Start("turn", {});

@@ -98,6 +98,7 @@ class PowerOn(unittest.TestCase):
             self.assertIn("unit_restarted", [defect["kind"] for defect in defects])
             self.assertFalse([line for line in table_of(bench, within)[0] if "power_on" in line])
             # It is said, and the unit's clock is as well known as without: not compared across the start.
+            self.assertIn("started anew within the run (once)", run_json(within)["message"])
             self.assertIn("started anew within the measurement", json.dumps(bench.json("trace", within)["remarks"]))
             results = [json.loads((record / "result.json").read_text()) for record in (before, within)]
             self.assertIn("started anew within the measurement", json.dumps(results[1]["remarks"]))
