@@ -15,6 +15,7 @@
 #include "calibration/artefact/zero_match.h"
 #include "calibration/sensor/accelerometer.h"
 #include "calibration/signal/output_unit.h"
+#include "calibration/signal/wrapped_counts.h"
 #include "calibration/state/slow_state.h"
 
 namespace gyrobench::calibration {
@@ -91,6 +92,7 @@ class Corrector::Impl {
         accel_(calibration.vector),
         slow_(info.covariates.size()),
         zero_(calibration, info) {
+    wrapped_.Start(info);
     CheckSensor(calibration_, info, options.any_sensor);
     std::string unknown = OneSensorUnknown(calibration_, info);
     if (!unknown.empty() && !options.any_sensor) remarks_.push_back(std::move(unknown));
@@ -106,6 +108,7 @@ class Corrector::Impl {
   }
 
   void Add(GyroSample sample, std::span<const double> covariates) {
+    wrapped_.Add(sample.t_s, sample.xi);
     sample.accel_g = accel_.Apply(sample.accel_g);
     slow_.Add(sample, covariates);
     waiting_.push_back({sample.t_s, sample.xi});
@@ -115,6 +118,7 @@ class Corrector::Impl {
   }
 
   void End() {
+    if (const auto found = wrapped_.Found()) RefuseWrappedCounts(NameOf(info_), {DefectOf(*found)});
     slow_.End();
     zero_.Decide();
   }
@@ -347,6 +351,7 @@ class Corrector::Impl {
   const AccelCorrection accel_;
   SlowState slow_;
   ZeroMatch zero_;
+  WrappedCounts wrapped_;
   std::deque<Waiting> waiting_;
   SensorState point_;
   std::int64_t samples_ = 0, with_value_ = 0, outside_ = 0, cold_ = 0, left_out_ = 0;

@@ -66,7 +66,8 @@ class Corrector {
 
   // Takes a sample, in the order of time. Every sample comes out again, some 5 s of data later.
   void Add(const GyroSample& sample, std::span<const double> covariates);
-  // No more samples: all come out.
+  // No more samples: all come out. Throws DataError where their counts are those of a signed word
+  // that was written as an unsigned one.
   void End();
   // The next corrected sample: rates in deg/s, frame S; NaN where there is none. False when more
   // input is needed.

@@ -15,6 +15,7 @@
 #include "calibration/signal/clock_offset.h"
 #include "calibration/signal/intake.h"
 #include "calibration/signal/reference_error.h"
+#include "calibration/signal/wrapped_counts.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -28,6 +29,7 @@ std::array<bool, 3> UsableChannels(const Recording& recording, std::vector<std::
   std::array<bool, 3> usable = {};
   RefuseNoSamples(SourceName(recording.info), recording.samples, recording.defects,
                   "a measurement with at least one axis");
+  RefuseWrappedCounts(recording.info.source, recording.defects);
   bool any = false;
   for (std::size_t c = 0; c < 3; ++c) {
     if (!recording.info.gyro_present[c]) continue;

@@ -12,6 +12,7 @@
 #include "base/robust.h"
 #include "calibration/hold/hold_judgement.h"
 #include "calibration/signal/intake.h"
+#include "calibration/signal/wrapped_counts.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -30,6 +31,7 @@ void CheckAxes(const HoldRecording& recording) {
   }
   RefuseNoSamples(info.source, recording.samples, recording.defects,
                   "a recording of held poses with turns between them");
+  RefuseWrappedCounts(info.source, recording.defects);
   if (!gyro.empty())
     throw DataError(
         fmt::format("{}: gyro {} has no usable sample; held poses need all three axes "

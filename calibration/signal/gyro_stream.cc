@@ -44,6 +44,7 @@ void GyroStream::Start(const MeasurementInfo& info) {
   digit_ = counts ? 2.0 : 0.02;
   saturation_.Start(info);
   freeze_.Start(info);
+  wrapped_.Start(info);
 }
 
 void GyroStream::Add(const GyroSample& sample) {
@@ -104,6 +105,7 @@ void GyroStream::Accept(double t_s, const GyroSample& sample) {
   ring_.Push(t_s, xi, gap);
   last_time_s_ = t_s;
   freeze_.Add(t_s, sample);
+  wrapped_.Add(t_s, sample.xi);
 }
 
 // The newest sample, now that the next one is there.
@@ -229,6 +231,10 @@ std::vector<Defect> GyroStream::defects() const {
     out.Add("saturation", kChannelNames[finding.channel], finding.first_t_s, finding.count);
   for (const FreezeWatch::Finding& finding : freeze_.Found())
     out.Add("frozen", "gyro", finding.begin_s, finding.samples);
+  if (const auto found = wrapped_.Found()) {
+    const Defect wrapped = DefectOf(*found);
+    out.Add(wrapped.kind, wrapped.where, wrapped.first_t_s, wrapped.count);
+  }
   return out.defects();
 }
 

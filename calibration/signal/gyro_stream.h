@@ -13,6 +13,7 @@
 #include "calibration/signal/intake.h"
 #include "calibration/signal/rest_edges.h"
 #include "calibration/signal/saturation.h"
+#include "calibration/signal/wrapped_counts.h"
 
 namespace gyrobench::calibration {
 
@@ -108,6 +109,7 @@ class GyroStream {
 
   SaturationWatch saturation_;
   FreezeWatch freeze_;
+  WrappedCounts wrapped_;
   std::optional<double> watched_t_s_;  // of the newest sample
   Vector3 watched_ = {};
 

@@ -13,6 +13,7 @@
 #include "calibration/signal/clock_offset.h"
 #include "calibration/signal/intake.h"
 #include "calibration/signal/output_unit.h"
+#include "calibration/signal/wrapped_counts.h"
 #include "calibration/state/inputs_together.h"
 #include "calibration/state/state_history.h"
 #include "calibration/trace/channel_report.h"
@@ -39,6 +40,7 @@ void CheckUsable(std::span<const Recording* const> recordings) {
         recording->info.source.empty() ? "measurement" : recording->info.source;
     RefuseNoSamples(name, recording->samples, recording->defects,
                     "a measurement with at least one axis");
+    RefuseWrappedCounts(name, recording->defects);
     bool any = false;
     for (std::size_t c = 0; c < 3; ++c)
       any = any || (recording->info.gyro_present[c] && recording->valid_samples[c] > 1);
