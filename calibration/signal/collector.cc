@@ -9,6 +9,7 @@
 #include "calibration/signal/reference_track.h"
 #include "calibration/signal/rest_finder.h"
 #include "calibration/signal/shared_sequence.h"
+#include "calibration/signal/turns_by_gyro.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -327,7 +328,7 @@ class Collector::Impl {
   }
 
   Columns ColumnsSoFar() const;
-  std::vector<gyrobench::Defect> Defects() const;
+  DefectLog Defects() const;
 
   static constexpr double kShortestRest_s = 0.25;
 
@@ -373,7 +374,7 @@ Columns Collector::Impl::ColumnsSoFar() const {
   return columns;
 }
 
-std::vector<gyrobench::Defect> Collector::Impl::Defects() const {
+DefectLog Collector::Impl::Defects() const {
   DefectLog all = reported_;
   const std::vector<gyrobench::Defect> gyro = gyro_.defects();
   for (const std::vector<gyrobench::Defect>* found : {&gyro, &track_.defects().defects()}) {
@@ -381,7 +382,7 @@ std::vector<gyrobench::Defect> Collector::Impl::Defects() const {
       all.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
     }
   }
-  return all.defects();
+  return all;
 }
 
 Recording Collector::Impl::Take() const {
@@ -399,7 +400,9 @@ Recording Collector::Impl::Take() const {
   out.median_interval_s = gyro_.median_interval_s();
   out.orientation_known = track_.orientation_known();
   for (std::size_t a = 0; a < 3; ++a) out.reference_step_deg[a] = track_.step_deg(a);
-  out.defects = Defects();
+  DefectLog defects = Defects();
+  AddTurnsByGyro(info_, track_.read_range_deg(), &out.columns, &defects);
+  out.defects = defects.defects();
   return out;
 }
 

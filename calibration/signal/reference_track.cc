@@ -18,8 +18,6 @@ constexpr double kTurn_deg = 360.0, kWrap_deg = 10.0;
 // A step by a whole turn within this time is no motion: it would take over 1500 deg/s from one
 // reading to the next.
 constexpr double kWrapWithin_s = 0.24;
-// What the noise of readings adds to the range of an angle that never leaves one turn.
-constexpr double kWrapSlack_deg = 2.0;
 constexpr double kWaitForAngles_s = 5.0;
 constexpr double kNormTolerance = 0.05;
 
@@ -352,6 +350,13 @@ void ReferenceTrack::AddEarth(double t_s, const Matrix3& orientation) {
     for (std::size_t c = 0; c < 3; ++c) earth_deg_[c] += rate[c] * (t_s - *earth_time_s_);
   }
   if (!earth_time_s_ || t_s > *earth_time_s_) earth_time_s_ = t_s;
+}
+
+Vector3 ReferenceTrack::read_range_deg() const {
+  Vector3 range_deg = {};
+  for (std::size_t a = 0; a < 3; ++a)
+    range_deg[a] = angle_[a].highest_read_deg - angle_[a].lowest_read_deg;
+  return range_deg;
 }
 
 bool ReferenceTrack::AllRest() const {

@@ -26,6 +26,9 @@ struct OpenRest {
 // Where a jump of the reference was, in its defect, when it left out whole turns.
 inline constexpr const char* kByWholeTurns = "by whole turns";
 
+// What the noise of readings adds to the range of an angle that never leaves one turn.
+inline constexpr double kWrapSlack_deg = 2.0;
+
 // Adds up rotation about the sensor's axes from any kind of reference. The three angles of a stand
 // are read at their own times: where others turn at once, their angles are carried forward at their
 // last rate. Memory is bounded.
@@ -68,6 +71,9 @@ class ReferenceTrack {
   // The least difference of two readings of a watched axis in a row: the step of a coarse encoder,
   // or something smaller.
   double step_deg(std::size_t axis) const { return finder_[axis].step_deg(); }
+  // Of the stand's axes, or the one of a single-axis table, the largest reading less the smallest,
+  // as they were read; NaN where there was none.
+  Vector3 read_range_deg() const;
   // After each Add: a rest began (and is open), or ended.
   bool rest_began() const { return rest_began_; }
   bool rest_ended() const { return rest_ended_; }
