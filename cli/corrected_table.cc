@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "recording/decimal_commas.h"
 #include "recording/line_buffer.h"
 #include "recording/table_columns.h"
 #include "recording/table_words.h"
@@ -93,7 +94,7 @@ class Lines {
 class TableCorrection {
  public:
   TableCorrection(const std::filesystem::path& table, const std::filesystem::path& output)
-      : file_(table.string()), lines_(table), head_(file_), out_(output) {}
+      : file_(table.string()), lines_(table), head_(file_), decimal_commas_(file_), out_(output) {}
 
   CorrectedTable Run(const calibration::Calibration& calibration,
                      const calibration::CorrectorOptions& options, const std::string& made_by,
@@ -113,6 +114,7 @@ class TableCorrection {
                       "whole?",
                       file_));
     }
+    decimal_commas_.End();
     corrector_->End();
     Give();
     out_.Close();
@@ -180,6 +182,11 @@ class TableCorrection {
     ++result_.rows;
     Row& row = Push();
     const bool whole = fields_.size() == axis_of_.size();
+    if (whole) {
+      decimal_commas_.Accept();
+    } else {
+      decimal_commas_.Look(line, lines_.number(), axis_of_.size());
+    }
     const double t_s = whole ? Value(fields_[head_.time_column()]) : kMissing;
     row.has_sample = !std::isnan(t_s);
     if (!row.has_sample) {
@@ -263,6 +270,7 @@ class TableCorrection {
   std::string file_;
   Lines lines_;
   recording::TableHead head_;
+  recording::DecimalCommas decimal_commas_;
   recording::TableFile out_;
   std::optional<calibration::Corrector> corrector_;
   std::vector<int> axis_of_;  // column by column: SensorAxis of a gyro's, -1 of others

@@ -28,10 +28,15 @@ const exporting::Format& FormatOf(const Options& options) {
   if (const exporting::Format* found = exporting::FindFormat(options.format)) return *found;
   std::vector<std::string> names;
   for (const exporting::Format& format : exporting::Formats()) names.emplace_back(format.name);
+  if (options.format.empty()) {
+    throw UsageError(
+        fmt::format("{} is a calibration: in which format? Expected --format with one of {}",
+                    options.name, fmt::join(names, ", ")));
+  }
   throw UsageError(fmt::format(
-      "{} is a calibration: {}; expected --format with one of {}", options.name,
-      options.format.empty() ? "in which format?" : "no format '" + options.format + "'",
-      fmt::join(names, ", ")));
+      "--format {}: there is no such format; a calibration is written in one of {}, and a run "
+      "becomes a table, without --format",
+      options.format, fmt::join(names, ", ")));
 }
 
 // The whole file or none.
@@ -76,6 +81,7 @@ int ExportCalibration(const Options& options) {
 int Export(const Options& options) {
   if (MeansCalibration(options.name)) return ExportCalibration(options);
   if (options.format.empty()) return ExportRecord(options);
+  FormatOf(options);  // an unknown one is the first thing to be said
   throw UsageError(
       fmt::format("--format {} is for a calibration, and {} is none: expected the file that "
                   "`gyrobench trace ... --calibration` writes; a run becomes a table, without "

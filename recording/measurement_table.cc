@@ -37,7 +37,7 @@ std::size_t RowsPerBatch(std::size_t columns) {
 }  // namespace
 
 TableReader::TableReader(const std::filesystem::path& file)
-    : file_(file.string()), lines_(OpenByteSource(file)), head_(file_) {
+    : file_(file.string()), lines_(OpenByteSource(file)), head_(file_), decimal_commas_(file_) {
   ReadHead();
   width_ = head_.columns().size();
   capacity_ = RowsPerBatch(width_);
@@ -121,6 +121,7 @@ TableRows TableReader::Next() {
       ParseLine();
     } else if (!NextBlock()) {
       ended_ = true;
+      decimal_commas_.End();
       SpreadGroup(std::numeric_limits<double>::infinity());
       group_ = rows_;
     }
@@ -167,6 +168,7 @@ bool TableReader::ParseSlowly(std::string_view line, double* row) {
     counter_.Count(ragged_, group_t_s_, [&] {
       return fmt::format("{}: {} fields, expected {}", Line(), fields, width_);
     });
+    decimal_commas_.Look(line, line_, width_);
     return false;
   }
   for (std::size_t i = 0; i < width_; ++i) {
@@ -200,6 +202,7 @@ double TableReader::ParseField(std::string_view field, std::size_t column, doubl
 
 void TableReader::Accept(double* row) {
   const double t_s = row[head_.time_column()];
+  decimal_commas_.Accept();
   if (!(std::abs(t_s) <= kLatestTime_s)) {
     counter_.Count(no_time_, group_t_s_, [this] { return Line(); });
   } else if (std::isnan(group_t_s_)) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/measurement.h"
+#include "recording/decimal_commas.h"
 #include "recording/defect_counter.h"
 #include "recording/line_buffer.h"
 #include "recording/table_columns.h"
@@ -35,7 +36,8 @@ struct TableRows {
 //   not_a_number    nan, inf or beyond 1e30: missing
 //   line_too_long   over LineBuffer::kMaxLine bytes: left out
 //   truncated_gzip, damaged_gzip   what comes before is read, up to the last whole line
-// Time that goes backwards is an error, for no one can say which side is right.
+// Time that goes backwards is an error, for no one can say which side is right, and so are numbers
+// with a decimal comma.
 class TableReader {
  public:
   // Reads the head. Throws DataError "file:line: what, expected ...".
@@ -82,6 +84,7 @@ class TableReader {
   double group_t_s_ = kMissing;
   double interval_s_ = kMissing;  // between the latest two different stamps
 
+  DecimalCommas decimal_commas_;
   DefectCounter counter_;
   std::size_t repeated_ = 0, ragged_ = 0, no_time_ = 0, too_long_ = 0;
   std::size_t unparsable_ = 0, not_a_number_ = 0;  // of the first column; the others follow

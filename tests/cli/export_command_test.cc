@@ -60,6 +60,18 @@ TEST_F(ExportCalibration, WritesEveryFormatAndSaysWhatIsLeftOut) {
   }
 }
 
+// Of whatever it is to be written: the formats that there are come first.
+TEST_F(ExportCalibration, NamesTheFormatsThatThereAreWhereOneIsUnknown) {
+  const auto table = folder_.Write("run.csv", "t_s,gyro_z_lsb\n0,1\n");
+  for (const std::filesystem::path& input : {calibration_, table}) {
+    const Finished finished =
+        Gyrobench({"export", "--format", "ros", input, "-o", folder_ / "gyro.ros"});
+    EXPECT_EQ(finished.status, 2);
+    EXPECT_THAT(finished.err, AllOf(HasSubstr("--format ros: there is no such format"),
+                                    HasSubstr("one of c, px4, ardupilot, kalibr, json")));
+  }
+}
+
 // Gravity lay along z alone: the model holds the other two at 0, without an error.
 TEST_F(ExportCalibration, WarnsInEveryFormatOfTermsThatAreZeroBecauseNothingShowsThem) {
   calibration::Calibration calibration = GyroZ();
