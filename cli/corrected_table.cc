@@ -201,7 +201,22 @@ class TableCorrection {
     }
     last_t_s_ = t_s;
     row.text.assign(line);
-    corrector_->Add(Sample(t_s), covariates_);
+    row.has_sample = !IsOfReferenceAlone();
+    if (row.has_sample) corrector_->Add(Sample(t_s), covariates_);
+  }
+
+  // A reading of a reference that is logged by itself: no sample of the gyro is missing there.
+  bool IsOfReferenceAlone() const {
+    bool reference = false;
+    for (std::size_t i = 0; i < fields_.size(); ++i) {
+      if (recording::Unquote(fields_[i]).empty() || i == head_.time_column()) continue;
+      const ColumnKind kind = head_.columns()[i].kind;
+      const bool reads = kind == ColumnKind::kStandAngle || kind == ColumnKind::kSensorAngle ||
+                         kind == ColumnKind::kQuaternion;
+      if (!reads) return false;
+      reference = true;
+    }
+    return reference;
   }
 
   GyroSample Sample(double t_s) {

@@ -64,7 +64,7 @@ void CheckUnits(const ChannelModel& model, const MeasurementInfo& info) {
   const char letter = Letter(static_cast<std::size_t>(model.axis));
   if (model.unit != OutputUnit(info)) {
     throw DataError(fmt::format("{}: gyro {} is in {}, but its calibration expects {}",
-                                NameOf(info), letter, OutputUnit(info), model.unit));
+                                NameOf(info), letter, ColumnUnit(info), model.unit));
   }
   const double told = NominalUnitsPerDegPerS(info);
   if (!std::isfinite(told)) return;

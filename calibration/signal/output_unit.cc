@@ -14,6 +14,10 @@ std::string OutputUnit(const MeasurementInfo& info) {
   return info.gyro_unit == RateUnit::kLsb ? "LSB" : "deg/s";
 }
 
+std::string ColumnUnit(const MeasurementInfo& info) {
+  return info.gyro_unit == RateUnit::kRadPerSecond ? "rad/s" : OutputUnit(info);
+}
+
 double NominalUnitsPerDegPerS(const MeasurementInfo& info) {
   if (info.gyro_unit != RateUnit::kLsb) return 1.0;
   const double nominal = info.gyro_units_per_deg_s.value_or(kMissing);

@@ -9,6 +9,8 @@ namespace gyrobench::calibration {
 
 // Unit of the output as results name it: LSB, deg/s.
 std::string OutputUnit(const MeasurementInfo& info);
+// Unit of its columns: LSB, deg/s, rad/s.
+std::string ColumnUnit(const MeasurementInfo& info);
 // Nominal output units per deg/s: 1 for a sensor that scales by itself. NaN when not known.
 double NominalUnitsPerDegPerS(const MeasurementInfo& info);
 // Units of the raw output per deg/s, for limits that need no exact figure: counts whose sensitivity

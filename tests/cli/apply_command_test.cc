@@ -184,6 +184,31 @@ TEST_F(Apply, KeepsTheNumberOfRowsAndLetsNoRawValuePassForACorrectedOne) {
   EXPECT_EQ(Fields(lines[2 + 600])[2], "");
 }
 
+// A reference that is logged by itself takes nothing away from the gyro.
+TEST_F(Apply, CountsNoSampleAsMissingInARowOfTheReferenceAlone) {
+  std::string text = "# gyro_lsb_per_deg_s = 131\nt_s,gyro_z_lsb,temp_degC,ref_angle_z_deg\n";
+  for (int i = 0; i < 2000; ++i) {
+    const std::string t_s = std::to_string(0.01 * i), half_s = std::to_string(0.01 * i + 0.005);
+    text += t_s + (i == 700 ? ",,25,\n" : ",1000,25,\n") + half_s + ",,,7.5\n";
+  }
+  const auto table = folder_.Write("in.csv", text);
+  const Finished finished = Run(table, "out.csv", {"--json"});
+  ASSERT_EQ(finished.status, 0) << finished.err;
+  const json summary = json::parse(finished.out);
+  EXPECT_EQ(summary.at("rows"), 4000);
+  EXPECT_EQ(summary.at("channels").at(0).at("missing"), 1);
+  EXPECT_EQ(summary.at("channels").at(0).at("corrected"), 1999);
+  const auto before = LinesOf(table), after = LinesOf(folder_ / "out.csv");
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 3; i < after.size(); i += 2) ASSERT_EQ(after[i], before[i]);
+}
+
+TEST_F(Apply, NamesTheUnitThatTheColumnsOfARefusedTableAreIn) {
+  const std::string says =
+      Refusal(folder_.Write("in.csv", "t_s,gyro_z_rad_s,temp_degC\n0,0.1,25\n0.01,0.1,25\n"));
+  EXPECT_THAT(says, AllOf(HasSubstr("gyro z is in rad/s"), HasSubstr("expects LSB")));
+}
+
 TEST_F(Apply, WarnsLoudlyOfWhatLiesBeyondTheCalibrationAndByHowMuch) {
   std::string text = Table();
   for (std::size_t at = 0; (at = text.find(",25.0,", at)) != std::string::npos;)
