@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.h"
 #include "base/geometry.h"
@@ -98,7 +99,12 @@ class Calibrator {
     Find();
     if (!Start()) return Finish();
     out_.missing = WhatIsMissing(chain_, start_, noise_);
-    if (!out_.missing.empty()) return Finish();
+    if (!out_.missing.empty()) {
+      // What can be told is judged in the units that the columns name.
+      if (auto cannot_be = ImplausibleHold(start_, recordings_.front()->info); !cannot_be.empty())
+        out_.missing = std::move(cannot_be);
+      return Finish();
+    }
     latitude_rad_ = Latitude(recordings_.front()->info);
     fit_ = FitHeldPoses(chain_, start_, noise_, latitude_rad_);
     if (!fit_.solution.positive || !fit_.converged || IsHopeless()) {
@@ -109,7 +115,7 @@ class Calibrator {
           MedianMiss_deg(fit_.state)));
       return Finish();
     }
-    out_.missing = ImplausibleHold(fit_.state, out_.sensitivity_given);
+    out_.missing = ImplausibleHold(fit_.state, recordings_.front()->info);
     if (!out_.missing.empty()) return Finish();
     rest_noise_ = NoiseWithinRests(chain_, fit_.state);
     Judge();

@@ -10,6 +10,7 @@
 #include "calibration/effects/effect.h"
 #include "calibration/hold/hold_judgement.h"
 #include "calibration/signal/output_unit.h"
+#include "calibration/signal/wrong_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -159,30 +160,24 @@ std::vector<HoldFinding> WhatIsLeft(const HeldChain& chain, const HoldFit& fit,
 
 namespace {
 
-struct WrongUnit {
-  double factor;  // of the output by what it should be
-  const char* says;
-};
-constexpr WrongUnit kOfGyro[] = {
-    {0.0174533,
-     "the values are in rad/s: call the columns gyro_x_rad_s and so on, not gyro_x_deg_s"},
-    {57.29578,
-     "the values are in deg/s: call the columns gyro_x_deg_s and so on, not gyro_x_rad_s"},
-    {0.5, "the sensor's range is twice the one that gyro_lsb_per_deg_s belongs to"},
-    {2.0, "the sensor's range is half of the one that gyro_lsb_per_deg_s belongs to"},
-    {1000.0, "the times are in ms: t_s is in seconds"},
-    {0.001, "the times are in ms: t_s is in seconds"},
-};
-constexpr WrongUnit kOfAccelerometer[] = {
-    {9.80665, "the values are in m/s^2: accel_x_g and so on are in g = 9.80665 m/s^2"},
-    {1000.0, "the values are in mg: accel_x_g and so on are in g"},
-};
+// Of the gyro's output by what it should be: what no unit of its columns makes of it.
+std::string CauseOfGyro(double factor, const MeasurementInfo& info) {
+  const bool times = IsNearFactor(factor, 1000.0) || IsNearFactor(factor, 0.001);
+  const char* const in_ms = "the times are in ms: t_s is in seconds";
+  if (const auto unit = OtherUnitOfGyro(1.0 / factor, std::nullopt, info))
+    return times ? fmt::format("{}; or {}", *unit, in_ms) : *unit;
+  if (times) return in_ms;
+  if (IsNearFactor(factor, 0.5))
+    return "the sensor's range is twice the one that gyro_lsb_per_deg_s belongs to";
+  if (IsNearFactor(factor, 2.0))
+    return "the sensor's range is half of the one that gyro_lsb_per_deg_s belongs to";
+  return "its unit, its sensitivity (gyro_lsb_per_deg_s) or the times are not what the table says";
+}
 
-std::string Cause(double factor, std::span<const WrongUnit> causes, const char* else_check) {
-  for (const WrongUnit& cause : causes) {
-    if (std::fabs(factor / cause.factor - 1.0) < kNearFactor) return cause.says;
-  }
-  return else_check;
+std::string CauseOfAccelerometer(double factor) {
+  const auto unit = OtherUnitOfAccelerometer(factor);
+  return unit ? "the unit: " + *unit
+              : "its unit is not g = 9.80665 m/s^2, as the columns' names say";
 }
 
 // Geometric mean of what the axes put out by what they should.
@@ -201,21 +196,14 @@ bool CanBe(double factor) { return std::fabs(factor - 1.0) <= kLargestScaleError
 
 }  // namespace
 
-std::vector<std::string> ImplausibleHold(const HoldState& state, bool sensitivity_given) {
+std::vector<std::string> ImplausibleHold(const HoldState& state, const MeasurementInfo& info) {
   std::vector<std::string> out;
   const double gyro = GainOf(state.m), accelerometer = GainOf(state.accel.Matrix());
-  if (sensitivity_given && !CanBe(gyro)) {
-    out.push_back(
-        CannotBe("gyro", gyro,
-                 Cause(gyro, kOfGyro,
-                       "its unit, its sensitivity (gyro_lsb_per_deg_s) or the times are not what "
-                       "the table says")));
-  }
-  if (!CanBe(accelerometer)) {
-    out.push_back(CannotBe("accelerometer", accelerometer,
-                           Cause(accelerometer, kOfAccelerometer,
-                                 "its unit is not g = 9.80665 m/s^2, as the columns' names say")));
-  }
+  const bool sensitivity_given = std::isfinite(NominalUnitsPerDegPerS(info));
+  if (sensitivity_given && !CanBe(gyro))
+    out.push_back(CannotBe("gyro", gyro, CauseOfGyro(gyro, info)));
+  if (!CanBe(accelerometer))
+    out.push_back(CannotBe("accelerometer", accelerometer, CauseOfAccelerometer(accelerometer)));
   return out;
 }
 

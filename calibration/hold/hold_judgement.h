@@ -26,9 +26,9 @@ std::vector<std::string> WhatIsMissing(const HeldChain& chain, const HoldState& 
                                        const HoldNoise& noise);
 
 // A sentence for each sensor whose scale is off by more than that of any MEMS part: what was found,
-// the likeliest cause, what to check. Empty where all can be. `sensitivity_given`: of the gyro;
-// without it there is nothing to compare its scale with.
-std::vector<std::string> ImplausibleHold(const HoldState& state, bool sensitivity_given);
+// the likeliest cause, what to check. Empty where all can be. `info`: of the measurements; where it
+// says no sensitivity of the gyro there is nothing to compare its scale with.
+std::vector<std::string> ImplausibleHold(const HoldState& state, const MeasurementInfo& info);
 
 // False once in so many sets, each of the tests: three rows of the g-sensitivity together below one
 // in a hundred sets, with room for the noise being estimated.

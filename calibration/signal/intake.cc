@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "base/error.h"
+#include "base/robust.h"
 #include "calibration/signal/collector.h"
 #include "calibration/signal/reference_track.h"
+#include "calibration/signal/wrong_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -36,6 +39,32 @@ std::string RemarkOnTemperature(const Columns& columns) {
           : "; does the column temp_degC hold another quantity?");
 }
 
+// Of the specific force, whose size is 1 g in the median of any measurement on a table or in a
+// hand. Of two axes only what a larger unit makes of it is told. Empty where all is well.
+std::string RemarkOnSpecificForce(const Recording& recording) {
+  std::vector<double> sizes_g;
+  for (const Node& node : recording.columns.nodes) {
+    double square = 0.0;
+    bool any = false;
+    for (const double part : node.accel_g) {
+      if (!std::isfinite(part)) continue;
+      square += part * part;
+      any = true;
+    }
+    if (any) sizes_g.push_back(std::sqrt(square));
+  }
+  const double size_g = Median(std::move(sizes_g));
+  const std::array<bool, 3>& present = recording.info.accel_present;
+  const bool whole = std::ranges::all_of(present, [](bool axis) { return axis; });
+  const std::optional<std::string> unit = OtherUnitOfAccelerometer(size_g);
+  if (!unit || (!whole && size_g < 1.0)) return "";
+  return fmt::format(
+      "the accelerometer shows {:.4g} g in the median, 1 g was expected of any sensor at rest. "
+      "Most "
+      "likely the unit: {}. What is said of gravity is not to be trusted",
+      size_g, *unit);
+}
+
 }  // namespace
 
 void DefectLog::Add(std::string_view kind, std::string_view where, double t_s, std::int64_t count) {
@@ -53,6 +82,8 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
   std::vector<std::string> remarks;
   if (std::string remark = RemarkOnTemperature(recording.columns); !remark.empty())
     remarks.push_back(std::move(remark));
+  if (std::string remark = RemarkOnSpecificForce(recording); !remark.empty())
+    remarks.push_back(std::move(remark));
   for (const Defect& defect : recording.defects) {
     if (defect.kind == "reference_jump" && defect.where == kByWholeTurns) {
       remarks.push_back(fmt::format(
@@ -64,8 +95,9 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
     if (defect.kind == "reference_wrapped") {
       remarks.push_back(fmt::format(
           "the angle of the reference begins again after a turn ({} times, first at {:.1f} s): "
-          "whole turns were added, so that it runs on",
-          defect.count, defect.first_t_s));
+          "whole turns were added{}, so that it runs on",
+          defect.count, defect.first_t_s,
+          defect.where.empty() ? "" : fmt::format(", {}", defect.where)));
     }
     if (defect.kind == kUnitRestarted) {
       remarks.push_back(fmt::format(

@@ -24,7 +24,8 @@ class DefectLog {
 };
 
 // Sentences without the measurement's name: counts of an unsigned converter whose zero nobody gave,
-// an angle of the reference that jumps by whole turns, a temperature that no sensor has.
+// an angle of the reference that jumps by whole turns, a temperature that no sensor has, an
+// accelerometer in another unit than its columns say.
 std::vector<std::string> IntakeRemarks(const Recording& recording);
 
 // Throws DataError where there is no sample of the gyro, with what was wrong first. `expected`: of

@@ -330,13 +330,24 @@ TEST(RestSearch, FindsTheSameRestsWithAnAccelerometerSlowerThanItsEpochs) {
 // Values in a unit that the column does not say make a result that cannot be.
 TEST(ImplausibleHold, NamesTheUnitThatAWrongFactorIsOf) {
   HoldState state;
-  EXPECT_THAT(ImplausibleHold(state, true), testing::IsEmpty());
+  MeasurementInfo info;
+  info.gyro_unit = RateUnit::kDegPerSecond;
+  EXPECT_THAT(ImplausibleHold(state, info), testing::IsEmpty());
   state.m *= 0.0176;
-  EXPECT_THAT(ImplausibleHold(state, true), testing::ElementsAre(HasSubstr("rad/s")));
-  EXPECT_THAT(ImplausibleHold(state, false), testing::IsEmpty());
+  EXPECT_THAT(ImplausibleHold(state, info), testing::ElementsAre(HasSubstr("rad/s")));
+  EXPECT_THAT(ImplausibleHold(state, MeasurementInfo{}), testing::IsEmpty());
+  state.m.setIdentity();
+  state.m *= 1010.0;
+  EXPECT_THAT(ImplausibleHold(state, info),
+              testing::ElementsAre(testing::AllOf(
+                  HasSubstr("gyro_x_deg_s, gyro_y_deg_s and gyro_z_deg_s are in mdeg/s"),
+                  HasSubstr("or the times are in ms"))));
   state.m.setIdentity();
   state.accel.scale.setConstant(9.7);
-  EXPECT_THAT(ImplausibleHold(state, true), testing::ElementsAre(HasSubstr("m/s^2")));
+  EXPECT_THAT(ImplausibleHold(state, info),
+              testing::ElementsAre(HasSubstr("name them accel_x_m_s2")));
+  state.accel.scale.setConstant(1000.0);
+  EXPECT_THAT(ImplausibleHold(state, info), testing::ElementsAre(HasSubstr("in mg")));
 }
 
 TEST(CalibrateHold, RefusesARecordingWithoutAccelerometer) {

@@ -53,6 +53,18 @@ class AnyTable(Folder):
                 truth = self.write(hands.Hand(seed=3), unit=unit)
                 self.assert_matrix(truth, self.hold())
 
+    def test_a_unit_that_the_columns_do_not_say_is_named(self):
+        for gyro_factor, accel_factor, says in (
+                (1000.0, 1.0, "gyro_z_deg_s are in mdeg/s"), (np.pi / 180.0, 1.0, "are in rad/s"),
+                (1.0, 1000.0, "in mg, and not in g"), (1.0, 9.80665, "name them accel_x_m_s2")):
+            with self.subTest(says=says):
+                hand = hands.Hand(seed=3)
+                _, t, gyro, accel = hands.make(hand)
+                hands.write(self.table, hand, t, gyro_factor * gyro, accel_factor * accel, unit="deg_s")
+                missing = " ".join(self.hold(status=1)["missing"])
+                self.assertIn("this result cannot be", missing)
+                self.assertIn(says, missing)
+
     def test_unsigned_counts_are_recognised(self):
         truth = self.write(hands.Hand(seed=3), zero=32768)
         result = self.hold()
