@@ -11,6 +11,7 @@
 
 namespace gyrobench::calibration {
 
+struct Columns;
 struct Recording;
 
 class DefectLog {
@@ -39,5 +40,14 @@ void RefuseSamplesFarApart(const Recording& recording);
 
 // What calibrates a sensor without any reference, and what it still takes where that is not there.
 std::string WithoutReference(const MeasurementInfo& info);
+
+// Whether a quaternion of another convention than the table's (w, x, y, z; rotates vectors of the
+// sensor's frame into the world's) makes gyro and reference agree where the one given does not: the
+// inverse, the scalar part last, first where it was declared last, or both. They agree where each
+// channel that its axis turns follows that rate,
+//   dz/dt = b + g w,   g > 0 and about the nominal sensitivity, or alike in all where none is known
+// and what all leave of their variance is little. A sentence that names the convention and what to
+// do; empty where the one given agrees, or none does, or there is no such reference.
+std::string OtherConvention(const MeasurementInfo& info, const Columns& columns);
 
 }  // namespace gyrobench::calibration
