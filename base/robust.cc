@@ -13,6 +13,19 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
+std::vector<double> Crowd(std::vector<double> values, double width) {
+  std::ranges::sort(values);
+  std::size_t begin = 0, most_begin = 0, most_end = 0;
+  for (std::size_t end = 1; end <= values.size(); ++end) {
+    while (values[end - 1] - values[begin] > width) ++begin;
+    if (end - begin <= most_end - most_begin) continue;
+    most_begin = begin;
+    most_end = end;
+  }
+  return {values.begin() + static_cast<std::ptrdiff_t>(most_begin),
+          values.begin() + static_cast<std::ptrdiff_t>(most_end)};
+}
+
 std::vector<bool> AwayFromDrift(const std::vector<double>& values, double usual,
                                 const DriftLimits& limits) {
   std::vector<bool> away(values.size(), false);

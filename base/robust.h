@@ -11,6 +11,10 @@ namespace gyrobench {
 // values are numbers.
 double Median(std::vector<double> values);
 
+// Those of the values, in order, that lie in the range of `width` that holds most of them; of
+// equally full ones the lowest. Empty for no values, which are numbers.
+std::vector<double> Crowd(std::vector<double> values, double width);
+
 struct DriftLimits {
   double most = 0.0;   // what a value may differ by from the drift
   double share = 0.0;  // of a value's difference, by which the drift follows it

@@ -31,21 +31,6 @@ double RobustDeviation(const std::vector<double>& values) {
   return Median(std::move(off)) / kMadOfNormal;
 }
 
-// Those within kLeastAtRest_deg_s of where most of them are: a reference that stands for long may
-// make more rests of turns than there are.
-std::vector<double> Crowded(std::vector<double> rates) {
-  std::ranges::sort(rates);
-  std::size_t begin = 0, most_begin = 0, most_end = 0;
-  for (std::size_t end = 1; end <= rates.size(); ++end) {
-    while (rates[end - 1] - rates[begin] > 2.0 * kLeastAtRest_deg_s) ++begin;
-    if (end - begin <= most_end - most_begin) continue;
-    most_begin = begin;
-    most_end = end;
-  }
-  return {rates.begin() + static_cast<std::ptrdiff_t>(most_begin),
-          rates.begin() + static_cast<std::ptrdiff_t>(most_end)};
-}
-
 class PartedFinder {
  public:
   PartedFinder(const std::vector<Row>& rows, std::size_t channel, double units_per_deg_s,
@@ -79,7 +64,8 @@ class PartedFinder {
       rates.push_back(Rate(rows_[i]));
     }
     if (rates.size() < kFewestTurns) return;
-    const std::vector<double> usual = Crowded(rates);
+    // A reference that stands for long may make more rests of turns than there are.
+    const std::vector<double> usual = Crowd(rates, 2.0 * kLeastAtRest_deg_s);
     const double middle = Median(usual);
     const double most = std::max(kLeastAtRest_deg_s, kSigmas * RobustDeviation(usual));
     const std::vector<bool> away = AwayFromDrift(rates, middle, {most, kDriftShare});

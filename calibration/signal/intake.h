@@ -50,4 +50,15 @@ std::string WithoutReference(const MeasurementInfo& info);
 // do; empty where the one given agrees, or none does, or there is no such reference.
 std::string OtherConvention(const MeasurementInfo& info, const Columns& columns);
 
+// Of a measurement without a reference, in means of 0.5 s over what is taken for rest:
+//   - the rate leaves the one at which the channel stands most by more than 5 deg/s and within 5 s,
+//     for 1 s in all or more, as a turn does: steps of the offset of such parts are below 0.5 deg/s
+//     (effect bias.step), and what temperature does is slower; or
+//   - it stands at more than 80 deg/s: the zero-rate offset of a part is within 40 deg/s at
+//     25 degC, and moves by another 40 deg/s over its range of temperature (ITG-3200 data sheet,
+//     section 3.1, the largest of consumer parts). Not of counts whose sensitivity or zero nobody
+//     gave.
+// A sentence: what was found, when, what it means and what to do; empty where there is nothing.
+std::string TurnsWithoutReference(const Recording& recording);
+
 }  // namespace gyrobench::calibration
