@@ -29,6 +29,7 @@ header p { margin: 0; white-space: pre-wrap; }
 .verdict.none { border-left: 6px double var(--soft); }
 .verdict.partly { border-left-style: dashed; }
 .verdict.unexplained { border-left-style: dotted; }
+.verdict.cannot-be { border-left: 12px double var(--ink); }
 .verdict h2 { display: flex; gap: 16px; align-items: baseline; margin-bottom: 6px; }
 .verdict .axis { color: var(--soft); font-weight: 400; }
 .verdict .summary { font-size: 24px; line-height: 1.35; margin-bottom: 10px; text-wrap: pretty; }

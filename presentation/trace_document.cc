@@ -26,7 +26,7 @@ constexpr const char* kNominalFrame =
 Paragraph Headline(const ChannelTrace& channel) {
   Text text = Strong(Capitalized(GyroName(channel.axis)) + ":") + " " + VerdictSentence(channel);
   const std::string angle = BeforeAfter(channel.heldout_angle_rms_deg, FormatFigure);
-  if (!channel.effects.empty() && angle != "-")
+  if (!channel.effects.empty() && angle != "-" && channel.verdict != Verdict::kCannotBe)
     text += "; angle error of held-out data " + Quantity(angle, "deg");
   return {text};
 }
@@ -102,6 +102,8 @@ VerdictLook LookOf(const ChannelTrace& channel) {
               "The effects named below account for all that was left beyond the baseline."};
     case Verdict::kPartlyExplained:
       return {"◐", "partly", "Effects were named, and structure remains beyond them."};
+    case Verdict::kCannotBe:
+      return {"✗", "cannot-be", "These data contradict each other; nothing here is a result."};
     case Verdict::kUnexplained:
       break;
   }
@@ -112,7 +114,8 @@ VerdictLook LookOf(const ChannelTrace& channel) {
 // The tracer's summary names the effects and the figures, which stand below where there are any.
 std::string Sentence(const ChannelTrace& channel, const VerdictLook& look) {
   const bool figures = std::isfinite(channel.heldout_angle_rms_deg.before);
-  const bool shown_below = !channel.effects.empty() && figures;
+  const bool shown_below =
+      !channel.effects.empty() && figures && channel.verdict != Verdict::kCannotBe;
   return channel.summary.empty() || shown_below ? look.sentence : channel.summary;
 }
 
@@ -125,7 +128,7 @@ Section VerdictCard(const ChannelTrace& channel) {
                {},
                std::string("verdict ") + look.role};
   Add(card.blocks, Paragraph{Sentence(channel, look), "summary"});
-  if (!channel.effects.empty())
+  if (!channel.effects.empty() && channel.verdict != Verdict::kCannotBe)
     Add(card.blocks, Paragraph{"Found: " + NamesOfEffects(channel, true), "found"});
   Document errors = ErrorBlocks(channel);
   if (errors.empty()) Add(errors, Paragraph{"There is no figure on held-out data.", "note"});

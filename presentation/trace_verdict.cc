@@ -152,6 +152,7 @@ Text NamesOfEffects(const ChannelTrace& channel, bool owners) {
 }
 
 Text VerdictSentence(const ChannelTrace& channel) {
+  if (channel.verdict == Verdict::kCannotBe) return Clause(channel.summary);
   const std::string words = VerdictWords(Name(channel.verdict));
   if (!channel.effects.empty()) return words + " by " + NamesOfEffects(channel, false);
   if (!IsTraced(channel)) return "not traced; the remarks say why";

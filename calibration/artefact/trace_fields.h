@@ -89,7 +89,7 @@ void Fields(Visitor& field, FieldsOf<Visitor, ChannelTrace::Remaining>& remainin
 template <typename Visitor>
 void Fields(Visitor& field, FieldsOf<Visitor, ChannelTrace>& channel) {
   field("gyro", channel.axis, kSensorAxisNames);
-  field("verdict", channel.verdict, NamesUpTo(Verdict::kUnexplained));
+  field("verdict", channel.verdict, NamesUpTo(Verdict::kCannotBe));
   field("summary", channel.summary);
   field("baseline", channel.baseline);
   field("effects", channel.effects);

@@ -22,12 +22,24 @@ const char* Name(Verdict verdict) {
       return "partly_explained";
     case Verdict::kUnexplained:
       return "unexplained";
+    case Verdict::kCannotBe:
+      return "cannot_be";
   }
   return "";
 }
 
 bool IsTraced(const ChannelTrace& channel) {
   return channel.verdict != Verdict::kNone || std::isfinite(channel.baseline.whitened_rms);
+}
+
+void Condemn(const std::array<bool, 3>& axes, const std::string& says, TraceResult* result) {
+  for (ChannelTrace& channel : result->channels) {
+    if (!axes[static_cast<std::size_t>(channel.axis)] || !IsTraced(channel)) continue;
+    channel.verdict = Verdict::kCannotBe;
+    channel.summary = says + ".";
+    if (channel.summary.front() >= 'a' && channel.summary.front() <= 'z')
+      channel.summary.front() = static_cast<char>(channel.summary.front() - 'a' + 'A');
+  }
 }
 
 }  // namespace gyrobench::calibration

@@ -16,8 +16,10 @@ namespace gyrobench::calibration {
 
 // none: nothing beyond the baseline is to be seen. explained: the effects named account for all
 // that was to be seen. partly_explained: effects were named and structure remains. unexplained:
-// structure remains and no effect could be named.
-enum class Verdict { kNone, kExplained, kPartlyExplained, kUnexplained };
+// structure remains and no effect could be named. cannot_be: gyro and reference contradict each
+// other by more than any part does, or the data are no measurement of the gyro; whatever was fitted
+// to them means nothing, and the summary says what is likeliest wrong (Condemn).
+enum class Verdict { kNone, kExplained, kPartlyExplained, kUnexplained, kCannotBe };
 
 const char* Name(Verdict verdict);
 
@@ -163,5 +165,9 @@ struct TraceResult {
   // NaN: nothing is said, and they are relative to the reference.
   double reference_uncertainty = kMissing;
 };
+
+// The verdict of these axes of the sensor becomes cannot_be, with `says` as its summary, which
+// comes without its full stop; that of an axis which was not traced stays.
+void Condemn(const std::array<bool, 3>& axes, const std::string& says, TraceResult* result);
 
 }  // namespace gyrobench::calibration

@@ -135,7 +135,8 @@ json LaterTrace() {
 
 TEST(ReadTrace, SaysWhichVerdictOrAxisItDoesNotKnowAndInventsNone) {
   for (const auto& [key, value, known] :
-       {std::tuple("verdict", "contradicted", "none, explained, partly_explained, unexplained"),
+       {std::tuple("verdict", "contradicted",
+                   "none, explained, partly_explained, unexplained, cannot_be"),
         std::tuple("gyro", "w", "x, y, z")}) {
     json later = LaterTrace();
     later["channels"][0][key] = value;
