@@ -17,7 +17,6 @@
 #include "base/error.h"
 #include "base/version.h"
 #include "calibration/estimators/analyzer.h"
-#include "calibration/estimators/exchanged_axes.h"
 #include "calibration/estimators/plausibility.h"
 #include "calibration/signal/clock_offset.h"
 #include "calibration/signal/intake.h"
@@ -90,56 +89,76 @@ void RemarkOnScale(TracedInputs* out) {
   }
 }
 
-// Scale factors of all inputs together that no part has.
-std::vector<std::string> ImplausibleTogether(const TracedInputs& inputs) {
+using calibration::Contradiction;
+
+// Faults of each input, and scale factors of all of them together that no part has.
+std::vector<Contradiction> ContradictionsTogether(const TracedInputs& inputs) {
+  std::vector<Contradiction> out;
+  const bool several = inputs.recordings.size() > 1;
+  for (const calibration::Recording& recording : inputs.recordings) {
+    for (const std::string& fault : calibration::FaultsIn(recording)) {
+      out.push_back({{true, true, true},
+                     fmt::format("{}this result cannot be: {}",
+                                 several ? recording.info.source + ": " : std::string(), fault)});
+    }
+  }
+  if (!out.empty()) return out;
   std::vector<Defect> defects;
   for (const auto& input : inputs.traced.result.inputs)
     defects.insert(defects.end(), input.defects.begin(), input.defects.end());
-  const std::string cause = calibration::CauseAmong(defects);
   std::vector<const MeasurementInfo*> infos;
   for (const calibration::Recording& recording : inputs.recordings)
     infos.push_back(&recording.info);
-  std::vector<std::string> out;
   for (const calibration::ChannelModel& model : inputs.traced.models) {
     const auto axis = static_cast<std::size_t>(model.axis);
     const bool fitted = model.m_row_std_error[axis] > 0.0;
     const double ratio = fitted ? 1.0 / model.m_row[axis] : kMissing;
     if (!calibration::ImplausibleScale(ratio, model.axis, infos)) continue;
-    std::string another;
+    std::string cause;
     for (const calibration::Recording& recording : inputs.recordings) {
-      if (another.empty()) another = calibration::FollowedByAnother(recording.columns, model.axis);
+      if (cause.empty()) cause = calibration::CauseIn(recording, model.axis);
     }
-    out.push_back(*calibration::ImplausibleScale(ratio, model.axis, infos,
-                                                 another.empty() ? cause : another));
+    out.push_back({{}, *calibration::ImplausibleScale(ratio, model.axis, infos, cause, defects)});
+    out.back().axes[axis] = true;
   }
   return out;
 }
 
 // The same of each input alone, by its own unit, sensitivity, gear and defects.
-std::vector<std::string> ImplausibleAlone(const std::vector<calibration::Recording>& recordings) {
-  std::vector<std::string> out;
+std::vector<Contradiction> ContradictionsAlone(
+    const std::vector<calibration::Recording>& recordings) {
+  std::vector<Contradiction> out;
   for (const calibration::Recording& recording : recordings) {
     try {
-      for (const std::string& says : calibration::Implausible(calibration::Analyze(recording)))
-        out.push_back(fmt::format("{}: {}", recording.info.source, says));
+      for (Contradiction& one : calibration::Contradictions(calibration::Analyze(recording))) {
+        one.says = fmt::format("{}: {}", recording.info.source, one.says);
+        out.push_back(std::move(one));
+      }
     } catch (const DataError&) {  // alone it says nothing
     }
   }
   return out;
 }
 
-// Scale factors that no part has, said first. Of several inputs those are named that cannot be
-// alone: together they need not differ by any factor that has a cause. Of clocks that were not
-// started together no other cause is to be looked for.
-void RemarkOnImplausibleScales(TracedInputs* out) {
-  out->implausible = ImplausibleTogether(*out);
-  if (out->implausible.empty()) return;
-  std::vector<std::string> alone;
-  if (out->recordings.size() > 1) alone = ImplausibleAlone(out->recordings);
+// Results that cannot be, said first. Of several inputs those are named that cannot be alone:
+// together they need not differ by any factor that has a cause. Of clocks that were not started
+// together no other cause is to be looked for.
+void RemarkOnContradictions(TracedInputs* out) {
+  std::vector<Contradiction> found = ContradictionsTogether(*out);
+  if (found.empty()) return;
+  std::vector<Contradiction> alone;
+  if (out->recordings.size() > 1) alone = ContradictionsAlone(out->recordings);
   if (!alone.empty()) {
-    out->implausible = std::move(alone);
+    // An axis that cannot be together may be well in each.
+    for (const Contradiction& one : found)
+      calibration::Condemn(one.axes, alone.front().says, &out->traced.result);
+    found = std::move(alone);
   } else if (!out->two_clocks.empty()) {
-    out->implausible.clear();
+    return;
+  }
+  for (auto one = found.rbegin(); one != found.rend(); ++one) {
+    calibration::Condemn(one->axes, one->says, &out->traced.result);
+    out->implausible.insert(out->implausible.begin(), one->says);
   }
   auto& remarks = out->traced.result.remarks;
   remarks.insert(remarks.begin(), out->implausible.begin(), out->implausible.end());
@@ -302,7 +321,7 @@ TracedInputs TraceInputs(const std::vector<InputFiles>& inputs, const Options& o
     if (std::string says = calibration::RemarkOnClocks(recording); !says.empty())
       out.two_clocks.push_back(std::move(says));
   }
-  RemarkOnImplausibleScales(&out);
+  RemarkOnContradictions(&out);
   return out;
 }
 

@@ -337,6 +337,8 @@ RunExecution::Results RunExecution::Evaluate(Ending& ending, Utime end) {
   Attempt(ending, [&] {
     results.trace = TraceRun(context_.telemetry.Recorded(), TraceFor::kRecord);
     if (!results.trace) return;
+    for (const calibration::Contradiction& one : calibration::Contradictions(results.analysis))
+      calibration::Condemn(one.axes, one.says, &results.trace->result);
     context_.telemetry.SendTrace(results.trace->result, end, true);
     context_.telemetry.SendModel(*results.trace, end, true);
   });

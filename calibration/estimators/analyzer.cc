@@ -7,7 +7,6 @@
 
 #include "base/error.h"
 #include "calibration/estimators/bias.h"
-#include "calibration/estimators/exchanged_axes.h"
 #include "calibration/estimators/plausibility.h"
 #include "calibration/estimators/scale.h"
 #include "calibration/estimators/schedule.h"
@@ -112,10 +111,9 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
   result.bias = EstimateBias(estimation, result.scale, &result.remarks, &result.defects);
   AllowForOffsets(result.bias, &result.scale);
   result.two_clocks = RemarkOnClocks(recording);
-  for (const SensorAxis axis : ImplausibleAxes(result)) {
-    result.followed_by_another[static_cast<std::size_t>(axis)] =
-        FollowedByAnother(recording.columns, axis);
-  }
+  result.faults = FaultsIn(recording);
+  for (const SensorAxis axis : ImplausibleAxes(result))
+    result.cause[static_cast<std::size_t>(axis)] = CauseIn(recording, axis);
   std::vector<std::string> first = Implausible(result);
   if (!result.two_clocks.empty()) first.push_back(result.two_clocks);
   result.remarks.insert(result.remarks.begin(), first.begin(), first.end());

@@ -12,6 +12,7 @@ namespace {
 // Which is far beyond any misalignment of a part that is mounted as declared.
 constexpr double kFollowsMore = 5.0;
 constexpr double kLeastShareExplained = 0.5;
+constexpr double kFollowsItAlone = 0.9;  // share of the variance
 
 // Sums of a channel's mean rates (y) and the reference's (x) over the nodes.
 struct Sums {
@@ -75,6 +76,13 @@ std::string FollowedByAnother(const Columns& columns, SensorAxis axis) {
       "Exchange the two columns (or registers of the device map), or declare the mounting "
       "(mount_x_deg, mount_y_deg, mount_z_deg)",
       "xyz"[own], "xyz"[most], sums[most].Slope(), sums[own].Slope());
+}
+
+std::optional<double> FollowedSensitivity(const Columns& columns, SensorAxis axis) {
+  const auto own = static_cast<std::size_t>(axis);
+  const Sums sums = SumsOf(columns, own)[own];
+  if (!(sums.Explained() > kFollowsItAlone)) return std::nullopt;
+  return sums.Slope();
 }
 
 }  // namespace gyrobench::calibration

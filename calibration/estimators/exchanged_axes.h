@@ -1,6 +1,7 @@
-// Columns or axes of the gyro that stand for each other.
+// What the channels of the gyro follow of what the reference turns: their own axis, or another's.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "base/measurement.h"
@@ -13,5 +14,11 @@ namespace gyrobench::calibration {
 // mounting that is not declared. Compared are the channels alone, so that no sensitivity needs to
 // be known. Empty where none does.
 std::string FollowedByAnother(const Columns& columns, SensorAxis axis);
+
+// Output of the channel of `axis` per deg/s of the reference about that axis [output unit /
+// (deg/s)], from the mean rates of all intervals; nullopt where its output follows something else
+// as well, or did not turn. No estimate: for telling by which factor the two differ, the same for
+// every command.
+std::optional<double> FollowedSensitivity(const Columns& columns, SensorAxis axis);
 
 }  // namespace gyrobench::calibration

@@ -90,9 +90,10 @@ struct AnalysisResult {
   // What an axis of the sensor turned by the reference while its output did not follow at all
   // [deg]; 0 where it did, or did not turn.
   std::array<double, 3> unfollowed_deg = {};
-  // Of each axis that another channel of the gyro follows instead, that (exchanged_axes.h); empty
-  // where none does. Not part of the JSON.
-  std::array<std::string, 3> followed_by_another;
+  // What the data show to be wrong with them, and of each axis whose result cannot be, why
+  // (plausibility.h). Not part of the JSON.
+  std::vector<std::string> faults;
+  std::array<std::string, 3> cause;
   // That gyro and reference were not logged by one clock (calibration/signal/clock_offset.h), which
   // is a remark as well; empty where nothing speaks for it. Not part of the JSON.
   std::string two_clocks;

@@ -76,6 +76,23 @@ TEST(Implausible, ValuesInAnotherUnitThanTheColumnsNameSuspectTheUnitAndNameTheC
   }
 }
 
+TEST(Implausible, AThousandthOfTheUnitSuspectsTheUnitAndNamesTheColumn) {
+  constexpr double kDegPerRad = 57.29578;
+  constexpr RateUnit kRad = RateUnit::kRadPerSecond, kDeg = RateUnit::kDegPerSecond;
+  EXPECT_THAT(Implausible(OfColumns(kDeg, 0.98e-3)),
+              ElementsAre(HasSubstr("values of gyro_z_deg_s are in mdeg/s. Divide them by 1000")));
+  EXPECT_THAT(Implausible(OfColumns(kRad, -1.02e-3)),
+              ElementsAre(HasSubstr("values of gyro_z_rad_s are in mrad/s. Divide them by 1000")));
+  EXPECT_THAT(
+      Implausible(OfColumns(kRad, 1e-3 / kDegPerRad)),
+      ElementsAre(AllOf(HasSubstr("in mdeg/s"), HasSubstr("Name the column gyro_z_deg_s"))));
+  AnalysisResult reference = OfColumns(kDeg, 1010.0);
+  reference.info.reference = ReferenceKind::kSensorAngle;
+  EXPECT_THAT(Implausible(reference), ElementsAre(HasSubstr("in thousandths of a degree")));
+  reference.scale.front().scale_error = 1.0 / 357.0 - 1.0;
+  EXPECT_THAT(Implausible(reference), ElementsAre(HasSubstr("are in turns")));
+}
+
 // The mistake shows through a mounting that is declared the other way round.
 TEST(Implausible, AnAxisOfTheOtherSignSuspectsTheUnitAsWell) {
   constexpr double kDegPerRad = 57.29578;
@@ -186,7 +203,7 @@ TEST(ExchangedAxes, AreNamedWhereAnotherChannelFollowsInWhateverUnitAndSense) {
 TEST(ExchangedAxes, AreTheCauseOfAResultThatCannotBe) {
   AnalysisResult result = ResultWith(500.0);
   result.scale.front().axis = SensorAxis::kZ;
-  result.followed_by_another[2] = "two axes stand for each other";
+  result.cause[2] = "two axes stand for each other";
   EXPECT_THAT(Implausible(result),
               ElementsAre(AllOf(HasSubstr("Most likely two axes"), Not(HasSubstr("gear")))));
 }
