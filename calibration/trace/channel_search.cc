@@ -281,7 +281,8 @@ class ChannelSearcher {
   }
 
   // By how much a member makes data that the fit did not see less likely. Larger errors there, and
-  // larger beyond chance, are harm whatever the model says of them.
+  // larger beyond chance, are harm whatever the model says of them. What acts in the held-out rows
+  // alone, as a step of the angle, is not judged by this: no other rows foretell it.
   static double Harm(const HeldOutFigures& figures) {
     const bool worse = figures.whitened_rms.reduction_ci95[1] < 0.0;
     return worse ? std::max(-figures.foretold_better, 0.0) : -figures.foretold_better;

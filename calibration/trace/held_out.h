@@ -30,8 +30,8 @@ struct HeldOutFigures {
   HeldOut whitened_rms, angle_rms_deg;
   // Of twice the logarithm of the probability density of the held-out rows, as the model foretells
   // them: what the coefficients of the other rows leave open there is a part of the forecast. After
-  // less before.
-  double foretold_better = 0.0;
+  // less before; NaN where there is nothing to hold out.
+  double foretold_better = kMissing;
 };
 
 // Sums over the rows that a model is tried on: squares of the whitened residual, one sum a block,

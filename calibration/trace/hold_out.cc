@@ -86,7 +86,8 @@ class Splitter {
             white_.middleRows(range.begin, range.size()) * theta)
         .squaredNorm();
   }
-  // As `theta` foretells the rows, that was trained with them at `weight`.
+  // As `theta` foretells the rows, that was trained with them at `weight`: the rest of their weight
+  // is what was held out.
   double LogDensity(const Eigen::VectorXd& theta, const RowRanges& ranges, double weight) const {
     const auto count = static_cast<Eigen::Index>(independent_.size());
     HeldOutRows held_out = {Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
@@ -98,14 +99,17 @@ class Splitter {
       held_out.scores.noalias() += some.transpose() * residual;
       held_out.square += residual.squaredNorm();
     }
+    const Eigen::MatrixXd training =
+        gram_(independent_, independent_) - (1.0 - weight) * held_out.products;
+    held_out.products *= 1.0 - weight;
+    held_out.scores *= 1.0 - weight;
+    held_out.square *= 1.0 - weight;
     std::vector<Eigen::Index> own;
     const std::vector<Eigen::Index> local = LocalTo(ranges);
     for (Eigen::Index k = 0; k < count; ++k) {
       if (std::ranges::find(local, independent_[static_cast<std::size_t>(k)]) != local.end())
         own.push_back(k);
     }
-    const Eigen::MatrixXd training =
-        gram_(independent_, independent_) - (1.0 - weight) * held_out.products;
     return LogForetold(training, held_out, own);
   }
   Eigen::VectorXd RawResidual(const Eigen::VectorXd& output, const Eigen::VectorXd& theta) const {

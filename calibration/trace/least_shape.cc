@@ -21,6 +21,8 @@ constexpr double kNegligible = 6.0;
 constexpr int kWidenings = 4;
 // To the first ends, of a parameter.
 constexpr double kFirstReach = 0.25;
+// Of the parameter's range, where it is near 0.
+constexpr double kLeastReach = 1e-3;
 constexpr int kNarrowings = 2;
 // Of -2 log L: one standard error.
 constexpr double kAsGood = 1.0;
@@ -142,12 +144,14 @@ std::vector<double> ShapeOfLeastSize(const ChannelProblem& problem, const Select
     return candidate.context.nonlinear;
   const RefineRange range = *RangeOf(problem, candidate);
   std::vector<double> reach;
-  for (const double start : range.start) reach.push_back(kFirstReach * std::fabs(start));
+  for (std::size_t k = 0; k < range.start.size(); ++k)
+    reach.push_back(std::max(kFirstReach * std::fabs(range.start[k]),
+                             kLeastReach * (range.high[k] - range.low[k])));
   const OpenShapes open = ShapesLeftOpen(selection, member, range, reach);
   double best = open.stated.gain;
-  for (const Shape& shape : open.tried) best = std::max(best, shape.gain);
   Shape least = open.stated;
   const auto take_least = [&](const std::vector<Shape>& some) {
+    for (const Shape& shape : some) best = std::max(best, shape.gain);
     for (const Shape& shape : some) {
       const bool as_good = best - shape.gain < kAsGood && shape.values.allFinite();
       if (as_good && shape.values.norm() < least.values.norm()) least = shape;

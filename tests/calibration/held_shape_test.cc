@@ -88,8 +88,22 @@ TEST(AResonanceThatOneSpeedMeetsOnItsFlank, IsNoLargerThanItNeedsToBe) {
     if (found == channel.effects.end()) continue;
     ++named;
     EXPECT_LT(Named(*found, "A").value, 1.5 * kTop_deg_s) << "seed " << seed;
+    EXPECT_GT(Named(*found, "A").value, 0.3 * kTop_deg_s) << "seed " << seed;
   }
   EXPECT_GE(named, kSeeds / 2);
+}
+
+// Of so few seconds nothing can be held out, and nothing can speak against an effect.
+TEST(AShortRecord, KeepsAnEffectThoughNoPartOfItCanBeHeldOut) {
+  Motion motion;
+  motion.Rest(2.0).ThereAndBack(kInnerAxis, 90.0, 30.0).Rest(2.0);
+  for (const double rate_deg_s : {40.0, 60.0}) motion.ThereAndBack(kInnerAxis, 90.0, rate_deg_s);
+  ASSERT_LT(motion.duration_s(), 30.0);
+  const SyntheticBench bench(motion);
+  Injection late;
+  late.angle_deg = [](const BenchState& s) { return 0.01 * s.table.rate_deg_s[kInnerAxis]; };
+  const ChannelTrace channel = TraceOf(bench.Measure(late, 1));
+  EXPECT_FALSE(channel.effects.empty()) << channel.summary;
 }
 
 }  // namespace
