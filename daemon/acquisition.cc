@@ -17,8 +17,9 @@ namespace {
 // Motion ends at deadlines that the run engine keeps; the drive's poll is there for alarms.
 constexpr Utime kDrivePeriod = kMicrosecondsPerSecond / 2;
 constexpr Utime kOutputsPeriod = kMicrosecondsPerSecond / 2;
-// Of a drive that gives way to others of its line, each with as many tries as they leave it.
-constexpr int kStopTurns = 3;
+// Of a drive that gives way to others of its line, each with as many tries as they leave it: one at
+// least, so that it has as many requests as it would have alone.
+constexpr int kStopTurns = 6;
 
 }  // namespace
 

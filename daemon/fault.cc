@@ -1,6 +1,7 @@
 #include "daemon/fault.h"
 
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "base/json_text.h"
 
@@ -66,7 +67,10 @@ void AddTo(Fault& fault, const std::exception& error) {
 }
 
 std::string TextOf(const std::string& source, const std::string& message) {
-  return message.starts_with(source) ? message : source + ": " + message;
+  const bool named = message.starts_with(source) &&
+                     (message.size() == source.size() ||
+                      std::string_view(" :.,").find(message[source.size()]) != std::string::npos);
+  return named ? message : source + ": " + message;
 }
 
 bool HaveSameCause(const Fault& one, const Fault& other) {

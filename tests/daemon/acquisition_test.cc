@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "base/error.h"
 #include "tests/daemon/fake_stand.h"
 #include "tests/drivers/manual_clock.h"
@@ -214,7 +216,13 @@ TEST_F(AcquisitionTest, AnOperatorsStopReachesTheAxisThatTurnsBeforeSilentOnes) 
   }
   acquisition_.PostStopAll();
   Wait(kSecond / 10);
-  EXPECT_THAT(order, ElementsAre("inner", "outer", "middle", "outer", "middle", "outer", "middle"));
+  ASSERT_GE(order.size(), 3u);
+  EXPECT_EQ(order[0], "inner");
+  EXPECT_EQ(std::ranges::count(order, "inner"), 1);
+  // In turn, each with as many requests as a drive has that is alone on its line.
+  for (std::size_t i = 1; i < order.size(); ++i)
+    EXPECT_EQ(order[i], i % 2 == 1 ? "outer" : "middle");
+  EXPECT_EQ(std::ranges::count(order, "outer"), 6);
   for (const auto& [name, drive] : devices_.drives) drive->on_call = {};
 }
 

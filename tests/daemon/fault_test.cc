@@ -61,6 +61,8 @@ TEST(Fault, SaysNothingTwice) {
   AddTo(fault, DeviceError("axis.inner drive: no answer", {.device = "axis.inner drive"}));
   EXPECT_EQ(TextOf(fault), "axis.inner drive: no answer");
   EXPECT_EQ(TextOf("record", "the disk is full"), "record: the disk is full");
+  EXPECT_EQ(TextOf("axis.in", "axis.inner drive: no answer"),
+            "axis.in: axis.inner drive: no answer");
 }
 
 // The nearest to the cause knows best.
