@@ -44,7 +44,7 @@ std::optional<std::string> OtherFactor(double ratio, char axis, const Measuremen
            "than declared. Check range_deg_s, and gyro_lsb_per_deg_s of the device map or table";
   }
   const bool counts = info.gyro_unit == RateUnit::kLsb;
-  const std::optional<std::string> unit = OtherUnitOfGyro(ratio, axis, info);
+  std::optional<std::string> unit = OtherUnitOfGyro(ratio, axis, info);
   if (counts && !unit &&
       (IsNearFactor(ratio, kDegPerRad) || IsNearFactor(ratio, 1.0 / kDegPerRad))) {
     return fmt::format(

@@ -13,7 +13,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using ::testing::Not;
 
 MeasurementInfo Info(bool sensitivity_given) {
   MeasurementInfo info;
