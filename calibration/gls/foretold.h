@@ -20,8 +20,8 @@ struct HeldOutRows {
 // coefficients is a part of the forecast. By Woodbury's identity, with P = training + W'W,
 //   -r'r + (W'r)' P^-1 (W'r) - log det P + log det training.
 // `own`: columns of which training knows nothing, and of which any coefficient is as likely before
-// the rows have been seen. Between models with the same ones the densities can be compared; one with
-// more of them describes the rows, and its density is never the lesser one.
+// the rows have been seen. Between models with the same ones the densities can be compared; one
+// with more of them describes the rows, and its density is never the lesser one.
 double LogForetold(const Eigen::MatrixXd& training, const HeldOutRows& rows,
                    const std::vector<Eigen::Index>& own);
 
