@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "calibration/signal/line_sums.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -14,29 +16,10 @@ constexpr double kFollowsMore = 5.0;
 constexpr double kLeastShareExplained = 0.5;
 constexpr double kFollowsItAlone = 0.9;  // share of the variance
 
-// Sums of a channel's mean rates (y) and the reference's (x) over the nodes.
-struct Sums {
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
-
-  void Add(double rate, double output) {
-    n += 1.0;
-    x += rate;
-    y += output;
-    xx += rate * rate;
-    xy += rate * output;
-    yy += output * output;
-  }
-  // Slope of the output on the rate, and the share of its variance which that explains.
-  double Slope() const { return (n * xy - x * y) / (n * xx - x * x); }
-  double Explained() const {
-    const double between = n * xy - x * y;
-    return between * between / ((n * xx - x * x) * (n * yy - y * y));
-  }
-};
-
-// Of the intervals in which the table turned about `axis` more than about the others, or rested.
-std::array<Sums, 3> SumsOf(const Columns& columns, std::size_t axis) {
-  std::array<Sums, 3> sums;
+// Of each channel's mean rates on the reference's about `axis`, over the intervals in which the
+// table turned about it more than about the others, or rested.
+std::array<LineSums, 3> SumsOf(const Columns& columns, std::size_t axis) {
+  std::array<LineSums, 3> sums;
   for (std::size_t i = 1; i < columns.nodes.size(); ++i) {
     const Node& node = columns.nodes[i];
     const Node& before = columns.nodes[i - 1];
@@ -60,7 +43,7 @@ std::array<Sums, 3> SumsOf(const Columns& columns, std::size_t axis) {
 
 std::string FollowedByAnother(const Columns& columns, SensorAxis axis) {
   const auto own = static_cast<std::size_t>(axis);
-  const std::array<Sums, 3> sums = SumsOf(columns, own);
+  const std::array<LineSums, 3> sums = SumsOf(columns, own);
   // Misaligned axes feel a part of it too.
   std::size_t most = own;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -80,7 +63,7 @@ std::string FollowedByAnother(const Columns& columns, SensorAxis axis) {
 
 std::optional<double> FollowedSensitivity(const Columns& columns, SensorAxis axis) {
   const auto own = static_cast<std::size_t>(axis);
-  const Sums sums = SumsOf(columns, own)[own];
+  const LineSums sums = SumsOf(columns, own)[own];
   if (!(sums.Explained() > kFollowsItAlone)) return std::nullopt;
   return sums.Slope();
 }

@@ -9,6 +9,8 @@
 #include <limits>
 #include <vector>
 
+#include "calibration/signal/line_sums.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -124,21 +126,16 @@ struct Correlation {
 // Of gyro[i] with reference[i + lag].
 Correlation CorrelationAt(const Rates& rates, std::ptrdiff_t lag) {
   const auto size = static_cast<std::ptrdiff_t>(rates.gyro.size());
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
+  LineSums sums;
   for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, -lag);
        i < size - std::max<std::ptrdiff_t>(0, lag); ++i) {
     const double g = rates.gyro[static_cast<std::size_t>(i)];
     const double r = rates.reference[static_cast<std::size_t>(i + lag)];
     if (std::isnan(g) || std::isnan(r)) continue;
-    n += 1.0;
-    x += g;
-    y += r;
-    xx += g * g;
-    yy += r * r;
-    xy += g * r;
+    sums.Add(g, r);
   }
-  const double variance = (xx - x * x / n) * (yy - y * y / n);
-  return {variance > 0.0 ? (xy - x * y / n) / std::sqrt(variance) : 0.0, n};
+  const double variance = sums.SquareX() * sums.SquareY();
+  return {variance > 0.0 ? sums.Product() / std::sqrt(variance) : 0.0, sums.n};
 }
 
 // Share of the variance that is left.

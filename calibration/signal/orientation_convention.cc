@@ -11,6 +11,7 @@
 #include "base/geometry.h"
 #include "calibration/signal/columns.h"
 #include "calibration/signal/intake.h"
+#include "calibration/signal/line_sums.h"
 #include "calibration/signal/output_unit.h"
 
 namespace gyrobench::calibration {
@@ -88,22 +89,6 @@ Vector3d RotationFrom(const Quaterniond& from, const Quaterniond& to) {
   return kDegPerRad * 2.0 * std::atan2(sine, between.w()) / sine * between.vec();
 }
 
-// Of one channel on its rate.
-struct Line {
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
-  void Add(double rate, double output) {
-    n += 1.0;
-    x += rate;
-    y += output;
-    xx += rate * rate;
-    xy += rate * output;
-    yy += output * output;
-  }
-  double Slope() const { return (n * xy - x * y) / (n * xx - x * x); }
-  double Variance() const { return yy - y * y / n; }
-  double Left() const { return Variance() - Slope() * (xy - x * y / n); }
-};
-
 class Comparison {
  public:
   Comparison(const MeasurementInfo& info, const Columns& columns) : info_(info) {
@@ -118,7 +103,7 @@ class Comparison {
   // Factor of the slopes by which it agrees: 1, or -1 of one that is of the other sense; nullopt
   // where it does not.
   std::optional<double> Agrees(const Convention& convention) const {
-    std::array<Line, 3> lines;
+    std::array<LineSums, 3> lines;  // of each channel on its rate
     Vector3d square = Vector3d::Zero();
     double turned_deg = 0.0;
     for (std::size_t i = 1; i < nodes_.size(); ++i) {
@@ -137,14 +122,14 @@ class Comparison {
   }
 
  private:
-  std::optional<double> Judge(const std::array<Line, 3>& lines, const Vector3d& square) const {
+  std::optional<double> Judge(const std::array<LineSums, 3>& lines, const Vector3d& square) const {
     double left = 0.0, all = 0.0;
     std::vector<double> slopes;
     for (std::size_t c = 0; c < 3; ++c) {
       if (!info_.gyro_present[c]) continue;
       const bool turned = square[static_cast<Eigen::Index>(c)] > kLeastShare * square.sum();
-      left += turned ? lines[c].Left() : lines[c].Variance();
-      all += lines[c].Variance();
+      left += turned ? lines[c].LeftOfY() : lines[c].SquareY();
+      all += lines[c].SquareY();
       if (turned) slopes.push_back(lines[c].Slope());
     }
     if (slopes.empty() || !(left < kMostLeft * all)) return std::nullopt;

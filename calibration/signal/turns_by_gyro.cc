@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "calibration/signal/line_sums.h"
 #include "calibration/signal/output_unit.h"
 #include "calibration/signal/reference_track.h"
 #include "kinematics/stand_frame.h"
@@ -99,25 +100,15 @@ class TurnFinder {
 
   // By the steps of less than half a turn; g is NaN where they do not say it.
   Response Fitted() const {
-    double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0, turned_deg = 0.0;
+    LineSums line;
+    double turned_deg = 0.0;
     for (const Step& step : steps_) {
       if (!step.usable || step.jumps()) continue;
-      const double rate = step.turned_deg / step.span_s, output = step.output / step.span_s;
       turned_deg += std::fabs(step.turned_deg);
-      n += 1.0;
-      x += rate;
-      y += output;
-      xx += rate * rate;
-      xy += rate * output;
-      yy += output * output;
+      line.Add(step.turned_deg / step.span_s, step.output / step.span_s);
     }
-    const double varies = n * xx - x * x, together = n * xy - x * y;
-    const bool follows = together * together > kLeastFollowed * varies * (n * yy - y * y);
-    if (!(turned_deg > kLeastTurned_deg) || !follows) return {};
-    Response response;
-    response.g = together / varies;
-    response.b = (y - response.g * x) / n;
-    return response;
+    if (!(turned_deg > kLeastTurned_deg) || !(line.Explained() > kLeastFollowed)) return {};
+    return {line.Offset(), line.Slope()};
   }
 
   // False where one of the steps is near no number of whole turns.
