@@ -17,6 +17,12 @@ constexpr std::size_t kFolds = 10, kRunsToHoldOut = 3;
 // resonance that is passed once: by the others alone they would be met by an extrapolation.
 constexpr double kWeight = 1e-3, kWeightOfThoseWhoKnow = 0.1;
 
+// Rows that are held out, and the products of a model's white columns over them.
+struct Fold {
+  RowRanges rows;
+  Eigen::MatrixXd products;
+};
+
 // A model on part of the rows, applied to another part. Non-linear parameters move along their
 // slopes: they are trained like the others.
 class Splitter {
@@ -44,33 +50,38 @@ class Splitter {
     independent_ = IndependentColumns(gram_);
   }
 
-  // Coefficients from all rows, those of the ranges with a weight of their own. What acts in the
-  // ranges alone, as a step of an angle at one moment, is what they say of it: where the bias walks
+  Fold FoldOf(const RowRanges& rows) const {
+    Fold fold = {rows, Eigen::MatrixXd::Zero(gram_.rows(), gram_.cols())};
+    for (const RowRange& range : rows) fold.products += ProductsOf(white_, range);
+    return fold;
+  }
+  std::vector<Fold> FoldsOf(const std::vector<RowRanges>& some) const {
+    std::vector<Fold> folds;
+    for (const RowRanges& rows : some) folds.push_back(FoldOf(rows));
+    return folds;
+  }
+
+  // Coefficients from all rows, those of the fold with a weight of their own. What acts in the
+  // fold alone, as a step of an angle at one moment, is what they say of it: where the bias walks
   // the white rows after it have a little of it each, and would say more than those with the
   // weight.
-  Eigen::VectorXd TrainWithout(const RowRanges& ranges, double weight) const {
-    Eigen::MatrixXd gram = gram_;
+  Eigen::VectorXd TrainWithout(const Fold& fold, double weight) const {
     Eigen::VectorXd right = right_;
-    for (const RowRange& range : ranges) {
+    for (const RowRange& range : fold.rows) {
       const auto test = white_.middleRows(range.begin, range.size());
-      gram.noalias() -= (1.0 - weight) * test.transpose() * test;
       right.noalias() -=
           (1.0 - weight) * test.transpose() * output_.segment(range.begin, range.size());
     }
-    Eigen::VectorXd theta = SolveIndependent(gram, right);
-    const std::vector<Eigen::Index> own = LocalTo(ranges);
+    Eigen::VectorXd theta = SolveIndependent(gram_ - (1.0 - weight) * fold.products, right);
+    const std::vector<Eigen::Index> own = LocalTo(fold.rows);
     theta(own).setZero();
     const Eigen::VectorXd left = right_(own) - gram_(own, Eigen::all) * theta;
     theta(own) = SolveIndependent(gram_(own, own), left);
     return theta;
   }
   // Without these rows every column that is not their own is known nearly as well.
-  bool SeesWithout(const RowRanges& ranges) const {
-    Eigen::MatrixXd gram = gram_;
-    for (const RowRange& range : ranges) {
-      const auto test = white_.middleRows(range.begin, range.size());
-      gram.noalias() -= test.transpose() * test;
-    }
+  bool SeesWithout(const Fold& fold) const {
+    const Eigen::MatrixXd gram = gram_ - fold.products;
     std::vector<Eigen::Index> common;
     for (Eigen::Index j = 0; j < gram.rows(); ++j) {
       if (!local_[static_cast<std::size_t>(j)]) common.push_back(j);
@@ -88,25 +99,22 @@ class Splitter {
   }
   // As `theta` foretells the rows, that was trained with them at `weight`: the rest of their weight
   // is what was held out.
-  double LogDensity(const Eigen::VectorXd& theta, const RowRanges& ranges, double weight) const {
-    const auto count = static_cast<Eigen::Index>(independent_.size());
-    HeldOutRows held_out = {Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
-    for (const RowRange& range : ranges) {
-      const auto all = white_.middleRows(range.begin, range.size());
-      const Eigen::MatrixXd some = all(Eigen::all, independent_);
-      const Eigen::VectorXd residual = output_.segment(range.begin, range.size()) - all * theta;
-      held_out.products.noalias() += some.transpose() * some;
-      held_out.scores.noalias() += some.transpose() * residual;
-      held_out.square += residual.squaredNorm();
+  double LogDensity(const Eigen::VectorXd& theta, const Fold& fold, double weight) const {
+    const double share = 1.0 - weight;
+    Eigen::VectorXd scores = Eigen::VectorXd::Zero(gram_.rows());
+    double square = 0.0;
+    for (const RowRange& range : fold.rows) {
+      const auto test = white_.middleRows(range.begin, range.size());
+      const Eigen::VectorXd residual = output_.segment(range.begin, range.size()) - test * theta;
+      scores.noalias() += test.transpose() * residual;
+      square += residual.squaredNorm();
     }
-    const Eigen::MatrixXd training =
-        gram_(independent_, independent_) - (1.0 - weight) * held_out.products;
-    held_out.products *= 1.0 - weight;
-    held_out.scores *= 1.0 - weight;
-    held_out.square *= 1.0 - weight;
+    const HeldOutRows held_out = {share * fold.products(independent_, independent_),
+                                  share * scores(independent_), share * square};
+    const Eigen::MatrixXd training = gram_(independent_, independent_) - held_out.products;
     std::vector<Eigen::Index> own;
-    const std::vector<Eigen::Index> local = LocalTo(ranges);
-    for (Eigen::Index k = 0; k < count; ++k) {
+    const std::vector<Eigen::Index> local = LocalTo(fold.rows);
+    for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(independent_.size()); ++k) {
       if (std::ranges::find(local, independent_[static_cast<std::size_t>(k)]) != local.end())
         own.push_back(k);
     }
@@ -166,28 +174,27 @@ std::vector<RowRanges> FoldsOfBlocks(const ChannelProblem& problem) {
 HeldOutFigures HoldOut(const ChannelProblem& problem, const ChannelFit& fit,
                        const std::vector<Eigen::Index>& without, std::uint64_t seed) {
   const Splitter before(fit, without), after(fit, {});
-  std::vector<RowRanges> folds = FoldsOfRuns(problem);
+  std::vector<Fold> folds = after.FoldsOf(FoldsOfRuns(problem));
   // A measurement that alone shows what a column does cannot be held out by itself.
-  if (!std::ranges::all_of(folds, [&](const RowRanges& fold) { return after.SeesWithout(fold); }))
+  if (!std::ranges::all_of(folds, [&](const Fold& fold) { return after.SeesWithout(fold); }))
     folds.clear();
   const bool whole_runs = !folds.empty();
-  if (!whole_runs) folds = FoldsOfBlocks(problem);
+  if (!whole_runs) folds = after.FoldsOf(FoldsOfBlocks(problem));
   if (folds.size() < 2) return {};
   TriedRows tried_before, tried_after;
-  auto test = [&](const Splitter& splitter, const RowRanges& fold, double weight,
-                  TriedRows* tried) {
+  auto test = [&](const Splitter& splitter, const Fold& fold, double weight, TriedRows* tried) {
     const Eigen::VectorXd theta = splitter.TrainWithout(fold, weight);
     tried->log_density += splitter.LogDensity(theta, fold, weight);
     const Eigen::VectorXd residual = splitter.RawResidual(problem.output_deg(), theta);
-    for (const RowRange& range : fold) {
+    for (const RowRange& range : fold.rows) {
       tried->rows += static_cast<double>(range.size());
       tried->squares.push_back(splitter.TestSquare(theta, range));
       tried->windows.Append(AngleWindows(problem, residual, range.begin, range.end));
     }
   };
-  for (const RowRanges& fold : folds) {
+  for (const Fold& fold : folds) {
     const double weight = whole_runs || after.SeesWithout(fold) ? kWeight : kWeightOfThoseWhoKnow;
-    test(before, fold, weight, &tried_before);
+    test(before, before.FoldOf(fold.rows), weight, &tried_before);
     test(after, fold, weight, &tried_after);
   }
   return Compare(tried_before, tried_after, seed);

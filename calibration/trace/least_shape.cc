@@ -68,6 +68,16 @@ struct Ends {
   std::vector<double> low, high;
 };
 
+Ends EndsAbout(const std::vector<double>& middle, const std::vector<double>& reach,
+               const RefineRange& range) {
+  Ends ends;
+  for (std::size_t k = 0; k < middle.size(); ++k) {
+    ends.low.push_back(std::max(range.low[k], middle[k] - reach[k]));
+    ends.high.push_back(std::min(range.high[k], middle[k] + reach[k]));
+  }
+  return ends;
+}
+
 std::vector<Shape> Grid(const Shapes& shapes, const Ends& ends) {
   std::vector<std::vector<double>> places = {{}};
   for (std::size_t k = 0; k < ends.low.size(); ++k) {
@@ -109,30 +119,17 @@ bool Widen(const std::vector<Shape>& grid, double best, const RefineRange& range
   return moved;
 }
 
-// Shapes about that of a member, as far as the data leave them open.
-struct OpenShapes {
-  Shape stated;
-  std::vector<Shape> tried;  // between ends beyond which nothing is as likely
-};
-
-// `reach`: of each parameter, to the first ends.
-OpenShapes ShapesLeftOpen(const Selection& selection, std::size_t member, const RefineRange& range,
-                          const std::vector<double>& reach) {
-  Ends ends;
-  for (std::size_t k = 0; k < range.start.size(); ++k) {
-    ends.low.push_back(std::max(range.low[k], range.start[k] - reach[k]));
-    ends.high.push_back(std::min(range.high[k], range.start[k] + reach[k]));
-  }
-  const Shapes shapes(selection, member);
-  OpenShapes out;
-  out.stated = shapes.At(range.start);
-  std::vector<Shape> grid = Grid(shapes, ends);
-  out.tried = grid;
-  for (int round = 1; round < kWidenings && Widen(grid, out.stated.gain, range, &ends); ++round) {
+// Shapes about the stated one, up to ends beyond which nothing is as likely. `reach`: of each
+// parameter, to the first ends.
+std::vector<Shape> ShapesLeftOpen(const Shapes& shapes, const Shape& stated,
+                                  const RefineRange& range, const std::vector<double>& reach) {
+  Ends ends = EndsAbout(stated.theta, reach, range);
+  std::vector<Shape> grid = Grid(shapes, ends), tried = grid;
+  for (int round = 1; round < kWidenings && Widen(grid, stated.gain, range, &ends); ++round) {
     grid = Grid(shapes, ends);
-    std::ranges::copy(grid, std::back_inserter(out.tried));
+    std::ranges::copy(grid, std::back_inserter(tried));
   }
-  return out;
+  return tried;
 }
 
 }  // namespace
@@ -147,9 +144,9 @@ std::vector<double> ShapeOfLeastSize(const ChannelProblem& problem, const Select
   for (std::size_t k = 0; k < range.start.size(); ++k)
     reach.push_back(std::max(kFirstReach * std::fabs(range.start[k]),
                              kLeastReach * (range.high[k] - range.low[k])));
-  const OpenShapes open = ShapesLeftOpen(selection, member, range, reach);
-  double best = open.stated.gain;
-  Shape least = open.stated;
+  const Shapes shapes(selection, member);
+  Shape least = shapes.At(range.start);
+  double best = least.gain;
   const auto take_least = [&](const std::vector<Shape>& some) {
     for (const Shape& shape : some) best = std::max(best, shape.gain);
     for (const Shape& shape : some) {
@@ -157,16 +154,10 @@ std::vector<double> ShapeOfLeastSize(const ChannelProblem& problem, const Select
       if (as_good && shape.values.norm() < least.values.norm()) least = shape;
     }
   };
-  take_least(open.tried);
-  const Shapes shapes(selection, member);
+  take_least(ShapesLeftOpen(shapes, least, range, reach));
   for (int round = 0; round < kNarrowings; ++round) {
-    Ends ends;
-    for (std::size_t k = 0; k < reach.size(); ++k) {
-      reach[k] /= 0.5 * (kShapesEachWay - 1);  // a step of the grid before
-      ends.low.push_back(std::max(range.low[k], least.theta[k] - reach[k]));
-      ends.high.push_back(std::min(range.high[k], least.theta[k] + reach[k]));
-    }
-    take_least(Grid(shapes, ends));
+    for (double& way : reach) way /= 0.5 * (kShapesEachWay - 1);  // a step of the grid before
+    take_least(Grid(shapes, EndsAbout(least.theta, reach, range)));
   }
   return least.theta;
 }

@@ -26,11 +26,6 @@ Eigen::VectorXd Variances(const Eigen::MatrixXd& gram) {
   return ScaledLdlt(gram).Solve(Eigen::MatrixXd::Identity(gram.rows(), gram.cols())).diagonal();
 }
 
-Eigen::MatrixXd ProductsOf(const Eigen::MatrixXd& columns, const RowRange& range) {
-  const auto some = columns.middleRows(range.begin, range.size());
-  return some.transpose() * some;
-}
-
 // What of the baseline can be known without some rows; columns that depend on others count once.
 class Sight {
  public:
@@ -97,6 +92,11 @@ Split Complement(Eigen::Index rows, RowRanges rest) {
 }
 
 }  // namespace
+
+Eigen::MatrixXd ProductsOf(const Eigen::MatrixXd& columns, const RowRange& range) {
+  const auto some = columns.middleRows(range.begin, range.size());
+  return some.transpose() * some;
+}
 
 RowRanges Blocks(const ChannelProblem& problem) {
   RowRanges blocks;

@@ -25,6 +25,9 @@ struct Split {
   RowRanges rest;                      // all other rows
 };
 
+// Products of columns over some of their rows.
+Eigen::MatrixXd ProductsOf(const Eigen::MatrixXd& columns, const RowRange& range);
+
 // Blocks in time: 20 s or a hundredth of the whole, whichever is longer. None goes over the end of
 // a power-on, whose last one may be half as long, and a short power-on is one block.
 RowRanges Blocks(const ChannelProblem& problem);
