@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace gyrobench {
@@ -81,5 +82,14 @@ class DataError : public Error {
  public:
   using Error::Error;
 };
+
+// "record: the disk is full", "axis.inner drive: no answer": a source and what happened there,
+// without the source where the words begin with it.
+inline std::string WithSource(const std::string& source, const std::string& message) {
+  const bool named = message.starts_with(source) &&
+                     (message.size() == source.size() ||
+                      std::string_view(" :.,").find(message[source.size()]) != std::string::npos);
+  return named ? message : source + ": " + message;
+}
 
 }  // namespace gyrobench

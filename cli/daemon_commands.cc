@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/error.h"
 #include "base/json_text.h"
 #include "cli/commands.h"
 #include "cli/control_client.h"
@@ -137,9 +138,8 @@ std::string StatusText(const Json& status, const presentation::Terminal& termina
                                BenchText(status)});
   const Json& fault = Field(status, "fault");
   if (fault.is_object()) {
-    const std::string source = Text(fault, "source"), message = Text(fault, "message");
-    const bool named = message.starts_with(source);
-    rows.push_back({"fault", terminal.Red(named ? message : source + ": " + message)});
+    rows.push_back(
+        {"fault", terminal.Red(WithSource(Text(fault, "source"), Text(fault, "message")))});
     for (const Json& left : Field(fault, "left")) {
       if (left.is_string()) rows.push_back({"", "left: " + left.get<std::string>()});
     }

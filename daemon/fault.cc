@@ -1,7 +1,6 @@
 #include "daemon/fault.h"
 
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "base/json_text.h"
 
@@ -64,13 +63,6 @@ void AddTo(Fault& fault, const std::exception& error) {
   if (device != nullptr && fault.failure.device.empty()) fault.failure = device->failure();
   const auto* ours = dynamic_cast<const Error*>(&error);
   if (ours != nullptr && !fault.place) fault.place = ours->place();
-}
-
-std::string TextOf(const std::string& source, const std::string& message) {
-  const bool named = message.starts_with(source) &&
-                     (message.size() == source.size() ||
-                      std::string_view(" :.,").find(message[source.size()]) != std::string::npos);
-  return named ? message : source + ": " + message;
 }
 
 bool HaveSameCause(const Fault& one, const Fault& other) {

@@ -48,10 +48,7 @@ Fault FaultOf(const std::string& source, const std::exception& error);
 // yet, and the fields of the first error that had any are kept.
 void AddTo(Fault& fault, const std::exception& error);
 
-// "record: the disk is full", "axis.inner drive: no answer": its source and what happened, without
-// the source where the words begin with it.
-std::string TextOf(const std::string& source, const std::string& message);
-inline std::string TextOf(const Fault& fault) { return TextOf(fault.source, fault.message); }
+inline std::string TextOf(const Fault& fault) { return WithSource(fault.source, fault.message); }
 // Whether one device failed in the same way, at whatever it was asked.
 bool HaveSameCause(const Fault& one, const Fault& other);
 

@@ -78,7 +78,7 @@ void StatusPublisher::CareForRecord() {
 std::string StatusPublisher::WhatToKnow() const {
   if (const auto fault = control_.fault()) return TextOf(*fault);
   for (const DeviceStatus& device : acquisition_.Devices()) {
-    if (!device.ok) return TextOf(device.name, device.message);
+    if (!device.ok) return WithSource(device.name, device.message);
   }
   return publisher_.health();
 }

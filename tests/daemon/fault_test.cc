@@ -60,8 +60,8 @@ TEST(Fault, SaysNothingTwice) {
   AddTo(fault, DeviceError("axis.inner drive: no answer", {.device = "axis.inner drive"}));
   AddTo(fault, DeviceError("axis.inner drive: no answer", {.device = "axis.inner drive"}));
   EXPECT_EQ(TextOf(fault), "axis.inner drive: no answer");
-  EXPECT_EQ(TextOf("record", "the disk is full"), "record: the disk is full");
-  EXPECT_EQ(TextOf("axis.in", "axis.inner drive: no answer"),
+  EXPECT_EQ(WithSource("record", "the disk is full"), "record: the disk is full");
+  EXPECT_EQ(WithSource("axis.in", "axis.inner drive: no answer"),
             "axis.in: axis.inner drive: no answer");
 }
 
