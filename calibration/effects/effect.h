@@ -124,8 +124,6 @@ struct Effect {
   bool shakes_stand = false;
   // True motion of the sensor, not an error of it.
   bool true_motion = false;
-  // Where the site's latitude is not known Earth's rotation passes for it.
-  bool earth_passes_for_it = false;
   // What a certificate bounds as the reference's eccentricity.
   bool reference_eccentricity = false;
   // Id of the effect whose size differs in one of several runs; empty for all others. Nothing that

@@ -16,17 +16,27 @@ namespace gyrobench::calibration {
 
 struct ScanPeak;
 
+// Of a product: the quantity whose zero has been found, and its range in the data, in its own unit.
+// The zero itself is the non-linear parameter.
+struct Origin {
+  std::string of;  // T, or a covariate
+  double low = 0.0, high = 0.0;
+
+  std::string parameter() const { return of + "0"; }
+};
+
 struct Candidate {
   const Effect* effect = nullptr;  // nullptr: composed or empirical
   BasisContext context;
   std::string id;      // as it is reported: bias.of(supply_v)
   std::string family;  // id and axis: of one family one member is enough
   std::string suffix;  // of its parameters' names: _inner
-  // Composed: two factors a term, one term after the other, and their offsets; where the
-  // temperature from which they are counted was found, it is context.nonlinear too. Empirical: one,
-  // and two knots: the curve rises from 0 at the first to its coefficient at the second.
+  // Composed: two factors a term, one term after the other, and their offsets, of which `origin`
+  // was found. Empirical: one, and two knots: the curve rises from 0 at the first to its
+  // coefficient at the second.
   std::vector<std::string> factors;
   std::vector<double> offsets, knots;
+  std::optional<Origin> origin;
   std::optional<std::size_t> power_on;  // steps and tones: acts in this power-on alone
   // Share of the chance of a false discovery that is this candidate's: threshold of its p-value.
   double log_level = 0.0;

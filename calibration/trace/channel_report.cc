@@ -34,11 +34,6 @@ std::string ResolvingManoeuvre(const std::string& id) {
   return ManoeuvreOf(id);
 }
 
-bool HasMember(const Selection& selection, const Effect& effect) {
-  return std::ranges::any_of(selection.members(),
-                             [&](const Candidate& member) { return member.effect == &effect; });
-}
-
 std::string EquationOf(const Candidate& member) {
   if (member.effect != nullptr) {
     const std::string& equation = member.effect->equation;
@@ -54,10 +49,11 @@ std::string EquationOf(const Candidate& member) {
   for (std::size_t k = 0; k < member.factors.size(); k += 2) {
     std::string product = "c";
     for (std::size_t f = k; f < k + 2; ++f) {
-      const bool found = member.searched() && member.factors[f] == "T";
-      product += member.offsets[f] == 0.0 ? " " + member.factors[f]
-                 : found                  ? " (T - T0)"
-                         : fmt::format(" ({} - {:.4g})", member.factors[f], member.offsets[f]);
+      const bool found = member.origin && member.factors[f] == member.origin->of;
+      product += found ? fmt::format(" ({} - {})", member.factors[f], member.origin->parameter())
+                 : member.offsets[f] == 0.0
+                     ? " " + member.factors[f]
+                     : fmt::format(" ({} - {:.4g})", member.factors[f], member.offsets[f]);
     }
     products.push_back(product);
   }
@@ -265,8 +261,6 @@ class ChannelTracer::State {
     effect.parameters = EffectParameters(member, fit, i, grow, request_.covariates);
     effect.p_value = selection.PValue(i);
     effect.rivals = selection.Rivals(i);
-    if (!request_.earth_rate_known && !HasMember(selection, EarthRotationEffect()))
-      AddEarthAsRival(&effect);
     std::set<std::string> ways;
     for (const std::string& rival : effect.rivals) ways.insert(ResolvingManoeuvre(rival));
     if (!effect.rivals.empty()) ways.insert(ResolvingManoeuvre(effect.id));

@@ -70,7 +70,10 @@ std::vector<ModelParameter> EffectParameters(const Candidate& member, const Chan
       const std::string name = member.columns.size() == 1 ? "c" : "c_" + member.factors[2 * k];
       out.push_back(Coefficient(fit, j, name, "deg/s per unit", grow));
     }
-    if (j < end) out.push_back(Parameter(fit, j, "T0", "degC", grow));
+    if (j < end) {
+      const Factor counted = *Factor::Make(member.origin->of, 0, covariates);
+      out.push_back(Parameter(fit, j, member.origin->parameter(), counted.unit(), grow));
+    }
     return out;
   }
   const Effect& effect = *member.effect;

@@ -55,7 +55,7 @@ void AppendNames(const Candidate& member, std::vector<std::string>* names) {
   if (member.effect == nullptr) {
     for (std::size_t k = 0; k < member.columns.size(); ++k)
       names->push_back(fmt::format("{}.{}", member.id, k));
-    if (member.shape_is_free()) names->push_back(member.id + ".T0");
+    if (member.shape_is_free()) names->push_back(member.id + "." + member.origin->parameter());
     return;
   }
   for (const EffectTerm& term : member.effect->terms)

@@ -74,10 +74,9 @@ std::optional<RefineRange> RangeOf(const ChannelProblem& problem, const Candidat
                        {from - 0.5 * width, 1e-3 * width},
                        {to + 0.5 * width, 2.0 * width}};
   }
-  if (candidate.effect == nullptr && candidate.searched()) {
-    return RefineRange{candidate.context.nonlinear,
-                       {problem.min_temperature_degC()},
-                       {problem.max_temperature_degC()}};
+  if (candidate.origin) {
+    return RefineRange{
+        candidate.context.nonlinear, {candidate.origin->low}, {candidate.origin->high}};
   }
   if (candidate.effect == nullptr || candidate.effect->nonlinear.empty()) return std::nullopt;
   const Effect& effect = *candidate.effect;
@@ -111,7 +110,7 @@ void SetNonlinear(const std::vector<double>& theta, Candidate* candidate) {
   } else {
     candidate->context.nonlinear = theta;
     for (std::size_t f = 0; f < candidate->factors.size(); ++f) {
-      if (candidate->factors[f] == "T") candidate->offsets[f] = theta[0];
+      if (candidate->factors[f] == candidate->origin->of) candidate->offsets[f] = theta[0];
     }
   }
 }

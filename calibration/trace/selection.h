@@ -32,8 +32,8 @@ class Selection {
             const CandidateSet& candidates, const SelectionOptions& options);
 
   void Run();
-  // Puts one member in the place of a product of temperature and an effect that does what the
-  // product's other factor does: the same product, counted from another temperature.
+  // Puts one member in the place of a product of temperature or a covariate and an effect that does
+  // what the product's other factor does: the same product, counted from another value.
   void JoinOrigins();
   void Remove(std::size_t member);
   // Candidate::shape_held, with these non-linear parameters.
@@ -108,6 +108,7 @@ class Selection {
   std::optional<Candidate> InTheOtherShape(const Candidate& member,
                                            const WhiteStore::Columns& others);
   double CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const;
+  double GainWithinItsLimit(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool DropWeak();
   std::vector<double> StartSides(Candidate candidate, const Projection& others_off,
                                  const Eigen::VectorXd& residual) const;
@@ -115,7 +116,9 @@ class Selection {
   void Insert(Candidate candidate);
   bool Names(const std::string& id) const;  // as a member
   bool InModel(const std::string& family) const;
-  std::optional<Candidate> Joined(std::size_t product, std::size_t part) const;
+  std::size_t JoinOne(std::size_t product, const Origin& origin);
+  std::optional<Candidate> Joined(std::size_t product, std::size_t part,
+                                  const Origin& origin) const;
   double Cost(const WhiteStore::Columns& columns) const;
   double LogP(const Candidate& candidate, const WhiteStore::Columns& others) const;
 

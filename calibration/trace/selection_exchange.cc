@@ -1,6 +1,9 @@
 // What may take a member's place, or explains as much in it.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
@@ -25,6 +28,31 @@ constexpr double kNearOnGrid = 0.5;
 
 bool IsSlow(const Candidate& candidate) {
   return candidate.effect != nullptr && candidate.effect->slow;
+}
+
+bool IsLimited(const Candidate& candidate) {
+  return candidate.effect != nullptr && candidate.effect->limited;
+}
+
+// Most of 2 b'c - c'Gc for coefficients c of a length of at most `longest`, none along eigenvectors
+// of G whose eigenvalue is below `least`: c = (G + l)^-1 b, with l = 0 where that is short enough
+// and otherwise that of this length (More and Sorensen 1983).
+double GainOfLength(const Eigen::MatrixXd& gram, const Eigen::VectorXd& scores, double least,
+                    double longest) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
+  const Eigen::ArrayXd values = solver.eigenvalues().array().max(least);
+  const Eigen::ArrayXd b = (solver.eigenvalues().array() < least)
+                               .select(0.0, (solver.eigenvectors().transpose() * scores).array());
+  const auto too_long = [&](double l) { return (b / (values + l)).matrix().norm() - longest; };
+  double l = 0.0;
+  if (too_long(0.0) > 0.0) {
+    std::uintmax_t steps = 100;
+    const auto [low, high] =
+        boost::math::tools::toms748_solve(too_long, 0.0, b.matrix().norm() / longest,
+                                          boost::math::tools::eps_tolerance<double>(40), steps);
+    l = 0.5 * (low + high);
+  }
+  return (b.square() * (values + 2.0 * l) / (values + l).square()).sum();
 }
 
 }  // namespace
@@ -152,6 +180,16 @@ bool Selection::Exchange() {
   return changed;
 }
 
+// Of -2 log L, with coefficients that together are no larger than its largest size.
+double Selection::GainWithinItsLimit(const Candidate& candidate,
+                                     const WhiteStore::Columns& others) const {
+  const Projection others_off(store_.Take(others));
+  const Eigen::MatrixXd white = store_.Take(candidate.columns), left = others_off.Off(white);
+  const double least = kAbsorbed * white.colwise().squaredNorm().maxCoeff();
+  return GainOfLength(left.transpose() * left, left.transpose() * store_.output(), least,
+                      candidate.effect->typical_size * std::fabs(own_scale_));
+}
+
 // A description is no rival of a name on which it has no clear lead: what it must be ahead by to be
 // chosen counts here too. In the member's place a rival must pass its own level, or nearly so: the
 // credit for fewer coefficients alone makes no rival of what explains hardly anything.
@@ -171,6 +209,14 @@ std::vector<std::string> Selection::Rivals(std::size_t member) const {
     if (candidate.id == members_[member].id || InModel(candidate.family)) continue;
     // With what is named for one run, that of another run can take the place of the first run's.
     if (candidate.of_one_run() && Names(candidate.id)) continue;
+    if (IsLimited(candidate)) {
+      const double gain = GainWithinItsLimit(candidate, others);
+      const auto size = static_cast<double>(candidate.columns.size());
+      if (rivals(candidate, Cost(others) - gain + kCostOfColumn * size) &&
+          found(candidate, candidate.LogChance(gain, size)))
+        names.insert(candidate.id);
+      continue;
+    }
     WhiteStore::Columns with = others;
     with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
     if (rivals(candidate, Cost(with)) && found(candidate, LogP(candidate, others)) &&

@@ -1,11 +1,14 @@
-// The temperature from which a product is counted.
+// The temperature, or the value of a covariate, from which a product is counted.
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "calibration/effects/factor.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/gls/statistics.h"
 #include "calibration/trace/refine.h"
@@ -17,20 +20,48 @@ namespace {
 // Share of a column's square outside the span of others below which it does what they do.
 constexpr double kSameSpan = 1e-3;
 
-std::optional<double> OriginOf(const Candidate& candidate) {
-  const auto found = std::ranges::find(candidate.factors, "T");
-  if (found == candidate.factors.end() || candidate.empirical()) return std::nullopt;
-  return candidate.offsets[static_cast<std::size_t>(found - candidate.factors.begin())];
-}
-
-Candidate CountedFrom(const Candidate& product, double origin_degC) {
+Candidate CountedFrom(const Candidate& product, const Origin& origin, double zero) {
   Candidate out = product;
-  SetNonlinear({origin_degC}, &out);
+  out.origin = origin;
+  SetNonlinear({zero}, &out);
   out.columns.clear();
   return out;
 }
 
-// The gain of f (T - T0) for any T0, from products of f (T - T00), f and the output.
+// Where each row begins.
+Origin RangeOf(const ChannelProblem& problem, const std::string& name,
+               const std::vector<std::string>& covariates) {
+  const Factor factor = *Factor::Make(name, problem.channel(), covariates);
+  Origin out{name, kMissing, kMissing};
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    const double value = factor.At(problem.half(i, 0));
+    out.low = std::fmin(out.low, value);
+    out.high = std::fmax(out.high, value);
+  }
+  return out;
+}
+
+// The quantities of a product whose zero is a convention. Those of rate and gravity are physics.
+std::vector<Origin> OriginsOf(const ChannelProblem& problem, const Candidate& candidate,
+                              const std::vector<std::string>& covariates) {
+  if (candidate.effect != nullptr || candidate.empirical()) return {};
+  if (candidate.origin) return {*candidate.origin};
+  std::vector<Origin> out;
+  for (const std::string& factor : candidate.factors) {
+    const bool countable = factor == "T" || std::ranges::count(covariates, factor) > 0;
+    if (!countable || std::ranges::count(out, factor, &Origin::of) > 0) continue;
+    out.push_back(RangeOf(problem, factor, covariates));
+  }
+  return out;
+}
+
+bool InSpan(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& of) {
+  const Eigen::VectorXd outside = Projection(of).Off(columns).colwise().squaredNorm();
+  const Eigen::VectorXd squares = columns.colwise().squaredNorm();
+  return (outside.array() <= kSameSpan * squares.array()).all();
+}
+
+// The gain of f (q - q0) for any q0, from products of f (q - q00), f and the output.
 class GainByOrigin {
  public:
   GainByOrigin(const Eigen::MatrixXd& product, const Eigen::MatrixXd& factor,
@@ -41,9 +72,9 @@ class GainByOrigin {
         with_product_(product.transpose() * output),
         with_factor_(factor.transpose() * output) {}
 
-  double At(double lower_by_degC) const {
-    return ScaledLdlt(products_ + lower_by_degC * mixed_ + lower_by_degC * lower_by_degC * factors_)
-        .Square(with_product_ + lower_by_degC * with_factor_);
+  double At(double lower_by) const {
+    return ScaledLdlt(products_ + lower_by * mixed_ + lower_by * lower_by * factors_)
+        .Square(with_product_ + lower_by * with_factor_);
   }
 
  private:
@@ -53,50 +84,59 @@ class GainByOrigin {
 
 }  // namespace
 
-// f (T - T0) is the sum of f T and a part of f alone, whatever temperature T is counted from. The
-// two are one cause where the data have the temperature T0, and where f has several terms and all
-// parts agree in it.
+// f (q - q0) is the sum of f q and a part of f alone, whatever the quantity q is counted from. The
+// two are one cause where the data have the value q0, and where f has several terms and all parts
+// agree in it.
 void Selection::JoinOrigins() {
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (!OriginOf(members_[i])) continue;
-    for (std::size_t j = 0; j < members_.size(); ++j) {
-      if (members_[j].effect == nullptr) continue;
-      std::optional<Candidate> joined = Joined(i, j);
-      if (!joined) continue;
-      joined->columns = store_.Add(White(*joined));
-      members_[i] = std::move(*joined);
-      Remove(j);
-      if (j < i) --i;
+    for (const Origin& origin : OriginsOf(*problem_, members_[i], covariates())) {
+      const std::size_t part = JoinOne(i, origin);
+      if (part == kNoMember) continue;
+      if (part < i) --i;
       break;
     }
   }
 }
 
-std::optional<Candidate> Selection::Joined(std::size_t product, std::size_t part) const {
-  const double origin_degC = *OriginOf(members_[product]);
-  const Eigen::MatrixXd whole = store_.Take(members_[product].columns);
-  const Eigen::MatrixXd factor = White(CountedFrom(members_[product], origin_degC - 1.0)) - whole;
+// The member that is in the product now.
+std::size_t Selection::JoinOne(std::size_t product, const Origin& origin) {
+  for (std::size_t j = 0; j < members_.size(); ++j) {
+    if (members_[j].effect == nullptr) continue;
+    std::optional<Candidate> joined = Joined(product, j, origin);
+    if (!joined) continue;
+    joined->columns = store_.Add(White(*joined));
+    members_[product] = std::move(*joined);
+    Remove(j);
+    return j;
+  }
+  return kNoMember;
+}
+
+std::optional<Candidate> Selection::Joined(std::size_t product, std::size_t part,
+                                           const Origin& origin) const {
+  const Candidate& member = members_[product];
+  const auto counted = std::ranges::find(member.factors, origin.of);
+  const double zero = member.offsets[static_cast<std::size_t>(counted - member.factors.begin())];
+  const Eigen::MatrixXd whole = store_.Take(member.columns);
+  const Eigen::MatrixXd factor = White(CountedFrom(member, origin, zero - 1.0)) - whole;
   const Eigen::MatrixXd plain = store_.Take(members_[part].columns);
-  const Eigen::VectorXd outside = Projection(factor).Off(plain).colwise().squaredNorm();
-  const Eigen::VectorXd squares = plain.colwise().squaredNorm();
-  if ((outside.array() > kSameSpan * squares.array()).any()) return std::nullopt;
+  // A product with gravity along one axis is a part of a sensitivity along all three.
+  if (!InSpan(plain, factor) && !InSpan(factor, plain)) return std::nullopt;
   WhiteStore::Columns others = ModelWithout(part);
-  std::erase_if(others, [&](Eigen::Index column) {
-    return std::ranges::count(members_[product].columns, column) > 0;
-  });
+  std::erase_if(
+      others, [&](Eigen::Index column) { return std::ranges::count(member.columns, column) > 0; });
   const Projection others_off(store_.Take(others));
   const Eigen::VectorXd output = others_off.Off(store_.output());
   const Eigen::MatrixXd whole_off = others_off.Off(whole), factor_off = others_off.Off(factor);
   const GainByOrigin gain(whole_off, factor_off, output);
   constexpr int kCells = 24, kBits = 20;
-  const double low = origin_degC - problem_->max_temperature_degC();
-  const double width =
-      (problem_->max_temperature_degC() - problem_->min_temperature_degC()) / kCells;
+  const double low = zero - origin.high;
+  const double width = (origin.high - origin.low) / kCells;
   double best = 0.0, least = std::numeric_limits<double>::infinity();
   for (int cell = 0; cell < kCells; ++cell) {
-    const auto [at, minus_gain] = boost::math::tools::brent_find_minima(
-        [&](double lower_by_degC) { return -gain.At(lower_by_degC); }, low + cell * width,
-        low + (cell + 1) * width, kBits);
+    const auto [at, minus_gain] =
+        boost::math::tools::brent_find_minima([&](double lower_by) { return -gain.At(lower_by); },
+                                              low + cell * width, low + (cell + 1) * width, kBits);
     if (!(minus_gain < least)) continue;
     least = minus_gain;
     best = at;
@@ -106,7 +146,7 @@ std::optional<Candidate> Selection::Joined(std::size_t product, std::size_t part
   const double together = ScaledLdlt(both.transpose() * both).Square(both.transpose() * output);
   const auto freedom = static_cast<double>(std::max<Eigen::Index>(plain.cols() - 1, 1));
   if (LogChiSquareTail(together + least, freedom) < members_[part].log_level) return std::nullopt;
-  return CountedFrom(members_[product], origin_degC - best);
+  return CountedFrom(member, origin, zero - best);
 }
 
 }  // namespace gyrobench::calibration

@@ -79,7 +79,7 @@ std::vector<std::string> RemarksOnHeldShapes(const Selection& selection) {
       for (const NonlinearParameter& parameter : member.effect->nonlinear)
         names.push_back(parameter.name);
     } else {
-      names.push_back("T0");
+      names.push_back(member.origin->parameter());
     }
     out.push_back(fmt::format(
         "{}: its size is known at the conditions of these data, but not {}, which {} no standard "

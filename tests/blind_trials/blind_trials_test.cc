@@ -1,7 +1,9 @@
 // A slice of the blind trials: laws so loose that a sound tracer fails them by bad luck once in
 // many thousands of seeds.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/blind_trials/bound.h"
 #include "tests/blind_trials/campaign.h"
 
 namespace gyrobench::blind_trials {
@@ -59,6 +61,20 @@ TEST(BlindTrials, WhatIsInNoCatalogueIsNotTakenForSomethingElse) {
     recognised += how != Recognition::kNone && how != Recognition::kFalseName ? 1 : 0;
   }
   EXPECT_GE(recognised, 2);
+}
+
+// A name of the catalogue is its own copy; a product of gravity and a slow wave are nothing that
+// the two names say; a g-sensitivity that hardly changes with temperature is one that does not.
+TEST(Bound, SaysWhatDoesTheSameAsWhatIsHidden) {
+  using ::testing::ElementsAre;
+  const auto copies = [](const char* id, Level level) {
+    return CopiesAtBound({.seed = 12, .effects = {{id, level}}});
+  };
+  EXPECT_THAT(copies("bias.g_linear", kMid), ElementsAre("bias.g_linear"));
+  EXPECT_THAT(copies("bias.step", kHigh), ElementsAre("bias.step"));
+  EXPECT_THAT(copies("gravity_product", kHigh), ElementsAre());
+  EXPECT_THAT(copies("slow_tone", kHigh), ElementsAre());
+  EXPECT_THAT(copies("g_temperature", kLow), ElementsAre("bias.g_linear"));
 }
 
 TEST(BlindTrials, ASequenceOfOneSpeedAndOneWayCannotSeeTheAsymmetryAndSaysSo) {

@@ -1,7 +1,11 @@
 #include "tests/blind_trials/bound.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace gyrobench::blind_trials {
@@ -129,31 +133,116 @@ int Terms(const TrialTruth& truth) {
   return std::max(terms, 1);
 }
 
+// What is hidden as the sequence shows it, white, the baseline projected out.
+class HiddenAtBound {
+ public:
+  explicit HiddenAtBound(const TrialSpec& spec) {
+    TrialSpec with = spec, without = spec;
+    with.ideal = without.ideal = true;
+    without.effects.clear();
+    TrialTruth silent_truth;
+    const auto rows = Simulate(with, truth_);
+    silent_ = Simulate(without, silent_truth);
+    silent_.resize(std::min(rows.size(), silent_.size()));
+    Eigen::VectorXd effect(size());
+    for (Eigen::Index k = 0; k < size(); ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      effect[k] = (rows[i][0] - rows[i][3]) - (silent_[i][0] - silent_[i][3]);
+    }
+    whitener_.emplace(truth_.angle_random_walk_deg_sqrt_s, truth_.bias_random_walk_deg_s_sqrt_s,
+                      truth_.reference_deg);
+    Eigen::MatrixXd baseline = Baseline(silent_);
+    for (Eigen::Index j = 0; j < baseline.cols(); ++j) whitener_->Apply(baseline.col(j));
+    Eigen::MatrixXd a = baseline.bottomRows(size() - kSettle);
+    for (Eigen::Index j = 0; j < a.cols(); ++j) a.col(j) /= std::max(a.col(j).norm(), 1e-300);
+    baseline_.compute(a);
+    baseline_columns_ = std::move(a);
+    left_ = Left(effect);
+  }
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(silent_.size()); }
+  const TrialTruth& truth() const { return truth_; }
+  const std::vector<AngleErrors::Row>& rows() const { return silent_; }
+  const Eigen::VectorXd& left() const { return left_; }
+
+  // Of a column of angles, one a reading.
+  Eigen::VectorXd Left(Eigen::VectorXd column) const {
+    whitener_->Apply(column);
+    const Eigen::VectorXd y = column.tail(size() - kSettle);
+    return y - baseline_columns_ * baseline_.solve(y);
+  }
+
+  // By how much the columns together, each left of the baseline, fall short of the effect.
+  double Short(const Eigen::MatrixXd& columns) const {
+    return (left_ - columns * columns.colPivHouseholderQr().solve(left_)).squaredNorm();
+  }
+
+  // The same of a step of the rate, where it is the least.
+  double ShortOfBestStep() const {
+    constexpr Eigen::Index kCoarse = 50;  // 5 s
+    double least = std::numeric_limits<double>::infinity();
+    Eigen::Index best = kSettle;
+    const auto try_all = [&](Eigen::Index from, Eigen::Index to, Eigen::Index every) {
+      for (Eigen::Index at = std::max(from, kSettle); at < std::min(to, size() - 1); at += every) {
+        const double at_this = Short(Left(Step(at)));
+        if (at_this < least) best = at;
+        least = std::min(least, at_this);
+      }
+    };
+    try_all(0, size(), kCoarse);
+    try_all(best - kCoarse, best + kCoarse, 1);
+    return least;
+  }
+
+ private:
+  // Angles that one deg/s from there on brings.
+  Eigen::VectorXd Step(Eigen::Index at) const {
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(size());
+    const Eigen::Index after = size() - at;
+    out.tail(after).setLinSpaced(0.0, kStep_s * static_cast<double>(after - 1));
+    return out;
+  }
+
+  TrialTruth truth_;
+  std::vector<AngleErrors::Row> silent_;
+  std::optional<Whitener> whitener_;
+  Eigen::MatrixXd baseline_columns_;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> baseline_;
+  Eigen::VectorXd left_;
+};
+
+// Angles that one deg/s/g along x, y and z brings: up in the sensor's frame, by the inner and the
+// middle angle.
+Eigen::MatrixXd GravityAngles(const std::vector<AngleErrors::Row>& rows) {
+  constexpr double kRad = M_PI / 180.0;
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), 3);
+  for (std::size_t k = 1; k < rows.size(); ++k) {
+    const double m = 0.5 * (rows[k - 1][2] + rows[k][2]) * kRad;
+    const double i = 0.5 * (rows[k - 1][3] + rows[k][3]) * kRad;
+    const Eigen::RowVector3d g(std::sin(m) * std::sin(i), std::sin(m) * std::cos(i), std::cos(m));
+    const auto row = static_cast<Eigen::Index>(k);
+    out.row(row) = out.row(row - 1) + kStep_s * g;
+  }
+  return out;
+}
+
 }  // namespace
 
+std::set<std::string> CopiesAtBound(const TrialSpec& spec) {
+  constexpr double kAlone = 10.0;
+  const HiddenAtBound hidden(spec);
+  std::set<std::string> out;
+  const Eigen::MatrixXd angles = GravityAngles(hidden.rows());
+  Eigen::MatrixXd gravity(hidden.left().size(), angles.cols());
+  for (Eigen::Index j = 0; j < angles.cols(); ++j) gravity.col(j) = hidden.Left(angles.col(j));
+  if (hidden.Short(gravity) < kAlone) out.insert("bias.g_linear");
+  if (hidden.ShortOfBestStep() < kAlone) out.insert("bias.step");
+  return out;
+}
+
 Visibility VisibilityAtBound(const TrialSpec& spec) {
-  TrialSpec with = spec, without = spec;
-  with.ideal = without.ideal = true;
-  without.effects.clear();
-  TrialTruth truth, silent_truth;
-  const auto rows = Simulate(with, truth);
-  const auto silent = Simulate(without, silent_truth);
-  const auto n = static_cast<Eigen::Index>(std::min(rows.size(), silent.size()));
-  Eigen::VectorXd effect(n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    effect[k] = (rows[i][0] - rows[i][3]) - (silent[i][0] - silent[i][3]);
-  }
-  Eigen::MatrixXd baseline = Baseline(silent).topRows(n);
-  const Whitener whitener(truth.angle_random_walk_deg_sqrt_s, truth.bias_random_walk_deg_s_sqrt_s,
-                          truth.reference_deg);
-  whitener.Apply(effect);
-  for (Eigen::Index j = 0; j < baseline.cols(); ++j) whitener.Apply(baseline.col(j));
-  const Eigen::VectorXd y = effect.tail(n - kSettle);
-  Eigen::MatrixXd a = baseline.bottomRows(n - kSettle);
-  for (Eigen::Index j = 0; j < a.cols(); ++j) a.col(j) /= std::max(a.col(j).norm(), 1e-300);
-  const Eigen::VectorXd left = y - a * a.colPivHouseholderQr().solve(y);
-  return {left.norm(), Terms(truth)};
+  const HiddenAtBound hidden(spec);
+  return {hidden.left().norm(), Terms(hidden.truth())};
 }
 
 }  // namespace gyrobench::blind_trials

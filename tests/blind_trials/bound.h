@@ -1,7 +1,8 @@
 // What the Cramer-Rao bound permits, from the stand and the noise alone: no part of the tracer.
 #pragma once
 
-#include <optional>
+#include <set>
+#include <string>
 
 #include "tests/blind_trials/trial.h"
 
@@ -20,5 +21,10 @@ struct Visibility {
 // steady Kalman filter of angle and bias), and row of M, cubic of temperature and offset are
 // projected out. 1/f noise and the noise of the thermometer are left out.
 Visibility VisibilityAtBound(const TrialSpec& spec);
+
+// Which of bias.g_linear and bias.step, at whichever time, does what the one effect hidden in
+// `spec` does, but for less than 10 of -2 log L: no tracer can tell them. Of other names it says
+// nothing.
+std::set<std::string> CopiesAtBound(const TrialSpec& spec);
 
 }  // namespace gyrobench::blind_trials

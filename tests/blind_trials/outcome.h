@@ -60,9 +60,11 @@ enum class Recognition {
   kUnexplained,  // structure remains, no cause
   kNone,         // silence
   kFalseName,    // NamesFalsely
+  kCopy,         // the same, but all that is named of the catalogue does the same (CopiesAtBound)
 };
-inline constexpr std::array<const char*, 7> kRecognitionNames = {
-    "right name", "composed", "empirical", "rival", "unexplained", "none", "false name"};
+inline constexpr std::array<const char*, 8> kRecognitionNames = {
+    "right name", "composed", "empirical", "rival", "unexplained", "none", "false name", "copy"};
+// All but kCopy, for which the bound has to be asked.
 Recognition Recognise(const Outcome& outcome);
 
 }  // namespace gyrobench::blind_trials

@@ -241,7 +241,20 @@ std::string SilentTable(const Outcomes& all) {
   return text;
 }
 
+Recognition AtBound(const Outcome& outcome) {
+  const Recognition how = Recognise(outcome);
+  if (how != Recognition::kFalseName) return how;
+  const std::set<std::string> copies = CopiesAtBound(outcome.spec);
+  const bool all_do_the_same = std::ranges::all_of(outcome.winners, [&](const auto& winner) {
+    return !winner.in_catalogue || copies.contains(winner.id);
+  });
+  return all_do_the_same ? Recognition::kCopy : how;
+}
+
 std::string UnknownTable(const Outcomes& all, const CampaignOptions& options) {
+  std::map<const Outcome*, Recognition> recognised_as;
+  for (const Outcome* outcome : all)
+    recognised_as[outcome] = options.bounds > 0 ? AtBound(*outcome) : Recognise(*outcome);
   std::map<std::pair<std::string, Level>, Outcomes> cells;
   for (const Outcome* outcome : all) {
     const HiddenEffect& hidden = outcome->spec.effects.front();
@@ -255,13 +268,15 @@ std::string UnknownTable(const Outcomes& all, const CampaignOptions& options) {
                         const std::string& sigmas) {
     text += fmt::format("{:<24} {:<5} {:>5} {:>7}", name, level, outcomes.size(), sigmas);
     for (std::size_t kind = 0; kind < kRecognitionNames.size(); ++kind) {
-      const auto is = [kind](const Outcome& o) {
-        return static_cast<std::size_t>(Recognise(o)) == kind;
+      const auto is = [&](const Outcome& o) {
+        return static_cast<std::size_t>(recognised_as.at(&o)) == kind;
       };
       text += fmt::format(" {:>9.1f} %", Percent(outcomes, is));
     }
-    const auto recognised = [](const Outcome& o) {
-      return Recognise(o) != Recognition::kNone && Recognise(o) != Recognition::kFalseName;
+    const auto recognised = [&](const Outcome& o) {
+      const Recognition how = recognised_as.at(&o);
+      return how != Recognition::kNone && how != Recognition::kFalseName &&
+             how != Recognition::kCopy;
     };
     text += fmt::format(" {:>9.1f} %\n", Percent(outcomes, recognised));
   };

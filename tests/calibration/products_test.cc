@@ -67,6 +67,35 @@ TEST(AProductOfTemperature, IsOneEffectOnlyWithinTheTemperaturesOfTheData) {
   }
 }
 
+// The same of a voltage. A product with gravity along one axis alone is counted from another
+// voltage by a sensitivity to gravity, which is one effect with three coefficients.
+TEST(AProductOfACovariate, IsOneEffectCountedFromWhereItIsNothing) {
+  const SyntheticBench bench(EveryMotion());
+  for (const double origin_v : {4.95, 5.08}) {
+    const calibration::Recording recording = bench.Measure(
+        Rate([=](const BenchState& s) { return 0.2 * s.g[1] * (s.supply_v - origin_v); }), 7, true);
+    const calibration::Recording* const inputs[] = {&recording};
+    const calibration::Traced traced = calibration::Trace(inputs, {});
+    const ChannelTrace& channel = traced.result.channels.at(0);
+    ASSERT_THAT(NamesOf(channel), ::testing::ElementsAre("composed(g_y*supply_v)"))
+        << channel.summary;
+    ExpectWithinItsInterval(channel.effects[0].parameters, {"c", 0.2});
+    ExpectWithinItsInterval(channel.effects[0].parameters, {"supply_v0", origin_v});
+    const calibration::ModelTerm& term = traced.models.at(0).terms.at(0);
+    EXPECT_EQ(term.offsets.at(1), channel.effects[0].parameters.at(1).value);
+  }
+}
+
+// A sensitivity to gravity that no voltage of the data takes away is an effect of its own.
+TEST(AProductOfACovariate, IsOneEffectOnlyWithinTheValuesOfTheData) {
+  const calibration::Recording recording =
+      SyntheticBench(EveryMotion())
+          .Measure(Rate([](const BenchState& s) { return 0.2 * s.g[1] * (s.supply_v - 4.5); }), 7,
+                   true);
+  EXPECT_THAT(NamesOf(TraceOf(recording)),
+              ::testing::UnorderedElementsAre("bias.g_linear", "composed(g_y*supply_v)"));
+}
+
 // A sensitivity to gravity is not looked for where the table hardly tilts: a coefficient of
 // hundreds of deg/s/g made something of the last digits of a direction.
 TEST(AProductOfTemperature, IsNotLookedForWhereGravityStays) {

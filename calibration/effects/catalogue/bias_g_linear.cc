@@ -31,7 +31,6 @@ Effect BiasGLinear() {
           .size_source =
               "MPU-6050 data sheet 3.4, section 6.1: typical sensitivity to linear acceleration",
           .slow = true,
-          .earth_passes_for_it = true,
           .c_expression = "({c0} * g[0] + {c1} * g[1] + {c2} * g[2])",
           .basis = Make<GravityBasis>};
 }
