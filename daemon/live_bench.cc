@@ -24,6 +24,20 @@ constexpr int kMostInterruptions = 3;
 // A turn is measured from stop to stop: the one that it begins from was not measured, or is gone.
 constexpr double kRestBefore_s = 2.0;
 
+// Virtual time at its idle pace, until somebody answers or the wait ends in an error.
+class AskingPace {
+ public:
+  explicit AskingPace(const std::function<bool(bool)>& set) : set_(set), still_(set(true)) {}
+  ~AskingPace() { set_(false); }
+  AskingPace(const AskingPace&) = delete;
+  AskingPace& operator=(const AskingPace&) = delete;
+  bool still() const { return still_; }
+
+ private:
+  const std::function<bool(bool)>& set_;
+  const bool still_;
+};
+
 }  // namespace
 
 LiveBench::LiveBench(Context context, Utime start)
@@ -210,11 +224,10 @@ std::string LiveBench::Ask(const procedures::Question& question) {
     const double begin_s = ElapsedS();
     // Nothing was measured yet: it may be unplugged to be cooled, or mounted.
     if (progress_.segments_done == 0) last_good_.starts.reset();
-    const bool still = context_.set_asking_pace(true);
+    const AskingPace pace(context_.set_asking_pace);
     const Utime deadline =
-        still ? kForever : context_.clock.Now() + FromSeconds(question.timeout_s);
+        pace.still() ? kForever : context_.clock.Now() + FromSeconds(question.timeout_s);
     answer = context_.control.WaitForAnswer(context_.clock, question, deadline);
-    context_.set_asking_pace(false);
     AddWaiting(begin_s);
     waited = true;
   }
@@ -313,10 +326,11 @@ void LiveBench::PauseIfWanted() {
   run_t pause = Message(run_t::PAUSE);
   context_.telemetry.Send(pause);
   const double begin_s = ElapsedS();
-  context_.set_asking_pace(true);
-  std::optional<Utime> silent_since;
-  context_.control.WaitWhilePaused([&] { return suspension_.LookInPause(silent_since); });
-  context_.set_asking_pace(false);
+  {
+    const AskingPace pace(context_.set_asking_pace);
+    std::optional<Utime> silent_since;
+    context_.control.WaitWhilePaused([&] { return suspension_.LookInPause(silent_since); });
+  }
   AddWaiting(begin_s);
   run_t resume = Message(run_t::RESUME);
   context_.telemetry.Send(resume);

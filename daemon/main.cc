@@ -1,49 +1,24 @@
 // gyrobenchd: the daemon.
-#include <spdlog/pattern_formatter.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
 
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <exception>
 #include <filesystem>
-#include <memory>
 #include <string>
 
 #include "base/error.h"
 #include "base/version.h"
 #include "config/stand_config.h"
 #include "daemon/daemon.h"
-#include "presentation/markup.h"
+#include "daemon/daemon_log.h"
 #include "recording/run_directory.h"
 
 namespace {
-
-// What a script, a request or a device brings into a line of the log is text there: bytes that are
-// no UTF-8 and control characters, which a terminal would obey, show as U+FFFD.
-class PlainMessage final : public spdlog::custom_flag_formatter {
- public:
-  void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
-              spdlog::memory_buf_t& to) override {
-    const std::string clean =
-        gyrobench::presentation::CleanLines({message.payload.data(), message.payload.size()});
-    to.append(clean.data(), clean.data() + clean.size());
-  }
-  std::unique_ptr<custom_flag_formatter> clone() const override {
-    return std::make_unique<PlainMessage>();
-  }
-};
-
-void UsePlainLog() {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("gyrobenchd"));
-  auto formatter = std::make_unique<spdlog::pattern_formatter>();
-  formatter->add_flag<PlainMessage>('*').set_pattern("[%Y-%m-%d %H:%M:%S.%e] [%n] [%^%l%$] %*");
-  spdlog::set_formatter(std::move(formatter));
-}
 
 // A terminal that closes (SIGHUP) or is typed into (SIGINT, SIGQUIT) ends the daemon as its manager
 // does (SIGTERM): the run is aborted, the axes stop, the heater is off, the record is closed.
@@ -109,7 +84,6 @@ void WarnOfRecords(const gyrobench::config::StandConfig& stand) {
 }
 
 int Serve(const std::string& config_file, bool check_only) {
-  UsePlainLog();
   const gyrobench::config::StandConfig stand = gyrobench::config::LoadStandConfig(config_file);
   CheckProcedureFolders(config_file, stand);
   if (check_only) {
@@ -157,10 +131,13 @@ int Main(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  gyrobench::daemon::DaemonLog log;
+  int status = 1;
   try {
-    return Main(argc, argv);
+    status = Main(argc, argv);
   } catch (const std::exception& error) {
     spdlog::error("{}", error.what());
-    return 1;
   }
+  if (!log.Close()) std::_Exit(status);
+  return status;
 }

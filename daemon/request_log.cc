@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -14,7 +13,6 @@ namespace gyrobench::daemon {
 namespace {
 
 constexpr std::size_t kMostUnwritten = 100;
-constexpr std::chrono::seconds kLastPatience{3};
 constexpr unsigned kRefused = 400, kForbidden = 403;
 
 struct Asked {
@@ -23,8 +21,8 @@ struct Asked {
   unsigned status = 0;
 };
 
-std::string SentenceOf(const Asked& asked) {
-  const std::string sentence = fmt::format("{} asked for {}", NameOf(asked.peer), asked.path);
+std::string SentenceOf(const Asked& asked, const std::string& name) {
+  const std::string sentence = fmt::format("{} asked for {}", name, asked.path);
   if (asked.status == kForbidden) return sentence + " and may not move the stand";
   if (asked.status >= kRefused) return fmt::format("{}: refused ({})", sentence, asked.status);
   return sentence;
@@ -34,6 +32,8 @@ std::string SentenceOf(const Asked& asked) {
 
 // Outlives the log where its thread hangs.
 struct RequestLog::Shared {
+  explicit Shared(Name name) : name_of(std::move(name)) {}
+  const Name name_of;
   std::mutex mutex;  // guards what follows; not held while a name is looked up or a line written
   std::condition_variable changed;
   std::deque<Asked> unwritten;
@@ -44,13 +44,18 @@ struct RequestLog::Shared {
 };
 
 RequestLog::RequestLog()
-    : shared_(std::make_shared<Shared>()), thread_([shared = shared_] { Write(shared); }) {}
+    : RequestLog([](const Peer& peer) { return NameOf(peer); }, std::chrono::seconds(3)) {}
+
+RequestLog::RequestLog(Name name_of, std::chrono::milliseconds last_patience)
+    : shared_(std::make_shared<Shared>(std::move(name_of))),
+      last_patience_(last_patience),
+      thread_([shared = shared_] { Write(shared); }) {}
 
 RequestLog::~RequestLog() {
   std::unique_lock lock(shared_->mutex);
   shared_->ending = true;
   shared_->changed.notify_all();
-  shared_->changed.wait_for(lock, kLastPatience, [this] { return shared_->ended; });
+  shared_->changed.wait_for(lock, last_patience_, [this] { return shared_->ended; });
   const bool hangs = !shared_->ended;
   shared_->abandoned = hangs;
   lock.unlock();
@@ -80,7 +85,7 @@ void RequestLog::Write(const std::shared_ptr<Shared>& shared) {
     shared->unwritten.pop_front();
     const std::size_t unlisted = std::exchange(shared->unlisted, 0);
     lock.unlock();
-    const std::string sentence = SentenceOf(asked);
+    const std::string sentence = SentenceOf(asked, shared->name_of(asked.peer));
     lock.lock();
     if (shared->abandoned) return;
     lock.unlock();

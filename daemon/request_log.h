@@ -1,6 +1,8 @@
 // Who asked for what over the control socket, in the log.
 #pragma once
 
+#include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -10,11 +12,16 @@
 namespace gyrobench::daemon {
 
 // Written in a thread of its own: the name of a user may have to be asked of a directory service,
-// and the log of whoever reads it; either may hang, and nobody who asks for a stop waits for them.
+// which may hang, and nobody who asks for a stop waits for it.
 class RequestLog {
  public:
-  RequestLog();
-  // What waits is written first, but a thread that hangs is not waited for.
+  // Of a peer, in that thread.
+  using Name = std::function<std::string(const Peer&)>;
+
+  RequestLog();  // NameOf and 3 s
+  RequestLog(Name name_of, std::chrono::milliseconds last_patience);
+  // What waits is written first. A thread that hangs for longer than the last patience is left to
+  // itself, and writes nothing any more.
   ~RequestLog();
   RequestLog(const RequestLog&) = delete;
   RequestLog& operator=(const RequestLog&) = delete;
@@ -28,6 +35,7 @@ class RequestLog {
   static void Write(const std::shared_ptr<Shared>& shared);
 
   const std::shared_ptr<Shared> shared_;
+  const std::chrono::milliseconds last_patience_;
   std::thread thread_;
 };
 

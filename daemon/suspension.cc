@@ -101,12 +101,13 @@ void Suspension::RequireTime(Utime deadline, const Fault& silent, const char* wh
 
 Utime Suspension::LookInPause(std::optional<Utime>& since) const {
   const Utime now = context_.clock.Now();
-  if (std::ranges::all_of(context_.acquisition.Devices(), &DeviceStatus::ok)) {
+  const Fault silent = NotWell({});
+  if (silent.source.empty()) {
     since.reset();
     return kForever;
   }
   if (!since) since = now;
-  RequireTime(*since + FromSeconds(context_.stand.safety.resume_within_s), {}, "paused");
+  RequireTime(*since + FromSeconds(context_.stand.safety.resume_within_s), silent, "paused");
   return now + FromSeconds(kPausePoll_s);
 }
 

@@ -40,16 +40,6 @@ std::string RunIdFor(std::string_view procedure, Utime start) {
   return fmt::format("{:%Y%m%d-%H%M%S}-{}", fmt::gmtime(seconds), SafeName(procedure));
 }
 
-void RequireSpace(const fs::path& records, std::uintmax_t min_free_bytes) {
-  std::error_code error;
-  const fs::space_info space = fs::space(records, error);
-  if (error || space.available >= min_free_bytes) return;
-  throw DataError(fmt::format(
-      "{}: {} MB free, a run needs at least {} MB; delete old records or set `records` in the "
-      "stand file to another disk",
-      records.string(), space.available >> 20, min_free_bytes >> 20));
-}
-
 // When the record was last written to; the folder's own time also changes when a report is added.
 fs::file_time_type LastWrite(const fs::path& folder) {
   std::error_code error;
@@ -128,8 +118,8 @@ void RequireWritable(const fs::path& records) {
 RunDirectory::RunDirectory(std::string run_id, fs::path folder)
     : run_id_(std::move(run_id)), folder_(std::move(folder)) {}
 
-RunDirectory RunDirectory::Create(const fs::path& records, std::string_view procedure, Utime start,
-                                  std::uintmax_t min_free_bytes) {
+RunDirectory RunDirectory::Create(const fs::path& records, std::string_view procedure,
+                                  Utime start) {
   std::error_code error;
   fs::create_directories(records, error);
   if (!fs::is_directory(records)) {
@@ -138,7 +128,6 @@ RunDirectory RunDirectory::Create(const fs::path& records, std::string_view proc
         "that this user may write",
         records.string(), error ? error.message() : "a file of that name is in the way"));
   }
-  RequireSpace(records, min_free_bytes);
   const std::string base = RunIdFor(procedure, start);
   for (int i = 1; i <= kMaxSameName; ++i) {
     const std::string run_id = i == 1 ? base : fmt::format("{}-{:02}", base, i);

@@ -37,9 +37,6 @@ inline constexpr const char* kStartUtimeKey =
 inline constexpr const char* kSaidKey = "said";  // by the procedure: a list of {t_s, text}
 inline constexpr const char* kMeasurementKey = "measurement";  // recording/measurement_info_json.h
 
-// Space that a run must find on the disk before it may start.
-inline constexpr std::uintmax_t kMinFreeBytes = 256u << 20;
-
 // Throws DataError, with what to do, where the folder of records is not there and cannot be made,
 // or cannot be written to. Leaves nothing behind.
 void RequireWritable(const std::filesystem::path& records);
@@ -49,9 +46,9 @@ class RunDirectory {
  public:
   // Makes the folder of a new run. Its id is UTC and the procedure's name, 20261121-153012-scale,
   // and -02, -03 ... after it where that is taken. Throws DataError, with what to do, when the
-  // records folder cannot be made or written or has less than `min_free_bytes` left.
+  // records folder cannot be made or written.
   static RunDirectory Create(const std::filesystem::path& records, std::string_view procedure,
-                             Utime start, std::uintmax_t min_free_bytes = kMinFreeBytes);
+                             Utime start);
   // An existing record. Throws DataError when `folder` holds neither an event log nor a run.json.
   static RunDirectory Open(const std::filesystem::path& folder);
 

@@ -230,13 +230,19 @@ Eigen::MatrixXd GravityAngles(const std::vector<AngleErrors::Row>& rows) {
 
 std::set<std::string> CopiesAtBound(const TrialSpec& spec) {
   constexpr double kAlone = 10.0;
-  const HiddenAtBound hidden(spec);
+  const HiddenEffect& effect = spec.effects.front();
+  const auto& levels = FindInjection(effect.id).levels;
+  // What quantisation leaves in the difference counts as little as it can.
+  TrialSpec high = spec;
+  high.effects.front().level = kHigh;
+  const HiddenAtBound hidden(high);
+  const double least = kAlone * std::pow(levels[kHigh] / levels[effect.level], 2);
   std::set<std::string> out;
   const Eigen::MatrixXd angles = GravityAngles(hidden.rows());
   Eigen::MatrixXd gravity(hidden.left().size(), angles.cols());
   for (Eigen::Index j = 0; j < angles.cols(); ++j) gravity.col(j) = hidden.Left(angles.col(j));
-  if (hidden.Short(gravity) < kAlone) out.insert("bias.g_linear");
-  if (hidden.ShortOfBestStep() < kAlone) out.insert("bias.step");
+  if (hidden.Short(gravity) < least) out.insert("bias.g_linear");
+  if (hidden.ShortOfBestStep() < least) out.insert("bias.step");
   return out;
 }
 

@@ -24,7 +24,7 @@ Visibility VisibilityAtBound(const TrialSpec& spec);
 
 // Which of bias.g_linear and bias.step, at whichever time, does what the one effect hidden in
 // `spec` does, but for less than 10 of -2 log L: no tracer can tell them. Of other names it says
-// nothing.
+// nothing. What is hidden must be proportional to its level.
 std::set<std::string> CopiesAtBound(const TrialSpec& spec);
 
 }  // namespace gyrobench::blind_trials

@@ -247,11 +247,14 @@ class Resumed(unittest.TestCase):
 
 
 class ThreadsThatHang:
-    """Within it, every thread of the process but the first stands still (ptrace(2), which takes one thread at a time)."""
+    """Within it, every thread of the process stands still but the first and the one that writes the log (ptrace(2), which
+    takes one thread at a time)."""
     SEIZE, INTERRUPT, DETACH, WALL = 0x4206, 0x4207, 17, 0x40000000
 
     def __init__(self, process):
-        self.threads = [int(name) for name in os.listdir(f"/proc/{process}/task") if int(name) != process]
+        tasks = pathlib.Path(f"/proc/{process}/task")
+        self.threads = [int(task.name) for task in tasks.iterdir()
+                        if int(task.name) != process and (task / "comm").read_text() != "log\n"]
 
     @classmethod
     def ask(cls, request, thread):

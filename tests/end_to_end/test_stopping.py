@@ -156,6 +156,34 @@ def own_terminal():
     return master, slave, enter
 
 
+def full_pipe():
+    """The end for writing of a pipe that takes no more, and that for reading, which nobody reads."""
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    try:
+        while os.write(writing, bytes(4096)):
+            pass
+    except BlockingIOError:
+        os.set_blocking(writing, True)
+    return reading, writing
+
+
+class ALogThatNobodyReads(Turning):
+    def test_holds_up_neither_a_stop_nor_the_end(self):
+        reading, writing = full_pipe()
+        into_it = lambda: os.dup2(writing, 2)
+        with Bench(extra=PACED, procedures={"turn": LONG_TURN}, before_start=into_it) as bench:
+            self.start_turn(bench)
+            self.assertEqual(bench.ask(b"POST", b"/v1/stop")[0], 200)
+            self.assertEqual(self.ended(bench), "aborted")
+            self.start_turn(bench)
+            bench.daemon.send_signal(signal.SIGTERM)
+            self.assertEqual(bench.daemon.wait(DEADLINE_S), 0)
+            self.assertEqual(self.closed(bench)["outcome"], "aborted")
+        os.close(reading)
+        os.close(writing)
+
+
 class Signals(Turning):
     def check_ends_in_order(self, bench):
         self.assertEqual(bench.daemon.wait(DEADLINE_S), 0, bench.daemon_log())

@@ -54,15 +54,6 @@ TEST(RunDirectory, AFolderThatCannotBeMadeOrWrittenIsAnErrorWithTheMend) {
       HasSubstr("Permission denied"));
 }
 
-TEST(RunDirectory, ADiskNearlyFullIsAnErrorThatSaysHowMuchIsFree) {
-  const TemporaryFolder folder;
-  const std::uintmax_t more_than_any_disk = std::uintmax_t{1} << 62;
-  EXPECT_THAT(MessageOf<DataError>(
-                  [&] { RunDirectory::Create(folder / "r", "scale", kStart, more_than_any_disk); }),
-              HasSubstr("MB free"));
-  EXPECT_TRUE(Files(folder / "r").empty());
-}
-
 // What a killed daemon left is told from what a living one makes.
 TEST(RunDirectory, IsBeingMadeForAsLongAsItsMakerLives) {
   const TemporaryFolder folder;
