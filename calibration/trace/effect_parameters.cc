@@ -51,6 +51,22 @@ ModelParameter Parameter(const ChannelFit& fit, Eigen::Index j, std::string name
   return {std::move(name), fit.values(j), std::move(unit), bound * grow, bound};
 }
 
+ModelParameter LargestInData(const ChannelProblem& problem, const ChannelFit& fit,
+                             std::size_t index, double grow) {
+  const std::vector<Eigen::Index> columns = fit.ColumnsOf(index);
+  const Eigen::VectorXd coefficients = fit.linear(columns);
+  Eigen::VectorXd largest = Eigen::VectorXd::Zero(coefficients.size());
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    const Eigen::VectorXd rates = fit.raw(i, columns).transpose() /
+                                  problem.intervals()[static_cast<std::size_t>(i)].duration_s;
+    if (std::fabs(rates.dot(coefficients)) > std::fabs(largest.dot(coefficients))) largest = rates;
+  }
+  const Eigen::Index first = fit.member_begin[index], count = coefficients.size();
+  const double bound =
+      std::sqrt(largest.dot(fit.covariance.block(first, first, count, count) * largest));
+  return {"largest_in_data", largest.dot(coefficients), "deg/s", bound * grow, bound};
+}
+
 std::vector<ModelParameter> EffectParameters(const Candidate& member, const ChannelFit& fit,
                                              std::size_t index, double grow,
                                              const std::vector<std::string>& covariates) {

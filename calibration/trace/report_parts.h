@@ -32,6 +32,10 @@ std::vector<ModelParameter> EffectParameters(const Candidate& member, const Chan
                                              std::size_t index, double grow,
                                              const std::vector<std::string>& covariates);
 
+// What the member with that index, one of the rate, is where it is largest in the data.
+ModelParameter LargestInData(const ChannelProblem& problem, const ChannelFit& fit,
+                             std::size_t index, double grow);
+
 // Row of M, parameters that other channels may feel as well, and g-sensitivity; `unit` and
 // `units_per_deg_s` are left to the caller. `grow`: what standard errors are multiplied by.
 ChannelRow MakeChannelRow(const ChannelProblem& problem, const Baseline& baseline,

@@ -74,17 +74,17 @@ std::vector<std::string> RemarksOnHeldShapes(const Selection& selection) {
   std::vector<std::string> out;
   for (const Candidate& member : selection.members()) {
     if (!member.shape_held) continue;
-    std::vector<std::string> names;
+    std::vector<std::string> names = {"its size"};
     if (member.effect != nullptr) {
       for (const NonlinearParameter& parameter : member.effect->nonlinear)
         names.push_back(parameter.name);
     } else {
       names.push_back(member.origin->parameter());
     }
-    out.push_back(fmt::format(
-        "{}: its size is known at the conditions of these data, but not {}, which {} no standard "
-        "error; at other conditions its size may differ",
-        member.id, fmt::join(names, " and "), names.size() == 1 ? "has" : "have"));
+    out.push_back(
+        fmt::format("{}: these data know what it does in them, but not {} and {} apart, which "
+                    "have no standard error; at other conditions it may do more or less",
+                    member.id, fmt::join(names.begin(), names.end() - 1, ", "), names.back()));
   }
   return out;
 }
