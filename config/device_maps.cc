@@ -61,6 +61,35 @@ void CheckBits(const TomlTable& root, const DriveMap& map) {
   }
 }
 
+// Limits as the pulse count goes: + where it grows.
+std::optional<DriveInputs> ReadInputs(const TomlTable& root) {
+  const auto address = root.OptionalInteger("inputs_address", kWord);
+  DriveInputs inputs;
+  bool any = false;
+  std::map<int, std::string> taken;
+  for (const auto& [key, bit] : {std::pair{"emergency_stop_input_bit", &inputs.emergency_stop_bit},
+                                 {"limit_plus_input_bit", &inputs.limit_plus_bit},
+                                 {"limit_minus_input_bit", &inputs.limit_minus_bit}}) {
+    const auto found = root.OptionalInteger(key, kBit);
+    if (!found) continue;
+    if (!address) root.Fail(key, "expected inputs_address as well, the register that has this bit");
+    *bit = static_cast<int>(*found);
+    any = true;
+    const auto [other, is_new] = taken.emplace(**bit, key);
+    if (!is_new) root.Fail(key, fmt::format("{} is bit {} already", other->second, **bit));
+  }
+  if (const auto level = root.OptionalInteger("active_input_level", {0, 1}))
+    inputs.active_level = static_cast<int>(*level);
+  if (!address) return std::nullopt;
+  if (!any) {
+    root.Fail("inputs_address",
+              "expected at least one of emergency_stop_input_bit, limit_plus_input_bit and "
+              "limit_minus_input_bit");
+  }
+  inputs.address = static_cast<std::uint16_t>(*address);
+  return inputs;
+}
+
 void ReadBounds(const TomlTable& root, std::string_view min_key, std::string_view max_key,
                 const IntegerRange& range, int& min, int& max) {
   min = Int(root, min_key, range);
@@ -119,6 +148,7 @@ DriveMap ReadDriveMap(const TomlTable& root) {
   map.path_address = BlockAddress(root, "path_address", 8);
   map.relative_mode = Word(root, "relative_mode");
   map.start_value = Word(root, "start_value");
+  map.inputs = ReadInputs(root);
   ReadBounds(root, "min_rpm", "max_rpm", {1, 6000, "rpm"}, map.min_rpm, map.max_rpm);
   ReadBounds(root, "min_ramp_ms_per_1000rpm", "max_ramp_ms_per_1000rpm", {1, 65535, "ms"},
              map.min_ramp_ms_per_1000rpm, map.max_ramp_ms_per_1000rpm);

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,14 @@ class TomlTable;
 enum class WordOrder { kHighFirst, kLowFirst };
 
 // Stepper drive with one-frame moves (Leadshine RS family). Addresses are 0-based.
+// The drive's digital inputs, one bit each of one word. A bit without a number: no input has that
+// function.
+struct DriveInputs {
+  std::uint16_t address = 0;
+  std::optional<int> emergency_stop_bit, limit_plus_bit, limit_minus_bit;
+  int active_level = 1;  // of a bit whose input acts
+};
+
 struct DriveMap {
   std::string model;
   std::uint16_t pulses_per_turn_address = 0;  // read at Open, must equal pulses_per_turn
@@ -33,6 +42,7 @@ struct DriveMap {
       0;  // 8 words: mode, position, rpm, acceleration, deceleration, pause, trigger
   std::uint16_t relative_mode = 0x0041;
   std::uint16_t start_value = 0x0010;
+  std::optional<DriveInputs> inputs = std::nullopt;  // nullopt: they are not read
   int min_rpm = 1, max_rpm = 3000;
   int min_ramp_ms_per_1000rpm = 1, max_ramp_ms_per_1000rpm = 32767;
 };

@@ -177,6 +177,9 @@ std::vector<std::string_view> DevicesOf(Kind kind) {
     case Kind::kClockJump:
       return {"gyro"};
     case Kind::kAlarm:
+    case Kind::kEmergencyStop:
+    case Kind::kLimitPlus:
+    case Kind::kLimitMinus:
     case Kind::kLostSteps:
     case Kind::kJammed:
     case Kind::kSlipping:

@@ -229,10 +229,13 @@ struct FaultScenario {
     kOverheating,  // gyro: surroundings hotter by `amount` [degC]
     kClockJump,    // gyro: the unit's tick leaps by `amount` [s]
     // Of a drive and what it moves.
-    kAlarm,      // alarm with code `amount`; motion stops
-    kLostSteps,  // the motor loses `amount` pulses in the first motion from the begin on
-    kJammed,     // the shaft stands still while the drive counts
-    kSlipping,   // of each turn of the drive's count the shaft loses the share `amount`
+    kAlarm,          // alarm with code `amount`; motion stops
+    kLostSteps,      // the motor loses `amount` pulses in the first motion from the begin on
+    kJammed,         // the shaft stands still while the drive counts
+    kSlipping,       // of each turn of the drive's count the shaft loses the share `amount`
+    kEmergencyStop,  // its input acts: motion stops, the drive is disabled
+    kLimitPlus,      // its limit input acts: motion stops, and begins no more that way
+    kLimitMinus,
     kRunaway,  // the shaft turns the table by `amount` [deg/s], unknown to the drive, until stopped
   };
   // What `at_s` counts from.

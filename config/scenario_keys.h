@@ -226,6 +226,9 @@ void Describe(V& v, FaultScenario& s) {
             {"lost_steps", Kind::kLostSteps},
             {"jammed", Kind::kJammed},
             {"slipping", Kind::kSlipping},
+            {"emergency_stop", Kind::kEmergencyStop},
+            {"limit_plus", Kind::kLimitPlus},
+            {"limit_minus", Kind::kLimitMinus},
             {"runaway", Kind::kRunaway}},
            "what fails; see Faults");
   v.Number("amount", s.amount, {"", -1e9, 1e9, "how much; see Faults"});

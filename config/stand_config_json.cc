@@ -1,4 +1,5 @@
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "config/stand_config.h"
 
@@ -11,32 +12,47 @@ const char* Name(WordOrder order) {
   return order == WordOrder::kHighFirst ? "high_first" : "low_first";
 }
 
+// Null: not read, or no such input.
+void AddInputs(const std::optional<DriveInputs>& inputs, json* map) {
+  const auto bit = [&inputs](std::optional<int> DriveInputs::*which) -> json {
+    if (!inputs || !((*inputs).*which)) return nullptr;
+    return *((*inputs).*which);
+  };
+  (*map)["inputs_address"] = inputs ? json(inputs->address) : json(nullptr);
+  (*map)["emergency_stop_input_bit"] = bit(&DriveInputs::emergency_stop_bit);
+  (*map)["limit_plus_input_bit"] = bit(&DriveInputs::limit_plus_bit);
+  (*map)["limit_minus_input_bit"] = bit(&DriveInputs::limit_minus_bit);
+  (*map)["active_input_level"] = inputs ? json(inputs->active_level) : json(nullptr);
+}
+
 json MapToJson(const DriveMap& map) {
-  return {{"kind", "drive"},
-          {"model", map.model},
-          {"pulses_per_turn_address", map.pulses_per_turn_address},
-          {"pulses_per_turn", map.pulses_per_turn},
-          {"enable_address", map.enable_address},
-          {"status_address", map.status_address},
-          {"fault_bit", map.fault_bit},
-          {"enabled_bit", map.enabled_bit},
-          {"running_bit", map.running_bit},
-          {"command_done_bit", map.command_done_bit},
-          {"path_done_bit", map.path_done_bit},
-          {"position_address", map.position_address},
-          {"word_order", Name(map.word_order)},
-          {"alarm_address", map.alarm_address},
-          {"control_address", map.control_address},
-          {"clear_alarm_value", map.clear_alarm_value},
-          {"trigger_address", map.trigger_address},
-          {"quick_stop_value", map.quick_stop_value},
-          {"path_address", map.path_address},
-          {"relative_mode", map.relative_mode},
-          {"start_value", map.start_value},
-          {"min_rpm", map.min_rpm},
-          {"max_rpm", map.max_rpm},
-          {"min_ramp_ms_per_1000rpm", map.min_ramp_ms_per_1000rpm},
-          {"max_ramp_ms_per_1000rpm", map.max_ramp_ms_per_1000rpm}};
+  json out{{"kind", "drive"},
+           {"model", map.model},
+           {"pulses_per_turn_address", map.pulses_per_turn_address},
+           {"pulses_per_turn", map.pulses_per_turn},
+           {"enable_address", map.enable_address},
+           {"status_address", map.status_address},
+           {"fault_bit", map.fault_bit},
+           {"enabled_bit", map.enabled_bit},
+           {"running_bit", map.running_bit},
+           {"command_done_bit", map.command_done_bit},
+           {"path_done_bit", map.path_done_bit},
+           {"position_address", map.position_address},
+           {"word_order", Name(map.word_order)},
+           {"alarm_address", map.alarm_address},
+           {"control_address", map.control_address},
+           {"clear_alarm_value", map.clear_alarm_value},
+           {"trigger_address", map.trigger_address},
+           {"quick_stop_value", map.quick_stop_value},
+           {"path_address", map.path_address},
+           {"relative_mode", map.relative_mode},
+           {"start_value", map.start_value},
+           {"min_rpm", map.min_rpm},
+           {"max_rpm", map.max_rpm},
+           {"min_ramp_ms_per_1000rpm", map.min_ramp_ms_per_1000rpm},
+           {"max_ramp_ms_per_1000rpm", map.max_ramp_ms_per_1000rpm}};
+  AddInputs(map.inputs, &out);
+  return out;
 }
 
 json MapToJson(const EncoderMap& map) {

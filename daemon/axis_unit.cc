@@ -126,6 +126,30 @@ void AxisUnit::Trip(const std::optional<Fault>& fault) {
   hooks_.on_fault(*fault);
 }
 
+// Its drive has stopped the axis by itself then; the others have not. From a limit that acts the
+// axis may be turned away, once the fault is reset.
+void AxisUnit::CheckInputs(const drivers::AxisState& state) {
+  const bool at_limit = state.limit_plus || state.limit_minus;
+  const bool new_at_limit = at_limit && !at_limit_;
+  at_limit_ = at_limit;
+  if (!state.emergency_stop) emergency_stop_told_ = false;
+  std::string says;
+  if (state.emergency_stop && !emergency_stop_told_.exchange(true)) {
+    says =
+        "the emergency stop input of its drive acts: all axes are stopped. Release it once nothing "
+        "is in the way";
+  } else if (new_at_limit) {
+    says = fmt::format(
+        "the limit input {} of its drive acts, with the table at {:.3f} deg: all axes are stopped. "
+        "The axis can be turned the other way",
+        state.limit_plus ? "+" : "-", view().reference.angle_deg);
+  }
+  if (says.empty()) return;
+  Trip(Fault{"axis." + config_.name,
+             says + ", then: gyrobench reset",
+             {.device = "axis." + config_.name + " drive", .action = "inputs"}});
+}
+
 drivers::AxisState AxisUnit::AskDrive() {
   drive_answers_ = false;
   const drivers::AxisState state = drive_->Read();
@@ -140,6 +164,7 @@ void AxisUnit::ReadDrive() {
     view_.drive = state;
   }
   hooks_.on_drive_read(state.utime);
+  CheckInputs(state);
   Trip(guard_.Polled(state, view().reference));
   if (!state.fault && !state.enabled) {
     throw MustBeOpenedAgain(

@@ -67,8 +67,9 @@ class AxisUnit {
     if (active) Rearm();
     active_ = active;
   }
-  // A table that is still beyond its soft limits is told once more.
-  void Rearm() { beyond_limit_ = false; }
+  // A table that is still beyond its soft limits, or an emergency stop that still acts, is told
+  // once more.
+  void Rearm() { beyond_limit_ = emergency_stop_told_ = false; }
   bool active() const { return active_; }
   // Whether the drive answered when it was asked last.
   bool drive_answers() const { return drive_answers_; }
@@ -83,6 +84,7 @@ class AxisUnit {
   drivers::AxisState AskDrive();
   void Trip(const std::optional<Fault>& fault);
   void CheckSoftLimits(double angle_deg);
+  void CheckInputs(const drivers::AxisState& state);
 
   const config::AxisConfig& config_;
   BusWorker& drive_bus_;
@@ -94,7 +96,8 @@ class AxisUnit {
   std::atomic<bool> active_ = false;
   std::atomic<bool> drive_answers_ = false;
   std::atomic<int> power_losses_ = 0;
-  std::atomic<bool> beyond_limit_ = false;  // reported already
+  std::atomic<bool> beyond_limit_ = false, emergency_stop_told_ = false;  // reported already
+  bool at_limit_ = false;  // of the drive's bus thread: so was its drive at the poll before
 
   MotionGuard guard_;
 

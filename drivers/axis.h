@@ -16,6 +16,9 @@ struct AxisState {
   bool moving = false;
   bool fault = false;
   int alarm = 0;  // the drive's alarm code, 0 = none
+  // Its digital inputs that act now; false where the map does not say where they are read.
+  bool emergency_stop = false;
+  bool limit_plus = false, limit_minus = false;  // of the table's angle, as MoveBy counts it
 };
 
 // One stepper axis: shaft, worm, table. All calls throw DeviceError; none waits for a move to end.

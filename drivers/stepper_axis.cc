@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/error.h"
 #include "drivers/words.h"
@@ -132,6 +133,10 @@ AxisState StepperAxis::Open() {
                      state.alarm),
          {.action = "open", .code_kind = DeviceFailure::CodeKind::kAlarm, .code = state.alarm});
   }
+  if (state.emergency_stop) {
+    Fail("its emergency stop input acts, so that it cannot be enabled. Release the emergency stop.",
+         {.action = "open", .address = map_.inputs->address});
+  }
   if (!state.enabled) Enable();
   return state;
 }
@@ -170,7 +175,22 @@ AxisState StepperAxis::Read() {
   state.utime = timing.utime_latched;
   state.commanded_deg = static_cast<double>(position_pulses_) / Pulses(config_, 1.0);
   if (state.fault) state.alarm = ReadWord(map_.alarm_address, "alarm");
+  ReadInputs(&state);
   return state;
+}
+
+// A shaft that turns against the table turns it away from its limit + towards -.
+void StepperAxis::ReadInputs(AxisState* state) {
+  if (!map_.inputs) return;
+  const config::DriveInputs& inputs = *map_.inputs;
+  const std::uint16_t word = ReadWord(inputs.address, "inputs");
+  const auto acts = [&](const std::optional<int>& bit) {
+    return bit && StatusBit(word, *bit) == (inputs.active_level == 1);
+  };
+  state->emergency_stop = acts(inputs.emergency_stop_bit);
+  state->limit_plus = acts(inputs.limit_plus_bit);
+  state->limit_minus = acts(inputs.limit_minus_bit);
+  if (config_.gear_ratio < 0.0) std::swap(state->limit_plus, state->limit_minus);
 }
 
 void StepperAxis::CheckReady(const AxisState& state) const {
@@ -190,10 +210,21 @@ void StepperAxis::CheckReady(const AxisState& state) const {
          {.action = "move"});
 }
 
+void StepperAxis::CheckLimits(const AxisState& state, double angle_deg) const {
+  if (!(angle_deg > 0.0 ? state.limit_plus : state.limit_minus)) return;
+  Fail(
+      fmt::format("move by {:g} deg refused: its limit input {} acts. Turn the axis the other way, "
+                  "or see to the switch.",
+                  angle_deg, angle_deg > 0.0 ? "+" : "-"),
+      {.action = "move", .address = map_.inputs->address});
+}
+
 double StepperAxis::MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2) {
   const StepperMove move =
       PlanStepperMove(config_, remainder_pulses_, angle_deg, rate_deg_s, acceleration_deg_s2);
-  CheckReady(Read());
+  const AxisState state = Read();
+  CheckReady(state);
+  CheckLimits(state, angle_deg);
   Send(move);
   remainder_pulses_ = move.remainder_pulses;
   return move.rate_deg_s;

@@ -49,8 +49,12 @@ class StepperAxis final : public Axis {
  private:
   std::uint16_t ReadWord(std::uint16_t address, const char* what);
   bool StatusBit(std::uint16_t status, int bit) const { return (status >> bit & 1) != 0; }
+  // Into the state; nothing where the map has none.
+  void ReadInputs(AxisState* state);
   void Enable();
   void CheckReady(const AxisState& state) const;
+  // Away from a limit it may move.
+  void CheckLimits(const AxisState& state, double angle_deg) const;
   void Send(const StepperMove& move);
   [[noreturn]] void Fail(const std::string& text, DeviceFailure fields) const;
 

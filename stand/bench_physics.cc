@@ -127,6 +127,11 @@ void Physics::HappenToDrive(std::size_t axis, const Faults::Begun& begun) {
       axes_[axis].Stop(begun.begin_s, quick_ms);
       count_zero_[axis] = std::llround(axes_[axis].Pulses(begun.begin_s));
       break;
+    case Kind::kEmergencyStop:
+    case Kind::kLimitPlus:
+    case Kind::kLimitMinus:
+      axes_[axis].Stop(begun.begin_s, quick_ms);
+      break;
     case Kind::kLostSteps:
       axes_[axis].Lose(begun.begin_s, amount);
       break;
@@ -149,8 +154,16 @@ void Physics::AdvanceTo(Utime at) {
   Advance(at);
 }
 
+// A limit holds the way on, not the way back.
+bool Physics::InputsPermit(std::size_t axis, double t_s, const MoveCommand& command) const {
+  const std::string device = DriveName(axis);
+  const bool onwards = static_cast<double>(command.target) > axes_[axis].Pulses(t_s);
+  return !faults_.Acting(device, Kind::kEmergencyStop, t_s) &&
+         !faults_.Acting(device, onwards ? Kind::kLimitPlus : Kind::kLimitMinus, t_s);
+}
+
 void Physics::Start(std::size_t axis, double t_s, const MoveCommand& command) {
-  if (alarms_now_[axis] != 0) return;
+  if (alarms_now_[axis] != 0 || !InputsPermit(axis, t_s, command)) return;
   axes_[axis].Move(t_s, command);
   const AxisConstants& constants = constants_[axis];
   Note(t_s, "move", kAxisNames[axis],
@@ -196,6 +209,9 @@ Physics::DriveView Physics::Drive(std::size_t axis, Utime at) {
   }
   DriveView view = last_view_[axis];
   view.pulses += std::llround(faults_.Acting(device, Kind::kJump, t_s).value_or(0.0));
+  view.emergency_stop = faults_.Acting(device, Kind::kEmergencyStop, t_s).has_value();
+  view.limit_plus = faults_.Acting(device, Kind::kLimitPlus, t_s).has_value();
+  view.limit_minus = faults_.Acting(device, Kind::kLimitMinus, t_s).has_value();
   return view;
 }
 

@@ -30,6 +30,7 @@ class Physics {
     std::int64_t pulses = 0;
     bool moving = false;
     int alarm = 0;
+    bool emergency_stop = false, limit_plus = false, limit_minus = false;  // inputs that act
   };
 
   // `specimen`: see DrawSpecimen. `seed`: of the noise. Power-on is at `start`.
@@ -82,6 +83,7 @@ class Physics {
   void Happen(const Faults::Begun& begun);
   void HappenToDrive(std::size_t axis, const Faults::Begun& begun);
   void Note(double t_s, std::string_view what, std::string_view device, double value = 0.0);
+  bool InputsPermit(std::size_t axis, double t_s, const MoveCommand& command) const;
   void Start(std::size_t axis, double t_s, const MoveCommand& command);
 
   std::mutex mutex_;

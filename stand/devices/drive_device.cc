@@ -30,9 +30,21 @@ std::uint16_t DriveDevice::Status(const Physics::DriveView& view) const {
       bit(map_.path_done_bit, done));
 }
 
+std::uint16_t DriveDevice::Inputs(const Physics::DriveView& view) const {
+  std::uint16_t active = 0;
+  const auto set = [&active](const std::optional<int>& bit, bool acts) {
+    if (bit && acts) active = static_cast<std::uint16_t>(active | 1U << *bit);
+  };
+  set(map_.inputs->emergency_stop_bit, view.emergency_stop);
+  set(map_.inputs->limit_plus_bit, view.limit_plus);
+  set(map_.inputs->limit_minus_bit, view.limit_minus);
+  return map_.inputs->active_level == 1 ? active : static_cast<std::uint16_t>(~active);
+}
+
 std::optional<std::uint16_t> DriveDevice::Register(std::uint16_t address,
                                                    const Physics::DriveView& view) const {
   if (address == map_.status_address) return Status(view);
+  if (map_.inputs && address == map_.inputs->address) return Inputs(view);
   const auto position = static_cast<std::uint32_t>(static_cast<std::int32_t>(view.pulses));
   const bool high_first = map_.word_order == config::WordOrder::kHighFirst;
   if (address == map_.position_address) return high_first ? High(position) : Low(position);
@@ -51,6 +63,7 @@ ModbusException DriveDevice::Read(int function, std::uint16_t address,
                                   std::span<std::uint16_t> words, Utime at) {
   if (function != 3) return ModbusException::kIllegalFunction;
   const Physics::DriveView view = physics_.Drive(axis_, at);
+  if (view.emergency_stop) enabled_ = false;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const auto value = Register(static_cast<std::uint16_t>(address + i), view);
     if (!value) return ModbusException::kIllegalAddress;
@@ -85,7 +98,7 @@ ModbusException DriveDevice::WriteOne(std::uint16_t address, std::uint16_t value
     return ModbusException::kNone;
   }
   if (address == map_.enable_address) {
-    enabled_ = value != 0;
+    enabled_ = value != 0 && !physics_.Drive(axis_, at).emergency_stop;
     if (!enabled_) physics_.QuickStop(axis_, at);
     return ModbusException::kNone;
   }

@@ -29,6 +29,8 @@ class DriveDevice final : public Device {
   std::optional<std::uint16_t> Register(std::uint16_t address,
                                         const Physics::DriveView& view) const;
   std::uint16_t Status(const Physics::DriveView& view) const;
+  // Where the map has them.
+  std::uint16_t Inputs(const Physics::DriveView& view) const;
   bool IsWritable(std::uint16_t address) const;
   ModbusException WriteOne(std::uint16_t address, std::uint16_t value, Utime at);
   ModbusException Trigger(std::uint16_t value, Utime at);

@@ -44,6 +44,11 @@ quick_stop_value = 109
 path_address = 110
 relative_mode = 111
 start_value = 112
+inputs_address = 113
+emergency_stop_input_bit = 4
+limit_plus_input_bit = 3
+limit_minus_input_bit = 2
+active_input_level = 0
 min_rpm = 2
 max_rpm = 1000
 min_ramp_ms_per_1000rpm = 3
@@ -69,6 +74,12 @@ max_ramp_ms_per_1000rpm = 2000
   EXPECT_EQ(map.path_address, 110);
   EXPECT_EQ(map.relative_mode, 111);
   EXPECT_EQ(map.start_value, 112);
+  ASSERT_TRUE(map.inputs);
+  EXPECT_EQ(map.inputs->address, 113);
+  EXPECT_EQ(map.inputs->emergency_stop_bit, 4);
+  EXPECT_EQ(map.inputs->limit_plus_bit, 3);
+  EXPECT_EQ(map.inputs->limit_minus_bit, 2);
+  EXPECT_EQ(map.inputs->active_level, 0);
   EXPECT_EQ(map.min_rpm, 2);
   EXPECT_EQ(map.max_rpm, 1000);
   EXPECT_EQ(map.min_ramp_ms_per_1000rpm, 3);
@@ -154,6 +165,18 @@ TEST_F(DeviceMaps, OfAnotherKindOfDeviceAreRefusedAsSuch) {
 TEST_F(DeviceMaps, RefuseTwoMeaningsOnOneStatusBit) {
   const auto text = Replace(Shipped("leadshine-rs.toml"), "", "running_bit = 2", "running_bit = 0");
   EXPECT_THAT(Error(LoadDriveMap, text), HasSubstr("running_bit = 0: fault_bit is bit 0 already"));
+}
+
+TEST_F(DeviceMaps, OfADriveHaveInputsWithTheirRegisterAndEachBitOnce) {
+  const auto with = [this](const std::string& lines) {
+    return Error(LoadDriveMap, Shipped("leadshine-rs.toml") + "\n" + lines);
+  };
+  EXPECT_THAT(with("emergency_stop_input_bit = 0"),
+              HasSubstr("expected inputs_address as well, the register that has this bit"));
+  EXPECT_THAT(with("inputs_address = 0x0100"), HasSubstr("expected at least one of"));
+  EXPECT_THAT(with("inputs_address = 0x0100\nlimit_plus_input_bit = 1\nlimit_minus_input_bit = 1"),
+              HasSubstr("limit_plus_input_bit is bit 1 already"));
+  EXPECT_FALSE(LoadDriveMap(folder_.Write("map.toml", Shipped("leadshine-rs.toml"))).inputs);
 }
 
 TEST_F(DeviceMaps, RefuseARangeUpsideDown) {

@@ -150,6 +150,54 @@ TEST_F(AcquisitionTest, StopsEveryAxisWhereTheTableIsBeyondItsLimits) {
   EXPECT_EQ(times(), 2);
 }
 
+TEST_F(AcquisitionTest, AnEmergencyStopOfOneDriveStopsAllAxesForAsLongAsItActs) {
+  MoveBy("outer", 170.0);
+  devices_.drives.at("inner")->SetInputs(true, false, false);
+  Wait(kSecond);
+  ASSERT_THAT(faults_, Not(IsEmpty()));
+  EXPECT_THAT(faults_[0], HasSubstr("axis.inner: the emergency stop input of its drive acts"));
+  EXPECT_EQ(told_[0].failure.action, "inputs");
+  EXPECT_FALSE(devices_.drives.at("outer")->Read().moving);
+  const auto times = [this] {
+    return std::ranges::count_if(faults_, [](const std::string& fault) {
+      return fault.find("emergency stop input") != std::string::npos;
+    });
+  };
+  Wait(5 * kSecond);
+  EXPECT_EQ(times(), 1);
+  // Reset while it acts, the drive is not well, and nothing begins; released, it is enabled again.
+  const auto drive = [this] {
+    const std::vector<DeviceStatus> devices = acquisition_.Devices();
+    return *std::ranges::find(devices, "axis.inner", &DeviceStatus::name);
+  };
+  acquisition_.PostRearm();
+  Wait(5 * kSecond);
+  EXPECT_FALSE(drive().ok);
+  EXPECT_THAT(drive().message, HasSubstr("emergency stop"));
+  devices_.drives.at("inner")->SetInputs(false, false, false);
+  Wait(5 * kSecond);
+  EXPECT_EQ(times(), 1);
+  EXPECT_TRUE(drive().ok);
+}
+
+TEST_F(AcquisitionTest, ALimitThatIsReachedIsAFaultOnceSoThatTheAxisCanBeTurnedAway) {
+  MoveBy("outer", 170.0);
+  devices_.drives.at("inner")->SetInputs(false, false, true);
+  Wait(kSecond);
+  ASSERT_THAT(faults_, SizeIs(1));
+  EXPECT_THAT(faults_[0], HasSubstr("axis.inner: the limit input - of its drive acts"));
+  EXPECT_FALSE(devices_.drives.at("outer")->Read().moving);
+  acquisition_.PostRearm();
+  MoveBy("inner", 5.0);
+  Wait(5 * kSecond);
+  EXPECT_THAT(faults_, SizeIs(1));
+  devices_.drives.at("inner")->SetInputs(false, false, false);
+  Wait(kSecond);
+  devices_.drives.at("inner")->SetInputs(false, false, true);
+  Wait(kSecond);
+  EXPECT_THAT(faults_, SizeIs(2));
+}
+
 TEST_F(AcquisitionTest, AFaultHasTheFieldsAndTheSamplesUpToIt) {
   acquisition_.SetActiveAxes({"inner"});
   Wait(5 * kSecond);

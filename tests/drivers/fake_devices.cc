@@ -46,6 +46,7 @@ AxisState FakeAxis::Open() {
   const AxisState found = Read();
   if (another_) throw DeviceError("pulses per turn: expected 10000, found 1600");
   if (found.fault) throw DeviceError(fmt::format("reports a fault, alarm {}", alarm_));
+  if (emergency_stop_) throw DeviceError("its emergency stop input acts");
   enabled_ = true;
   return found;
 }
@@ -66,7 +67,16 @@ bool FakeAxis::Moving() const { return AngleDeg() != to_deg_; }
 
 AxisState FakeAxis::Read() {
   faults_.Step();
-  return {clock_.Now(), AngleDeg(), enabled_, Moving(), alarm_ != 0, alarm_};
+  return {clock_.Now(), AngleDeg(),      enabled_,    Moving(),    alarm_ != 0,
+          alarm_,       emergency_stop_, limit_plus_, limit_minus_};
+}
+
+void FakeAxis::SetInputs(bool emergency_stop, bool limit_plus, bool limit_minus) {
+  emergency_stop_ = emergency_stop;
+  limit_plus_ = limit_plus;
+  limit_minus_ = limit_minus;
+  from_deg_ = to_deg_ = AngleDeg();
+  if (emergency_stop) enabled_ = false;
 }
 
 double FakeAxis::MoveBy(double angle_deg, double rate_deg_s, double /*acceleration_deg_s2*/) {

@@ -55,6 +55,8 @@ class FakeAxis final : public Axis {
   // As a drive that lost its power and has it again.
   void LosePower() { enabled_ = false; }
   void SetAlarm(int alarm) { alarm_ = alarm; }  // 0 = none; the fault bit follows
+  // Digital inputs that act. An emergency stop stops it and disables it.
+  void SetInputs(bool emergency_stop, bool limit_plus, bool limit_minus);
   // Its identity is not that of the map: it is refused when it is opened.
   void BeAnother() { another_ = true; }
   FaultScript& faults() { return faults_; }
@@ -72,6 +74,7 @@ class FakeAxis final : public Axis {
   const Clock& clock_;
   bool enabled_ = false;
   int alarm_ = 0;
+  bool emergency_stop_ = false, limit_plus_ = false, limit_minus_ = false;
   bool another_ = false;
   double from_deg_ = 0.0, to_deg_ = 0.0, rate_deg_s_ = 1.0;
   Utime moved_at_ = 0;

@@ -80,6 +80,18 @@ class DriveUnit : public RegisterUnit {
   int moves_ = 0;
 };
 
+constexpr std::uint16_t kInputs = 0x0100;
+
+config::AxisConfig WithInputs(int active_level) {
+  config::AxisConfig axis = InnerAxis();
+  axis.drive.map.inputs = config::DriveInputs{.address = kInputs,
+                                              .emergency_stop_bit = 2,
+                                              .limit_plus_bit = 0,
+                                              .limit_minus_bit = 5,
+                                              .active_level = active_level};
+  return axis;
+}
+
 class StepperAxisTest : public testing::Test {
  protected:
   StepperAxisTest() {
@@ -322,6 +334,40 @@ TEST(StepperMovePlan, WhatTheDriveCannotExpressIsALimitError) {
   EXPECT_THROW(PlanStepperMove(axis, 0, 9, 1e9, 100), LimitError);
   EXPECT_THROW(PlanStepperMove(axis, 0, 9, 10, 0), LimitError);
   EXPECT_THROW(PlanStepperMove(axis, 0, 9, 10, 1.0), LimitError);
+}
+
+TEST_F(StepperAxisTest, ReadsTheInputsThatTheMapHasAtTheirActiveLevel) {
+  for (const int level : {1, 0}) {
+    axis_ = MakeAxis(WithInputs(level), bus_);
+    for (const int bit : {0, 2, 5, 7}) {
+      const auto active = static_cast<std::uint16_t>(1 << bit);
+      drive_.SetHolding(kInputs, {level == 1 ? active : static_cast<std::uint16_t>(~active)});
+      const AxisState state = axis_->Read();
+      EXPECT_EQ(state.limit_plus, bit == 0) << level << " " << bit;
+      EXPECT_EQ(state.emergency_stop, bit == 2) << level << " " << bit;
+      EXPECT_EQ(state.limit_minus, bit == 5) << level << " " << bit;
+    }
+  }
+}
+
+TEST_F(StepperAxisTest, MovesAwayFromALimitAndNotTowardsIt) {
+  axis_ = MakeAxis(WithInputs(1), bus_);
+  drive_.SetHolding(kInputs, {1 << 5});
+  axis_->Open();
+  EXPECT_THAT(Failure([&] { axis_->MoveBy(-9.0, 10.0, 50.0); }),
+              AllOf(HasSubstr("inner"), HasSubstr("limit input - acts")));
+  EXPECT_EQ(drive_.moves(), 0);
+  axis_->MoveBy(9.0, 10.0, 50.0);
+  EXPECT_EQ(drive_.moves(), 1);
+}
+
+TEST_F(StepperAxisTest, IsNotOpenedWhileItsEmergencyStopActs) {
+  axis_ = MakeAxis(WithInputs(1), bus_);
+  drive_.SetHolding(kInputs, {1 << 2});
+  EXPECT_THAT(Failure([&] { axis_->Open(); }),
+              AllOf(HasSubstr("emergency stop input acts"), HasSubstr("Release")));
+  drive_.SetHolding(kInputs, {0});
+  EXPECT_NO_THROW(axis_->Open());
 }
 
 }  // namespace

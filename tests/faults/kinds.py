@@ -57,6 +57,9 @@ KINDS = [
     Kind("a few lost_steps", DRIVES, ANY, "lost_steps", amount=(10.0, 500.0)),
     Kind("jammed", DRIVES, ENDS, acts="astray", enough_deg=3.0, duration_s=LONG_S),
     Kind("slipping", DRIVES, ENDS, acts="astray", enough_deg=3.0, amount=(0.2, 0.9), duration_s=LONG_S),
+    Kind("emergency_stop", DRIVES, HELD, duration_s=LONG_S),
+    Kind("limit_plus", DRIVES, ANY, duration_s=LONG_S),
+    Kind("limit_minus", DRIVES, ANY, duration_s=LONG_S),
     Kind("runaway", DRIVES, ENDS, amount=(2.0, 20.0), duration_s=LONG_S),
 ]
 

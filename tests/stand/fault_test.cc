@@ -175,6 +175,43 @@ TEST_P(FaultTest, AnAlarmShowsInTheStatusAndIsCleared) {
   EXPECT_EQ(bench.Read<1>(kDrive, 3, 0x2203).value()[0], 0);
 }
 
+TEST_P(FaultTest, AnEmergencyStopEndsTheMotionAndTheDriveIsDisabledUntilItIsReleased) {
+  Bench bench(GetParam(), {Fault(Kind::kEmergencyStop, "inner.drive")});
+  bench.Enable();
+  ASSERT_TRUE(bench.Move(100'000, 300));
+  bench.WaitUntil(1.9);
+  EXPECT_EQ(bench.Read<1>(kDrive, 3, kInputs).value()[0], 1);
+  EXPECT_EQ(bench.Read<1>(kDrive, 3, 0x1003).value()[0] & 0x6, 0);  // neither enabled nor moving
+  const std::int32_t stopped = bench.Position();
+  EXPECT_LT(stopped, 99'000);
+  EXPECT_TRUE(bench.Enable());
+  EXPECT_EQ(bench.Read<1>(kDrive, 3, 0x1003).value()[0] & 0x2, 0);
+  bench.WaitUntil(2.5);
+  EXPECT_EQ(bench.Read<1>(kDrive, 3, kInputs).value()[0], 0);
+  EXPECT_EQ(bench.Position(), stopped);
+  bench.Enable();
+  EXPECT_EQ(bench.Read<1>(kDrive, 3, 0x1003).value()[0] & 0x2, 0x2);
+}
+
+TEST_P(FaultTest, ALimitEndsTheMotionAndHoldsTheWayOnAndNotTheWayBack) {
+  for (const int sign : {1, -1}) {
+    Bench bench(GetParam(),
+                {Fault(sign > 0 ? Kind::kLimitPlus : Kind::kLimitMinus, "inner.drive")});
+    bench.Enable();
+    ASSERT_TRUE(bench.Move(sign * 100'000, 300));
+    bench.WaitUntil(1.5);
+    EXPECT_EQ(bench.Read<1>(kDrive, 3, kInputs).value()[0], sign > 0 ? 2 : 4);
+    const std::int32_t stopped = bench.Position();
+    EXPECT_LT(sign * stopped, 99'000);
+    ASSERT_TRUE(bench.Move(sign * 1000));
+    bench.WaitUntil(1.7);
+    EXPECT_EQ(bench.Position(), stopped);
+    ASSERT_TRUE(bench.Move(-sign * 100));
+    bench.WaitUntil(1.95);
+    EXPECT_EQ(bench.Position(), stopped - sign * 100);
+  }
+}
+
 TEST_P(FaultTest, ColdSoakBringsTheSensorToTheTemperatureOfACooledUnit) {
   config::Scenario scenario = config::IdealScenario();
   scenario.thermal.cooled_degC = -15.0;

@@ -21,6 +21,7 @@ using Kind = config::FaultScenario::Kind;
 using Transport = config::BusConfig::Transport;
 
 inline constexpr int kDrive = 3, kEncoder = 13, kGyro = 21, kNobody = 9;
+inline constexpr std::uint16_t kInputs = 0x0100;  // of the drives
 
 struct Closer {
   void operator()(modbus_t* context) const {
@@ -37,7 +38,11 @@ class Bench {
                  config::Scenario scenario = config::IdealScenario())
       : clock_(MakeVirtualClock(kStart)), me_(clock_->Join("test")) {
     config::StandConfig config = TestStand();
-    for (auto& axis : config.axes) axis.drive.bus = axis.encoder.bus = "all";
+    for (auto& axis : config.axes) {
+      axis.drive.bus = axis.encoder.bus = "all";
+      axis.drive.map.inputs = config::DriveInputs{
+          .address = kInputs, .emergency_stop_bit = 0, .limit_plus_bit = 1, .limit_minus_bit = 2};
+    }
     config.gyro.bus = "all";
     scenario.faults = std::move(faults);
     scenario.bus.turnaround_s = 0.0005;
