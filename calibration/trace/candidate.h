@@ -22,7 +22,7 @@ struct Origin {
   std::string of;  // T, or a covariate
   double low = 0.0, high = 0.0;
 
-  std::string parameter() const { return of + "0"; }
+  std::string parameter() const { return of == "T" ? "T0" : of + "_0"; }
 };
 
 struct Candidate {
@@ -69,6 +69,13 @@ struct Candidate {
   // hold for the parameters as they are, which have no standard error.
   bool shape_held = false;
   bool shape_is_free() const { return searched() && !shape_held; }
+  // By its shape its size may be anything, and only what it is in the data is known. The amplitude
+  // of a tone or a ripple hardly depends on its frequency.
+  bool size_unknown() const {
+    if (!shape_held) return false;
+    return effect == nullptr ||
+           (effect->search == Search::kGrid && effect->domain == EffectDomain::kRate);
+  }
   bool of_one_run() const { return effect != nullptr && effect->of_one_run(); }
   // A scan has found it, at its place; there is no grid of such.
   bool scanned() const {

@@ -259,7 +259,7 @@ class ChannelTracer::State {
       effect.cause = "not in the catalogue: a product of two quantities describes it";
     }
     effect.parameters = EffectParameters(member, fit, i, grow, request_.covariates);
-    if (member.shape_held) TellOfHeldShape(member, fit, i, grow, &effect.parameters);
+    if (member.size_unknown()) TellOfHeldShape(fit, i, grow, &effect.parameters);
     effect.p_value = selection.PValue(i);
     effect.rivals = selection.Rivals(i);
     std::set<std::string> ways;
@@ -271,11 +271,10 @@ class ChannelTracer::State {
   }
 
   // Its coefficients' errors are those for a shape that may be another one.
-  void TellOfHeldShape(const Candidate& member, const ChannelFit& fit, std::size_t i, double grow,
+  void TellOfHeldShape(const ChannelFit& fit, std::size_t i, double grow,
                        std::vector<ModelParameter>* parameters) const {
     for (ModelParameter& parameter : *parameters) parameter.std_error = parameter.bound = kMissing;
-    if (member.effect == nullptr || member.effect->domain == EffectDomain::kRate)
-      parameters->push_back(LargestInData(problem_, fit, i, grow));
+    parameters->push_back(LargestInData(problem_, fit, i, grow));
   }
 
   void Decide() {

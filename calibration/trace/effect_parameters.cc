@@ -53,17 +53,24 @@ ModelParameter Parameter(const ChannelFit& fit, Eigen::Index j, std::string name
 
 ModelParameter LargestInData(const ChannelProblem& problem, const ChannelFit& fit,
                              std::size_t index, double grow) {
-  const std::vector<Eigen::Index> columns = fit.ColumnsOf(index);
+  // Of those that these data determine; the others are held at 0.
+  std::vector<Eigen::Index> columns, parameters;
+  const std::vector<Eigen::Index> all = fit.ColumnsOf(index);
+  for (std::size_t j = 0; j < all.size(); ++j) {
+    const Eigen::Index parameter = fit.member_begin[index] + static_cast<Eigen::Index>(j);
+    if (!(fit.covariance(parameter, parameter) > 0.0)) continue;
+    columns.push_back(all[j]);
+    parameters.push_back(parameter);
+  }
   const Eigen::VectorXd coefficients = fit.linear(columns);
   Eigen::VectorXd largest = Eigen::VectorXd::Zero(coefficients.size());
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    const Eigen::VectorXd rates = fit.raw(i, columns).transpose() /
-                                  problem.intervals()[static_cast<std::size_t>(i)].duration_s;
+    const double duration_s = problem.intervals()[static_cast<std::size_t>(i)].duration_s;
+    const Eigen::VectorXd rates = fit.raw(i, columns).transpose() / duration_s;
     if (std::fabs(rates.dot(coefficients)) > std::fabs(largest.dot(coefficients))) largest = rates;
   }
-  const Eigen::Index first = fit.member_begin[index], count = coefficients.size();
-  const double bound =
-      std::sqrt(largest.dot(fit.covariance.block(first, first, count, count) * largest));
+  const Eigen::MatrixXd covariance = fit.covariance(parameters, parameters);
+  const double bound = std::sqrt(largest.dot(covariance * largest));
   return {"largest_in_data", largest.dot(coefficients), "deg/s", bound * grow, bound};
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -48,15 +49,28 @@ void Drop(const std::vector<std::string>& names, const std::string& why, Gravity
       fmt::format("{}{}: {}", row->because.empty() ? "" : "; ", fmt::join(names, ", "), why);
 }
 
+// The members that are a product with gravity along that axis: "composed(g_y*supply_v)".
+std::string ProductsWith(const Selection& selection, const std::string& axis) {
+  std::vector<std::string> ids;
+  for (const Candidate& member : selection.members()) {
+    if (member.effect == nullptr && std::ranges::count(member.factors, "g_" + axis) > 0)
+      ids.push_back(member.id);
+  }
+  return fmt::format("{}", fmt::join(ids, " and "));
+}
+
 // NaN where too little is known, with the reason.
-void Judge(const Effect& effect, const std::vector<bool>& seen, GravityRow* row) {
+void Judge(const Effect& effect, const Selection& selection, const std::vector<bool>& seen,
+           GravityRow* row) {
   std::vector<std::string> absorbed, vague;
   for (Eigen::Index j = 0; j < 3; ++j) {
     const std::string name(1, "xyz"[j]);
     // A term of the model that these data are blind to is held at 0, without an error.
     const bool known = seen[static_cast<std::size_t>(j)] && std::isfinite(row->std_error[j]) &&
                        row->std_error[j] > 0.0;
-    if (!known) {
+    if (const std::string products = ProductsWith(selection, name); !known && !products.empty()) {
+      Drop({name}, fmt::format("it is in {}, and changes with the other quantity", products), row);
+    } else if (!known) {
       absorbed.push_back(name);
     } else if (row->std_error[j] > effect.typical_size) {
       vague.push_back(name);
@@ -87,14 +101,14 @@ GravityRow FitGravityRow(const ChannelProblem& problem, const Selection& selecti
     row.in_model = true;
     row.value = fit.values.segment<3>(fit.member_begin[i]);
     row.std_error = grow * fit.covariance.diagonal().segment<3>(fit.member_begin[i]).cwiseSqrt();
-    Judge(effect, {true, true, true}, &row);
+    Judge(effect, selection, {true, true, true}, &row);
     return row;
   }
   const LeftColumns left = Left(problem, effect, selection, fit);
   const SeenSolution solved = SolveSeen(left.gram, left.right, kAbsorbed);
   row.value = solved.values.cwiseQuotient(left.length);
   row.std_error = grow * solved.covariance.diagonal().cwiseSqrt().cwiseQuotient(left.length);
-  Judge(effect, solved.seen, &row);
+  Judge(effect, selection, solved.seen, &row);
   return row;
 }
 

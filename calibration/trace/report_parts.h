@@ -32,7 +32,8 @@ std::vector<ModelParameter> EffectParameters(const Candidate& member, const Chan
                                              std::size_t index, double grow,
                                              const std::vector<std::string>& covariates);
 
-// What the member with that index, one of the rate, is where it is largest in the data.
+// What the member with that index, one of the rate, is in the row in which it is largest: its mean
+// over the row. `grow`: what its standard error is multiplied by.
 ModelParameter LargestInData(const ChannelProblem& problem, const ChannelFit& fit,
                              std::size_t index, double grow);
 

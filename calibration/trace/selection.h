@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/gls/limited_gain.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/gls/white_store.h"
 #include "calibration/gls/whitener.h"
@@ -108,7 +109,8 @@ class Selection {
   std::optional<Candidate> InTheOtherShape(const Candidate& member,
                                            const WhiteStore::Columns& others);
   double CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const;
-  double GainWithinItsLimit(const Candidate& candidate, const WhiteStore::Columns& others) const;
+  LimitedGain GainWithinItsLimit(const Candidate& candidate,
+                                 const WhiteStore::Columns& others) const;
   bool DropWeak();
   std::vector<double> StartSides(Candidate candidate, const Projection& others_off,
                                  const Eigen::VectorXd& residual) const;

@@ -1,9 +1,6 @@
 // What may take a member's place, or explains as much in it.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
@@ -32,27 +29,6 @@ bool IsSlow(const Candidate& candidate) {
 
 bool IsLimited(const Candidate& candidate) {
   return candidate.effect != nullptr && candidate.effect->limited;
-}
-
-// Most of 2 b'c - c'Gc for coefficients c of a length of at most `longest`, none along eigenvectors
-// of G whose eigenvalue is below `least`: c = (G + l)^-1 b, with l = 0 where that is short enough
-// and otherwise that of this length (More and Sorensen 1983).
-double GainOfLength(const Eigen::MatrixXd& gram, const Eigen::VectorXd& scores, double least,
-                    double longest) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
-  const Eigen::ArrayXd values = solver.eigenvalues().array().max(least);
-  const Eigen::ArrayXd b = (solver.eigenvalues().array() < least)
-                               .select(0.0, (solver.eigenvectors().transpose() * scores).array());
-  const auto too_long = [&](double l) { return (b / (values + l)).matrix().norm() - longest; };
-  double l = 0.0;
-  if (too_long(0.0) > 0.0) {
-    std::uintmax_t steps = 100;
-    const auto [low, high] =
-        boost::math::tools::toms748_solve(too_long, 0.0, b.matrix().norm() / longest,
-                                          boost::math::tools::eps_tolerance<double>(40), steps);
-    l = 0.5 * (low + high);
-  }
-  return (b.square() * (values + 2.0 * l) / (values + l).square()).sum();
 }
 
 }  // namespace
@@ -180,13 +156,14 @@ bool Selection::Exchange() {
   return changed;
 }
 
-// Of -2 log L, with coefficients that together are no larger than its largest size.
-double Selection::GainWithinItsLimit(const Candidate& candidate,
-                                     const WhiteStore::Columns& others) const {
-  const Projection others_off(store_.Take(others));
-  const Eigen::MatrixXd white = store_.Take(candidate.columns), left = others_off.Off(white);
-  const double least = kAbsorbed * white.colwise().squaredNorm().maxCoeff();
-  return GainOfLength(left.transpose() * left, left.transpose() * store_.output(), least,
+// With coefficients that together are no larger than its largest size.
+LimitedGain Selection::GainWithinItsLimit(const Candidate& candidate,
+                                          const WhiteStore::Columns& others) const {
+  const WhiteStore::Remainder left = store_.RemainderOf(candidate.columns, others);
+  double square = 0.0;
+  for (const Eigen::Index column : candidate.columns)
+    square = std::max(square, store_.column(column).squaredNorm());
+  return GainOfLength(left.products, left.with_output, kAbsorbed * square,
                       candidate.effect->typical_size * std::fabs(own_scale_));
 }
 
@@ -210,10 +187,9 @@ std::vector<std::string> Selection::Rivals(std::size_t member) const {
     // With what is named for one run, that of another run can take the place of the first run's.
     if (candidate.of_one_run() && Names(candidate.id)) continue;
     if (IsLimited(candidate)) {
-      const double gain = GainWithinItsLimit(candidate, others);
-      const auto size = static_cast<double>(candidate.columns.size());
-      if (rivals(candidate, Cost(others) - gain + kCostOfColumn * size) &&
-          found(candidate, candidate.LogChance(gain, size)))
+      const LimitedGain limited = GainWithinItsLimit(candidate, others);
+      if (rivals(candidate, Cost(others) - limited.gain + kCostOfColumn * limited.rank) &&
+          found(candidate, candidate.LogChance(limited.gain, limited.rank)))
         names.insert(candidate.id);
       continue;
     }

@@ -28,23 +28,32 @@ Candidate CountedFrom(const Candidate& product, const Origin& origin, double zer
   return out;
 }
 
-// Where each row begins.
 Origin RangeOf(const ChannelProblem& problem, const std::string& name,
                const std::vector<std::string>& covariates) {
   const Factor factor = *Factor::Make(name, problem.channel(), covariates);
   Origin out{name, kMissing, kMissing};
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    const double value = factor.At(problem.half(i, 0));
-    out.low = std::fmin(out.low, value);
-    out.high = std::fmax(out.high, value);
+    for (const std::size_t half : {0u, 1u}) {
+      const double value = factor.At(problem.half(i, half));
+      out.low = std::fmin(out.low, value);
+      out.high = std::fmax(out.high, value);
+    }
   }
   return out;
+}
+
+// The zero of a square is in both of its factors.
+bool HasSquare(const Candidate& product) {
+  for (std::size_t f = 0; f + 1 < product.factors.size(); f += 2) {
+    if (product.factors[f] == product.factors[f + 1]) return true;
+  }
+  return false;
 }
 
 // The quantities of a product whose zero is a convention. Those of rate and gravity are physics.
 std::vector<Origin> OriginsOf(const ChannelProblem& problem, const Candidate& candidate,
                               const std::vector<std::string>& covariates) {
-  if (candidate.effect != nullptr || candidate.empirical()) return {};
+  if (candidate.effect != nullptr || candidate.empirical() || HasSquare(candidate)) return {};
   if (candidate.origin) return {*candidate.origin};
   std::vector<Origin> out;
   for (const std::string& factor : candidate.factors) {
@@ -101,7 +110,7 @@ void Selection::JoinOrigins() {
 // The member that is in the product now.
 std::size_t Selection::JoinOne(std::size_t product, const Origin& origin) {
   for (std::size_t j = 0; j < members_.size(); ++j) {
-    if (members_[j].effect == nullptr) continue;
+    if (members_[j].effect == nullptr || members_[j].effect->true_motion) continue;
     std::optional<Candidate> joined = Joined(product, j, origin);
     if (!joined) continue;
     joined->columns = store_.Add(White(*joined));
@@ -144,7 +153,9 @@ std::optional<Candidate> Selection::Joined(std::size_t product, std::size_t part
   Eigen::MatrixXd both(store_.rows(), whole.cols() + plain.cols());
   both << whole_off, others_off.Off(plain);
   const double together = ScaledLdlt(both.transpose() * both).Square(both.transpose() * output);
-  const auto freedom = static_cast<double>(std::max<Eigen::Index>(plain.cols() - 1, 1));
+  // Of what the part can do beside the product one number is left.
+  const int lost = store_.FitTo(ModelColumns()).rank - store_.FitTo(ModelWithout(part)).rank - 1;
+  const double freedom = std::max(lost, 1);
   if (LogChiSquareTail(together + least, freedom) < members_[part].log_level) return std::nullopt;
   return CountedFrom(member, origin, zero - best);
 }

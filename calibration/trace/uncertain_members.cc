@@ -74,17 +74,25 @@ std::vector<std::string> RemarksOnHeldShapes(const Selection& selection) {
   std::vector<std::string> out;
   for (const Candidate& member : selection.members()) {
     if (!member.shape_held) continue;
-    std::vector<std::string> names = {"its size"};
+    std::vector<std::string> names;
     if (member.effect != nullptr) {
       for (const NonlinearParameter& parameter : member.effect->nonlinear)
         names.push_back(parameter.name);
     } else {
       names.push_back(member.origin->parameter());
     }
-    out.push_back(
-        fmt::format("{}: these data know what it does in them, but not {} and {} apart, which "
-                    "have no standard error; at other conditions it may do more or less",
-                    member.id, fmt::join(names.begin(), names.end() - 1, ", "), names.back()));
+    if (member.size_unknown()) {
+      names.insert(names.begin(), "its size");
+      out.push_back(fmt::format(
+          "{}: these data know what it does in them, but not {} and {} apart, which have no "
+          "standard error; at other conditions it may do more or less",
+          member.id, fmt::join(names.begin(), names.end() - 1, ", "), names.back()));
+    } else {
+      out.push_back(
+          fmt::format("{}: its size is known at the conditions of these data, but not "
+                      "{}, which {} no standard error",
+                      member.id, fmt::join(names, " and "), names.size() == 1 ? "has" : "have"));
+    }
   }
   return out;
 }

@@ -40,6 +40,16 @@ TEST(EarthsRotation, PassesForASensitivityAlongZThatIsNoLarger) {
   EXPECT_TRUE(MayBeEarth(channel)) << channel.summary;
 }
 
+// Of two poses both are one offset there and another here: neither has more to be known.
+TEST(EarthsRotation, PassesForASensitivityThatTwoPosesShow) {
+  Motion motion;
+  motion.Rest(60.0).Turn(kMiddleAxis, 180.0, 20.0).Rest(60.0);
+  const ChannelTrace channel = TraceOf(SyntheticBench(motion).Measure(
+      Rate([](const BenchState& s) { return 0.7 * kEarthRate_deg_s * s.g[2]; }), 7));
+  ASSERT_FALSE(channel.effects.empty()) << channel.summary;
+  EXPECT_TRUE(MayBeEarth(channel)) << channel.summary;
+}
+
 TEST(EarthsRotation, PassesForNoneThatIsLarger) {
   const ChannelTrace channel = TraceOfSensitivity(2, 2.0 * kEarthRate_deg_s);
   EXPECT_TRUE(NamesGravity(channel)) << channel.summary;

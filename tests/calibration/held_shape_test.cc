@@ -28,7 +28,10 @@ Motion ThreeSpeeds() {
 }
 
 const ModelParameter& Named(const TracedEffect& effect, const std::string& name) {
-  return *std::ranges::find(effect.parameters, name, &ModelParameter::name);
+  static const ModelParameter kNone;
+  const auto found = std::ranges::find(effect.parameters, name, &ModelParameter::name);
+  EXPECT_NE(found, effect.parameters.end()) << name;
+  return found != effect.parameters.end() ? *found : kNone;
 }
 
 TEST(AResonanceThatOneSpeedMeets, IsNamedWithWhatItDoesThereAndNoErrorOfItsShape) {

@@ -80,7 +80,7 @@ TEST(AProductOfACovariate, IsOneEffectCountedFromWhereItIsNothing) {
     ASSERT_THAT(NamesOf(channel), ::testing::ElementsAre("composed(g_y*supply_v)"))
         << channel.summary;
     ExpectWithinItsInterval(channel.effects[0].parameters, {"c", 0.2});
-    ExpectWithinItsInterval(channel.effects[0].parameters, {"supply_v0", origin_v});
+    ExpectWithinItsInterval(channel.effects[0].parameters, {"supply_v_0", origin_v});
     const calibration::ModelTerm& term = traced.models.at(0).terms.at(0);
     EXPECT_EQ(term.offsets.at(1), channel.effects[0].parameters.at(1).value);
   }
