@@ -5,7 +5,8 @@ namespace gyrobench::daemon {
 
 // While it lives, what is logged with spdlog is written by a thread of its own: whoever reads the
 // log may hang (a terminal that is stopped, a pipe that is full), and nothing that moves the stand
-// or stops it waits for that. Where kMostUnwritten lines wait already, the oldest is dropped.
+// or stops it waits for that. Where kMostUnwritten lines wait already, the oldest is dropped, and
+// the next line that is written says how many were. That thread takes no signals.
 //
 // What a script, a request or a device brings into a line is text there: bytes that are no UTF-8
 // and control characters, which a terminal would obey, show as U+FFFD.

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -28,8 +29,8 @@ constexpr int kEnding[] = {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGXCPU};
 constexpr int kIgnored[] = {SIGPIPE, SIGXFSZ, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM,
                             SIGPROF, SIGIO,   SIGPWR,  SIGTSTP, SIGTTIN, SIGTTOU};
 
-// Blocked before any thread starts, so that only the main thread's sigwait sees them. Who starts
-// the daemon with SIGHUP ignored (nohup) wants it to outlive the terminal.
+// Blocked before any thread starts that may take them, so that only the main thread's sigwait sees
+// them. Who starts the daemon with SIGHUP ignored (nohup) wants it to outlive the terminal.
 sigset_t PrepareSignals() {
   sigset_t ending;
   sigemptyset(&ending);
@@ -138,6 +139,7 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     spdlog::error("{}", error.what());
   }
-  if (!log.Close()) std::_Exit(status);
-  return status;
+  if (log.Close()) return status;
+  std::fflush(stdout);
+  std::_Exit(status);
 }

@@ -34,7 +34,7 @@ std::string SentenceOf(const Asked& asked, const std::string& name) {
 struct RequestLog::Shared {
   explicit Shared(Name name) : name_of(std::move(name)) {}
   const Name name_of;
-  std::mutex mutex;  // guards what follows; not held while a name is looked up or a line written
+  std::mutex mutex;  // guards what follows; not held while a name is looked up
   std::condition_variable changed;
   std::deque<Asked> unwritten;
   std::size_t unlisted = 0;  // how many found no room
@@ -87,15 +87,14 @@ void RequestLog::Write(const std::shared_ptr<Shared>& shared) {
     lock.unlock();
     const std::string sentence = SentenceOf(asked, shared->name_of(asked.peer));
     lock.lock();
+    // Once abandoned, the log may be closed.
     if (shared->abandoned) return;
-    lock.unlock();
     spdlog::log(asked.status == kForbidden ? spdlog::level::warn : spdlog::level::info, "{}",
                 sentence);
     if (unlisted > 0) {
       spdlog::warn("{} more requests came while this one was being written, and are not listed",
                    unlisted);
     }
-    lock.lock();
   }
   shared->ended = true;
   shared->changed.notify_all();

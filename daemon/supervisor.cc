@@ -13,7 +13,6 @@ namespace gyrobench::daemon {
 void Supervisor::Report(const Fault& fault) {
   const std::lock_guard lock(mutex_);
   context_.control.Report(fault);
-  // After what stops: a log's reader may hang.
   spdlog::error("fault: {}", TextOf(fault));
   // Within a run, once all is stopped.
   if (!context_.control.run_is_on() && acquisition_ != nullptr) {

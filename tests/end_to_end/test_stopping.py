@@ -183,6 +183,18 @@ class ALogThatNobodyReads(Turning):
         os.close(reading)
         os.close(writing)
 
+    def test_holds_up_no_stop_that_the_bench_makes_by_itself(self):
+        reading, writing = full_pipe()
+        into_it = lambda: os.dup2(writing, 2)
+        alarm = ('include = "{root}/config/scenarios/typical.toml"\n'
+                 '[[fault]]\ndevice = "inner.drive"\nkind = "alarm"\namount = 14\non = "move"\nat_s = 2\n')
+        with Bench(extra=PACED, scenario=alarm, procedures={"turn": LONG_TURN}, before_start=into_it) as bench:
+            self.start_turn(bench)
+            self.assertEqual(self.ended(bench), "fault")
+            self.assertIn("alarm 14", bench.status()["run"]["message"])
+        os.close(reading)
+        os.close(writing)
+
 
 class Signals(Turning):
     def check_ends_in_order(self, bench):
@@ -199,6 +211,13 @@ class Signals(Turning):
                 self.start_turn(bench)
                 bench.daemon.send_signal(number)
                 self.check_ends_in_order(bench)
+
+    def test_a_second_signal_changes_nothing(self):
+        with Bench(extra=PACED, procedures={"turn": LONG_TURN}) as bench:
+            self.start_turn(bench)
+            for number in (signal.SIGINT, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                bench.daemon.send_signal(number)
+            self.check_ends_in_order(bench)
 
     def test_a_terminal_that_closes_ends_the_run_in_order(self):
         master, slave, enter = own_terminal()
