@@ -137,16 +137,16 @@ void AxisUnit::CheckInputs(const drivers::AxisState& state) {
   if (state.emergency_stop && !emergency_stop_told_.exchange(true)) {
     says =
         "the emergency stop input of its drive acts: all axes are stopped. Release it once nothing "
-        "is in the way";
+        "is in the way, then: gyrobench reset";
   } else if (new_at_limit) {
     says = fmt::format(
         "the limit input {} of its drive acts, with the table at {:.3f} deg: all axes are stopped. "
-        "The axis can be turned the other way",
+        "After gyrobench reset the axis can be turned the other way",
         state.limit_plus ? "+" : "-", view().reference.angle_deg);
   }
   if (says.empty()) return;
   Trip(Fault{"axis." + config_.name,
-             says + ", then: gyrobench reset",
+             says,
              {.device = "axis." + config_.name + " drive", .action = "inputs"}});
 }
 

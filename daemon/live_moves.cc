@@ -56,10 +56,11 @@ void LiveBench::CheckFollowing(const procedures::TurnCommand& command, double mo
   if (std::abs(moved_deg - command.angle_deg) <= allowed) return;
   throw FaultError(
       {"axis." + command.axis,
-       fmt::format("turn failed: the reference sensor moved {:.3f} deg, commanded {:.3f} deg, "
-                   "allowed difference {:g} deg (lost steps, a loose coupling, or a wrong gear "
-                   "ratio or encoder resolution in the stand file?)",
-                   moved_deg, command.angle_deg, allowed),
+       fmt::format(
+           "turn failed: the reference sensor moved {:.3f} deg, commanded {:.3f} deg, "
+           "allowed difference {:g} deg (lost steps, a limit or stop input of the drive, a "
+           "loose coupling, or a wrong gear ratio or encoder resolution in the stand file?)",
+           moved_deg, command.angle_deg, allowed),
        {.device = "axis." + command.axis, .action = "move"}});
 }
 

@@ -22,7 +22,7 @@ struct Asked {
 };
 
 std::string SentenceOf(const Asked& asked, const std::string& name) {
-  const std::string sentence = fmt::format("{} asked for {}", name, asked.path);
+  std::string sentence = fmt::format("{} asked for {}", name, asked.path);
   if (asked.status == kForbidden) return sentence + " and may not move the stand";
   if (asked.status >= kRefused) return fmt::format("{}: refused ({})", sentence, asked.status);
   return sentence;

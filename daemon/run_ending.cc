@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "daemon/polled_device.h"
 #include "daemon/run_execution.h"
 
 namespace gyrobench::daemon {
@@ -36,7 +37,8 @@ class NotStopped {
 
 }  // namespace
 
-void RunExecution::WaitForStandstill(const std::string& axis) {
+// A drive that is no longer enabled does not move the axis.
+void RunExecution::WaitForStandstill(const std::string& axis) try {
   const Utime deadline = context_.clock.Now() + kStopPatience;
   while (context_.acquisition.ReadDriveNow(*participant_, axis).moving) {
     if (context_.clock.Now() > deadline) {
@@ -46,6 +48,7 @@ void RunExecution::WaitForStandstill(const std::string& axis) {
     }
     context_.control.Wait(context_.clock, context_.clock.Now() + kMicrosecondsPerSecond / 20);
   }
+} catch (const MustBeOpenedAgain&) {
 }
 
 void RunExecution::AddFault(Ending& ending, Fault fault) {

@@ -142,7 +142,9 @@ AxisState StepperAxis::Open() {
 }
 
 void StepperAxis::Enable() {
-  bus_.WriteVerified(unit_, map_.enable_address, 1, "enable");
+  // What keeps it from being enabled keeps some drives from reading back a 1 as well: the status
+  // tells.
+  bus_.WriteRegister(unit_, map_.enable_address, 1, "enable");
   std::uint16_t status = 0;
   for (int reads = 0; reads < kSettleReads; ++reads) {
     status = ReadWord(map_.status_address, "status");
@@ -150,12 +152,11 @@ void StepperAxis::Enable() {
     if (bus_.hurries()) break;
     bus_.Wait(kSettlePause_us);
   }
-  Fail(
-      fmt::format(
-          "does not become enabled: status 0x{:04X}, expected bit {} set. Check the drive's enable "
-          "input and its emergency stop.",
-          status, map_.enabled_bit),
-      {.action = "enable", .address = map_.status_address});
+  Fail(fmt::format(
+           "does not become enabled: status 0x{:04X}, expected bit {} set. Is its emergency stop "
+           "pressed, or its enable input open? Else check the register map against its manual.",
+           status, map_.enabled_bit),
+       {.action = "enable", .address = map_.status_address});
 }
 
 AxisState StepperAxis::Read() {

@@ -60,7 +60,9 @@ std::string Expression(const calibration::Effect& effect, const ModelTerm& term,
   const std::string rate = names.Rate(), temperature = names.Temperature();
   values.push_back(fmt::arg("w", rate));
   values.push_back(fmt::arg("t", temperature));
-  values.push_back(fmt::arg("t0", CNumber(term.reference_degC)));
+  // Of measurements without a temperature nobody knows it, and what does not ask for it goes without.
+  if (effect.c_expression.find("{t0}") != std::string::npos)
+    values.push_back(fmt::arg("t0", CNumber(term.reference_degC)));
   return fmt::vformat(effect.c_expression, values);
 }
 

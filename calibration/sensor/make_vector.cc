@@ -209,7 +209,7 @@ VectorCalibration MakeVectorCalibration(std::span<const ChannelRow> rows,
   if (!earth && out.g_sensitivity) {
     out.remarks.emplace_back(
         "Earth's rotation is not taken off: up to 0.0042 deg/s/g of the g-sensitivity may be it; "
-        "give the site's latitude");
+        "it takes the site's latitude and the orientation of the sensor");
   }
   return out;
 }

@@ -299,8 +299,11 @@ class ChannelTracer::State {
                                    speaks ? "; some structure remains" : "") +
                        ChosenOnAllOnly();
     }
-    if (const std::string says = LatitudeNeeded(trace_.effects); !says.empty())
+    if (request_.earth_rate_known) return;
+    if (const std::string says = LatitudeNeeded(trace_.effects); !says.empty()) {
       trace_.summary += fmt::format(" {}.", says);
+      trace_.remarks.push_back(says);
+    }
   }
 
   std::string ErrorInWords() const {

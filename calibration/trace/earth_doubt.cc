@@ -19,12 +19,14 @@ bool Names(const TracedEffect& effect, const std::string& id) {
 }  // namespace
 
 std::string LatitudeNeeded(const std::vector<TracedEffect>& effects) {
-  const bool doubted = std::ranges::any_of(
-      effects, [](const TracedEffect& effect) { return Names(effect, EarthRotationEffect().id); });
+  const bool doubted = std::ranges::any_of(effects, [](const TracedEffect& effect) {
+    return Names(effect, EarthRotationEffect().id) || effect.id == GSensitivityEffect().id;
+  });
   if (!doubted) return "";
   return fmt::format(
       "The site's latitude is needed: Earth's rotation ({:.2g} deg/s) is not taken off and passes "
-      "for a sensitivity to gravity. Set site.latitude_deg in the stand file (site_latitude_deg in "
+      "for a sensitivity to gravity, whose numbers may be off by as much beside their errors. Set "
+      "site.latitude_deg in the stand file (site_latitude_deg in "
       "a table) and measure or trace again",
       Earth_deg_s());
 }

@@ -60,8 +60,8 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
                                             const std::set<std::string>& named,
                                             bool earth_rate_known);
 
-// What a reader is to do where Earth's rotation is among the effects or their rivals; empty where
-// it is not.
+// Of measurements of which the Earth's rotation is not known: what a reader is to do where it is
+// among the effects or their rivals, or a sensitivity to gravity is; empty where none is.
 std::string LatitudeNeeded(const std::vector<TracedEffect>& effects);
 
 }  // namespace gyrobench::calibration

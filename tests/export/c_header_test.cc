@@ -119,6 +119,18 @@ TEST(CHeader, UndoesBiasScaleAndMisalignmentInBothPrecisions) {
   EXPECT_THAT(header, Not(HasSubstr("math.h")));
 }
 
+// A trace of tables without a thermometer leaves the term's temperature open.
+TEST(CHeader, HoldsAnEffectThatDoesNotAskForATemperatureWithoutOne) {
+  Calibration calibration = ThreeAxes();
+  ModelTerm term = CatalogueTerm("bias.g_linear", {0.1, 0.2, -0.3});
+  term.reference_degC = kMissing;
+  for (calibration::ChannelCalibration& channel : calibration.channels)
+    channel.model.terms = {term};
+  const Exported exported = Write(calibration, "c");
+  EXPECT_TRUE(exported.notes.empty());
+  ExpectAsCorrected(calibration, Firmware(exported.text, {"GYROBENCH_DOUBLE"}), 1e-8);
+}
+
 struct HeldEffect {
   const char* name;
   ModelTerm term;
