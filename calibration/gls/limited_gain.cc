@@ -1,8 +1,8 @@
-#include "calibration/gls/limited_gain.h"
-
 #include <Eigen/Eigenvalues>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cstdint>
+
+#include "calibration/gls/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
 

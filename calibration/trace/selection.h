@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "calibration/gls/limited_gain.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/gls/white_store.h"
 #include "calibration/gls/whitener.h"

@@ -1,11 +1,11 @@
 // The most that coefficients of a limited length explain, against a search over all directions.
-#include "calibration/gls/limited_gain.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+
+#include "calibration/gls/scaled_ldlt.h"
 
 namespace gyrobench::testing {
 namespace {
