@@ -142,9 +142,9 @@ AxisState StepperAxis::Open() {
 }
 
 void StepperAxis::Enable() {
-  // What keeps it from being enabled keeps some drives from reading back a 1 as well: the status
-  // tells.
+  // What keeps it from being enabled may keep the 1 from being read back as well: the status tells.
   bus_.WriteRegister(unit_, map_.enable_address, 1, "enable");
+  const std::uint16_t back = ReadWord(map_.enable_address, "enable");
   std::uint16_t status = 0;
   for (int reads = 0; reads < kSettleReads; ++reads) {
     status = ReadWord(map_.status_address, "status");
@@ -152,10 +152,10 @@ void StepperAxis::Enable() {
     if (bus_.hurries()) break;
     bus_.Wait(kSettlePause_us);
   }
-  Fail(fmt::format(
-           "does not become enabled: status 0x{:04X}, expected bit {} set. Is its emergency stop "
-           "pressed, or its enable input open? Else check the register map against its manual.",
-           status, map_.enabled_bit),
+  Fail(fmt::format("does not become enabled: status 0x{:04X}, expected bit {} set; 0x{:04X} was "
+                   "written with 1 and reads back {}. Is its emergency stop pressed, or its enable "
+                   "input open? Else check the register map against the drive's manual.",
+                   status, map_.enabled_bit, map_.enable_address, back),
        {.action = "enable", .address = map_.status_address});
 }
 
