@@ -6,8 +6,10 @@
 
 #include <chrono>
 #include <future>
+#include <memory>
 #include <semaphore>
 #include <string>
+#include <utility>
 
 #include "tests/daemon/slow_names.h"
 
@@ -66,24 +68,32 @@ TEST(RequestLog, WhatFindsNoRoomIsCounted) {
   EXPECT_THAT(log.text(), HasSubstr("7 more requests came"));
 }
 
+// Tells when the last who holds it has let it go.
+class Held {
+ public:
+  explicit Held(std::shared_ptr<std::binary_semaphore> gone) : gone_(std::move(gone)) {}
+  ~Held() { gone_->release(); }
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+
+ private:
+  const std::shared_ptr<std::binary_semaphore> gone_;
+};
+
 // Its thread is left to itself, and says nothing in a log that may be another's by then.
 TEST(RequestLog, EndsBesideADirectoryThatHangs) {
   Directory directory;
-  std::promise<void> let_go;
+  const auto gone = std::make_shared<std::binary_semaphore>(0);
   {
-    RequestLog requests(
-        [name_of = directory.name_of(), &let_go](const Peer& peer) {
-          std::string name = name_of(peer);
-          let_go.set_value_at_thread_exit();
-          return name;
-        },
-        std::chrono::milliseconds(1));
+    RequestLog requests([name_of = directory.name_of(), held = std::make_shared<const Held>(gone)](
+                            const Peer& peer) { return name_of(peer); },
+                        std::chrono::milliseconds(1));
     requests.Add(kPeer, "/v1/stop", 200);
     directory.WaitUntilAsked();
   }
   const LogLines log;
   directory.Answer();
-  let_go.get_future().wait();
+  gone->acquire();  // with the thread, which has it last
   EXPECT_THAT(log.text(), Not(HasSubstr("alice")));
 }
 
