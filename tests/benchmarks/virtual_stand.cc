@@ -23,6 +23,7 @@
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
 #include "daemon/lcm_publisher.h"
+#include "daemon/notices.h"
 #include "daemon/simulated_buses.h"
 #include "daemon/telemetry.h"
 #include "drivers/factory.h"
@@ -58,7 +59,9 @@ Speed RunVirtualStand(double bench_s) {
     complain({"record", message});
   });
   gyrobench::drivers::ModbusDevices devices(*clock);
-  gyrobench::daemon::Acquisition acquisition(stand, *clock, devices, telemetry, complain, complain);
+  gyrobench::daemon::Notices notices;
+  gyrobench::daemon::Acquisition acquisition(stand, *clock, devices, telemetry, complain, complain,
+                                             notices);
   acquisition.SetActiveAxes({stand.axes.front().name});
   acquisition.Start();
   me->WaitUntil(kStart + 2'000'000);
