@@ -207,9 +207,9 @@ Table ParameterTable(const std::vector<ModelParameter>& parameters, double large
     const std::string unit = PrintedUnit(parameter);
     const double alone = parameter.statistical_std_error;
     const Text share = Number(ScaleAtRate(parameter.value, unit, largest_rate_deg_s));
-    const Text statistical = alone < parameter.std_error ? Number("± " + FormatNumber(alone, 2)) +
-                                                               " without the reference's own error"
-                                                         : Text();
+    const Text statistical = alone < parameter.std_error
+                                 ? Number("± " + FormatNumber(alone, 2)) + " of the fit alone"
+                                 : Text();
     table.Add({parameter.name, Number(FormatMeasured(parameter.value, parameter.std_error)),
                Unit(unit), Join({share, statistical, parameter.because.value_or("")}, "; ")});
   }

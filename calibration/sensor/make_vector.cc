@@ -99,8 +99,10 @@ void FillGravity(const ChannelRows& rows, VectorCalibration* out) {
     if (rows[c] == nullptr) continue;
     const GravityRow& row = rows[c]->gravity;
     for (std::size_t j = 0; j < 3; ++j) {
-      g.value[c][j] = row.value[static_cast<Eigen::Index>(j)];
-      g.std_error[c][j] = row.std_error[static_cast<Eigen::Index>(j)];
+      const auto k = static_cast<Eigen::Index>(j);
+      g.value[c][j] = row.value[k];
+      g.statistical_std_error[c][j] = row.std_error[k];
+      g.std_error[c][j] = std::hypot(row.std_error[k], std::sqrt(row.earth_covariance(k, k)));
     }
     g.in_model[c] = row.in_model;
     if (!row.because.empty()) axes_by_reason[row.because] += "xyz"[c];
@@ -208,8 +210,8 @@ VectorCalibration MakeVectorCalibration(std::span<const ChannelRow> rows,
                   [](const StateHistory& history) { return history.earth_rate_known; });
   if (!earth && out.g_sensitivity) {
     out.remarks.emplace_back(
-        "Earth's rotation is not taken off: up to 0.0042 deg/s/g of the g-sensitivity may be it; "
-        "it takes the site's latitude and the orientation of the sensor");
+        "Earth's rotation is not taken off: up to 0.0042 deg/s/g of the g-sensitivity may be it, "
+        "which its errors count; it takes the site's latitude and the orientation of the sensor");
   }
   return out;
 }

@@ -19,7 +19,9 @@ struct StateHistory;
 // A channel's offset per g of gravity along x, y, z of N [deg/s/g].
 struct GravityRow {
   Eigen::Vector3d value = Eigen::Vector3d::Constant(kMissing);
-  Eigen::Vector3d std_error = Eigen::Vector3d::Constant(kMissing);
+  Eigen::Vector3d std_error = Eigen::Vector3d::Constant(kMissing);  // without the Earth's
+  // What the Earth's rotation, where it was not taken off, may be of the values [(deg/s/g)^2].
+  Eigen::Matrix3d earth_covariance = Eigen::Matrix3d::Zero();
   bool in_model = false;
   std::string because;  // why elements are not known
 };

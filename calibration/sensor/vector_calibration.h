@@ -49,6 +49,8 @@ struct AxisSplit {
 // The offset's change with gravity: row i, column j [deg/s/g], channel i by gravity along j.
 struct GSensitivity {
   Matrix3 value = kUnknown33, std_error = kUnknown33;
+  // Without what the Earth's rotation may be of it, where that was not taken off.
+  Matrix3 statistical_std_error = kUnknown33;
   // The channel's model has bias.g_linear, and apply takes it off. Otherwise the row was estimated
   // next to the model, and its rows say how little there is.
   std::array<bool, 3> in_model = {};

@@ -143,11 +143,6 @@ class ChannelTracer::State {
     without(kNeedsGravity,
             "gravity in the sensor's frame is not known: no effect of it can be "
             "estimated");
-    if (!request_.earth_rate_known) {
-      trace_.remarks.push_back(
-          "Earth's rotation is not taken off (it takes the site's latitude and the orientation of "
-          "the sensor): 0.0042 deg/s at most pass for bias or g-sensitivity");
-    }
   }
 
   void Fill(const Selection& selection, const NoiseModel& noise, const ChannelFit& fit) {
@@ -299,11 +294,16 @@ class ChannelTracer::State {
                                    speaks ? "; some structure remains" : "") +
                        ChosenOnAllOnly();
     }
-    if (request_.earth_rate_known) return;
-    if (const std::string says = LatitudeNeeded(trace_.effects); !says.empty()) {
-      trace_.summary += fmt::format(" {}.", says);
-      trace_.remarks.push_back(says);
-    }
+    if (!request_.earth_rate_known) RemarkOnEarth();
+  }
+
+  void RemarkOnEarth() {
+    const std::string says = LatitudeNeeded(trace_.effects);
+    if (!says.empty()) trace_.summary += fmt::format(" {}.", says);
+    trace_.remarks.push_back(
+        !says.empty() ? says
+                      : "Earth's rotation is not taken off (it takes the site's latitude and the "
+                        "orientation of the sensor): 0.0042 deg/s at most pass for bias");
   }
 
   std::string ErrorInWords() const {

@@ -42,7 +42,11 @@ class ChannelTracer {
   std::unique_ptr<State> state_;
 };
 
-// Adds it (calibration/reference_error.h) to the errors of the channel's scale factor and
+// Adds what the Earth's rotation may be of a g-sensitivity in the model (GravityRow) to its errors
+// in the trace and to the model's covariance.
+void AddEarthError(TracedChannel* traced);
+
+// Adds the reference's uncertainty (calibration/signal/reference_error.h) to the errors of the channel's scale factor and
 // cross-axis parts, in what the trace, the model and the row for the matrix say of them, the
 // model's covariance among them. The eccentricity of the certificate is left out where the channel
 // found an eccentricity and took it off. Where one of the inputs with a reference says nothing of

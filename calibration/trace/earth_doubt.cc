@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 
 #include "calibration/effects/effect.h"
+#include "calibration/trace/channel_report.h"
 #include "calibration/trace/report_parts.h"
 #include "kinematics/stand_frame.h"
 
@@ -16,7 +19,43 @@ bool Names(const TracedEffect& effect, const std::string& id) {
   return effect.id == id || std::ranges::find(effect.rivals, id) != effect.rivals.end();
 }
 
+// The axis of gravity that a parameter of the g-sensitivity belongs to: 2 of "k_z" and of
+// "bias.g_linear.k_z"; 3 of another parameter.
+std::size_t AxisOf(std::string_view name) {
+  const std::vector<EffectTerm>& terms = GSensitivityEffect().terms;
+  const std::string prefix = GSensitivityEffect().id + ".";
+  if (name.starts_with(prefix)) name.remove_prefix(prefix.size());
+  return static_cast<std::size_t>(std::ranges::find(terms, name, &EffectTerm::name) -
+                                  terms.begin());
+}
+
 }  // namespace
+
+void AddEarthError(TracedChannel* traced) {
+  const GravityRow& row = traced->row.gravity;
+  if (!row.in_model || row.earth_covariance.isZero(0.0)) return;
+  const auto covariance = [&](std::size_t i, std::size_t j) {
+    return row.earth_covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+  };
+  for (TracedEffect& effect : traced->trace.effects) {
+    if (effect.id != GSensitivityEffect().id) continue;
+    for (ModelParameter& parameter : effect.parameters) {
+      const std::size_t axis = AxisOf(parameter.name);
+      if (axis > 2) continue;
+      parameter.statistical_std_error = parameter.std_error;
+      parameter.std_error = std::hypot(parameter.std_error, std::sqrt(covariance(axis, axis)));
+    }
+  }
+  ChannelModel& model = traced->model;
+  const std::size_t n = model.parameter_names.size();
+  for (std::size_t a = 0; a < n; ++a) {
+    const std::size_t i = AxisOf(model.parameter_names[a]);
+    for (std::size_t b = 0; i < 3 && b < n; ++b) {
+      const std::size_t j = AxisOf(model.parameter_names[b]);
+      if (j < 3) model.covariance[a * n + b] += covariance(i, j);
+    }
+  }
+}
 
 std::string LatitudeNeeded(const std::vector<TracedEffect>& effects) {
   const bool doubted = std::ranges::any_of(effects, [](const TracedEffect& effect) {
@@ -25,9 +64,8 @@ std::string LatitudeNeeded(const std::vector<TracedEffect>& effects) {
   if (!doubted) return "";
   return fmt::format(
       "The site's latitude is needed: Earth's rotation ({:.2g} deg/s) is not taken off and passes "
-      "for a sensitivity to gravity, whose numbers may be off by as much beside their errors. Set "
-      "site.latitude_deg in the stand file (site_latitude_deg in "
-      "a table) and measure or trace again",
+      "for a sensitivity to gravity, whose errors count it. Set site.latitude_deg in the stand "
+      "file (site_latitude_deg in a table) and measure or trace again",
       Earth_deg_s());
 }
 

@@ -238,6 +238,7 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
   for (std::size_t k = 0; k < channels.size(); ++k) {
     TracedChannel& traced = traced_channels[k];
     AddReferenceError(runs.histories, channels[k], &traced);
+    AddEarthError(&traced);
     AddUnidentifiable(columns.unidentifiable, &traced.trace);
     out.result.channels.push_back(std::move(traced.trace));
     out.models.push_back(std::move(traced.model));

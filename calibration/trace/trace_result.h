@@ -28,9 +28,11 @@ struct ModelParameter {
   std::string name;
   double value = kMissing;
   std::string unit;
-  double std_error = kMissing;  // with the reference's own uncertainty, where it is said
+  // With the reference's own uncertainty, where it is said, and with what an Earth's rotation that
+  // is not taken off may be of a g-sensitivity.
+  double std_error = kMissing;
   double bound = kMissing;  // standard error at the Cramer-Rao bound, under the noise as estimated
-  // Without the reference's uncertainty; NaN where that has no part in it.
+  // Without either; NaN where neither has a part in it.
   double statistical_std_error = kMissing;
   // Why there is neither a value nor an error: of a coefficient that these data do not determine,
   // and that the model holds at 0.

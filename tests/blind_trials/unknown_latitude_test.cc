@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 
 #include "calibration/signal/collector.h"
 #include "calibration/trace/trace.h"
@@ -13,6 +15,7 @@ namespace gyrobench::blind_trials {
 namespace {
 
 using calibration::ChannelTrace;
+using calibration::ModelParameter;
 using calibration::TracedEffect;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -28,6 +31,14 @@ ChannelTrace TraceOf(TrialSpec spec) {
   calibration::TraceOptions options;
   options.curves = false;
   return calibration::Trace(recordings, options).result.channels.at(0);
+}
+
+// One without a value where the channel does not name the effect.
+ModelParameter Parameter(const ChannelTrace& channel, const std::string& id,
+                         const std::string& name) {
+  const auto effect = std::ranges::find(channel.effects, id, &TracedEffect::id);
+  if (effect == channel.effects.end()) return {};
+  return *std::ranges::find(effect->parameters, name, &ModelParameter::name);
 }
 
 bool MayBeEarth(const TracedEffect& effect) {
@@ -62,6 +73,21 @@ TEST(SensitivityToGravity, IsCertainWhereItIsLargerThanTheEarthsRotation) {
     ASSERT_NE(named, z.effects.end()) << seed << ": " << z.summary;
     EXPECT_FALSE(MayBeEarth(*named)) << seed;
   }
+}
+
+// The vertical part is one with k_z of channel z, whatever the poses.
+TEST(SensitivityToGravity, CountsTheEarthsRotationAmongItsErrors) {
+  constexpr double kEarth_deg_s = 360.0 / 86164.1;
+  TrialSpec spec = {.seed = 4203, .effects = {{"bias.g_linear", kHigh}}, .latitude_known = false};
+  const ModelParameter unknown = Parameter(TraceOf(spec), "bias.g_linear", "k_z");
+  spec.latitude_known = true;
+  const ModelParameter known = Parameter(TraceOf(spec), "bias.g_linear", "k_z");
+  EXPECT_TRUE(std::isnan(known.statistical_std_error));
+  EXPECT_NEAR(unknown.statistical_std_error, known.std_error, 0.02 * known.std_error);
+  EXPECT_NEAR(unknown.std_error,
+              std::hypot(unknown.statistical_std_error, kEarth_deg_s / std::sqrt(3.0)), 3e-5);
+  EXPECT_GT(std::fabs(unknown.value - known.value), 3.0 * unknown.statistical_std_error);
+  EXPECT_LT(std::fabs(unknown.value - known.value), 2.0 * unknown.std_error);
 }
 
 TEST(KnownLatitude, LeavesNothingOfTheEarth) {

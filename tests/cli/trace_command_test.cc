@@ -359,7 +359,7 @@ TEST_F(Trace, CarriesTheReferencesOwnErrorFromTheHeadOfTheTable) {
   EXPECT_NEAR(scale.at("std_error").get<double>(), std::hypot(alone, 0.002 * value), 1e-12);
   EXPECT_NEAR(trace.at("reference_error").at("relative_std_uncertainty").get<double>(), 0.002,
               1e-12);
-  EXPECT_THAT(Gyrobench({"trace", table}).out, HasSubstr("without the reference's own error"));
+  EXPECT_THAT(Gyrobench({"trace", table}).out, HasSubstr("of the fit alone"));
 
   const auto silent = folder_.Write("silent.csv", turns);
   const json relative = TraceOf(silent);
