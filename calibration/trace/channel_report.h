@@ -46,11 +46,11 @@ class ChannelTracer {
 // in the trace and to the model's covariance.
 void AddEarthError(TracedChannel* traced);
 
-// Adds the reference's uncertainty (calibration/signal/reference_error.h) to the errors of the channel's scale factor and
-// cross-axis parts, in what the trace, the model and the row for the matrix say of them, the
-// model's covariance among them. The eccentricity of the certificate is left out where the channel
-// found an eccentricity and took it off. Where one of the inputs with a reference says nothing of
-// it, nothing is added.
+// Adds the reference's uncertainty (calibration/signal/reference_error.h) to the errors of the
+// channel's scale factor and cross-axis parts, in what the trace, the model and the row for the
+// matrix say of them, the model's covariance among them. The eccentricity of the certificate is
+// left out where the channel found an eccentricity and took it off. Where one of the inputs with a
+// reference says nothing of it, nothing is added.
 void AddReferenceError(std::span<const StateHistory> histories, std::size_t channel,
                        TracedChannel* traced);
 

@@ -179,6 +179,7 @@ TYPED_TEST(JsonOf, IsRefusedWithoutAKeyUnlessThatCameLater) {
                                        "offset_groups",
                                        "offset_scatter",
                                        "noise_of_rests",
+                                       "statistical_std_error",
                                        "m_statistical_std_error",
                                        "a_statistical_std_error"};
   for (const json::json_pointer& place : PlacesIn(this->written_)) {

@@ -1,4 +1,6 @@
-// Vibration that the element rectifies.
+// Vibration that the element rectifies. Its mean square is taken over the n samples of 0.1 s, about
+// their mean and by n: right for a tone, as of a resonance. Of broadband vibration it is low by
+// 1/n, and c high by as much.
 #include "calibration/effects/basis.h"
 #include "calibration/effects/catalogue/makers.h"
 
