@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "calibration/effects/effect.h"
 #include "calibration/trace/channel_report.h"
@@ -48,13 +51,14 @@ void AddEarthError(TracedChannel* traced) {
   }
   ChannelModel& model = traced->model;
   const std::size_t n = model.parameter_names.size();
+  // A coefficient that the data do not determine is held at 0 and has no variance.
+  std::vector<std::pair<std::size_t, std::size_t>> own;  // place in the covariance, axis
   for (std::size_t a = 0; a < n; ++a) {
-    const std::size_t i = AxisOf(model.parameter_names[a]);
-    for (std::size_t b = 0; i < 3 && b < n; ++b) {
-      const std::size_t j = AxisOf(model.parameter_names[b]);
-      if (j < 3) model.covariance[a * n + b] += covariance(i, j);
-    }
+    const std::size_t axis = AxisOf(model.parameter_names[a]);
+    if (axis < 3 && model.covariance[a * n + a] > 0.0) own.emplace_back(a, axis);
   }
+  for (const auto& [a, i] : own)
+    for (const auto& [b, j] : own) model.covariance[a * n + b] += covariance(i, j);
 }
 
 std::string LatitudeNeeded(const std::vector<TracedEffect>& effects) {

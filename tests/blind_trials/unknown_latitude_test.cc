@@ -23,7 +23,7 @@ using ::testing::Not;
 constexpr const char* kEarth = "bias.earth_rate";
 constexpr const char* kSays = "The site's latitude is needed";
 
-ChannelTrace TraceOf(TrialSpec spec) {
+ChannelTrace TraceOf(const TrialSpec& spec) {
   calibration::Collector collector;
   RecordTrial(spec, collector);
   const calibration::Recording recording = collector.Take();
