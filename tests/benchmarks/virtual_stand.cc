@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -150,11 +151,7 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  const double bench_s = argc > 1 ? std::stod(argv[1]) : 600.0;
+void Compare(double bench_s) {
   constexpr int kRounds = 5;
   constexpr double kGyroPollsPerSecond = 200.0 / 13.0;
   std::vector<double> speeds;
@@ -175,5 +172,17 @@ int main(int argc, char** argv) {
   }
   std::printf("median %62.0f %7.0f%%   (wanted: at least 150, at least 70%%)\n", Median(speeds),
               100 * Median(shares));
-  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);
+    Compare(argc > 1 ? std::stod(argv[1]) : 600.0);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bench_virtual_stand: %s\n", error.what());
+    return 1;
+  }
 }
