@@ -152,6 +152,19 @@ void AddParameters(Table& table, const Text& group, const std::vector<ModelParam
   }
 }
 
+// Whether an error contains what the fit does not know of.
+bool HasMoreThanTheFits(const TraceResult& trace) {
+  const auto has = [](const std::vector<ModelParameter>& parameters) {
+    return std::ranges::any_of(parameters, [](const ModelParameter& parameter) {
+      return std::isfinite(parameter.statistical_std_error);
+    });
+  };
+  return std::ranges::any_of(trace.channels, [&](const ChannelTrace& channel) {
+    return has(channel.baseline.parameters) ||
+           std::ranges::any_of(channel.effects, has, &calibration::TracedEffect::parameters);
+  });
+}
+
 Section ParameterSection(const TraceResult& trace) {
   Section section{"Parameters", {}};
   for (const ChannelTrace& channel : trace.channels) {
@@ -178,7 +191,7 @@ Section ParameterSection(const TraceResult& trace) {
   }
   if (section.blocks.empty()) Add(section.blocks, Paragraph{"No parameter could be estimated."});
   Add(section.blocks, ReferenceNote(trace));
-  if (std::isfinite(trace.reference_uncertainty))
+  if (HasMoreThanTheFits(trace))
     Add(section.blocks, Paragraph{"The ratio of error to bound is that of the fit alone.", "note"});
   return section;
 }

@@ -36,8 +36,8 @@ void Fields(Visitor& field, FieldsOf<Visitor, GSensitivity>& g) {
   field.Constant("unit", "deg/s/g");
   field("value", g.value);
   field("std_error", g.std_error);
-  // Files of before the Earth's rotation was counted have statistical errors alone.
-  field.LaterAs("statistical_std_error", g.statistical_std_error, g.std_error);
+  // Not known of held poses, nor in older files: in some of them the Earth's rotation is counted.
+  field(Later("statistical_std_error"), g.statistical_std_error);
   field("in_model", g.in_model);
   field("because", g.because);
 }

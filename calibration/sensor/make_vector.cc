@@ -210,8 +210,11 @@ VectorCalibration MakeVectorCalibration(std::span<const ChannelRow> rows,
                   [](const StateHistory& history) { return history.earth_rate_known; });
   if (!earth && out.g_sensitivity) {
     out.remarks.emplace_back(
-        "Earth's rotation is not taken off: up to 0.0042 deg/s/g of the g-sensitivity may be it, "
-        "which its errors count; it takes the site's latitude and the orientation of the sensor");
+        "Earth's rotation is not taken off: its vertical part, up to 0.0042 deg/s/g, is one with "
+        "the "
+        "g-sensitivity of an axis to gravity along itself; the errors count it; to take it off "
+        "takes "
+        "the site's latitude and the orientation of the sensor");
   }
   return out;
 }

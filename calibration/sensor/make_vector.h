@@ -20,7 +20,8 @@ struct StateHistory;
 struct GravityRow {
   Eigen::Vector3d value = Eigen::Vector3d::Constant(kMissing);
   Eigen::Vector3d std_error = Eigen::Vector3d::Constant(kMissing);  // without the Earth's
-  // What the Earth's rotation, where it was not taken off, may be of the values [(deg/s/g)^2].
+  // What the Earth's rotation, where it was not taken off, may be of the values [(deg/s/g)^2]; its
+  // vertical part alone where the sensor's heading is not known.
   Eigen::Matrix3d earth_covariance = Eigen::Matrix3d::Zero();
   bool in_model = false;
   std::string because;  // why elements are not known

@@ -303,7 +303,8 @@ class ChannelTracer::State {
     trace_.remarks.push_back(
         !says.empty() ? says
                       : "Earth's rotation is not taken off (it takes the site's latitude and the "
-                        "orientation of the sensor): 0.0042 deg/s at most pass for bias");
+                        "orientation of the sensor): 0.0042 deg/s at most pass for bias or "
+                        "g-sensitivity");
   }
 
   std::string ErrorInWords() const {

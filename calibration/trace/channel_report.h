@@ -43,7 +43,8 @@ class ChannelTracer {
 };
 
 // Adds what the Earth's rotation may be of a g-sensitivity in the model (GravityRow) to its errors
-// in the trace and to the model's covariance.
+// in the trace and to its block of the model's covariance. What it may be of the offset, and their
+// covariance, are not counted.
 void AddEarthError(TracedChannel* traced);
 
 // Adds the reference's uncertainty (calibration/signal/reference_error.h) to the errors of the

@@ -1,10 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "calibration/effects/effect.h"
@@ -37,28 +35,11 @@ std::size_t AxisOf(std::string_view name) {
 void AddEarthError(TracedChannel* traced) {
   const GravityRow& row = traced->row.gravity;
   if (!row.in_model || row.earth_covariance.isZero(0.0)) return;
-  const auto covariance = [&](std::size_t i, std::size_t j) {
-    return row.earth_covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-  };
   for (TracedEffect& effect : traced->trace.effects) {
-    if (effect.id != GSensitivityEffect().id) continue;
-    for (ModelParameter& parameter : effect.parameters) {
-      const std::size_t axis = AxisOf(parameter.name);
-      if (axis > 2) continue;
-      parameter.statistical_std_error = parameter.std_error;
-      parameter.std_error = std::hypot(parameter.std_error, std::sqrt(covariance(axis, axis)));
-    }
+    if (effect.id == GSensitivityEffect().id)
+      AddToErrors(row.earth_covariance, AxisOf, &effect.parameters);
   }
-  ChannelModel& model = traced->model;
-  const std::size_t n = model.parameter_names.size();
-  // A coefficient that the data do not determine is held at 0 and has no variance.
-  std::vector<std::pair<std::size_t, std::size_t>> own;  // place in the covariance, axis
-  for (std::size_t a = 0; a < n; ++a) {
-    const std::size_t axis = AxisOf(model.parameter_names[a]);
-    if (axis < 3 && model.covariance[a * n + a] > 0.0) own.emplace_back(a, axis);
-  }
-  for (const auto& [a, i] : own)
-    for (const auto& [b, j] : own) model.covariance[a * n + b] += covariance(i, j);
+  AddToCovariance(row.earth_covariance, AxisOf, &traced->model);
 }
 
 std::string LatitudeNeeded(const std::vector<TracedEffect>& effects) {
@@ -68,8 +49,9 @@ std::string LatitudeNeeded(const std::vector<TracedEffect>& effects) {
   if (!doubted) return "";
   return fmt::format(
       "The site's latitude is needed: Earth's rotation ({:.2g} deg/s) is not taken off and passes "
-      "for a sensitivity to gravity, whose errors count it. Set site.latitude_deg in the stand "
-      "file (site_latitude_deg in a table) and measure or trace again",
+      "for a sensitivity to gravity, whose errors count it, and for bias, whose errors do not. Set "
+      "site.latitude_deg in the stand file (site_latitude_deg in a table) and measure or trace "
+      "again",
       Earth_deg_s());
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,18 +12,12 @@
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/report_parts.h"
 #include "calibration/trace/selection.h"
+#include "kinematics/stand_frame.h"
 
 namespace gyrobench::calibration {
 namespace {
 
 constexpr double kAbsorbed = 1e-6;
-
-struct LeftColumns {
-  Eigen::MatrixXd columns;
-  Eigen::Matrix3d gram;   // of what the model leaves of them, columns of length 1 before
-  Eigen::Vector3d right;  // with the output
-  Eigen::Vector3d length;
-};
 
 Eigen::MatrixXd White(const ChannelProblem& problem, const Effect& effect,
                       const Selection& selection) {
@@ -35,68 +28,43 @@ Eigen::MatrixXd White(const ChannelProblem& problem, const Effect& effect,
   return columns;
 }
 
-// Everything that the model's `columns` (of fit.white) and its shapes may bend to, taken off.
-LeftColumns Left(const ChannelProblem& problem, const Selection& selection, const ChannelFit& fit,
-                 const std::vector<Eigen::Index>& columns) {
-  const Eigen::MatrixXd gravity = White(problem, GSensitivityEffect(), selection);
-  Eigen::MatrixXd tangent(fit.white.rows(),
-                          static_cast<Eigen::Index>(columns.size()) + fit.white_slopes.cols());
-  tangent << fit.white(Eigen::all, columns), fit.white_slopes;
-  const std::vector<Eigen::Index> kept = IndependentColumns(tangent.transpose() * tangent);
-  const Projection model(tangent(Eigen::all, kept));
-  LeftColumns out;
-  out.length = gravity.colwise().norm().cwiseMax(1e-300);
-  out.columns = model.Off(gravity * out.length.cwiseInverse().asDiagonal());
-  out.gram = out.columns.transpose() * out.columns;
-  out.right = out.columns.transpose() * fit.WhiteResidual();
+// What the model may bend to.
+Eigen::MatrixXd Tangent(const ChannelFit& fit) {
+  Eigen::MatrixXd out(fit.white.rows(), fit.white.cols() + fit.white_slopes.cols());
+  out << fit.white, fit.white_slopes;
   return out;
 }
 
-std::optional<std::size_t> MemberOf(const Effect& effect, const Selection& selection) {
-  const std::vector<Candidate>& members = selection.members();
-  const auto at = std::ranges::find(members, &effect, &Candidate::effect);
-  if (at == members.end()) return std::nullopt;
-  return static_cast<std::size_t>(at - members.begin());
-}
-
-// Of the model without its g-sensitivity and without the Earth.
-std::vector<Eigen::Index> ColumnsOfTheRest(const Selection& selection, const ChannelFit& fit) {
-  std::vector<Eigen::Index> without;
-  for (const Effect* effect : {&GSensitivityEffect(), &EarthRotationEffect()}) {
-    if (const auto member = MemberOf(*effect, selection)) {
-      const std::vector<Eigen::Index> own = fit.ColumnsOf(*member);
-      without.insert(without.end(), own.begin(), own.end());
-    }
+// Components of the Earth's rotation that the data give columns of: without a heading, as of the
+// accelerometer's gravity, the vertical one alone. None where it is taken off.
+Eigen::MatrixXd WhiteEarth(const ChannelProblem& problem, const Selection& selection) {
+  const Eigen::MatrixXd all = White(problem, EarthRotationEffect(), selection);
+  std::vector<Eigen::Index> known;
+  for (Eigen::Index j = 0; j < all.cols(); ++j) {
+    if (all.col(j).allFinite() && !all.col(j).isZero(0.0)) known.push_back(j);
   }
-  return fit.ColumnsBut(without);
+  return all(Eigen::all, known);
 }
 
-// Whether the model has this component of the Earth's rotation, and the data determine it.
-bool IsFitted(Eigen::Index component, const Selection& selection, const ChannelFit& fit) {
-  const auto member = MemberOf(EarthRotationEffect(), selection);
-  if (!member) return false;
-  const Eigen::Index at = fit.member_begin[*member] + component;
-  return fit.covariance(at, at) > 0.0;
+// `response`: what the values are by 1 deg/s of each component, which is left out of the model. The
+// rotation's size is known and its direction is not: each component's mean square is a third of
+// its own.
+Eigen::Matrix3d CovarianceOfEarth(const Eigen::MatrixXd& response) {
+  const double rate_deg_s = kinematics::EarthRate(90.0, 0.0)[2];
+  return rate_deg_s * rate_deg_s / 3.0 * response * response.transpose();
 }
 
-// What the Earth's rotation adds to the covariance of the row: its size is known and its direction
-// is not, so that each component's mean square is a third of its own.
-Eigen::Matrix3d CovarianceOfEarth(const ChannelProblem& problem, const Selection& selection,
-                                  const ChannelFit& fit) {
-  // Nothing where it is taken off.
-  const Eigen::MatrixXd earth = White(problem, EarthRotationEffect(), selection);
-  if (earth.isZero(0.0)) return Eigen::Matrix3d::Zero();
-  const LeftColumns left = Left(problem, selection, fit, ColumnsOfTheRest(selection, fit));
-  const Eigen::Matrix3d right = left.columns.transpose() * earth;
-  const double rate_deg_s = EarthRotationEffect().typical_size;
-  Eigen::Matrix3d out = Eigen::Matrix3d::Zero();
-  for (Eigen::Index j = 0; j < 3; ++j) {
-    if (IsFitted(j, selection, fit)) continue;
-    const Eigen::Vector3d row =
-        SolveSeen(left.gram, right.col(j), kAbsorbed).values.cwiseQuotient(left.length);
-    out += rate_deg_s * rate_deg_s / 3.0 * row * row.transpose();
-  }
-  return out;
+// A member of the model, its columns from `column` on: solved as the model is, so that what depends
+// on other columns is held at 0 here as well, and a component that the model has changes nothing.
+Eigen::Matrix3d EarthInModel(const ChannelFit& fit, const Eigen::MatrixXd& earth,
+                             Eigen::Index column) {
+  if (earth.cols() == 0) return Eigen::Matrix3d::Zero();
+  const Eigen::MatrixXd tangent = Tangent(fit);
+  const Eigen::MatrixXd gram = tangent.transpose() * tangent, right = tangent.transpose() * earth;
+  Eigen::MatrixXd response(3, earth.cols());
+  for (Eigen::Index j = 0; j < earth.cols(); ++j)
+    response.col(j) = SolveIndependent(gram, right.col(j)).segment<3>(column);
+  return CovarianceOfEarth(response);
 }
 
 void Drop(const std::vector<std::string>& names, const std::string& why, GravityRow* row) {
@@ -128,7 +96,8 @@ void Judge(const Effect& effect, const Selection& selection, const std::vector<b
       Drop({name}, fmt::format("it is in {}, and changes with the other quantity", products), row);
     } else if (!known) {
       absorbed.push_back(name);
-    } else if (row->std_error[j] > effect.typical_size) {
+    } else if (std::hypot(row->std_error[j], std::sqrt(row->earth_covariance(j, j))) >
+               effect.typical_size) {
       vague.push_back(name);
     } else {
       continue;
@@ -142,6 +111,27 @@ void Judge(const Effect& effect, const Selection& selection, const std::vector<b
        row);
 }
 
+// Gravity's columns next to the model, which is taken off them, and of length 1 before.
+void FitBeside(const ChannelProblem& problem, const Selection& selection, const ChannelFit& fit,
+               double grow, const Eigen::MatrixXd& earth, GravityRow* row) {
+  const Eigen::MatrixXd gravity = White(problem, GSensitivityEffect(), selection);
+  const Eigen::MatrixXd tangent = Tangent(fit);
+  const Projection model(tangent(Eigen::all, IndependentColumns(tangent.transpose() * tangent)));
+  const Eigen::Vector3d length = gravity.colwise().norm().cwiseMax(1e-300);
+  const Eigen::MatrixXd left = model.Off(gravity * length.cwiseInverse().asDiagonal());
+  const Eigen::Matrix3d gram = left.transpose() * left;
+  const SeenSolution solved = SolveSeen(gram, left.transpose() * fit.WhiteResidual(), kAbsorbed);
+  row->value = solved.values.cwiseQuotient(length);
+  row->std_error = grow * solved.covariance.diagonal().cwiseSqrt().cwiseQuotient(length);
+  Eigen::MatrixXd response(3, earth.cols());
+  for (Eigen::Index j = 0; j < earth.cols(); ++j) {
+    response.col(j) =
+        SolveSeen(gram, left.transpose() * earth.col(j), kAbsorbed).values.cwiseQuotient(length);
+  }
+  row->earth_covariance = CovarianceOfEarth(response);
+  Judge(GSensitivityEffect(), selection, solved.seen, row);
+}
+
 }  // namespace
 
 GravityRow FitGravityRow(const ChannelProblem& problem, const Selection& selection,
@@ -152,20 +142,19 @@ GravityRow FitGravityRow(const ChannelProblem& problem, const Selection& selecti
     row.because = "gravity in the sensor's frame is not known";
     return row;
   }
-  row.earth_covariance = CovarianceOfEarth(problem, selection, fit);
-  if (const auto member = MemberOf(effect, selection)) {
-    row.in_model = true;
-    const Eigen::Index begin = fit.member_begin[*member];
-    row.value = fit.values.segment<3>(begin);
-    row.std_error = grow * fit.covariance.diagonal().segment<3>(begin).cwiseSqrt();
-    Judge(effect, selection, {true, true, true}, &row);
+  const Eigen::MatrixXd earth = WhiteEarth(problem, selection);
+  const std::vector<Candidate>& members = selection.members();
+  const auto named = std::ranges::find(members, &effect, &Candidate::effect);
+  if (named == members.end()) {
+    FitBeside(problem, selection, fit, grow, earth, &row);
     return row;
   }
-  const LeftColumns left = Left(problem, selection, fit, fit.ColumnsBut({}));
-  const SeenSolution solved = SolveSeen(left.gram, left.right, kAbsorbed);
-  row.value = solved.values.cwiseQuotient(left.length);
-  row.std_error = grow * solved.covariance.diagonal().cwiseSqrt().cwiseQuotient(left.length);
-  Judge(effect, selection, solved.seen, &row);
+  const auto member = static_cast<std::size_t>(named - members.begin());
+  row.in_model = true;
+  row.value = fit.values.segment<3>(fit.member_begin[member]);
+  row.std_error = grow * fit.covariance.diagonal().segment<3>(fit.member_begin[member]).cwiseSqrt();
+  row.earth_covariance = EarthInModel(fit, earth, fit.column_begin[member]);
+  Judge(effect, selection, {true, true, true}, &row);
   return row;
 }
 

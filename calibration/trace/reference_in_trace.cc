@@ -8,6 +8,7 @@
 #include "calibration/signal/reference_error.h"
 #include "calibration/state/state_history.h"
 #include "calibration/trace/channel_report.h"
+#include "calibration/trace/report_parts.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -83,24 +84,14 @@ void AddReferenceError(std::span<const StateHistory> histories, std::size_t chan
   const auto variance = [&](std::size_t j) {
     return more(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(j));
   };
-  for (ModelParameter& parameter : traced->trace.baseline.parameters) {
-    const std::size_t j = AxisOf(parameter.name, channel);
-    if (j > 2) continue;
-    parameter.statistical_std_error = parameter.std_error;
-    parameter.std_error = std::hypot(parameter.std_error, std::sqrt(variance(j)));
+  const auto axis_of = [channel](const std::string& name) { return AxisOf(name, channel); };
+  for (const std::string& name : model.parameter_names) {
+    const std::size_t j = axis_of(name);
+    if (j < 3)
+      model.m_row_std_error[j] = std::hypot(model.m_row_std_error[j], std::sqrt(variance(j)));
   }
-  const std::size_t n = model.parameter_names.size();
-  for (std::size_t a = 0; a < n; ++a) {
-    const std::size_t i = AxisOf(model.parameter_names[a], channel);
-    if (i > 2) continue;
-    model.m_row_std_error[i] = std::hypot(model.m_row_std_error[i], std::sqrt(variance(i)));
-    for (std::size_t b = 0; b < n; ++b) {
-      const std::size_t j = AxisOf(model.parameter_names[b], channel);
-      if (j > 2) continue;
-      model.covariance[a * n + b] +=
-          more(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-    }
-  }
+  AddToErrors(more, axis_of, &traced->trace.baseline.parameters);
+  AddToCovariance(more, axis_of, &model);
 }
 
 void DescribeReferenceError(std::span<const StateHistory> histories, TraceResult* result) {

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ namespace gyrobench::calibration {
 struct Baseline;
 struct Candidate;
 struct ChannelFit;
+struct ChannelModel;
 class ChannelProblem;
 class Selection;
 
@@ -59,6 +61,16 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
                                             const Selection& selection,
                                             const std::set<std::string>& named,
                                             bool earth_rate_known);
+
+// The axis that a parameter belongs to, by its name; 3 of one that belongs to none.
+using AxisOfParameter = std::function<std::size_t(const std::string&)>;
+
+// Adds a covariance of three parameters, one of each axis, that the fit does not know of: to their
+// errors, and to the model's covariance. What depends on others has rows of 0 in it.
+void AddToErrors(const Eigen::Matrix3d& more, const AxisOfParameter& axis_of,
+                 std::vector<ModelParameter>* parameters);
+void AddToCovariance(const Eigen::Matrix3d& more, const AxisOfParameter& axis_of,
+                     ChannelModel* model);
 
 // Of measurements of which the Earth's rotation is not known: what a reader is to do where it is
 // among the effects or their rivals, or a sensitivity to gravity is; empty where none is.

@@ -332,6 +332,24 @@ TEST(JoinChannels, SaysWhichAxesAreMissing) {
   EXPECT_THAT(vector.missing[0], HasSubstr("gyro x and y were not traced"));
 }
 
+// Two uncertainties that know nothing of each other, a 3-4-5 triangle.
+TEST(JoinChannels, CountsTheEarthInTheErrorsOfGSensitivity) {
+  std::vector<ChannelRow> rows = {RowOf(0), RowOf(1), RowOf(2)};
+  for (ChannelRow& row : rows) {
+    row.gravity.std_error.setConstant(3e-3);
+    row.gravity.earth_covariance = 16e-6 * Matrix3d::Identity();
+    row.gravity.earth_covariance(1, 1) = 0.0;
+  }
+  const VectorCalibration vector = JoinChannels(rows);
+  ASSERT_TRUE(vector.g_sensitivity);
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      EXPECT_NEAR(vector.g_sensitivity->std_error[c][j], j == 1 ? 3e-3 : 5e-3, 1e-12);
+      EXPECT_DOUBLE_EQ(vector.g_sensitivity->statistical_std_error[c][j], 3e-3);
+    }
+  }
+}
+
 TEST(JoinChannels, SaysAboutWhichAxisTheSensorNeverTurned) {
   std::vector<ChannelRow> rows = {RowOf(0), RowOf(1), RowOf(2)};
   for (ChannelRow& row : rows) row.values[1] = kMissing;
