@@ -13,9 +13,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-// At the pole all of it is along z.
-double Earth_deg_s() { return kinematics::EarthRate(90.0, 0.0)[2]; }
-
 bool Names(const TracedEffect& effect, const std::string& id) {
   return effect.id == id || std::ranges::find(effect.rivals, id) != effect.rivals.end();
 }
@@ -31,6 +28,9 @@ std::size_t AxisOf(std::string_view name) {
 }
 
 }  // namespace
+
+// At the pole all of it is along z.
+double EarthRate_deg_s() { return kinematics::EarthRate(90.0, 0.0)[2]; }
 
 void AddEarthError(TracedChannel* traced) {
   const GravityRow& row = traced->row.gravity;
@@ -52,7 +52,7 @@ std::string LatitudeNeeded(const std::vector<TracedEffect>& effects) {
       "for a sensitivity to gravity, whose errors count it, and for bias, whose errors do not. Set "
       "site.latitude_deg in the stand file (site_latitude_deg in a table) and measure or trace "
       "again",
-      Earth_deg_s());
+      EarthRate_deg_s());
 }
 
 }  // namespace gyrobench::calibration

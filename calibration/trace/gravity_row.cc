@@ -12,7 +12,6 @@
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/report_parts.h"
 #include "calibration/trace/selection.h"
-#include "kinematics/stand_frame.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -50,8 +49,7 @@ Eigen::MatrixXd WhiteEarth(const ChannelProblem& problem, const Selection& selec
 // rotation's size is known and its direction is not: each component's mean square is a third of
 // its own.
 Eigen::Matrix3d CovarianceOfEarth(const Eigen::MatrixXd& response) {
-  const double rate_deg_s = kinematics::EarthRate(90.0, 0.0)[2];
-  return rate_deg_s * rate_deg_s / 3.0 * response * response.transpose();
+  return EarthRate_deg_s() * EarthRate_deg_s() / 3.0 * response * response.transpose();
 }
 
 // A member of the model, its columns from `column` on: solved as the model is, so that what depends

@@ -72,6 +72,9 @@ void AddToErrors(const Eigen::Matrix3d& more, const AxisOfParameter& axis_of,
 void AddToCovariance(const Eigen::Matrix3d& more, const AxisOfParameter& axis_of,
                      ChannelModel* model);
 
+// Size of the Earth's rotation.
+double EarthRate_deg_s();
+
 // Of measurements of which the Earth's rotation is not known: what a reader is to do where it is
 // among the effects or their rivals, or a sensitivity to gravity is; empty where none is.
 std::string LatitudeNeeded(const std::vector<TracedEffect>& effects);
