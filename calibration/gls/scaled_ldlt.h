@@ -4,6 +4,10 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <cmath>
+#include <limits>
+
+#include "calibration/gls/filled_columns.h"
 
 namespace gyrobench::calibration {
 
@@ -26,8 +30,13 @@ class ScaledLdlt {
   }
   // The same of each column.
   Eigen::VectorXd Squares(const Eigen::MatrixXd& right) const {
-    const Eigen::MatrixXd scaled = scale_.asDiagonal() * right;
-    return scaled.cwiseProduct(factor_.solve(scaled)).colwise().sum();
+    Eigen::MatrixXd z = factor_.transpositionsP() * (scale_.asDiagonal() * right);
+    factor_.matrixL().solveInPlace(z);
+    // As a solution with the factor has it: a direction of which nothing at all is left has none.
+    const Eigen::VectorXd d = factor_.vectorD().unaryExpr([](double value) {
+      return std::fabs(value) > std::numeric_limits<double>::min() ? 1.0 / value : 0.0;
+    });
+    return d.transpose() * z.cwiseAbs2();
   }
 
   // A direction that rounding alone is left of counts as that much.
@@ -63,12 +72,11 @@ LimitedGain GainOfLength(const Eigen::MatrixXd& gram, const Eigen::VectorXd& sco
 // Takes a model's columns off others, by least squares.
 class Projection {
  public:
-  explicit Projection(Eigen::MatrixXd model)
-      : model_(std::move(model)), factor_(model_.transpose() * model_) {}
+  explicit Projection(Eigen::MatrixXd model) : model_(std::move(model)), factor_(Gram(model_)) {}
 
   Eigen::MatrixXd Off(const Eigen::MatrixXd& columns) const {
     Eigen::MatrixXd left = columns;
-    left.noalias() -= model_ * factor_.Solve(model_.transpose() * columns);
+    TakeOff(model_, factor_.Solve(TransposeTimes(model_, columns)), &left);
     return left;
   }
 

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "calibration/gls/filled_columns.h"
 #include "calibration/gls/interval_filter.h"
 
 namespace gyrobench::calibration {
@@ -60,19 +61,6 @@ void PassAllRows(std::span<const Step> steps, RowMajor* rows, Eigen::ArrayXd* bi
   PassTogether<1>(steps, first, rows, bias, reference);
 }
 
-// Columns that are not 0 in some rows, or of which the filter remembers something.
-std::vector<Eigen::Index> Active(const std::vector<Eigen::Index>& not_zero,
-                                 const Eigen::ArrayXd& bias, const Eigen::ArrayXd& reference) {
-  std::vector<Eigen::Index> out;
-  std::size_t next = 0;
-  for (Eigen::Index j = 0; j < bias.size(); ++j) {
-    const bool here = next < not_zero.size() && not_zero[next] == j;
-    if (here) ++next;
-    if (here || bias(j) != 0.0 || reference(j) != 0.0) out.push_back(j);
-  }
-  return out;
-}
-
 void AddProducts(const RowMajor& white, const std::vector<Eigen::Index>& places,
                  Eigen::MatrixXd* gram) {
   if (white.cols() == gram->cols()) {
@@ -98,7 +86,7 @@ struct NoisePass {
 
 void AddChunk(const RawRows& raw, const std::vector<Eigen::Index>& not_zero, NoisePass* pass,
               RowMajor* white) {
-  const std::vector<Eigen::Index> active = Active(not_zero, pass->bias, pass->reference);
+  const std::vector<Eigen::Index> active = WithRemembered(not_zero, pass->bias, pass->reference);
   Gather(raw, active, white);
   Eigen::ArrayXd bias = pass->bias(active), reference = pass->reference(active);
   PassAllRows(pass->steps, white, &bias, &reference);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "calibration/gls/filled_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
@@ -110,8 +111,8 @@ void WhiteStore::MultiplyEachOther(const Columns& columns) {
 void WhiteStore::Multiply(Eigen::Index row, Eigen::Index row_end, Eigen::Index column,
                           Eigen::Index column_end) {
   const Eigen::Index rows = row_end - row, columns = column_end - column;
-  gram_.block(row, column, rows, columns).noalias() =
-      white_.middleCols(row, rows).transpose() * white_.middleCols(column, columns);
+  gram_.block(row, column, rows, columns) =
+      TransposeTimes(white_.middleCols(row, rows), white_.middleCols(column, columns));
   gram_.block(column, row, columns, rows) =
       gram_.block(row, column, rows, columns).transpose().eval();
   known_.block(row, column, rows, columns).setConstant(true);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "calibration/gls/filled_columns.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -39,32 +41,46 @@ void Pass(std::span<const Step> steps, double* const* column, ColumnState* state
 // Rows and steps of a piece stay in the cache while all columns pass it.
 constexpr Eigen::Index kPieceRows = 1024;
 
-// `fill(column, first row, rows)` puts a column's raw values where they become white.
+// As many columns at once, from the `first` of `active` on; returns the first that is left.
+template <std::size_t kColumns>
+std::size_t PassTogether(std::span<const Step> piece, const std::vector<Eigen::Index>& active,
+                         std::size_t first, Eigen::Ref<Eigen::MatrixXd> rows,
+                         std::vector<ColumnState>* states) {
+  for (; first + kColumns <= active.size(); first += kColumns) {
+    double* pointers[kColumns];
+    ColumnState some[kColumns];
+    for (std::size_t k = 0; k < kColumns; ++k) {
+      pointers[k] = &rows(0, active[first + k]);
+      some[k] = (*states)[static_cast<std::size_t>(active[first + k])];
+    }
+    Pass<kColumns>(piece, pointers, some);
+    for (std::size_t k = 0; k < kColumns; ++k)
+      (*states)[static_cast<std::size_t>(active[first + k])] = some[k];
+  }
+  return first;
+}
+
+// `fill(column, first row, rows)` puts a column's raw values where they become white. What is 0 in
+// all of a piece stays so, as long as the filter remembers nothing of it.
 template <typename Fill>
 void PassColumns(std::span<const Step> steps, Eigen::Ref<Eigen::MatrixXd>& columns,
                  const Fill& fill) {
-  constexpr std::size_t kTogether = 8;
-  constexpr auto kStep = static_cast<Eigen::Index>(kTogether);
   std::vector<ColumnState> states(static_cast<std::size_t>(columns.cols()));
+  std::vector<Eigen::Index> active;
   for (Eigen::Index begin = 0; begin < columns.rows(); begin += kPieceRows) {
     const Eigen::Index count = std::min(kPieceRows, columns.rows() - begin);
     const auto piece =
         steps.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(count));
-    Eigen::Index j = 0;
-    double* pointers[kTogether];
-    auto take = [&](Eigen::Index column) {
-      fill(column, begin, count);
-      return &columns(begin, column);
-    };
-    for (; j + kStep <= columns.cols(); j += kStep) {
-      for (std::size_t k = 0; k < kTogether; ++k)
-        pointers[k] = take(j + static_cast<Eigen::Index>(k));
-      Pass<kTogether>(piece, pointers, &states[static_cast<std::size_t>(j)]);
+    active.clear();
+    for (Eigen::Index j = 0; j < columns.cols(); ++j) {
+      fill(j, begin, count);
+      const ColumnState& state = states[static_cast<std::size_t>(j)];
+      const bool remembered = state.bias != 0.0 || state.reference != 0.0;
+      if (remembered || !IsZero(columns.col(j).segment(begin, count))) active.push_back(j);
     }
-    for (; j < columns.cols(); ++j) {
-      pointers[0] = take(j);
-      Pass<1>(piece, pointers, &states[static_cast<std::size_t>(j)]);
-    }
+    const Eigen::Ref<Eigen::MatrixXd> rows = columns.middleRows(begin, count);
+    const std::size_t first = PassTogether<8>(piece, active, 0, rows, &states);
+    PassTogether<1>(piece, active, first, rows, &states);
   }
 }
 
@@ -121,19 +137,22 @@ void Whitener::Whiten(std::span<const RawColumns> raw, Eigen::Ref<Eigen::MatrixX
   });
 }
 
+// What the smoother remembers of some columns and of a shock, from the rows after.
+struct Whitener::Smoother {
+  Eigen::RowVectorXd bias, reference;
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+};
+
 // Backwards: r is what the states before a row are worth for all rows from it on.
 //   r_i-1 = Z_i' v_i / s_i^2 + L_i' r_i,   u_i = v_i / s_i^2 - K_i' r_i,   L = T - K Z
-Whitener::Shocks Whitener::Scores(const Eigen::MatrixXd& white) const {
-  const auto n = static_cast<Eigen::Index>(rows());
-  const Eigen::Index p = white.cols();
-  Shocks out;
-  out.bias.resize(n, p);
-  out.output.resize(n, p);
-  out.bias_information.resize(n);
-  out.output_information.resize(n);
-  Eigen::RowVectorXd bias = Eigen::RowVectorXd::Zero(p), reference = bias;
-  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
-  for (Eigen::Index i = n; i-- > 0;) {
+// `rows`: white, from `begin` on; they become the scores of the output, `bias` those of the bias.
+void Whitener::Smooth(Eigen::Index begin, Smoother* smoother, RowMajor* rows, RowMajor* bias,
+                      Shocks* out) const {
+  Eigen::RowVectorXd& b = smoother->bias;
+  Eigen::RowVectorXd& r = smoother->reference;
+  Eigen::Matrix2d& information = smoother->information;
+  for (Eigen::Index place = rows->rows(); place-- > 0;) {
+    const Eigen::Index i = begin + place;
     const Step& step = steps_[static_cast<std::size_t>(i)];
     const Eigen::Vector2d z(step.bias_factor, step.reference_factor);
     const Eigen::Vector2d k(step.gain_bias, step.gain_reference);
@@ -141,21 +160,49 @@ Whitener::Shocks Whitener::Scores(const Eigen::MatrixXd& white) const {
     l(0, 0) += 1.0;
     l(1, 1) += step.reference_transition;
     const double weight = step.inverse_sigma * step.inverse_sigma;
-    out.output.row(i) = white.row(i) * step.inverse_sigma - k(0) * bias - k(1) * reference;
-    out.output_information(i) = weight + k.dot(information * k);
-    const Eigen::RowVectorXd innovation = out.output.row(i);
+    auto output = rows->row(place);
+    output = output * step.inverse_sigma - k(0) * b - k(1) * r;
+    out->output_information(i) = weight + k.dot(information * k);
     // L' r + Z' v / s^2 = T' r + Z' u
-    bias = bias + z(0) * innovation;
-    reference = step.reference_transition * reference + z(1) * innovation;
+    b += z(0) * output;
+    r = step.reference_transition * r + z(1) * output;
     information = z * z.transpose() * weight + l.transpose() * information * l;
-    out.bias.row(i) = bias;
-    out.bias_information(i) = information(0, 0);
+    bias->row(place) = b;
+    out->bias_information(i) = information(0, 0);
     // What comes before is nothing to a measurement that begins here.
     if (step.bias_transition == 0.0) {
-      bias.setZero();
-      reference.setZero();
+      b.setZero();
+      r.setZero();
       information.setZero();
     }
+  }
+}
+
+Whitener::Shocks Whitener::Scores(const Eigen::MatrixXd& white) const {
+  const auto n = static_cast<Eigen::Index>(rows());
+  const Eigen::Index p = white.cols();
+  Shocks out;
+  out.bias = out.output = Eigen::MatrixXd::Zero(n, p);
+  out.bias_information.resize(n);
+  out.output_information.resize(n);
+  Eigen::ArrayXd bias = Eigen::ArrayXd::Zero(p), reference = bias;
+  Smoother smoother;
+  RowMajor some, some_bias;
+  const Eigen::Index stretches = (n + kStretchRows - 1) / kStretchRows;
+  for (Eigen::Index stretch = stretches; stretch-- > 0;) {
+    const Eigen::Index begin = stretch * kStretchRows, count = std::min(kStretchRows, n - begin);
+    const auto rows_here = Eigen::seqN(begin, count);
+    const std::vector<Eigen::Index> active =
+        WithRemembered(FilledColumns(white.middleRows(begin, count)), bias, reference);
+    some = white(rows_here, active);
+    some_bias.resize(some.rows(), some.cols());
+    smoother.bias = bias(active).transpose();
+    smoother.reference = reference(active).transpose();
+    Smooth(begin, &smoother, &some, &some_bias, &out);
+    bias(active) = smoother.bias.transpose();
+    reference(active) = smoother.reference.transpose();
+    out.output(rows_here, active) = some;
+    out.bias(rows_here, active) = some_bias;
   }
   return out;
 }

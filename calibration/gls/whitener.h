@@ -41,6 +41,10 @@ class Whitener {
   Shocks Scores(const Eigen::MatrixXd& white) const;
 
  private:
+  struct Smoother;
+  void Smooth(Eigen::Index begin, Smoother* smoother, RowMajor* rows, RowMajor* bias,
+              Shocks* out) const;
+
   std::vector<Step> steps_;
   double log_det_ = 0.0, walk_integral_variance_ = 0.0;
 };

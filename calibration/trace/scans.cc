@@ -4,12 +4,14 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <map>
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
 #include "base/geometry.h"
 #include "base/robust.h"
 #include "calibration/effects/basis.h"
+#include "calibration/gls/filled_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/gls/statistics.h"
 
@@ -31,7 +33,7 @@ class Steps {
     Eigen::MatrixXd all(model.rows(), p_ + 1);
     all << model, residual;
     shocks_ = whitener.Scores(all);
-    factor_ = ScaledLdlt(model.transpose() * model);
+    products_ = Gram(model);
   }
 
   // `left`: of the information, by the model.
@@ -155,13 +157,33 @@ class Steps {
   }
   // Information on a step at each row that the model leaves.
   Eigen::VectorXd Left(const Eigen::MatrixXd& score, const Eigen::VectorXd& information) const {
-    constexpr Eigen::Index kTogether = 256;  // rows, that stay in the cache
     Eigen::VectorXd left = information;
-    for (Eigen::Index begin = 0; begin < left.size(); begin += kTogether) {
-      const Eigen::Index rows = std::min(kTogether, left.size() - begin);
-      left.segment(begin, rows) -= factor_.Squares(score.block(begin, 0, rows, p_).transpose());
+    for (Eigen::Index begin = 0; begin < left.size(); begin += kStretchRows) {
+      const Eigen::Index rows = std::min(kStretchRows, left.size() - begin);
+      const auto stretch = score.block(begin, 0, rows, p_);
+      const std::vector<Eigen::Index> filled = FilledColumns(stretch);
+      if (filled.empty()) continue;
+      left.segment(begin, rows) -=
+          FactorOf(filled).Squares(stretch(Eigen::all, filled).transpose());
     }
     return left;
+  }
+  // Of the products of some of the model's columns after the others are taken off them: the inverse
+  // is the part of the whole inverse that belongs to these columns.
+  const ScaledLdlt& FactorOf(const std::vector<Eigen::Index>& some) const {
+    const auto [place, is_new] = factors_.try_emplace(some);
+    if (!is_new) return place->second;
+    std::vector<Eigen::Index> others;
+    for (Eigen::Index j = 0; j < p_; ++j) {
+      if (!std::ranges::binary_search(some, j)) others.push_back(j);
+    }
+    Eigen::MatrixXd left = products_(some, some);
+    if (!others.empty()) {
+      left -= products_(some, others) *
+              ScaledLdlt(products_(others, others)).Solve(products_(others, some));
+    }
+    place->second = ScaledLdlt(left);
+    return place->second;
   }
 
   const ChannelProblem& problem_;
@@ -169,7 +191,8 @@ class Steps {
   const Eigen::VectorXd& residual_;
   Eigen::Index p_;
   Whitener::Shocks shocks_;
-  ScaledLdlt factor_;
+  Eigen::MatrixXd products_;                                         // of the model's columns
+  mutable std::map<std::vector<Eigen::Index>, ScaledLdlt> factors_;  // of FactorOf
   mutable Eigen::Index row_ = 0;
 };
 
