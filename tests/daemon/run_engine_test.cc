@@ -26,7 +26,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr const char* kTurn = "bench.turn{ axis='inner', angle_deg=90, rate_deg_s=3 }";
+constexpr const char* kTurnScript = "bench.turn{ axis='inner', angle_deg=90, rate_deg_s=3 }";
 
 json RunFileOf(const RunView& run) {
   std::ifstream file(fs::path(run.record) / "run.json");
@@ -37,7 +37,7 @@ class RunEngineTest : public testing::Test {
  protected:
   // Starts it and waits until the inner axis is on its way.
   void StartTurn() {
-    bench_.Script("turn", kTurn);
+    bench_.Script("turn", kTurnScript);
     bench_.engine->Start("turn", {});
     ASSERT_TRUE(bench_.InnerTurns());
   }
@@ -49,7 +49,7 @@ class RunEngineTest : public testing::Test {
 };
 
 TEST_F(RunEngineTest, ARunIsDoneAndItsRecordSaysSo) {
-  bench_.Script("turn", kTurn);
+  bench_.Script("turn", kTurnScript);
   const StartedRun started = bench_.engine->Start("turn", {});
   const RunView run = bench_.Ended();
   EXPECT_EQ(run.outcome, Outcome::kDone) << run.progress.message;
@@ -108,7 +108,7 @@ TEST_F(RunEngineTest, ADeviceThatFallsSilentIsAFault) {
 
 // The script's third line is the body's first.
 TEST_F(RunEngineTest, AFaultOfTheBenchIsInTheRecordAsFieldsWithTheScriptsLineAndTheLastSamples) {
-  bench_.Script("turn", "bench.rest{ duration_s=5 }\n" + std::string(kTurn));
+  bench_.Script("turn", "bench.rest{ duration_s=5 }\n" + std::string(kTurnScript));
   bench_.engine->Start("turn", {});
   ASSERT_TRUE(bench_.InnerTurns());
   bench_.devices.drives.at("inner")->SetAlarm(33);
@@ -132,7 +132,7 @@ TEST_F(RunEngineTest, AFaultOfTheBenchIsInTheRecordAsFieldsWithTheScriptsLineAnd
 
 // It lost its line, since it is of a type of its own.
 TEST_F(RunEngineTest, ACommandThatADeviceRefusesIsAFaultOfItsLine) {
-  bench_.Script("turn", kTurn);
+  bench_.Script("turn", kTurnScript);
   bench_.devices.drives.at("inner")->faults().fields = {
       .device = "axis.inner drive",
       .action = "move",
@@ -190,7 +190,7 @@ TEST_F(RunEngineTest, NothingIsStartedBesideARunOrOnABenchThatIsNotWell) {
   EXPECT_EQ(bench_.Ended().outcome, Outcome::kDone);
 
   FakeBench other;
-  other.Script("turn", kTurn);
+  other.Script("turn", kTurnScript);
   other.devices.encoders.at("outer")->faults().FailAlways("no answer");
   other.Wait(5.0);
   EXPECT_THROW(other.engine->Start("turn", {}), DeviceError);
@@ -198,7 +198,7 @@ TEST_F(RunEngineTest, NothingIsStartedBesideARunOrOnABenchThatIsNotWell) {
 
 TEST_F(RunEngineTest, WithoutARecordNothingMoves) {
   std::ofstream(bench_.stand.records) << "a file, where the folder should be";
-  bench_.Script("turn", kTurn);
+  bench_.Script("turn", kTurnScript);
   EXPECT_THROW(bench_.engine->Start("turn", {}), DataError);
   EXPECT_FALSE(bench_.control.run_is_on());
   bench_.Wait(30.0);
@@ -237,7 +237,7 @@ TEST_F(RunEngineTest, ARunInWhichTheGyroStartedAnewSaysSo) {
 }
 
 TEST_F(RunEngineTest, AFaultSaysEachCauseOnce) {
-  bench_.Script("turn", kTurn);
+  bench_.Script("turn", kTurnScript);
   bench_.engine->Start("turn", {});
   ASSERT_TRUE(bench_.InnerTurns());
   bench_.devices.drives.at("inner")->faults().fields = {
@@ -253,7 +253,7 @@ TEST_F(RunEngineTest, AFaultSaysEachCauseOnce) {
 }
 
 TEST_F(RunEngineTest, ADryRunMovesNothing) {
-  bench_.Script("turn", kTurn);
+  bench_.Script("turn", kTurnScript);
   const procedures::Plan plan = bench_.engine->Check("turn", {});
   EXPECT_EQ(plan.moves.size(), 1u);
   bench_.Wait(10.0);
@@ -262,7 +262,7 @@ TEST_F(RunEngineTest, ADryRunMovesNothing) {
 
 // A start that stood in line while a stop came, and was answered.
 TEST_F(RunEngineTest, ARunThatWasAskedForBeforeAStopDoesNotBegin) {
-  bench_.Script("turn", kTurn);
+  bench_.Script("turn", kTurnScript);
   const std::int64_t asked_at = bench_.control.stops();
   bench_.engine->Stop("stopped by the test");
   EXPECT_THROW(bench_.engine->Start("turn", {}, asked_at), StateError);
@@ -274,7 +274,7 @@ TEST_F(RunEngineTest, ARunThatWasAskedForBeforeAStopDoesNotBegin) {
 
 // Such a script is over before anybody asks whether it shall go on.
 TEST_F(RunEngineTest, NoRunBeginsOnceAllIsStoppedForGood) {
-  bench_.Script("turn", kTurn);
+  bench_.Script("turn", kTurnScript);
   bench_.engine->StopForGood("stopped by the test");
   EXPECT_THROW(bench_.engine->Start("turn", {}), StateError);
   bench_.Wait(60.0);
@@ -283,7 +283,7 @@ TEST_F(RunEngineTest, NoRunBeginsOnceAllIsStoppedForGood) {
 }
 
 TEST_F(RunEngineTest, WithoutAThreadThereIsNoRunAndTheNextOneBegins) {
-  bench_.Script("turn", kTurn);
+  bench_.Script("turn", kTurnScript);
   {
     const NoThreads none;
     EXPECT_THROW(bench_.engine->Start("turn", {}), Error);
@@ -320,7 +320,7 @@ TEST(RunEngineWithoutRoomForResults, ARunWhoseRecordFailsAtItsEndIsToldAsAFaultE
 // The daemon is told to end.
 TEST(RunEngineAtItsEnd, EndsTheRunInOrder) {
   auto bench = std::make_unique<FakeBench>();
-  bench->Script("turn", kTurn);
+  bench->Script("turn", kTurnScript);
   bench->engine->Start("turn", {});
   bench->Wait(40.0);
   bench->EndRun();
