@@ -127,6 +127,8 @@ std::string AxesText(const Json& axes) {
     text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", Text(axis, "name"),
                         std::isfinite(angle_deg) ? fmt::format("{:.2f} deg", angle_deg) : "unknown",
                         moving.is_boolean() && moving.get<bool>() ? " and moving" : "");
+    for (const Json& input : Field(axis, "inputs"))
+      text += fmt::format(" ({} input acts)", Plain(input));
   }
   return text;
 }
@@ -223,6 +225,26 @@ std::string QuestionsText(const Json& questions, const presentation::Terminal& t
   return all;
 }
 
+// Empty where a run may begin at once. What a procedure does is checked in every state.
+std::string WhyNotNow(const Json& status) {
+  const std::string state = Text(status, "state");
+  if (state.empty() || state == "idle") return "";
+  std::string why;
+  if (const Json& fault = Field(status, "fault"); fault.is_object()) {
+    why = WithSource(Text(fault, "source"), Text(fault, "message")) +
+          ". When its cause is gone: gyrobench reset";
+  } else if (state == "disconnected") {
+    for (const Json& device : Field(status, "devices")) {
+      if (const Json& ok = Field(device, "ok"); ok.is_boolean() && !ok.get<bool>() && why.empty())
+        why = WithSource(Text(device, "name"), Text(device, "message"));
+    }
+  } else {
+    why = "run " + Text(Field(status, "run"), "run_id") + " is under way";
+  }
+  return fmt::format("it cannot begin now, the bench is {}{}{}",
+                     state == "fault" ? "in the state fault" : state, why.empty() ? "" : ": ", why);
+}
+
 }  // namespace
 
 int Procedures(const Options& options) {
@@ -253,6 +275,8 @@ int Check(const Options& options) {
     const std::string text = note.is_string() ? note.get<std::string>() : JsonText(note);
     fmt::print("{}", presentation::WrappedParagraph("note: " + text, terminal, 0));
   }
+  if (const std::string text = WhyNotNow(ClientOf(options).Get("/v1/status")); !text.empty())
+    fmt::print("{}", presentation::WrappedParagraph("note: " + text, terminal, 0));
   return kDone;
 }
 

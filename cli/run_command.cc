@@ -111,6 +111,25 @@ int RunDetached(const Options& options, const ControlClient& client, const RunSt
   return kDone;
 }
 
+// A daemon that is told to end ends its run in order first: the record says how.
+std::optional<RunEnd> EndInRecord(const std::string& record) {
+  std::string why_not;
+  const Json run = ReadOf(record, recording::kRunJsonName, why_not);
+  const std::string outcome = Text(run, recording::kOutcomeKey);
+  if (outcome.empty() || outcome == recording::kRunningOutcome) return std::nullopt;
+  return RunEnd{outcome, Text(run, "message")};
+}
+
+RunEnd FollowToItsEnd(RunFollower& follower, const Json& started, LiveFeed* feed) {
+  try {
+    return follower.Follow(Text(started, "run_id"), feed);
+  } catch (const UnreachableError&) {
+    const std::optional<RunEnd> end = EndInRecord(Text(started, "record"));
+    if (!end) throw;
+    return *end;
+  }
+}
+
 int StartAndFollow(const Options& options, const RunStart& start) {
   const BenchPlace place(options.bench);
   const ControlClient client(place.Socket(), place.DaemonCommand());
@@ -130,7 +149,7 @@ int StartAndFollow(const Options& options, const RunStart& start) {
   const Json started = client.Post(start.path, start.body);
   PrintStart(options, started);
 
-  const RunEnd end = follower.Follow(Text(started, "run_id"), feed.get());
+  const RunEnd end = FollowToItsEnd(follower, started, feed.get());
   std::string why_not;
   const Json result = ReadOf(Text(started, "record"), recording::kResultJsonName, why_not);
   const Json trace = ReadOf(Text(started, "record"), recording::kTraceJsonName, why_not);

@@ -37,7 +37,9 @@ Utime AxisUnit::encoder_period() const {
 
 AxisView AxisUnit::view() const {
   const std::lock_guard lock(mutex_);
-  return view_;
+  AxisView view = view_;
+  view.drive_answers = drive_answers_;
+  return view;
 }
 
 LastSamples::Axis AxisUnit::last() const {
@@ -45,8 +47,8 @@ LastSamples::Axis AxisUnit::last() const {
   return {config_.name, view_.drive, {last_.begin(), last_.end()}};
 }
 
-void AxisUnit::StopIfMoving() {
-  if (!drive_->IsMoving()) return;
+bool AxisUnit::StopIfMoving() {
+  if (!drive_->IsMoving()) return false;
   guard_.MayMove();
   try {
     drive_->Stop();
@@ -55,12 +57,29 @@ void AxisUnit::StopIfMoving() {
     throw;
   }
   hooks_.on_found_moving("");
+  return true;
+}
+
+drivers::AxisState AxisUnit::EnableDrive() {
+  try {
+    return drive_->Open();
+  } catch (const DeviceError& error) {
+    // An alarm, an emergency stop, other settings: it answered.
+    const DeviceFailure::CodeKind kind = error.failure().code_kind;
+    drive_answers_ =
+        kind == DeviceFailure::CodeKind::kNone || kind == DeviceFailure::CodeKind::kAlarm;
+    throw;
+  }
 }
 
 void AxisUnit::OpenDrive() {
   drive_answers_ = false;
-  StopIfMoving();
-  const drivers::AxisState found = drive_->Open();
+  const bool moved = StopIfMoving();
+  {
+    const std::lock_guard lock(mutex_);
+    view_.drive.moving = moved;
+  }
+  const drivers::AxisState found = EnableDrive();
   if (!found.enabled) ++power_losses_;
   guard_.DriveOpened();
   drive_answers_ = true;

@@ -80,7 +80,8 @@ class AxisUnit {
   Utime encoder_period() const;
 
  private:
-  void StopIfMoving();
+  bool StopIfMoving();  // whether it moved
+  drivers::AxisState EnableDrive();
   drivers::AxisState AskDrive();
   void Trip(const std::optional<Fault>& fault);
   void CheckSoftLimits(double angle_deg);

@@ -84,8 +84,7 @@ std::vector<std::string> HowItIs(const Acquisition& acquisition) {
                           view.reference.angle_deg);
     }
     std::string motion = view.drive.moving ? "moving" : "at rest";
-    if (!answers["axis." + axis.name])
-      motion = "nobody knows whether it moves: no word of its drive";
+    if (!view.drive_answers) motion = "nobody knows whether it moves: no word of its drive";
     lines.push_back(fmt::format("axis.{}: {}, {}", axis.name, where, motion));
   }
   if (acquisition.outputs() == nullptr) return lines;

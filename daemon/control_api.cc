@@ -106,21 +106,27 @@ json Devices(const Acquisition& acquisition) {
 
 using Context = ControlApi::Context;
 
+json ActingInputs(const drivers::AxisState& drive) {
+  json acting = json::array();
+  if (drive.emergency_stop) acting.push_back("emergency stop");
+  if (drive.limit_plus) acting.push_back("limit +");
+  if (drive.limit_minus) acting.push_back("limit -");
+  return acting;
+}
+
 // What is not known yet is null.
 json Axes(const Context& c) {
   json list = json::array();
   for (const config::AxisConfig& axis : c.stand.axes) {
     const AxisView view = c.acquisition.Axis(axis.name);
-    json object{{"name", axis.name},
-                {"reference_deg", nullptr},
-                {"commanded_deg", nullptr},
-                {"moving", nullptr},
-                {"enabled", nullptr}};
+    json object{{"name", axis.name}, {"reference_deg", nullptr}, {"commanded_deg", nullptr},
+                {"moving", nullptr}, {"enabled", nullptr},       {"inputs", nullptr}};
     if (view.reference.utime != 0) object["reference_deg"] = Number(view.reference.angle_deg);
     if (view.drive.utime != 0) {
       object["commanded_deg"] = Number(view.drive.commanded_deg);
       object["moving"] = view.drive.moving;
       object["enabled"] = view.drive.enabled;
+      object["inputs"] = ActingInputs(view.drive);
     }
     list.push_back(std::move(object));
   }

@@ -216,6 +216,8 @@ void RunExecution::BeginRecord(Utime start) {
   message.record = directory_.folder().string();
   message.remaining_s = plan_.expected_duration_s;
   context_.telemetry.Send(message);
+  spdlog::info("run {}: {}, about {:.0f} s of bench time", directory_.run_id(),
+               resumed_ ? "resumed" : "begun", plan_.expected_duration_s);
 }
 
 RunExecution::Ending RunExecution::RunToItsEnd() {

@@ -176,6 +176,39 @@ TEST_F(DaemonCommands, CheckTellsWhenTheOperatorIsNeededAndForWhat) {
               HasSubstr("asks at about 60:00 min:s: Fan off? (the stand file answers: done)\n"));
 }
 
+TEST_F(DaemonCommands, CheckTellsWhyTheRunCannotBeginNow) {
+  const json checked = {{"duration_s", 10.0}, {"segments", 1}, {"moves", json::array()}};
+  for (const auto& [now, says] : std::vector<std::pair<json, std::string>>{
+           {{{"state", "fault"},
+             {"fault", {{"source", "axis.inner"}, {"message", "emergency stop"}}}},
+            "in the state fault: axis.inner: emergency stop. When its cause is gone: gyrobench "
+            "reset"},
+           {{{"state", "disconnected"},
+             {"devices",
+              {{{"name", "gyro"}, {"ok", true}, {"message", ""}},
+               {{"name", "relays"}, {"ok", false}, {"message", "no answer"}}}}},
+            "the bench is disconnected: relays: no answer"},
+           {{{"state", "paused"}, {"run", {{"run_id", "20260101-000000-bias"}}}},
+            "the bench is paused: run 20260101-000000-bias is under way"}}) {
+    reply_.body = checked;
+    reply_.body.update(now);
+    EXPECT_THAT(Flat(Gyrobench({"check", "scale"}).out), HasSubstr("cannot begin now, "));
+    EXPECT_THAT(Flat(Gyrobench({"check", "scale"}).out), HasSubstr(says));
+  }
+  reply_.body = checked;
+  reply_.body["state"] = "idle";
+  EXPECT_THAT(Gyrobench({"check", "scale"}).out, Not(HasSubstr("cannot begin now")));
+}
+
+TEST_F(DaemonCommands, StatusNamesTheInputsThatAct) {
+  reply_.body = {{"state", "idle"},
+                 {"axes",
+                  {{{"name", "outer"}, {"reference_deg", 0.0}, {"inputs", json::array()}},
+                   {{"name", "inner"}, {"reference_deg", 54.2}, {"inputs", {"limit +"}}}}}};
+  EXPECT_THAT(Flat(Gyrobench({"status"}).out),
+              HasSubstr("outer 0.00 deg, inner 54.20 deg (limit + input acts)"));
+}
+
 TEST_F(DaemonCommands, ARefusalNamesThePlaceAndEndsWithOne) {
   reply_ = Refusal(422, "limit", "turn of 400 deg: limit 360 deg", "scale.lua:12");
   const Finished finished = Gyrobench({"check", "scale"});

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <atomic>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "tests/cli/child_process.h"
 #include "tests/cli/fake_daemon.h"
@@ -137,6 +140,26 @@ TEST_F(FollowRun, TellsHowToAnswerWhereNobodySits) {
   run.WaitFor("gyrobench answer TEXT");
   EndRun("done");
   EXPECT_EQ(run.Wait().status, 0);
+}
+
+// Told to end, the daemon ends its run in order, and is gone before anybody asks how.
+TEST_F(FollowRun, ADaemonThatIsGoneLeavesTheEndInItsRecord) {
+  for (const auto& [outcome, status, says] : std::vector<std::tuple<std::string, int, std::string>>{
+           {"aborted", 1, "aborted: the daemon was told to end"},
+           {"running", 1, "lost the daemon while run " + std::string(kRunId)}}) {
+    const std::string socket = folder_ / ("gone-" + outcome);
+    auto daemon = std::make_unique<FakeDaemon>(
+        socket, [this](const FakeRequest& request) { return Reply(request); });
+    std::vector<std::string> command = Command();
+    std::ranges::replace(command, std::string(folder_ / "s"), socket);
+    ChildProcess run(command);
+    run.WaitFor("turn 3");
+    folder_.Write(std::string(kRunId) + "/run.json",
+                  json{{"outcome", outcome}, {"message", "the daemon was told to end"}}.dump());
+    daemon.reset();
+    run.WaitFor(says);
+    EXPECT_EQ(run.Wait().status, status) << outcome;
+  }
 }
 
 TEST_F(FollowRun, ARefusedRunDoesNotStart) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "daemon/bench_facts.h"
 #include "tests/daemon/acquisition_fixture.h"
 
 namespace gyrobench::daemon {
@@ -73,6 +74,8 @@ TEST_F(AcquisitionTrips, AnEmergencyStopOfOneDriveStopsAllAxesForAsLongAsItActs)
   Wait(5 * kSecond);
   EXPECT_FALSE(drive().ok);
   EXPECT_THAT(drive().message, HasSubstr("emergency stop"));
+  // It answers: where its axis stands is known.
+  EXPECT_THAT(HowItIs(acquisition_), Contains("axis.inner: at 0.000 deg, at rest"));
   devices_.drives.at("inner")->SetInputs(false, false, false);
   Wait(5 * kSecond);
   EXPECT_EQ(times(), 1);
