@@ -72,11 +72,10 @@ NoiseSearch::NoiseSearch(std::span<const Interval> intervals, std::span<const Ra
   Eigen::Index p = 0;
   for (const RawColumns& some : columns) p += some.cols();
   RowMajor merged = RowMajor::Zero(static_cast<Eigen::Index>(intervals_.size()), p + 1);
-  // Rows that stay in the cache while every column fills its place in them.
-  constexpr Eigen::Index kRows = 256;
+  // A stretch at a time, while every column fills its place in it.
   const auto rows = static_cast<Eigen::Index>(intervals.size());
-  for (Eigen::Index begin = 0; begin < rows; begin += kRows) {
-    const Eigen::Index end = std::min(begin + kRows, rows);
+  for (Eigen::Index begin = 0; begin < rows; begin += kStretchRows) {
+    const Eigen::Index end = std::min(begin + kStretchRows, rows);
     Eigen::Index place = 0;
     for (const RawColumns& some : columns) {
       for (Eigen::Index j = 0; j < some.cols(); ++j, ++place) {

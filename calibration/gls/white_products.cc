@@ -6,7 +6,6 @@
 #include <iterator>
 #include <utility>
 
-#include "calibration/gls/filled_columns.h"
 #include "calibration/gls/interval_filter.h"
 
 namespace gyrobench::calibration {

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "calibration/gls/filled_columns.h"
 #include "calibration/gls/interval_gls.h"
 
 namespace gyrobench::calibration {
@@ -15,7 +16,7 @@ namespace gyrobench::calibration {
 // cost nothing.
 class ColumnsInChunks {
  public:
-  static constexpr Eigen::Index kChunk = 256;  // rows, that stay in the cache
+  static constexpr Eigen::Index kChunk = kStretchRows;
 
   ColumnsInChunks() = default;
   explicit ColumnsInChunks(RowMajor columns);
