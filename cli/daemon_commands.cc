@@ -225,7 +225,7 @@ std::string QuestionsText(const Json& questions, const presentation::Terminal& t
   return all;
 }
 
-// Empty where a run may begin at once. What a procedure does is checked in every state.
+// Empty where the bench's state lets a run begin. What a procedure does is checked in every state.
 std::string WhyNotNow(const Json& status) {
   const std::string state = Text(status, "state");
   if (state.empty() || state == "idle") return "";
@@ -264,6 +264,7 @@ int Check(const Options& options) {
   if (options.json) return PrintJson(answer);
   const Json& segments = Field(answer, "segments");
   const Json& moves = Field(answer, "moves");
+  const std::string not_now = WhyNotNow(ClientOf(options).Get("/v1/status"));
   fmt::print(
       "{} may run: {} of bench time, {} segments, {} moves. Nothing has moved.\n", options.name,
       presentation::FormatDuration(Number(answer, "duration_s")),
@@ -275,8 +276,8 @@ int Check(const Options& options) {
     const std::string text = note.is_string() ? note.get<std::string>() : JsonText(note);
     fmt::print("{}", presentation::WrappedParagraph("note: " + text, terminal, 0));
   }
-  if (const std::string text = WhyNotNow(ClientOf(options).Get("/v1/status")); !text.empty())
-    fmt::print("{}", presentation::WrappedParagraph("note: " + text, terminal, 0));
+  if (!not_now.empty())
+    fmt::print("{}", presentation::WrappedParagraph("note: " + not_now, terminal, 0));
   return kDone;
 }
 

@@ -111,7 +111,7 @@ int RunDetached(const Options& options, const ControlClient& client, const RunSt
   return kDone;
 }
 
-// A daemon that is told to end ends its run in order first: the record says how.
+// A daemon that is told to end answers until the record of its run is closed.
 std::optional<RunEnd> EndInRecord(const std::string& record) {
   std::string why_not;
   const Json run = ReadOf(record, recording::kRunJsonName, why_not);
@@ -120,10 +120,12 @@ std::optional<RunEnd> EndInRecord(const std::string& record) {
   return RunEnd{outcome, Text(run, "message")};
 }
 
-RunEnd FollowToItsEnd(RunFollower& follower, const Json& started, LiveFeed* feed) {
+RunEnd FollowToItsEnd(RunFollower& follower, RunDisplay& display, const Json& started,
+                      LiveFeed* feed) {
   try {
     return follower.Follow(Text(started, "run_id"), feed);
   } catch (const UnreachableError&) {
+    display.Clear();
     const std::optional<RunEnd> end = EndInRecord(Text(started, "record"));
     if (!end) throw;
     return *end;
@@ -149,7 +151,7 @@ int StartAndFollow(const Options& options, const RunStart& start) {
   const Json started = client.Post(start.path, start.body);
   PrintStart(options, started);
 
-  const RunEnd end = FollowToItsEnd(follower, started, feed.get());
+  const RunEnd end = FollowToItsEnd(follower, *display, started, feed.get());
   std::string why_not;
   const Json result = ReadOf(Text(started, "record"), recording::kResultJsonName, why_not);
   const Json trace = ReadOf(Text(started, "record"), recording::kTraceJsonName, why_not);

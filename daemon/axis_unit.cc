@@ -37,9 +37,7 @@ Utime AxisUnit::encoder_period() const {
 
 AxisView AxisUnit::view() const {
   const std::lock_guard lock(mutex_);
-  AxisView view = view_;
-  view.drive_answers = drive_answers_;
-  return view;
+  return view_;
 }
 
 LastSamples::Axis AxisUnit::last() const {
@@ -47,8 +45,8 @@ LastSamples::Axis AxisUnit::last() const {
   return {config_.name, view_.drive, {last_.begin(), last_.end()}};
 }
 
-bool AxisUnit::StopIfMoving() {
-  if (!drive_->IsMoving()) return false;
+void AxisUnit::StopIfMoving() {
+  if (!drive_->IsMoving()) return;
   guard_.MayMove();
   try {
     drive_->Stop();
@@ -57,29 +55,12 @@ bool AxisUnit::StopIfMoving() {
     throw;
   }
   hooks_.on_found_moving("");
-  return true;
-}
-
-drivers::AxisState AxisUnit::EnableDrive() {
-  try {
-    return drive_->Open();
-  } catch (const DeviceError& error) {
-    // An alarm, an emergency stop, other settings: it answered.
-    const DeviceFailure::CodeKind kind = error.failure().code_kind;
-    drive_answers_ =
-        kind == DeviceFailure::CodeKind::kNone || kind == DeviceFailure::CodeKind::kAlarm;
-    throw;
-  }
 }
 
 void AxisUnit::OpenDrive() {
   drive_answers_ = false;
-  const bool moved = StopIfMoving();
-  {
-    const std::lock_guard lock(mutex_);
-    view_.drive.moving = moved;
-  }
-  const drivers::AxisState found = EnableDrive();
+  StopIfMoving();
+  const drivers::AxisState found = drive_->Open();
   if (!found.enabled) ++power_losses_;
   guard_.DriveOpened();
   drive_answers_ = true;

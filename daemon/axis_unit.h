@@ -80,8 +80,7 @@ class AxisUnit {
   Utime encoder_period() const;
 
  private:
-  bool StopIfMoving();  // whether it moved
-  drivers::AxisState EnableDrive();
+  void StopIfMoving();
   drivers::AxisState AskDrive();
   void Trip(const std::optional<Fault>& fault);
   void CheckSoftLimits(double angle_deg);

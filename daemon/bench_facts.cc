@@ -37,6 +37,11 @@ calibration::Manoeuvre ToManoeuvre(const procedures::Rehearsal& rehearsal) {
   return out;
 }
 
+bool GaveNoAnswer(const DeviceFailure& failure) {
+  return failure.code_kind == DeviceFailure::CodeKind::kSystemError ||
+         failure.code_kind == DeviceFailure::CodeKind::kBadReply;
+}
+
 }  // namespace
 
 const config::AxisConfig& ConfigOf(const config::StandConfig& stand, const std::string& name) {
@@ -73,18 +78,21 @@ procedures::Choice ChooseAmong(const std::vector<procedures::Rehearsal>& menu, d
 }
 
 std::vector<std::string> HowItIs(const Acquisition& acquisition) {
-  std::map<std::string, bool> answers;
-  for (const DeviceStatus& device : acquisition.Devices()) answers[device.name] = device.ok;
+  std::map<std::string, DeviceStatus> devices;
+  for (const DeviceStatus& device : acquisition.Devices()) devices[device.name] = device;
   std::vector<std::string> lines;
   for (const LastSamples::Axis& axis : acquisition.Last().axes) {
     const AxisView view = acquisition.Axis(axis.name);
     std::string where = fmt::format("at {:.3f} deg", view.reference.angle_deg);
-    if (!answers["encoder." + axis.name]) {
+    if (!devices["encoder." + axis.name].ok) {
       where = fmt::format("last read at {:.3f} deg, its reference does not answer",
                           view.reference.angle_deg);
     }
     std::string motion = view.drive.moving ? "moving" : "at rest";
-    if (!view.drive_answers) motion = "nobody knows whether it moves: no word of its drive";
+    if (const DeviceStatus& drive = devices["axis." + axis.name]; !drive.ok) {
+      motion = GaveNoAnswer(drive.failure) ? "nobody knows whether it moves: no word of its drive"
+                                           : "its drive answers, and is not as it has to be";
+    }
     lines.push_back(fmt::format("axis.{}: {}, {}", axis.name, where, motion));
   }
   if (acquisition.outputs() == nullptr) return lines;

@@ -102,11 +102,12 @@ struct Daemon::Parts {
                              [this] { return api->Stamp(); }, ControlApi::kQuickLanes});
   }
 
-  // Nothing is waited for before everything that moves or heats was told to stop.
+  // Nothing is waited for before everything that moves or heats was told to stop. Who asks is
+  // answered until the run's record is closed: its client then finds the end in it.
   ~Parts() {
     engine->StopForGood("aborted because the daemon was told to end");
-    server.reset();
     engine->Shutdown();
+    server.reset();
     // A virtual bus at rest would answer nobody.
     if (virtual_clock != nullptr) virtual_clock->SetPace(VirtualClock::kUnpaced);
     TidyUp("stop", [this](Clock::Participant& caller) { acquisition->StopAll(caller); });

@@ -18,7 +18,6 @@ namespace gyrobench::daemon {
 struct AxisView {
   drivers::AxisState drive;
   drivers::AngleReading reference;
-  bool drive_answers = false;  // when it was asked last
 };
 
 // Judges each poll of the drive and each reading of the reference. While a move is under way:

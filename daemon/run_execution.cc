@@ -133,6 +133,7 @@ void RunExecution::RunProcedure() {
   missed_before_ = sensor.missed;
   starts_before_ = sensor.starts;
   BeginRecord(start);
+  spdlog::info("run {}: {}", directory_.run_id(), resumed_ ? "goes on" : "begun");
   MakeBench(start);
   try {
     RunScript();
@@ -216,8 +217,6 @@ void RunExecution::BeginRecord(Utime start) {
   message.record = directory_.folder().string();
   message.remaining_s = plan_.expected_duration_s;
   context_.telemetry.Send(message);
-  spdlog::info("run {}: {}, about {:.0f} s of bench time", directory_.run_id(),
-               resumed_ ? "resumed" : "begun", plan_.expected_duration_s);
 }
 
 RunExecution::Ending RunExecution::RunToItsEnd() {

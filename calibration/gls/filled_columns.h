@@ -1,6 +1,6 @@
 // Products of tall matrices with columns that are 0 over long stretches of rows, as the offset of a
-// power-on is in the rows of all others. Each stretch leaves out what is 0 in all of it, so that
-// the time that an analysis takes grows with its rows, and not with its power-ons besides.
+// power-on is in the rows of all others. Each stretch leaves out the columns that are 0 in all of
+// it: a product then takes as long as its columns are filled, however many power-ons there are.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,8 @@
 
 namespace gyrobench::calibration {
 
-constexpr Eigen::Index kStretchRows = 256;  // that stay in the cache
+// Rows of a stretch: so many of all columns stay in the processor's cache.
+constexpr Eigen::Index kStretchRows = 256;
 
 // A value that is not a number is not 0.
 inline bool IsZero(const Eigen::Ref<const Eigen::VectorXd>& values) {
@@ -16,20 +17,22 @@ inline bool IsZero(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return values.size() == 0 ||
          (values(0) == 0.0 && values(values.size() - 1) == 0.0 && values.cwiseAbs().sum() == 0.0);
 }
-// Columns that are not 0 in all rows of a stretch, in rising order.
+// Columns that are not 0 in at least one row of a stretch, in rising order.
 std::vector<Eigen::Index> FilledColumns(const Eigen::Ref<const Eigen::MatrixXd>& stretch);
 
-// Those of which a filter remembers something besides, of its two states.
+// The filled columns, and those that the filter still remembers from other rows: one of its two
+// states of the column is not 0.
 std::vector<Eigen::Index> WithRemembered(const std::vector<Eigen::Index>& filled,
                                          const Eigen::ArrayXd& bias,
                                          const Eigen::ArrayXd& reference);
 
-// left' right, for as many rows of both.
+// left' right (rows x p and rows x q give p x q). Where `left` is 0 in a stretch, a value of `right`
+// that is not a number does not show.
 Eigen::MatrixXd TransposeTimes(const Eigen::Ref<const Eigen::MatrixXd>& left,
                                const Eigen::Ref<const Eigen::MatrixXd>& right);
-// columns' columns
+// columns' columns (rows x p gives p x p).
 Eigen::MatrixXd Gram(const Eigen::Ref<const Eigen::MatrixXd>& columns);
-// from - model coefficients
+// Takes model * coefficients off `from` (rows x p, p x q, rows x q), which must be another matrix.
 void TakeOff(const Eigen::Ref<const Eigen::MatrixXd>& model, const Eigen::MatrixXd& coefficients,
              Eigen::MatrixXd* from);
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "calibration/gls/filled_columns.h"
 #include "calibration/gls/minimize.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/gls/white_products.h"

@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "calibration/gls/filled_columns.h"
 
@@ -49,6 +51,11 @@ class ScaledLdlt {
   Eigen::VectorXd scale_;
   Eigen::LDLT<Eigen::MatrixXd> factor_;
 };
+
+// Of the products of `some` columns, in rising order, after all other columns are taken off them:
+// its inverse is the part of the inverse of all `products` that belongs to them. A column that the
+// others leave nothing of counts as one that says nothing.
+ScaledLdlt WithoutOthers(const Eigen::MatrixXd& products, const std::vector<Eigen::Index>& some);
 
 // What a group of columns explains where their coefficients can be no larger than something, as of
 // Earth's rotation, whose rate is known and whose direction is not.

@@ -279,6 +279,17 @@ class Collector::Impl {
     finished_rests_.push_back(MakeRest(rest_begin_, end, job.rest));
   }
 
+  // The rest that began at rest_begin_, as far as its readings go. The reference may be ahead: the
+  // rest that it is in then is a later one.
+  const OpenRest* RestSoFar() const {
+    if (!rest_begin_known_) return nullptr;
+    if (!rests_.empty()) {
+      const Pending& next = rests_.front();
+      return next.kind == Pending::Kind::kRestEnd ? &next.rest : nullptr;
+    }
+    return track_.open_rest() ? &*track_.open_rest() : nullptr;
+  }
+
   Columns ColumnsSoFar() const;
   DefectLog Defects() const;
 
@@ -314,13 +325,13 @@ Columns Collector::Impl::ColumnsSoFar() const {
     columns.rests = RestsWithoutReference(info_, columns);
     return columns;
   }
-  if (rest_begin_known_ && track_.open_rest() && !columns.nodes.empty()) {
+  if (const OpenRest* rest = RestSoFar(); rest != nullptr && !columns.nodes.empty()) {
     // The newest reading may already belong to motion.
-    const double limit_s = track_.open_rest()->last_at_rest_s - 0.15;
+    const double limit_s = rest->last_at_rest_s - 0.15;
     const auto last = std::find_if(columns.nodes.rbegin(), columns.nodes.rend(),
                                    [&](const Node& node) { return node.at.t_s <= limit_s; });
     if (last != columns.nodes.rend() && last->at.t_s - rest_begin_.t_s >= kShortestRest_s) {
-      columns.rests.push_back(MakeRest(rest_begin_, last->at, *track_.open_rest()));
+      columns.rests.push_back(MakeRest(rest_begin_, last->at, *rest));
     }
   }
   return columns;

@@ -168,21 +168,9 @@ class Steps {
     }
     return left;
   }
-  // Of the products of some of the model's columns after the others are taken off them: the inverse
-  // is the part of the whole inverse that belongs to these columns.
   const ScaledLdlt& FactorOf(const std::vector<Eigen::Index>& some) const {
     const auto [place, is_new] = factors_.try_emplace(some);
-    if (!is_new) return place->second;
-    std::vector<Eigen::Index> others;
-    for (Eigen::Index j = 0; j < p_; ++j) {
-      if (!std::ranges::binary_search(some, j)) others.push_back(j);
-    }
-    Eigen::MatrixXd left = products_(some, some);
-    if (!others.empty()) {
-      left -= products_(some, others) *
-              ScaledLdlt(products_(others, others)).Solve(products_(others, some));
-    }
-    place->second = ScaledLdlt(left);
+    if (is_new) place->second = WithoutOthers(products_, some);
     return place->second;
   }
 

@@ -30,6 +30,7 @@ Eigen::MatrixXd Parts(std::mt19937* random) {
 void ExpectNear(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right) {
   ASSERT_EQ(left.rows(), right.rows());
   ASSERT_EQ(left.cols(), right.cols());
+  ASSERT_TRUE(left.allFinite());
   EXPECT_LT((left - right).cwiseAbs().maxCoeff(), 1e-11 * right.cwiseAbs().maxCoeff());
 }
 
@@ -80,6 +81,35 @@ TEST(ScaledLdlt, SquaresAreThoseOfTheInverse) {
   ExpectNear(squares, (right.transpose() * gram.inverse() * right).diagonal());
 }
 
+TEST(ScaledLdlt, WithoutOthersIsThatPartOfTheInverse) {
+  std::mt19937 random(8);
+  const Eigen::MatrixXd gram = Gram(Parts(&random));
+  const Eigen::VectorXd units =
+      Eigen::VectorXd::LinSpaced(gram.cols(), -6, 6).unaryExpr([](double x) {
+        return std::pow(10.0, x);
+      });
+  const Eigen::MatrixXd products = units.asDiagonal() * gram * units.asDiagonal();
+  const Eigen::MatrixXd inverse = gram.inverse();
+  const Eigen::MatrixXd right = Eigen::MatrixXd::Random(gram.cols(), 9);
+  for (const std::vector<Eigen::Index>& some :
+       {std::vector<Eigen::Index>{0, 4, 5, 6}, {1, 2, 4, 5, 6}, {0, 1, 2, 3, 4, 5, 6}, {3}}) {
+    const Eigen::MatrixXd part = right(some, Eigen::all);
+    const Eigen::MatrixXd in_units = units(some).asDiagonal() * part;
+    ExpectNear(WithoutOthers(products, some).Squares(in_units),
+               (part.transpose() * inverse(some, some) * part).diagonal());
+  }
+}
+
+// The sum of all parts' constants is the last column: one of them leaves nothing of the other.
+TEST(ScaledLdlt, AColumnThatTheOthersMakeUpSaysNothing) {
+  std::mt19937 random(9);
+  Eigen::MatrixXd columns = Parts(&random);
+  columns.rightCols(1).setOnes();
+  const Eigen::Index last = columns.cols() - 1;
+  const Eigen::MatrixXd own = Eigen::MatrixXd::Identity(1, 1) * 1e-6;
+  EXPECT_LT(WithoutOthers(Gram(columns), {last}).Square(own), 1e-12);
+}
+
 // Two power-ons, longer than a stretch, rests and turns in each.
 std::vector<Interval> TwoRuns() {
   std::vector<Interval> out;
@@ -122,6 +152,31 @@ TEST(Whitener, ScoresAreProductsWithWhiteShocks) {
     EXPECT_NEAR(scores.bias_information(row) / shocks.col(0).squaredNorm(), 1.0, 1e-9);
     EXPECT_NEAR(scores.output_information(row) / shocks.col(1).squaredNorm(), 1.0, 1e-9);
   }
+}
+
+// What comes of a column goes on where the column itself is 0, for longer than a piece of rows that
+// pass together: what is added to a column that is filled everywhere shows it.
+TEST(Whitener, AColumnIsRememberedWhereItIsZero) {
+  constexpr Eigen::Index kRowsOfAll = 5000;
+  std::vector<Interval> intervals(kRowsOfAll);
+  for (Interval& interval : intervals) interval.duration_s = 0.1;
+  intervals.front().new_run = intervals.front().new_reference = true;
+  const Whitener whitener(intervals, {0.01, 0.001, 0.0});
+  Eigen::MatrixXd early = Eigen::MatrixXd::Zero(kRowsOfAll, 1), late = early;
+  early.topRows(10).setOnes();
+  late.bottomRows(10).setOnes();
+  const Eigen::MatrixXd filled = Eigen::MatrixXd::Random(kRowsOfAll, 1);
+  const auto white = [&](Eigen::MatrixXd column) {
+    whitener.Apply(column);
+    return column;
+  };
+  const Eigen::MatrixXd alone = white(early);
+  EXPECT_LT((white(early + filled) - white(filled) - alone).norm(), 1e-9 * alone.norm());
+  EXPECT_GT(alone.middleRows(2000, 100).norm(), 0.0);
+  const Eigen::MatrixXd score = whitener.Scores(late).bias;
+  EXPECT_LT((whitener.Scores(late + filled).bias - whitener.Scores(filled).bias - score).norm(),
+            1e-9 * score.norm());
+  EXPECT_GT(score.middleRows(2000, 100).norm(), 0.0);
 }
 
 }  // namespace

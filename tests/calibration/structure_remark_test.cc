@@ -7,8 +7,8 @@
 namespace gyrobench::calibration {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(RemarkOnStructure, CallsNoErrorGrownThatIsAsGoodAsTheSame) {
   EXPECT_THAT(RemarkOnStructure(1.7e-4, 1.004), HasSubstr("not white (p = 1.7e-04)"));

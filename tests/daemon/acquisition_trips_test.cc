@@ -74,8 +74,8 @@ TEST_F(AcquisitionTrips, AnEmergencyStopOfOneDriveStopsAllAxesForAsLongAsItActs)
   Wait(5 * kSecond);
   EXPECT_FALSE(drive().ok);
   EXPECT_THAT(drive().message, HasSubstr("emergency stop"));
-  // It answers: where its axis stands is known.
-  EXPECT_THAT(HowItIs(acquisition_), Contains("axis.inner: at 0.000 deg, at rest"));
+  EXPECT_THAT(HowItIs(acquisition_),
+              Contains("axis.inner: at 0.000 deg, its drive answers, and is not as it has to be"));
   devices_.drives.at("inner")->SetInputs(false, false, false);
   Wait(5 * kSecond);
   EXPECT_EQ(times(), 1);

@@ -1,0 +1,58 @@
+// The gyro falls silent at some moment of a run, and the reference goes on: what is shown then is
+// right, or is not shown.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calibration/estimators/analyzer.h"
+#include "tests/calibration/simulated_run.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+using gyrobench::testing::SimulatedSensor;
+using gyrobench::testing::TurnSchedule;
+
+class UntilSilent : public MeasurementSink {
+ public:
+  UntilSilent(MeasurementSink& sink, double silent_from_s)
+      : sink_(sink), silent_from_s_(silent_from_s) {}
+  void OnInfo(const MeasurementInfo& info) override { sink_.OnInfo(info); }
+  void OnGyro(const GyroSample& sample) override {
+    if (sample.t_s < silent_from_s_) sink_.OnGyro(sample);
+  }
+  void OnAngle(const AngleSample& sample) override { sink_.OnAngle(sample); }
+  void OnOrientation(const OrientationSample& sample) override { sink_.OnOrientation(sample); }
+  void OnTickPair(const TickPair& pair) override { sink_.OnTickPair(pair); }
+  void OnSegment(const SegmentMark& mark) override { sink_.OnSegment(mark); }
+  void OnDefect(const Defect& defect) override { sink_.OnDefect(defect); }
+
+ private:
+  MeasurementSink& sink_;
+  double silent_from_s_;
+};
+
+// Every rest and turn ends somewhere behind the moment at which the gyro ended, by up to three
+// turns.
+TEST(SilentGyro, NoScaleFactorIsOffByMoreThanItsErrorsSay) {
+  const TurnSchedule schedule = {.turns = 7};
+  const SimulatedSensor sensor;
+  const double cycle_s = schedule.rest_s + schedule.TurnTime();
+  int shown = 0;
+  for (double silent_from_s = 3.5 * cycle_s; silent_from_s < 5.0 * cycle_s; silent_from_s += 0.04) {
+    Analyzer analyzer;
+    UntilSilent sink(analyzer, silent_from_s);
+    SimulateTurns(schedule, sensor, 3, &sink, [&] {
+      for (const ScaleResult& scale : analyzer.Result().scale) {
+        if (!(scale.alpha_std_error > 0.0)) continue;
+        ++shown;
+        EXPECT_LT(std::fabs(scale.alpha - sensor.alpha()), 6.0 * scale.alpha_std_error)
+            << "silent from " << silent_from_s << " s";
+      }
+    });
+  }
+  EXPECT_GT(shown, 100);
+}
+
+}  // namespace
+}  // namespace gyrobench::calibration
