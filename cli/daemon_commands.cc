@@ -31,6 +31,26 @@ int PrintJson(const Json& json) {
 }
 
 // A request whose answer is the new state.
+// Empty where the bench's state lets a run begin. What a procedure does is checked in every state.
+std::string WhyNotNow(const Json& status) {
+  const std::string state = Text(status, "state");
+  if (state.empty() || state == "idle") return "";
+  std::string why;
+  if (const Json& fault = Field(status, "fault"); fault.is_object()) {
+    why = WithSource(Text(fault, "source"), Text(fault, "message")) +
+          ". When its cause is gone: gyrobench reset";
+  } else if (state == "disconnected") {
+    for (const Json& device : Field(status, "devices")) {
+      if (const Json& ok = Field(device, "ok"); ok.is_boolean() && !ok.get<bool>() && why.empty())
+        why = WithSource(Text(device, "name"), Text(device, "message"));
+    }
+  } else {
+    why = "run " + Text(Field(status, "run"), "run_id") + " is under way";
+  }
+  return fmt::format("the bench is {}{}{}", state == "fault" ? "in the state fault" : state,
+                     why.empty() ? "" : ": ", why);
+}
+
 int ChangeState(const Options& options, const std::string& target,
                 const Json& body = Json::object()) {
   const Json answer = ClientOf(options).Post(target, body);
@@ -43,6 +63,11 @@ int ChangeState(const Options& options, const std::string& target,
     more = ": the pause is made as soon as there is a segment to end";
   }
   fmt::print("{}{}\n", state, more);
+  if (target != "/v1/reset") return kDone;
+  if (const std::string not_now = WhyNotNow(ClientOf(options).Get("/v1/status")); !not_now.empty())
+    fmt::print("{}",
+               presentation::WrappedParagraph("a run cannot begin: " + not_now,
+                                              presentation::DescribeTerminal(fileno(stdout)), 0));
   return kDone;
 }
 
@@ -225,26 +250,6 @@ std::string QuestionsText(const Json& questions, const presentation::Terminal& t
   return all;
 }
 
-// Empty where the bench's state lets a run begin. What a procedure does is checked in every state.
-std::string WhyNotNow(const Json& status) {
-  const std::string state = Text(status, "state");
-  if (state.empty() || state == "idle") return "";
-  std::string why;
-  if (const Json& fault = Field(status, "fault"); fault.is_object()) {
-    why = WithSource(Text(fault, "source"), Text(fault, "message")) +
-          ". When its cause is gone: gyrobench reset";
-  } else if (state == "disconnected") {
-    for (const Json& device : Field(status, "devices")) {
-      if (const Json& ok = Field(device, "ok"); ok.is_boolean() && !ok.get<bool>() && why.empty())
-        why = WithSource(Text(device, "name"), Text(device, "message"));
-    }
-  } else {
-    why = "run " + Text(Field(status, "run"), "run_id") + " is under way";
-  }
-  return fmt::format("it cannot begin now, the bench is {}{}{}",
-                     state == "fault" ? "in the state fault" : state, why.empty() ? "" : ": ", why);
-}
-
 }  // namespace
 
 int Procedures(const Options& options) {
@@ -277,7 +282,8 @@ int Check(const Options& options) {
     fmt::print("{}", presentation::WrappedParagraph("note: " + text, terminal, 0));
   }
   if (!not_now.empty())
-    fmt::print("{}", presentation::WrappedParagraph("note: " + not_now, terminal, 0));
+    fmt::print(
+        "{}", presentation::WrappedParagraph("note: it cannot begin now, " + not_now, terminal, 0));
   return kDone;
 }
 

@@ -121,7 +121,8 @@ class CommandLine {
   void AddRunCommands() {
     Add("pause", "Pause the run at its next safe point", "gyrobench pause");
     CLI::App& resume =
-        Add("resume", "Go on with a paused run, or take up one whose daemon ended before it did",
+        Add("resume",
+            "Go on with a paused run, or take up one whose daemon was killed or lost its power",
             "gyrobench resume\n  gyrobench resume 20260312-091500-scale");
     resume.add_option("run", options_.name,
                       "A run that was interrupted: it goes on from its last command that was over, "

@@ -26,8 +26,8 @@ std::vector<Eigen::Index> WithRemembered(const std::vector<Eigen::Index>& filled
                                          const Eigen::ArrayXd& bias,
                                          const Eigen::ArrayXd& reference);
 
-// left' right (rows x p and rows x q give p x q). Where `left` is 0 in a stretch, a value of `right`
-// that is not a number does not show.
+// left' right (rows x p and rows x q give p x q). A value of `right` that is not a number does not
+// show where `left` is 0 in a stretch.
 Eigen::MatrixXd TransposeTimes(const Eigen::Ref<const Eigen::MatrixXd>& left,
                                const Eigen::Ref<const Eigen::MatrixXd>& right);
 // columns' columns (rows x p gives p x p).

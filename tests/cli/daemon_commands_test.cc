@@ -200,6 +200,16 @@ TEST_F(DaemonCommands, CheckTellsWhyTheRunCannotBeginNow) {
   EXPECT_THAT(Gyrobench({"check", "scale"}).out, Not(HasSubstr("cannot begin now")));
 }
 
+TEST_F(DaemonCommands, ResetTellsWhatKeepsARunFromBeginning) {
+  reply_.body = {{"state", "disconnected"},
+                 {"devices", {{{"name", "relays"}, {"ok", false}, {"message", "no answer"}}}}};
+  const Finished finished = Gyrobench({"reset"});
+  EXPECT_EQ(finished.status, 0);
+  EXPECT_THAT(Flat(finished.out),
+              HasSubstr("a run cannot begin: the bench is disconnected: relays: "
+                        "no answer"));
+}
+
 TEST_F(DaemonCommands, StatusNamesTheInputsThatAct) {
   reply_.body = {{"state", "idle"},
                  {"axes",
@@ -227,12 +237,13 @@ TEST_F(DaemonCommands, AMistypedProcedureOrParameterIsUsage) {
 }
 
 TEST_F(DaemonCommands, OperatorsCommandsPostAndTellTheNewState) {
-  reply_.body = {{"state", "paused"}};
-  for (const char* command : {"pause", "resume", "abort", "stop", "reset"}) {
+  for (const std::string command : {"pause", "resume", "abort", "stop", "reset"}) {
+    const std::string state = command == "reset" ? "idle" : "paused";
+    reply_.body = {{"state", state}};
     const Finished finished = Gyrobench({command});
     EXPECT_EQ(finished.status, 0) << command;
-    EXPECT_EQ(finished.out, "paused\n");
-    daemon_.WaitForRequest(std::string("POST /v1/") + command);
+    EXPECT_EQ(finished.out, state + "\n");
+    daemon_.WaitForRequest("POST /v1/" + command);
   }
   EXPECT_EQ(Gyrobench({"answer", "it is cold"}).status, 0);
   EXPECT_EQ(json::parse(daemon_.WaitForRequest("POST /v1/answer")),

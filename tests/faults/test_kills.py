@@ -23,6 +23,17 @@ class Cuts(unittest.TestCase):
         self.assertGreater(some_zero, 50)
 
 
+class Invented(unittest.TestCase):
+    ROWS = [("1.0", "5", ""), ("2.0", "6", "0.5"), ("2.0", "", "0.7")]
+
+    def test_a_row_may_have_lost_one_of_its_parts(self):
+        self.assertEqual(kills.invented([("2.0", "6", ""), ("2.0", "", "0.5"), ("2.0", "", "0.7"), ("1.0", "5", "")], self.ROWS), [])
+
+    def test_other_values_and_other_times_were_not_measured(self):
+        for row in (("1.0", "4", ""), ("2.0", "6", "0.7"), ("3.0", "5", ""), ("1.0", "5", "0.5")):
+            self.assertEqual(kills.invented([row], self.ROWS), [row])
+
+
 class Slice(unittest.TestCase):
     def test_nothing_is_lost_and_the_next_start_is_in_order(self):
         self.assertEqual(kills.main(["--kills", "4", "--cuts", "9", "--resumes", "1", "--seed", "3"]), 0)
