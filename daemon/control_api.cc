@@ -366,7 +366,7 @@ HttpReply ControlApi::Handle(const HttpRequest& request) {
                 request.method + " " + request.path + " is not known; see docs/control-api.md",
                 request.path);
   }
-  const HttpReply reply = Act(route->second, context_, request);
+  HttpReply reply = Act(route->second, context_, request);
   if (request.peer && request.method == "POST") log_.Add(*request.peer, request.path, reply.status);
   return reply;
 }

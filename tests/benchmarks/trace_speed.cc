@@ -12,7 +12,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <span>
 #include <stdexcept>
@@ -170,11 +172,16 @@ void Together(int count) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool quick = argc > 1 && std::string(argv[1]) == "--quick";
-  fmt::print("{} cores\n{:<40} {:>9} {:>12} {:>9}\n", std::thread::hardware_concurrency(),
-             "3 channels, 100 Hz, reading included", "wall s", "processor s", "peak MB");
-  ByLength(quick);
-  Together(quick ? 2 : kTogether);
-  InShortTables(quick ? 2 : kTogether);
-  return 0;
+  try {
+    const bool quick = argc > 1 && std::string(argv[1]) == "--quick";
+    fmt::print("{} cores\n{:<40} {:>9} {:>12} {:>9}\n", std::thread::hardware_concurrency(),
+               "3 channels, 100 Hz, reading included", "wall s", "processor s", "peak MB");
+    ByLength(quick);
+    Together(quick ? 2 : kTogether);
+    InShortTables(quick ? 2 : kTogether);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bench_trace_speed: %s\n", error.what());
+    return 1;
+  }
 }

@@ -17,6 +17,8 @@ struct FakeRequest {
   std::string body;
 };
 
+// The moves of the library's JSON are said to throw nothing, and clang-tidy does not believe it.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 struct FakeReply {
   unsigned status = 200;
   nlohmann::json body;
