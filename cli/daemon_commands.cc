@@ -30,7 +30,6 @@ int PrintJson(const Json& json) {
   return kDone;
 }
 
-// A request whose answer is the new state.
 // Empty where the bench's state lets a run begin. What a procedure does is checked in every state.
 std::string WhyNotNow(const Json& status) {
   const std::string state = Text(status, "state");
@@ -51,6 +50,7 @@ std::string WhyNotNow(const Json& status) {
                      why.empty() ? "" : ": ", why);
 }
 
+// A request whose answer is the new state.
 int ChangeState(const Options& options, const std::string& target,
                 const Json& body = Json::object()) {
   const Json answer = ClientOf(options).Post(target, body);
@@ -63,11 +63,6 @@ int ChangeState(const Options& options, const std::string& target,
     more = ": the pause is made as soon as there is a segment to end";
   }
   fmt::print("{}{}\n", state, more);
-  if (target != "/v1/reset") return kDone;
-  if (const std::string not_now = WhyNotNow(ClientOf(options).Get("/v1/status")); !not_now.empty())
-    fmt::print("{}",
-               presentation::WrappedParagraph("a run cannot begin: " + not_now,
-                                              presentation::DescribeTerminal(fileno(stdout)), 0));
   return kDone;
 }
 
@@ -301,7 +296,15 @@ int Resume(const Options& options) {
 }
 int Abort(const Options& options) { return ChangeState(options, "/v1/abort"); }
 int Stop(const Options& options) { return ChangeState(options, "/v1/stop"); }
-int Reset(const Options& options) { return ChangeState(options, "/v1/reset"); }
+int Reset(const Options& options) {
+  const int status = ChangeState(options, "/v1/reset");
+  if (options.json) return status;
+  const std::string not_now = WhyNotNow(ClientOf(options).Get("/v1/status"));
+  if (not_now.empty()) return status;
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
+  fmt::print("{}", presentation::WrappedParagraph("a run cannot begin: " + not_now, terminal, 0));
+  return status;
+}
 int Answer(const Options& options) {
   return ChangeState(options, "/v1/answer", {{"answer", options.answer}});
 }

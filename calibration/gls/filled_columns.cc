@@ -9,20 +9,6 @@ namespace {
 
 using Columns = Eigen::Ref<const Eigen::MatrixXd>;
 
-// `at(first row, rows, filled columns, these columns side by side)`, of each stretch in turn.
-template <typename At>
-void ForEachStretch(const Columns& columns, const At& at) {
-  Eigen::MatrixXd some;
-  for (Eigen::Index begin = 0; begin < columns.rows(); begin += kStretchRows) {
-    const Eigen::Index rows = std::min(kStretchRows, columns.rows() - begin);
-    const auto stretch = columns.middleRows(begin, rows);
-    const std::vector<Eigen::Index> filled = FilledColumns(stretch);
-    if (filled.empty()) continue;
-    some = stretch(Eigen::all, filled);
-    at(begin, rows, filled, some);
-  }
-}
-
 }  // namespace
 
 std::vector<Eigen::Index> FilledColumns(const Columns& stretch) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 namespace gyrobench::calibration {
@@ -19,6 +20,21 @@ inline bool IsZero(const Eigen::Ref<const Eigen::VectorXd>& values) {
 }
 // Columns that are not 0 in at least one row of a stretch, in rising order.
 std::vector<Eigen::Index> FilledColumns(const Eigen::Ref<const Eigen::MatrixXd>& stretch);
+
+// `at(first row, rows, filled columns, these columns side by side)`, of each stretch in turn that
+// has any.
+template <typename At>
+void ForEachStretch(const Eigen::Ref<const Eigen::MatrixXd>& columns, const At& at) {
+  Eigen::MatrixXd some;
+  for (Eigen::Index begin = 0; begin < columns.rows(); begin += kStretchRows) {
+    const Eigen::Index rows = std::min(kStretchRows, columns.rows() - begin);
+    const auto stretch = columns.middleRows(begin, rows);
+    const std::vector<Eigen::Index> filled = FilledColumns(stretch);
+    if (filled.empty()) continue;
+    some = stretch(Eigen::all, filled);
+    at(begin, rows, filled, some);
+  }
+}
 
 // The filled columns, and those that the filter still remembers from other rows: one of its two
 // states of the column is not 0.

@@ -27,6 +27,10 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 // Noise N is not taken for less than this [deg/sqrt(s)]: perfect data must not divide by zero.
 inline constexpr double kLeastAngleRandomWalk = 1e-12;
 
+// A column depends on those before it that leave less than this share of its square: that is
+// rounding.
+inline constexpr double kDependent = 1e-9;
+
 struct Interval {
   double duration_s = 0.0;
   // Since the end of the interval before: nothing was measured, the bias walked on.

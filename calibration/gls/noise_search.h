@@ -53,7 +53,7 @@ class NoiseSearch {
   std::vector<double> GainsOverNoise(const std::vector<std::vector<Eigen::Index>>& groups,
                                      const NoiseModel& start) const;
 
-  static constexpr double kDependent = 1e-9, kPiece_s = 1.0;
+  static constexpr double kPiece_s = 1.0;
 
  private:
   struct Products;   // of the white columns
@@ -73,7 +73,8 @@ class NoiseSearch {
 };
 
 // Those of the columns that are independent of the ones before them, `gram` being their products.
-std::vector<Eigen::Index> IndependentColumns(const Eigen::MatrixXd& gram, double tolerance = 1e-9);
+std::vector<Eigen::Index> IndependentColumns(const Eigen::MatrixXd& gram,
+                                             double tolerance = kDependent);
 // Least squares from products; columns that depend on others get 0.
 Eigen::VectorXd SolveIndependent(const Eigen::MatrixXd& gram, const Eigen::VectorXd& right);
 

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 
+#include "calibration/gls/interval_gls.h"
+
 namespace gyrobench::calibration {
 
 ScaledLdlt WithoutOthers(const Eigen::MatrixXd& products, const std::vector<Eigen::Index>& some) {
-  constexpr double kDependent = 1e-9;  // of a column's own square: what is left of it is rounding
   std::vector<Eigen::Index> others;
   for (Eigen::Index j = 0; j < products.cols(); ++j) {
     if (!std::ranges::binary_search(some, j)) others.push_back(j);

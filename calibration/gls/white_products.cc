@@ -108,8 +108,7 @@ std::vector<WhiteProducts> SideBySide(std::span<const Interval> intervals,
   RowMajor white;
   for (std::size_t chunk = 0; chunk < columns.chunks(); ++chunk) {
     const RawRows raw = columns.rows(chunk);
-    const auto here =
-        intervals.subspan(chunk * ColumnsInChunks::kChunk, static_cast<std::size_t>(raw.rows()));
+    const auto here = intervals.subspan(chunk * kStretchRows, static_cast<std::size_t>(raw.rows()));
     for (NoisePass& pass : passes) pass.steps.resize(here.size());
     for (std::size_t i = 0; i < here.size(); ++i) {
       filter.Advance(here[i]);
@@ -130,8 +129,8 @@ std::vector<WhiteProducts> SideBySide(std::span<const Interval> intervals,
 }  // namespace
 
 ColumnsInChunks::ColumnsInChunks(RowMajor columns) : columns_(std::move(columns)) {
-  for (Eigen::Index begin = 0; begin < columns_.rows(); begin += kChunk) {
-    const Eigen::Index end = std::min(begin + kChunk, columns_.rows());
+  for (Eigen::Index begin = 0; begin < columns_.rows(); begin += kStretchRows) {
+    const Eigen::Index end = std::min(begin + kStretchRows, columns_.rows());
     // Sums, in which a value that is not a number stays one.
     Eigen::ArrayXd size = Eigen::ArrayXd::Zero(columns_.cols());
     for (Eigen::Index i = begin; i < end; ++i) size += columns_.row(i).transpose().array().abs();

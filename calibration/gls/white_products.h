@@ -16,16 +16,14 @@ namespace gyrobench::calibration {
 // cost nothing.
 class ColumnsInChunks {
  public:
-  static constexpr Eigen::Index kChunk = kStretchRows;
-
   ColumnsInChunks() = default;
   explicit ColumnsInChunks(RowMajor columns);
 
   const RowMajor& all() const { return columns_; }
   std::size_t chunks() const { return not_zero_.size(); }
   auto rows(std::size_t chunk) const {
-    const Eigen::Index begin = static_cast<Eigen::Index>(chunk) * kChunk;
-    return columns_.middleRows(begin, std::min(kChunk, columns_.rows() - begin));
+    const Eigen::Index begin = static_cast<Eigen::Index>(chunk) * kStretchRows;
+    return columns_.middleRows(begin, std::min(kStretchRows, columns_.rows() - begin));
   }
   const std::vector<Eigen::Index>& not_zero(std::size_t chunk) const { return not_zero_[chunk]; }
 

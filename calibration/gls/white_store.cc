@@ -5,15 +5,10 @@
 #include <utility>
 
 #include "calibration/gls/filled_columns.h"
+#include "calibration/gls/interval_gls.h"
 #include "calibration/gls/scaled_ldlt.h"
 
 namespace gyrobench::calibration {
-namespace {
-
-constexpr double kDependent = 1e-9;
-
-}  // namespace
-
 // Gram-Schmidt on products, column by column: what is left of each after those before it.
 class WhiteStore::Elimination {
  public:

@@ -159,8 +159,7 @@ class ChannelSearcher {
     model.push_back(RawColumns(Raw(candidate)));
     std::vector<Eigen::Index> group;
     for (Eigen::Index j = 0; j < model.back().cols(); ++j) group.push_back(column++);
-    const NoiseSearch search(problem_.intervals(), model, problem_.output_deg(),
-                             NoiseSearch::kDependent,
+    const NoiseSearch search(problem_.intervals(), model, problem_.output_deg(), kDependent,
                              PieceFor(candidate.search() == Search::kFrequency));
     return candidate.LogChance(search.GainsOverNoise({group}, own_.noise).front(),
                                static_cast<double>(group.size()));
@@ -262,7 +261,7 @@ class ChannelSearcher {
       fast = fast || member.search() == Search::kFrequency;
     }
     const NoiseSearch search(problem_.intervals(), ModelOf(found.selection), problem_.output_deg(),
-                             NoiseSearch::kDependent, PieceFor(fast));
+                             kDependent, PieceFor(fast));
     return search.GainsOverNoise(groups, found.noise);
   }
 

@@ -158,14 +158,11 @@ class Steps {
   // Information on a step at each row that the model leaves.
   Eigen::VectorXd Left(const Eigen::MatrixXd& score, const Eigen::VectorXd& information) const {
     Eigen::VectorXd left = information;
-    for (Eigen::Index begin = 0; begin < left.size(); begin += kStretchRows) {
-      const Eigen::Index rows = std::min(kStretchRows, left.size() - begin);
-      const auto stretch = score.block(begin, 0, rows, p_);
-      const std::vector<Eigen::Index> filled = FilledColumns(stretch);
-      if (filled.empty()) continue;
-      left.segment(begin, rows) -=
-          FactorOf(filled).Squares(stretch(Eigen::all, filled).transpose());
-    }
+    ForEachStretch(score.leftCols(p_),
+                   [&](Eigen::Index begin, Eigen::Index rows,
+                       const std::vector<Eigen::Index>& filled, const Eigen::MatrixXd& some) {
+                     left.segment(begin, rows) -= FactorOf(filled).Squares(some.transpose());
+                   });
     return left;
   }
   const ScaledLdlt& FactorOf(const std::vector<Eigen::Index>& some) const {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibration/estimators/result_json.h"
+#include "tests/calibration/passed_on.h"
 #include "tests/calibration/simulated_run.h"
 
 namespace gyrobench::testing {
@@ -98,28 +99,17 @@ TEST(Analyzer, AddsTheTimeBasesErrorToTheScales) {
 
 // Earth's rotation at the pole, table level: 0.00418 deg/s about z at rest and in motion.
 TEST(Analyzer, TakesEarthsRotationForWhatItIs) {
-  class WithLatitude final : public MeasurementSink {
+  class WithLatitude final : public PassedOn {
    public:
-    explicit WithLatitude(Analyzer* analyzer) : analyzer_(analyzer) {}
+    using PassedOn::PassedOn;
     void OnInfo(const MeasurementInfo& info) override {
       MeasurementInfo mine = info;
       mine.site_latitude_deg = 90.0;
-      analyzer_->OnInfo(mine);
+      PassedOn::OnInfo(mine);
     }
-    void OnGyro(const GyroSample& sample) override { analyzer_->OnGyro(sample); }
-    void OnAngle(const AngleSample& sample) override { analyzer_->OnAngle(sample); }
-    void OnOrientation(const OrientationSample& sample) override {
-      analyzer_->OnOrientation(sample);
-    }
-    void OnTickPair(const TickPair& pair) override { analyzer_->OnTickPair(pair); }
-    void OnSegment(const SegmentMark& mark) override { analyzer_->OnSegment(mark); }
-    void OnDefect(const Defect& defect) override { analyzer_->OnDefect(defect); }
-
-   private:
-    Analyzer* analyzer_;
   };
   Analyzer without, with;
-  WithLatitude door(&with);
+  WithLatitude door(with);
   SimulateTurns({}, {}, 1, &without);
   SimulateTurns({}, {}, 1, &door);
   const AnalysisResult a = without.Result(), b = with.Result();

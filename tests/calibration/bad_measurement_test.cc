@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "calibration/estimators/analyzer.h"
+#include "tests/calibration/passed_on.h"
 #include "tests/calibration/simulated_run.h"
 
 namespace gyrobench::testing {
@@ -45,9 +46,9 @@ void ExpectFinite(const AnalysisResult& result) {
 }
 
 // Stands between the simulation and the analyzer and spoils what passes.
-class SpoiledOnItsWay final : public MeasurementSink {
+class SpoiledOnItsWay final : public PassedOn {
  public:
-  explicit SpoiledOnItsWay(Analyzer* analyzer) : analyzer_(analyzer) {}
+  using PassedOn::PassedOn;
   std::function<void(MeasurementInfo*)> info = [](MeasurementInfo*) {};
   std::function<bool(GyroSample*)> gyro = [](GyroSample*) { return true; };
   std::function<bool(AngleSample*)> angle = [](AngleSample*) { return true; };
@@ -55,28 +56,21 @@ class SpoiledOnItsWay final : public MeasurementSink {
   void OnInfo(const MeasurementInfo& value) override {
     MeasurementInfo mine = value;
     info(&mine);
-    analyzer_->OnInfo(mine);
+    PassedOn::OnInfo(mine);
   }
   void OnGyro(const GyroSample& value) override {
     GyroSample mine = value;
-    if (gyro(&mine)) analyzer_->OnGyro(mine);
+    if (gyro(&mine)) PassedOn::OnGyro(mine);
   }
   void OnAngle(const AngleSample& value) override {
     AngleSample mine = value;
-    if (angle(&mine)) analyzer_->OnAngle(mine);
+    if (angle(&mine)) PassedOn::OnAngle(mine);
   }
-  void OnOrientation(const OrientationSample& value) override { analyzer_->OnOrientation(value); }
-  void OnTickPair(const TickPair& value) override { analyzer_->OnTickPair(value); }
-  void OnSegment(const SegmentMark& value) override { analyzer_->OnSegment(value); }
-  void OnDefect(const Defect& value) override { analyzer_->OnDefect(value); }
-
- private:
-  Analyzer* analyzer_;
 };
 
 struct Spoiled {
   Analyzer analyzer;
-  SpoiledOnItsWay spoiler{&analyzer};
+  SpoiledOnItsWay spoiler{analyzer};
   AnalysisResult Run(const TurnSchedule& schedule = {}, const SimulatedSensor& sensor = {}) {
     SimulateTurns(schedule, sensor, 1, &spoiler);
     AnalysisResult result = analyzer.Result();

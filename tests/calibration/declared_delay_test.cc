@@ -7,44 +7,41 @@
 #include <utility>
 
 #include "calibration/signal/collector.h"
+#include "tests/calibration/passed_on.h"
 #include "tests/calibration/simulated_run.h"
 
 namespace gyrobench::calibration {
 namespace {
 
+using gyrobench::testing::PassedOn;
 using gyrobench::testing::SimulatedSensor;
 using gyrobench::testing::SimulateTurns;
 
 // Stamps that come later than the values that they belong to.
-class Delayed final : public MeasurementSink {
+class Delayed final : public PassedOn {
  public:
   Delayed(MeasurementSink& sink, double gyro_s, double reference_s, bool declared)
-      : sink_(sink), gyro_s_(gyro_s), reference_s_(reference_s), declared_(declared) {}
+      : PassedOn(sink), gyro_s_(gyro_s), reference_s_(reference_s), declared_(declared) {}
   void OnInfo(const MeasurementInfo& info) override {
     MeasurementInfo mine = info;
     if (declared_) {
       mine.gyro_delay_s = gyro_s_;
       mine.reference_delay_s = reference_s_;
     }
-    sink_.OnInfo(mine);
+    PassedOn::OnInfo(mine);
   }
   void OnGyro(const GyroSample& sample) override {
     GyroSample late = sample;
     late.t_s += gyro_s_;
-    sink_.OnGyro(late);
+    PassedOn::OnGyro(late);
   }
   void OnAngle(const AngleSample& sample) override {
     AngleSample late = sample;
     late.t_s += reference_s_;
-    sink_.OnAngle(late);
+    PassedOn::OnAngle(late);
   }
-  void OnOrientation(const OrientationSample& sample) override { sink_.OnOrientation(sample); }
-  void OnTickPair(const TickPair& pair) override { sink_.OnTickPair(pair); }
-  void OnSegment(const SegmentMark& mark) override { sink_.OnSegment(mark); }
-  void OnDefect(const Defect& defect) override { sink_.OnDefect(defect); }
 
  private:
-  MeasurementSink& sink_;
   const double gyro_s_, reference_s_;
   const bool declared_;
 };

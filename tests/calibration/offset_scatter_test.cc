@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/estimators/analyzer.h"
+#include "tests/calibration/passed_on.h"
 #include "tests/calibration/simulated_run.h"
 
 namespace gyrobench::testing {
@@ -30,30 +31,23 @@ TurnSchedule LongRests() {
 
 // The offset of gyro z is drawn anew with each turn, as sensitivity to gravity makes it where the
 // turns tilt the sensor.
-class AnotherOffsetInEachRest : public MeasurementSink {
+class AnotherOffsetInEachRest : public PassedOn {
  public:
-  AnotherOffsetInEachRest(double scatter_lsb, int seed, MeasurementSink* sink) : sink_(sink) {
+  AnotherOffsetInEachRest(double scatter_lsb, int seed, MeasurementSink* sink) : PassedOn(*sink) {
     std::mt19937 random(static_cast<unsigned>(seed));
     std::normal_distribution<double> normal(0.0, scatter_lsb);
     const TurnSchedule schedule = LongRests();
     period_s_ = schedule.TurnTime() + schedule.rest_s;
     for (int i = 0; i <= schedule.turns + 1; ++i) offsets_.push_back(normal(random));
   }
-  void OnInfo(const MeasurementInfo& info) override { sink_->OnInfo(info); }
   void OnGyro(const GyroSample& sample) override {
     GyroSample other = sample;
     const double turn_s = LongRests().TurnTime();
     other.xi[2] += offsets_.at(static_cast<std::size_t>((sample.t_s + 0.5 * turn_s) / period_s_));
-    sink_->OnGyro(other);
+    PassedOn::OnGyro(other);
   }
-  void OnAngle(const AngleSample& sample) override { sink_->OnAngle(sample); }
-  void OnOrientation(const OrientationSample& sample) override { sink_->OnOrientation(sample); }
-  void OnTickPair(const TickPair& pair) override { sink_->OnTickPair(pair); }
-  void OnSegment(const SegmentMark& mark) override { sink_->OnSegment(mark); }
-  void OnDefect(const Defect& defect) override { sink_->OnDefect(defect); }
 
  private:
-  MeasurementSink* sink_;
   double period_s_ = 0.0;
   std::vector<double> offsets_;
 };

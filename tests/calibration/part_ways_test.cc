@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "calibration/estimators/analyzer.h"
 #include "calibration/signal/collector.h"
+#include "tests/calibration/passed_on.h"
 #include "tests/calibration/simulated_run.h"
 
 namespace gyrobench::testing {
@@ -200,25 +201,18 @@ TEST(GyroAndReference, PartWaysWhereTheReferenceStandsForLong) {
 }
 
 // What a run says, with the readings of the reference changed on their way.
-class ShownOtherwise final : public MeasurementSink {
+class ShownOtherwise final : public PassedOn {
  public:
   ShownOtherwise(MeasurementSink& sink,
                  std::function<double(double t_s, double angle_deg)> shown_deg)
-      : sink_(sink), shown_deg_(std::move(shown_deg)) {}
-  void OnInfo(const MeasurementInfo& info) override { sink_.OnInfo(info); }
-  void OnGyro(const GyroSample& sample) override { sink_.OnGyro(sample); }
+      : PassedOn(sink), shown_deg_(std::move(shown_deg)) {}
   void OnAngle(const AngleSample& sample) override {
     AngleSample changed = sample;
     changed.angle_deg = shown_deg_(sample.t_s, sample.angle_deg);
-    sink_.OnAngle(changed);
+    PassedOn::OnAngle(changed);
   }
-  void OnOrientation(const OrientationSample& sample) override { sink_.OnOrientation(sample); }
-  void OnTickPair(const TickPair& pair) override { sink_.OnTickPair(pair); }
-  void OnSegment(const SegmentMark& mark) override { sink_.OnSegment(mark); }
-  void OnDefect(const Defect& defect) override { sink_.OnDefect(defect); }
 
  private:
-  MeasurementSink& sink_;
   std::function<double(double, double)> shown_deg_;
 };
 

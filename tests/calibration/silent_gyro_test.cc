@@ -5,30 +5,25 @@
 #include <cmath>
 
 #include "calibration/estimators/analyzer.h"
+#include "tests/calibration/passed_on.h"
 #include "tests/calibration/simulated_run.h"
 
 namespace gyrobench::calibration {
 namespace {
 
+using gyrobench::testing::PassedOn;
 using gyrobench::testing::SimulatedSensor;
 using gyrobench::testing::TurnSchedule;
 
-class UntilSilent : public MeasurementSink {
+class UntilSilent : public PassedOn {
  public:
   UntilSilent(MeasurementSink& sink, double silent_from_s)
-      : sink_(sink), silent_from_s_(silent_from_s) {}
-  void OnInfo(const MeasurementInfo& info) override { sink_.OnInfo(info); }
+      : PassedOn(sink), silent_from_s_(silent_from_s) {}
   void OnGyro(const GyroSample& sample) override {
-    if (sample.t_s < silent_from_s_) sink_.OnGyro(sample);
+    if (sample.t_s < silent_from_s_) PassedOn::OnGyro(sample);
   }
-  void OnAngle(const AngleSample& sample) override { sink_.OnAngle(sample); }
-  void OnOrientation(const OrientationSample& sample) override { sink_.OnOrientation(sample); }
-  void OnTickPair(const TickPair& pair) override { sink_.OnTickPair(pair); }
-  void OnSegment(const SegmentMark& mark) override { sink_.OnSegment(mark); }
-  void OnDefect(const Defect& defect) override { sink_.OnDefect(defect); }
 
  private:
-  MeasurementSink& sink_;
   double silent_from_s_;
 };
 

@@ -12,6 +12,7 @@
 #include "calibration/artefact/trace_json.h"
 #include "calibration/signal/intake.h"
 #include "calibration/trace/trace.h"
+#include "tests/calibration/passed_on.h"
 #include "tests/calibration/trace_story.h"
 
 namespace gyrobench::testing {
@@ -363,21 +364,12 @@ TEST(TraceOfWildReadings, NamesNoEffect) {
   }
 }
 
-class NoQuaternion final : public MeasurementSink {
+class NoQuaternion final : public PassedOn {
  public:
-  explicit NoQuaternion(MeasurementSink& next) : next_(next) {}
-  void OnInfo(const MeasurementInfo& info) override { next_.OnInfo(info); }
-  void OnGyro(const GyroSample& sample) override { next_.OnGyro(sample); }
-  void OnAngle(const AngleSample& sample) override { next_.OnAngle(sample); }
+  using PassedOn::PassedOn;
   void OnOrientation(const OrientationSample& sample) override {
-    next_.OnOrientation({sample.t_s, {0.0, 0.0, 0.0, 0.0}});
+    PassedOn::OnOrientation({sample.t_s, {0.0, 0.0, 0.0, 0.0}});
   }
-  void OnTickPair(const TickPair& pair) override { next_.OnTickPair(pair); }
-  void OnSegment(const SegmentMark& mark) override { next_.OnSegment(mark); }
-  void OnDefect(const Defect& defect) override { next_.OnDefect(defect); }
-
- private:
-  MeasurementSink& next_;
 };
 
 TEST(TraceOfQuaternions, ThatAreAllZeroIsLikeALostReference) {

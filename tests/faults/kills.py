@@ -154,13 +154,14 @@ def check_record(row, bench, folder, utime_before, size_before):
         row.require(missing_s <= SYNCED_WITHIN_S, f"the last {missing_s:.1f} s before the kill are missing")
 
 
-def comes_true(condition, within_s=5.0):
-    """Of what a thread writes, or a drive does, in a moment: whether it is so before the time is over."""
+def comes_true(bench, condition, within_s=5.0):
+    """Of what a thread writes, or a drive does, in a moment: whether it is so before the time is over. Each try waits for
+    a process, so that it is no busy loop."""
     end = time.monotonic() + within_s
     while not condition():
         if time.monotonic() > end:
             return False
-        time.sleep(0.05)
+        bench.run("status")
     return True
 
 
@@ -170,9 +171,9 @@ def check_start(row, bench, run_id):
     fault = status["fault"] or {"message": ""}
     row.require(status["state"] == "fault", f"the state is {status['state']}")
     row.require(run_id in fault["message"], f"the fault does not name {run_id}: {fault['message'][:200]}")
-    row.require(comes_true(lambda: run_id in bench.daemon_log()), "the log does not name the run")
+    row.require(comes_true(bench, lambda: run_id in bench.daemon_log()), "the log does not name the run")
     row.require(not any(status.get("outputs", {}).values()), f"outputs: {status.get('outputs')}")
-    row.require(comes_true(lambda: not any(axis["moving"] for axis in bench.status()["axes"])),
+    row.require(comes_true(bench, lambda: not any(axis["moving"] for axis in bench.status()["axes"])),
                 "an axis moves after the start")
     refused = bench.run("run", *arguments_of(SCALE))
     row.require(refused.returncode == 1 and "gyrobench reset" in refused.stderr, f"motion is not refused: {refused.stderr}")
