@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/geometry.h"
 #include "base/robust.h"
+#include "calibration/hold/estimate_noise.h"
 #include "calibration/hold/hold_judgement.h"
 #include "calibration/signal/intake.h"
 #include "calibration/signal/wrapped_counts.h"

@@ -75,6 +75,19 @@ void EpochCollector::OnDefect(const Defect& defect) {
   reported_.Add(defect.kind, defect.where, defect.first_t_s, defect.count);
 }
 
+std::optional<double> EpochCollector::HighDifference::Next(const Vector3d& xi) {
+  Vector3d difference = xi;
+  for (std::size_t k = 0; k < kOrder; ++k) {
+    const Vector3d before = std::exchange(last_[k], difference);
+    if (k == samples_) {
+      ++samples_;
+      return std::nullopt;
+    }
+    difference -= before;
+  }
+  return difference.squaredNorm() / kGain;
+}
+
 // Intervals between samples that nothing changes any more.
 void EpochCollector::TakeSettled() {
   const GyroRing& ring = gyro_.ring();
@@ -90,6 +103,7 @@ void EpochCollector::AddInterval(const GyroRing::Point& from, const GyroRing::Po
   const double h = to.t_s - from.t_s;
   if (to.gap) {
     if (is_open_) Close();
+    high_.Restart();
     Epoch gap;
     gap.begin_s = from.t_s;
     gap.end_s = to.t_s;
@@ -109,6 +123,10 @@ void EpochCollector::AddInterval(const GyroRing::Point& from, const GyroRing::Po
   open_.moment += h * (open_.angle + 0.5 * step) - h * h / 12.0 * (Vector(to.xi) - Vector(from.xi));
   open_.angle += step;
   open_.end_s = to.t_s;
+  if (const std::optional<double> square = high_.Next(Vector(to.xi))) {
+    open_.white_square += *square * h;
+    ++open_.white_samples;
+  }
   // Half an interval of tolerance, so that epochs of equal samples have equally many.
   if (open_.duration_s() > kEpoch_s - 0.5 * h) Close();
 }

@@ -63,16 +63,20 @@ HeldRest ReduceRest(std::span<const Epoch> epochs, const EpochRange& range) {
   rest.epochs = range;
   rest.begin_s = epochs[range.first].begin_s;
   rest.end_s = epochs[range.last - 1].end_s;
-  double temperature = 0.0, temperature_s = 0.0;
+  double temperature = 0.0, temperature_s = 0.0, white_square = 0.0;
+  int white_samples = 0;
   for (std::size_t i = range.first; i < range.last; ++i) {
     rest.accel_g += epochs[i].duration_s() / rest.duration_s() * epochs[i].accel_g;
     rest.angle += epochs[i].angle;
+    white_square += epochs[i].white_square;
+    white_samples += epochs[i].white_samples;
     if (!std::isfinite(epochs[i].temperature_degC))
       continue;  // of a thermometer slower than epochs
     temperature += epochs[i].duration_s() * epochs[i].temperature_degC;
     temperature_s += epochs[i].duration_s();
   }
   rest.temperature_degC = temperature_s > 0.0 ? temperature / temperature_s : kMissing;
+  if (white_samples > 0) rest.white_density = std::sqrt(white_square / (3.0 * white_samples));
   // Trapezoids between the epochs' ends.
   Vector3d sum = Vector3d::Zero(), angle = Vector3d::Zero(), last = Vector3d::Zero();
   double square = 0.0;

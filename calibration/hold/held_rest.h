@@ -22,6 +22,7 @@ struct HeldRest {
   // square of its length.
   Eigen::Vector3d path_mean = Eigen::Vector3d::Zero();
   double path_rms = 0.0;
+  double white_density = kMissing;  // of Epoch::white_square: root of its mean of one axis
   double temperature_degC = kMissing;
 
   double duration_s() const { return end_s - begin_s; }

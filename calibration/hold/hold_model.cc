@@ -308,6 +308,13 @@ ArrowSystem::Solution SolveWithMeanOffset(const LinearModel& model, const HoldNo
   return system.Solve();
 }
 
+Vector3d MeanOffsetOf(const ArrowSystem::Solution& step) {
+  Vector3d sum = Vector3d::Zero();
+  for (const auto& node : step.nodes)
+    sum += node.segment<3>(kBetaBegin) + node.segment<3>(kBetaEnd);
+  return 0.5 / static_cast<double>(step.nodes.size()) * sum;
+}
+
 void Move(const ArrowSystem::Solution& step, const ModelExtent& extent, HoldState* state) {
   const Eigen::VectorXd& p = step.parameters;
   for (Index i = 0; i < 3; ++i) {

@@ -102,6 +102,8 @@ double VarianceOf(const HoldFactor& factor, const HoldNoise& noise);
 ArrowSystem::Solution SolveModel(const LinearModel& model, const HoldNoise& noise);
 // The same with three functionals: the mean of the zero-rate offset over the rests [rad/s].
 ArrowSystem::Solution SolveWithMeanOffset(const LinearModel& model, const HoldNoise& noise);
+// What a solution changes that mean by [rad/s].
+Eigen::Vector3d MeanOffsetOf(const ArrowSystem::Solution& step);
 
 // The state moved by a solution.
 void Move(const ArrowSystem::Solution& step, const ModelExtent& extent, HoldState* state);

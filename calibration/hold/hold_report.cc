@@ -6,7 +6,7 @@
 
 #include "base/geometry.h"
 #include "calibration/effects/effect.h"
-#include "calibration/gls/statistics.h"
+#include "calibration/hold/estimate_noise.h"
 #include "calibration/hold/hold_judgement.h"
 #include "calibration/sensor/sensor_matrix.h"
 
@@ -37,13 +37,11 @@ Matrix3 Errors(const Matrix9& covariance) {
 class Reporter {
  public:
   Reporter(const HeldChain& chain, const HoldFit& fit, HoldResult* out)
-      : chain_(chain), fit_(fit), out_(*out) {
-    const ArrowSystem::Solution solution = SolveWithMeanOffset(fit.model, fit.noise);
-    // The noise is known from few turns: grown so that 1.96 standard errors hold 95 %.
-    const double grow = StudentInflation(TurnFreedom(fit));
-    covariance_ = grow * grow * solution.covariance;
-    at_offset_ = fit.extent.Parameters();
-  }
+      : chain_(chain),
+        fit_(fit),
+        out_(*out),
+        covariance_(CovarianceOverNoise(fit.model, fit.noise)),
+        at_offset_(fit.extent.Parameters()) {}
 
   void Fill(const RestNoise& rests, std::array<bool, 3> seen) {
     FillUnits();

@@ -232,10 +232,11 @@ std::optional<HoldState> StartState(const HeldChain& chain, const Vector3d& offs
 RestNoise NoiseWithinRests(const HeldChain& chain, const HoldState& state) {
   double accel = 0.0;
   int degrees = 0;
-  std::vector<double> walks;
+  std::vector<double> walks, white;
   for (std::size_t k = 0; k < chain.rests.size(); ++k) {
     const HeldRest& rest = chain.rests[k];
     const Batches batches = BatchesOf(EpochsOf(chain, k, rest.epochs), rest, state, state.nodes[k]);
+    white.push_back(rest.white_density);
     if (batches.rate.size() < 3) continue;
     const double batch_s = batches.length_s / static_cast<double>(batches.rate.size());
     const Scatter a = AboutLine(batches.accel_g), w = AboutLine(batches.rate);
@@ -247,6 +248,7 @@ RestNoise NoiseWithinRests(const HeldChain& chain, const HoldState& state) {
   if (degrees == 0) return out;
   out.accel_density_g_sqrt_s = std::sqrt(accel / degrees);
   out.median_angle_random_walk_deg_sqrt_s = kDegPerRad * MedianOfKnown(walks);
+  out.white_angle_random_walk_deg_sqrt_s = kDegPerRad * state.unit * MedianOfKnown(white);
   std::sort(walks.begin(), walks.end());
   out.angle_random_walk_deg_sqrt_s = kDegPerRad * walks[walks.size() / 5];
   return out;
