@@ -120,13 +120,13 @@ class CommandLine {
 
   void AddRunCommands() {
     Add("pause", "Pause the run at its next safe point", "gyrobench pause");
-    CLI::App& resume =
-        Add("resume",
-            "Go on with a paused run, or take up one whose daemon was killed or lost its power",
-            "gyrobench resume\n  gyrobench resume 20260312-091500-scale");
+    CLI::App& resume = Add(
+        "resume",
+        "Go on with a paused run, or take up one whose daemon was killed or lost its power",
+        "gyrobench resume\n  gyrobench resume latest\n  gyrobench resume 20260312-091500-scale");
     resume.add_option("run", options_.name,
-                      "A run that was interrupted: it goes on from its last command that was over, "
-                      "in a new record");
+                      "A run that was interrupted (latest: the last of them): it goes on from its "
+                      "last command that was over, in a new record");
     resume.add_flag("--detach", options_.detach, "Return as soon as the run has started");
     Add("abort", "End the run in order: motion stops gently, the record is closed",
         "gyrobench abort");

@@ -79,6 +79,11 @@ Fault FaultOf(const std::string& source, const std::exception& error) {
   return fault;
 }
 
+Fault FaultOfDevice(const DeviceError& error) {
+  const std::string& device = error.failure().device;
+  return FaultOf(device.empty() ? "device" : device, error);
+}
+
 json ToJson(const DeviceFailure& failure) {
   if (failure.device.empty()) return nullptr;
   json object{{"name", failure.device},

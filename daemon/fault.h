@@ -44,6 +44,8 @@ using FaultHandler = std::function<void(const Fault&)>;
 
 // With the fields that the error has.
 Fault FaultOf(const std::string& source, const std::exception& error);
+// The same of the device that the error names; "device" where it names none.
+Fault FaultOfDevice(const DeviceError& error);
 // One more thing that went wrong by the same cause: its words are added where they are not there
 // yet, and the fields of the first error that had any are kept.
 void AddTo(Fault& fault, const std::exception& error);

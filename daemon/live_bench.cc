@@ -153,7 +153,7 @@ void LiveBench::SuspendOrRethrow(const DeviceError& error, bool may_wait) {
   // Before its poll has told that it is silent. A device that refuses, or reports an alarm, is not.
   const bool silent = dynamic_cast<const drivers::NoAnswer*>(&error) != nullptr;
   const bool waits = silent && may_wait && context_.stand.safety.resume_within_s > 0;
-  if (waits && context_.control.Suspend(FaultOf("device", error))) return;
+  if (waits && context_.control.Suspend(FaultOfDevice(error))) return;
   std::rethrow_exception(std::current_exception());
 }
 
@@ -175,10 +175,14 @@ void LiveBench::Interrupt(const Fault& silent) {
   context_.on_progress(progress_);
   suspension_.WaitAndGoBack(last_good_, silent, switched_on_);
   AddWaiting(begin_s);
+  const double silent_s = ElapsedS() - begin_s;
+  ++suspensions_.count;
+  suspensions_.duration_s += silent_s;
+  suspensions_.devices.insert(silent.source);
   run_t go_on = Message(run_t::CONTINUE);
   go_on.text =
       fmt::format("{} is back after {:.1f} s: {}the command under way begins again", silent.source,
-                  ElapsedS() - begin_s, outputs.empty() ? "" : outputs + " switched on again, ");
+                  silent_s, outputs.empty() ? "" : outputs + " switched on again, ");
   context_.telemetry.Send(go_on);
   Say("suspended: " + suspend.text + "; " + go_on.text);
 }

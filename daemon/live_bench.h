@@ -96,6 +96,13 @@ class LiveBench final : public procedures::Bench {
     std::string text;
   };
   const std::vector<Said>& said() const { return said_; }
+  // For how long the run waited for devices that were silent, all together.
+  struct Suspensions {
+    int count = 0;
+    double duration_s = 0.0;
+    std::set<std::string> devices;
+  };
+  const Suspensions& suspensions() const { return suspensions_; }
 
  private:
   // A command. Where a device falls silent meanwhile, or fell silent before, it is begun (again) once
@@ -140,6 +147,7 @@ class LiveBench final : public procedures::Bench {
   calibration::LoopMemory loop_;
   std::vector<procedures::LimitCheck> limits_;
   std::vector<Said> said_;
+  Suspensions suspensions_;
   SegmentAnalysis analysis_;  // last: it is at work until it is gone
 };
 

@@ -4,11 +4,6 @@
 #include <utility>
 
 namespace gyrobench::daemon {
-namespace {
-
-constexpr Utime kReopenAfter = 2 * kMicrosecondsPerSecond;
-
-}  // namespace
 
 PolledDevice::PolledDevice(DeviceStatus identity, Actions actions, Clock& clock, Utime silence,
                            FaultHandler on_silence)

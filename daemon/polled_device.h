@@ -30,6 +30,9 @@ class MustBeOpenedAgain : public DeviceError {
   using DeviceError::DeviceError;
 };
 
+// A device that does not answer is asked once in this time.
+inline constexpr Utime kReopenAfter = 2 * kMicrosecondsPerSecond;
+
 // Poll and the functions given belong to the thread of the bus; status may be asked from any
 // thread.
 class PolledDevice {

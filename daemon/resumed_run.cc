@@ -28,11 +28,20 @@ constexpr double kPowerOnTolerance = 0.005;
 recording::RunDirectory FindInterrupted(const std::filesystem::path& records,
                                         const std::string& run_id) {
   std::vector<std::string> interrupted;
+  std::optional<recording::RunDirectory> last;  // that nobody has taken up
   for (const recording::RunDirectory& run : recording::ListRuns(records)) {
     if (run.run_id() == run_id) return run;
-    if (std::filesystem::exists(run.RunJson()) &&
-        run.ReadRun().value("outcome", "") == kInterruptedOutcome)
-      interrupted.push_back(run.run_id());
+    if (!std::filesystem::exists(run.RunJson())) continue;
+    const json description = run.ReadRun();
+    if (description.value("outcome", "") != kInterruptedOutcome) continue;
+    interrupted.push_back(run.run_id());
+    if (!description.contains(kResumedByKey)) last = run;
+  }
+  if (run_id == "latest" && last) return *std::move(last);
+  if (run_id == "latest") {
+    throw StateError(fmt::format(
+        "there is no run in {} that can be taken up: none was interrupted, or each was taken up",
+        records.string()));
   }
   throw Error(
       fmt::format("there is no run '{}' in {}; interrupted were: {}", run_id, records.string(),

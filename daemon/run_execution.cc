@@ -235,7 +235,7 @@ RunExecution::Ending RunExecution::RunToItsEnd() {
     fault.place = error.place();
     AddFault(ending, std::move(fault));
   } catch (const DeviceError& error) {
-    AddFault(ending, FaultOf("device", error));
+    AddFault(ending, FaultOfDevice(error));
   } catch (const std::exception& error) {
     return {Outcome::kError, error.what(), {FaultOf("procedure", error)}};
   }
@@ -304,6 +304,7 @@ void RunExecution::Finish(Ending& ending) {
     AddFault(ending, *fault);
   }
   const Utime end = context_.clock.Now();
+  TellOfSuspensions(ending);
   TellOfGyro(ending);
   const Results results = Evaluate(ending, end);
   run_t stop{};

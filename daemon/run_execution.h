@@ -112,6 +112,7 @@ class RunExecution {
   // Closes the record: each part of it is tried, whatever becomes of the others, and how the run
   // ended is told last.
   void Finish(Ending& ending);
+  void TellOfSuspensions(Ending& ending) const;
   void TellOfGyro(Ending& ending);
   // Results that cannot be make an error of a run that was done.
   Results Evaluate(Ending& ending, Utime end);

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "daemon/bench_facts.h"
+#include "daemon/polled_device.h"
 #include "procedures/engine/motion_time.h"
 
 namespace gyrobench::daemon {
@@ -74,7 +75,9 @@ Fault Suspension::NotWell(const Fault& silent) const {
 }
 
 int Suspension::WaitUntilReady(const Fault& silent) {
-  const Utime deadline = context_.clock.Now() + FromSeconds(context_.stand.safety.resume_within_s);
+  // A device that came back in time is found by the next try to open it.
+  const Utime deadline =
+      context_.clock.Now() + FromSeconds(context_.stand.safety.resume_within_s) + kReopenAfter;
   if (Outputs* outputs = context_.acquisition.outputs()) outputs->PostAllOff();
   bool stopped = StopAll();
   for (;;) {
@@ -151,7 +154,7 @@ std::optional<Fault> Suspension::GoOn(const Point& point, const Fault& silent, i
   } catch (const Suspended& again) {
     return again.fault();
   } catch (const DeviceError& error) {
-    return FaultOf("device", error);
+    return FaultOfDevice(error);
   }
 }
 

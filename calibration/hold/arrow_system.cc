@@ -30,19 +30,35 @@ ArrowSystem::ArrowSystem(Index nodes, Index parameters, Index functionals)
 void ArrowSystem::AddNode(Index node, const Products& products, double weight) {
   MatrixXd& row = rows_[static_cast<std::size_t>(node)];
   row.leftCols(kNode) += weight * products.topLeftCorner(kNode, kNode);
-  row.middleCols(2 * kNode, p_ + 1) += weight * products.topRightCorner(kNode, p_ + 1);
-  corner_.leftCols(p_ + 1) += weight * products.block(kNode, kNode, p_, p_ + 1);
-  square_ += weight * products(products.rows() - 1, products.cols() - 1);
+  AddShared(node, products, kNode, 0, weight);
+  AddCorner(products, kNode, weight);
 }
 
 void ArrowSystem::AddPair(Index first, const Products& products, double weight) {
-  MatrixXd &row = rows_[static_cast<std::size_t>(first)],
-           &next = rows_[static_cast<std::size_t>(first + 1)];
-  row.leftCols(2 * kNode + p_ + 1) += weight * products.topRows(kNode);
-  next.leftCols(kNode) += weight * products.block(kNode, kNode, kNode, kNode);
-  next.middleCols(2 * kNode, p_ + 1) += weight * products.block(kNode, 2 * kNode, kNode, p_ + 1);
-  corner_.leftCols(p_ + 1) += weight * products.block(2 * kNode, 2 * kNode, p_, p_ + 1);
-  square_ += weight * products(products.rows() - 1, products.cols() - 1);
+  rows_[static_cast<std::size_t>(first)].leftCols(2 * kNode) +=
+      weight * products.topLeftCorner(kNode, 2 * kNode);
+  rows_[static_cast<std::size_t>(first + 1)].leftCols(kNode) +=
+      weight * products.block(kNode, kNode, kNode, kNode);
+  AddShared(first, products, 2 * kNode, 0, weight);
+  AddShared(first + 1, products, 2 * kNode, kNode, weight);
+  AddCorner(products, 2 * kNode, weight);
+}
+
+// Columns of the parameters, if there are any, and of the right-hand side, of a node whose own rows
+// begin at `at`.
+void ArrowSystem::AddShared(Index node, const Products& products, Index shared, Index at,
+                            double weight) {
+  MatrixXd& row = rows_[static_cast<std::size_t>(node)];
+  const Index felt = products.cols() - 1 - shared;
+  if (felt > 0) row.middleCols(2 * kNode, felt) += weight * products.block(at, shared, kNode, felt);
+  row.col(2 * kNode + p_) += weight * products.col(shared + felt).segment(at, kNode);
+}
+
+void ArrowSystem::AddCorner(const Products& products, Index shared, double weight) {
+  const Index felt = products.cols() - 1 - shared;
+  if (felt > 0)
+    corner_.leftCols(felt + 1) += weight * products.block(shared, shared, felt, felt + 1);
+  square_ += weight * products(shared + felt, shared + felt);
 }
 
 void ArrowSystem::AddSummand(Index f, Index node, Index i, double weight) {

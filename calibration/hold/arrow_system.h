@@ -14,7 +14,7 @@ class ArrowSystem {
   static constexpr Eigen::Index kNode = 11;
 
   // Products of some rows: [J r]^T [J r] over the columns (node, parameters, residual), or (node,
-  // next node, parameters, residual).
+  // next node, parameters, residual); without the parameters where the rows do not feel them.
   using Products = Eigen::MatrixXd;
 
   struct Solution {
@@ -39,6 +39,10 @@ class ArrowSystem {
   Solution Solve();
 
  private:
+  void AddShared(Eigen::Index node, const Products& products, Eigen::Index shared, Eigen::Index at,
+                 double weight);
+  void AddCorner(const Products& products, Eigen::Index shared, double weight);
+
   Eigen::Index p_, f_;
   // Of each node: columns (itself, next, parameters, right-hand side, functionals).
   std::vector<Eigen::MatrixXd> rows_;

@@ -8,12 +8,12 @@
 namespace gyrobench::calibration {
 
 // Angle random walk, bias random walk, scatter from pose to pose and stillness for which the linear
-// model is likeliest by the restricted likelihood (Patterson and Thompson 1971); the accelerometer's
-// density is the rests' own and stays. What a short recording does not say stays near what such
-// parts show (MPU-6050, data sheet): angle random walk 0.0035 deg/sqrt(s), or what the highest
-// frequencies of the rests show where that is more, bias random walk 1e-4 deg/s/sqrt(s), stillness
-// 2, each within a factor 4 (one standard deviation). In a hand the accelerometer's noise hides the
-// gyro's, which would else be found 0.
+// model is likeliest by the restricted likelihood (Patterson and Thompson 1971); the
+// accelerometer's density is the rests' own and stays. What a short recording does not say stays
+// near what such parts show (MPU-6050, data sheet): angle random walk 0.0035 deg/sqrt(s), or what
+// the highest frequencies of the rests show where that is more, bias random walk
+// 1e-4 deg/s/sqrt(s), stillness 2, each within a factor 4 (one standard deviation). In a hand the
+// accelerometer's noise hides the gyro's, which would else be found 0.
 HoldNoise EstimateNoise(const LinearModel& model, const HoldNoise& start);
 
 // From the rests.

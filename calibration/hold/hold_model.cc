@@ -45,13 +45,22 @@ class Rows {
         shared_((pair ? 2 : 1) * kNode) {}
   auto Node(Index at, Index count) { return j_.middleCols(at, count); }
   auto Next(Index at, Index count) { return j_.middleCols(kNode + at, count); }
-  auto Parameters(Index at, Index count) { return j_.middleCols(shared_ + at, count); }
+  auto Parameters(Index at, Index count) {
+    feels_parameters_ = true;
+    return j_.middleCols(shared_ + at, count);
+  }
   auto Residual() { return j_.col(j_.cols() - 1); }
-  ArrowSystem::Products Products() const { return j_.transpose() * j_; }
+  ArrowSystem::Products Products() const {
+    if (feels_parameters_) return j_.transpose() * j_;
+    MatrixXd own(j_.rows(), shared_ + 1);
+    own << j_.leftCols(shared_), j_.rightCols(1);
+    return own.transpose() * own;
+  }
 
  private:
   MatrixXd j_;
   Index shared_;
+  bool feels_parameters_ = false;
 };
 
 Matrix3d LevelFrame(const Vector3d& gravity) {

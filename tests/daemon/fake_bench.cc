@@ -19,19 +19,20 @@ fs::path MakeFolder() {
   return ::mkdtemp(pattern.data());
 }
 
-config::StandConfig StandIn(const fs::path& folder) {
+config::StandConfig StandIn(const fs::path& folder, const FakeBench::Change& change) {
   config::StandConfig stand = StandOfFakes();
   stand.name = "fakes";
   stand.records = folder / "records";
   stand.procedure_dirs = {folder / "procedures"};
+  if (change) change(stand);
   return stand;
 }
 
 }  // namespace
 
-FakeBench::FakeBench(const std::string& lcm_url)
+FakeBench::FakeBench(const std::string& lcm_url, const Change& change)
     : folder(MakeFolder()),
-      stand(StandIn(folder)),
+      stand(StandIn(folder, change)),
       clock(MakeVirtualClock(kStart)),
       publisher(lcm_url, "TEST") {
   fs::create_directories(stand.procedure_dirs.front());

@@ -19,8 +19,9 @@ namespace gyrobench::daemon {
 // thread: bench time passes in Wait and Ended alone.
 class FakeBench {
  public:
-  // `lcm_url`: where it publishes.
-  explicit FakeBench(const std::string& lcm_url = "memq://");
+  using Change = std::function<void(config::StandConfig&)>;
+  // `lcm_url`: where it publishes; `change`: what its stand file has otherwise.
+  explicit FakeBench(const std::string& lcm_url = "memq://", const Change& change = {});
   ~FakeBench();
   FakeBench(const FakeBench&) = delete;
   FakeBench& operator=(const FakeBench&) = delete;

@@ -113,6 +113,23 @@ TEST_F(SuspensionTest, ADeviceThatStaysSilentIsAFaultAfterItsTime) {
   EXPECT_THAT(bench_.control.fault()->left, Contains(HasSubstr("axis.inner: last read at")));
 }
 
+// A silent device is asked every 2 s: at 28 s, and again once its time is over.
+TEST(Suspension, WaitsForADeviceThatIsBackAMomentBeforeItsTimeIsOver) {
+  FakeBench bench("memq://", [](config::StandConfig& stand) { stand.safety.resume_within_s = 29; });
+  bench.Script("turns", kTurns);
+  bench.engine->Start("turns", {});
+  ASSERT_TRUE(bench.InnerTurns());
+  bench.Wait(5.0);
+  bench.devices.encoders.at("inner")->faults().FailAlways("no answer");
+  ASSERT_TRUE(bench.WaitFor([&] { return bench.control.state() == State::kSuspended; }));
+  bench.Wait(28.5);
+  bench.devices.encoders.at("inner")->faults().Recover();
+  const RunView run = bench.Ended();
+  EXPECT_EQ(run.outcome, Outcome::kDone) << run.progress.message;
+  EXPECT_THAT(run.progress.message, HasSubstr("the run was suspended once, for "));
+  EXPECT_THAT(run.progress.message, HasSubstr("while encoder.inner did not answer"));
+}
+
 TEST_F(SuspensionTest, ASuspendedRunIsAbortedAtOnceAndInOrder) {
   StartTurns();
   Encoder().faults().FailAlways("no answer");

@@ -94,6 +94,7 @@ class SilentForAWhile(unittest.TestCase):
             said = [one["text"] for one in run["said"] if one["text"].startswith("suspended: ")]
             self.assertEqual(len(said), 1, run["said"])
             self.assertIn("is back after", said[0])
+            self.assertIn("the run was suspended once, for ", run["message"])
             if have_multicast():  # told at once, with what to do
                 self.assertIn("to end it now: gyrobench abort", " ".join(done.stdout.split()))
             result = json.loads((record / "result.json").read_text())["scale"][0]

@@ -212,7 +212,7 @@ class Resumed(unittest.TestCase):
             self.assertEqual(before_reset.returncode, 1)
             self.assertIn("gyrobench reset", before_reset.stderr)
             self.assertEqual(bench.run("reset").returncode, 0)
-            resumed = pathlib.Path(bench.json("resume", run_id)["record"])
+            resumed = pathlib.Path(bench.json("resume", "latest")["record"])
             run = json.loads((resumed / "run.json").read_text())
             self.assertEqual((run["outcome"], run["resumed_from"]), ("done", run_id))
             self.assertEqual(json.loads((record / "run.json").read_text())["resumed_by"], run["run_id"])
@@ -227,6 +227,9 @@ class Resumed(unittest.TestCase):
             twice = bench.run("resume", run_id)
             self.assertEqual(twice.returncode, 1)
             self.assertIn(f"taken up already, by run {run['run_id']}", twice.stderr)
+            none_left = bench.run("resume", "latest")
+            self.assertEqual(none_left.returncode, 1)
+            self.assertIn("there is no run", none_left.stderr)
 
     def test_what_cannot_go_on_is_refused_with_the_reason(self):
         own = HEAD.replace("measures", "resumable = true, measures") + "for i = 1, 9 do bench.rest{ duration_s=10 } end\nend\n"
