@@ -11,7 +11,15 @@
 
 namespace gyrobench::calibration {
 
+// Not copied: its nodes point into its gyro_turns.
 struct StateHistory {
+  StateHistory() = default;
+  StateHistory(const StateHistory&) = delete;
+  StateHistory& operator=(const StateHistory&) = delete;
+  StateHistory(StateHistory&&) = default;
+  StateHistory& operator=(StateHistory&&) = default;
+  ~StateHistory() = default;
+
   const Recording* recording = nullptr;
   kinematics::StandFrame stand;  // that the recording was made on
   std::string name;

@@ -85,7 +85,7 @@ std::array<double, 3> CorrectedElsewhere(const TrialSpec& spec,
   calibration::Collector collector;
   tape.PlayTo(collector);
   const calibration::Recording recording = collector.Take();
-  const std::vector<calibration::StateHistory> histories = {
+  const std::array<calibration::StateHistory, 1> histories = {
       calibration::MakeStateHistory(recording, {1.0, 1.0, 1.0}, true, {})};
   const Eigen::Vector3d gain = NoiseGain(truth.part.m);
   std::array<double, 3> out;

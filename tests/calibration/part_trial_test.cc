@@ -38,7 +38,8 @@ class HeldOutRows : public ::testing::Test {
 
   void Measure(const Injection& injection) {
     recording_ = SyntheticBench(EveryMotion(), {}).Measure(injection, 3);
-    histories_ = {MakeStateHistory(recording_, RoughSensitivity(recording_), true, {})};
+    histories_.clear();
+    histories_.push_back(MakeStateHistory(recording_, RoughSensitivity(recording_), true, {}));
     histories_.front().recording = &recording_;
     rest_rows_.clear();
     request_.histories = histories_;

@@ -39,8 +39,10 @@ TEST(Baseline, RecoversTheCrossAxisTermsAndTheScaleFactorWithinTheirIntervals) {
 // in all, which are 0 elsewhere.
 TEST(ColumnsOfOnePowerOn, AreTheRowsOfThoseInWhichTheyAct) {
   const calibration::Recording recording = SyntheticBench(ManySpeeds()).Measure({}, 3);
-  std::vector<calibration::StateHistory> histories(
-      2, calibration::MakeStateHistory(recording, {kMissing, kMissing, 1.0}, true, {}));
+  const auto history = [&] {
+    return calibration::MakeStateHistory(recording, {kMissing, kMissing, 1.0}, true, {});
+  };
+  const std::array<calibration::StateHistory, 2> histories = {history(), history()};
   const calibration::ChannelProblem problem(histories, 2, 1.0);
   const calibration::Effect& step =
       calibration::ScannedEffect(calibration::Search::kTime, calibration::EffectDomain::kRate);

@@ -15,7 +15,7 @@ slice() {
     tail -n 40 "$log"
     exit 1
   fi
-  ctest --preset "$preset" --no-tests=error -R "^($(IFS='|'; echo "$*"))\$"
+  ctest --preset "$preset" --parallel "$(nproc)" --no-tests=error -R "^($(IFS='|'; echo "$*"))\$"
 }
 slice tsan daemon_test drivers_gyro_unit_test interval_gls_test
 slice asan daemon_test recording_test talk_mutation_test
