@@ -86,8 +86,8 @@ void RunFollower::OnLive(const LiveMessage& message) {
     if (run->event == run_t::NOTE) display_.Line(NoteText(run->text));
     if (run->event == run_t::SUSPEND) {
       display_.Line(
-          NoteText("suspended: " + run->text +
-                   ". The run goes on when the device is back, and is a fault where it is not "
+          NoteText("suspended: " + run->text + (run->text.ends_with('.') ? "" : ".") +
+                   " The run goes on when the device is back, and is a fault where it is not "
                    "within safety.resume_within_s; to end it now: gyrobench abort"));
     }
     if (run->event == run_t::STOP || run->event == run_t::QUESTION) next_poll_ = {};

@@ -80,8 +80,9 @@ Fault FaultOf(const std::string& source, const std::exception& error) {
 }
 
 Fault FaultOfDevice(const DeviceError& error) {
+  // "axis.inner drive" is known as axis.inner everywhere else.
   const std::string& device = error.failure().device;
-  return FaultOf(device.empty() ? "device" : device, error);
+  return FaultOf(device.empty() ? "device" : device.substr(0, device.find(' ')), error);
 }
 
 json ToJson(const DeviceFailure& failure) {

@@ -96,7 +96,7 @@ class LiveBench final : public procedures::Bench {
     std::string text;
   };
   const std::vector<Said>& said() const { return said_; }
-  // For how long the run waited for devices that were silent, all together.
+  // The run waited for devices that were silent, and went back; those that ended it are no part.
   struct Suspensions {
     int count = 0;
     double duration_s = 0.0;

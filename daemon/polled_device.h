@@ -30,8 +30,11 @@ class MustBeOpenedAgain : public DeviceError {
   using DeviceError::DeviceError;
 };
 
-// A device that does not answer is asked once in this time.
+// A device that does not answer is asked again so long after it was asked in vain.
 inline constexpr Utime kReopenAfter = 2 * kMicrosecondsPerSecond;
+// After so long one that is back has been asked again, with the patience of a bus for one that is
+// silent.
+inline constexpr Utime kFoundWithin = 2 * kReopenAfter;
 
 // Poll and the functions given belong to the thread of the bus; status may be asked from any
 // thread.

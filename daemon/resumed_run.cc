@@ -25,23 +25,28 @@ using nlohmann::json;
 constexpr double kPowerOnTolerance_s = 5.0;
 constexpr double kPowerOnTolerance = 0.005;
 
+// One whose description cannot be read is none: it is told of at the daemon's start.
+bool IsInterrupted(const recording::RunDirectory& run) try {
+  if (!std::filesystem::exists(run.RunJson())) return false;
+  const json description = run.ReadRun();
+  return description.is_object() && description.value("outcome", "") == kInterruptedOutcome;
+} catch (const std::exception&) {
+  return false;
+}
+
 recording::RunDirectory FindInterrupted(const std::filesystem::path& records,
                                         const std::string& run_id) {
   std::vector<std::string> interrupted;
-  std::optional<recording::RunDirectory> last;  // that nobody has taken up
+  std::optional<recording::RunDirectory> last;
   for (const recording::RunDirectory& run : recording::ListRuns(records)) {
     if (run.run_id() == run_id) return run;
-    if (!std::filesystem::exists(run.RunJson())) continue;
-    const json description = run.ReadRun();
-    if (description.value("outcome", "") != kInterruptedOutcome) continue;
+    if (!IsInterrupted(run)) continue;
     interrupted.push_back(run.run_id());
-    if (!description.contains(kResumedByKey)) last = run;
+    last = run;
   }
-  if (run_id == "latest" && last) return *std::move(last);
   if (run_id == "latest") {
-    throw StateError(fmt::format(
-        "there is no run in {} that can be taken up: none was interrupted, or each was taken up",
-        records.string()));
+    if (last) return *std::move(last);
+    throw StateError(fmt::format("there is no run in {} that was interrupted", records.string()));
   }
   throw Error(
       fmt::format("there is no run '{}' in {}; interrupted were: {}", run_id, records.string(),
@@ -202,7 +207,7 @@ class Messages {
 ResumedRun ReadInterrupted(const std::filesystem::path& records, const std::string& run_id) {
   const recording::RunDirectory from = FindInterrupted(records, run_id);
   json description = from.ReadRun();
-  RequireInterrupted(run_id, description);
+  RequireInterrupted(from.run_id(), description);
   ResumedRun run{.from = from, .description = std::move(description)};
   try {
     run.info = recording::MeasurementInfoFromJson(run.description.at(recording::kMeasurementKey));
@@ -214,8 +219,8 @@ ResumedRun ReadInterrupted(const std::filesystem::path& records, const std::stri
       run.begin_angles_deg = AnglesOf(run.journal.front());
     }
   } catch (const json::exception& error) {
-    throw DataError(
-        fmt::format("run {} cannot be taken up, its record is damaged: {}", run_id, error.what()));
+    throw DataError(fmt::format("run {} cannot be taken up, its record is damaged: {}",
+                                from.run_id(), error.what()));
   }
   return run;
 }

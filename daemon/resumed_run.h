@@ -40,10 +40,9 @@ struct ResumedRun {
 inline constexpr const char* kResumedFromKey = "resumed_from";
 inline constexpr const char* kResumedByKey = "resumed_by";
 
-// The run `run_id` of a folder of records, or with "latest" the last that was interrupted and that
-// nobody has taken up. Throws Error that says why it cannot be taken up: there
-// is no such run, it was not interrupted, nobody has acknowledged it, it was taken up already, no
-// command was over, or its record is damaged.
+// The run `run_id` of a folder of records, or with "latest" the last that was interrupted. Throws
+// Error that says why it cannot be taken up: there is no such run, it was not interrupted, nobody
+// has acknowledged it, it was taken up already, no command was over, or its record is damaged.
 ResumedRun ReadInterrupted(const std::filesystem::path& records, const std::string& run_id);
 
 // Throws Error where `procedure` is not the one that it ran, or is none that can be taken up, or

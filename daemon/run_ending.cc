@@ -93,16 +93,14 @@ void RunExecution::SwitchOff(Ending& ending) {
   }
 }
 
-// What was measured is whole, and took longer.
 void RunExecution::TellOfSuspensions(Ending& ending) const {
   if (!bench_ || bench_->suspensions().count == 0) return;
   const LiveBench::Suspensions& all = bench_->suspensions();
   if (!ending.message.empty()) ending.message += "; ";
-  ending.message += fmt::format(
-      "the run was suspended {}, for {:.1f} s in all, while {} did not answer; what was under way "
-      "was measured again",
-      all.count == 1 ? std::string("once") : fmt::format("{} times", all.count), all.duration_s,
-      fmt::join(all.devices, " and "));
+  ending.message +=
+      fmt::format("the run was suspended {}, for {:.1f} s in all ({} did not answer)",
+                  all.count == 1 ? std::string("once") : fmt::format("{} times", all.count),
+                  all.duration_s, fmt::join(all.devices, ", "));
 }
 
 // A daemon that the machine starved, a bus that is too slow, a supply that broke down for a moment:

@@ -347,7 +347,8 @@ RunExecution::Results RunExecution::Evaluate(Ending& ending, Utime end) {
   const std::vector<std::string> implausible = calibration::Implausible(results.analysis);
   if (ending.failures.empty() && !implausible.empty()) {
     ending.outcome = Outcome::kError;
-    ending.message = fmt::format("{}", fmt::join(implausible, "; "));
+    const std::string before = ending.message.empty() ? "" : "; " + ending.message;
+    ending.message = fmt::format("{}{}", fmt::join(implausible, "; "), before);
   }
   return results;
 }

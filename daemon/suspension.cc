@@ -75,9 +75,7 @@ Fault Suspension::NotWell(const Fault& silent) const {
 }
 
 int Suspension::WaitUntilReady(const Fault& silent) {
-  // A device that came back in time is found by the next try to open it.
-  const Utime deadline =
-      context_.clock.Now() + FromSeconds(context_.stand.safety.resume_within_s) + kReopenAfter;
+  const Utime deadline = context_.clock.Now() + FromSeconds(context_.stand.safety.resume_within_s);
   if (Outputs* outputs = context_.acquisition.outputs()) outputs->PostAllOff();
   bool stopped = StopAll();
   for (;;) {
@@ -94,7 +92,8 @@ int Suspension::WaitUntilReady(const Fault& silent) {
 }
 
 void Suspension::RequireTime(Utime deadline, const Fault& silent, const char* what) const {
-  if (context_.clock.Now() <= deadline) return;
+  // A device that came back in time is found by the next try to open it.
+  if (context_.clock.Now() <= deadline + kFoundWithin) return;
   Fault fault = NotWell(silent);
   fault.message += fmt::format(
       " The run was {}, and it did not come back within {:g} s (safety.resume_within_s)", what,

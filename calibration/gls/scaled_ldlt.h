@@ -83,6 +83,7 @@ class Projection {
 
   Eigen::MatrixXd Off(const Eigen::MatrixXd& columns) const {
     Eigen::MatrixXd left = columns;
+    if (left.size() == 0 || model_.cols() == 0) return left;  // Eigen solves nothing of size 0
     TakeOff(model_, factor_.Solve(TransposeTimes(model_, columns)), &left);
     return left;
   }

@@ -98,11 +98,13 @@ ArrowSystem::Solution ArrowSystem::Solve() {
   out.log_determinant += LogDeterminant(factor);
   out.covariance.resize(p_ + f_, p_ + f_);
   out.covariance.topLeftCorner(p_, p_) = factor.solve(MatrixXd::Identity(p_, p_));
-  const MatrixXd across = factor.solve(corner_.rightCols(f_));
-  out.covariance.topRightCorner(p_, f_) = across;
-  out.covariance.bottomLeftCorner(f_, p_) = across.transpose();
-  out.covariance.bottomRightCorner(f_, f_) =
-      functionals + corner_.rightCols(f_).transpose() * across;
+  if (f_ > 0) {  // Eigen solves nothing of size 0
+    const MatrixXd across = factor.solve(corner_.rightCols(f_));
+    out.covariance.topRightCorner(p_, f_) = across;
+    out.covariance.bottomLeftCorner(f_, p_) = across.transpose();
+    out.covariance.bottomRightCorner(f_, f_) =
+        functionals + corner_.rightCols(f_).transpose() * across;
+  }
   out.parameters = -out.covariance.topLeftCorner(p_, p_) * corner_.col(p_);
   out.residual_square = square_ + corner_.col(p_).dot(out.parameters);
   out.nodes.resize(rows_.size());

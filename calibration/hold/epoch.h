@@ -24,8 +24,8 @@ struct Epoch {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   // Mean of the specific force as the accelerometer gives it [g]; NaN where it gave none.
   Eigen::Vector3d accel_g = Eigen::Vector3d::Constant(kMissing);
-  // Noise near half the sample rate: sum over three axes of a high difference's square times the
-  // interval, as large as white noise makes it [output units^2 s], and of how many samples.
+  // Sum over samples and axes of the interval times the square of the 8th difference, divided by
+  // the 12870 that white noise makes it larger by [output units^2 s], and how many samples.
   double white_square = 0.0;
   int white_samples = 0;
   double temperature_degC = kMissing;  // mean

@@ -40,8 +40,8 @@ class EpochCollector : public MeasurementSink {
     double temperature_degC = kMissing;
   };
 
-  // Differences of consecutive samples, up to an order that lets pass what is near half the sample
-  // rate alone: of 100 samples a second, at 10 Hz 1/3000 of the amplitude. A hand trembles below.
+  // Differences of consecutive samples, up to an order that lets pass what is above some 0.4 of the
+  // sample rate, and of 100 samples a second 1/5000 of an amplitude at 10 Hz. A hand trembles below.
   class HighDifference {
    public:
     static constexpr std::size_t kOrder = 8;

@@ -71,6 +71,8 @@ double Deviance(const LinearModel& model, const HoldNoise& noise,
 // Where the scatter from pose to pose is looked for about the accelerometer's density: far below
 // it nothing shows.
 constexpr double kLeastScatter = -6.0, kMostScatter = 5.0;
+// The other logarithms about where they begin.
+constexpr double kFarthest = 5.0;
 
 }  // namespace
 
@@ -81,9 +83,9 @@ HoldNoise EstimateNoise(const LinearModel& model, const HoldNoise& start) {
   };
   const double scatter = std::log(start.accel_density_g_sqrt_s);
   const Logs at = LogsOf(start);
-  const std::vector<double> low = {at[0] - 5.0, std::log(kUsualBiasWalk_deg_s_sqrt_s) - 5.0,
+  const std::vector<double> low = {at[0] - kFarthest, std::log(kUsualBiasWalk_deg_s_sqrt_s) - 5.0,
                                    scatter + kLeastScatter, std::log(kUsualStillness) - 4.0};
-  const std::vector<double> high = {at[0] + 5.0, std::log(kUsualBiasWalk_deg_s_sqrt_s) + 6.0,
+  const std::vector<double> high = {at[0] + kFarthest, std::log(kUsualBiasWalk_deg_s_sqrt_s) + 6.0,
                                     scatter + kMostScatter, std::log(kUsualStillness) + 4.0};
   const Minimum best = Minimize(deviance, {at.begin(), at.end()}, 0.7, low, high, 0.02, 250);
   return At(Logs(best.at.data()), start);
@@ -93,8 +95,10 @@ HoldNoise StartNoise(const RestNoise& rests) {
   HoldNoise noise;
   // Counts that stand still show none; then it is the turns' to say.
   noise.angle_random_walk_deg_sqrt_s = std::max(rests.angle_random_walk_deg_sqrt_s, 1e-4);
-  noise.usual_angle_random_walk_deg_sqrt_s =
-      std::fmax(rests.white_angle_random_walk_deg_sqrt_s, kUsualAngleWalk_deg_sqrt_s);
+  // A tremble can only enlarge both.
+  noise.usual_angle_random_walk_deg_sqrt_s = std::fmax(
+      std::fmin(rests.white_angle_random_walk_deg_sqrt_s, rests.angle_random_walk_deg_sqrt_s),
+      kUsualAngleWalk_deg_sqrt_s);
   noise.bias_random_walk_deg_s_sqrt_s = kUsualBiasWalk_deg_s_sqrt_s;
   noise.accel_density_g_sqrt_s = std::max(rests.accel_density_g_sqrt_s, 1e-6);
   noise.pose_scatter_g = 0.3 * noise.accel_density_g_sqrt_s;
@@ -118,19 +122,18 @@ class OverNoise {
   Eigen::MatrixXd Covariance() {
     const ArrowSystem::Solution at_mode = SolveWithMeanOffset(model_, likeliest_);
     least_ = Deviance(model_, likeliest_, at_mode);
+    reported_ = at_mode.positive ? StepOf(at_mode) : Eigen::VectorXd();
     FindSpread();
     boost::random::sobol sequence(5);
     for (int i = 0; i < kPoints; ++i) {
-      const Draw draw = Next(&sequence);
-      if (draw.logs[2] < scatter_ + kLeastScatter || draw.logs[2] > scatter_ + kMostScatter)
-        continue;
+      const Draw draw = Next(i == 0 ? nullptr : &sequence);
+      if (!IsLookedAt(draw.logs)) continue;
       const HoldNoise noise = At(draw.logs, likeliest_);
       const ArrowSystem::Solution solution = SolveWithMeanOffset(model_, noise);
-      Add(solution, Deviance(model_, noise, solution) - least_, draw.log_density);
+      Add(solution, -0.5 * (Deviance(model_, noise, solution) - least_) - draw.log_density);
     }
-    if (weight_ == 0.0) Add(at_mode, 0.0, 0.0);
-    const Eigen::VectorXd mean = first_ / weight_;
-    return covariance_ / weight_ + second_ / weight_ - mean * mean.transpose();
+    if (points_.empty()) Add(at_mode, 0.0);
+    return MeanSquare();
   }
 
  private:
@@ -143,6 +146,12 @@ class OverNoise {
   struct Draw {
     Logs logs;
     double log_density = 0.0;  // over that at the mode
+  };
+
+  // Of the estimate about the one that is reported, by this noise.
+  struct Point {
+    double log_weight = 0.0;
+    Eigen::MatrixXd square;
   };
 
   double DevianceAt(const Logs& logs) const {
@@ -175,10 +184,13 @@ class OverNoise {
                                          .asDiagonal();
   }
 
+  // The next point of the sequence; its first, zero, where none is given. Each in the middle of its
+  // share of the unit interval.
   Draw Next(boost::random::sobol* sequence) const {
     const auto uniform = [&] {
-      return (static_cast<double>((*sequence)()) + 0.5) /
-             (static_cast<double>(boost::random::sobol::max()) + 1.0);
+      const double value =
+          sequence == nullptr ? 0.0 : std::ldexp(static_cast<double>((*sequence)()), -64);
+      return value + 0.5 / kPoints;
     };
     Logs z;
     for (Index i = 0; i < 4; ++i) z[i] = boost::math::quantile(boost::math::normal(), uniform());
@@ -187,30 +199,45 @@ class OverNoise {
     return {mode_ + spread_ * z, -0.5 * (kFreedom + 4.0) * std::log1p(z.squaredNorm() / kFreedom)};
   }
 
-  void Add(const ArrowSystem::Solution& solution, double deviance, double log_density) {
-    if (!solution.positive || !std::isfinite(deviance)) return;
-    const double weight = std::exp(-0.5 * deviance - log_density);
-    const Index parameters = solution.parameters.size();
-    Eigen::VectorXd values(parameters + 3);
-    values << solution.parameters, MeanOffsetOf(solution);
-    if (weight_ == 0.0) {
-      first_.setZero(values.size());
-      covariance_.setZero(values.size(), values.size());
-      second_ = covariance_;
+  // As EstimateNoise looks for it.
+  bool IsLookedAt(const Logs& logs) const {
+    return (logs - mode_).cwiseAbs().maxCoeff() <= kFarthest &&
+           logs[2] >= scatter_ + kLeastScatter && logs[2] <= scatter_ + kMostScatter;
+  }
+
+  static Eigen::VectorXd StepOf(const ArrowSystem::Solution& solution) {
+    Eigen::VectorXd step(solution.parameters.size() + 3);
+    step << solution.parameters, MeanOffsetOf(solution);
+    return step;
+  }
+
+  void Add(const ArrowSystem::Solution& solution, double log_weight) {
+    if (!solution.positive || !std::isfinite(log_weight) || reported_.size() == 0) return;
+    const Eigen::VectorXd step = StepOf(solution) - reported_;
+    points_.push_back({log_weight, solution.covariance + step * step.transpose()});
+  }
+
+  Eigen::MatrixXd MeanSquare() const {
+    const Index size = model_.extent.Parameters() + 3;
+    if (points_.empty()) return Eigen::MatrixXd::Constant(size, size, kMissing);
+    double most = points_.front().log_weight, weights = 0.0;
+    for (const Point& point : points_) most = std::max(most, point.log_weight);
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(size, size);
+    for (const Point& point : points_) {
+      const double weight = std::exp(point.log_weight - most);
+      weights += weight;
+      sum += weight * point.square;
     }
-    weight_ += weight;
-    first_ += weight * values;
-    second_ += weight * values * values.transpose();
-    covariance_ += weight * solution.covariance;
+    return sum / weights;
   }
 
   const LinearModel& model_;
   const HoldNoise& likeliest_;
   Logs mode_;
-  double scatter_ = 0.0, least_ = 0.0, weight_ = 0.0;
+  double scatter_ = 0.0, least_ = 0.0;
   Eigen::Matrix4d spread_;
-  Eigen::VectorXd first_;
-  Eigen::MatrixXd second_, covariance_;
+  Eigen::VectorXd reported_;
+  std::vector<Point> points_;
 };
 
 }  // namespace

@@ -22,7 +22,9 @@ struct HeldRest {
   // square of its length.
   Eigen::Vector3d path_mean = Eigen::Vector3d::Zero();
   double path_rms = 0.0;
-  double white_density = kMissing;  // of Epoch::white_square: root of its mean of one axis
+  // Density of white noise by Epoch::white_square, root mean square of the axes [output units
+  // sqrt(s)].
+  double white_density = kMissing;
   double temperature_degC = kMissing;
 
   double duration_s() const { return end_s - begin_s; }

@@ -11,7 +11,7 @@ struct HoldNoise : GyroNoise {
   double accel_density_g_sqrt_s = kMissing;  // of the mean of a rest, over the root of its length
   double pose_scatter_g = kMissing;          // of a rest's mean beyond that
   double stillness = kMissing;  // of a rest's turning, over what the sensor trembles by in it
-  double usual_angle_random_walk_deg_sqrt_s = kMissing;  // expected before the turns are looked at
+  double usual_angle_random_walk_deg_sqrt_s = kMissing;  // centre of its prior
 };
 
 // What is told of it, beside the rests' own.
@@ -24,8 +24,8 @@ struct HoldNoiseResult : HoldNoise {
 struct RestNoise {
   double angle_random_walk_deg_sqrt_s = kMissing;         // of the quietest fifth
   double median_angle_random_walk_deg_sqrt_s = kMissing;  // of the median rest
-  // By what is near half the sample rate, where no hand trembles; a filter of the sensor makes it
-  // smaller than it is.
+  // By what is near half the sample rate, where no hand trembles: of 80 samples a second or more. A
+  // low-pass filter of the sensor makes it smaller than it is.
   double white_angle_random_walk_deg_sqrt_s = kMissing;
   double accel_density_g_sqrt_s = kMissing;
 };

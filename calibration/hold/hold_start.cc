@@ -19,6 +19,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
 constexpr double kBatch_s = 0.4;
+// Of slower samples a hand's tremble, up to some 12 Hz, reaches into what counts as white.
+constexpr double kSlowestForWhite_hz = 80.0;
 // Steps of the rough matrix: long against the accelerometer's noise, short against a turn.
 constexpr double kRoughStep_s = 0.2;
 // In motion the specific force is gravity within this, or it is not used for the rough matrix.
@@ -236,7 +238,8 @@ RestNoise NoiseWithinRests(const HeldChain& chain, const HoldState& state) {
   for (std::size_t k = 0; k < chain.rests.size(); ++k) {
     const HeldRest& rest = chain.rests[k];
     const Batches batches = BatchesOf(EpochsOf(chain, k, rest.epochs), rest, state, state.nodes[k]);
-    white.push_back(rest.white_density);
+    const double interval_s = chain.recordings[rest.recording]->median_interval_s;
+    if (interval_s * kSlowestForWhite_hz <= 1.0) white.push_back(rest.white_density);
     if (batches.rate.size() < 3) continue;
     const double batch_s = batches.length_s / static_cast<double>(batches.rate.size());
     const Scatter a = AboutLine(batches.accel_g), w = AboutLine(batches.rate);
