@@ -23,6 +23,9 @@ namespace {
 constexpr std::size_t kFewestRests = 10;
 // A turn that is predicted as badly in the median is not that turn.
 constexpr double kHopeless_deg = 20.0;
+// Over more the zero-rate offset of a MEMS gyro drifts by more than it is told here to: some
+// 0.02 deg/s per degC (MPU-6050, data sheet).
+constexpr double kSteady_degC = 1.0;
 
 void CheckAxes(const HoldRecording& recording) {
   const MeasurementInfo& info = recording.info;
@@ -298,6 +301,7 @@ class Calibrator {
     out_.remarks.emplace_back(
         "time stamps scale the gyro: a clock that is off by 0.1 % makes the scale factors 0.1 % "
         "wrong, and nothing here shows it");
+    RemarkOnTemperature();
     if (!out_.sensitivity_given)
       out_.remarks.emplace_back(
           "no input gives the sensitivity: it is taken from these turns, so that the scale factors "
@@ -307,6 +311,17 @@ class Calibrator {
       out_.remarks.emplace_back(
           "the latitude of the site is not given (\"# site_latitude_deg = 48.1\"): up to 0.0042 "
           "deg/s/g of the g-sensitivity may be Earth's rotation, which its errors count");
+  }
+
+  void RemarkOnTemperature() {
+    const double range_degC = out_.max_temperature_degC - out_.min_temperature_degC;
+    if (!(range_degC > kSteady_degC)) return;
+    out_.remarks.push_back(fmt::format(
+        "the sensor's temperature changed by {:.1f} degC ({:.1f} to {:.1f} degC) while the poses "
+        "were held: the offset is its mean, the bias random walk has the drift in it, and turns "
+        "may "
+        "scatter by it; let the sensor warm up before it is held",
+        range_degC, out_.min_temperature_degC, out_.max_temperature_degC));
   }
 
   HoldResult Finish() { return std::move(out_); }
