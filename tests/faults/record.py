@@ -80,18 +80,21 @@ def unmarked_gaps(blocks):
     """Places where samples are missing, or messages, and the record does not say so."""
     found, settled = [], True
     lost = said = 0  # since the first block of this start of the unit
+    # What that block misses may be before its first sample, where it is not asked for, or behind it.
+    spare = blocks[0].missed if blocks else 0
     for before, block in zip(blocks, blocks[1:]):
         if block.seq != before.seq + 1:
             found.append(f"message {before.seq + 1} of the gyro is missing")
         if block.boot_count != before.boot_count or (not settled and before.n == 0):
             # What a unit that restarted has sampled before it was set up again is not asked for.
-            settled, lost, said = block.n > 0, 0, 0
+            settled, lost, said, spare = block.n > 0, 0, 0, block.missed
             continue
         settled = True
         lost += block.first - (before.first + before.n)
         # What a block misses may be before its first sample or behind it.
-        if not said <= lost <= said + block.missed:
-            found.append(f"{lost} samples before sample {block.first} are missing, said are {said} to {said + block.missed}")
+        most = said + spare + block.missed
+        if not said <= lost <= most:
+            found.append(f"{lost} samples before sample {block.first} are missing, said are {said} to {most}")
             said = lost
         said += block.missed
     return found

@@ -94,6 +94,13 @@ class RecordJudgement(unittest.TestCase):
         self.assertIn("5 samples before sample 15", gaps[0])
         self.assertIn("message 3", gaps[1])
 
+    def test_what_the_first_block_misses_may_lie_behind_its_first_sample(self):
+        # It caught up in several requests: samples 0 to 3, then 13 to 18.
+        blocks = self.read(block(1, 0, 10, missed=9) + block(2, 19, 10) + block(3, 29, 5))
+        self.assertEqual(record.unmarked_gaps(blocks), [])
+        more = self.read(block(1, 0, 10, missed=9) + block(2, 20, 10))
+        self.assertIn("10 samples before sample 20", record.unmarked_gaps(more)[0])
+
     def test_a_unit_that_restarted_counts_anew(self):
         blocks = self.read(block(1, 500, 10) + block(2, 0, 0, boot=8) + block(3, 40, 5, boot=8) + block(4, 45, 5, boot=8))
         self.assertEqual(record.unmarked_gaps(blocks), [])
