@@ -110,16 +110,17 @@ void RunControl::ClearFault() {
   if (!all_well_) MoveIfFitsLocked(Event::kDeviceLost);
 }
 
-void RunControl::Report(const Fault& fault) {
+bool RunControl::Report(const Fault& fault) {
   const std::lock_guard lock(mutex_);
   MoveIfFitsLocked(Event::kTrip);
   if (fault_) {
     const bool same = fault_->source == fault.source && fault_->message == fault.message;
     if (same && !fault_->place) fault_->place = fault.place;
-    return;
+    return !same;
   }
   fault_ = fault;
   Wake();
+  return true;
 }
 
 bool RunControl::Suspend(const Fault& silent) {

@@ -53,8 +53,8 @@ class RunControl {
   void Answer(const std::string& answer);
   void ClearFault();
   // Latches the first fault and ends a run that is on. Where the same is reported again, the place
-  // in the script is taken over if none was known.
-  void Report(const Fault& fault);
+  // in the script is taken over if none was known; false then.
+  bool Report(const Fault& fault);
   // A device that is needed fell silent. False where no run can wait for it: a fault, then.
   bool Suspend(const Fault& silent);
   // Whether all devices are well.

@@ -15,6 +15,8 @@ namespace {
 constexpr Utime kStopPatience = 10 * kMicrosecondsPerSecond;
 constexpr const char* kSameReason = "for the same reason";
 
+std::string Times(int count) { return count == 1 ? "once" : fmt::format("{} times", count); }
+
 // What could not be stopped, and why; a reason that was told is not told again.
 class NotStopped {
  public:
@@ -61,7 +63,7 @@ void RunExecution::AddFault(Ending& ending, Fault fault) {
     const std::size_t place = told.message.empty() ? std::string::npos : text.find(told.message);
     if (place != std::string::npos) text.replace(place, told.message.size(), kSameReason);
   }
-  ending.message += (ending.message.empty() ? "" : "; ") + text;
+  ending.Say(text);
   ending.failures.push_back(std::move(fault));
 }
 
@@ -96,18 +98,15 @@ void RunExecution::SwitchOff(Ending& ending) {
 void RunExecution::TellOfSuspensions(Ending& ending) const {
   if (!bench_ || bench_->suspensions().count == 0) return;
   const LiveBench::Suspensions& all = bench_->suspensions();
-  if (!ending.message.empty()) ending.message += "; ";
-  ending.message +=
-      fmt::format("the run was suspended {}, for {:.1f} s in all ({} did not answer)",
-                  all.count == 1 ? std::string("once") : fmt::format("{} times", all.count),
-                  all.duration_s, fmt::join(all.devices, ", "));
+  ending.Say(fmt::format("the run was suspended {}, for {:.1f} s in all ({} did not answer)",
+                         Times(all.count), all.duration_s, fmt::join(all.devices, ", ")));
 }
 
 // A daemon that the machine starved, a bus that is too slow, a supply that broke down for a moment:
 // the run may be as good, and is marked.
 void RunExecution::TellOfGyro(Ending& ending) {
   const auto tell = [&](const std::string& text) {
-    ending.message += (ending.message.empty() ? "" : "; ") + text;
+    ending.Say(text);
     if (bench_) Attempt(ending, [&] { bench_->Say(text); });
   };
   const SensorView sensor = context_.acquisition.Sensor();
@@ -115,7 +114,7 @@ void RunExecution::TellOfGyro(Ending& ending) {
     tell(fmt::format(
         "the gyro's unit started anew within the run ({}), and its zero-rate offset may be "
         "another one since. Look at its supply, and measure again",
-        starts == 1 ? std::string("once") : fmt::format("{} times", starts)));
+        Times(starts)));
   }
   if (const std::int64_t lost = sensor.missed - missed_before_; lost > 0) {
     tell(fmt::format(

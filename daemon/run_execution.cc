@@ -226,7 +226,7 @@ RunExecution::Ending RunExecution::RunToItsEnd() {
     for (const procedures::LimitCheck& check : bench_->limits()) {
       if (check.passed) continue;
       ending.outcome = Outcome::kFailedLimits;
-      ending.message += (ending.message.empty() ? "" : "; ") + procedures::Describe(check);
+      ending.Say(procedures::Describe(check));
     }
   } catch (const procedures::Aborted& aborted) {
     return {Outcome::kAborted, aborted.what(), {}};
@@ -347,8 +347,9 @@ RunExecution::Results RunExecution::Evaluate(Ending& ending, Utime end) {
   const std::vector<std::string> implausible = calibration::Implausible(results.analysis);
   if (ending.failures.empty() && !implausible.empty()) {
     ending.outcome = Outcome::kError;
-    const std::string before = ending.message.empty() ? "" : "; " + ending.message;
-    ending.message = fmt::format("{}{}", fmt::join(implausible, "; "), before);
+    const std::string before = std::exchange(ending.message, "");
+    ending.Say(fmt::format("{}", fmt::join(implausible, "; ")));
+    if (!before.empty()) ending.Say(before);
   }
   return results;
 }

@@ -84,6 +84,8 @@ class RunExecution {
     bool came_to_its_end() const {
       return outcome == Outcome::kDone || outcome == Outcome::kFailedLimits;
     }
+    // One more thing to say of it.
+    void Say(const std::string& text) { message += (message.empty() ? "" : "; ") + text; }
   };
   Ending RunToItsEnd();
   void RunProcedure();

@@ -12,11 +12,8 @@ namespace gyrobench::daemon {
 
 void Supervisor::Report(const Fault& fault) {
   const std::lock_guard lock(mutex_);
-  const std::optional<Fault> before = context_.control.fault();
-  context_.control.Report(fault);
   // What stopped a run is reported by who found it, and once more at the run's end.
-  const bool told = before && before->source == fault.source && before->message == fault.message;
-  if (!told) spdlog::error("fault: {}", TextOf(fault));
+  if (context_.control.Report(fault)) spdlog::error("fault: {}", TextOf(fault));
   // Within a run, once all is stopped.
   if (!context_.control.run_is_on() && acquisition_ != nullptr) {
     context_.control.SetLeft(HowItIs(*acquisition_));

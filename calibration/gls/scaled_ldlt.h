@@ -22,6 +22,7 @@ class ScaledLdlt {
 
   // gram^-1 right
   Eigen::MatrixXd Solve(const Eigen::MatrixXd& right) const {
+    if (right.size() == 0) return right;  // Eigen solves nothing of size 0
     return scale_.asDiagonal() * factor_.solve(scale_.asDiagonal() * right);
   }
 
@@ -83,7 +84,6 @@ class Projection {
 
   Eigen::MatrixXd Off(const Eigen::MatrixXd& columns) const {
     Eigen::MatrixXd left = columns;
-    if (left.size() == 0 || model_.cols() == 0) return left;  // Eigen solves nothing of size 0
     TakeOff(model_, factor_.Solve(TransposeTimes(model_, columns)), &left);
     return left;
   }

@@ -49,16 +49,18 @@ void ArrowSystem::AddPair(Index first, const Products& products, double weight) 
 void ArrowSystem::AddShared(Index node, const Products& products, Index shared, Index at,
                             double weight) {
   MatrixXd& row = rows_[static_cast<std::size_t>(node)];
-  const Index felt = products.cols() - 1 - shared;
-  if (felt > 0) row.middleCols(2 * kNode, felt) += weight * products.block(at, shared, kNode, felt);
-  row.col(2 * kNode + p_) += weight * products.col(shared + felt).segment(at, kNode);
+  const Index parameters = products.cols() - 1 - shared;
+  if (parameters > 0)
+    row.middleCols(2 * kNode, parameters) += weight * products.block(at, shared, kNode, parameters);
+  row.col(2 * kNode + p_) += weight * products.col(shared + parameters).segment(at, kNode);
 }
 
 void ArrowSystem::AddCorner(const Products& products, Index shared, double weight) {
-  const Index felt = products.cols() - 1 - shared;
-  if (felt > 0)
-    corner_.leftCols(felt + 1) += weight * products.block(shared, shared, felt, felt + 1);
-  square_ += weight * products(shared + felt, shared + felt);
+  const Index parameters = products.cols() - 1 - shared;
+  if (parameters > 0)
+    corner_.leftCols(parameters + 1) +=
+        weight * products.block(shared, shared, parameters, parameters + 1);
+  square_ += weight * products(shared + parameters, shared + parameters);
 }
 
 void ArrowSystem::AddSummand(Index f, Index node, Index i, double weight) {

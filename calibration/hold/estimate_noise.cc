@@ -68,6 +68,11 @@ double Deviance(const LinearModel& model, const HoldNoise& noise,
          Prior(noise);
 }
 
+double DevianceAt(const LinearModel& model, const Logs& logs, const HoldNoise& start) {
+  const HoldNoise noise = At(logs, start);
+  return Deviance(model, noise, SolveModel(model, noise));
+}
+
 // Where the scatter from pose to pose is looked for about the accelerometer's density: far below
 // it nothing shows.
 constexpr double kLeastScatter = -6.0, kMostScatter = 5.0;
@@ -78,8 +83,7 @@ constexpr double kFarthest = 5.0;
 
 HoldNoise EstimateNoise(const LinearModel& model, const HoldNoise& start) {
   const auto deviance = [&](const std::vector<double>& logs) {
-    const HoldNoise noise = At(Logs(logs.data()), start);
-    return Deviance(model, noise, SolveModel(model, noise));
+    return DevianceAt(model, Logs(logs.data()), start);
   };
   const double scatter = std::log(start.accel_density_g_sqrt_s);
   const Logs at = LogsOf(start);
@@ -154,11 +158,6 @@ class OverNoise {
     Eigen::MatrixXd square;
   };
 
-  double DevianceAt(const Logs& logs) const {
-    const HoldNoise noise = At(logs, likeliest_);
-    return Deviance(model_, noise, SolveModel(model_, noise));
-  }
-
   // Square root of the inverse of half the second derivatives of the deviance.
   void FindSpread() {
     Eigen::Matrix4d curvature;
@@ -166,7 +165,7 @@ class OverNoise {
       Logs logs = mode_;
       logs[i] += by_i * kStep;
       logs[j] += by_j * kStep;
-      return DevianceAt(logs);
+      return DevianceAt(model_, logs, likeliest_);
     };
     for (Index i = 0; i < 4; ++i) {
       curvature(i, i) = moved(i, 1, i, 0) - 2.0 * least_ + moved(i, -1, i, 0);

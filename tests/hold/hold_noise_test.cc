@@ -17,7 +17,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-// White noise of 0.1 deg/s a sample, a tremble of this many deg/s at 8 Hz, a gap where asked for.
+// Of white noise of each sample and a tremble at 8 Hz, with a gap where asked for [deg/sqrt(s)].
 double WhiteDensity(double rate_hz, double noise_deg_s, double tremble_deg_s, bool gap) {
   EpochCollector collector;
   MeasurementInfo info;
