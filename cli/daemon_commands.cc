@@ -66,13 +66,21 @@ int ChangeState(const Options& options, const std::string& target,
   return kDone;
 }
 
+// "ready | abort"; empty where any answer will do.
+std::string ChoicesOf(const Json& object) {
+  std::string text;
+  for (const Json& choice : Field(object, "choices"))
+    text += (text.empty() ? "" : " | ") + Plain(choice);
+  return text;
+}
+
+std::string ChoicesText(const Json& question) {
+  const std::string choices = ChoicesOf(question);
+  return choices.empty() ? "" : " [" + choices + "]";
+}
+
 std::string RangeOf(const Json& parameter) {
-  const Json& choices = Field(parameter, "choices");
-  if (choices.is_array() && !choices.empty()) {
-    std::string text;
-    for (const Json& choice : choices) text += (text.empty() ? "" : " | ") + Plain(choice);
-    return text;
-  }
+  if (const std::string choices = ChoicesOf(parameter); !choices.empty()) return choices;
   const double min = Number(parameter, "min"), max = Number(parameter, "max");
   if (std::isfinite(min) && std::isfinite(max)) {
     return fmt::format("{} .. {}", presentation::FormatNumber(min),
@@ -89,6 +97,11 @@ std::string ProcedureText(const Json& procedure, const presentation::Terminal& t
   const std::string problem = Text(procedure, "problem");
   if (!problem.empty()) {
     text += presentation::WrappedParagraph(terminal.Red("cannot be run: ") + problem, terminal, 2);
+  }
+  if (const Json& resumable = Field(procedure, "resumable");
+      resumable.is_boolean() && resumable.get<bool>()) {
+    text += presentation::WrappedParagraph(
+        "After a kill or a loss of power it can be taken up: gyrobench resume latest", terminal, 2);
   }
   Rows rows;
   for (const Json& p : Field(procedure, "parameters")) {
@@ -169,14 +182,16 @@ std::string StatusText(const Json& status, const presentation::Terminal& termina
   }
   const Json& question = Field(status, "question");
   if (question.is_object()) {
-    rows.push_back({"question", Text(question, "text")});
+    rows.push_back({"question", Text(question, "text") + ChoicesText(question)});
     rows.push_back({"", "answer with: gyrobench answer TEXT"});
   }
   if (const std::string axes = AxesText(Field(status, "axes")); !axes.empty()) {
     rows.push_back({"axes", axes});
   }
   for (const Json& notice : Field(status, "notices")) {
-    rows.push_back({"notice", terminal.Red(Text(notice, "text"))});
+    const std::string text = Text(notice, "text");
+    const bool said = Text(fault, "message").find(text) != std::string::npos;
+    if (!said) rows.push_back({"notice", terminal.Red(text)});
   }
   rows.push_back({"run", RunText(Field(status, "run"))});
   const std::string record = Text(Field(status, "run"), "record");
@@ -234,10 +249,7 @@ std::string QuestionsText(const Json& questions, const presentation::Terminal& t
     const auto at_s = static_cast<long long>(std::round(Number(question, "at_s")));
     std::string text = fmt::format("asks at about {}:{:02} min:s: {}", at_s / 60, at_s % 60,
                                    Text(question, "text"));
-    std::string choices;
-    for (const Json& choice : Field(question, "choices"))
-      choices += (choices.empty() ? "" : " | ") + Plain(choice);
-    if (!choices.empty()) text += " [" + choices + "]";
+    text += ChoicesText(question);
     if (const Json& answer = Field(question, "configured_answer"); answer.is_string())
       text += " (the stand file answers: " + answer.get<std::string>() + ")";
     all += presentation::WrappedParagraph(text, terminal, 0);

@@ -104,6 +104,8 @@ std::string HeadText(const Json& record, const presentation::Terminal& terminal)
   }
   AddRow(rows, "began", LocalTime(run));
   AddRow(rows, "outcome", OutcomeText(record));
+  AddRow(rows, "takes up", Text(run, recording::kResumedFromKey));
+  AddRow(rows, "taken up by", Text(run, recording::kResumedByKey));
   AddRow(rows, "", Text(run, "problem"));
   AddRow(rows, "stand", Text(Field(run, "stand"), "name"));
   AddRow(rows, "record", Text(record, "record"));

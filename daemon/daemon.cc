@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <optional>
@@ -131,9 +132,17 @@ struct Daemon::Parts {
       const std::string text = DescribeInterruption(run, stand, now_deg);
       notices.Add(clock->Now(), text);
       Fault fault{"run", text + ". Look at the stand, then: gyrobench reset"};
+      if (IsResumable(run.procedure))
+        fault.message += "; to go on with it then: gyrobench resume " + run.directory.run_id();
       fault.left = HowItIs(*acquisition);
       supervisor->Report(fault);
     }
+  }
+
+  bool IsResumable(const std::string& procedure) const {
+    return std::ranges::any_of(engine->library().List(), [&](const auto& info) {
+      return info.name == procedure && info.resumable;
+    });
   }
 
   void MakeClockAndBuses() {

@@ -17,8 +17,8 @@ namespace gyrobench::daemon {
 namespace {
 
 // What its log says last.
-InterruptedRun ReadLast(const recording::RunDirectory& run) {
-  InterruptedRun found{run, 0, {}};
+InterruptedRun ReadLast(const recording::RunDirectory& run, const nlohmann::json& description) {
+  InterruptedRun found{run, description.value("procedure", ""), 0, {}};
   if (!std::filesystem::exists(run.EventLog())) return found;
   recording::EventLogReader reader(run.EventLog());
   recording::LogEvent event;
@@ -41,10 +41,10 @@ std::optional<InterruptedRun> CloseIfInterrupted(const recording::RunDirectory& 
   if (!description.is_object()) return std::nullopt;
   const std::string outcome = description.value("outcome", "");
   if (outcome == kInterruptedOutcome && !description.value(kAcknowledgedKey, true)) {
-    return ReadLast(run);
+    return ReadLast(run, description);
   }
   if (outcome != kRunningOutcome) return std::nullopt;
-  InterruptedRun found = ReadLast(run);
+  InterruptedRun found = ReadLast(run, description);
   DescribeInterruption(description, found.last);
   run.WriteRun(description);
   return found;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include <exception>
 #include <utility>
@@ -122,6 +123,7 @@ void LiveBench::AddWaiting(double begin_s) {
 void LiveBench::EndSegment() {
   // One in which a device fell silent is begun again.
   context_.control.ThrowIfToEnd();
+  AwaitSamples();
   ++progress_.segments_done;
   UpdateTime();
   run_t message = Message(run_t::SEGMENT_END);
@@ -171,7 +173,8 @@ void LiveBench::Interrupt(const Fault& silent) {
   suspend.text = TextOf(silent);
   if (!outputs.empty()) suspend.text += "; meanwhile switched off: " + outputs;
   context_.telemetry.Send(suspend);
-  progress_.message = "suspended: " + suspend.text;
+  progress_.message = fmt::format("suspended: {}; waits up to {:g} s for it", suspend.text,
+                                  context_.stand.safety.resume_within_s);
   context_.on_progress(progress_);
   suspension_.WaitAndGoBack(last_good_, silent, switched_on_);
   AddWaiting(begin_s);
@@ -184,6 +187,7 @@ void LiveBench::Interrupt(const Fault& silent) {
       fmt::format("{} is back after {:.1f} s: {}the command under way begins again", silent.source,
                   silent_s, outputs.empty() ? "" : outputs + " switched on again, ");
   context_.telemetry.Send(go_on);
+  spdlog::info("run goes on: {}", go_on.text);
   Say("suspended: " + suspend.text + "; " + go_on.text);
 }
 

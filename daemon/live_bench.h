@@ -118,9 +118,11 @@ class LiveBench final : public procedures::Bench {
   procedures::SwingOutcome SwingOnce(const procedures::SwingCommand& command);
   void RestOnce(double duration_s);
   procedures::SoakOutcome SoakOnce(const procedures::SoakCommand& command);
-  // Ends a segment when it leaves scope in order: message, results.
   void BeginSegment(const std::string& kind, const std::string& name);
+  // With a message and results, once the gyro's samples of the segment have come.
   void EndSegment();
+  // All but the newest of `kSwingOut_s`. Throws Suspended where the gyro fell silent meanwhile.
+  void AwaitSamples();
   void UpdateTime();
   // Time since `begin_s` that no plan knows of.
   void AddWaiting(double begin_s);

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "daemon/bench_facts.h"
 #include "daemon/live_bench.h"
+#include "daemon/polled_device.h"
 #include "procedures/engine/motion_time.h"
 #include "procedures/engine/settling.h"
 
@@ -21,6 +22,7 @@ constexpr Utime kMovePoll = kMicrosecondsPerSecond / 20;
 constexpr Utime kSwingPoll = kMicrosecondsPerSecond / 500;
 // The table swings out after a move; the reference is read for "moved" after this.
 constexpr double kSwingOut_s = 0.1;
+constexpr Utime kSamplesPoll = kMicrosecondsPerSecond / 100;
 
 std::string SoakText(double temperature_degC, const procedures::Settling& settling,
                      const procedures::SoakCommand& command) {
@@ -49,6 +51,15 @@ AxisView LiveBench::WaitForEndOfMove(const std::string& axis, double expected_s,
     if (!view.drive.moving) return view;
     context_.control.Wait(context_.clock, context_.clock.Now() + poll);
   }
+}
+
+// A silence is told only after silence_s: what was measured in its first moments would seem whole.
+void LiveBench::AwaitSamples() {
+  const Utime begin = context_.clock.Now();
+  const Utime until = begin - FromSeconds(kSwingOut_s);
+  const Utime deadline = begin + FromSeconds(context_.stand.safety.silence_s) + kFoundWithin;
+  while (!context_.acquisition.GyroHeardSince(until) && context_.clock.Now() < deadline)
+    context_.control.Wait(context_.clock, context_.clock.Now() + kSamplesPoll);
 }
 
 void LiveBench::CheckFollowing(const procedures::TurnCommand& command, double moved_deg) {

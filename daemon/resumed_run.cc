@@ -66,9 +66,9 @@ void RequireInterrupted(const std::string& run_id, const json& description) {
         "reset",
         run_id));
   }
-  if (description.contains(kResumedByKey)) {
+  if (description.contains(recording::kResumedByKey)) {
     throw StateError(fmt::format("run {} was taken up already, by run {}", run_id,
-                                 description[kResumedByKey].get<std::string>()));
+                                 description[recording::kResumedByKey].get<std::string>()));
   }
 }
 
@@ -256,9 +256,9 @@ void RequireSame(const ResumedRun& run, const procedures::Procedure& procedure,
 }
 
 void DescribeResumption(json& run, const ResumedRun& resumed, const std::string& run_id) {
-  run[kResumedFromKey] = resumed.from.run_id();
+  run[recording::kResumedFromKey] = resumed.from.run_id();
   json earlier = resumed.description;
-  earlier[kResumedByKey] = run_id;
+  earlier[recording::kResumedByKey] = run_id;
   resumed.from.WriteRun(earlier);
 }
 

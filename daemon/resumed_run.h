@@ -36,10 +36,6 @@ struct ResumedRun {
   std::map<std::string, double> begin_angles_deg = {};
 };
 
-// Keys of run.json: the run that this one has taken up, and the one that has taken up this one.
-inline constexpr const char* kResumedFromKey = "resumed_from";
-inline constexpr const char* kResumedByKey = "resumed_by";
-
 // The run `run_id` of a folder of records, or with "latest" the last that was interrupted. Throws
 // Error that says why it cannot be taken up: there is no such run, it was not interrupted, nobody
 // has acknowledged it, it was taken up already, no command was over, or its record is damaged.

@@ -46,6 +46,11 @@ void RunControl::Pause() {
 void RunControl::Resume() {
   const std::lock_guard lock(mutex_);
   if (waiter_ != nullptr && !pause_) throw StateError("the run is not paused");
+  if (waiter_ == nullptr) {
+    throw StateError(
+        "no run is on that could be paused; one that was interrupted is taken up with: gyrobench "
+        "resume latest");
+  }
   RequireLocked(Event::kResume);
   pause_ = false;
   Wake();

@@ -37,6 +37,7 @@ inline constexpr const char* kAcknowledgedKey = "acknowledged";
 void DescribeInterruption(nlohmann::json& run, Utime last);
 struct InterruptedRun {
   recording::RunDirectory directory;
+  std::string procedure;
   Utime last = 0;                           // time of its last event, 0 where there is none
   std::map<std::string, double> angle_deg;  // by the axis's name, the last that was recorded
 };

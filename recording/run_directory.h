@@ -29,6 +29,9 @@ inline constexpr const char* kReportName = "report.html";
 // Keys of run.json that several read.
 inline constexpr const char* kRunIdKey = "run_id";
 inline constexpr const char* kOutcomeKey = "outcome";
+// The run that this one has taken up, and the one that has taken up this one.
+inline constexpr const char* kResumedFromKey = "resumed_from";
+inline constexpr const char* kResumedByKey = "resumed_by";
 // Outcomes of a run that is on, and of one whose daemon ended with it.
 inline constexpr const char* kRunningOutcome = "running";
 inline constexpr const char* kInterruptedOutcome = "interrupted";

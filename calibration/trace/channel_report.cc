@@ -311,9 +311,11 @@ class ChannelTracer::State {
     const HeldOut& held_out = trace_.heldout_angle_rms_deg;
     const bool tried = std::isfinite(held_out.after);
     const HeldOut& error = tried ? held_out : trace_.fitted_angle_rms_deg;
-    return fmt::format("the angle error of {} goes from {:.3g} to {:.3g} deg",
-                       tried ? "held-out data" : "the data that it was fitted to", error.before,
-                       error.after);
+    return fmt::format(
+        "the angle error of {} goes from {:.3g} to {:.3g} deg{}",
+        tried ? "held-out data" : "the data that it was fitted to", error.before, error.after,
+        tried && error.after >= error.before ? ", so that another measurement has to confirm it"
+                                             : "");
   }
 
   std::string ChosenOnAllOnly() const {
