@@ -82,9 +82,13 @@ class Projection {
  public:
   explicit Projection(Eigen::MatrixXd model) : model_(std::move(model)), factor_(Gram(model_)) {}
 
-  Eigen::MatrixXd Off(const Eigen::MatrixXd& columns) const {
+  // `coefficients`: filled with those of the model, where given.
+  Eigen::MatrixXd Off(const Eigen::MatrixXd& columns,
+                      Eigen::MatrixXd* coefficients = nullptr) const {
+    const Eigen::MatrixXd of_model = factor_.Solve(TransposeTimes(model_, columns));
     Eigen::MatrixXd left = columns;
-    TakeOff(model_, factor_.Solve(TransposeTimes(model_, columns)), &left);
+    TakeOff(model_, of_model, &left);
+    if (coefficients != nullptr) *coefficients = of_model;
     return left;
   }
 

@@ -52,7 +52,7 @@ struct ReadingsMean {
   // with them, and makes the covariance of the rotation before with the one after larger by
   // walk_s N^2.
   double walk_s = 0.0;
-  // They come evenly: so many, by so much.
+  // As if they came evenly: so many, by so much.
   std::size_t steps = 0;
   double step_s = 0.0;
 };

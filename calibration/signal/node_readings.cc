@@ -65,8 +65,9 @@ ReadingsMean NodeReadings::Mean() const {
   }
   mean.t_s = groups_[0].t_s + t_s / readings_;
   mean.walk_s = walk_s / (readings_ * readings_);
-  mean.step_s =
-      size_ > 1 ? (groups_[size_ - 1].t_s - groups_[0].t_s) / static_cast<double>(size_ - 1) : 0.0;
+  // Of even ones whose mean distance is the same.
+  const auto steps = static_cast<double>(size_);
+  mean.step_s = size_ > 1 ? 6.0 * steps * mean.walk_s / (steps * steps - 1.0) : 0.0;
   mean.steps = size_;
   return mean;
 }

@@ -108,7 +108,8 @@ class RateMaker {
     }
   }
 
-  void Nodes() {
+  // `recorded`: the nodes as they were, which are instants.
+  void Nodes(const std::vector<calibration::Node>& recorded) {
     std::vector<GyroTurn>& turns = history_.gyro_turns;
     turns.assign(nodes_.size(), GyroTurn{});
     std::vector<Vector3> steady(nodes_.size());
@@ -125,6 +126,10 @@ class RateMaker {
       for (std::size_t c = 0; c < 3; ++c)
         turns[i + 1].since_first_deg[c] =
             turns[i].since_first_deg[c] + TurnOver(i, c, 0.5 * (steady[i][c] + steady[i + 1][c]));
+    }
+    for (std::size_t k = 1; k < nodes_.size(); ++k) {
+      for (std::size_t c = 0; c < 3; ++c)
+        FillWay(recorded[k - 1].at.t_s, recorded[k], k, c, steady[k][c]);
     }
   }
 
@@ -181,6 +186,21 @@ class RateMaker {
            std::fabs(settled_deg_[i][c]) <
                std::max(kLeastMotion_deg_s, RateNoise(history_, i)) * Length(i);
   }
+  // The same, and no turn is near: one that is early or late against the reference turns while that
+  // stands still, and the other way round.
+  bool NoTurnNear(std::size_t i, std::size_t c) const {
+    constexpr std::size_t kEarlyOrLate = 4;  // intervals
+    const std::size_t end = std::min(i + kEarlyOrLate + 1, history_.still.size());
+    for (std::size_t j = i - std::min(i, kEarlyOrLate); j < end; ++j) {
+      if (!Quiet(j, c)) return false;
+    }
+    return true;
+  }
+
+  // What the gyro feels in the interval is its noise.
+  bool QuietByGyro(std::size_t i, std::size_t c) const {
+    return history_.still[i] || NoTurnNear(i, c);
+  }
 
   // Mean output about node k where it does not change by more than its own noise [deg/s]; NaN
   // elsewhere. The noise of the few samples about a node is in the output as well: a regressor that
@@ -206,7 +226,7 @@ class RateMaker {
       seen += nodes_[i + 1].at.z[c] - nodes_[i].at.z[c];
       time_s += Length(i);
       shapes = shapes && Shapes(i, c);
-      quiet = quiet && Quiet(i, c);
+      quiet = quiet && QuietByGyro(i, c);
     }
     if (time_s <= 0.0) return;
     const double mean = turned / time_s;
@@ -224,6 +244,21 @@ class RateMaker {
         (near[kAfter][c] - near[kBefore][c]) / (kNear_s[kAfter] - kNear_s[kBefore]);
   }
 
+  void FillWay(double from_s, const calibration::Node& to, std::size_t k, std::size_t c,
+               double steady) {
+    GyroTurn& turn = history_.gyro_turns[k];
+    turn.way_end_s = to.at.t_s - nodes_[k].at.t_s;
+    const double step_s = (to.at.t_s - from_s) / static_cast<double>(kWaySteps);
+    const double mean = settled_deg_[k - 1][c] / Length(k - 1);
+    const bool shown = Shapes(k - 1, c) && !QuietByGyro(k - 1, c) && std::isfinite(at_rest_[k][c]);
+    for (std::size_t i = 0; i < kWaySteps; ++i) {
+      const double by_s = turn.way_end_s - static_cast<double>(kWaySteps - 1 - i) * step_s;
+      const double by_gyro =
+          std::isfinite(steady) ? steady * by_s : (to.z_way[i][c] - nodes_[k].at.z[c]) / units_[c];
+      turn.way_deg[i][c] = shown ? by_gyro - at_rest_[k][c] * by_s : mean * by_s;
+    }
+  }
+
   // What the gyro turned over interval i, less its rate at rest [deg]; `steady`: its mean output
   // there where that is steady.
   double TurnOver(std::size_t i, std::size_t c, double steady) const {
@@ -231,8 +266,8 @@ class RateMaker {
                              ? steady * Length(i)
                              : (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / units_[c];
     const double turned_deg = shown - at_rest_[i + 1][c] * Length(i);
-    return Quiet(i, c) || !Shapes(i, c) || !std::isfinite(turned_deg) ? settled_deg_[i][c]
-                                                                      : turned_deg;
+    return QuietByGyro(i, c) || !Shapes(i, c) || !std::isfinite(turned_deg) ? settled_deg_[i][c]
+                                                                            : turned_deg;
   }
 
   const std::vector<calibration::Node>& nodes_;
@@ -250,7 +285,7 @@ void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
   RateMaker maker(history->epochs, units_per_deg_s, settled_deg, history);
   maker.Halves();
   maker.Steady();
-  maker.Nodes();
+  maker.Nodes(recording.columns.nodes);
   maker.Spans();
   const std::vector<Vector3> next = RatesAtRest(history->epochs, units_per_deg_s, *history, true);
   FillTableWays(recording, {units_per_deg_s, maker.at_rest_deg_s(), next, maker.walk_deg_sqrt_s()},

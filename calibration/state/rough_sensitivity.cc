@@ -39,7 +39,10 @@ class RestAt {
   std::size_t next_ = 0;
 };
 
-std::vector<Block> BlocksOf(const Recording& recording) {
+// Where a block may end: anywhere, or only at rest, so that a motion is whole in it.
+enum class Ends { kAnywhere, kAtRest };
+
+std::vector<Block> BlocksOf(const Recording& recording, Ends ends) {
   const std::vector<Node>& nodes = recording.columns.nodes;
   RestAt rest_at(recording.columns.rests);
   const std::size_t none = recording.columns.rests.size();
@@ -50,6 +53,7 @@ std::vector<Block> BlocksOf(const Recording& recording) {
     const std::size_t here = rest_at(nodes[k].at.t_s);
     one_rest = one_rest && here == rest;
     if (nodes[k].at.t_s - nodes[from].at.t_s < kBlock_s) continue;
+    if (ends == Ends::kAtRest && here == none) continue;
     Block block;
     block.duration_s = nodes[k].at.t_s - nodes[from].at.t_s;
     block.at_rest = one_rest;
@@ -103,12 +107,15 @@ double SlopeOf(const std::vector<Block>& blocks, std::size_t channel) {
 }  // namespace
 
 Vector3 RoughSensitivity(const Recording& recording) {
-  const std::vector<Block> blocks = BlocksOf(recording);
+  // In parts of a motion a channel that is late against the reference seems less sensitive.
+  const std::vector<Block> whole = BlocksOf(recording, Ends::kAtRest);
+  const std::vector<Block> parts = BlocksOf(recording, Ends::kAnywhere);
   const double nominal = NominalUnitsPerDegPerS(recording.info);
   Vector3 out = {kMissing, kMissing, kMissing};
   for (std::size_t c = 0; c < 3; ++c) {
     if (!recording.info.gyro_present[c]) continue;
-    const double measured = SlopeOf(blocks, c);
+    double measured = SlopeOf(whole, c);
+    if (!std::isfinite(measured)) measured = SlopeOf(parts, c);
     out[c] = std::isfinite(measured) ? measured : nominal;
   }
   return out;

@@ -19,6 +19,10 @@ struct GyroTurn {
   // those kNear_s before and after it.
   Vector3 since_first_deg = {};
   Near near_deg = {};
+  // The same from this time to instants before and after it, through which the gyro went on the way
+  // to the last of the readings that the node stands for, which is so long after this time [s].
+  Way way_deg = {};
+  double way_end_s = 0.0;
   // About each of the table's axes, as SensorState::table_by_gyro_deg: through instants on the way
   // to the last of the readings that the node stands for, from the last one before them; and how
   // long a step of it takes, 0 where nothing turns.

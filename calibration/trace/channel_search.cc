@@ -192,6 +192,17 @@ class ChannelSearcher {
     everything_.reset();
   }
 
+  // The grid has what it does, as far as the noise can tell.
+  bool JudgedOnGrid(const Candidate& member, const NoiseModel& noise) const {
+    if (member.effect == nullptr || !member.context.start_sides.empty()) return false;
+    if (member.search() != Search::kCoefficient) return member.search() == Search::kNone;
+    const auto point = std::ranges::find(candidates_->grid, member.family, &Candidate::family);
+    if (point == candidates_->grid.end()) return false;
+    Eigen::MatrixXd more = member.context.nonlinear[0] * (Raw(member) - point->raw->Copy());
+    Whitener(problem_.intervals(), noise).Apply(more);
+    return more.squaredNorm() < kOtherNoise;
+  }
+
   // The noise of the chosen model, which has fewer columns and knows slow noise better, where the
   // model of everything that may act does not contradict it; else that model's own. nullopt where
   // it is the one that was used.
@@ -199,10 +210,7 @@ class ChannelSearcher {
     bool outside = false;
     for (const Candidate& member : found.selection.members()) {
       // What the noise was not judged with makes it look larger than it is.
-      const bool on_grid =
-          member.effect != nullptr && member.context.start_sides.empty() &&
-          (member.search() == Search::kNone || member.search() == Search::kCoefficient);
-      if (on_grid || !judged_.insert(member.family).second) continue;
+      if (JudgedOnGrid(member, found.noise) || !judged_.insert(member.family).second) continue;
       AddToEverything(RawColumns(Raw(member)));
       outside = true;
     }

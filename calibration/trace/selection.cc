@@ -108,7 +108,8 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   for (const WhiteStore::Columns& cells : cells_) store_.MultiplyEachOther(cells);
   if (!baseline.turned.empty() && baseline.turned.front() == problem.channel()) {
     const double scale = store_.Solve(base_)(0);
-    if (std::fabs(scale) > kLeastScaleFactor) own_scale_ = scale;
+    turns_itself_ = std::fabs(scale) > kLeastScaleFactor;
+    if (turns_itself_) own_scale_ = scale;
   }
   std::erase_if(pool_, [&](const Candidate& candidate) {
     if (Visible(candidate)) return false;
@@ -289,6 +290,18 @@ bool Selection::Add(Best best, const WhiteStore::Columns& model) {
   return true;
 }
 
+// The newest member, where this one was what it may be before that came; else itself.
+std::size_t Selection::MadeImplausibleBy(std::size_t member) const {
+  const std::size_t newest = members_.size() - 1;
+  if (member == newest) return member;
+  WhiteStore::Columns others = base_;
+  for (std::size_t i = 0; i < newest; ++i) {
+    if (i == member) continue;
+    others.insert(others.end(), members_[i].columns.begin(), members_[i].columns.end());
+  }
+  return Plausible(members_[member], others) ? newest : member;
+}
+
 bool Selection::DropWeak() {
   bool changed = false;
   for (bool again = true; again;) {
@@ -298,13 +311,15 @@ bool Selection::DropWeak() {
     for (std::size_t i = 0; i < members_.size(); ++i) {
       const WhiteStore::Columns others = ModelWithout(i);
       double over = LogP(members_[i], others) - members_[i].log_level;
+      std::size_t goes = i;
       if (over <= 0.0 && !Plausible(members_[i], others)) {
-        implausible_.insert(members_[i].family);
+        goes = MadeImplausibleBy(i);
+        implausible_.insert(members_[goes].family);
         over = 1e6;
       }
       if (over <= lack) continue;
       lack = over;
-      weakest = i;
+      weakest = goes;
     }
     if (weakest == members_.size()) break;
     Remove(weakest);

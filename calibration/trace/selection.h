@@ -105,12 +105,14 @@ class Selection {
   bool ExchangeMember(std::size_t member);
   std::vector<Candidate> RefinedFor(std::size_t member, const WhiteStore::Columns& others,
                                     double cost_of_curve);
+  std::vector<Candidate> GrownFor(std::size_t member, const WhiteStore::Columns& others);
   std::optional<Candidate> InTheOtherShape(const Candidate& member,
                                            const WhiteStore::Columns& others);
   double CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const;
   LimitedGain GainWithinItsLimit(const Candidate& candidate,
                                  const WhiteStore::Columns& others) const;
   bool DropWeak();
+  std::size_t MadeImplausibleBy(std::size_t member) const;
   std::vector<double> StartSides(Candidate candidate, const Projection& others_off,
                                  const Eigen::VectorXd& residual) const;
   void Refine(Candidate* candidate, const WhiteStore::Columns& others);
@@ -135,6 +137,7 @@ class Selection {
   std::set<std::string> implausible_;  // families
   // Scale factor of the baseline's fit, through which delays and angles are seen.
   double own_scale_ = 1.0;
+  bool turns_itself_ = false;  // the baseline's first column is the channel's own turn
 };
 
 }  // namespace gyrobench::calibration

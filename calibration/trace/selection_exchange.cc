@@ -84,6 +84,26 @@ std::vector<Candidate> Selection::RefinedFor(std::size_t member, const WhiteStor
   return out;
 }
 
+// Of the pool what changes its shape with its size, and explains nearly as much as the member. A
+// point of the grid has the shape of a small one: where the effect is large, its own shape tells it
+// from others.
+std::vector<Candidate> Selection::GrownFor(std::size_t member, const WhiteStore::Columns& others) {
+  constexpr double kLarge = 1000.0;  // of -2 log L
+  const double bare = Cost(others), gain = bare - Cost(ModelColumns());
+  std::vector<Candidate> out;
+  if (gain < kLarge) return out;
+  for (const Candidate& candidate : pool_) {
+    if (candidate.search() != Search::kCoefficient || Barred(candidate.family) ||
+        InAnotherShape(candidate, member))
+      continue;
+    if (bare - CostWith(candidate, others) < kNearOnGrid * gain) continue;
+    out.push_back(candidate);
+    Refine(&out.back(), others);
+    if (out.back().columns.empty()) out.back().columns = store_.Add(White(out.back()));
+  }
+  return out;
+}
+
 // What the pool has of the member's effect in another shape, at the member's place: a point of its
 // grid explains less than what was refined.
 std::optional<Candidate> Selection::InTheOtherShape(const Candidate& member,
@@ -136,6 +156,10 @@ bool Selection::ExchangeMember(std::size_t i) {
     const double before = least;
     for (const Candidate& candidate : RefinedFor(i, others, least)) consider(candidate);
     if (least == before) store_.DropFrom(mark);
+  }
+  if (const Eigen::Index mark = store_.used(); !better) {
+    for (const Candidate& candidate : GrownFor(i, others)) consider(candidate);
+    if (!better) store_.DropFrom(mark);
   }
   const Eigen::Index mark = store_.used();
   if (const std::optional<Candidate> shape = InTheOtherShape(members_[i], others)) {

@@ -39,6 +39,22 @@ Eigen::VectorXd RawInPowerOn(const ChannelProblem& problem, const Candidate& ste
                        : problem.Columns(*step.effect, step.context);
 }
 
+// Of `map`, by Steffensen's method: iteration alone takes dozens of rounds where a delay is a good
+// part of a ramp.
+template <typename Map>
+double FixedPoint(const Map& map, double at, double low, double high) {
+  constexpr int kRounds = 5;
+  const double same = 1e-6 * (high - low);
+  for (int i = 0; i < kRounds; ++i) {
+    const double once = map(at);
+    const double twice = map(once);
+    const double bend = twice - 2.0 * once + at;
+    if (std::fabs(twice - once) < same || bend == 0.0) return twice;
+    at = std::clamp(at - (once - at) * (once - at) / bend, low, high);
+  }
+  return at;
+}
+
 }  // namespace
 
 // Variable projection against everything else in the model.
@@ -46,22 +62,29 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
   const std::optional<RefineRange> range = RangeOf(*problem_, *candidate);
   if (!range) return;
   const Projection others_off(store_.Take(others));
-  const Eigen::VectorXd residual = others_off.Off(store_.output());
+  Eigen::MatrixXd of_output;
+  const Eigen::VectorXd residual = others_off.Off(store_.output(), &of_output);
   Candidate trial = *candidate;
   auto columns = [&](const std::vector<double>& theta) {
     SetNonlinear(theta, &trial);
     return others_off.Off(White(trial));
   };
+  // The scale factor beside it, too: without the candidate it may be another.
+  auto coefficient = [&](double theta) {
+    SetNonlinear({theta}, &trial);
+    Eigen::MatrixXd of_column;
+    const Eigen::VectorXd x = others_off.Off(White(trial), &of_column).col(0);
+    const double square = x.squaredNorm();
+    if (!(square > 0.0)) return theta;
+    const double value = x.dot(residual) / square;
+    const double scale = turns_itself_ ? of_output(0, 0) - value * of_column(0, 0) : own_scale_;
+    return std::clamp(value / (std::fabs(scale) > kLeastScaleFactor ? scale : own_scale_),
+                      range->low[0], range->high[0]);
+  };
   auto refined = [&](std::vector<double> theta) {
     if (!range->is_coefficient)
       return RefineNonlinear(columns, residual, std::move(theta), range->low, range->high);
-    for (int i = 0; i < 6; ++i) {
-      const Eigen::MatrixXd x = columns(theta);
-      const double square = x.col(0).squaredNorm();
-      if (!(square > 0.0)) break;
-      theta[0] =
-          std::clamp(x.col(0).dot(residual) / square / own_scale_, range->low[0], range->high[0]);
-    }
+    theta[0] = FixedPoint(coefficient, theta[0], range->low[0], range->high[0]);
     return theta;
   };
   std::vector<double> theta = refined(range->start);

@@ -28,6 +28,10 @@ std::vector<GyroTurn> NodesOf(double (*angle_deg)(double), double step_s, std::s
     for (std::size_t n = 0; n < calibration::kNear_s.size(); ++n)
       turns[k].near_deg[n][1] =
           angle_deg(turns[k].t_s + calibration::kNear_s[n]) - angle_deg(turns[k].t_s);
+    for (std::size_t n = 0; n < calibration::kWaySteps; ++n) {
+      const double to_go = 1.0 - static_cast<double>(n + 1) / calibration::kWaySteps;
+      turns[k].way_deg[n][1] = angle_deg(turns[k].t_s - to_go * step_s) - angle_deg(turns[k].t_s);
+    }
   }
   return turns;
 }
@@ -84,6 +88,32 @@ TEST(ClocksThatPart, AreNamedAloneAfterHalfAnHour) {
       EXPECT_EQ(channel.effects[0].id, "angle.clock_drift") << channel.summary;
       const auto& parameter = channel.effects[0].parameters.at(0);
       EXPECT_NEAR(std::fabs(parameter.value), kPpm, 4.0 * parameter.std_error);
+    }
+  }
+}
+
+// Turns that are hardly more than two ramps, as the procedure `scale` makes them: the delay is a good
+// part of each, and of the distance of two nodes.
+TEST(ALateReference, OfShortTurnsIsADelayAndNothingElse) {
+  Motion motion;
+  for (int turn = 0; turn < 40; ++turn) {
+    motion.Turn(kInnerAxis, turn % 20 < 10 ? 12.0 : -12.0, 20.0);
+    motion.Rest(1.0);
+  }
+  std::uint64_t seed = 100;
+  for (const double delay_s : {-0.12, -0.06, -0.02, 0.03, 0.08, 0.12}) {
+    Story story;
+    story.Follow(motion);
+    story.UseTurningChannelAlone();
+    story.gyro_hz = 200.0;
+    story.reference_hz = 50.0;
+    story.seed = ++seed;
+    story.rate_deg_s = [&](double t_s) { return motion.At(t_s - delay_s).rate_deg_s[kInnerAxis]; };
+    const calibration::ChannelTrace channel = TraceOf(story.Collect());
+    ASSERT_FALSE(channel.effects.empty()) << channel.summary << ", " << delay_s << " s";
+    for (const auto& effect : channel.effects) {
+      EXPECT_EQ(effect.id, "angle.latency") << channel.summary << ", " << delay_s << " s";
+      EXPECT_NEAR(effect.parameters.at(0).value, delay_s, 3e-4);
     }
   }
 }

@@ -29,64 +29,103 @@ double Cubic(const std::array<Place, 4>& places, double tau_s) {
   return sum_deg;
 }
 
-double Line(const Place& from, const Place& to, double tau_s) {
-  return from.turned_deg +
-         (tau_s - from.tau_s) / (to.tau_s - from.tau_s) * (to.turned_deg - from.turned_deg);
-}
-
-// What is known of a channel's angle about a node.
+// What is known of a channel's angle about a node, in the very motion of the node's readings.
 class AboutNode {
  public:
-  AboutNode(const GyroTurn& turn, const GyroTurn& asked, std::size_t channel)
-      : near_deg_(turn.near_deg),
-        channel_(channel),
-        node_{turn.t_s - asked.t_s,
-              turn.since_first_deg[channel] - asked.since_first_deg[channel]} {}
+  AboutNode(const GyroTurn& turn, std::size_t channel)
+      : near_deg_(turn.near_deg), channel_(channel) {}
 
-  // So many steps after the node.
-  Place At(int step) const {
-    if (step == 0) return node_;
-    const auto index = static_cast<std::size_t>(step < 0 ? step + kReach : step + kReach - 1);
-    return {node_.tau_s + step * kNearStep_s, node_.turned_deg + near_deg_[index][channel_]};
-  }
-  bool Knows(double tau_s) const { return std::fabs(tau_s - node_.tau_s) <= kReach_s; }
+  bool Knows(double tau_s) const { return std::fabs(tau_s) <= kReach_s; }
   double Turned_deg(double tau_s) const {
-    const double steps = (tau_s - node_.tau_s) / kNearStep_s;
-    const int first = std::clamp(static_cast<int>(std::floor(steps)) - 1, -kReach, kReach - 3);
+    const int first =
+        std::clamp(static_cast<int>(std::floor(tau_s / kNearStep_s)) - 1, -kReach, kReach - 3);
     return Cubic({At(first), At(first + 1), At(first + 2), At(first + 3)}, tau_s);
   }
 
  private:
+  // So many steps after the node.
+  Place At(int step) const {
+    if (step == 0) return {0.0, 0.0};
+    const auto index = static_cast<std::size_t>(step < 0 ? step + kReach : step + kReach - 1);
+    return {step * kNearStep_s, near_deg_[index][channel_]};
+  }
+
   const Near& near_deg_;
   std::size_t channel_;
-  Place node_;
 };
+
+// A channel's angle at any time, along the ways between the nodes; beyond the first and the last of
+// them at constant rate. All relative to one node.
+class AlongWays {
+ public:
+  AlongWays(std::span<const GyroTurn> turns, std::size_t asked, std::size_t channel)
+      : turns_(turns), asked_(turns[asked]), node_(asked), channel_(channel) {}
+
+  double Turned_deg(double by_s) const {
+    if (turns_.size() < 2) return by_s / kReach_s * asked_.near_deg.back()[channel_];
+    // The way that the time is on.
+    std::size_t k = std::max<std::size_t>(node_, 1);
+    while (k > 1 && By_s(k, 0) > by_s) --k;
+    while (k + 1 < turns_.size() && By_s(k, kWaySteps) < by_s) ++k;
+    const double step_s = (By_s(k, kWaySteps) - By_s(k, 0)) / static_cast<double>(kWaySteps);
+    if (!(step_s > 0.0)) return At(k, kWaySteps).turned_deg;
+    const auto steps = std::floor((by_s - By_s(k, 0)) / step_s);
+    if (steps < 0.0) return Line(At(k, 0), At(k, 1), by_s);
+    if (steps >= static_cast<double>(kWaySteps))
+      return Line(At(k, kWaySteps - 1), At(k, kWaySteps), by_s);
+    const std::size_t first =
+        std::min(static_cast<std::size_t>(std::max(steps - 1.0, 0.0)), kWaySteps - 3);
+    return Cubic({At(k, first), At(k, first + 1), At(k, first + 2), At(k, first + 3)}, by_s);
+  }
+
+ private:
+  // At the end of a step of the way to node k, from 0 where it begins.
+  double By_s(std::size_t k, std::size_t step) const {
+    const double begin_s = turns_[k - 1].t_s + turns_[k - 1].way_end_s;
+    const double end_s = turns_[k].t_s + turns_[k].way_end_s;
+    const double part = static_cast<double>(step) / static_cast<double>(kWaySteps);
+    return std::lerp(begin_s, end_s, part) - asked_.t_s;
+  }
+  Place At(std::size_t k, std::size_t step) const {
+    const GyroTurn& turn = turns_[step == 0 ? k - 1 : k];
+    const double way_deg = step > 0 ? turn.way_deg[step - 1][channel_]
+                           : k > 1  ? turn.way_deg.back()[channel_]
+                                    : 0.0;
+    return {By_s(k, step),
+            turn.since_first_deg[channel_] - asked_.since_first_deg[channel_] + way_deg};
+  }
+  static double Line(const Place& from, const Place& to, double tau_s) {
+    return from.turned_deg +
+           (tau_s - from.tau_s) / (to.tau_s - from.tau_s) * (to.turned_deg - from.turned_deg);
+  }
+
+  std::span<const GyroTurn> turns_;
+  const GyroTurn& asked_;
+  std::size_t node_, channel_;
+};
+
+// Of the readings that a node stands for: so long after it the i-th of them came.
+double ReadingAfter_s(const SensorState& point, std::size_t i) {
+  return (static_cast<double>(i) - 0.5 * static_cast<double>(point.readings - 1)) *
+         point.reading_step_s;
+}
 
 }  // namespace
 
 double TurnedOn(const SensorState& point, std::size_t channel, double tau_s) {
-  constexpr double kLongGap_s = 0.5;
   const std::span<const GyroTurn> turns = point.gyro_turns;
   if (turns.empty()) return kMissing;
-  const GyroTurn& asked = turns[point.node];
-  const std::size_t last = tau_s < 0.0 ? 0 : turns.size() - 1;
-  auto next = [&](std::size_t k) { return tau_s < 0.0 ? k - 1 : k + 1; };
-  auto away_s = [&](std::size_t k) { return std::fabs(turns[k].t_s - asked.t_s); };
-
-  // The last node on the way there.
-  std::size_t k = point.node;
-  while (k != last && away_s(next(k)) <= std::fabs(tau_s)) k = next(k);
-  const AboutNode before(turns[k], asked, channel);
-  if (before.Knows(tau_s)) return before.Turned_deg(tau_s);
-  const int way = tau_s < 0.0 ? -1 : 1;
-  const Place inner = before.At(way * (kReach - 1)), edge = before.At(way * kReach);
-  if (k == last) return Line(inner, edge, tau_s);
-  const AboutNode beyond(turns[next(k)], asked, channel);
-  if (beyond.Knows(tau_s)) return beyond.Turned_deg(tau_s);
-  const Place far_edge = beyond.At(-way * kReach), far_inner = beyond.At(-way * (kReach - 1));
-  return std::fabs(far_edge.tau_s - edge.tau_s) > kLongGap_s
-             ? Line(edge, far_edge, tau_s)
-             : Cubic({inner, edge, far_edge, far_inner}, tau_s);
+  const AboutNode own(turns[point.node], channel);
+  if (own.Knows(tau_s)) return own.Turned_deg(tau_s);
+  // At each of the readings: what their mean is like at another time, nodes that stand for another
+  // number of them do not tell.
+  const AlongWays ways(turns, point.node, channel);
+  double sum_deg = 0.0;
+  for (std::size_t i = 0; i < point.readings; ++i) {
+    const double reading_s = ReadingAfter_s(point, i);
+    sum_deg += ways.Turned_deg(reading_s + tau_s) - ways.Turned_deg(reading_s);
+  }
+  return sum_deg / static_cast<double>(point.readings);
 }
 
 }  // namespace gyrobench::calibration
