@@ -3,7 +3,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
-#include <limits>
+#include <functional>
 #include <unsupported/Eigen/FFT>
 #include <vector>
 
@@ -125,12 +125,10 @@ std::vector<double> VarianceOfRipple(const std::vector<TurnedRow>& rows) {
 
 // Sums sum_i u_i (f(phi_i+1) - f(phi_i)) for all harmonics at once: the weights go into bins of the
 // table's angle, and the bins through one Fourier transform.
-ScanPeak ScanRipple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
-                    std::size_t axis) {
+std::vector<ScanPeak> ScanRipple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
+                                 std::size_t axis, std::size_t most_peaks) {
   constexpr double kShowsNothing = 1e-9;
-  ScanPeak peak;
-  peak.effect = &ScannedEffect(Search::kPeriods, EffectDomain::kAngle);
-  peak.table_axis = axis;
+  constexpr double kApart = 3.0;  // periods a turn
   const std::vector<TurnedRow> rows = TurnedRows(problem, output_score, axis);
   OverTurn sum;
   double square = 0.0;
@@ -139,26 +137,40 @@ ScanPeak ScanRipple(const ChannelProblem& problem, const Eigen::VectorXd& output
     sum.Add(row.from, -row.score);
     square += row.score * row.score;
   }
-  if (!(square > 0)) return peak;
+  if (!(square > 0)) return {};
   const std::vector<Wave> waves = sum.Waves();
   const std::vector<double> variance = VarianceOfRipple(rows);
   const int most = MostPeriods(problem, axis);
   const double span = TurnsSpanned(problem, axis);
-  double best = -std::numeric_limits<double>::infinity();
+  struct Place {
+    double worth = 0.0;
+    ScanPeak peak;
+  };
+  std::vector<Place> places;
   for (int periods = kLeastPeriods; periods < most; ++periods) {
     const auto k = static_cast<std::size_t>(periods);
     // A turn in steps of whole periods shows none of them.
     if (!(variance[k] > kShowsNothing * square)) continue;
     const double gain = 2.0 * std::norm(waves[k]) / variance[k];
     const double tried = PlacesOfRipple(periods, most, span);
-    const double worth = 0.5 * gain - std::log(tried);
-    if (worth <= best) continue;
-    best = worth;
+    ScanPeak peak;
+    peak.effect = &ScannedEffect(Search::kPeriods, EffectDomain::kAngle);
+    peak.table_axis = axis;
     peak.gain = gain;
     peak.nonlinear = periods;
     peak.tried = tried;
+    places.push_back({0.5 * gain - std::log(tried), peak});
   }
-  return peak;
+  std::ranges::stable_sort(places, std::greater(), &Place::worth);
+  std::vector<ScanPeak> peaks;
+  for (const Place& place : places) {
+    if (peaks.size() == most_peaks) break;
+    if (std::ranges::all_of(peaks, [&](const ScanPeak& peak) {
+          return std::fabs(peak.nonlinear - place.peak.nonlinear) > kApart;
+        }))
+      peaks.push_back(place.peak);
+  }
+  return peaks;
 }
 
 }  // namespace gyrobench::calibration

@@ -22,6 +22,7 @@ using Complex = std::complex<double>;
 
 // Steps nearer to an end of a measurement than this are not told from its beginning.
 constexpr Eigen::Index kEdgeRows = 20;
+constexpr std::size_t kMostRipples = 24;  // of an axis, to be told from each other by their columns
 constexpr double kLeastInformation = 0.02;  // share left after the model
 constexpr Eigen::Index kLooked = 16;  // one row in so many tells how alike neighbouring steps are
 
@@ -249,9 +250,11 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
 }
 
 void AddRipples(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
-                std::vector<ScanPeak>* peaks) {
-  for (const std::size_t axis : problem.table_axes())
-    peaks->push_back(ScanRipple(problem, output_score, axis));
+                std::size_t most_of_an_axis, std::vector<ScanPeak>* peaks) {
+  for (const std::size_t axis : problem.table_axes()) {
+    for (const ScanPeak& peak : ScanRipple(problem, output_score, axis, most_of_an_axis))
+      peaks->push_back(peak);
+  }
 }
 
 bool TooShort(const ChannelProblem& problem) { return problem.rows() < 4 * kEdgeRows; }
@@ -285,7 +288,7 @@ std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener
   const Steps steps(problem, whitener, model, residual);
   std::vector<ScanPeak> peaks = {steps.Bias(), Tone(problem, residual)};
   if (!problem.table_axes().empty()) peaks.push_back(steps.Angle());
-  AddRipples(problem, steps.Output(), &peaks);
+  AddRipples(problem, steps.Output(), 1, &peaks);
   return Found(std::move(peaks));
 }
 
@@ -297,7 +300,7 @@ std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whiten
   peaks.push_back(steps.Bias());
   if (!problem.table_axes().empty()) peaks.push_back(steps.Angle());
   peaks.push_back(Tone(problem, residual));
-  AddRipples(problem, steps.Output(), &peaks);
+  AddRipples(problem, steps.Output(), kMostRipples, &peaks);
   return Found(std::move(peaks));
 }
 

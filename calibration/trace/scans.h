@@ -38,10 +38,11 @@ std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whiten
 std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener& whitener,
                                    const Eigen::MatrixXd& model, const Eigen::VectorXd& residual);
 
-// Part of Scan: a ripple of one axis of the table. `output_score`: of each row's output, of the
-// white residual.
-ScanPeak ScanRipple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
-                    std::size_t axis);
+// Part of Scan: the highest peaks of a ripple of one axis of the table, the highest first. They are
+// those of the angle at the nodes: what a mean over a node's readings leaves of a ripple may be
+// more like another one. `output_score`: of each row's output, of the white residual.
+std::vector<ScanPeak> ScanRipple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
+                                 std::size_t axis, std::size_t most_peaks);
 
 // From the least to the largest angle of an axis of the table [turns].
 double TurnsSpanned(const ChannelProblem& problem, std::size_t axis);

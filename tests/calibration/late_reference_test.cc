@@ -92,8 +92,8 @@ TEST(ClocksThatPart, AreNamedAloneAfterHalfAnHour) {
   }
 }
 
-// Turns that are hardly more than two ramps, as the procedure `scale` makes them: the delay is a good
-// part of each, and of the distance of two nodes.
+// Turns that are hardly more than two ramps, as the procedure `scale` makes them: the delay is a
+// good part of each, and of the distance of two nodes.
 TEST(ALateReference, OfShortTurnsIsADelayAndNothingElse) {
   Motion motion;
   for (int turn = 0; turn < 40; ++turn) {
@@ -115,6 +115,35 @@ TEST(ALateReference, OfShortTurnsIsADelayAndNothingElse) {
       EXPECT_EQ(effect.id, "angle.latency") << channel.summary << ", " << delay_s << " s";
       EXPECT_NEAR(effect.parameters.at(0).value, delay_s, 3e-4);
     }
+  }
+}
+
+// At full speed the readings of a node span two of its periods, and their mean has next to nothing
+// of it: what there is comes from the ramps, where each reading turns by another angle.
+TEST(ARippleOfManyPeriods, IsNamedAloneWhereANodesReadingsSpanItsPeriods) {
+  Motion motion;
+  for (int turn = 0; turn < 60; ++turn) {
+    motion.Turn(kInnerAxis, turn % 20 < 10 ? 12.0 : -12.0, 20.0);
+    motion.Rest(1.0);
+  }
+  for (const double periods : {180.0, 240.0, 360.0}) {
+    constexpr double kSize_deg = 0.02;
+    Story story;
+    story.Follow(motion);
+    story.UseTurningChannelAlone();
+    story.gyro_hz = 200.0;
+    story.reference_hz = 50.0;
+    story.reading_deg = 0.002;
+    story.angle_deg = [&](double t_s) {
+      const double angle_deg = motion.At(t_s).angle_deg[kInnerAxis];
+      return angle_deg + kSize_deg * std::sin(periods * angle_deg * std::numbers::pi / 180.0);
+    };
+    const calibration::ChannelTrace channel = TraceOf(story.Collect());
+    ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", " << periods << " periods";
+    EXPECT_EQ(channel.effects[0].id, "angle.ripple") << channel.summary;
+    const auto& parameters = channel.effects[0].parameters;
+    EXPECT_NEAR(parameters.at(0).value, kSize_deg, 4.0 * parameters.at(0).std_error);
+    EXPECT_NEAR(parameters.back().value, periods, 0.1);
   }
 }
 

@@ -128,4 +128,31 @@ double TurnedOn(const SensorState& point, std::size_t channel, double tau_s) {
   return sum_deg / static_cast<double>(point.readings);
 }
 
+bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double periods,
+                      double* sin_and_cos) {
+  if (point.readings < 2 || point.gyro_turns.empty()) return false;
+  const GyroTurn& turn = point.gyro_turns[point.node];
+  const Way& way = turn.table_way_deg;
+  if (!(turn.way_step_s > 0.0) || way.front()[table_axis] == way.back()[table_axis]) return false;
+  constexpr auto kLast = static_cast<double>(kWaySteps - 1);
+  const auto after_deg = [&](std::size_t reading) {
+    const double back_s = turn.way_end_s - ReadingAfter_s(point, reading);
+    const double place = std::clamp(kLast - back_s / turn.way_step_s, 0.0, kLast);
+    const std::size_t step = std::min(static_cast<std::size_t>(place), kWaySteps - 2);
+    return std::lerp(way[step][table_axis], way[step + 1][table_axis],
+                     place - static_cast<double>(step));
+  };
+  const auto count = static_cast<double>(point.readings);
+  double mean_deg = 0.0;
+  for (std::size_t i = 0; i < point.readings; ++i) mean_deg += after_deg(i) / count;
+  if (!std::isfinite(mean_deg)) return false;
+  sin_and_cos[0] = sin_and_cos[1] = 0.0;
+  for (std::size_t i = 0; i < point.readings; ++i) {
+    const double angle_deg = point.table_deg[table_axis] + after_deg(i) - mean_deg;
+    sin_and_cos[0] += std::sin(periods * kRadPerDeg * angle_deg) / count;
+    sin_and_cos[1] += std::cos(periods * kRadPerDeg * angle_deg) / count;
+  }
+  return true;
+}
+
 }  // namespace gyrobench::calibration

@@ -15,12 +15,20 @@ class RateBasis final : public ChannelBasis {
   void At(const SensorState& point, double* terms) override { terms[0] = kShape(rate(point)); }
 };
 
+// Mean of sin and cos of a wave of the table's angle over the readings of a node, at the angles at
+// which the gyro says that they were made. False where it does not say.
+bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double periods,
+                      double* sin_and_cos);
+
 class PeriodicBasis : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const SensorState& point, double* terms) final {
+    // Where a reading turns by less of the wave, it is no matter whether all turn by as much.
+    constexpr double kMuch_rad = 0.3;
     const double k = periods();
     const double x = k * kRadPerDeg * point.reading_step_deg[context().table_axis];
+    if (std::fabs(x) > kMuch_rad && WaveOverReadings(point, context().table_axis, k, terms)) return;
     const double mean = MeanOfWave(point.readings, x);
     terms[0] = mean * std::sin(k * table_rad(point));
     terms[1] = mean * std::cos(k * table_rad(point));
