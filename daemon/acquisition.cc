@@ -136,7 +136,6 @@ void Acquisition::AddGyro() {
   AddDevice(BusOf(gyro.bus), {"gyro", "gyro", gyro.bus, gyro.unit, false, ""},
             {[this] { gyro_->Open(); }, [this] { gyro_->Read(); },
              [period = gyro_->period()] { return period; }});
-  gyro_device_ = devices_.back().get();
 }
 
 // Once; a thermometer that comes back into the range arms it again.

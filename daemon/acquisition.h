@@ -56,8 +56,8 @@ class Acquisition {
   // How often its drive was found without power when it was opened.
   int PowerLosses(const std::string& axis) const;
   SensorView Sensor() const;
-  // Whether the gyro has answered at `since` or later: what it measured until then is recorded.
-  bool GyroHeardSince(Utime since) const { return gyro_device_->last_answer() >= since; }
+  // Whether a sample of the gyro has come that was taken at `since` or later.
+  bool HasSampleOf(Utime since) const { return gyro_->newest_sample() >= since; }
   // The bus whose thread has been at one thing for longer than its devices' silence can explain;
   // empty where there is none.
   std::string StuckBus() const;
@@ -132,7 +132,6 @@ class Acquisition {
   std::unique_ptr<GyroFeed> gyro_;
   std::unique_ptr<Outputs> outputs_;
   std::vector<std::unique_ptr<PolledDevice>> devices_;
-  const PolledDevice* gyro_device_ = nullptr;  // of devices_
   std::function<void(bool)> on_well_ = [](bool) {};
   std::mutex well_mutex_;  // guards the next, and the order in which it is told
   bool all_well_ = true;   // as told last

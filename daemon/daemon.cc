@@ -133,7 +133,7 @@ struct Daemon::Parts {
       notices.Add(clock->Now(), text);
       Fault fault{"run", text + ". Look at the stand, then: gyrobench reset"};
       if (IsResumable(run.procedure))
-        fault.message += "; to go on with it then: gyrobench resume " + run.directory.run_id();
+        fault.message += ", and to go on with it: gyrobench resume " + run.directory.run_id();
       fault.left = HowItIs(*acquisition);
       supervisor->Report(fault);
     }

@@ -65,6 +65,7 @@ void GyroFeed::Read() {
   RequireSamples();
   FillMessage(block_, view_.identity, message_);
   telemetry_.Send(message_);
+  if (!block_.samples.empty()) newest_sample_ = block_.samples.back().utime;
 }
 
 // A unit that answers while its sensor is silent would leave a run blind, and a heater unwatched.

@@ -1,6 +1,7 @@
 // The gyro unit at work: its blocks read, its clock compared with the host's, its samples sent on.
 #pragma once
 
+#include <atomic>
 #include <boost/circular_buffer.hpp>
 #include <cstdint>
 #include <functional>
@@ -47,6 +48,8 @@ class GyroFeed {
 
   // From any thread.
   SensorView view() const;
+  // When the newest sample was taken that has come [host time]; 0 where none has.
+  Utime newest_sample() const { return newest_sample_; }
   std::vector<drivers::GyroRawSample> last() const;
 
  private:
@@ -71,6 +74,7 @@ class GyroFeed {
   double first_tick_s_ = 0.0;
   double last_tick_s_ = 0.0;
 
+  std::atomic<Utime> newest_sample_ = 0;
   mutable std::mutex mutex_;  // guards what follows; the identity is written by the bus's thread
   SensorView view_;
   boost::circular_buffer<drivers::GyroRawSample> last_;

@@ -121,7 +121,8 @@ class LiveBench final : public procedures::Bench {
   void BeginSegment(const std::string& kind, const std::string& name);
   // With a message and results, once the gyro's samples of the segment have come.
   void EndSegment();
-  // All but the newest of `kSwingOut_s`. Throws Suspended where the gyro fell silent meanwhile.
+  // Waits for all but the newest of `kSwingOut_s`. Throws Suspended where the gyro fell silent, and
+  // what else ends a wait of a run.
   void AwaitSamples();
   void UpdateTime();
   // Time since `begin_s` that no plan knows of.

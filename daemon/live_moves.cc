@@ -1,5 +1,6 @@
 // Of the bench that moves: turns, swings, rests and soaks.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -58,8 +59,11 @@ void LiveBench::AwaitSamples() {
   const Utime begin = context_.clock.Now();
   const Utime until = begin - FromSeconds(kSwingOut_s);
   const Utime deadline = begin + FromSeconds(context_.stand.safety.silence_s) + kFoundWithin;
-  while (!context_.acquisition.GyroHeardSince(until) && context_.clock.Now() < deadline)
+  while (!context_.acquisition.HasSampleOf(until)) {
+    if (context_.clock.Now() >= deadline)
+      return spdlog::warn("{}: samples of its end did not come", progress_.segment);
     context_.control.Wait(context_.clock, context_.clock.Now() + kSamplesPoll);
+  }
 }
 
 void LiveBench::CheckFollowing(const procedures::TurnCommand& command, double moved_deg) {

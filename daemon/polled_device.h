@@ -56,8 +56,6 @@ class PolledDevice {
   bool ok() const { return ok_; }
   // Whether it has been polled at all.
   bool tried() const { return tried_; }
-  // When it last answered; 0 where it never has.
-  Utime last_answer() const { return last_answer_; }
 
  private:
   void Succeeded(Utime now);
@@ -72,7 +70,7 @@ class PolledDevice {
   bool reported_ = false;
   std::atomic<bool> tried_ = false;
   std::atomic<bool> ok_ = false;
-  std::atomic<Utime> last_answer_ = 0;
+  Utime last_answer_ = 0;
   mutable std::mutex mutex_;
   DeviceStatus status_;
 };

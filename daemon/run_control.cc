@@ -47,9 +47,8 @@ void RunControl::Resume() {
   const std::lock_guard lock(mutex_);
   if (waiter_ != nullptr && !pause_) throw StateError("the run is not paused");
   if (waiter_ == nullptr) {
-    throw StateError(
-        "no run is on that could be paused; one that was interrupted is taken up with: gyrobench "
-        "resume latest");
+    throw StateError(std::string("no run is paused: the bench is ") + Name(state_) +
+                     ". One that was interrupted is taken up with: gyrobench resume latest");
   }
   RequireLocked(Event::kResume);
   pause_ = false;

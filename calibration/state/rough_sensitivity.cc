@@ -14,6 +14,7 @@ constexpr double kLeastPath_deg = 5.0;
 // A block counts as motion beyond so many standard deviations of what blocks at rest show, and
 // beyond this angle.
 constexpr double kMotionSigmas = 6.0, kLeastBlock_deg = 0.2;
+constexpr double kMostOfPath = 0.7;
 
 struct Block {
   double duration_s = 0.0;
@@ -80,9 +81,14 @@ double NoiseOf(const std::vector<Block>& blocks, std::size_t channel) {
   return count > 0.0 ? std::sqrt(sum / count) : 0.0;
 }
 
-// Slope of the straight line of the output on the rate; NaN where too little turns. What a block at
-// rest shows of a rate is noise, and taken as none.
-double SlopeOf(const std::vector<Block>& blocks, std::size_t channel) {
+struct Slope {
+  double units_per_deg_s = kMissing;
+  double path_deg = 0.0;  // of the blocks that it rests on
+};
+
+// Of the straight line of the output on the rate; NaN where too little turns. What a block at rest
+// shows of a rate is noise, and taken as none.
+Slope SlopeOf(const std::vector<Block>& blocks, std::size_t channel) {
   const double motion_deg = std::max(kLeastBlock_deg, kMotionSigmas * NoiseOf(blocks, channel));
   double n = 0, x = 0, y = 0, xx = 0, xy = 0, path_deg = 0;
   for (const Block& block : blocks) {
@@ -100,8 +106,8 @@ double SlopeOf(const std::vector<Block>& blocks, std::size_t channel) {
     path_deg += moves ? std::fabs(turned_deg) : 0.0;
   }
   const double spread = xx - x * x / n;
-  if (!(path_deg > kLeastPath_deg) || !(spread > 0)) return kMissing;
-  return (xy - x * y / n) / spread;
+  if (!(path_deg > kLeastPath_deg) || !(spread > 0)) return {kMissing, path_deg};
+  return {(xy - x * y / n) / spread, path_deg};
 }
 
 }  // namespace
@@ -114,8 +120,12 @@ Vector3 RoughSensitivity(const Recording& recording) {
   Vector3 out = {kMissing, kMissing, kMissing};
   for (std::size_t c = 0; c < 3; ++c) {
     if (!recording.info.gyro_present[c]) continue;
-    double measured = SlopeOf(whole, c);
-    if (!std::isfinite(measured)) measured = SlopeOf(parts, c);
+    const Slope of_whole = SlopeOf(whole, c), of_parts = SlopeOf(parts, c);
+    // Of a swing or a long motion of a hand hardly anything is left between its rests.
+    const bool whole_tells = of_whole.path_deg > kMostOfPath * of_parts.path_deg;
+    const double measured = whole_tells && std::isfinite(of_whole.units_per_deg_s)
+                                ? of_whole.units_per_deg_s
+                                : of_parts.units_per_deg_s;
     out[c] = std::isfinite(measured) ? measured : nominal;
   }
   return out;

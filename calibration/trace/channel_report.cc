@@ -314,8 +314,7 @@ class ChannelTracer::State {
     return fmt::format(
         "the angle error of {} goes from {:.3g} to {:.3g} deg{}",
         tried ? "held-out data" : "the data that it was fitted to", error.before, error.after,
-        tried && error.after >= error.before ? ", so that another measurement has to confirm it"
-                                             : "");
+        tried && error.after >= error.before ? ", which does not confirm what is named" : "");
   }
 
   std::string ChosenOnAllOnly() const {

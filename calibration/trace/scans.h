@@ -38,9 +38,9 @@ std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whiten
 std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener& whitener,
                                    const Eigen::MatrixXd& model, const Eigen::VectorXd& residual);
 
-// Part of Scan: the highest peaks of a ripple of one axis of the table, the highest first. They are
-// those of the angle at the nodes: what a mean over a node's readings leaves of a ripple may be
-// more like another one. `output_score`: of each row's output, of the white residual.
+// Part of Scan: the highest peaks of a ripple of one axis of the table, the highest first. A
+// ripple is not always at the highest: the scan goes by the angle at the nodes, and not by the mean
+// over the readings of each. `output_score`: of each row's output, of the white residual.
 std::vector<ScanPeak> ScanRipple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
                                  std::size_t axis, std::size_t most_peaks);
 

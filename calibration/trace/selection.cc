@@ -18,6 +18,7 @@ namespace {
 constexpr std::size_t kMostEffects = 12;
 // Of the largest size that a part of this class shows: more is something else.
 constexpr double kImplausible = 10.0;
+constexpr double kImplausibleIsWorse = 1e6;  // than any lack of evidence, as logarithms of chances
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 // Standard errors beyond which a coefficient is above a limit.
 constexpr double kSure = 4.0;
@@ -290,10 +291,11 @@ bool Selection::Add(Best best, const WhiteStore::Columns& model) {
   return true;
 }
 
-// The newest member, where this one was what it may be before that came; else itself.
+// The newest member, where this one was what it may be before that came and explains more than it;
+// else itself.
 std::size_t Selection::MadeImplausibleBy(std::size_t member) const {
   const std::size_t newest = members_.size() - 1;
-  if (member == newest) return member;
+  if (member == newest || Cost(ModelWithout(newest)) > Cost(ModelWithout(member))) return member;
   WhiteStore::Columns others = base_;
   for (std::size_t i = 0; i < newest; ++i) {
     if (i == member) continue;
@@ -304,28 +306,26 @@ std::size_t Selection::MadeImplausibleBy(std::size_t member) const {
 
 bool Selection::DropWeak() {
   bool changed = false;
-  for (bool again = true; again;) {
-    again = false;
+  for (;;) {
     std::size_t weakest = members_.size();
     double lack = 0.0;
     for (std::size_t i = 0; i < members_.size(); ++i) {
       const WhiteStore::Columns others = ModelWithout(i);
       double over = LogP(members_[i], others) - members_[i].log_level;
-      std::size_t goes = i;
-      if (over <= 0.0 && !Plausible(members_[i], others)) {
-        goes = MadeImplausibleBy(i);
-        implausible_.insert(members_[goes].family);
-        over = 1e6;
-      }
+      if (over <= 0.0 && !Plausible(members_[i], others)) over = kImplausibleIsWorse;
       if (over <= lack) continue;
       lack = over;
-      weakest = goes;
+      weakest = i;
     }
-    if (weakest == members_.size()) break;
+    if (weakest == members_.size()) return changed;
+    if (lack == kImplausibleIsWorse) {
+      // The last one is the newest only as long as none is gone.
+      if (!changed) weakest = MadeImplausibleBy(weakest);
+      implausible_.insert(members_[weakest].family);
+    }
     Remove(weakest);
-    changed = again = true;
+    changed = true;
   }
-  return changed;
 }
 
 // Until nothing is added that stays: what was dropped again would be added again.

@@ -84,7 +84,7 @@ std::vector<Candidate> Selection::RefinedFor(std::size_t member, const WhiteStor
   return out;
 }
 
-// Of the pool what changes its shape with its size, and explains nearly as much as the member. A
+// Of the pool what changes its shape with its size, and explains half of what the member does. A
 // point of the grid has the shape of a small one: where the effect is large, its own shape tells it
 // from others.
 std::vector<Candidate> Selection::GrownFor(std::size_t member, const WhiteStore::Columns& others) {

@@ -18,6 +18,8 @@ namespace {
 // Of -2 log L: less is no reason to let a power-on begin at a side of the play.
 constexpr double kStartGain = 10.0;
 constexpr double kFinestSide = 0.01;  // of the play
+// Of -2 log L: a size whose own shape explains less than that of a small one is none.
+constexpr double kNoWorse = 1.0;
 // The same of a number of periods a turn that is not the whole one where the scan has found it:
 // what turns has whole numbers of teeth, poles and steps. Chance gains more in one of 200.
 constexpr double kFromWhole = 8.0;
@@ -52,7 +54,7 @@ double FixedPoint(const Map& map, double at, double low, double high) {
     if (std::fabs(twice - once) < same || bend == 0.0) return twice;
     at = std::clamp(at - (once - at) * (once - at) / bend, low, high);
   }
-  return at;
+  return map(at);
 }
 
 }  // namespace
@@ -81,20 +83,21 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
     return std::clamp(value / (std::fabs(scale) > kLeastScaleFactor ? scale : own_scale_),
                       range->low[0], range->high[0]);
   };
-  auto refined = [&](std::vector<double> theta) {
+  const auto explained = [&](const std::vector<double>& at) {
+    const Eigen::MatrixXd x = columns(at);
+    return ScaledLdlt(x.transpose() * x).Square(x.transpose() * residual);
+  };
+  auto refined = [&](const std::vector<double>& from) {
     if (!range->is_coefficient)
-      return RefineNonlinear(columns, residual, std::move(theta), range->low, range->high);
-    theta[0] = FixedPoint(coefficient, theta[0], range->low[0], range->high[0]);
-    return theta;
+      return RefineNonlinear(columns, residual, from, range->low, range->high);
+    std::vector<double> theta = from;
+    theta[0] = FixedPoint(coefficient, from[0], range->low[0], range->high[0]);
+    return explained(theta) > explained(from) - kNoWorse ? theta : from;
   };
   std::vector<double> theta = refined(range->start);
-  if (candidate->search() == Search::kPeriods) {
-    const auto explained = [&](const std::vector<double>& at) {
-      const Eigen::MatrixXd x = columns(at);
-      return ScaledLdlt(x.transpose() * x).Square(x.transpose() * residual);
-    };
-    if (explained(theta) - explained(range->start) < kFromWhole) theta = range->start;
-  }
+  if (candidate->search() == Search::kPeriods &&
+      explained(theta) - explained(range->start) < kFromWhole)
+    theta = range->start;
   bool changed = theta != range->start;
   if (changed) SetNonlinear(theta, candidate);
   if (candidate->effect != nullptr && candidate->effect->unknown_start) {

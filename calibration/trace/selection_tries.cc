@@ -104,6 +104,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
   const auto scanned = std::count_if(members_.begin(), members_.end(),
                                      [](const Candidate& member) { return member.scanned(); });
   if (scanned >= kMostScanned) return;
+  const Eigen::Index begin = store_.used();
   for (const ScanPeak& peak : Scan(*problem_, whitener_, store_.Take(model), Residual())) {
     // By the count of tests at the scan's own gain, which is not counted again when the noise is
     // estimated anew: a step's neighbours differ the more, the larger the gain is.
@@ -124,6 +125,10 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     }
     if (evidence_margin > best->evidence_margin && ToldFromMembers(candidate, model) &&
         Plausible(candidate, model)) {
+      if (mark > begin) {  // in the place of the best before
+        store_.DropFrom(begin);
+        candidate.columns = store_.Add(White(candidate));
+      }
       *best = {candidate, evidence_margin, true};
     } else {
       store_.DropFrom(mark);

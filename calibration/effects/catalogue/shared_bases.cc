@@ -131,16 +131,18 @@ double TurnedOn(const SensorState& point, std::size_t channel, double tau_s) {
 bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double periods,
                       double* sin_and_cos) {
   if (point.readings < 2 || point.gyro_turns.empty()) return false;
+  if (point.node == 0) return false;
   const GyroTurn& turn = point.gyro_turns[point.node];
   const Way& way = turn.table_way_deg;
-  if (!(turn.way_step_s > 0.0) || way.front()[table_axis] == way.back()[table_axis]) return false;
-  constexpr auto kLast = static_cast<double>(kWaySteps - 1);
+  const double begin_deg = point.gyro_turns[point.node - 1].table_way_deg.back()[table_axis];
+  if (!(turn.way_step_s > 0.0) || begin_deg == way.back()[table_axis]) return false;
+  constexpr auto kLast = static_cast<double>(kWaySteps);
   const auto after_deg = [&](std::size_t reading) {
     const double back_s = turn.way_end_s - ReadingAfter_s(point, reading);
     const double place = std::clamp(kLast - back_s / turn.way_step_s, 0.0, kLast);
-    const std::size_t step = std::min(static_cast<std::size_t>(place), kWaySteps - 2);
-    return std::lerp(way[step][table_axis], way[step + 1][table_axis],
-                     place - static_cast<double>(step));
+    const std::size_t step = std::min(static_cast<std::size_t>(place), kWaySteps - 1);
+    const double from_deg = step > 0 ? way[step - 1][table_axis] : begin_deg;
+    return std::lerp(from_deg, way[step][table_axis], place - static_cast<double>(step));
   };
   const auto count = static_cast<double>(point.readings);
   double mean_deg = 0.0;

@@ -24,11 +24,12 @@ class PeriodicBasis : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const SensorState& point, double* terms) final {
-    // Where a reading turns by less of the wave, it is no matter whether all turn by as much.
-    constexpr double kMuch_rad = 0.3;
+    // Where all readings span less of the wave, it is no matter whether all turn by as much.
+    constexpr double kMuch_rad = 1.0;
     const double k = periods();
     const double x = k * kRadPerDeg * point.reading_step_deg[context().table_axis];
-    if (std::fabs(x) > kMuch_rad && WaveOverReadings(point, context().table_axis, k, terms)) return;
+    const bool much = std::fabs(x) * static_cast<double>(point.readings) > kMuch_rad;
+    if (much && WaveOverReadings(point, context().table_axis, k, terms)) return;
     const double mean = MeanOfWave(point.readings, x);
     terms[0] = mean * std::sin(k * table_rad(point));
     terms[1] = mean * std::cos(k * table_rad(point));
