@@ -166,6 +166,11 @@ double Selection::StdError(const Candidate& candidate, std::size_t j,
   return 1.0 / std::sqrt(store_.Left(column, model) * store_.column(column).squaredNorm());
 }
 
+double Selection::ScaleFactorOr(double first_of_model) const {
+  return turns_itself_ && std::fabs(first_of_model) > kLeastScaleFactor ? first_of_model
+                                                                        : own_scale_;
+}
+
 // Whether its coefficients may be what the effect says, among the others of a model.
 bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const {
   if (candidate.effect == nullptr) return true;
@@ -176,14 +181,15 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   if (!(effect.typical_size > 0) && !effect.positive && largest == kUnlimited) return true;
   WhiteStore::Columns model = others;
   model.insert(model.end(), candidate.columns.begin(), candidate.columns.end());
-  const Eigen::VectorXd values =
-      store_.Solve(model).tail(static_cast<Eigen::Index>(candidate.columns.size()));
+  const Eigen::VectorXd all = store_.Solve(model);
+  const Eigen::VectorXd values = all.tail(static_cast<Eigen::Index>(candidate.columns.size()));
+  const double scale = ScaleFactorOr(all(0));
   double least_deg = effect.made_by_rounding * problem_->rounding_deg();
   if (effect.search == Search::kPeriods) least_deg = LeastRipple_deg(*problem_, candidate);
-  if (values.norm() < least_deg * std::fabs(own_scale_)) return false;
+  if (values.norm() < least_deg * std::fabs(scale)) return false;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
     double value = values(static_cast<Eigen::Index>(j));
-    if (effect.domain == EffectDomain::kAngle) value /= own_scale_;
+    if (effect.domain == EffectDomain::kAngle) value /= scale;
     if (effect.positive && value < 0.0) return false;
     const bool too_large =
         effect.typical_size > 0 && std::fabs(value) > kImplausible * effect.typical_size;

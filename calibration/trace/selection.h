@@ -111,6 +111,9 @@ class Selection {
   double CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const;
   LimitedGain GainWithinItsLimit(const Candidate& candidate,
                                  const WhiteStore::Columns& others) const;
+  // Through which delays and angles are seen beside a model: its first coefficient, where that is
+  // the channel's own turn.
+  double ScaleFactorOr(double first_of_model) const;
   bool DropWeak();
   std::size_t MadeImplausibleBy(std::size_t member) const;
   std::vector<double> StartSides(Candidate candidate, const Projection& others_off,

@@ -79,9 +79,8 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
     const double square = x.squaredNorm();
     if (!(square > 0.0)) return theta;
     const double value = x.dot(residual) / square;
-    const double scale = turns_itself_ ? of_output(0, 0) - value * of_column(0, 0) : own_scale_;
-    return std::clamp(value / (std::fabs(scale) > kLeastScaleFactor ? scale : own_scale_),
-                      range->low[0], range->high[0]);
+    const double scale = ScaleFactorOr(of_output(0, 0) - value * of_column(0, 0));
+    return std::clamp(value / scale, range->low[0], range->high[0]);
   };
   const auto explained = [&](const std::vector<double>& at) {
     const Eigen::MatrixXd x = columns(at);

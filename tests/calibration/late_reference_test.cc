@@ -101,7 +101,7 @@ TEST(ALateReference, OfShortTurnsIsADelayAndNothingElse) {
     motion.Rest(1.0);
   }
   std::uint64_t seed = 100;
-  for (const double delay_s : {-0.12, -0.06, -0.02, 0.03, 0.08, 0.12}) {
+  for (const double delay_s : {-0.15, -0.06, -0.02, 0.03, 0.08, 0.15}) {
     Story story;
     story.Follow(motion);
     story.UseTurningChannelAlone();
