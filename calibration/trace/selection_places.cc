@@ -18,8 +18,6 @@ namespace {
 // Of -2 log L: less is no reason to let a power-on begin at a side of the play.
 constexpr double kStartGain = 10.0;
 constexpr double kFinestSide = 0.01;  // of the play
-// Of -2 log L: a size whose own shape explains less than that of a small one is none.
-constexpr double kNoWorse = 1.0;
 // The same of a number of periods a turn that is not the whole one where the scan has found it:
 // what turns has whole numbers of teeth, poles and steps. Chance gains more in one of 200.
 constexpr double kFromWhole = 8.0;
@@ -89,9 +87,11 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
   auto refined = [&](const std::vector<double>& from) {
     if (!range->is_coefficient)
       return RefineNonlinear(columns, residual, from, range->low, range->high);
+    // In the shape of its own size, also where that of a small one, which a lag of first order has
+    // too, explains more.
     std::vector<double> theta = from;
     theta[0] = FixedPoint(coefficient, from[0], range->low[0], range->high[0]);
-    return explained(theta) > explained(from) - kNoWorse ? theta : from;
+    return theta;
   };
   std::vector<double> theta = refined(range->start);
   if (candidate->search() == Search::kPeriods &&
