@@ -186,10 +186,16 @@ class RateMaker {
            std::fabs(settled_deg_[i][c]) <
                std::max(kLeastMotion_deg_s, RateNoise(history_, i)) * Length(i);
   }
-  // The same, and no turn is near: one that is early or late against the reference turns while that
-  // stands still, and the other way round.
+  // The same, and the gyro agrees, or no turn is near: one that is early or late against the
+  // reference turns while that stands still, and the other way round.
   bool NoTurnNear(std::size_t i, std::size_t c) const {
     constexpr std::size_t kEarlyOrLate = 4;  // intervals
+    if (!Quiet(i, c)) return false;
+    const double length_s = Length(i);
+    const double felt_deg =
+        (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / units_[c] - at_rest_[i + 1][c] * length_s;
+    const double noise_deg = kNoiseSigmas * walk_deg_sqrt_s_[c] * std::sqrt(length_s);
+    if (!(std::fabs(felt_deg - settled_deg_[i][c]) > noise_deg)) return true;
     const std::size_t end = std::min(i + kEarlyOrLate + 1, history_.still.size());
     for (std::size_t j = i - std::min(i, kEarlyOrLate); j < end; ++j) {
       if (!Quiet(j, c)) return false;

@@ -87,11 +87,12 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
   auto refined = [&](const std::vector<double>& from) {
     if (!range->is_coefficient)
       return RefineNonlinear(columns, residual, from, range->low, range->high);
-    // In the shape of its own size, also where that of a small one, which a lag of first order has
-    // too, explains more.
     std::vector<double> theta = from;
     theta[0] = FixedPoint(coefficient, from[0], range->low[0], range->high[0]);
-    return theta;
+    // A play that explains less than a small one is none. A delay has the shape of its own size also
+    // then: that of a small one is a lag's of first order.
+    const bool is_play = (candidate->effect->needs & kNeedsTableAxis) != 0;
+    return is_play && explained(theta) < explained(from) ? from : theta;
   };
   std::vector<double> theta = refined(range->start);
   if (candidate->search() == Search::kPeriods &&
