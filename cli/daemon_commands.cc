@@ -80,7 +80,7 @@ std::string ChoicesText(const Json& question) {
 }
 
 std::string RangeOf(const Json& parameter) {
-  if (const std::string choices = ChoicesOf(parameter); !choices.empty()) return choices;
+  if (std::string choices = ChoicesOf(parameter); !choices.empty()) return choices;
   const double min = Number(parameter, "min"), max = Number(parameter, "max");
   if (std::isfinite(min) && std::isfinite(max)) {
     return fmt::format("{} .. {}", presentation::FormatNumber(min),

@@ -12,6 +12,7 @@
 
 #include "base/clock.h"
 #include "base/tick_fit.h"
+#include "config/stand_config.h"
 #include "daemon/power_on.h"
 #include "daemon/telemetry.h"
 #include "drivers/gyro.h"

@@ -302,7 +302,7 @@ class Corrector::Impl {
       moving |= (mask >> c & 1U) != 0 && channels_[c].depends_on_rate() ? 1U << c : 0U;
     while (true) {
       Eigen::Vector3d change = Eigen::Vector3d::Zero();
-      const Eigen::Vector3d w = Iterate(moving, inverse, right, linear, &change);
+      Eigen::Vector3d w = Iterate(moving, inverse, right, linear, &change);
       if (change.isZero(0.0)) return w;
       // The one that moves most pulls the others along.
       int worst = -1;
