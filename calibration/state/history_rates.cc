@@ -188,24 +188,17 @@ class RateMaker {
   }
   // The same, and the gyro agrees, or no turn is near: one that is early or late against the
   // reference turns while that stands still, and the other way round.
-  bool NoTurnNear(std::size_t i, std::size_t c) const {
+  bool QuietByGyro(std::size_t i, std::size_t c) const {
     constexpr std::size_t kEarlyOrLate = 4;  // intervals
+    if (history_.still[i]) return true;
     if (!Quiet(i, c)) return false;
-    const double length_s = Length(i);
-    const double felt_deg =
-        (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / units_[c] - at_rest_[i + 1][c] * length_s;
-    const double noise_deg = kNoiseSigmas * walk_deg_sqrt_s_[c] * std::sqrt(length_s);
-    if (!(std::fabs(felt_deg - settled_deg_[i][c]) > noise_deg)) return true;
+    const double noise_deg = kNoiseSigmas * walk_deg_sqrt_s_[c] * std::sqrt(Length(i));
+    if (!(std::fabs(Felt_deg(i, c, kMissing) - settled_deg_[i][c]) > noise_deg)) return true;
     const std::size_t end = std::min(i + kEarlyOrLate + 1, history_.still.size());
     for (std::size_t j = i - std::min(i, kEarlyOrLate); j < end; ++j) {
       if (!Quiet(j, c)) return false;
     }
     return true;
-  }
-
-  // What the gyro feels in the interval is its noise.
-  bool QuietByGyro(std::size_t i, std::size_t c) const {
-    return history_.still[i] || NoTurnNear(i, c);
   }
 
   // Mean output about node k where it does not change by more than its own noise [deg/s]; NaN
@@ -250,6 +243,8 @@ class RateMaker {
         (near[kAfter][c] - near[kBefore][c]) / (kNear_s[kAfter] - kNear_s[kBefore]);
   }
 
+  // The way to node k, which was recorded as `to`, from `from_s`; `steady`: its mean output there
+  // where that is steady [deg/s].
   void FillWay(double from_s, const calibration::Node& to, std::size_t k, std::size_t c,
                double steady) {
     GyroTurn& turn = history_.gyro_turns[k];
@@ -267,13 +262,17 @@ class RateMaker {
 
   // What the gyro turned over interval i, less its rate at rest [deg]; `steady`: its mean output
   // there where that is steady.
-  double TurnOver(std::size_t i, std::size_t c, double steady) const {
+  double Felt_deg(std::size_t i, std::size_t c, double steady) const {
     const double shown = std::isfinite(steady)
                              ? steady * Length(i)
                              : (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / units_[c];
-    const double turned_deg = shown - at_rest_[i + 1][c] * Length(i);
-    return QuietByGyro(i, c) || !Shapes(i, c) || !std::isfinite(turned_deg) ? settled_deg_[i][c]
-                                                                            : turned_deg;
+    return shown - at_rest_[i + 1][c] * Length(i);
+  }
+  // The same, or what the reference did where the gyro does not say.
+  double TurnOver(std::size_t i, std::size_t c, double steady) const {
+    const double felt_deg = Felt_deg(i, c, steady);
+    return QuietByGyro(i, c) || !Shapes(i, c) || !std::isfinite(felt_deg) ? settled_deg_[i][c]
+                                                                          : felt_deg;
   }
 
   const std::vector<calibration::Node>& nodes_;

@@ -14,6 +14,7 @@ constexpr double kLeastPath_deg = 5.0;
 // A block counts as motion beyond so many standard deviations of what blocks at rest show, and
 // beyond this angle.
 constexpr double kMotionSigmas = 6.0, kLeastBlock_deg = 0.2;
+// Of what all parts turn by: whole motions with less are those that go to and fro.
 constexpr double kMostOfPath = 0.7;
 
 struct Block {

@@ -228,8 +228,12 @@ Eigen::MatrixXd Selection::White(const Candidate& candidate) const {
 WhiteStore::Columns Selection::ModelColumns() const { return ModelWithout(members_.size()); }
 
 WhiteStore::Columns Selection::ModelWithout(std::size_t without) const {
+  return FirstWithout(members_.size(), without);
+}
+
+WhiteStore::Columns Selection::FirstWithout(std::size_t count, std::size_t without) const {
   WhiteStore::Columns columns = base_;
-  for (std::size_t i = 0; i < members_.size(); ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     if (i == without) continue;
     columns.insert(columns.end(), members_[i].columns.begin(), members_[i].columns.end());
   }
@@ -266,8 +270,12 @@ double Selection::LogP(const Candidate& candidate, const WhiteStore::Columns& ot
                              after.rank - before.rank);
 }
 
+void Selection::Place(Candidate* candidate) {
+  if (candidate->columns.empty()) candidate->columns = store_.Add(White(*candidate));
+}
+
 void Selection::Insert(Candidate candidate) {
-  if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
+  Place(&candidate);
   members_.push_back(std::move(candidate));
 }
 
@@ -302,12 +310,7 @@ bool Selection::Add(Best best, const WhiteStore::Columns& model) {
 std::size_t Selection::MadeImplausibleBy(std::size_t member) const {
   const std::size_t newest = members_.size() - 1;
   if (member == newest || Cost(ModelWithout(newest)) > Cost(ModelWithout(member))) return member;
-  WhiteStore::Columns others = base_;
-  for (std::size_t i = 0; i < newest; ++i) {
-    if (i == member) continue;
-    others.insert(others.end(), members_[i].columns.begin(), members_[i].columns.end());
-  }
-  return Plausible(members_[member], others) ? newest : member;
+  return Plausible(members_[member], FirstWithout(newest, member)) ? newest : member;
 }
 
 bool Selection::DropWeak() {

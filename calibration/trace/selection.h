@@ -111,6 +111,10 @@ class Selection {
   double CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const;
   LimitedGain GainWithinItsLimit(const Candidate& candidate,
                                  const WhiteStore::Columns& others) const;
+  // Of the first `count` members, without one of them.
+  WhiteStore::Columns FirstWithout(std::size_t count, std::size_t without) const;
+  // Its columns are in the store; those that refinement has changed come anew.
+  void Place(Candidate* candidate);
   // Through which delays and angles are seen beside a model: its first coefficient, where that is
   // the channel's own turn.
   double ScaleFactorOr(double first_of_model) const;

@@ -79,7 +79,7 @@ std::vector<Candidate> Selection::RefinedFor(std::size_t member, const WhiteStor
     if (bare - point.cost < kNearOnGrid * (bare - cost_of_curve)) continue;
     out.push_back(*point.candidate);
     Refine(&out.back(), others);
-    if (out.back().columns.empty()) out.back().columns = store_.Add(White(out.back()));
+    Place(&out.back());
   }
   return out;
 }
@@ -99,7 +99,7 @@ std::vector<Candidate> Selection::GrownFor(std::size_t member, const WhiteStore:
     if (bare - CostWith(candidate, others) < kNearOnGrid * gain) continue;
     out.push_back(candidate);
     Refine(&out.back(), others);
-    if (out.back().columns.empty()) out.back().columns = store_.Add(White(out.back()));
+    Place(&out.back());
   }
   return out;
 }
@@ -117,7 +117,7 @@ std::optional<Candidate> Selection::InTheOtherShape(const Candidate& member,
   SetNonlinear(member.context.nonlinear, &candidate);
   candidate.columns.clear();
   Refine(&candidate, others);
-  if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
+  Place(&candidate);
   return candidate;
 }
 
@@ -169,7 +169,7 @@ bool Selection::ExchangeMember(std::size_t i) {
   }
   if (!better) return false;
   Refine(&*better, others);
-  if (better->columns.empty()) better->columns = store_.Add(White(*better));
+  Place(&*better);
   members_[i] = std::move(*better);
   return true;
 }

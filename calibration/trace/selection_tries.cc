@@ -82,7 +82,7 @@ void Selection::TryBetween(Candidate candidate, const WhiteStore::Columns& model
   candidate.log_level -= kBetweenPoints * static_cast<double>(candidate.context.nonlinear.size());
   const Eigen::Index mark = store_.used();
   Refine(&candidate, model);
-  if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
+  Place(&candidate);
   const double evidence_margin = candidate.log_level - LogP(candidate, model);
   if (evidence_margin > best->evidence_margin && Plausible(candidate, model)) {
     *best = {std::move(candidate), evidence_margin, true};
@@ -120,7 +120,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     double evidence_margin = level - LogP(candidate, model);
     if (evidence_margin > -kNearLevel && evidence_margin + kNearLevel > best->evidence_margin) {
       Refine(&candidate, model);
-      if (candidate.columns.empty()) candidate.columns = store_.Add(White(candidate));
+      Place(&candidate);
       evidence_margin = level - LogP(candidate, model);
     }
     if (evidence_margin > best->evidence_margin && ToldFromMembers(candidate, model) &&

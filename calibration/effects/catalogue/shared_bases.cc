@@ -29,30 +29,17 @@ double Cubic(const std::array<Place, 4>& places, double tau_s) {
   return sum_deg;
 }
 
-// What is known of a channel's angle about a node, in the very motion of the node's readings.
-class AboutNode {
- public:
-  AboutNode(const GyroTurn& turn, std::size_t channel)
-      : near_deg_(turn.near_deg), channel_(channel) {}
-
-  bool Knows(double tau_s) const { return std::fabs(tau_s) <= kReach_s; }
-  double Turned_deg(double tau_s) const {
-    const int first =
-        std::clamp(static_cast<int>(std::floor(tau_s / kNearStep_s)) - 1, -kReach, kReach - 3);
-    return Cubic({At(first), At(first + 1), At(first + 2), At(first + 3)}, tau_s);
-  }
-
- private:
-  // So many steps after the node.
-  Place At(int step) const {
+// About a node, in the very motion of its readings; up to kReach_s either way.
+double TurnedNear_deg(const Near& near_deg, std::size_t channel, double tau_s) {
+  const auto at = [&](int step) -> Place {
     if (step == 0) return {0.0, 0.0};
     const auto index = static_cast<std::size_t>(step < 0 ? step + kReach : step + kReach - 1);
-    return {step * kNearStep_s, near_deg_[index][channel_]};
-  }
-
-  const Near& near_deg_;
-  std::size_t channel_;
-};
+    return {step * kNearStep_s, near_deg[index][channel]};
+  };
+  const int first =
+      std::clamp(static_cast<int>(std::floor(tau_s / kNearStep_s)) - 1, -kReach, kReach - 3);
+  return Cubic({at(first), at(first + 1), at(first + 2), at(first + 3)}, tau_s);
+}
 
 // A channel's angle at any time, along the ways between the nodes; beyond the first and the last of
 // them at constant rate. All relative to one node.
@@ -115,8 +102,8 @@ double ReadingAfter_s(const SensorState& point, std::size_t i) {
 double TurnedOn(const SensorState& point, std::size_t channel, double tau_s) {
   const std::span<const GyroTurn> turns = point.gyro_turns;
   if (turns.empty()) return kMissing;
-  const AboutNode own(turns[point.node], channel);
-  if (own.Knows(tau_s)) return own.Turned_deg(tau_s);
+  if (std::fabs(tau_s) <= kReach_s)
+    return TurnedNear_deg(turns[point.node].near_deg, channel, tau_s);
   // At each of the readings: what their mean is like at another time, nodes that stand for another
   // number of them do not tell.
   const AlongWays ways(turns, point.node, channel);
@@ -130,8 +117,7 @@ double TurnedOn(const SensorState& point, std::size_t channel, double tau_s) {
 
 bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double periods,
                       double* sin_and_cos) {
-  if (point.readings < 2 || point.gyro_turns.empty()) return false;
-  if (point.node == 0) return false;
+  if (point.readings < 2 || point.gyro_turns.empty() || point.node == 0) return false;
   const GyroTurn& turn = point.gyro_turns[point.node];
   const Way& way = turn.table_way_deg;
   const double begin_deg = point.gyro_turns[point.node - 1].table_way_deg.back()[table_axis];
