@@ -99,6 +99,17 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
           defect.count, defect.first_t_s,
           defect.where.empty() ? "" : fmt::format(", {}", defect.where)));
     }
+    if (defect.kind == kSilentReference) {
+      const std::string later =
+          defect.count > 1
+              ? fmt::format(", and its {} later readings are not used", defect.count - 1)
+              : "";
+      remarks.push_back(fmt::format(
+          "the stand's {0} axis has no angle in the 5 s after the first of another axis: it is "
+          "taken "
+          "to stand at 0 deg{1}; fill the column ref_{0}_deg, or remove it where the axis stands",
+          defect.where, later));
+    }
     if (defect.kind == kUnitRestarted) {
       remarks.push_back(fmt::format(
           "the gyro's unit started anew within the measurement ({} times, first at {:.1f} s), and "

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/measurement_fields.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -19,6 +21,7 @@ constexpr double kTurn_deg = 360.0, kWrap_deg = 10.0;
 // reading to the next.
 constexpr double kWrapWithin_s = 0.24;
 constexpr double kWaitForAngles_s = 5.0;
+constexpr std::int64_t kWaitForReadings = 20;  // of an axis that is read
 constexpr double kNormTolerance = 0.05;
 
 double Length(const Vector3& v) { return std::hypot(v[0], v[1], v[2]); }
@@ -138,6 +141,10 @@ void ReferenceTrack::Add(const AngleSample& reading) {
   lost_since_s_.reset();
   turns_since_s_.reset();
   const bool stand = info_.reference == ReferenceKind::kStandAngles;
+  if (axis <= 2 && silent_[axis]) {
+    defects_.Add(kSilentReference, kStandAxisNames[axis], sample.t_s);
+    return;
+  }
   if (axis > 2 || !watched_[axis] || (!stand && info_.reference != ReferenceKind::kSensorAngle))
     return;
   ++readings_;
@@ -170,7 +177,10 @@ void ReferenceTrack::Add(const AngleSample& reading) {
   newest_axis_ = axis;
   bool all_known = true;
   for (std::size_t a = 0; a < 3; ++a) all_known = all_known && (!watched_[a] || angle_[a].known);
-  if (!all_known && sample.t_s - first_s_ < kWaitForAngles_s) return;
+  if (!all_known) {
+    if (sample.t_s - first_s_ < kWaitForAngles_s) return;
+    if (angle.pace.intervals >= kWaitForReadings) LeaveOutSilent();
+  }
   updated_ = true;
   const bool rested = finder_[axis].resting();
   UpdateRest(axis, sample.t_s, sample.angle_deg);
@@ -178,6 +188,17 @@ void ReferenceTrack::Add(const AngleSample& reading) {
   if (stand && rested && !finder_[axis].resting())
     turns_since_s_ = angle.LastBefore(finder_[axis].last_at_rest_s());
   if (stand && turned_unseen) turns_since_s_ = before_s;
+}
+
+// Axes that are announced and never read: a column that is not filled. Nothing would rest, or be
+// oriented, as long as their angle is waited for.
+void ReferenceTrack::LeaveOutSilent() {
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!watched_[a] || angle_[a].known) continue;
+    watched_[a] = false;
+    silent_[a] = true;
+    defects_.Add(kSilentReference, kStandAxisNames[a], first_s_);
+  }
 }
 
 bool ReferenceTrack::Accepts(StandAngle* angle, const AngleSample& sample) {

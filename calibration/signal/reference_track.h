@@ -26,6 +26,10 @@ struct OpenRest {
 // Where a jump of the reference was, in its defect, when it left out whole turns.
 inline constexpr const char* kByWholeTurns = "by whole turns";
 
+// Defect of an axis of the stand that is announced and was not read as the others began: where is
+// its name, and the count one more than the readings that came later, which are not used.
+inline constexpr const char* kSilentReference = "silent_reference";
+
 // What the noise of readings adds to the range of an angle that never leaves one turn.
 inline constexpr double kWrapSlack_deg = 2.0;
 
@@ -83,6 +87,8 @@ class ReferenceTrack {
   // A stretch without reference ended with this reading: its begin.
   std::optional<double> lost_since_s() const { return lost_since_s_; }
 
+  // The stand's axis was announced and not read as the others began: it is taken to stand at 0 deg.
+  bool silent(std::size_t axis) const { return silent_[axis]; }
   bool orientation_known() const { return orientation_known_; }
   std::int64_t readings() const { return readings_; }
   double path_deg(std::size_t sensor_axis) const { return path_deg_[sensor_axis]; }
@@ -135,6 +141,7 @@ class ReferenceTrack {
   void CloseRest();
   bool AllRest() const;
   void KeepReading();
+  void LeaveOutSilent();
 
   MeasurementInfo info_;
   kinematics::StandFrame stand_;
@@ -155,7 +162,7 @@ class ReferenceTrack {
   Pace q_pace_;
   double q_time_s_ = 0.0;
   std::array<RestFinder, 3> finder_ = {};
-  std::array<bool, 3> watched_ = {};
+  std::array<bool, 3> watched_ = {}, silent_ = {};
   std::optional<OpenRest> open_;
   OpenRest ended_;
   std::array<Recent, kRecent> recent_ = {};
