@@ -67,6 +67,10 @@ struct SensorState {
   double span_s() const {
     return readings > 1 ? static_cast<double>(readings) * reading_step_s : 0.0;
   }
+  // The i-th of them: so long after the point's time [s].
+  double reading_after_s(std::size_t i) const {
+    return (static_cast<double>(i) - 0.5 * static_cast<double>(readings - 1)) * reading_step_s;
+  }
   // At nodes: how far the gyro has felt each of the table's axes turn [deg]; its scale and noise
   // add up in it, so only changes over a short time mean anything, and only those in which no node
   // is NaN: that is one up to which the gyro was not followed, or an axis that it cannot feel.

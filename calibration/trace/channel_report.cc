@@ -65,7 +65,8 @@ std::string EquationOf(const Candidate& member) {
 class ChannelTracer::State {
  public:
   explicit State(const ChannelRequest& request)
-      : request_(request), problem_(request.histories, request.channel, request.units_per_deg_s) {
+      : request_(request),
+        problem_(request.histories, request.channel, request.units_per_deg_s, request.seen) {
     trace_.axis = static_cast<SensorAxis>(request.channel);
     model_.axis = trace_.axis;
     model_.unit = OutputUnit(request_.histories.front().recording->info);
@@ -102,7 +103,8 @@ class ChannelTracer::State {
     } else if (enough_data_) {
       trace_.summary = "Not traced: " + trace_.remarks.back() + ".";
     }
-    return {std::move(trace_), std::move(model_), std::move(row_), std::move(bench_findings_)};
+    return {std::move(trace_), std::move(model_), std::move(row_), std::move(bench_findings_),
+            std::move(seen_)};
   }
 
  private:
@@ -114,6 +116,7 @@ class ChannelTracer::State {
     Fill(found->selection, found->noise, *fit_);
     effects_ = NamedEffects(found->selection, *fit_);
     bench_findings_ = FindingsOf(problem_, found->selection.members(), *fit_);
+    seen_ = WhatIsSeenOfReference(problem_, found->selection.members(), *fit_);
   }
 
   bool EnoughData() {
@@ -339,6 +342,7 @@ class ChannelTracer::State {
   std::vector<std::size_t> effect_of_term_;  // of the model
   ChannelRow row_;
   BenchFindings bench_findings_;
+  std::shared_ptr<const SeenOfReference> seen_;
   std::optional<ChannelFit> fit_;     // of all data
   std::vector<NamedEffect> effects_;  // the same
   std::shared_ptr<const TrainedPart> blocks_, first_part_;

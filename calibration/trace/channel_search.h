@@ -28,6 +28,7 @@ struct ChannelRequest {
   bool curves = true;
   bool try_on_rest = true;
   std::vector<BenchFinding> told;  // by any channel, that this one may feel as well
+  SeenOfAxes seen;
 };
 
 struct SearchedChannel {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calibration/gls/noise_search.h"
+#include "calibration/state/turned_on.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -27,21 +28,21 @@ int TemperatureOrder(double range_degC) {
   return range_degC < 6.0 ? 2 : 3;
 }
 
-// That the gyro shows about a channel's axis, over 10 ms either way [deg/s^2]; 0 where the samples
-// about the time are not known.
-double Acceleration(const SensorState& point, std::size_t channel) {
-  constexpr std::size_t kAfter = kNear_s.size() / 2, kBefore = kAfter - 1;
+// That the gyro shows about a channel's axis so long after a node, over 10 ms either way [deg/s^2];
+// 0 where the samples about the time are not known.
+double Acceleration(const SensorState& point, std::size_t channel, double after_s) {
   if (point.gyro_turns.empty()) return 0.0;
-  const Near& near_deg = point.gyro_turns[point.node].near_deg;
-  const double change_deg = near_deg[kAfter][channel] + near_deg[kBefore][channel];
+  const double change_deg = TurnedOn(point, channel, after_s + kNearStep_s) +
+                            TurnedOn(point, channel, after_s - kNearStep_s) -
+                            2.0 * TurnedOn(point, channel, after_s);
   return std::isfinite(change_deg) ? change_deg / (kNearStep_s * kNearStep_s) : 0.0;
 }
 
 }  // namespace
 
 ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::size_t channel,
-                               double units_per_deg_s)
-    : histories_(histories), channel_(channel) {
+                               double units_per_deg_s, SeenOfAxes seen)
+    : histories_(histories), channel_(channel), seen_(std::move(seen)) {
   std::vector<double> output;
   double last_end_s = 0.0;
   bool new_power_on = true;
@@ -131,6 +132,14 @@ void ChannelProblem::MoveReadingErrorToOutput(const Vector3& row_of_m) {
 
 Eigen::VectorXd ChannelProblem::TurnByRates(std::size_t axis) const {
   return RateColumn([&](const SensorState& point) { return point.rate_deg_s[axis]; });
+}
+
+Eigen::VectorXd ChannelProblem::Turn(std::size_t axis) const {
+  Eigen::VectorXd turn_deg = TurnByRates(axis);
+  if (axis == channel_ || seen_[axis] == nullptr) return turn_deg;
+  for (Eigen::Index i = 0; i < rows(); ++i)
+    turn_deg(i) += seen_[axis]->more_deg[ref(i).history][ref(i).interval];
+  return turn_deg;
 }
 
 // Its own axis first: where the data cannot tell axes apart, the turning is its own.
@@ -339,7 +348,7 @@ Baseline ChannelProblem::MakeBaseline() const {
     out.columns(i, turned + power_on) = dt;
   }
   for (Eigen::Index j = 0; j < turned; ++j)
-    out.columns.col(j) = TurnByRates(out.turned[static_cast<std::size_t>(j)]);
+    out.columns.col(j) = Turn(out.turned[static_cast<std::size_t>(j)]);
   for (int k = 0; k < out.temperature_order; ++k)
     out.columns.col(turned + constants + k) = TemperaturePower(k + 1);
   if (out.filter_shapes > 0) out.columns.rightCols(1) = FilterShape();
@@ -362,8 +371,12 @@ Eigen::VectorXd ChannelProblem::FilterShape() const {
         intervals_[static_cast<std::size_t>(i)].still)
       continue;
     const std::size_t interval = row_refs()[static_cast<std::size_t>(i)].interval;
-    out(i) = Acceleration(measured.nodes[interval + 1], channel_) -
-             Acceleration(measured.nodes[interval], channel_);
+    const auto at = [&](std::size_t node) {
+      const SensorState& point = measured.nodes[node];
+      const SeenOfReference* seen = seen_[channel_].get();
+      return Acceleration(point, channel_, seen == nullptr ? 0.0 : SumOf(seen->delays, point.t_s));
+    };
+    out(i) = at(interval + 1) - at(interval);
   }
   return out;
 }

@@ -15,6 +15,7 @@
 #include "calibration/effects/factor.h"
 #include "calibration/gls/interval_gls.h"
 #include "calibration/state/state_history.h"
+#include "calibration/trace/seen_of_reference.h"
 
 namespace gyrobench::calibration {
 
@@ -59,9 +60,10 @@ inline constexpr double kLeastScaleFactor = 1e-3;
 
 class ChannelProblem {
  public:
-  // `histories` must outlive the problem. `units_per_deg_s`: s0.
+  // `histories` must outlive the problem. `units_per_deg_s`: s0. `seen`: with which the turns about
+  // other axes are taken, and the delay after which the shape of the filter is felt.
   ChannelProblem(std::span<const StateHistory> histories, std::size_t channel,
-                 double units_per_deg_s);
+                 double units_per_deg_s, SeenOfAxes seen = {});
   // Some of its rows, in order, as if the others had not been measured: what happened in them is
   // known, what the sensor said is not. Every power-on must keep a row.
   ChannelProblem Part(const std::vector<Eigen::Index>& rows) const;
@@ -157,6 +159,8 @@ class ChannelProblem {
   }
   // The same of all rows, as the rates of their halves have it.
   Eigen::VectorXd TurnByRates(std::size_t axis) const;
+  // The same, about another axis with what is seen of the reference there.
+  Eigen::VectorXd Turn(std::size_t axis) const;
   std::vector<std::size_t> Turned() const;
   // The channel's, by what the rows say.
   Vector3 RowOfM() const;
@@ -170,6 +174,7 @@ class ChannelProblem {
 
   std::span<const StateHistory> histories_;
   std::size_t channel_;
+  SeenOfAxes seen_;
   std::vector<ProblemRow> rows_;
   std::vector<Interval> intervals_;
   std::vector<Eigen::Index> run_begins_, power_on_begins_;

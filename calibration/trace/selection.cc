@@ -10,6 +10,7 @@
 #include "base/geometry.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/gls/statistics.h"
+#include "calibration/signal/columns.h"
 #include "calibration/trace/refine.h"
 
 namespace gyrobench::calibration {
@@ -47,6 +48,15 @@ double LeastRipple_deg(const ChannelProblem& problem, const Candidate& ripple) {
   constexpr double kClearly = 3.0;
   const double error_deg = problem.angle_error_deg(ripple.context.table_axis);
   return kClearly * ripple.context.nonlinear[0] * error_deg * error_deg * kRadPerDeg;
+}
+
+// What the gyro turns by within a delay beyond the samples about a node is known by its scale
+// factor and the ways between nodes: of 3 deg within 0.15 s to 0.001 deg. A smaller wave of the
+// angle would make up for that.
+double LeastBesideDelay_deg(const ChannelProblem& problem, double longest_delay_s) {
+  constexpr double kKnown = 5e-4;
+  return longest_delay_s > kNear_s.back() ? kKnown * longest_delay_s * problem.max_rate_deg_s()
+                                          : 0.0;
 }
 
 // A term of which these data would not see an implausible size is left at 0: its coefficient would
@@ -186,6 +196,8 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   const double scale = ScaleFactorOr(all(0));
   double least_deg = effect.made_by_rounding * problem_->rounding_deg();
   if (effect.search == Search::kPeriods) least_deg = LeastRipple_deg(*problem_, candidate);
+  if (effect.domain == EffectDomain::kAngle && (effect.needs & kNeedsTableAxis) != 0)
+    least_deg = std::max(least_deg, LeastBesideDelay_deg(*problem_, longest_delay_s_));
   if (values.norm() < least_deg * std::fabs(scale)) return false;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
     double value = values(static_cast<Eigen::Index>(j));
@@ -202,6 +214,7 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
 
 void Selection::Remove(std::size_t member) {
   members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(member));
+  AddDelaysInTime();
 }
 
 void Selection::HoldShape(std::size_t member, const std::vector<double>& nonlinear) {
@@ -302,6 +315,7 @@ bool Selection::Add(Best best, const WhiteStore::Columns& model) {
   Candidate& candidate = *best.candidate;
   if (!candidate.scanned() && !best.refined) Refine(&candidate, model);
   Insert(std::move(candidate));
+  AddDelaysInTime();
   return true;
 }
 

@@ -115,6 +115,10 @@ class Selection {
   WhiteStore::Columns FirstWithout(std::size_t count, std::size_t without) const;
   // Its columns are in the store; those that refinement has changed come anew.
   void Place(Candidate* candidate);
+  std::vector<Delay> DelaysBeside(const Candidate& candidate, std::size_t without) const;
+  void SetDelaysBeside(std::size_t without, Candidate* candidate) const;
+  void SolveDelays(const std::vector<std::size_t>& delays);
+  void AddDelaysInTime();
   // Through which delays and angles are seen beside a model: its first coefficient, where that is
   // the channel's own turn.
   double ScaleFactorOr(double first_of_model) const;
@@ -144,7 +148,8 @@ class Selection {
   std::set<std::string> implausible_;  // families
   // Scale factor of the baseline's fit, through which delays and angles are seen.
   double own_scale_ = 1.0;
-  bool turns_itself_ = false;  // the baseline's first column is the channel's own turn
+  double longest_delay_s_ = 0.0;  // of the members' together
+  bool turns_itself_ = false;     // the baseline's first column is the channel's own turn
 };
 
 }  // namespace gyrobench::calibration

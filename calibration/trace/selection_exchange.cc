@@ -98,6 +98,7 @@ std::vector<Candidate> Selection::GrownFor(std::size_t member, const WhiteStore:
       continue;
     if (bare - CostWith(candidate, others) < kNearOnGrid * gain) continue;
     out.push_back(candidate);
+    SetDelaysBeside(member, &out.back());
     Refine(&out.back(), others);
     Place(&out.back());
   }
@@ -168,9 +169,11 @@ bool Selection::ExchangeMember(std::size_t i) {
     if (least == before) store_.DropFrom(mark);
   }
   if (!better) return false;
+  SetDelaysBeside(i, &*better);
   Refine(&*better, others);
   Place(&*better);
   members_[i] = std::move(*better);
+  AddDelaysInTime();
   return true;
 }
 

@@ -186,6 +186,8 @@ std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
       std::ranges::copy(own.back().found, std::back_inserter(errors));
       std::ranges::copy(own.back().supposed, std::back_inserter(errors));
     }
+    SeenOfAxes seen;
+    for (const std::size_t k : all) seen[requests[k].channel] = traced[k].seen;
     std::vector<std::size_t> again;
     for (const std::size_t k : all) {
       if (traced[k].trace.verdict == Verdict::kNone) continue;
@@ -194,10 +196,12 @@ std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
       // What shakes the stand the channel names only where it is told.
       std::ranges::copy_if(before, std::back_inserter(now),
                            [](const BenchFinding& told) { return told.of_stand; });
-      const bool retrace =
+      const bool told =
           round == 0 ? !now.empty() : NamesWhatIsGone(traced[k].bench_findings, before, now);
-      if (!retrace) continue;
-      before = std::move(now);
+      const bool felt = IsFelt(requests[k], traced[k], seen);
+      if (!told && !felt) continue;
+      if (told) before = std::move(now);
+      if (felt) requests[k].seen = seen;
       again.push_back(k);
     }
     if (again.empty()) break;

@@ -4,9 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <string>
 #include <vector>
 
-#include "calibration/effects/catalogue/shared_bases.h"
+#include "calibration/state/sensor_state.h"
+#include "calibration/state/turned_on.h"
+#include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_once.h"
 #include "tests/calibration/trace_story.h"
@@ -114,6 +117,94 @@ TEST(ALateReference, OfShortTurnsIsADelayAndNothingElse) {
     for (const auto& effect : channel.effects) {
       EXPECT_EQ(effect.id, "angle.latency") << channel.summary << ", " << delay_s << " s";
       EXPECT_NEAR(effect.parameters.at(0).value, delay_s, 3e-4);
+    }
+  }
+}
+
+// Turns of `scale` in which the other channels feel the axis by their cross-axis part.
+Story FeltAcross(const Motion& motion) {
+  Story story;
+  story.Follow(motion);
+  story.gyro_hz = 200.0;
+  story.reference_hz = 50.0;
+  story.scale = {0.05, -0.04, 1.012};
+  return story;
+}
+
+calibration::TraceResult TraceAll(const Story& story) {
+  const calibration::Recording recording = story.Collect();
+  const calibration::Recording* const inputs[] = {&recording};
+  calibration::TraceOptions options;
+  options.curves = false;
+  return calibration::Trace(inputs, options).result;
+}
+
+void ExpectThatOnlyZNames(const calibration::TraceResult& result, const std::string& id) {
+  ASSERT_EQ(result.channels.size(), 3u);
+  for (const calibration::ChannelTrace& channel : result.channels) {
+    if (channel.axis == SensorAxis::kZ) {
+      EXPECT_FALSE(channel.effects.empty()) << channel.summary;
+      for (const auto& effect : channel.effects) EXPECT_EQ(effect.id, id) << channel.summary;
+    } else {
+      EXPECT_TRUE(channel.effects.empty()) << channel.summary;
+      EXPECT_LT(channel.heldout_whitened_rms.after, 1.1) << channel.summary;
+    }
+  }
+}
+
+// An error of the reference that one channel has found is in the cross-axis part of the others,
+// where it would pass for tones and curves.
+TEST(WhatOneChannelShowsOfTheReference, IsTakenOffTheCrossAxisPartOfTheOthers) {
+  Motion motion;
+  motion.Rest(60.0);
+  for (int turn = 0; turn < 60; ++turn) {
+    motion.Turn(kInnerAxis, turn % 20 < 10 ? 12.0 : -12.0, 20.0);
+    motion.Rest(1.0);
+  }
+  Story late = FeltAcross(motion);
+  constexpr double kDelay_s = -0.12;
+  late.rate_deg_s = [&](double t_s) { return motion.At(t_s - kDelay_s).rate_deg_s[kInnerAxis]; };
+  ExpectThatOnlyZNames(TraceAll(late), "angle.latency");
+
+  Story rippled = FeltAcross(motion);
+  rippled.angle_deg = [&](double t_s) {
+    const double angle_deg = motion.At(t_s).angle_deg[kInnerAxis];
+    return angle_deg + 0.05 * std::sin(100.0 * angle_deg * std::numbers::pi / 180.0);
+  };
+  ExpectThatOnlyZNames(TraceAll(rippled), "angle.ripple");
+}
+
+// Two delays are one: what the gyro is late by at a time is their sum, and neither makes up for an
+// error in the shape of the other.
+TEST(ADelayBesideADrift, AddsToItInTime) {
+  Motion motion;
+  motion.Rest(60.0);
+  for (int turn = 0; turn < 120; ++turn) {
+    motion.Turn(kInnerAxis, turn % 20 < 10 ? 12.0 : -12.0, 20.0);
+    motion.Rest(turn % 20 == 19 ? 100.0 : 1.0);
+  }
+  for (const double delay_s : {-0.09, 0.06}) {
+    for (const double eps : {-5e-5, 5e-5}) {
+      Story story;
+      story.Follow(motion);
+      story.UseTurningChannelAlone();
+      story.gyro_hz = 200.0;
+      story.reference_hz = 50.0;
+      story.rate_deg_s = [&](double t_s) {
+        return (1.0 - eps) * motion.At((1.0 - eps) * t_s - delay_s).rate_deg_s[kInnerAxis];
+      };
+      const calibration::ChannelTrace channel = TraceOf(story.Collect());
+      const double end_s = story.duration_s;
+      double found_s = 0.0, at_end_s = 0.0;
+      for (const auto& effect : channel.effects) {
+        const double value = effect.parameters.at(0).value;
+        EXPECT_TRUE(effect.id == "angle.latency" || effect.id == "angle.clock_drift")
+            << channel.summary;
+        if (effect.id == "angle.latency") found_s += value, at_end_s += value;
+        if (effect.id == "angle.clock_drift") at_end_s += 1e-6 * value * end_s;
+      }
+      EXPECT_NEAR(found_s, delay_s, 5e-4) << channel.summary;
+      EXPECT_NEAR(at_end_s, delay_s + eps * end_s, 5e-4) << channel.summary;
     }
   }
 }

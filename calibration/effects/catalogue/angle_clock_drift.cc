@@ -1,7 +1,4 @@
 // The clocks of gyro and reference part.
-#include <cmath>
-
-#include "calibration/effects/basis.h"
 #include "calibration/effects/catalogue/makers.h"
 #include "calibration/effects/catalogue/shared_bases.h"
 
@@ -9,17 +6,7 @@ namespace gyrobench::calibration {
 namespace {
 
 // A delay that grows with time, in millionths of it.
-class ClockDriftBasis final : public ChannelBasis {
- public:
-  using ChannelBasis::ChannelBasis;
-  void At(const SensorState& point, double* terms) override {
-    constexpr double kShort_s = 1e-7;
-    const double per_ppm_s = 1e-6 * point.t_s;
-    const double tau_s = context().nonlinear[0] * per_ppm_s;
-    const double by_s = std::fabs(tau_s) > kShort_s ? tau_s : kShort_s;
-    terms[0] = -TurnedOn(point, context().channel, by_s) / by_s * per_ppm_s;
-  }
-};
+double DriftedApart_s(double eps_ppm, double t_s) { return 1e-6 * eps_ppm * t_s; }
 
 }  // namespace
 
@@ -39,7 +26,8 @@ Effect AngleClockDrift() {
           .search = Search::kCoefficient,
           .typical_size = 100.0,
           .size_source = "crystals: 10 to 100 ppm",
-          .basis = Make<ClockDriftBasis>};
+          .delay_s = DriftedApart_s,
+          .basis = Make<DelayBasis<DriftedApart_s>>};
 }
 
 }  // namespace gyrobench::calibration

@@ -5,6 +5,7 @@
 
 #include "calibration/effects/basis.h"
 #include "calibration/effects/effect.h"
+#include "calibration/state/turned_on.h"
 
 namespace gyrobench::calibration {
 
@@ -39,9 +40,19 @@ class PeriodicBasis : public ChannelBasis {
   virtual double periods() const = 0;
 };
 
-// Angle by which the gyro turned on from the point's time to `tau_s` after it [deg], by a cubic
-// through the four known times about that; before the first node and after the last at constant
-// rate. NaN where the point is no node.
-double TurnedOn(const SensorState& point, std::size_t channel, double tau_s);
+// z(t) = Phi(t - tau), so that the reference has turned on by what the gyro will see within tau.
+// Linear in tau only as long as the rate is constant: it has the shape of all delays together, and
+// each its part of that.
+template <DelayOf kDelay_s>
+class DelayBasis final : public ChannelBasis {
+ public:
+  using ChannelBasis::ChannelBasis;
+  void At(const SensorState& point, double* terms) override {
+    constexpr double kShort_s = 1e-7;
+    const double all_s = kDelay_s(context().nonlinear[0], point.t_s) + other_delays_s(point.t_s);
+    const double by_s = std::fabs(all_s) > kShort_s ? all_s : kShort_s;
+    terms[0] = -TurnedOn(point, context().channel, by_s) / by_s * kDelay_s(1.0, point.t_s);
+  }
+};
 
 }  // namespace gyrobench::calibration

@@ -1,0 +1,15 @@
+// How the gyro turned about a node.
+#pragma once
+
+#include <cstddef>
+
+namespace gyrobench::calibration {
+
+struct SensorState;
+
+// Angle by which the gyro turned on from the point's time to `tau_s` after it [deg], by a cubic
+// through the four known times about that; before the first node and after the last at constant
+// rate. NaN where the point is no node.
+double TurnedOn(const SensorState& point, std::size_t channel, double tau_s);
+
+}  // namespace gyrobench::calibration
