@@ -27,7 +27,7 @@ class ChannelBasis : public Basis {
     const std::vector<double>& sides = context_.start_sides;
     return power_on < sides.size() ? sides[power_on] : 0.0;
   }
-  double other_delays_s(double t_s) const { return SumOf(context_.other_delays, t_s); }
+  double other_delays_s(double t_s) const { return TotalDelay_s(context_.other_delays, t_s); }
   double table_rad(const SensorState& point) const {
     return point.table_deg[context_.table_axis] * kRadPerDeg;
   }

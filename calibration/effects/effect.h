@@ -20,15 +20,15 @@ namespace gyrobench::calibration {
 
 // By how much the gyro is late against the reference, by a coefficient and the time of the
 // measurement [s].
-using DelayOf = double (*)(double coefficient, double t_s);
+using DelayFunction = double (*)(double coefficient, double t_s);
 struct Delay {
-  DelayOf delay_s = nullptr;
+  DelayFunction delay_s = nullptr;
   double coefficient = 0.0;
 };
-// Of less, what is beside it is as beside none: in a ramp of 60 deg/s^2 the rate at its end is
-// another by 0.3 deg/s.
+// Delays that add up to less than this leave each other's shape as it is: in a ramp of 60 deg/s^2
+// the mean rate within it is another by 0.15 deg/s than at its begin.
 inline constexpr double kLongDelay_s = 0.005;
-inline double SumOf(const std::vector<Delay>& delays, double t_s) {
+inline double TotalDelay_s(const std::vector<Delay>& delays, double t_s) {
   double sum_s = 0.0;
   for (const Delay& delay : delays) sum_s += delay.delay_s(delay.coefficient, t_s);
   return sum_s;
@@ -49,8 +49,8 @@ struct BasisContext {
   // Of an effect that shakes the stand: by the speed of each of the stand's axes, not by the rate
   // about the channel's.
   bool of_stand = false;
-  // Of a delay: what else makes the gyro late. Delays add in time: beside a long one another tells
-  // by the rate at the end of it.
+  // Of a delay: what else makes the gyro late. Delays add in time: each has the shape of all of
+  // them together, the mean rate within their sum.
   std::vector<Delay> other_delays;
 };
 
@@ -138,7 +138,7 @@ struct Effect {
   // A shape of the gyro's filter: where that is free in the baseline, all such effects are one.
   bool filter_shape = false;
   // Of an effect that is a delay, whose coefficient this takes; nullptr: it is none.
-  DelayOf delay_s = nullptr;
+  DelayFunction delay_s = nullptr;
   // What the rounding of a coarse encoder makes of it, of half a step of the encoder; 0: nothing.
   double made_by_rounding = 0.0;
   // Goes by the speed at which the stand is shaken, which any of its axes may do.
@@ -162,7 +162,7 @@ struct Effect {
   std::unique_ptr<Basis> (*basis)(const BasisContext& context) = nullptr;
 
   bool of_one_run() const { return !differs_in_one_run.empty(); }
-  // Delays and what they are in one run.
+  // Delays, and what they are more in one run.
   bool of_delay() const { return delay_s != nullptr || of_one_run(); }
   // It happens at one time or has one phase, which no other measurement shares.
   bool of_one_time() const { return search == Search::kTime || search == Search::kFrequency; }

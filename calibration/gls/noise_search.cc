@@ -98,7 +98,8 @@ void NoiseSearch::Prepare(RowMajor columns, double tolerance) {
       ProductsUnder(intervals_, columns_, {1.0, 0.01, moving_ ? 1.0 : 0.0}).products;
   kept_ = IndependentColumns(gram.topLeftCorner(p, p), tolerance);
   const auto kept = static_cast<Eigen::Index>(kept_.size());
-  solvable_ = columns_.all().rows() > kept;
+  // Values that are no numbers have no likelihood.
+  solvable_ = gram.allFinite() && columns_.all().rows() > kept;
   if (!solvable_) return;
   const Eigen::MatrixXd chosen = gram(kept_, kept_);
   const Eigen::VectorXd scale = chosen.diagonal().cwiseSqrt().cwiseInverse();

@@ -65,6 +65,19 @@ std::string RemarkOnSpecificForce(const Recording& recording) {
       size_g, *unit);
 }
 
+std::string RemarkOnSilentAxis(const Defect& defect) {
+  if (defect.count > 1)
+    return fmt::format(
+        "the stand's {} axis has no angle at the begin: what was measured before its first one is "
+        "left out",
+        defect.where);
+  return fmt::format(
+      "the stand's {0} axis is announced and has no angle: it is taken to stand at 0 deg, and the "
+      "first seconds, in which it was waited for, are not used; in a table, fill the column "
+      "ref_{0}_deg or remove it",
+      defect.where);
+}
+
 }  // namespace
 
 void DefectLog::Add(std::string_view kind, std::string_view where, double t_s, std::int64_t count) {
@@ -99,17 +112,7 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
           defect.count, defect.first_t_s,
           defect.where.empty() ? "" : fmt::format(", {}", defect.where)));
     }
-    if (defect.kind == kSilentReference) {
-      const std::string later =
-          defect.count > 1
-              ? fmt::format(", and its {} later readings are not used", defect.count - 1)
-              : "";
-      remarks.push_back(fmt::format(
-          "the stand's {0} axis has no angle in the 5 s after the first of another axis: it is "
-          "taken "
-          "to stand at 0 deg{1}; fill the column ref_{0}_deg, or remove it where the axis stands",
-          defect.where, later));
-    }
+    if (defect.kind == kSilentReference) remarks.push_back(RemarkOnSilentAxis(defect));
     if (defect.kind == kUnitRestarted) {
       remarks.push_back(fmt::format(
           "the gyro's unit started anew within the measurement ({} times, first at {:.1f} s), and "

@@ -141,11 +141,8 @@ void ReferenceTrack::Add(const AngleSample& reading) {
   lost_since_s_.reset();
   turns_since_s_.reset();
   const bool stand = info_.reference == ReferenceKind::kStandAngles;
-  if (axis <= 2 && silent_[axis]) {
-    defects_.Add(kSilentReference, kStandAxisNames[axis], sample.t_s);
-    return;
-  }
-  if (axis > 2 || !watched_[axis] || (!stand && info_.reference != ReferenceKind::kSensorAngle))
+  if (axis > 2 || !(watched_[axis] || silent_[axis]) ||
+      (!stand && info_.reference != ReferenceKind::kSensorAngle))
     return;
   ++readings_;
   if (!std::isfinite(sample.angle_deg) || !std::isfinite(sample.t_s)) {
@@ -154,6 +151,7 @@ void ReferenceTrack::Add(const AngleSample& reading) {
   }
   StandAngle& angle = angle_[axis];
   if (!BeginUpdate(sample.t_s, &angle.pace)) return;
+  if (silent_[axis]) HearAgain(axis, sample.t_s);
   sample.angle_deg = Unwrapped(&angle, reading);
   if (!Accepts(&angle, sample)) return;
   angle.lowest_read_deg = std::fmin(angle.lowest_read_deg, reading.angle_deg);
@@ -199,6 +197,14 @@ void ReferenceTrack::LeaveOutSilent() {
     silent_[a] = true;
     defects_.Add(kSilentReference, kStandAxisNames[a], first_s_);
   }
+}
+
+// What was measured before has an angle that nobody knows.
+void ReferenceTrack::HearAgain(std::size_t axis, double t_s) {
+  silent_[axis] = false;
+  watched_[axis] = true;
+  defects_.Add(kSilentReference, kStandAxisNames[axis], t_s);
+  Lose(first_s_);
 }
 
 bool ReferenceTrack::Accepts(StandAngle* angle, const AngleSample& sample) {

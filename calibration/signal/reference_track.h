@@ -26,8 +26,8 @@ struct OpenRest {
 // Where a jump of the reference was, in its defect, when it left out whole turns.
 inline constexpr const char* kByWholeTurns = "by whole turns";
 
-// Defect of an axis of the stand that is announced and was not read as the others began: where is
-// its name, and the count one more than the readings that came later, which are not used.
+// Defect of an axis of the stand that is announced and was not read as the others began, of which
+// `where` is the name: counted twice where it was read later.
 inline constexpr const char* kSilentReference = "silent_reference";
 
 // What the noise of readings adds to the range of an angle that never leaves one turn.
@@ -41,7 +41,9 @@ inline constexpr double kWrapSlack_deg = 2.0;
 // left out, as `reference_outlier`; when the next one confirms it, the reference itself has jumped
 // (its count was lost): `reference_jump`, a stretch without reference, across which nothing is
 // taken to have turned. An angle that stays within a turn and steps by all of it is wrapped: it is
-// read as one that runs on, `reference_wrapped`.
+// read as one that runs on, `reference_wrapped`.An axis that is announced and not read
+// within 5 s and 20 readings of another is taken to stand, `silent_reference`; where it is read
+// later, what was measured before is a stretch without reference.
 class ReferenceTrack {
  public:
   void Start(const MeasurementInfo& info);
@@ -87,7 +89,7 @@ class ReferenceTrack {
   // A stretch without reference ended with this reading: its begin.
   std::optional<double> lost_since_s() const { return lost_since_s_; }
 
-  // The stand's axis was announced and not read as the others began: it is taken to stand at 0 deg.
+  // The stand's axis was announced and has not been read: it is taken to stand at 0 deg.
   bool silent(std::size_t axis) const { return silent_[axis]; }
   bool orientation_known() const { return orientation_known_; }
   std::int64_t readings() const { return readings_; }
@@ -142,6 +144,7 @@ class ReferenceTrack {
   bool AllRest() const;
   void KeepReading();
   void LeaveOutSilent();
+  void HearAgain(std::size_t axis, double t_s);
 
   MeasurementInfo info_;
   kinematics::StandFrame stand_;

@@ -165,6 +165,21 @@ class TrailMaker {
     return 0.25 * interval_s / static_cast<double>(readings);
   }
 
+  // Axes that are read at times of their own may have nodes closer than two samples of the gyro: an
+  // interval shares no more of its random walk with its neighbours than it has, or its variance
+  // would be negative.
+  void LimitSharedWalk() {
+    constexpr double kMost = 0.9;
+    std::vector<double>& walk_s = history_.reference_walk_s;
+    for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
+      const double shared_s = walk_s[i] + walk_s[i + 1];
+      if (!(shared_s > kMost * Length(i))) continue;
+      const double part = kMost * Length(i) / shared_s;
+      walk_s[i] *= part;
+      walk_s[i + 1] *= part;
+    }
+  }
+
   void Points() {
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       SensorState& point = history_.nodes[k];
@@ -176,6 +191,7 @@ class TrailMaker {
       point.readings = nodes_[k].mean.steps;
       point.reading_step_s = nodes_[k].mean.step_s;
     }
+    LimitSharedWalk();
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i)
       history_.still[i] = AtRest(i) && rest_of_[i] == rest_of_[i + 1];
     if (!history_.nodes.empty()) {

@@ -112,4 +112,18 @@ double TurnedOn(const SensorState& point, std::size_t channel, double tau_s) {
   return sum_deg / static_cast<double>(point.readings);
 }
 
+double AccelerationAfter_deg_s2(const SensorState& point, std::size_t channel, double after_s) {
+  const std::span<const GyroTurn> turns = point.gyro_turns;
+  if (turns.empty()) return kMissing;
+  // All three by the same samples.
+  const bool near = std::fabs(after_s) + kNearStep_s <= kNearReach_s;
+  const AlongWays ways(turns, point.node, channel);
+  const auto turned_deg = [&](double by_s) {
+    return near ? TurnedNear_deg(turns[point.node].near_deg, channel, by_s) : ways.Turned_deg(by_s);
+  };
+  return (turned_deg(after_s + kNearStep_s) + turned_deg(after_s - kNearStep_s) -
+          2.0 * turned_deg(after_s)) /
+         (kNearStep_s * kNearStep_s);
+}
+
 }  // namespace gyrobench::calibration

@@ -76,6 +76,7 @@ struct Candidate {
     return effect == nullptr ||
            (effect->search == Search::kGrid && effect->domain == EffectDomain::kRate);
   }
+  bool is_delay() const { return effect != nullptr && effect->delay_s != nullptr; }
   bool of_one_run() const { return effect != nullptr && effect->of_one_run(); }
   // A scan has found it, at its place; there is no grid of such.
   bool scanned() const {

@@ -18,6 +18,7 @@
 #include "calibration/trace/problem.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/report_parts.h"
+#include "calibration/trace/retrace.h"
 #include "calibration/trace/selection.h"
 #include "calibration/trace/split.h"
 
@@ -66,7 +67,8 @@ class ChannelTracer::State {
  public:
   explicit State(const ChannelRequest& request)
       : request_(request),
-        problem_(request.histories, request.channel, request.units_per_deg_s, request.seen) {
+        problem_(request.histories, request.channel, request.units_per_deg_s,
+                 request.angle_errors) {
     trace_.axis = static_cast<SensorAxis>(request.channel);
     model_.axis = trace_.axis;
     model_.unit = OutputUnit(request_.histories.front().recording->info);
@@ -104,7 +106,7 @@ class ChannelTracer::State {
       trace_.summary = "Not traced: " + trace_.remarks.back() + ".";
     }
     return {std::move(trace_), std::move(model_), std::move(row_), std::move(bench_findings_),
-            std::move(seen_)};
+            std::move(angle_error_)};
   }
 
  private:
@@ -116,7 +118,7 @@ class ChannelTracer::State {
     Fill(found->selection, found->noise, *fit_);
     effects_ = NamedEffects(found->selection, *fit_);
     bench_findings_ = FindingsOf(problem_, found->selection.members(), *fit_);
-    seen_ = WhatIsSeenOfReference(problem_, found->selection.members(), *fit_);
+    angle_error_ = ReferenceAngleErrorOf(problem_, found->selection.members(), *fit_);
   }
 
   bool EnoughData() {
@@ -342,7 +344,7 @@ class ChannelTracer::State {
   std::vector<std::size_t> effect_of_term_;  // of the model
   ChannelRow row_;
   BenchFindings bench_findings_;
-  std::shared_ptr<const SeenOfReference> seen_;
+  std::shared_ptr<const ReferenceAngleError> angle_error_;
   std::optional<ChannelFit> fit_;     // of all data
   std::vector<NamedEffect> effects_;  // the same
   std::shared_ptr<const TrainedPart> blocks_, first_part_;

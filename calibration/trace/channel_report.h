@@ -10,7 +10,7 @@
 #include "calibration/effects/channel_model.h"
 #include "calibration/sensor/make_vector.h"
 #include "calibration/trace/bench_finding.h"
-#include "calibration/trace/seen_of_reference.h"
+#include "calibration/trace/reference_angle_error.h"
 #include "calibration/trace/trace_result.h"
 
 namespace gyrobench::calibration {
@@ -23,7 +23,7 @@ struct TracedChannel {
   ChannelModel model;
   ChannelRow row;  // for the three axes together
   BenchFindings bench_findings;
-  std::shared_ptr<const SeenOfReference> seen;  // about its axis
+  std::shared_ptr<const ReferenceAngleError> angle_error;  // about its axis
 };
 
 // The parts of one channel's trace. The request must outlive them.

@@ -28,7 +28,8 @@ struct ChannelRequest {
   bool curves = true;
   bool try_on_rest = true;
   std::vector<BenchFinding> told;  // by any channel, that this one may feel as well
-  SeenOfAxes seen;
+  // That the channels named when they were traced before; its own among them.
+  ReferenceAngleErrors angle_errors;
 };
 
 struct SearchedChannel {

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "calibration/gls/noise_search.h"
-#include "calibration/state/turned_on.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -28,21 +29,11 @@ int TemperatureOrder(double range_degC) {
   return range_degC < 6.0 ? 2 : 3;
 }
 
-// That the gyro shows about a channel's axis so long after a node, over 10 ms either way [deg/s^2];
-// 0 where the samples about the time are not known.
-double Acceleration(const SensorState& point, std::size_t channel, double after_s) {
-  if (point.gyro_turns.empty()) return 0.0;
-  const double change_deg = TurnedOn(point, channel, after_s + kNearStep_s) +
-                            TurnedOn(point, channel, after_s - kNearStep_s) -
-                            2.0 * TurnedOn(point, channel, after_s);
-  return std::isfinite(change_deg) ? change_deg / (kNearStep_s * kNearStep_s) : 0.0;
-}
-
 }  // namespace
 
 ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::size_t channel,
-                               double units_per_deg_s, SeenOfAxes seen)
-    : histories_(histories), channel_(channel), seen_(std::move(seen)) {
+                               double units_per_deg_s, ReferenceAngleErrors angle_errors)
+    : histories_(histories), channel_(channel), angle_errors_(std::move(angle_errors)) {
   std::vector<double> output;
   double last_end_s = 0.0;
   bool new_power_on = true;
@@ -132,14 +123,6 @@ void ChannelProblem::MoveReadingErrorToOutput(const Vector3& row_of_m) {
 
 Eigen::VectorXd ChannelProblem::TurnByRates(std::size_t axis) const {
   return RateColumn([&](const SensorState& point) { return point.rate_deg_s[axis]; });
-}
-
-Eigen::VectorXd ChannelProblem::Turn(std::size_t axis) const {
-  Eigen::VectorXd turn_deg = TurnByRates(axis);
-  if (axis == channel_ || seen_[axis] == nullptr) return turn_deg;
-  for (Eigen::Index i = 0; i < rows(); ++i)
-    turn_deg(i) += seen_[axis]->more_deg[ref(i).history][ref(i).interval];
-  return turn_deg;
 }
 
 // Its own axis first: where the data cannot tell axes apart, the turning is its own.
@@ -248,6 +231,7 @@ void ChannelProblem::Survey() {
   constexpr double kFelt = 0.2;  // as a lever
   // Of each axis: the turns that are felt, its own, and what an error of 1 deg makes.
   Vector3 felt_path_deg = {}, path_deg = {}, path_by_error = {};
+  double motion_s = 0.0;
   feels_table_.assign(rows_.size(), false);
   felt_axes_.reserve(rows_.size());
   bool gravity = !histories_.empty(), temperature = gravity, vibration = gravity;
@@ -264,6 +248,7 @@ void ChannelProblem::Survey() {
       max_rate_ = std::max(max_rate_, std::fabs(point.rate_deg_s[channel_]));
       gravity = gravity && std::isfinite(point.gravity_g[0]);
     }
+    if (!half(i, 0).still) motion_s += dt;
     for (std::size_t c = 0; c < 3 && !half(i, 0).still; ++c)
       path_[c] += std::fabs(history(i).rotation_deg[ref(i).interval][c]);
     for (std::size_t a = 0; a < 3; ++a) {
@@ -276,6 +261,7 @@ void ChannelProblem::Survey() {
       feels_table_[static_cast<std::size_t>(i)] = true;
     }
   }
+  mean_rate_in_motion_ = motion_s > 0.0 ? path_[channel_] / motion_s : 0.0;
   SurveyTemperature();
   SurveyGravity();
   for (std::size_t a = 0; a < 3; ++a) {
@@ -352,32 +338,6 @@ Baseline ChannelProblem::MakeBaseline() const {
   for (int k = 0; k < out.temperature_order; ++k)
     out.columns.col(turned + constants + k) = TemperaturePower(k + 1);
   if (out.filter_shapes > 0) out.columns.rightCols(1) = FilterShape();
-  return out;
-}
-
-bool ChannelProblem::DelayIsDeclared() const {
-  return (observables() & kNeedsRate) != 0 &&
-         std::ranges::any_of(histories_, [](const StateHistory& history) {
-           return history.recording->info.gyro_delay_s > 0.0;
-         });
-}
-
-// Change of the angular acceleration that the gyro shows over each row in motion [deg/s^2].
-Eigen::VectorXd ChannelProblem::FilterShape() const {
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(rows());
-  for (Eigen::Index i = 0; i < rows(); ++i) {
-    const StateHistory& measured = history(i);
-    if (!(measured.recording->info.gyro_delay_s > 0.0) ||
-        intervals_[static_cast<std::size_t>(i)].still)
-      continue;
-    const std::size_t interval = row_refs()[static_cast<std::size_t>(i)].interval;
-    const auto at = [&](std::size_t node) {
-      const SensorState& point = measured.nodes[node];
-      const SeenOfReference* seen = seen_[channel_].get();
-      return Acceleration(point, channel_, seen == nullptr ? 0.0 : SumOf(seen->delays, point.t_s));
-    };
-    out(i) = at(interval + 1) - at(interval);
-  }
   return out;
 }
 

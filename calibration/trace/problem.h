@@ -15,7 +15,7 @@
 #include "calibration/effects/factor.h"
 #include "calibration/gls/interval_gls.h"
 #include "calibration/state/state_history.h"
-#include "calibration/trace/seen_of_reference.h"
+#include "calibration/trace/reference_angle_error.h"
 
 namespace gyrobench::calibration {
 
@@ -32,6 +32,9 @@ struct FeltAxis {
 // By stand axis. Of a single-axis reference: that axis of the sensor. All 0 for an orientation.
 std::array<FeltAxis, 3> FeelAxes(const StateHistory& history, std::size_t interval,
                                  std::size_t channel);
+
+// In one measurement at least.
+bool GyroDelayIsDeclared(std::span<const StateHistory> histories);
 
 // One interval of one measurement.
 struct ProblemRow {
@@ -60,10 +63,11 @@ inline constexpr double kLeastScaleFactor = 1e-3;
 
 class ChannelProblem {
  public:
-  // `histories` must outlive the problem. `units_per_deg_s`: s0. `seen`: with which the turns about
-  // other axes are taken, and the delay after which the shape of the filter is felt.
+  // `histories` must outlive the problem. `units_per_deg_s`: s0. `angle_errors`: those about
+  // other axes are added to the turns about them; the delays about its own axis are the time after
+  // which the reference has the shape of the filter.
   ChannelProblem(std::span<const StateHistory> histories, std::size_t channel,
-                 double units_per_deg_s, SeenOfAxes seen = {});
+                 double units_per_deg_s, ReferenceAngleErrors angle_errors = {});
   // Some of its rows, in order, as if the others had not been measured: what happened in them is
   // known, what the sensor said is not. Every power-on must keep a row.
   ChannelProblem Part(const std::vector<Eigen::Index>& rows) const;
@@ -131,6 +135,7 @@ class ChannelProblem {
   double min_temperature_degC() const { return min_temperature_; }
   double max_temperature_degC() const { return max_temperature_; }
   double max_rate_deg_s() const { return max_rate_; }
+  double mean_rate_in_motion_deg_s() const { return mean_rate_in_motion_; }
   // What rounding errs by in motion where the steps of an encoder are coarser than its noise, the
   // largest; 0 where they are not [deg]. It is a function of the angle.
   double rounding_deg() const;
@@ -159,7 +164,7 @@ class ChannelProblem {
   }
   // The same of all rows, as the rates of their halves have it.
   Eigen::VectorXd TurnByRates(std::size_t axis) const;
-  // The same, about another axis with what is seen of the reference there.
+  // The same, about another axis with the angle error there.
   Eigen::VectorXd Turn(std::size_t axis) const;
   std::vector<std::size_t> Turned() const;
   // The channel's, by what the rows say.
@@ -174,7 +179,7 @@ class ChannelProblem {
 
   std::span<const StateHistory> histories_;
   std::size_t channel_;
-  SeenOfAxes seen_;
+  ReferenceAngleErrors angle_errors_;
   std::vector<ProblemRow> rows_;
   std::vector<Interval> intervals_;
   std::vector<Eigen::Index> run_begins_, power_on_begins_;
@@ -188,7 +193,7 @@ class ChannelProblem {
   std::vector<std::array<FeltAxis, 3>> felt_axes_;
   Vector3 path_ = {};
   double min_temperature_ = kMissing, max_temperature_ = kMissing, mean_temperature_ = kMissing;
-  double max_rate_ = 0.0;
+  double max_rate_ = 0.0, mean_rate_in_motion_ = 0.0;
   Vector3 gravity_range_ = {kMissing, kMissing, kMissing};
 };
 

@@ -55,8 +55,9 @@ double LeastRipple_deg(const ChannelProblem& problem, const Candidate& ripple) {
 // angle would make up for that.
 double LeastBesideDelay_deg(const ChannelProblem& problem, double longest_delay_s) {
   constexpr double kKnown = 5e-4;
-  return longest_delay_s > kNear_s.back() ? kKnown * longest_delay_s * problem.max_rate_deg_s()
-                                          : 0.0;
+  return longest_delay_s > kNear_s.back()
+             ? kKnown * longest_delay_s * problem.mean_rate_in_motion_deg_s()
+             : 0.0;
 }
 
 // A term of which these data would not see an implausible size is left at 0: its coefficient would

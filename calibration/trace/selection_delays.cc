@@ -1,7 +1,8 @@
 // Delays add in time: each has the shape of all of them together.
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "calibration/gls/scaled_ldlt.h"
@@ -14,118 +15,129 @@ Delay DelayOfMember(const Candidate& member) {
   return {member.effect->delay_s, member.context.nonlinear.front()};
 }
 
-bool IsDelay(const Candidate& candidate) {
-  return candidate.effect != nullptr && candidate.effect->delay_s != nullptr;
-}
-
-double Longest_s(const ChannelProblem& problem, const std::vector<Delay>& delays) {
-  double longest_s = 0.0;
-  if (delays.empty()) return longest_s;
-  for (Eigen::Index i = 0; i < problem.rows(); ++i)
-    longest_s = std::max(longest_s, std::fabs(SumOf(delays, problem.end_s(i))));
-  return longest_s;
-}
-
-// As far as a shape goes, which hardly changes with a hundredth of the delay.
-bool Alike(const ChannelProblem& problem, const std::vector<Delay>& a,
-           const std::vector<Delay>& b) {
+// Delays apart by so little have the same shape: at 20 deg/s they turn the table by 2 mdeg, and the
+// shapes of two ramps differ by a small part of that.
+bool AreAlike(std::span<const StateHistory> histories, const std::vector<Delay>& a,
+              const std::vector<Delay>& b) {
   constexpr double kSame_s = 1e-4;
   if (a.empty() || b.empty()) return a.empty() == b.empty();
   std::vector<Delay> apart = a;
   for (const Delay& delay : b) apart.push_back({delay.delay_s, -delay.coefficient});
-  return Longest_s(problem, apart) < kSame_s;
+  return LongestDelay_s(histories, apart) < kSame_s;
 }
 
 }  // namespace
 
-// Of the members but one, and but the candidate's own family; none where they are short.
+// Of the members but one, and but the candidate's own family; none where all together are short.
 std::vector<Delay> Selection::DelaysBeside(const Candidate& candidate, std::size_t without) const {
   std::vector<Delay> delays;
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (i != without && IsDelay(members_[i]) && members_[i].family != candidate.family)
+    if (i != without && members_[i].is_delay() && members_[i].family != candidate.family)
       delays.push_back(DelayOfMember(members_[i]));
   }
-  return Longest_s(*problem_, delays) < kLongDelay_s ? std::vector<Delay>() : delays;
+  std::vector<Delay> all = delays;
+  if (candidate.is_delay()) all.push_back(DelayOfMember(candidate));
+  return LongestDelay_s(problem_->histories(), all) < kLongDelay_s ? std::vector<Delay>() : delays;
 }
 
-// Its columns come anew where the delays beside it are others than it was made for.
+// Its columns come anew where the delays beside it are others than those that it was made for.
 void Selection::SetDelaysBeside(std::size_t without, Candidate* candidate) const {
   if (candidate->effect == nullptr || !candidate->effect->of_delay()) return;
   std::vector<Delay> delays = DelaysBeside(*candidate, without);
-  if (Alike(*problem_, delays, candidate->context.other_delays)) return;
+  if (AreAlike(problem_->histories(), delays, candidate->context.other_delays)) return;
   candidate->context.other_delays = std::move(delays);
   candidate->raw.reset();
   candidate->columns.clear();
 }
 
-// The coefficients of several delays, found together, until their shapes are those of their sum.
-void Selection::SolveDelays(const std::vector<std::size_t>& delays) {
+// Each of the delays with all others beside it.
+void Selection::TellEachOther(std::vector<Candidate>* delays) {
+  for (Candidate& delay : *delays) {
+    delay.context.other_delays.clear();
+    for (const Candidate& other : *delays) {
+      if (&other != &delay) delay.context.other_delays.push_back(DelayOfMember(other));
+    }
+    delay.raw.reset();
+    delay.columns.clear();
+  }
+}
+
+// The coefficients of the members that are delays, found together until their shapes are those of
+// their sum; false where they cannot be told from each other.
+bool Selection::SolveDelays(const std::vector<std::size_t>& members) {
   constexpr int kRounds = 10;
   constexpr double kSame = 1e-6;  // of a range
   WhiteStore::Columns others = base_;
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (std::ranges::find(delays, i) == delays.end())
+    if (!members_[i].is_delay())
       others.insert(others.end(), members_[i].columns.begin(), members_[i].columns.end());
   }
   const Projection others_off(store_.Take(others));
   Eigen::MatrixXd of_output;
   const Eigen::VectorXd residual = others_off.Off(store_.output(), &of_output);
+  std::vector<Candidate> delays;
+  for (const std::size_t i : members) delays.push_back(members_[i]);
   Eigen::MatrixXd x(residual.size(), static_cast<Eigen::Index>(delays.size()));
   Eigen::VectorXd first(x.cols());
   double most = 1.0;
   for (int round = 0; round < kRounds && most > kSame; ++round) {
+    TellEachOther(&delays);
     for (Eigen::Index j = 0; j < x.cols(); ++j) {
-      Candidate& member = members_[delays[static_cast<std::size_t>(j)]];
-      member.context.other_delays = DelaysBeside(member, kNoMember);
-      member.raw.reset();
       Eigen::MatrixXd of_column;
-      x.col(j) = others_off.Off(White(member), &of_column).col(0);
+      x.col(j) = others_off.Off(White(delays[static_cast<std::size_t>(j)]), &of_column).col(0);
       first(j) = of_column(0, 0);
     }
     const Eigen::VectorXd c = ScaledLdlt(x.transpose() * x).Solve(x.transpose() * residual);
     const double scale = ScaleFactorOr(of_output(0, 0) - first.dot(c));
     most = 0.0;
     for (Eigen::Index j = 0; j < x.cols(); ++j) {
-      Candidate& member = members_[delays[static_cast<std::size_t>(j)]];
-      const NonlinearParameter& range = member.effect->nonlinear.front();
-      double& value = member.context.nonlinear.front();
-      const double now = std::clamp(c(j) / scale, range.low, range.high);
+      Candidate& delay = delays[static_cast<std::size_t>(j)];
+      const NonlinearParameter& range = delay.effect->nonlinear.front();
+      double& value = delay.context.nonlinear.front();
+      const double now = c(j) / scale;
+      if (!(now >= range.low && now <= range.high)) return false;
       most = std::max(most, std::fabs(now - value) / (range.high - range.low));
       value = now;
     }
   }
+  TellEachOther(&delays);
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    Place(&delays[k]);
+    members_[members[k]] = std::move(delays[k]);
+  }
+  return true;
 }
 
 // After each change of the model.
 void Selection::AddDelaysInTime() {
-  std::vector<std::size_t> delays;
+  std::vector<std::size_t> members;
+  std::vector<Delay> delays;
+  bool others_changed = false;
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (IsDelay(members_[i])) delays.push_back(i);
+    if (!members_[i].is_delay()) continue;
+    members.push_back(i);
+    delays.push_back(DelayOfMember(members_[i]));
   }
-  const bool several = delays.size() > 1 && std::ranges::any_of(delays, [&](std::size_t i) {
-                         return !DelaysBeside(members_[i], kNoMember).empty();
-                       });
-  if (several) SolveDelays(delays);
+  for (const std::size_t i : members) {
+    const std::vector<Delay> beside = DelaysBeside(members_[i], kNoMember);
+    others_changed = others_changed ||
+                     !AreAlike(problem_->histories(), beside, members_[i].context.other_delays);
+  }
+  if (others_changed && SolveDelays(members)) {
+    delays.clear();
+    for (const std::size_t i : members) delays.push_back(DelayOfMember(members_[i]));
+  }
+  longest_delay_s_ = LongestDelay_s(problem_->histories(), delays);
   const auto settle = [&](Candidate* candidate) {
     SetDelaysBeside(kNoMember, candidate);
     Place(candidate);
   };
-  for (const std::size_t i : delays) {
-    if (!several) {
-      settle(&members_[i]);
-      continue;
-    }
-    members_[i].columns.clear();
-    members_[i].raw.reset();
-    Place(&members_[i]);
+  for (Candidate& member : members_) {
+    if (member.of_one_run()) settle(&member);
   }
-  for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (members_[i].of_one_run()) settle(&members_[i]);
+  for (Candidate& candidate : pool_) {
+    if (candidate.effect != nullptr && candidate.effect->of_delay()) settle(&candidate);
   }
-  for (Candidate& candidate : pool_) settle(&candidate);
-  std::vector<Delay> all;
-  for (const std::size_t i : delays) all.push_back(DelayOfMember(members_[i]));
-  longest_delay_s_ = Longest_s(*problem_, all);
 }
 
 }  // namespace gyrobench::calibration

@@ -143,6 +143,8 @@ bool Selection::ExchangeMember(std::size_t i) {
     if (candidate.family == members_[i].family || Barred(candidate.family) ||
         InAnotherShape(candidate, i))
       continue;
+    // Beside a long delay its shape is that beside this member: GrownFor has it without.
+    if (members_[i].is_delay() && !candidate.context.other_delays.empty()) continue;
     consider(candidate);
   }
   for (const Ramp& ramp : RampsFor(members_[i], others)) {

@@ -18,6 +18,7 @@
 #include "calibration/state/state_history.h"
 #include "calibration/trace/channel_report.h"
 #include "calibration/trace/channel_search.h"
+#include "calibration/trace/retrace.h"
 #include "calibration/trace/shared_columns.h"
 #include "calibration/trace/side_by_side.h"
 
@@ -161,7 +162,8 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
 }
 
 // Where one channel shows that an axis is read wrong, the others that are not clean are traced
-// again with that in view; and once more where the first then takes it back.
+// again with that in view, and with its angle error in their cross-axis parts where they would see
+// it; and once more where the first then takes it back.
 std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
                                          const std::function<void(double)>& progress) {
   constexpr int kRounds = 2;
@@ -186,8 +188,8 @@ std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
       std::ranges::copy(own.back().found, std::back_inserter(errors));
       std::ranges::copy(own.back().supposed, std::back_inserter(errors));
     }
-    SeenOfAxes seen;
-    for (const std::size_t k : all) seen[requests[k].channel] = traced[k].seen;
+    ReferenceAngleErrors angle_errors;
+    for (const std::size_t k : all) angle_errors[requests[k].channel] = traced[k].angle_error;
     std::vector<std::size_t> again;
     for (const std::size_t k : all) {
       if (traced[k].trace.verdict == Verdict::kNone) continue;
@@ -198,10 +200,10 @@ std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
                            [](const BenchFinding& told) { return told.of_stand; });
       const bool told =
           round == 0 ? !now.empty() : NamesWhatIsGone(traced[k].bench_findings, before, now);
-      const bool felt = IsFelt(requests[k], traced[k], seen);
-      if (!told && !felt) continue;
+      const bool misread = NeedsRetrace(requests[k], traced[k], angle_errors);
+      if (!told && !misread) continue;
       if (told) before = std::move(now);
-      if (felt) requests[k].seen = seen;
+      if (misread) requests[k].angle_errors = angle_errors;
       again.push_back(k);
     }
     if (again.empty()) break;

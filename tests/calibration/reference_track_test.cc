@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -29,50 +30,66 @@ double InnerAngle_deg(double t_s, double begin_s) {
   return 0.5 * kAcceleration * ramp_s * ramp_s + kRate * (since_s - ramp_s);
 }
 
+constexpr double kNever_s = 1e9;
+
+// The inner axis turns at 12 s; the middle one, at 30 deg, is read from `middle_from_s` on.
+Recording ReadFrom(const std::array<bool, 3>& announced, double middle_from_s) {
+  Collector collector;
+  MeasurementInfo info = Stand();
+  info.gyro_present = {true, true, true};
+  info.stand_axis_present = announced;
+  collector.OnInfo(info);
+  for (int sample = 0; sample < 8000; ++sample) {
+    const double t_s = 0.005 * sample;
+    collector.OnGyro({.t_s = t_s, .xi = {0.0, 0.0, t_s > 12.0 && t_s < 12.4 ? 40.0 : 0.0}});
+    if (sample % 4 != 0) continue;
+    const double inner_deg = std::clamp(t_s - 12.0, 0.0, 0.4) * 40.0;
+    collector.OnAngle({.t_s = t_s, .axis = 2, .angle_deg = inner_deg});
+    if (t_s > middle_from_s) collector.OnAngle({.t_s = t_s, .axis = 1, .angle_deg = 30.0});
+  }
+  return collector.Take();
+}
+
+std::int64_t CountOfSilent(const Recording& recording, const char* axis) {
+  for (const Defect& defect : recording.defects) {
+    if (defect.kind == kSilentReference && defect.where == axis) return defect.count;
+  }
+  return 0;
+}
+
 // A table may name the columns of axes that its stand does not have: what turns is measured as well
 // as without them.
 TEST(ReferenceTrack, AnAxisThatIsAnnouncedAndNeverReadIsTakenToStand) {
-  const auto collect = [](bool announced, double late_s) {
-    Collector collector;
-    MeasurementInfo info = Stand();
-    info.gyro_present = {true, true, true};
-    if (!announced) info.stand_axis_present = {false, false, true};
-    collector.OnInfo(info);
-    for (int sample = 0; sample < 6000; ++sample) {
-      const double t_s = 0.005 * sample;
-      collector.OnGyro({.t_s = t_s, .xi = {0.0, 0.0, t_s > 12.0 && t_s < 12.4 ? 40.0 : 0.0}});
-      if (sample % 4 != 0) continue;
-      collector.OnAngle(
-          {.t_s = t_s, .axis = 2, .angle_deg = std::clamp(t_s - 12.0, 0.0, 0.4) * 40.0});
-      if (t_s > late_s) collector.OnAngle({.t_s = t_s, .axis = 1, .angle_deg = 30.0});
-    }
-    return collector.Take();
-  };
-  constexpr double kNever = 1e9;
-  const Recording without = collect(false, kNever);
-  for (const double late_s : {kNever, 20.0}) {
-    const Recording with = collect(true, late_s);
-    EXPECT_EQ(with.info.stand_axis_present, without.info.stand_axis_present);
-    ASSERT_GE(without.columns.rests.size(), 2u);
-    ASSERT_EQ(with.columns.rests.size(), without.columns.rests.size());
-    // The first 5 s wait for the axes.
-    EXPECT_LT(with.columns.rests[0].begin.t_s, 5.1);
-    EXPECT_EQ(with.columns.rests[0].end.t_s, without.columns.rests[0].end.t_s);
-    EXPECT_EQ(with.columns.rests[1].begin.t_s, without.columns.rests[1].begin.t_s);
-    for (const Node& node : with.columns.nodes) {
-      EXPECT_EQ(node.table_deg[0], 0.0);
-      EXPECT_EQ(node.table_deg[1], 0.0);
-    }
-    const auto of = [&](const char* axis) {
-      return std::ranges::find_if(with.defects, [&](const Defect& defect) {
-        return defect.kind == kSilentReference && defect.where == axis;
-      });
-    };
-    ASSERT_NE(of("outer"), with.defects.end());
-    ASSERT_NE(of("middle"), with.defects.end());
-    EXPECT_EQ(of("outer")->count, 1);
-    EXPECT_EQ(of("middle")->count > 1, late_s < kNever);
+  const Recording with = ReadFrom({true, true, true}, kNever_s);
+  const Recording without = ReadFrom({false, false, true}, kNever_s);
+  EXPECT_EQ(with.info.stand_axis_present, without.info.stand_axis_present);
+  ASSERT_EQ(without.columns.rests.size(), 2u);
+  ASSERT_EQ(with.columns.rests.size(), 2u);
+  // The first seconds wait for the axes.
+  EXPECT_LT(with.columns.rests[0].begin.t_s, 5.1);
+  EXPECT_EQ(with.columns.rests[0].end.t_s, without.columns.rests[0].end.t_s);
+  EXPECT_EQ(with.columns.rests[1].begin.t_s, without.columns.rests[1].begin.t_s);
+  for (const Node& node : with.columns.nodes) {
+    EXPECT_EQ(node.table_deg[0], 0.0);
+    EXPECT_EQ(node.table_deg[1], 0.0);
   }
+  EXPECT_EQ(CountOfSilent(with, "outer"), 1);
+  EXPECT_EQ(CountOfSilent(with, "middle"), 1);
+  EXPECT_EQ(CountOfSilent(without, "outer"), 0);
+}
+
+TEST(ReferenceTrack, AnAxisThatIsReadLateIsUsedFromThenOn) {
+  constexpr double kFrom_s = 20.0;
+  const Recording recording = ReadFrom({false, true, true}, kFrom_s);
+  EXPECT_EQ(CountOfSilent(recording, "middle"), 2);
+  EXPECT_TRUE(recording.info.stand_axis_present[1]);
+  ASSERT_FALSE(recording.columns.bad.empty());
+  EXPECT_LT(recording.columns.bad.front().begin_s, 0.1);
+  EXPECT_NEAR(recording.columns.bad.front().end_s, kFrom_s, 0.1);
+  ASSERT_FALSE(recording.columns.rests.empty());
+  EXPECT_NEAR(recording.columns.rests.back().begin.t_s, kFrom_s, 1.0);
+  EXPECT_GT(recording.columns.rests.back().end.t_s, 38.0);
+  EXPECT_EQ(recording.columns.nodes.back().table_deg[1], 30.0);
 }
 
 // Axes that are read in turn. At the begin of a motion the axis that turns was read before the

@@ -15,15 +15,9 @@ class LatencyOfRunBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const SensorState& point, double* terms) override {
-    constexpr double kShort_s = 1e-5;
     if (point.begins) run_ = static_cast<double>(point.run);
-    terms[0] = 0.0;
-    if (run_ != context().nonlinear[0]) return;
-    const double others_s = other_delays_s(point.t_s);
-    const double others_deg =
-        context().other_delays.empty() ? 0.0 : TurnedOn(point, context().channel, others_s);
-    const double all_deg = TurnedOn(point, context().channel, others_s + kShort_s);
-    terms[0] = (others_deg - all_deg) / kShort_s;
+    const bool mine = run_ == context().nonlinear[0];
+    terms[0] = mine ? -TurnedOnWithin(point, context().channel, other_delays_s(point.t_s)) : 0.0;
   }
 
  private:

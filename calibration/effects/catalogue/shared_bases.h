@@ -40,18 +40,21 @@ class PeriodicBasis : public ChannelBasis {
   virtual double periods() const = 0;
 };
 
-// z(t) = Phi(t - tau), so that the reference has turned on by what the gyro will see within tau.
-// Linear in tau only as long as the rate is constant: it has the shape of all delays together, and
-// each its part of that.
-template <DelayOf kDelay_s>
+// z(t) = Phi(t - tau), so that the reference has turned on by what the gyro will see within tau:
+// this over tau. Linear in tau only as long as the rate is constant.
+inline double TurnedOnWithin(const SensorState& point, std::size_t channel, double tau_s) {
+  constexpr double kShort_s = 1e-7;
+  const double by_s = std::fabs(tau_s) > kShort_s ? tau_s : kShort_s;
+  return TurnedOn(point, channel, by_s) / by_s;
+}
+
+template <DelayFunction kDelay_s>
 class DelayBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const SensorState& point, double* terms) override {
-    constexpr double kShort_s = 1e-7;
     const double all_s = kDelay_s(context().nonlinear[0], point.t_s) + other_delays_s(point.t_s);
-    const double by_s = std::fabs(all_s) > kShort_s ? all_s : kShort_s;
-    terms[0] = -TurnedOn(point, context().channel, by_s) / by_s * kDelay_s(1.0, point.t_s);
+    terms[0] = -TurnedOnWithin(point, context().channel, all_s) * kDelay_s(1.0, point.t_s);
   }
 };
 
