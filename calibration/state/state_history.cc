@@ -165,11 +165,11 @@ class TrailMaker {
     return 0.25 * interval_s / static_cast<double>(readings);
   }
 
-  // Axes that are read at times of their own may have nodes closer than two samples of the gyro: an
-  // interval shares no more of its random walk with its neighbours than it has, or its variance
-  // would be negative.
+  // Axes that are read at times of their own may have nodes closer than two samples of the gyro. An
+  // interval of length L has the variance N^2 (L - shared), and the covariances with its neighbours
+  // are N^2 shared: with more than half of L no covariance matrix.
   void LimitSharedWalk() {
-    constexpr double kMost = 0.9;
+    constexpr double kMost = 0.5;
     std::vector<double>& walk_s = history_.reference_walk_s;
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
       const double shared_s = walk_s[i] + walk_s[i + 1];

@@ -51,10 +51,10 @@ double LeastRipple_deg(const ChannelProblem& problem, const Candidate& ripple) {
 }
 
 // What the gyro turns by within a delay beyond the samples about a node is known by its scale
-// factor and the ways between nodes: of 3 deg within 0.15 s to 0.001 deg. A smaller wave of the
-// angle would make up for that.
+// factor, which may err by 6e-4 where the reference is late, and the ways between nodes: of 3 deg
+// within 0.15 s to 0.001 deg. A smaller wave of the angle would make up for that.
 double LeastBesideDelay_deg(const ChannelProblem& problem, double longest_delay_s) {
-  constexpr double kKnown = 5e-4;
+  constexpr double kKnown = 1e-3;
   return longest_delay_s > kNear_s.back()
              ? kKnown * longest_delay_s * problem.mean_rate_in_motion_deg_s()
              : 0.0;

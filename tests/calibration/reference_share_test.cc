@@ -1,11 +1,15 @@
 // How much of the reference's error each channel feels.
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <cmath>
+#include <limits>
+#include <random>
 #include <vector>
 
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/statistics.h"
+#include "calibration/signal/collector.h"
 #include "calibration/state/state_history.h"
 #include "calibration/trace/problem.h"
 #include "tests/calibration/synthetic_bench.h"
@@ -130,6 +134,57 @@ TEST(Tails, AreHeavierThanNormalOnesFarOutAndWithoutLimitAreThem) {
     EXPECT_NEAR(calibration::LogHeavyTail(square, 1e7), calibration::LogChiSquareTail(square, 1.0),
                 1e-3 * square);
   }
+}
+
+// Three axes that creep are read 2 ms apart, nearer than two samples of the gyro. An interval whose
+// noise is less than what it shares with its neighbours has no covariance, and no noise could be
+// judged by it.
+TEST(TheWalkThatNeighboursShare, LeavesAnIntervalAsMuch) {
+  calibration::Collector collector;
+  MeasurementInfo info;
+  info.gyro_present = {true, true, true};
+  info.reference = ReferenceKind::kStandAngles;
+  info.stand_axis_present = {true, true, true};
+  collector.OnInfo(info);
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  constexpr double kCreep_deg_s = 0.5;
+  for (int sample = 0; sample < 12000; ++sample) {
+    const double t_s = 0.005 * sample;
+    const auto shown = [&] { return kCreep_deg_s + 0.02 * normal(random); };
+    collector.OnGyro({.t_s = t_s, .xi = {shown(), shown(), shown()}});
+    if (sample % 40 != 0) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double read_s = t_s + 0.0023 * axis;
+      const double angle_deg = kCreep_deg_s * read_s;
+      collector.OnAngle({.t_s = read_s, .axis = axis, .angle_deg = angle_deg});
+    }
+  }
+  const Recording recording = collector.Take();
+  const StateHistory history = MakeStateHistory(recording, {1.0, 1.0, 1.0}, true, {});
+  bool close = false;
+  for (std::size_t i = 0; i + 1 < history.nodes.size(); ++i) {
+    const double length_s = history.nodes[i + 1].t_s - history.nodes[i].t_s;
+    close = close || (length_s < 0.005 && !history.still[i]);
+    EXPECT_LE(history.reference_walk_s[i] + history.reference_walk_s[i + 1],
+              0.5 * length_s * (1.0 + 1e-9));
+  }
+  EXPECT_TRUE(close);
+  const ChannelProblem problem({&history, 1}, kChannel, 1.0);
+  const calibration::NoiseSearch search(problem.intervals(), problem.MakeBaseline().columns,
+                                        problem.output_deg());
+  const auto noise = search.Best();
+  ASSERT_TRUE(noise.has_value());
+  EXPECT_NEAR(noise->noise.angle_random_walk_deg_sqrt_s, 0.02 * std::sqrt(0.005), 1e-3);
+}
+
+TEST(ANoise, IsNotJudgedByValuesThatAreNoNumbers) {
+  const std::vector<calibration::Interval> intervals(100, {.duration_s = 1.0, .still = true});
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Ones(100, 1);
+  Eigen::VectorXd output = Eigen::VectorXd::LinSpaced(100, 0.0, 1.0);
+  EXPECT_TRUE(calibration::NoiseSearch(intervals, columns, output).Best().has_value());
+  output(50) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(calibration::NoiseSearch(intervals, columns, output).Best().has_value());
 }
 
 }  // namespace
