@@ -1,5 +1,3 @@
-#include "calibration/state/turned_on.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>

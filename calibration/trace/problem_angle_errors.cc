@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/state/turned_on.h"
 #include "calibration/trace/problem.h"
 
 namespace gyrobench::calibration {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "calibration/state/sensor_state.h"
-#include "calibration/state/turned_on.h"
 #include "calibration/trace/trace.h"
 #include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_once.h"

@@ -5,7 +5,6 @@
 
 #include "calibration/effects/basis.h"
 #include "calibration/effects/effect.h"
-#include "calibration/state/turned_on.h"
 
 namespace gyrobench::calibration {
 
