@@ -20,7 +20,9 @@ DEFAULT = dict(
     # Temperature: what it does, what measures it; thermometer noise, resolution [degC], lag [s].
     thermal="warm_up", temp_noise_degC=0.02, temp_resolution_degC=1.0 / 340.0, temp_lag_s=0.0, thermometer=True,
     accelerometer=["absent", "noisy", "uncalibrated"],
-    covariates="", defects=False, site=[True, True, False], gear_key=True, unsigned_key=False)
+    covariates="", defects=False, site=[True, True, False], gear_key=True, unsigned_key=False,
+    # The header names columns that no row fills: the axes that stand, and the thermometer where there is none.
+    unfilled=False)
 
 CLASSES = {
     # The bench on which the tracer was found wanting.
@@ -61,6 +63,8 @@ CLASSES = {
     "slow_gyro": dict(gyro_rate_hz=[20.0, 25.0, 50.0], reference_rate_hz=20.0),
     "fast_gyro": dict(gyro_rate_hz=1000.0, programme="short", reference_rate_hz=[100.0, 200.0], lsb_per_deg_s=16.4),
     "noisy_gyro": dict(arw_factor=(1.5, 4.0), brw_factor=("log", 1.0, 6.0)),
+    "unfilled_columns": dict(unfilled=True, programme="single", thermometer=[True, False], thermal="constant",
+                             site=False),
     "several_axes": dict(programme="several", reference_noise_deg=(0.001, 0.004), encoder_bits=[18, 19, 20]),
 }
 

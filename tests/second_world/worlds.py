@@ -220,6 +220,10 @@ class World:
         columns += [Column(f"gyro_{c}_{unit}", spread(gyro["xyz".index(c), part], at_gyro), decimals)
                     for c in bench["gyro_axes"]]
         names, values, digits = self._reference_columns(reads[:, read_part])
+        if bench["unfilled"]:
+            values = [v if n == "ref_inner_deg" else np.full(v.size, np.nan) for n, v in zip(names, values)]
+            if not bench["thermometer"]:
+                columns.append(Column("temp_degC", np.full(rows.size, np.nan), 3))
         columns += [Column(n, spread(v, at_read), digits) for n, v in zip(names, values)]
         return columns + [Column(n, spread(v[part], at_gyro), d) for n, v, d in common]
 
