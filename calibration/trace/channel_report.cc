@@ -140,8 +140,12 @@ class ChannelTracer::State {
       if ((observables & need) == 0) trace_.remarks.push_back(says);
     };
     without(kNeedsRate,
-            "no motion about this axis: scale factor, nonlinearity and every effect "
-            "that needs motion cannot be estimated");
+            problem_.TurnsWithOthersAlone()
+                ? "this axis turned only together with another: its scale factor is taken as "
+                  "nominal, and what differs from that is in the cross-axis part; turn the table "
+                  "about this axis as well"
+                : "no motion about this axis: scale factor, nonlinearity and every effect "
+                  "that needs motion cannot be estimated");
     without(kNeedsTemperature,
             "temperature is missing or constant within 1 degC: nothing that depends on it can be "
             "estimated");

@@ -1,6 +1,7 @@
 #include "calibration/trace/problem.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -68,20 +69,23 @@ ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::siz
   }
   output_ = Eigen::Map<const Eigen::VectorXd>(output.data(), rows());
   Survey();
-  TakeOffEarth();
+  TakeOffNominalTurn();
   const Vector3 row = RowOfM();
   ShareReferenceErrors(row);
   MoveReadingErrorToOutput(row);
 }
 
-// Where the axis turned its scale factor has a column, and Earth's rotation is in that; where it
-// did not, Earth still turns it, by the nominal scale factor.
-void ChannelProblem::TakeOffEarth() {
-  if (path_[channel_] > kLeastPath_deg) return;
+// Where the axis turned by itself its scale factor has a column, and Earth's rotation is in that;
+// where it did not, Earth still turns it, by the nominal scale factor, and so does what it turned
+// together with another axis.
+void ChannelProblem::TakeOffNominalTurn() {
+  if (TurnsByItself()) return;
+  const bool turns = TurnsWithOthersAlone();
   for (Eigen::Index i = 0; i < rows(); ++i) {
     const std::vector<Node>& nodes = history(i).epochs;
     const std::uint32_t interval = ref(i).interval;
     output_(i) -= nodes[interval + 1].earth_deg[channel_] - nodes[interval].earth_deg[channel_];
+    if (turns) output_(i) -= Rotation(i)[channel_];
   }
 }
 
@@ -114,7 +118,7 @@ void ChannelProblem::ShareReferenceErrors(const Vector3& row_of_m) {
 // output has as well, and effects that are nearly one, such as a scale that depends on the
 // temperature and one that depends on its rate, would be found by it.
 void ChannelProblem::MoveReadingErrorToOutput(const Vector3& row_of_m) {
-  for (const std::size_t c : Turned()) {
+  for (const std::size_t c : turned_) {
     const Eigen::VectorXd by_rates_deg = TurnByRates(c);
     for (Eigen::Index i = 0; i < rows(); ++i)
       output_(i) -= row_of_m[c] * (Rotation(i)[c] - by_rates_deg(i));
@@ -125,13 +129,43 @@ Eigen::VectorXd ChannelProblem::TurnByRates(std::size_t axis) const {
   return RateColumn([&](const SensorState& point) { return point.rate_deg_s[axis]; });
 }
 
-// Its own axis first: where the data cannot tell axes apart, the turning is its own.
-std::vector<std::size_t> ChannelProblem::Turned() const {
-  std::vector<std::size_t> turned;
-  for (const std::size_t c : {channel_, (channel_ + 1) % 3, (channel_ + 2) % 3}) {
-    if (path_[c] > kLeastPath_deg) turned.push_back(c);
+bool ChannelProblem::TurnsByItself() const { return !turned_.empty() && turned_[0] == channel_; }
+
+bool ChannelProblem::TurnsWithOthersAlone() const {
+  return path_[channel_] > kLeastPath_deg && !TurnsByItself();
+}
+
+// Axes that turn by more than a tenth of their motion apart from the others: of those that always
+// turn together the one that turns most stands for all, and this channel's own where it turns at
+// least half as much. What is left of the rest is the noise of readings, which would make up a
+// scale factor.
+void ChannelProblem::SurveyTurns() {
+  constexpr double kApart = 0.01;  // of the square
+  constexpr double kOwnCounts = 2.0;
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    if (half(i, 0).still) continue;
+    const Eigen::Vector3d turn_deg(Rotation(i).data());
+    squares += turn_deg * turn_deg.transpose();
   }
-  return turned;
+  std::array<std::size_t, 3> axes = {channel_, (channel_ + 1) % 3, (channel_ + 2) % 3};
+  const auto counts = [&](std::size_t c) { return (c == channel_ ? kOwnCounts : 1.0) * path_[c]; };
+  std::stable_sort(axes.begin(), axes.end(),
+                   [&](std::size_t a, std::size_t b) { return counts(a) > counts(b); });
+  // Of each axis what those before it leave, as in Gram and Schmidt's way.
+  Eigen::Matrix3d left = squares;
+  std::array<bool, 3> turned = {};
+  for (const std::size_t c : axes) {
+    const auto k = static_cast<Eigen::Index>(c);
+    if (!(path_[c] > kLeastPath_deg) || !(left(k, k) > kApart * squares(k, k))) continue;
+    turned[c] = true;
+    const Eigen::Vector3d column = left.col(k);
+    left -= column * column.transpose() / column(k);
+  }
+  // Its own first.
+  for (const std::size_t c : {channel_, (channel_ + 1) % 3, (channel_ + 2) % 3}) {
+    if (turned[c]) turned_.push_back(c);
+  }
 }
 
 ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const {
@@ -262,6 +296,7 @@ void ChannelProblem::Survey() {
     }
   }
   mean_rate_in_motion_ = motion_s > 0.0 ? path_[channel_] / motion_s : 0.0;
+  SurveyTurns();
   SurveyTemperature();
   SurveyGravity();
   for (std::size_t a = 0; a < 3; ++a) {
@@ -272,7 +307,7 @@ void ChannelProblem::Survey() {
   }
   auto bit = [](bool known, unsigned need) { return known ? need : 0u; };
   temperature_known_ = temperature;
-  observables_ = bit(path_[channel_] > kLeastPath_deg, kNeedsRate) | bit(gravity, kNeedsGravity) |
+  observables_ = bit(TurnsByItself(), kNeedsRate) | bit(gravity, kNeedsGravity) |
                  bit(temperature && max_temperature_ - min_temperature_ >= kLeastRange_degC,
                      kNeedsTemperature) |
                  bit(!table_axes_.empty(), kNeedsTableAxis) | bit(vibration, kNeedsVibration) |
@@ -316,7 +351,7 @@ void ChannelProblem::SurveyGravity() {
 
 Baseline ChannelProblem::MakeBaseline() const {
   Baseline out;
-  out.turned = Turned();
+  out.turned = turned_;
   out.constants = power_on_begins_.size();
   const double range = max_temperature_ - min_temperature_;
   out.temperature_order = temperature_known_ ? TemperatureOrder(range) : 0;

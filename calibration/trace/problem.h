@@ -119,6 +119,8 @@ class ChannelProblem {
     return out;
   }
 
+  // The axis turned, but always together with others: its scale factor is taken as nominal.
+  bool TurnsWithOthersAlone() const;
   // What the measurements allow: Needs, as bits.
   unsigned observables() const { return observables_; }
   // The gyro's delay is stated, with which its filter's shape is free in the baseline.
@@ -166,11 +168,12 @@ class ChannelProblem {
   Eigen::VectorXd TurnByRates(std::size_t axis) const;
   // The same, about another axis with the angle error there.
   Eigen::VectorXd Turn(std::size_t axis) const;
-  std::vector<std::size_t> Turned() const;
   // The channel's, by what the rows say.
   Vector3 RowOfM() const;
   void Survey();
-  void TakeOffEarth();
+  void TakeOffNominalTurn();
+  bool TurnsByItself() const;
+  void SurveyTurns();
   void ShareReferenceErrors(const Vector3& row_of_m);
   void MoveReadingErrorToOutput(const Vector3& row_of_m);
   bool PowerOnIsKnown() const;
@@ -192,6 +195,7 @@ class ChannelProblem {
   // Of each row; every effect of the table asks for them.
   std::vector<std::array<FeltAxis, 3>> felt_axes_;
   Vector3 path_ = {};
+  std::vector<std::size_t> turned_;  // Baseline::turned
   double min_temperature_ = kMissing, max_temperature_ = kMissing, mean_temperature_ = kMissing;
   double max_rate_ = 0.0, mean_rate_in_motion_ = 0.0;
   Vector3 gravity_range_ = {kMissing, kMissing, kMissing};
