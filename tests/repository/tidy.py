@@ -23,7 +23,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LAST_COMMITS = 10
 # A source takes some 15 s: more than this would make a test run long. All of them are for the target `tidy`.
-MOST_SOURCES = 24
+MOST_SOURCES = 16
 
 
 def git(*arguments):
