@@ -16,9 +16,9 @@
 #include "calibration/trace/model_of_channel.h"
 #include "calibration/trace/part_trial.h"
 #include "calibration/trace/problem.h"
+#include "calibration/trace/reference_angle_error.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/report_parts.h"
-#include "calibration/trace/retrace.h"
 #include "calibration/trace/selection.h"
 #include "calibration/trace/split.h"
 

@@ -118,7 +118,7 @@ class Selection {
   std::vector<Delay> DelaysBeside(const Candidate& candidate, std::size_t without) const;
   void SetDelaysBeside(std::size_t without, Candidate* candidate) const;
   static void TellEachOther(std::vector<Candidate>* delays);
-  bool SolveDelays(const std::vector<std::size_t>& members);
+  void SolveDelays(const std::vector<std::size_t>& members);
   void AddDelaysInTime();
   // Through which delays and angles are seen beside a model: its first coefficient, where that is
   // the channel's own turn.

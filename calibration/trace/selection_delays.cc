@@ -21,9 +21,7 @@ bool AreAlike(std::span<const StateHistory> histories, const std::vector<Delay>&
               const std::vector<Delay>& b) {
   constexpr double kSame_s = 1e-4;
   if (a.empty() || b.empty()) return a.empty() == b.empty();
-  std::vector<Delay> apart = a;
-  for (const Delay& delay : b) apart.push_back({delay.delay_s, -delay.coefficient});
-  return LongestDelay_s(histories, apart) < kSame_s;
+  return DelaysApart_s(histories, a, b) < kSame_s;
 }
 
 }  // namespace
@@ -63,8 +61,8 @@ void Selection::TellEachOther(std::vector<Candidate>* delays) {
 }
 
 // The coefficients of the members that are delays, found together until their shapes are those of
-// their sum; false where they cannot be told from each other.
-bool Selection::SolveDelays(const std::vector<std::size_t>& members) {
+// their sum; as they were where they cannot be told from each other.
+void Selection::SolveDelays(const std::vector<std::size_t>& members) {
   constexpr int kRounds = 10;
   constexpr double kSame = 1e-6;  // of a range
   WhiteStore::Columns others = base_;
@@ -95,7 +93,7 @@ bool Selection::SolveDelays(const std::vector<std::size_t>& members) {
       const NonlinearParameter& range = delay.effect->nonlinear.front();
       double& value = delay.context.nonlinear.front();
       const double now = c(j) / scale;
-      if (!(now >= range.low && now <= range.high)) return false;
+      if (!(now >= range.low && now <= range.high)) return;
       most = std::max(most, std::fabs(now - value) / (range.high - range.low));
       value = now;
     }
@@ -105,28 +103,22 @@ bool Selection::SolveDelays(const std::vector<std::size_t>& members) {
     Place(&delays[k]);
     members_[members[k]] = std::move(delays[k]);
   }
-  return true;
 }
 
 // After each change of the model.
 void Selection::AddDelaysInTime() {
   std::vector<std::size_t> members;
-  std::vector<Delay> delays;
   bool others_changed = false;
   for (std::size_t i = 0; i < members_.size(); ++i) {
     if (!members_[i].is_delay()) continue;
     members.push_back(i);
-    delays.push_back(DelayOfMember(members_[i]));
-  }
-  for (const std::size_t i : members) {
     const std::vector<Delay> beside = DelaysBeside(members_[i], kNoMember);
     others_changed = others_changed ||
                      !AreAlike(problem_->histories(), beside, members_[i].context.other_delays);
   }
-  if (others_changed && SolveDelays(members)) {
-    delays.clear();
-    for (const std::size_t i : members) delays.push_back(DelayOfMember(members_[i]));
-  }
+  if (others_changed) SolveDelays(members);
+  std::vector<Delay> delays;
+  for (const std::size_t i : members) delays.push_back(DelayOfMember(members_[i]));
   longest_delay_s_ = LongestDelay_s(problem_->histories(), delays);
   const auto settle = [&](Candidate* candidate) {
     SetDelaysBeside(kNoMember, candidate);
@@ -135,9 +127,7 @@ void Selection::AddDelaysInTime() {
   for (Candidate& member : members_) {
     if (member.of_one_run()) settle(&member);
   }
-  for (Candidate& candidate : pool_) {
-    if (candidate.effect != nullptr && candidate.effect->of_delay()) settle(&candidate);
-  }
+  for (Candidate& candidate : pool_) settle(&candidate);
 }
 
 }  // namespace gyrobench::calibration

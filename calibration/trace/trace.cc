@@ -18,7 +18,7 @@
 #include "calibration/state/state_history.h"
 #include "calibration/trace/channel_report.h"
 #include "calibration/trace/channel_search.h"
-#include "calibration/trace/retrace.h"
+#include "calibration/trace/reference_angle_error.h"
 #include "calibration/trace/shared_columns.h"
 #include "calibration/trace/side_by_side.h"
 

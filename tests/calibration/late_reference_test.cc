@@ -130,14 +130,6 @@ Story FeltAcross(const Motion& motion) {
   return story;
 }
 
-calibration::TraceResult TraceAll(const Story& story) {
-  const calibration::Recording recording = story.Collect();
-  const calibration::Recording* const inputs[] = {&recording};
-  calibration::TraceOptions options;
-  options.curves = false;
-  return calibration::Trace(inputs, options).result;
-}
-
 void ExpectThatOnlyZNames(const calibration::TraceResult& result, const std::string& id) {
   const double noise_deg = Story().white_deg_s / std::sqrt(200.0) * std::sqrt(10.0);
   ASSERT_EQ(result.channels.size(), 3u);
@@ -165,14 +157,14 @@ TEST(WhatOneChannelShowsOfTheReference, IsTakenOffTheCrossAxisPartOfTheOthers) {
   Story late = FeltAcross(motion);
   constexpr double kDelay_s = -0.12;
   late.rate_deg_s = [&](double t_s) { return motion.At(t_s - kDelay_s).rate_deg_s[kInnerAxis]; };
-  ExpectThatOnlyZNames(TraceAll(late), "angle.latency");
+  ExpectThatOnlyZNames(TraceAll(late.Collect()), "angle.latency");
 
   Story rippled = FeltAcross(motion);
   rippled.angle_deg = [&](double t_s) {
     const double angle_deg = motion.At(t_s).angle_deg[kInnerAxis];
     return angle_deg + 0.05 * std::sin(100.0 * angle_deg * std::numbers::pi / 180.0);
   };
-  ExpectThatOnlyZNames(TraceAll(rippled), "angle.ripple");
+  ExpectThatOnlyZNames(TraceAll(rippled.Collect()), "angle.ripple");
 }
 
 // Two delays are one: what the gyro is late by at a time is their sum, and neither makes up for an

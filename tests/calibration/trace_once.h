@@ -1,4 +1,4 @@
-// One trace, of which a test looks at the first channel.
+// One trace, and where a test looks at the first channel alone.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,9 @@
 namespace gyrobench::testing {
 
 // Without the curves of the report, which take time.
+calibration::TraceResult TraceAll(std::span<const calibration::Recording* const> inputs,
+                                  std::uint64_t seed = calibration::TraceOptions().seed);
+calibration::TraceResult TraceAll(const calibration::Recording& recording);
 calibration::ChannelTrace TraceOf(std::span<const calibration::Recording* const> inputs,
                                   std::uint64_t seed = calibration::TraceOptions().seed);
 calibration::ChannelTrace TraceOf(const calibration::Recording& recording,

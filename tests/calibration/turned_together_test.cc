@@ -6,6 +6,7 @@
 
 #include "calibration/trace/trace.h"
 #include "kinematics/stand_frame.h"
+#include "tests/calibration/trace_once.h"
 #include "tests/calibration/trace_story.h"
 
 namespace gyrobench::testing {
@@ -32,11 +33,7 @@ TEST(AxesThatTurnOnlyTogether, HaveOneScaleFactorThatIsTheirOwn) {
     story.info.geometry.mount_deg[1] = -0.7 * mount_deg;
     const Matrix3 felt = kinematics::StandFrame(story.info.geometry).Rates({0.0, 0.0, 0.0});
     for (std::size_t c = 0; c < 3; ++c) story.scale[c] = kScale * felt[c][2];
-    const calibration::Recording recording = story.Collect();
-    const calibration::Recording* const inputs[] = {&recording};
-    calibration::TraceOptions options;
-    options.curves = false;
-    const calibration::TraceResult result = calibration::Trace(inputs, options).result;
+    const calibration::TraceResult result = TraceAll(story.Collect());
     ASSERT_EQ(result.channels.size(), 3u);
     for (const calibration::ChannelTrace& channel : result.channels) {
       EXPECT_EQ(channel.verdict, calibration::Verdict::kNone) << channel.summary;
