@@ -59,6 +59,15 @@ std::string WhyNothingWasTraced(const calibration::TraceResult& result) {
   return "no axis could be traced, and there is no verdict." + reasons;
 }
 
+// How a trace ends once all that it says is written. Throws DataError where there is no verdict, or
+// one of what cannot be.
+int Judge(const TracedInputs& inputs) {
+  const std::string why_nothing = WhyNothingWasTraced(inputs.traced.result);
+  if (!why_nothing.empty()) throw DataError(why_nothing);
+  if (!inputs.implausible.empty()) throw DataError(inputs.implausible.front());
+  return kDone;
+}
+
 // Where the report of one input goes when nobody says.
 fs::path ReportFile(const InputFiles& input, const Options& options) {
   if (!options.output.empty()) return options.output;
@@ -79,20 +88,18 @@ int Trace(const Options& options) {
     throw DataError(fmt::format("{}: no calibration is written; {}", options.calibration.string(),
                                 reasons->front()));
   }
-  const std::string why_nothing = WhyNothingWasTraced(inputs.traced.result);
+  const bool traced = WhyNothingWasTraced(inputs.traced.result).empty();
   const std::vector<HashedFile> hashed = options.calibration.empty() && options.report.empty()
                                              ? std::vector<HashedFile>()
                                              : HashFiles(inputs.inputs);
-  if (!options.calibration.empty() && why_nothing.empty())
+  if (!options.calibration.empty() && traced)
     WriteCalibration(MakeCalibration(inputs, hashed, options), options);
   if (!options.report.empty()) {
     const std::string line = TargetLine("report", options.report);
     presentation::WriteReport(MakeReportContent(inputs, hashed), options.report);
     Say(options, line);
   }
-  if (!why_nothing.empty()) throw DataError(why_nothing);
-  if (!inputs.implausible.empty()) throw DataError(inputs.implausible.front());
-  return kDone;
+  return Judge(inputs);
 }
 
 int Report(const Options& options) {
@@ -107,7 +114,7 @@ int Report(const Options& options) {
   } else {
     fmt::print("{}\n", line);
   }
-  return kDone;
+  return Judge(inputs);
 }
 
 }  // namespace gyrobench::cli

@@ -75,6 +75,13 @@ void CheckUnits(const ChannelModel& model, const MeasurementInfo& info) {
       NameOf(info), told, model.unit, model.units_per_deg_s));
 }
 
+// Of such an axis the trace works in counts: s0 is 1 where nothing says it.
+bool ScaleUnknown(const ChannelModel& model, const MeasurementInfo& info) {
+  return info.gyro_unit == RateUnit::kLsb && model.units_per_deg_s == 1.0 &&
+         model.m_row[static_cast<std::size_t>(model.axis)] == 0.0 &&
+         !std::isfinite(NominalUnitsPerDegPerS(info));
+}
+
 // One sample that waits for the state around it.
 struct Waiting {
   double t_s = 0.0;
@@ -173,7 +180,14 @@ class Corrector::Impl {
           fmt::format("gyro {}: there is no temperature: the bias is that at {:.1f} degC",
                       Letter(c), model.reference_degC));
     }
-    if (model.m_row[c] == 0.0) {
+    channel.scale_unknown = ScaleUnknown(model, info_);
+    if (channel.scale_unknown) {
+      remarks_.push_back(fmt::format(
+          "gyro {}: left empty: the calibration never turned it, and no sensitivity says how many "
+          "counts are 1 deg/s; trace tables that give it, such as \"# gyro_lsb_per_deg_s = 131\" "
+          "above the header",
+          Letter(c)));
+    } else if (model.m_row[c] == 0.0) {
       remarks_.push_back(fmt::format(
           "gyro {}: the calibration never turned it: its scale factor is the nominal one",
           Letter(c)));
@@ -252,7 +266,8 @@ class Corrector::Impl {
     unsigned mask = 0;
     Eigen::Vector3d right;
     for (std::size_t c = 0; c < 3; ++c) {
-      const bool value = channels_[c].present && std::isfinite(sample.xi[c]);
+      const bool value =
+          channels_[c].present && !channels_[c].scale_unknown && std::isfinite(sample.xi[c]);
       mask |= value ? 1U << c : 0U;
       right[static_cast<Eigen::Index>(c)] =
           value ? (sample.xi[c] - zero_.off()) / channels_[c].units_per_deg_s

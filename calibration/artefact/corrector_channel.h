@@ -21,6 +21,8 @@ struct CorrectorChannel {
   bool present = false;
   const ChannelModel* model = nullptr;  // none: divided by the nominal sensitivity
   double units_per_deg_s = kMissing;
+  // Counts of which neither a sensitivity nor a turn says how many are 1 deg/s: no rate comes out.
+  bool scale_unknown = false;
   // Effects that do not depend on the rate, that are straight lines in it, and the others.
   std::vector<std::unique_ptr<TermFunction>> fixed, straight, bent;
   double last_deg_s = 0.0;

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -184,15 +185,81 @@ void FillShared(const ChannelRows& rows, VectorCalibration* out) {
   }
 }
 
+// The axis of the sensor that alone was turned about, where all three channels say what they feel.
+std::optional<std::size_t> OnlyAxisTurned(const ChannelRows& rows) {
+  std::optional<std::size_t> only;
+  for (std::size_t j = 0; j < 3; ++j) {
+    const auto feels = [j](const ChannelRow* row) {
+      return row != nullptr && std::isfinite(row->values[static_cast<Eigen::Index>(j)]);
+    };
+    if (std::ranges::none_of(rows, feels)) continue;
+    if (only || !std::ranges::all_of(rows, feels)) return std::nullopt;
+    only = j;
+  }
+  return only;
+}
+
+// "mount_x_deg = 1.2 and mount_y_deg = -0.8": of R_mount^T z = `felt`, where it can be declared and
+// nothing is yet. Empty else.
+std::string MountKeys(const Eigen::Vector3d& felt, std::span<const StateHistory> histories) {
+  const bool can = std::ranges::all_of(histories, [](const StateHistory& history) {
+    const MeasurementInfo& info = history.recording->info;
+    return info.reference == ReferenceKind::kStandAngles && info.geometry.mount_deg == Vector3{};
+  });
+  if (!can) return "";
+  return fmt::format(", or declare mount_x_deg = {:.2f} and mount_y_deg = {:.2f}",
+                     kDegPerRad * std::atan2(felt.y(), felt.z()),
+                     -kDegPerRad * std::asin(felt.x()));
+}
+
+// One axis turned alone does not tell a sensor that sits crooked from one whose axes are: what the
+// other two feel is the sine of either angle, and a scale factor by the first is too small by its
+// cosine. `kUsual`: what a data sheet allows (docs/calibration.md).
+void RemarkOnTilt(const ChannelRows& rows, std::span<const StateHistory> histories,
+                  VectorCalibration* out) {
+  constexpr double kUsual = 0.02, kSure = 3.0, kSameUnit = 0.1;
+  const std::optional<std::size_t> only = OnlyAxisTurned(rows);
+  if (!only) return;
+  const auto j = static_cast<Eigen::Index>(*only);
+  Eigen::Vector3d felt;
+  double variance = 0.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    felt[static_cast<Eigen::Index>(c)] = rows[c]->values[j];
+    const bool same =
+        std::fabs(rows[c]->units_per_deg_s / rows[*only]->units_per_deg_s - 1.0) < kSameUnit;
+    if (!same) return;
+    if (c != *only) variance = std::fmax(variance, rows[c]->covariance(j, j));
+  }
+  const double length = felt.norm();
+  felt /= length;
+  const double across = std::sqrt(std::fmax(1.0 - felt[j] * felt[j], 0.0));
+  if (!(felt[j] > 0.5) || !(across > kUsual) || !(across * length > kSure * std::sqrt(variance)))
+    return;
+  std::string axes = "xyz";
+  const char turned = axes[*only];
+  axes.erase(*only, 1);
+  out->remarks.push_back(fmt::format(
+      "gyro {} and {} feel {:.1f} % of what turns about {}: the sensor sits tilted by {:.2f} deg "
+      "to the axis, or its axes are misaligned by as much, and turns about one axis do not tell "
+      "which; if it is tilted, the scale factor of {} is larger than stated here by {:.2g} %; turn "
+      "about the other axes as well{}",
+      axes[0], axes[1], 100.0 * across, turned, kDegPerRad * std::asin(across), turned,
+      100.0 * (1.0 / felt[j] - 1.0), *only == 2 ? MountKeys(felt, histories) : ""));
+}
+
+ChannelRows ByChannel(std::span<const ChannelRow> rows) {
+  ChannelRows by_channel = {};
+  for (const ChannelRow& row : rows)
+    if (row.fitted) by_channel.at(row.channel) = &row;
+  return by_channel;
+}
+
 }  // namespace
 
 VectorCalibration JoinChannels(std::span<const ChannelRow> rows) {
   VectorCalibration out;
-  ChannelRows by_channel = {};
-  for (const ChannelRow& row : rows) {
-    if (row.fitted) by_channel.at(row.channel) = &row;
-    out.unit = row.unit;
-  }
+  const ChannelRows by_channel = ByChannel(rows);
+  for (const ChannelRow& row : rows) out.unit = row.unit;
   ListMissing(by_channel, &out.missing);
   if (out.missing.empty()) FillMatrix(by_channel, &out);
   FillGravity(by_channel, &out);
@@ -205,6 +272,7 @@ VectorCalibration MakeVectorCalibration(std::span<const ChannelRow> rows,
   VectorCalibration out = JoinChannels(rows);
   const std::vector<Pose> poses = FindPoses(histories);
   out.accelerometer = CalibrateAccelerometer(poses);
+  RemarkOnTilt(ByChannel(rows), histories, &out);
   const bool earth =
       std::all_of(histories.begin(), histories.end(),
                   [](const StateHistory& history) { return history.earth_rate_known; });

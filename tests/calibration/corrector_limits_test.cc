@@ -47,6 +47,36 @@ TEST(Corrector, GivesNothingForNothingAndCountsIt) {
   EXPECT_EQ(out.report.channels[1].missing, 18);
 }
 
+// A count is no rate, and where nothing says how many make one nothing is written as if it were.
+TEST(Corrector, LeavesAnAxisEmptyWhoseCountsNothingTellsInDegreesPerSecond) {
+  Calibration calibration = ThreeAxes();
+  for (std::size_t c : {0U, 1U}) {
+    ChannelModel& model = calibration.channels[c].model;
+    model.units_per_deg_s = 1.0;
+    model.m_row = {0.0, 0.0, 0.0};
+    model.bias_deg_s = {300.0};
+  }
+  calibration.channels[2].model.m_row = {0.0, 0.0, 1.03};
+  MeasurementInfo info = Info();
+  const auto sample_at = [&](double t) {
+    GyroSample sample = Sample(t, calibration);
+    sample.xi[0] = sample.xi[1] = 300.0;
+    return sample;
+  };
+  info.gyro_units_per_deg_s.reset();
+  const Corrected out = Correct(calibration, info, sample_at);
+  EXPECT_LT(LargestError(out.rates, {2}), 1e-6);
+  EXPECT_TRUE(std::ranges::all_of(
+      out.rates, [](const Vector3& rate) { return std::isnan(rate[0]) && std::isnan(rate[1]); }));
+  EXPECT_EQ(out.report.channels[0].missing, static_cast<std::int64_t>(kSamples));
+  EXPECT_THAT(out.report.remarks, Contains(HasSubstr("gyro x: left empty")));
+  // A part of 1 count per deg/s is one, if somebody says so.
+  info.gyro_units_per_deg_s = 1.0;
+  calibration.channels[2].model.units_per_deg_s = 1.0;
+  const Corrected told = Correct(calibration, info, sample_at);
+  EXPECT_FALSE(std::isnan(told.rates[10][0]));
+}
+
 TEST(Corrector, CountsWhatLiesBeyondTheCalibrationAndByHowMuch) {
   Calibration calibration = ThreeAxes();
   calibration.channels[2].model.max_rate_deg_s = 20.0;

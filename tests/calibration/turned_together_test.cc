@@ -52,5 +52,32 @@ TEST(AxesThatTurnOnlyTogether, HaveOneScaleFactorThatIsTheirOwn) {
   }
 }
 
+// Nothing is declared, and the sensor sits crooked: the angles that are proposed are those of the
+// mounting, to what they print, and none are where axes are as square as data sheets say.
+TEST(AxesThatTurnOnlyTogether, ShowAMountingThatNobodyDeclared) {
+  struct Case {
+    double x_deg, y_deg;
+    std::string proposal;
+  };
+  for (const Case& one :
+       {Case{2.0, -1.4, "mount_x_deg = 2.00 and mount_y_deg = -1.40"},
+        Case{-8.0, 5.6, "mount_x_deg = -8.00 and mount_y_deg = 5.60"}, Case{0.5, -0.35, ""}}) {
+    StandGeometry crooked;
+    crooked.mount_deg[0] = one.x_deg;
+    crooked.mount_deg[1] = one.y_deg;
+    const Matrix3 felt = kinematics::StandFrame(crooked).Rates({0.0, 0.0, 0.0});
+    Story story;
+    for (std::size_t c = 0; c < 3; ++c) story.scale[c] = 1.01 * felt[c][2];
+    const calibration::TraceResult result = TraceAll(story.Collect());
+    std::string all;
+    for (const std::string& remark : result.vector.remarks) all += remark + "\n";
+    if (one.proposal.empty()) {
+      EXPECT_EQ(all.find("tilted"), std::string::npos) << all;
+    } else {
+      EXPECT_NE(all.find(one.proposal), std::string::npos) << all;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace gyrobench::testing

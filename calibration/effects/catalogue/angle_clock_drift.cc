@@ -15,7 +15,7 @@ Effect AngleClockDrift() {
           .domain = EffectDomain::kAngle,
           .owner = EffectOwner::kBench,
           .equation = "-eps t w",
-          .cause = "two clocks that part",
+          .cause = "two clocks that part; positive: the gyro's is the faster",
           .looks_like =
               "the angle errs in proportion to the speed while the table turns, the more the "
               "longer the run lasts",

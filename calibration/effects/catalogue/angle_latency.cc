@@ -14,7 +14,9 @@ Effect AngleLatency() {
           .domain = EffectDomain::kAngle,
           .owner = EffectOwner::kBench,
           .equation = "-tau w",
-          .cause = "delay of the bus or the filter; negative: of the encoder",
+          .cause =
+              "positive: the gyro is late, by its bus or filter; negative: the reference is late, "
+              "by its encoder",
           .looks_like =
               "the angle errs in proportion to the speed while the table turns, and not at rest",
           .manoeuvre = "accelerate, reverse, or swing in a sine",
