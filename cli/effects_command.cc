@@ -188,7 +188,7 @@ void ForEach(const std::string& id, Do&& act) {
   bool any = false;
   std::vector<std::string> known;
   const auto pass = [&](const auto& effect) {
-    known.push_back(effect.id);
+    if (known.empty() || known.back() != effect.id) known.push_back(effect.id);
     if (!id.empty() && effect.id != calibration::CatalogueName(id)) return;
     act(effect);
     any = true;

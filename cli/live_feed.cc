@@ -11,6 +11,7 @@
 #include <exception>
 #include <lcm/lcm-cpp.hpp>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "base/error.h"
@@ -152,8 +153,11 @@ class LiveFeed::Impl {
     const auto [last, first] =
         last_.try_emplace({live.channel, live.stranger}, Last{seq, live.sender});
     if (first) return;
-    live.restarted = seq <= last->second.seq || live.sender != last->second.sender;
-    live.lost = live.restarted ? 0 : seq - last->second.seq - 1;
+    const bool another = live.sender != last->second.sender;
+    const bool anew = another || seq <= last->second.seq;
+    live.lost = anew ? 0 : seq - last->second.seq - 1;
+    // All channels begin anew with another daemon, and that is said once.
+    live.restarted = anew && (!another || started_.emplace(live.stranger, live.sender).second);
     last->second = {seq, live.sender};
     if (live.stranger.empty()) lost_ += live.lost;
   }
@@ -168,6 +172,7 @@ class LiveFeed::Impl {
     std::string sender;
   };
   std::map<std::pair<std::string, std::string>, Last> last_;  // of each channel and stranger
+  std::set<std::pair<std::string, std::string>> started_;     // strangers and senders: said
   std::int64_t received_ = 0;
   std::int64_t lost_ = 0;
   std::exception_ptr failure_;

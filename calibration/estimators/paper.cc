@@ -9,6 +9,7 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kLeastRotation_deg = 1.0;
+constexpr double kRounding = 1e-12;
 
 struct RestMean {
   double z = 0.0, time_s = 0.0;
@@ -99,8 +100,13 @@ PaperBias EstimatePaperBias(const IntervalSeries& rows, const NoiseModel& noise,
       order = candidate;
     }
   }
-  const PolynomialFit fit = FitPolynomial(u, Smoothed(rows, noise, output), order);
-  return {fit.coefficients, std::sqrt(fit.residual_square / n)};
+  const std::vector<double> smoothed = Smoothed(rows, noise, output);
+  const PolynomialFit fit = FitPolynomial(u, smoothed, order);
+  // Without a random walk the smoothed output is a constant, and what is left of it is rounding.
+  double largest = 0.0;
+  for (const double value : smoothed) largest = std::fmax(largest, std::fabs(value));
+  const double rms = std::sqrt(fit.residual_square / n);
+  return {fit.coefficients, rms > kRounding * largest ? rms : 0.0};
 }
 
 }  // namespace gyrobench::calibration

@@ -31,6 +31,10 @@ TEST(ScaleCampaign, FortyTurnsReachTheBoundAndStateItHonestly) {
     EXPECT_EQ(scale.axis, SensorAxis::kZ);
     EXPECT_EQ(scale.turns, 40);
     EXPECT_EQ(scale.schedule, "stops");
+    for (const auto& bias : result.bias) {
+      EXPECT_TRUE(bias.paper_rms_error == 0.0 || bias.paper_rms_error > 1e-9)
+          << bias.paper_rms_error << ": rounding is no error of a curve";
+    }
     const double error = scale.alpha / sensor.alpha() - 1;
     square += error * error / kSeeds;
     claimed += std::pow(scale.alpha_std_error / sensor.alpha(), 2) / kSeeds;
