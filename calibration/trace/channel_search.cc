@@ -21,8 +21,10 @@ namespace {
 constexpr int kPasses = 3;
 // Of the square of a column: more than what those before leave of it changes the noise.
 constexpr double kNearlyDependent = 1e-3;
-// Of the logarithms of the noise's ratios, which are known to some tenths.
-constexpr double kRough = 0.1;
+// Of the logarithms of the noise's ratios, which so many rows tell to some tenths: more tell them
+// better, by the root of their number, and a noise that is as rough as ever beside that would have
+// all of the search made a second time.
+constexpr double kRough = 0.1, kRowsOfRough = 2e4;
 constexpr std::ptrdiff_t kCrowd = 3;
 // Of the bias random walk: under so much of it steps and tones show that the whole of it hides.
 constexpr double kLessWalk = 0.1;
@@ -61,7 +63,7 @@ class ChannelSearcher {
           problem_.history(i).name, problem_.begin_s(i), problem_.end_s(i)));
       return std::nullopt;
     }
-    const std::optional<NoiseEstimate> first = Everything().Best({}, kRough);
+    const std::optional<NoiseEstimate> first = Everything().Best({}, Rough());
     if (!first) {
       remarks_.push_back(fmt::format(
           "the noise cannot be estimated from {} intervals beside {} columns of the baseline and "
@@ -92,6 +94,10 @@ class ChannelSearcher {
   }
 
  private:
+  double Rough() const {
+    return kRough * std::sqrt(std::min(1.0, kRowsOfRough / static_cast<double>(problem_.rows())));
+  }
+
   Selection Select(const NoiseModel& noise) const {
     return Selection(problem_, baseline_, noise, *candidates_,
                      SelectionOptions{request_.false_discovery});
@@ -121,7 +127,7 @@ class ChannelSearcher {
       if (!found) return;
       plain_.push_back(RawColumns(Raw(*found)));
       AddToEverything(plain_.back());
-      own_ = Everything().Best(own_.noise, kRough).value_or(own_);
+      own_ = Everything().Best(own_.noise, Rough()).value_or(own_);
     }
   }
 
@@ -217,7 +223,7 @@ class ChannelSearcher {
     const NoiseSearch& everything = Everything();
     const NoiseSearch chosen(problem_.intervals(), ModelOf(found.selection), problem_.output_deg());
     std::optional<NoiseEstimate> better = chosen.Best(found.noise);
-    if (outside) own_ = everything.Best(found.noise, kRough).value_or(own_);
+    if (outside) own_ = everything.Best(found.noise, Rough()).value_or(own_);
     if (!better) return std::nullopt;
     better = chosen.WithMeanWalk(*better);
     const bool agrees = everything.Deviance(better->noise) - own_.deviance < kOtherNoise;
