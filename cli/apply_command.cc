@@ -80,11 +80,12 @@ CorrectedTable Correct(const Options& options, const calibration::Calibration& c
   };
   const calibration::CorrectorOptions corrector{.any_sensor = options.any_sensor};
   if (!recording::FilesOfMeasurement(input).is_record) {
-    return WriteCorrectedTable(input, options.output, calibration, corrector, made_by, progress);
+    return WriteCorrectedTable(input, input.string(), options.output, calibration, corrector,
+                               made_by, progress);
   }
   const ExportedTable table(input, options.output);
-  return WriteCorrectedTable(table.file(), options.output, calibration, corrector, made_by,
-                             progress);
+  return WriteCorrectedTable(table.file(), input.string(), options.output, calibration, corrector,
+                             made_by, progress);
 }
 
 Json ToJson(const CorrectedTable& table, const Options& options) {

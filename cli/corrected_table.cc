@@ -93,8 +93,9 @@ class Lines {
 
 class TableCorrection {
  public:
-  TableCorrection(const std::filesystem::path& table, const std::filesystem::path& output)
-      : file_(table.string()), lines_(table), head_(file_), decimal_commas_(file_), out_(output) {}
+  TableCorrection(const std::filesystem::path& table, const std::string& name,
+                  const std::filesystem::path& output)
+      : file_(name), lines_(table), head_(file_), decimal_commas_(file_), out_(output) {}
 
   CorrectedTable Run(const calibration::Calibration& calibration,
                      const calibration::CorrectorOptions& options, const std::string& made_by,
@@ -201,22 +202,23 @@ class TableCorrection {
     }
     last_t_s_ = t_s;
     row.text.assign(line);
-    row.has_sample = !IsOfReferenceAlone();
+    row.has_sample = !IsOfOthersAlone();
     if (row.has_sample) corrector_->Add(Sample(t_s), covariates_);
   }
 
-  // A reading of a reference that is logged by itself: no sample of the gyro is missing there.
-  bool IsOfReferenceAlone() const {
-    bool reference = false;
+  // A reading of a reference, or of the unit's clock, that is logged by itself: no sample of the
+  // gyro is missing there.
+  bool IsOfOthersAlone() const {
+    bool others = false;
     for (std::size_t i = 0; i < fields_.size(); ++i) {
       if (recording::Unquote(fields_[i]).empty() || i == head_.time_column()) continue;
       const ColumnKind kind = head_.columns()[i].kind;
       const bool reads = kind == ColumnKind::kStandAngle || kind == ColumnKind::kSensorAngle ||
-                         kind == ColumnKind::kQuaternion;
+                         kind == ColumnKind::kQuaternion || kind == ColumnKind::kUnitTick;
       if (!reads) return false;
-      reference = true;
+      others = true;
     }
-    return reference;
+    return others;
   }
 
   GyroSample Sample(double t_s) {
@@ -299,13 +301,13 @@ class TableCorrection {
 
 }  // namespace
 
-CorrectedTable WriteCorrectedTable(const std::filesystem::path& table,
+CorrectedTable WriteCorrectedTable(const std::filesystem::path& table, const std::string& name,
                                    const std::filesystem::path& output,
                                    const calibration::Calibration& calibration,
                                    const calibration::CorrectorOptions& options,
                                    const std::string& made_by,
                                    const std::function<void(double fraction)>& progress) {
-  return TableCorrection(table, output).Run(calibration, options, made_by, progress);
+  return TableCorrection(table, name, output).Run(calibration, options, made_by, progress);
 }
 
 }  // namespace gyrobench::cli

@@ -20,8 +20,8 @@ struct CorrectedTable {
 // the nominal sensitivity and the count of zero go from the comments and `made_by` is added to
 // them; every other field is copied as it stands. A row without a time, or with fields too many or
 // too few, keeps its place and loses its fields, so that no raw value passes for a corrected one.
-// Memory does not grow with the table. Throws DataError.
-CorrectedTable WriteCorrectedTable(const std::filesystem::path& table,
+// Memory does not grow with the table. `name`: of the table in messages. Throws DataError.
+CorrectedTable WriteCorrectedTable(const std::filesystem::path& table, const std::string& name,
                                    const std::filesystem::path& output,
                                    const calibration::Calibration& calibration,
                                    const calibration::CorrectorOptions& options,

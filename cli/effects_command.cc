@@ -29,7 +29,9 @@ using OrderedJson = nlohmann::ordered_json;
 constexpr const char* kSymbols =
     "w: rate about the axis; g: specific force in g; T: temperature, T0: that from which it is "
     "counted; t: time; phi: angle of the table; psi: angle of the shaft; x: the column; P_r[T]: T "
-    "through a play of r either way; 1(...): 1 where it holds, else 0; w_E: rate of the Earth.";
+    "through a play of r either way; 1(...): 1 where it holds, else 0; w_E: rate of the Earth. The "
+    "angle is the gyro's less the reference's: an error "
+    "of the reference itself has the opposite sign.";
 
 // Of the pictures; EffectGallery.
 constexpr const char* kTypicalRun =

@@ -104,8 +104,11 @@ class CommandLine {
     Add("procedures", "List the procedures with their parameters", "gyrobench procedures");
     AddParameters(Add("check", "Run a procedure dry: what it would do, and whether it may",
                       "gyrobench check scale -p turns=20 -p rate_deg_s=9"));
-    CLI::App& run = Add("run", "Run a procedure and follow it to its results",
-                        "gyrobench run scale -p turns=20 -p rate_deg_s=9");
+    CLI::App& run =
+        Add("run",
+            "Run a procedure and follow it to its results; Ctrl-C ends the run in order, as "
+            "abort does",
+            "gyrobench run scale -p turns=20 -p rate_deg_s=9");
     AddParameters(run);
     run.add_flag("--detach", options_.detach, "Return as soon as the run has started");
     Add("status", "What the bench is doing, and how its devices are", "gyrobench status");

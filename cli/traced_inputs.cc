@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <functional>
 #include <limits>
 #include <mutex>
 #include <numeric>
@@ -140,11 +142,29 @@ std::vector<Contradiction> ContradictionsAlone(
   return out;
 }
 
+// Clocks so far apart that no latency explains what gyro and reference say of one another. `found`:
+// what else cannot be.
+void CondemnByClocks(const std::vector<Contradiction>& found, TracedInputs* out) {
+  const std::string says = "this result cannot be: " + out->two_clocks.front();
+  std::array<bool, 3> axes = {};
+  for (const Contradiction& one : found)
+    for (std::size_t c = 0; c < 3; ++c) axes[c] = axes[c] || one.axes[c];
+  for (const calibration::ChannelTrace& channel : out->traced.result.channels) {
+    const bool open = channel.verdict == calibration::Verdict::kPartlyExplained ||
+                      channel.verdict == calibration::Verdict::kUnexplained;
+    if (open) axes.at(static_cast<std::size_t>(channel.axis)) = true;
+  }
+  if (std::ranges::none_of(axes, std::identity())) return;
+  calibration::Condemn(axes, says, &out->traced.result);
+  out->implausible.push_back(says);
+}
+
 // Results that cannot be, said first. Of several inputs those are named that cannot be alone:
 // together they need not differ by any factor that has a cause. Of clocks that were not started
 // together no other cause is to be looked for.
 void RemarkOnContradictions(TracedInputs* out) {
   std::vector<Contradiction> found = ContradictionsTogether(*out);
+  if (!out->two_clocks.empty()) CondemnByClocks(found, out);
   if (found.empty()) return;
   std::vector<Contradiction> alone;
   if (out->recordings.size() > 1) alone = ContradictionsAlone(out->recordings);

@@ -69,7 +69,7 @@ local function there_and_back(p, pose, rate_deg_s)
 end
 
 function run(p)
-  local ways, left_out, turned = {}, {}, 0
+  local ways, left_out, said, turned = {}, {}, {}, 0
   for _, name in ipairs(p.axes == "all" and { "z", "y", "x" } or { p.axes }) do
     for _, way in ipairs(ways_about(name, left_out)) do
       ways[#ways + 1] = way
@@ -87,7 +87,10 @@ function run(p)
     for _, rate_deg_s in ipairs(p.rates_deg_s) do
       local reason = there_and_back(p, pose, rate_deg_s)
       if reason then
-        left_out[#left_out + 1] = string.format("%g deg/s about %s: %s", rate_deg_s, way.about, reason)
+        local text = string.format("%g deg/s about %s: %s", rate_deg_s, way.about, reason)
+        if not said[text] then  -- there may be several ways about one axis
+          left_out[#left_out + 1], said[text] = text, true
+        end
       else
         turned = turned + 1
       end

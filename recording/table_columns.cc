@@ -264,13 +264,16 @@ void TableHead::CheckColumns(std::int64_t line_number) {
                                                    Shown(*twice)));
   }
   if (Names(ColumnKind::kGyro).empty()) {
-    std::string near;
-    for (const std::string& name : names)
+    std::string near, all;
+    for (const std::string& name : names) {
+      all += (all.empty() ? "" : ", ") + Shown(name);
       if (name.starts_with("gyro")) near += (near.empty() ? "" : ", ") + Shown(name);
-    Fail(line_number,
-         fmt::format("no column of the gyro: expected at least one of gyro_x_lsb, gyro_y_lsb, "
-                     "gyro_z_lsb (or with _deg_s, _rad_s){}",
-                     near.empty() ? "" : ", found " + near + ": rename it, or convert its unit"));
+    }
+    Fail(
+        line_number,
+        fmt::format("no column of the gyro: expected at least one of gyro_x_lsb, gyro_y_lsb, "
+                    "gyro_z_lsb (or with _deg_s, _rad_s), found {}: rename it, or convert its unit",
+                    near.empty() ? all : near));
   }
   CheckReferenceUnits(line_number);
   CheckNearNames(line_number);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calibration/signal/line_sums.h"
+#include "calibration/signal/output_unit.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -15,10 +16,13 @@ namespace {
 constexpr double kFollowsMore = 5.0;
 constexpr double kLeastShareExplained = 0.5;
 constexpr double kFollowsItAlone = 0.9;  // share of the variance
+// Of a rate: no mounting that is taken for square leaves so much to another axis.
+constexpr double kMostOfIt = 0.5;
 
 // Of each channel's mean rates on the reference's about `axis`, over the intervals in which the
-// table turned about it more than about the others, or rested.
-std::array<LineSums, 3> SumsOf(const Columns& columns, std::size_t axis) {
+// table turned about it more than about the others, or rested. Of each output `units` per deg/s are
+// taken off for what its own axis turned.
+std::array<LineSums, 3> SumsOf(const Columns& columns, std::size_t axis, double units = 0.0) {
   std::array<LineSums, 3> sums;
   for (std::size_t i = 1; i < columns.nodes.size(); ++i) {
     const Node& node = columns.nodes[i];
@@ -32,7 +36,7 @@ std::array<LineSums, 3> SumsOf(const Columns& columns, std::size_t axis) {
     }
     if (!(span_s > 0.0) || std::fabs(turned_deg[axis]) < most_deg) continue;
     for (std::size_t c = 0; c < 3; ++c) {
-      const double output = node.at.z[c] - before.at.z[c];
+      const double output = node.at.z[c] - before.at.z[c] - units * turned_deg[c];
       if (std::isfinite(output)) sums[c].Add(turned_deg[axis] / span_s, output / span_s);
     }
   }
@@ -59,6 +63,27 @@ std::string FollowedByAnother(const Columns& columns, SensorAxis axis) {
       "Exchange the two columns (or registers of the device map), or declare the mounting "
       "(mount_x_deg, mount_y_deg, mount_z_deg)",
       "xyz"[own], "xyz"[most], sums[most].Slope(), sums[own].Slope());
+}
+
+std::string FollowedByAnotherAlone(const MeasurementInfo& info, const Columns& columns) {
+  const double units = NominalUnitsPerDegPerS(info);
+  if (!std::isfinite(units)) return "";
+  for (std::size_t own = 0; own < 3; ++own) {
+    if (info.gyro_present[own]) continue;
+    const std::array<LineSums, 3> sums = SumsOf(columns, own, units);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const bool follows = info.gyro_present[c] && sums[c].Explained() > kFollowsItAlone &&
+                           std::fabs(sums[c].Slope()) > kMostOfIt * units;
+      if (!follows) continue;
+      return fmt::format(
+          "what the reference turns about {0} is followed by the output of gyro {1} ({2:.3g} deg/s "
+          "per deg/s), and there is no gyro {0}: most likely the angle's column or the gyro's is "
+          "named for another axis. Rename it, or declare the mounting (mount_x_deg, mount_y_deg, "
+          "mount_z_deg)",
+          "xyz"[own], "xyz"[c], sums[c].Slope() / units);
+    }
+  }
+  return "";
 }
 
 std::optional<double> FollowedSensitivity(const Columns& columns, SensorAxis axis) {

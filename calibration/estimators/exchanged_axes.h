@@ -15,6 +15,11 @@ namespace gyrobench::calibration {
 // be known. Empty where none does.
 std::string FollowedByAnother(const Columns& columns, SensorAxis axis);
 
+// A sentence that names a channel of the gyro which follows what the reference turns about an axis
+// for which there is no channel: a column that is named for another axis, or a mounting that is not
+// declared. Empty where none does, or where no sensitivity tells how much of it.
+std::string FollowedByAnotherAlone(const MeasurementInfo& info, const Columns& columns);
+
 // Output of the channel of `axis` per deg/s of the reference about that axis [output unit /
 // (deg/s)], from the mean rates of all intervals; nullopt where its output follows something else
 // as well, or did not turn. No estimate: for telling by which factor the two differ, the same for

@@ -105,6 +105,12 @@ std::string LikeliestCauses(double ratio, char axis,
   return text;
 }
 
+// Four digits, and no power of ten below a million.
+std::string PercentText(double percent) {
+  const double size = std::fabs(percent);
+  return size < 1e3 || size > 1e6 ? fmt::format("{:.4g}", percent) : fmt::format("{:.0f}", percent);
+}
+
 bool IsImplausible(double ratio) {
   return !std::isnan(ratio) && std::fabs(ratio - 1.0) > kLargestScaleError;
 }
@@ -133,6 +139,8 @@ std::vector<std::string> FaultsIn(const Recording& recording) {
   }
   if (std::string says = TurnsWithoutReference(recording); !says.empty())
     faults.push_back(std::move(says));
+  if (std::string says = FollowedByAnotherAlone(recording.info, recording.columns); !says.empty())
+    faults.push_back(std::move(says));
   return faults;
 }
 
@@ -156,9 +164,9 @@ std::optional<std::string> ImplausibleScale(double ratio, SensorAxis axis,
   std::string cause = cause_in_data.empty() ? CauseAmong(defects) : cause_in_data;
   if (cause.empty()) cause = LikeliestCauses(ratio, name, inputs);
   return fmt::format(
-      "this result cannot be: the scale error of gyro {} is {:.4g} %, at most {:g} % was expected "
+      "this result cannot be: the scale error of gyro {} is {} %, at most {:g} % was expected "
       "of any part. Most likely {}",
-      name, 100.0 * (ratio - 1.0), 100.0 * kLargestScaleError, cause);
+      name, PercentText(100.0 * (ratio - 1.0)), 100.0 * kLargestScaleError, cause);
 }
 
 std::vector<SensorAxis> ImplausibleAxes(const AnalysisResult& result) {

@@ -97,6 +97,11 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
     remarks.push_back(std::move(remark));
   if (std::string remark = RemarkOnSpecificForce(recording); !remark.empty())
     remarks.push_back(std::move(remark));
+  if (recording.info.reference != ReferenceKind::kNone && recording.reference_samples == 0) {
+    remarks.emplace_back(
+        "there are columns of a reference, and no row has a value in them: nothing tells what the "
+        "sensor turned by; fill them, or remove them where there was no reference");
+  }
   for (const Defect& defect : recording.defects) {
     if (defect.kind == "reference_jump" && defect.where == kByWholeTurns) {
       remarks.push_back(fmt::format(
@@ -137,7 +142,9 @@ void RefuseNoSamples(const std::string& source, std::int64_t samples,
   std::string wrong;
   if (!defects.empty()) {
     const Defect& first = defects.front();
-    wrong = fmt::format("; found {} {}, the first at {}", first.count, first.kind, first.where);
+    wrong =
+        fmt::format("; found {} {}, the first at {}", first.count, first.kind,
+                    first.where.empty() ? fmt::format("{:.3f} s", first.first_t_s) : first.where);
   }
   throw DataError(fmt::format("{}: no gyro sample; expected {}{}",
                               source.empty() ? "measurement" : source, expected, wrong));

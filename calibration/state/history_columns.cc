@@ -130,6 +130,7 @@ std::vector<double> CovariateOf(const Recording& recording, const std::string& n
 void FillTemperature(const Recording& recording, StateHistory* history) {
   if (!recording.info.temperature_present) return;
   const std::vector<double> t_s = EpochTimes(*history);
+  if (t_s.size() < 2) return;  // of no time at all nothing is known, and that is said elsewhere
   std::vector<double> value = TemperatureOf(recording);
   const std::vector<bool> tellable = TellableTimes(t_s, value);
   const double share = TellableShare(t_s, tellable);

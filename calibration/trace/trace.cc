@@ -95,6 +95,33 @@ void RemarkOnEarthRate(const std::vector<StateHistory>& histories,
                                  fmt::join(known, ", "), fmt::join(unknown, ", ")));
 }
 
+// Of one power-on in which the temperature goes one way alone, time and temperature say the same: a
+// polynomial of one describes what follows the other.
+void RemarkOnTemperature(const std::vector<StateHistory>& histories,
+                         std::vector<std::string>* remarks) {
+  constexpr double kLeastRange_degC = 1.0;  // within which nothing depends on the temperature
+  constexpr double kBack = 0.1;             // of the range: more is another way
+  double low = kMissing, high = kMissing, most_fallen = 0.0, most_risen = 0.0;
+  for (const StateHistory& history : histories) {
+    const bool other = history.new_power_on && &history != &histories.front();
+    if (!history.temperature_known || other) return;
+    for (const SensorState& node : history.nodes) {
+      low = std::fmin(low, node.temperature_degC);
+      high = std::fmax(high, node.temperature_degC);
+      most_fallen = std::fmax(most_fallen, high - node.temperature_degC);
+      most_risen = std::fmax(most_risen, node.temperature_degC - low);
+    }
+  }
+  const double range = high - low;
+  if (!(range >= kLeastRange_degC) || std::fmin(most_fallen, most_risen) > kBack * range) return;
+  const bool rose = most_risen > most_fallen;
+  remarks->push_back(fmt::format(
+      "the temperature only {}, from {:.1f} to {:.1f} degC: an offset that changes with the time "
+      "since power-on, or with how fast the temperature changes, passes here for one that depends "
+      "on the temperature, and the other way round; measure while it {} as well to tell them apart",
+      rose ? "rose" : "fell", rose ? low : high, rose ? high : low, rose ? "falls" : "rises"));
+}
+
 std::vector<std::size_t> ChannelsOf(std::span<const Recording* const> recordings,
                                     std::vector<std::string>* remarks) {
   std::vector<std::size_t> channels;
@@ -158,6 +185,7 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
       result->remarks.push_back(history.name + ": " + clocks);
   }
   RemarkOnEarthRate(runs.histories, &result->remarks);
+  RemarkOnTemperature(runs.histories, &result->remarks);
   return runs;
 }
 

@@ -54,7 +54,7 @@ void CheckTurn(const TurnCommand& command, const AxisFacts& axis, double slack_d
   if (!below && end_deg <= axis.max_deg + slack_deg) return;
   throw LimitError(fmt::format(
       "axis.{}: {:.10g} deg is beyond the soft limit {:.10g} deg (a turn of {:.10g} deg from "
-      "{:.10g} deg)",
+      "{:.10g} deg); turn by less, or turn the axis back first",
       axis.name, end_deg, below ? axis.min_deg : axis.max_deg, command.angle_deg, axis.angle_deg));
 }
 

@@ -200,6 +200,32 @@ TEST(ExchangedAxes, AreNamedWhereAnotherChannelFollowsInWhateverUnitAndSense) {
   EXPECT_THAT(FollowedByAnother(Columns(), SensorAxis::kZ), IsEmpty());
 }
 
+// The angle is named for an axis that the gyro does not have.
+TEST(ExchangedAxes, AreNamedWhereTheAxisThatTurnsHasNoChannel) {
+  MeasurementInfo info;
+  info.gyro_present = {true, false, false};
+  for (const double units : {1.0, 131.0}) {
+    info.gyro_unit = units == 1.0 ? RateUnit::kDegPerSecond : RateUnit::kLsb;
+    info.gyro_units_per_deg_s = units;
+    EXPECT_THAT(FollowedByAnotherAlone(info, TurnsAboutZ({1.01 * units, 0, 0})),
+                AllOf(HasSubstr("about z is followed by the output of gyro x (1.01"),
+                      HasSubstr("there is no gyro z")));
+    // A misaligned axis feels a part, and that is a measurement of it.
+    EXPECT_EQ(FollowedByAnotherAlone(info, TurnsAboutZ({0.1 * units, 0, 0})), "");
+    // A sensor turned by hand turns about its own axis at the same time.
+    Columns slanted = TurnsAboutZ({0.9 * units, 0, 0});
+    for (Node& node : slanted.nodes) node.rotation_deg[0] = 0.9 * node.rotation_deg[2];
+    EXPECT_EQ(FollowedByAnotherAlone(info, slanted), "");
+  }
+  info.gyro_present = {true, true, true};
+  EXPECT_EQ(FollowedByAnotherAlone(info, TurnsAboutZ({131.0, 0, 0})), "")
+      << "the axis has a channel: it says itself that it felt nothing";
+  // Counts of a sensitivity that nobody gave.
+  info.gyro_present = {true, false, false};
+  info.gyro_units_per_deg_s.reset();
+  EXPECT_EQ(FollowedByAnotherAlone(info, TurnsAboutZ({131.0, 0, 0})), "");
+}
+
 TEST(ExchangedAxes, AreTheCauseOfAResultThatCannotBe) {
   AnalysisResult result = ResultWith(500.0);
   result.scale.front().axis = SensorAxis::kZ;

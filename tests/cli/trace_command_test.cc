@@ -298,10 +298,13 @@ TEST_F(Trace, OfClocksNotStartedTogetherLooksForNoOtherCause) {
   const auto table = folder_.Write("late.csv", late);
   for (const char* command : {"trace", "analyze"}) {
     const Finished finished = Gyrobench({command, table, "--json"});
-    EXPECT_EQ(finished.status, 0) << command << finished.err;
+    EXPECT_EQ(finished.status, 1) << command << finished.err;
+    EXPECT_THAT(finished.err, HasSubstr("were probably not started together")) << command;
     EXPECT_THAT(finished.out, HasSubstr("were probably not started together")) << command;
     EXPECT_THAT(finished.out, Not(HasSubstr("was expected of any part"))) << command;
   }
+  const json traced = json::parse(Gyrobench({"trace", table, "--json"}).out);
+  EXPECT_EQ(traced.at("channels").at(0).at("verdict"), "cannot_be");
   const Finished refused = Gyrobench({"trace", table, "-q", "--calibration", folder_ / "cal.json"});
   EXPECT_EQ(refused.status, 1);
   EXPECT_THAT(refused.err, HasSubstr("were probably not started together"));
