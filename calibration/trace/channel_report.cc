@@ -156,6 +156,8 @@ class ChannelTracer::State {
 
   void Fill(const Selection& selection, const NoiseModel& noise, const ChannelFit& fit) {
     trace_.noise = noise;
+    if (std::string says = RemarkOnSampling(problem_, noise); !says.empty())
+      trace_.remarks.push_back(std::move(says));
     // Under a noise that is right the white residual has a size of 1; where it is larger, errors
     // grow with it.
     const double grow = std::max(1.0, fit.whitened_rms());

@@ -1,7 +1,9 @@
-// A temperature that only rises, or only falls: time and temperature say the same.
+// What is said of data that are whole and yet cannot tell: a temperature that goes one way alone, a
+// reference that nobody read, a gyro that is sampled seldom for its motion.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -43,6 +45,39 @@ TEST(AReference, ThatNoRowFillsIsSaidToHaveNoValue) {
               Contains(HasSubstr("no row has a value in them")));
   EXPECT_THAT(calibration::IntakeRemarks(Story().Collect()),
               Not(Contains(HasSubstr("no row has a value in them"))));
+}
+
+// A rate of straight ramps: 1 s up, 4 s at 40 deg/s, 1 s down, 2 s of rest, and back.
+double RampRate(double t_s) {
+  const double phase = std::fmod(t_s, 16.0), in_s = std::fmod(phase, 8.0) - 2.0;
+  const double size = 40.0 * std::clamp(std::min(in_s, 6.0 - in_s), 0.0, 1.0);
+  return phase < 8.0 ? size : -size;
+}
+double RampAngle(double t_s) {
+  const double phase = std::fmod(t_s, 16.0), in_s = std::fmod(phase, 8.0) - 2.0;
+  const auto ramp = [](double s) { return 20.0 * std::pow(std::clamp(s, 0.0, 1.0), 2); };
+  const double angle = ramp(in_s) + 40.0 * std::clamp(in_s - 1.0, 0.0, 4.0) +
+                       (in_s > 5.0 ? 20.0 - ramp(6.0 - in_s) : 0.0);
+  return phase < 8.0 ? angle : 200.0 - angle;
+}
+
+TEST(AGyro, SampledSeldomForItsMotionIsSaidToBe) {
+  const auto remarks = [](double gyro_hz, bool straight) {
+    Story story;
+    story.UseTurningChannelAlone();
+    story.gyro_hz = gyro_hz;
+    story.reference_hz = 10.0;
+    story.white_deg_s = 0.004 * std::sqrt(gyro_hz);
+    if (straight) {
+      story.rate_deg_s = RampRate;
+      story.angle_deg = RampAngle;
+    }
+    return TraceOf(story.Collect()).remarks;
+  };
+  EXPECT_THAT(remarks(20.0, true), Contains(HasSubstr("the gyro is sampled every 0.05 s")));
+  EXPECT_THAT(remarks(100.0, true), Not(Contains(HasSubstr("the gyro is sampled every"))));
+  // Of ramps without a corner nothing is left at their ends.
+  EXPECT_THAT(remarks(20.0, false), Not(Contains(HasSubstr("the gyro is sampled every"))));
 }
 
 }  // namespace
