@@ -56,9 +56,11 @@ std::string Suggestion(std::string_view word, const std::vector<std::string>& kn
   const int distance = Distance(word, *nearest);
   const int length = static_cast<int>(std::max(word.size(), nearest->size()));
   std::string list = fmt::format("known here: \"{}\"", fmt::join(known, "\", \""));
+  const bool far = distance > length / 2;
   // A command that was not meant, as "stop" for "history", is worse than none.
-  if (distance > length / 2) return list;
-  return fmt::format("did you mean \"{}\"?", *nearest);
+  if (3 * distance > 2 * length || (far && !nearest->starts_with(word.substr(0, 1)))) return list;
+  const std::string meant = fmt::format("did you mean \"{}\"?", *nearest);
+  return far ? fmt::format("{} ({})", meant, list) : meant;
 }
 
 }  // namespace gyrobench

@@ -380,6 +380,9 @@ TEST(Suggestion, ListsAllKeysWhenNoneIsNear) {
   EXPECT_THAT(Suggestion("colour", {"bus", "unit"}), HasSubstr("known here: \"bus\", \"unit\""));
   EXPECT_THAT(Suggestion("colour", {"bus", "unit"}), Not(HasSubstr("did you mean")));
   EXPECT_THAT(Suggestion("uint", {"bus", "unit"}), Not(HasSubstr("known here")));
+  // As near as "site" is to "sight", and nothing that anybody would call it.
+  EXPECT_THAT(Suggestion("history", {"runs", "stop"}), Not(HasSubstr("did you mean")));
+  EXPECT_THAT(Suggestion("list", {"runs", "reset"}), Not(HasSubstr("did you mean")));
 }
 
 }  // namespace
