@@ -71,10 +71,6 @@ bool CanBe(const calibration::AnalysisResult& analysis) {
     PrintError("analyze", fmt::format("{}: {}", analysis.info.source, one));
     can_be = false;
   }
-  if (!analysis.two_clocks.empty()) {
-    PrintError("analyze", fmt::format("{}: {}", analysis.info.source, analysis.two_clocks));
-    can_be = false;
-  }
   return can_be;
 }
 

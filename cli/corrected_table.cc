@@ -58,8 +58,8 @@ void Split(std::string_view line, std::vector<std::string_view>& fields) {
 // Lines of a file, one by one, numbered.
 class Lines {
  public:
-  explicit Lines(const std::filesystem::path& file)
-      : file_(file.string()), buffer_(recording::OpenByteSource(file)) {}
+  Lines(const std::filesystem::path& file, std::string name)
+      : file_(std::move(name)), buffer_(recording::OpenByteSource(file)) {}
   // Without its line feed.
   bool Next(std::string_view& line) {
     while (at_ == end_) {
@@ -95,7 +95,7 @@ class TableCorrection {
  public:
   TableCorrection(const std::filesystem::path& table, const std::string& name,
                   const std::filesystem::path& output)
-      : file_(name), lines_(table), head_(file_), decimal_commas_(file_), out_(output) {}
+      : file_(name), lines_(table, name), head_(file_), decimal_commas_(file_), out_(output) {}
 
   CorrectedTable Run(const calibration::Calibration& calibration,
                      const calibration::CorrectorOptions& options, const std::string& made_by,

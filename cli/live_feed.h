@@ -28,7 +28,7 @@ struct OrUndecoded<std::variant<Message...>> {
 struct LiveMessage {
   std::string channel;     // without prefix: "SCALE_RESULT"
   std::int64_t lost = 0;   // messages of this channel missing right before this one
-  bool restarted = false;  // numbers began anew: the daemon was restarted; said once
+  bool restarted = false;  // numbers began anew: the daemon was restarted; said once of each
   std::string sender;      // its instance, empty where it names none
   std::string stranger;    // who it is in words, where it is not the daemon; empty: the daemon
   OrUndecoded<AnyMessage>::Type body;

@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <exception>
-#include <functional>
 #include <limits>
 #include <mutex>
 #include <numeric>
@@ -104,7 +102,7 @@ std::vector<Contradiction> ContradictionsTogether(const TracedInputs& inputs) {
                                  several ? recording.info.source + ": " : std::string(), fault)});
     }
   }
-  if (!out.empty()) return out;
+  if (!out.empty() || !inputs.two_clocks.empty()) return out;
   std::vector<Defect> defects;
   for (const auto& input : inputs.traced.result.inputs)
     defects.insert(defects.end(), input.defects.begin(), input.defects.end());
@@ -142,29 +140,11 @@ std::vector<Contradiction> ContradictionsAlone(
   return out;
 }
 
-// Clocks so far apart that no latency explains what gyro and reference say of one another. `found`:
-// what else cannot be.
-void CondemnByClocks(const std::vector<Contradiction>& found, TracedInputs* out) {
-  const std::string says = "this result cannot be: " + out->two_clocks.front();
-  std::array<bool, 3> axes = {};
-  for (const Contradiction& one : found)
-    for (std::size_t c = 0; c < 3; ++c) axes[c] = axes[c] || one.axes[c];
-  for (const calibration::ChannelTrace& channel : out->traced.result.channels) {
-    const bool open = channel.verdict == calibration::Verdict::kPartlyExplained ||
-                      channel.verdict == calibration::Verdict::kUnexplained;
-    if (open) axes.at(static_cast<std::size_t>(channel.axis)) = true;
-  }
-  if (std::ranges::none_of(axes, std::identity())) return;
-  calibration::Condemn(axes, says, &out->traced.result);
-  out->implausible.push_back(says);
-}
-
 // Results that cannot be, said first. Of several inputs those are named that cannot be alone:
 // together they need not differ by any factor that has a cause. Of clocks that were not started
 // together no other cause is to be looked for.
 void RemarkOnContradictions(TracedInputs* out) {
   std::vector<Contradiction> found = ContradictionsTogether(*out);
-  if (!out->two_clocks.empty()) CondemnByClocks(found, out);
   if (found.empty()) return;
   std::vector<Contradiction> alone;
   if (out->recordings.size() > 1) alone = ContradictionsAlone(out->recordings);
@@ -173,14 +153,18 @@ void RemarkOnContradictions(TracedInputs* out) {
     for (const Contradiction& one : found)
       calibration::Condemn(one.axes, alone.front().says, &out->traced.result);
     found = std::move(alone);
-  } else if (!out->two_clocks.empty()) {
-    return;
   }
   for (auto one = found.rbegin(); one != found.rend(); ++one) {
     calibration::Condemn(one->axes, one->says, &out->traced.result);
     out->implausible.insert(out->implausible.begin(), one->says);
   }
   auto& remarks = out->traced.result.remarks;
+  // What is said first is not said again.
+  std::erase_if(remarks, [&](const std::string& remark) {
+    return std::ranges::any_of(out->two_clocks, [&](const std::string& clocks) {
+      return remark.ends_with(clocks) && out->implausible.front().ends_with(clocks);
+    });
+  });
   remarks.insert(remarks.begin(), out->implausible.begin(), out->implausible.end());
 }
 

@@ -40,8 +40,8 @@ class Watcher {
     const bool samples =
         message.channel == "GYRO" || message.channel == "ANGLE" || message.channel == "AXES";
     if (samples && !options_.data) {
-      // Their loss is told all the same.
-      if (message.lost > 0) Print(message);
+      // Their loss is told all the same, and that a daemon began anew, which is said once.
+      if (message.lost > 0 || (message.restarted && !options_.json)) Print(message);
       return;
     }
     if (!options_.json && message.lost == 0 && !message.restarted && !IsNews(message)) return;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -91,11 +92,25 @@ void GyroUnit::Fail(const std::string& text, DeviceFailure fields) const {
 }
 
 GyroIdentity GyroUnit::Open() {
+  if (begun_)
+    left_off_ =
+        Place{identity_.serial_number, identity_.boot_count, static_cast<std::uint32_t>(wanted_)};
   begun_ = false;
   Identify();
   ApplySettings();
   Begin();
+  CountWhatPassed();
   return identity_;
+}
+
+// Of a unit that was opened again without having started anew: its numbers went on.
+void GyroUnit::CountWhatPassed() {
+  if (left_off_ && left_off_->serial_number == identity_.serial_number &&
+      left_off_->boot_count == identity_.boot_count) {
+    const std::int64_t passed = WrappedStep32(left_off_->wanted, static_cast<std::uint32_t>(next_));
+    missed_meanwhile_ += std::max<std::int64_t>(passed, 0);
+  }
+  left_off_.reset();
 }
 
 void GyroUnit::Identify() {
@@ -271,7 +286,8 @@ void GyroUnit::StartAnew(GyroBlock& block) {
   Publish(block);
 }
 
-void GyroUnit::Publish(GyroBlock& block) const {
+void GyroUnit::Publish(GyroBlock& block) {
+  block.missed += std::exchange(missed_meanwhile_, 0);
   block.utime = utime_;
   block.tick = tick_;
   block.boot_count = identity_.boot_count;

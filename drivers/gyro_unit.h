@@ -52,7 +52,8 @@ class GyroUnit final : public Gyro {
   Head RequestFresh(Timing& timing);
   bool IsStale(const Head& head, const Timing& timing) const;
   void Advance(const Head& head, const Timing& timing);
-  void Publish(GyroBlock& block) const;
+  void CountWhatPassed();
+  void Publish(GyroBlock& block);
   void Take(const Head& head, GyroBlock& block);
   void Append(std::int64_t number, std::int64_t tick, std::size_t word, GyroBlock& block);
   void ReadCounters();
@@ -74,8 +75,16 @@ class GyroUnit final : public Gyro {
   std::array<std::uint16_t, kMostWords> words_ = {};
   std::int64_t next_ = 0;    // sample that the unit takes next, unwrapped
   std::int64_t wanted_ = 0;  // sample to be read next
-  std::int64_t tick_ = 0;    // at the last reply, unwrapped
-  Utime utime_ = 0;          // of tick_
+  // Where reading was when the unit was opened again, and how many samples it took until then.
+  struct Place {
+    std::uint32_t serial_number = 0;
+    int boot_count = 0;
+    std::uint32_t wanted = 0;
+  };
+  std::optional<Place> left_off_;
+  std::int64_t missed_meanwhile_ = 0;
+  std::int64_t tick_ = 0;  // at the last reply, unwrapped
+  Utime utime_ = 0;        // of tick_
   std::int64_t last_sample_tick_ = 0;
   Utime last_sample_utime_ = 0;  // kept over a restart: time does not go back
 

@@ -77,6 +77,11 @@ std::vector<std::string> WhatNoCorrectionHolds(const calibration::Calibration& c
     if (model.axes[c] == nullptr) {
       notes.push_back(fmt::format("gyro {}: not in the calibration: nothing is corrected on it",
                                   kAxisNames[c]));
+    } else if (calibration::ScaleUnknown(*model.axes[c])) {
+      notes.push_back(fmt::format(
+          "gyro {}: the calibration never turned it, and no sensitivity says how many counts are "
+          "1 deg/s: what comes out of it are counts",
+          kAxisNames[c]));
     } else if (model.axes[c]->m_row[c] == 0.0) {
       notes.push_back(fmt::format(
           "gyro {}: the calibration never turned it: its scale factor is the nominal one",

@@ -264,9 +264,12 @@ void TableHead::CheckColumns(std::int64_t line_number) {
                                                    Shown(*twice)));
   }
   if (Names(ColumnKind::kGyro).empty()) {
+    constexpr std::size_t kMost = 12;  // of the others
     std::string near, all;
-    for (const std::string& name : names) {
-      all += (all.empty() ? "" : ", ") + Shown(name);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const std::string& name = names[i];
+      if (i < kMost) all += (all.empty() ? "" : ", ") + Shown(name);
+      if (i == kMost) all += " ...";
       if (name.starts_with("gyro")) near += (near.empty() ? "" : ", ") + Shown(name);
     }
     Fail(

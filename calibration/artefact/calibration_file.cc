@@ -5,6 +5,11 @@
 
 namespace gyrobench::calibration {
 
+bool ScaleUnknown(const ChannelModel& model) {
+  return model.unit == "LSB" && model.units_per_deg_s == 1.0 &&
+         model.m_row[static_cast<std::size_t>(model.axis)] == 0.0;
+}
+
 std::string WhyNotApplied(const ModelTerm& term) {
   if (term.owner == EffectOwner::kReference) return "an error of the reference, not of the gyro";
   if (term.owner == EffectOwner::kBench) return "an effect of the bench, not of the gyro";

@@ -51,6 +51,10 @@ struct Calibration {
 // or bench, an event of the run that it was found in, or what no sample can be freed of.
 std::string WhyNotApplied(const ModelTerm& term);
 
+// Counts of an axis that was never turned and whose sensitivity nothing gave: how many of them are
+// 1 deg/s is not known, and the model has s0 = 1 in its place.
+bool ScaleUnknown(const ChannelModel& model);
+
 // All terms are written, with whether they are applied. What is not a number is null.
 nlohmann::json ToJson(const Calibration& calibration);
 

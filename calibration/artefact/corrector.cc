@@ -75,13 +75,6 @@ void CheckUnits(const ChannelModel& model, const MeasurementInfo& info) {
       NameOf(info), told, model.unit, model.units_per_deg_s));
 }
 
-// Of such an axis the trace works in counts: s0 is 1 where nothing says it.
-bool ScaleUnknown(const ChannelModel& model, const MeasurementInfo& info) {
-  return info.gyro_unit == RateUnit::kLsb && model.units_per_deg_s == 1.0 &&
-         model.m_row[static_cast<std::size_t>(model.axis)] == 0.0 &&
-         !std::isfinite(NominalUnitsPerDegPerS(info));
-}
-
 // One sample that waits for the state around it.
 struct Waiting {
   double t_s = 0.0;
@@ -107,7 +100,8 @@ class Corrector::Impl {
     bool any = false;
     for (const ChannelCalibration& one : calibration_.channels) any = TakeModel(one.model) || any;
     if (!any) {
-      throw DataError(fmt::format("{}: none of its axes is in the calibration", NameOf(info)));
+      throw DataError(fmt::format("{}: none of its axes is in the calibration with a scale factor",
+                                  NameOf(info)));
     }
     UseNominal();
     RemarkOnAbsentAxes();
@@ -180,7 +174,7 @@ class Corrector::Impl {
           fmt::format("gyro {}: there is no temperature: the bias is that at {:.1f} degC",
                       Letter(c), model.reference_degC));
     }
-    channel.scale_unknown = ScaleUnknown(model, info_);
+    channel.scale_unknown = ScaleUnknown(model) && !std::isfinite(NominalUnitsPerDegPerS(info_));
     if (channel.scale_unknown) {
       remarks_.push_back(fmt::format(
           "gyro {}: left empty: the calibration never turned it, and no sensitivity says how many "
@@ -193,7 +187,7 @@ class Corrector::Impl {
           Letter(c)));
     }
     for (const ModelTerm& term : model.terms) TakeTerm(term, c);
-    return true;
+    return !channel.scale_unknown;
   }
 
   void TakeTerm(const ModelTerm& term, std::size_t c) {
@@ -218,7 +212,7 @@ class Corrector::Impl {
       if (!channel.present || channel.model != nullptr) continue;
       channel.units_per_deg_s = NominalUnitsPerDegPerS(info_);
       for (const ChannelCalibration& one : calibration_.channels) {
-        if (!std::isfinite(channel.units_per_deg_s))
+        if (!std::isfinite(channel.units_per_deg_s) && !ScaleUnknown(one.model))
           channel.units_per_deg_s = one.model.units_per_deg_s;
       }
       remarks_.push_back(fmt::format(

@@ -115,7 +115,8 @@ AnalysisResult Analyze(const Recording& recording, const AnalyzerOptions& option
   for (const SensorAxis axis : ImplausibleAxes(result))
     result.cause[static_cast<std::size_t>(axis)] = CauseIn(recording, axis);
   std::vector<std::string> first = Implausible(result);
-  if (!result.two_clocks.empty()) first.push_back(result.two_clocks);
+  const bool a_fault = std::ranges::find(result.faults, result.two_clocks) != result.faults.end();
+  if (!result.two_clocks.empty() && !a_fault) first.push_back(result.two_clocks);
   result.remarks.insert(result.remarks.begin(), first.begin(), first.end());
   return result;
 }

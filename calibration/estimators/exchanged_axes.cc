@@ -16,13 +16,14 @@ namespace {
 constexpr double kFollowsMore = 5.0;
 constexpr double kLeastShareExplained = 0.5;
 constexpr double kFollowsItAlone = 0.9;  // share of the variance
-// Of a rate: no mounting that is taken for square leaves so much to another axis.
+// An axis that feels so much of a turn about another is not one that is merely misaligned.
 constexpr double kMostOfIt = 0.5;
+constexpr double kHardlyTurns = 0.05;
 
 // Of each channel's mean rates on the reference's about `axis`, over the intervals in which the
-// table turned about it more than about the others, or rested. Of each output `units` per deg/s are
-// taken off for what its own axis turned.
-std::array<LineSums, 3> SumsOf(const Columns& columns, std::size_t axis, double units = 0.0) {
+// table turned about it more than about the others, or rested. `turned`: the reference's rates
+// about the others in place of the output.
+std::array<LineSums, 3> SumsOf(const Columns& columns, std::size_t axis, bool turned = false) {
   std::array<LineSums, 3> sums;
   for (std::size_t i = 1; i < columns.nodes.size(); ++i) {
     const Node& node = columns.nodes[i];
@@ -36,7 +37,7 @@ std::array<LineSums, 3> SumsOf(const Columns& columns, std::size_t axis, double 
     }
     if (!(span_s > 0.0) || std::fabs(turned_deg[axis]) < most_deg) continue;
     for (std::size_t c = 0; c < 3; ++c) {
-      const double output = node.at.z[c] - before.at.z[c] - units * turned_deg[c];
+      const double output = turned ? turned_deg[c] : node.at.z[c] - before.at.z[c];
       if (std::isfinite(output)) sums[c].Add(turned_deg[axis] / span_s, output / span_s);
     }
   }
@@ -70,8 +71,11 @@ std::string FollowedByAnotherAlone(const MeasurementInfo& info, const Columns& c
   if (!std::isfinite(units)) return "";
   for (std::size_t own = 0; own < 3; ++own) {
     if (info.gyro_present[own]) continue;
-    const std::array<LineSums, 3> sums = SumsOf(columns, own, units);
+    const std::array<LineSums, 3> sums = SumsOf(columns, own);
+    const std::array<LineSums, 3> turned = SumsOf(columns, own, true);
     for (std::size_t c = 0; c < 3; ++c) {
+      // What turns about its own axis at the same time says nothing of another.
+      if (!(std::fabs(turned[c].Slope()) < kHardlyTurns)) continue;
       const bool follows = info.gyro_present[c] && sums[c].Explained() > kFollowsItAlone &&
                            std::fabs(sums[c].Slope()) > kMostOfIt * units;
       if (!follows) continue;

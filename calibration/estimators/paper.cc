@@ -106,7 +106,7 @@ PaperBias EstimatePaperBias(const IntervalSeries& rows, const NoiseModel& noise,
   double largest = 0.0;
   for (const double value : smoothed) largest = std::fmax(largest, std::fabs(value));
   const double rms = std::sqrt(fit.residual_square / n);
-  return {fit.coefficients, rms > kRounding * largest ? rms : 0.0};
+  return {fit.coefficients, rms <= kRounding * largest ? 0.0 : rms};
 }
 
 }  // namespace gyrobench::calibration

@@ -139,6 +139,7 @@ std::vector<std::string> FaultsIn(const Recording& recording) {
   }
   if (std::string says = TurnsWithoutReference(recording); !says.empty())
     faults.push_back(std::move(says));
+  if (ClocksContradict(recording)) faults.push_back(RemarkOnClocks(recording));
   if (std::string says = FollowedByAnotherAlone(recording.info, recording.columns); !says.empty())
     faults.push_back(std::move(says));
   return faults;
@@ -181,11 +182,10 @@ std::vector<SensorAxis> ImplausibleAxes(const AnalysisResult& result) {
 }
 
 std::vector<Contradiction> Contradictions(const AnalysisResult& result) {
-  if (!result.two_clocks.empty()) return {};
   std::vector<Contradiction> out;
   for (const std::string& fault : result.faults)
     out.push_back({{true, true, true}, "this result cannot be: " + fault});
-  if (!out.empty()) return out;
+  if (!out.empty() || !result.two_clocks.empty()) return out;
   const auto add = [&](SensorAxis axis, std::string says) {
     out.push_back({{}, std::move(says)});
     out.back().axes[static_cast<std::size_t>(axis)] = true;

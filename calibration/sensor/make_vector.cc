@@ -214,7 +214,7 @@ std::string MountKeys(const Eigen::Vector3d& felt, std::span<const StateHistory>
 
 // One axis turned alone does not tell a sensor that sits crooked from one whose axes are: what the
 // other two feel is the sine of either angle, and a scale factor by the first is too small by its
-// cosine. `kUsual`: what a data sheet allows (docs/calibration.md).
+// cosine. `kUsual`: what a data sheet allows of one axis (docs/calibration.md).
 void RemarkOnTilt(const ChannelRows& rows, std::span<const StateHistory> histories,
                   VectorCalibration* out) {
   constexpr double kUsual = 0.02, kSure = 3.0, kSameUnit = 0.1;
@@ -222,28 +222,24 @@ void RemarkOnTilt(const ChannelRows& rows, std::span<const StateHistory> histori
   if (!only) return;
   const auto j = static_cast<Eigen::Index>(*only);
   Eigen::Vector3d felt;
-  double variance = 0.0;
+  bool unusual = false;
   for (std::size_t c = 0; c < 3; ++c) {
-    felt[static_cast<Eigen::Index>(c)] = rows[c]->values[j];
-    const bool same =
-        std::fabs(rows[c]->units_per_deg_s / rows[*only]->units_per_deg_s - 1.0) < kSameUnit;
-    if (!same) return;
-    if (c != *only) variance = std::fmax(variance, rows[c]->covariance(j, j));
+    const double value = felt[static_cast<Eigen::Index>(c)] = rows[c]->values[j];
+    const double units = rows[c]->units_per_deg_s / rows[*only]->units_per_deg_s;
+    if (!(std::fabs(units - 1.0) < kSameUnit)) return;
+    const bool sure = std::fabs(value) > kSure * std::sqrt(rows[c]->covariance(j, j));
+    unusual = unusual || (c != *only && sure && std::fabs(value) > kUsual);
   }
-  const double length = felt.norm();
-  felt /= length;
-  const double across = std::sqrt(std::fmax(1.0 - felt[j] * felt[j], 0.0));
-  if (!(felt[j] > 0.5) || !(across > kUsual) || !(across * length > kSure * std::sqrt(variance)))
-    return;
-  std::string axes = "xyz";
-  const char turned = axes[*only];
-  axes.erase(*only, 1);
+  felt.normalize();
+  if (!unusual || !(felt[j] > 0.5)) return;
+  const std::size_t a = *only == 0 ? 1 : 0, b = *only == 2 ? 1 : 2;
   out->remarks.push_back(fmt::format(
-      "gyro {} and {} feel {:.1f} % of what turns about {}: the sensor sits tilted by {:.2f} deg "
-      "to the axis, or its axes are misaligned by as much, and turns about one axis do not tell "
-      "which; if it is tilted, the scale factor of {} is larger than stated here by {:.2g} %; turn "
-      "about the other axes as well{}",
-      axes[0], axes[1], 100.0 * across, turned, kDegPerRad * std::asin(across), turned,
+      "gyro {} feels {:.1f} % of what turns about {}, and gyro {} {:.1f} %: the sensor sits tilted "
+      "to the axis by {:.2f} deg more than is declared, or its axes are misaligned by as much, and "
+      "turns about one axis do not tell which; if it is tilted, the scale factor of {} is larger "
+      "than stated here by {:.2g} %; turn about the other axes as well{}",
+      "xyz"[a], 100.0 * felt[static_cast<Eigen::Index>(a)], "xyz"[*only], "xyz"[b],
+      100.0 * felt[static_cast<Eigen::Index>(b)], kDegPerRad * std::acos(felt[j]), "xyz"[*only],
       100.0 * (1.0 / felt[j] - 1.0), *only == 2 ? MountKeys(felt, histories) : ""));
 }
 

@@ -220,6 +220,12 @@ std::string WhatToDo(const MeasurementInfo& info, double late_s) {
 
 }  // namespace
 
+bool ClocksContradict(const Recording& recording) {
+  constexpr double kLargestLatency_s = 0.2;  // calibration/effects/catalogue/angle_latency.cc
+  const std::optional<ClockOffset> offset = FindClockOffset(recording);
+  return offset && std::fabs(offset->reference_late_s) > kLargestLatency_s;
+}
+
 std::string RemarkOnClocks(const Recording& recording) {
   const std::optional<ClockOffset> offset = FindClockOffset(recording);
   if (!offset) return "";

@@ -24,6 +24,10 @@ struct ClockOffset {
 // short are effects, and the trace finds them.
 std::optional<ClockOffset> FindClockOffset(const Recording& recording);
 
+// Whether they are farther apart than any latency that is looked for: no result of gyro and
+// reference can be then.
+bool ClocksContradict(const Recording& recording);
+
 // What to say of it and to do about it, without the measurement's name; empty where no offset was
 // found. Nothing is shifted here: which clock is right is not known.
 std::string RemarkOnClocks(const Recording& recording);

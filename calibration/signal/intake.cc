@@ -99,8 +99,8 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
     remarks.push_back(std::move(remark));
   if (recording.info.reference != ReferenceKind::kNone && recording.reference_samples == 0) {
     remarks.emplace_back(
-        "there are columns of a reference, and no row has a value in them: nothing tells what the "
-        "sensor turned by; fill them, or remove them where there was no reference");
+        "a reference is named, and has no value at any time: nothing tells what the sensor turned "
+        "by; is its column filled, and its device read?");
   }
   for (const Defect& defect : recording.defects) {
     if (defect.kind == "reference_jump" && defect.where == kByWholeTurns) {

@@ -95,31 +95,41 @@ void RemarkOnEarthRate(const std::vector<StateHistory>& histories,
                                  fmt::join(known, ", "), fmt::join(unknown, ", ")));
 }
 
-// Of one power-on in which the temperature goes one way alone, time and temperature say the same: a
-// polynomial of one describes what follows the other.
+// Of one power-on in which the temperature goes one way alone, and does not stay where it has come
+// to, time and temperature say the same: a polynomial of one describes what follows the other.
 void RemarkOnTemperature(const std::vector<StateHistory>& histories,
                          std::vector<std::string>* remarks) {
-  constexpr double kLeastRange_degC = 1.0;  // within which nothing depends on the temperature
+  constexpr double kLeastRange_degC = 1.0;  // of effects of the temperature (trace/problem.cc)
   constexpr double kBack = 0.1;             // of the range: more is another way
-  double low = kMissing, high = kMissing, most_fallen = 0.0, most_risen = 0.0;
+  constexpr double kStays = 0.5;            // of the time
+  std::vector<double> degC;                 // node by node, some 10 a second
   for (const StateHistory& history : histories) {
     const bool other = history.new_power_on && &history != &histories.front();
     if (!history.temperature_known || other) return;
-    for (const SensorState& node : history.nodes) {
-      low = std::fmin(low, node.temperature_degC);
-      high = std::fmax(high, node.temperature_degC);
-      most_fallen = std::fmax(most_fallen, high - node.temperature_degC);
-      most_risen = std::fmax(most_risen, node.temperature_degC - low);
-    }
+    for (const SensorState& node : history.nodes)
+      if (std::isfinite(node.temperature_degC)) degC.push_back(node.temperature_degC);
   }
-  const double range = high - low;
-  if (!(range >= kLeastRange_degC) || std::fmin(most_fallen, most_risen) > kBack * range) return;
+  if (degC.empty()) return;
+  const auto [least, most] = std::ranges::minmax(degC);
+  const double back = kBack * (most - least);
+  double low = degC.front(), high = low, most_fallen = 0.0, most_risen = 0.0;
+  for (const double now : degC) {
+    low = std::min(low, now);
+    high = std::max(high, now);
+    most_fallen = std::max(most_fallen, high - now);
+    most_risen = std::max(most_risen, now - low);
+  }
+  if (most - least < kLeastRange_degC || std::min(most_fallen, most_risen) > back) return;
   const bool rose = most_risen > most_fallen;
+  const auto at_end = std::ranges::count_if(
+      degC, [&](double now) { return rose ? now > most - back : now < least + back; });
+  if (static_cast<double>(at_end) > kStays * static_cast<double>(degC.size())) return;
   remarks->push_back(fmt::format(
       "the temperature only {}, from {:.1f} to {:.1f} degC: an offset that changes with the time "
-      "since power-on, or with how fast the temperature changes, passes here for one that depends "
-      "on the temperature, and the other way round; measure while it {} as well to tell them apart",
-      rose ? "rose" : "fell", rose ? low : high, rose ? high : low, rose ? "falls" : "rises"));
+      "since power-on, or with how fast the temperature changes, may pass here for one that "
+      "depends on the temperature, and the other way round; measure while it {} as well to tell "
+      "them apart",
+      rose ? "rose" : "fell", rose ? least : most, rose ? most : least, rose ? "falls" : "rises"));
 }
 
 std::vector<std::size_t> ChannelsOf(std::span<const Recording* const> recordings,

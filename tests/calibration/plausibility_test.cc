@@ -212,10 +212,12 @@ TEST(ExchangedAxes, AreNamedWhereTheAxisThatTurnsHasNoChannel) {
                       HasSubstr("there is no gyro z")));
     // A misaligned axis feels a part, and that is a measurement of it.
     EXPECT_EQ(FollowedByAnotherAlone(info, TurnsAboutZ({0.1 * units, 0, 0})), "");
-    // A sensor turned by hand turns about its own axis at the same time.
-    Columns slanted = TurnsAboutZ({0.9 * units, 0, 0});
-    for (Node& node : slanted.nodes) node.rotation_deg[0] = 0.9 * node.rotation_deg[2];
-    EXPECT_EQ(FollowedByAnotherAlone(info, slanted), "");
+    // A sensor turned by hand turns about its own axis at the same time, the right way round or not.
+    for (const double scale : {1.0, -1.0, 3.0}) {
+      Columns slanted = TurnsAboutZ({0.3 * scale * units, 0, 0});
+      for (Node& node : slanted.nodes) node.rotation_deg[0] = 0.3 * node.rotation_deg[2];
+      EXPECT_EQ(FollowedByAnotherAlone(info, slanted), "") << scale;
+    }
   }
   info.gyro_present = {true, true, true};
   EXPECT_EQ(FollowedByAnotherAlone(info, TurnsAboutZ({131.0, 0, 0})), "")

@@ -18,6 +18,7 @@
 
 #include "gyrobench/bias_result_t.hpp"
 #include "gyrobench/fault_t.hpp"
+#include "gyrobench/gyro_t.hpp"
 #include "gyrobench/run_t.hpp"
 #include "gyrobench/scale_result_t.hpp"
 #include "gyrobench/status_t.hpp"
@@ -340,10 +341,13 @@ TEST_F(TwoSenders, ADaemonThatWasStartedAnewIsNoStranger) {
   });
   ChildProcess watch(WatchBench({"--until-stop"}));
   watch.WaitFor("listening");
+  PublishAs(1, "GYRO", gyro_t{}, 3);
   PublishAs(1, "SCALE_RESULT", ExampleScale(), 3);
   PublishAs(1, "FAULT", Fault("before"), 3);
   watch.WaitFor("before");
   instance = 2;
+  // Samples come first, and are not shown.
+  PublishAs(2, "GYRO", gyro_t{}, 9);
   PublishAs(2, "SCALE_RESULT", ExampleScale(), 9);
   PublishAs(2, "FAULT", Fault("after"), 9);
   PublishAs(2, "RUN", Stop(), 0);

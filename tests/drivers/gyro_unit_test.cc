@@ -209,6 +209,39 @@ TEST_F(GyroUnitTest, SamplesThatWereOverwrittenAreCounted) {
   EXPECT_EQ(block.samples.front().counter, 9);
 }
 
+// Nobody reads a unit between a failure and the next Open.
+TEST_F(GyroUnitTest, SamplesThatPassWhileAUnitIsOpenedAgainAreCountedOnce) {
+  gyro_->Open();
+  Pass(5);
+  GyroBlock block;
+  ReadInto(block);
+  Pass(7);
+  gyro_->Open();
+  Pass(3);
+  gyro_->Open();
+  Pass(2);
+  ReadInto(block);
+  EXPECT_EQ(block.missed, 10);
+  EXPECT_EQ(block.samples.size(), 2U);
+  EXPECT_EQ(block.samples.front().counter, 15);
+  Pass(2);
+  ReadInto(block);
+  EXPECT_EQ(block.missed, 0);
+}
+
+TEST_F(GyroUnitTest, OfATickThatWentBackTheSamplesUntilTheNextOpenAreCountedToo) {
+  model_.StartAt(1000, 5'000'000);
+  gyro_->Open();
+  model_.StartAt(1040, 4'000'000);
+  GyroBlock block;
+  EXPECT_THROW(gyro_->Read(block), DeviceError);
+  gyro_->Open();
+  Pass(3);
+  gyro_->Read(block);
+  EXPECT_EQ(block.missed, 40);
+  EXPECT_EQ(block.samples.front().counter, 1040);
+}
+
 TEST_F(GyroUnitTest, NumbersAndTicksGoOnOverTheirWraps) {
   const std::uint32_t number = 0xFFFFFFF0, tick = 0xFFFFFFFF - 20 * 1250;
   model_.StartAt(number, tick);
