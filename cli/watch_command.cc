@@ -80,7 +80,7 @@ class Watcher {
     if (often && !other_state && now - said.at < std::chrono::seconds(1)) return false;
     said = {text, now};
     if (status != nullptr) {
-      said.state = status->state;
+      said.state = static_cast<unsigned char>(status->state);
       said.temperature_degC = status->temperature_degC;
       said.gyro_rate_hz = status->gyro_rate_hz;
     }

@@ -10,6 +10,7 @@
 
 #include "base/geometry.h"
 #include "calibration/estimators/exchanged_axes.h"
+#include "calibration/signal/clock_offset.h"
 #include "calibration/signal/intake.h"
 #include "calibration/signal/output_unit.h"
 #include "calibration/signal/turns_by_gyro.h"

@@ -110,7 +110,7 @@ void RemarkOnTemperature(const std::vector<StateHistory>& histories,
       if (std::isfinite(node.temperature_degC)) degC.push_back(node.temperature_degC);
   }
   if (degC.empty()) return;
-  const auto [least, most] = std::ranges::minmax(degC);
+  const double least = std::ranges::min(degC), most = std::ranges::max(degC);
   const double back = kBack * (most - least);
   double low = degC.front(), high = low, most_fallen = 0.0, most_risen = 0.0;
   for (const double now : degC) {
