@@ -276,8 +276,11 @@ TEST(TomlReader, RefusesAKeyOfEndlessParts) {
   EXPECT_NO_THROW(Parse(dotted(100) + " = 1\n# " + std::string(1000, '.') + "\nx = \"" +
                         std::string(1000, '.') + "\""));
   const std::string dots = "\nmany" + std::string(1000, '.') + "\nmore";
-  for (const std::string quotes : {"\"\"\"", "'''"})
-    EXPECT_NO_THROW(Parse("x = " + quotes + dots + quotes + "\ny = 1"));
+  for (const std::string quotes : {"\"\"\"", "'''"}) {
+    std::string text = "x = ";
+    text.append(quotes).append(dots).append(quotes).append("\ny = 1");
+    EXPECT_NO_THROW(Parse(text));
+  }
 }
 
 TEST(TomlReader, CutsALongValueInItsMessage) {
