@@ -140,7 +140,8 @@ std::vector<std::string> FaultsIn(const Recording& recording) {
   }
   if (std::string says = TurnsWithoutReference(recording); !says.empty())
     faults.push_back(std::move(says));
-  if (ClocksContradict(recording)) faults.push_back(RemarkOnClocks(recording));
+  if (const auto offset = FindClockOffset(recording); offset && Contradicts(*offset))
+    faults.push_back(RemarkOnClocks(recording.info, *offset));
   if (std::string says = FollowedByAnotherAlone(recording.info, recording.columns); !says.empty())
     faults.push_back(std::move(says));
   return faults;

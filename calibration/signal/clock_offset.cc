@@ -220,25 +220,25 @@ std::string WhatToDo(const MeasurementInfo& info, double late_s) {
 
 }  // namespace
 
-bool ClocksContradict(const Recording& recording) {
-  constexpr double kLargestLatency_s = 0.2;  // calibration/effects/catalogue/angle_latency.cc
-  const std::optional<ClockOffset> offset = FindClockOffset(recording);
-  return offset && std::fabs(offset->reference_late_s) > kLargestLatency_s;
+bool Contradicts(const ClockOffset& offset) {
+  return std::fabs(offset.reference_late_s) > kLargestLatency_s;
 }
 
-std::string RemarkOnClocks(const Recording& recording) {
-  const std::optional<ClockOffset> offset = FindClockOffset(recording);
-  if (!offset) return "";
+std::string RemarkOnClocks(const MeasurementInfo& info, const ClockOffset& offset) {
   std::string others;
-  for (const double late_s : offset->others_late_s) others += ", or " + InWords(late_s);
+  for (const double late_s : offset.others_late_s) others += ", or " + InWords(late_s);
   if (!others.empty()) others += ", as the motion repeats,";
   return fmt::format(
       "the reference turns {}{} (their rates correlate by {:.3f} with this taken off, by {:.3f} as "
       "they are): the clocks of the two loggers were probably not started together, and nothing "
       "that comes from the two together can be relied on; {}{}, and repeat the command",
-      InWords(offset->reference_late_s), others, offset->correlation, offset->correlation_as_is,
-      others.empty() ? "" : "where the first is right, ",
-      WhatToDo(recording.info, offset->reference_late_s));
+      InWords(offset.reference_late_s), others, offset.correlation, offset.correlation_as_is,
+      others.empty() ? "" : "where the first is right, ", WhatToDo(info, offset.reference_late_s));
+}
+
+std::string RemarkOnClocks(const Recording& recording) {
+  const std::optional<ClockOffset> offset = FindClockOffset(recording);
+  return offset ? RemarkOnClocks(recording.info, *offset) : "";
 }
 
 }  // namespace gyrobench::calibration

@@ -9,6 +9,9 @@
 
 namespace gyrobench::calibration {
 
+// The longest latency that is looked for, either way: clocks may be apart by it.
+inline constexpr double kLargestLatency_s = 0.2;
+
 struct ClockOffset {
   double reference_late_s = 0.0;  // the reference's motion comes so long after the gyro's
   double correlation = 0.0;       // of both rates, with that taken off
@@ -26,10 +29,12 @@ std::optional<ClockOffset> FindClockOffset(const Recording& recording);
 
 // Whether they are farther apart than any latency that is looked for: no result of gyro and
 // reference can be then.
-bool ClocksContradict(const Recording& recording);
+bool Contradicts(const ClockOffset& offset);
 
-// What to say of it and to do about it, without the measurement's name; empty where no offset was
-// found. Nothing is shifted here: which clock is right is not known.
+// What to say of it and to do about it, without the measurement's name. Nothing is shifted here:
+// which clock is right is not known.
+std::string RemarkOnClocks(const MeasurementInfo& info, const ClockOffset& offset);
+// The same of the offset that is found; empty where none is.
 std::string RemarkOnClocks(const Recording& recording);
 
 }  // namespace gyrobench::calibration

@@ -18,10 +18,10 @@ constexpr double kLeastPathByError = 1.5;
 // An element of M beyond is not to be believed: data that do not tell axes apart.
 constexpr double kMostOfRow = 2.0;
 
-// Effects of the temperature need this range to be told from other slow ones; a straight line of
-// the offset, which the baseline is free to have, needs less: a tenth of a degree moves the offset
-// of an ordinary part by several standard errors of a rest.
-constexpr double kLeastRange_degC = 1.0, kLeastLine_degC = 0.05;
+// A straight line of the offset, which the baseline is free to have, needs less of a range than
+// effects of the temperature: a tenth of a degree moves the offset of an ordinary part by several
+// standard errors of a rest.
+constexpr double kLeastLine_degC = 0.05;
 
 // A polynomial of the temperature needs a range to be seen.
 int TemperatureOrder(double range_degC) {
@@ -307,11 +307,12 @@ void ChannelProblem::Survey() {
   }
   auto bit = [](bool known, unsigned need) { return known ? need : 0u; };
   temperature_known_ = temperature;
-  observables_ = bit(TurnsByItself(), kNeedsRate) | bit(gravity, kNeedsGravity) |
-                 bit(temperature && max_temperature_ - min_temperature_ >= kLeastRange_degC,
-                     kNeedsTemperature) |
-                 bit(!table_axes_.empty(), kNeedsTableAxis) | bit(vibration, kNeedsVibration) |
-                 bit(PowerOnIsKnown(), kNeedsPowerOn) | bit(gear_ratio() > 0.0, kNeedsGear);
+  observables_ =
+      bit(TurnsByItself(), kNeedsRate) | bit(gravity, kNeedsGravity) |
+      bit(temperature && max_temperature_ - min_temperature_ >= kLeastTemperatureRange_degC,
+          kNeedsTemperature) |
+      bit(!table_axes_.empty(), kNeedsTableAxis) | bit(vibration, kNeedsVibration) |
+      bit(PowerOnIsKnown(), kNeedsPowerOn) | bit(gear_ratio() > 0.0, kNeedsGear);
 }
 
 // A table of rests alone, cut from somewhere, does not say when the sensor was switched on.

@@ -19,6 +19,9 @@
 
 namespace gyrobench::calibration {
 
+// Effects of the temperature need this range to be told from other slow ones.
+inline constexpr double kLeastTemperatureRange_degC = 1.0;
+
 // Of one axis, in one interval.
 struct FeltAxis {
   // Of a turn of the axis: what the channel turns by [deg per deg].

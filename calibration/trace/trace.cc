@@ -18,6 +18,7 @@
 #include "calibration/state/state_history.h"
 #include "calibration/trace/channel_report.h"
 #include "calibration/trace/channel_search.h"
+#include "calibration/trace/problem.h"
 #include "calibration/trace/reference_angle_error.h"
 #include "calibration/trace/shared_columns.h"
 #include "calibration/trace/side_by_side.h"
@@ -99,10 +100,9 @@ void RemarkOnEarthRate(const std::vector<StateHistory>& histories,
 // to, time and temperature say the same: a polynomial of one describes what follows the other.
 void RemarkOnTemperature(const std::vector<StateHistory>& histories,
                          std::vector<std::string>* remarks) {
-  constexpr double kLeastRange_degC = 1.0;  // of effects of the temperature (trace/problem.cc)
-  constexpr double kBack = 0.1;             // of the range: more is another way
-  constexpr double kStays = 0.5;            // of the time
-  std::vector<double> degC;                 // node by node, some 10 a second
+  constexpr double kBack = 0.1;   // of the range: more is another way
+  constexpr double kStays = 0.5;  // of the time
+  std::vector<double> degC;       // node by node, some 10 a second
   for (const StateHistory& history : histories) {
     const bool other = history.new_power_on && &history != &histories.front();
     if (!history.temperature_known || other) return;
@@ -119,7 +119,8 @@ void RemarkOnTemperature(const std::vector<StateHistory>& histories,
     most_fallen = std::max(most_fallen, high - now);
     most_risen = std::max(most_risen, now - low);
   }
-  if (most - least < kLeastRange_degC || std::min(most_fallen, most_risen) > back) return;
+  if (most - least < kLeastTemperatureRange_degC || std::min(most_fallen, most_risen) > back)
+    return;
   const bool rose = most_risen > most_fallen;
   const auto at_end = std::ranges::count_if(
       degC, [&](double now) { return rose ? now > most - back : now < least + back; });

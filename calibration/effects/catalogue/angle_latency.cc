@@ -1,6 +1,7 @@
 // The gyro is late against the reference.
 #include "calibration/effects/catalogue/makers.h"
 #include "calibration/effects/catalogue/shared_bases.h"
+#include "calibration/signal/clock_offset.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -22,7 +23,7 @@ Effect AngleLatency() {
           .manoeuvre = "accelerate, reverse, or swing in a sine",
           .needs = kNeedsRate,
           .terms = {{"tau", "s"}},
-          .nonlinear = {{"tau", "s", -0.2, 0.2, {0.0}}},
+          .nonlinear = {{"tau", "s", -kLargestLatency_s, kLargestLatency_s, {0.0}}},
           .search = Search::kCoefficient,
           .typical_size = 0.02,
           .size_source = "experience with buses and filters of this class: 1 to 20 ms",
