@@ -2,8 +2,8 @@
 
 Residual at each reading of the reference: z - Phi, z the integral of every gyro sample. Its noise is angle random walk
 (with the gyro's quantisation), bias random walk that runs on through the gaps of one power-on, and the reading's own
-variance noise^2 + lsb^2/12. The baseline that is left free: row of M, cubic b(T), an angle of each table, a bias of
-each power-on.
+variance noise^2 + lsb^2/12; and what nobody knows of a motion with corners between samples. The baseline that is
+left free: row of M, cubic b(T), an angle of each table, a bias of each power-on.
 
 What is approximate: an axis that does not turn within a table adds no noise to a channel beyond one reading's;
 the noise of angles that decompose a motion of several axes is left out; the readings of a rest are independent ones,
@@ -70,7 +70,8 @@ def timing(scene):
 def whitener_of(scene, channel, noise):
     """The filter of one channel's readings. noise: arw [deg/sqrt(s)], brw [deg/s/sqrt(s)]."""
     dt_s, starts = timing(scene)
-    return Whitener(dt_s, reading_variance(scene, channel), starts, noise["arw_effective"], noise["brw"])
+    return Whitener(dt_s, reading_variance(scene, channel), scene.integration_variance(channel), starts,
+                    noise["arw_effective"], noise["brw"])
 
 
 def nuisance(scene, channel):
@@ -188,8 +189,11 @@ class Bound:
         seen = self.kept[self.columns[i]] > 1e-7
         dt_s, starts = timing(scene)
         some = unknown_walk.some_readings(starts)
+        within = scene.integration_variance(channel)
         readings = unknown_walk.Readings(np.diff(np.cumsum(dt_s)[some], prepend=0.0), starts[some],
-                                         reading_variance(scene, channel)[some], noise["arw_effective"], noise["brw"])
+                                         reading_variance(scene, channel)[some],
+                                         np.diff(np.cumsum(within)[some], prepend=0.0),
+                                         noise["arw_effective"], noise["brw"])
         known, unknown = unknown_walk.gains(rng, readings, [column[some] for column in self.given[:first]],
                                             [self.given[first + k][some] for k in self.columns[i][seen]], theta[seen])
         if known.mean() - seen.sum() < TOO_FAST * float(theta @ self.information(i) @ theta):

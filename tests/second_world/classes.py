@@ -15,8 +15,8 @@ DEFAULT = dict(
     # Reference: kind, bits a turn, noise [deg], rate [Hz], its own clock or the gyro's, jitter as a part of it.
     reference="stand", encoder_bits=[16, 17, 18, 19, 20], reference_noise_deg=(0.002, 0.01), reference_rate_hz=100.0,
     own_clock=False, clock_jitter=0.0,
-    # Motion and tables: gap [s] between tables of one power-on.
-    programme="full", gap_s=(10.0, 60.0), power_ons="one",
+    # Motion and tables: acceleration of straight ramps, 0 for smooth ones; gap [s] between tables of one power-on.
+    straight_ramps_deg_s2=0.0, programme="full", gap_s=(10.0, 60.0), power_ons="one",
     # Temperature: what it does, what measures it; thermometer noise, resolution [degC], lag [s].
     thermal="warm_up", temp_noise_degC=0.02, temp_resolution_degC=1.0 / 340.0, temp_lag_s=0.0, thermometer=True,
     accelerometer=["absent", "noisy", "uncalibrated"],
@@ -66,6 +66,9 @@ CLASSES = {
     "unfilled_columns": dict(unfilled=True, programme="single", thermometer=[True, False], thermal="constant",
                              site=False),
     "several_axes": dict(programme="several", reference_noise_deg=(0.001, 0.004), encoder_bits=[18, 19, 20]),
+    # A logger that takes the rate of a moment now and then, on a table that starts and stops at full acceleration.
+    "seldom_logged": dict(straight_ramps_deg_s2=(20.0, 80.0), gyro_rate_hz=[10.0, 12.5, 20.0, 25.0],
+                          reference_rate_hz=[10.0, 20.0], programme=["full", "medium"]),
 }
 
 

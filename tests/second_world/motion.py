@@ -5,7 +5,8 @@ gained [deg] and the rate [deg/s].
 
 The trapezoid rule on samples dt apart is off by dt^2/12 times the acceleration. Ramps are raised cosines, so nothing
 of it is left after a turn, and accelerations are limited so that it stays at about a millidegree within: what a table
-is defined to be integrated by must not pass for an effect.
+is defined to be integrated by must not pass for an effect. Some benches have straight ramps instead, as stepper drives
+do: where one begins or ends between two samples the acceleration jumps by a, and no rule of integration knows where.
 """
 import numpy as np
 
@@ -41,6 +42,20 @@ class Ramp:
         k = np.pi / self.duration_s
         angle = self.rate / 2.0 * (u - sign * np.sin(k * u) / k)
         return angle, self.rate / 2.0 * (1.0 - sign * np.cos(k * u))
+
+
+class StraightRamp:
+    """From rest to a rate, or back, at a constant acceleration."""
+
+    def __init__(self, rate_deg_s, duration_s, up):
+        self.rate, self.duration_s, self.up, self.turns = rate_deg_s, duration_s, up, True
+        self.gain_deg = rate_deg_s * duration_s / 2.0
+
+    def at(self, u):
+        slope = self.rate / self.duration_s
+        if self.up:
+            return slope * u ** 2 / 2.0, slope * u
+        return self.rate * u - slope * u ** 2 / 2.0, self.rate - slope * u
 
 
 class Cruise:
@@ -116,9 +131,9 @@ class AxisPath:
 class Table:
     """Motion of one table: three axes in step. Times count from power-on."""
 
-    def __init__(self, start_s, pose_deg, interval_s):
-        self.start_s, self.shortest_ramp_s = start_s, max(0.3, 8.0 * interval_s)
-        self.acceleration = allowed_acceleration(interval_s)
+    def __init__(self, start_s, pose_deg, interval_s, straight_ramps_deg_s2=0.0):
+        self.start_s, self.interval_s = start_s, interval_s
+        self.acceleration, self.straight_ramps_deg_s2 = allowed_acceleration(interval_s), straight_ramps_deg_s2
         self.paths = [AxisPath(start_s, angle) for angle in pose_deg]
 
     @property
@@ -137,15 +152,32 @@ class Table:
     def turn(self, *moves):
         """Turns at once; each move is (axis index, angle [deg] with sign, speed [deg/s])."""
         for axis, angle_deg, speed_deg_s in moves:
-            acceleration = np.clip(self.acceleration, LEAST_ACCELERATION_DEG_S2, ACCELERATION_DEG_S2)
-            ramp_s = max(np.pi / 2.0 * speed_deg_s / acceleration, self.shortest_ramp_s)
+            ramp, ramp_s = self._ramp(speed_deg_s)
             speed = min(speed_deg_s, abs(angle_deg) / ramp_s)
             rate = np.copysign(speed, angle_deg)
             path = self.paths[axis]
-            path.add(Ramp(rate, ramp_s, True))
+            path.add(ramp(rate, ramp_s, True))
             path.add(Cruise(rate, abs(angle_deg) / speed - ramp_s))
-            path.add(Ramp(rate, ramp_s, False))
+            path.add(ramp(rate, ramp_s, False))
         self._align()
+
+    def _ramp(self, speed_deg_s):
+        """Kind and duration of a ramp to that speed. A straight one has two samples at least in it, and does not begin
+        and end at the same part of an interval between samples, where its errors would be one another's."""
+        if self.straight_ramps_deg_s2:
+            return StraightRamp, max(speed_deg_s / self.straight_ramps_deg_s2, 2.25 * self.interval_s)
+        acceleration = np.clip(self.acceleration, LEAST_ACCELERATION_DEG_S2, ACCELERATION_DEG_S2)
+        return Ramp, max(np.pi / 2.0 * speed_deg_s / acceleration, 0.3, 8.0 * self.interval_s)
+
+    def corners(self):
+        """Where the acceleration of an axis jumps: (time [s], axis, jump [deg/s^2])."""
+        found = []
+        for axis, path in enumerate(self.paths):
+            for start_s, piece in zip(path.starts_s, path.pieces):
+                if isinstance(piece, StraightRamp):
+                    jump = piece.rate / piece.duration_s * (1.0 if piece.up else -1.0)
+                    found += [(start_s, axis, jump), (start_s + piece.duration_s, axis, -jump)]
+        return found
 
     def wave(self, axis, amplitudes_deg, frequencies_hz, phases_rad, duration_s, edge_s):
         """Starts a motion of one axis; each sine is made smaller where its acceleration would be too large."""

@@ -38,7 +38,8 @@ class Plan:
             start_s = self.tables[-1].end_s + self.bench["gap_s"]
         if target_degC is not None and self.bench["thermal"] != "constant":
             self.targets[-1].append((start_s, target_degC))
-        self.tables.append(Table(start_s, pose_deg, 1.0 / self.bench["gyro_rate_hz"]))
+        self.tables.append(Table(start_s, pose_deg, 1.0 / self.bench["gyro_rate_hz"],
+                                 self.bench["straight_ramps_deg_s2"]))
         self.power_on.append(len(self.targets) - 1)
         return self.tables[-1]
 
@@ -57,8 +58,12 @@ class Plan:
             self.both_ways(table, axis, *pairs[i])
 
     def sines(self, table, axis, waves):
+        """A drive that only ramps goes to and fro instead."""
         table.rest(REST_S)
         for amplitude_deg, frequency_hz, duration_s in waves:
+            if self.bench["straight_ramps_deg_s2"]:
+                self.both_ways(table, axis, 9.0 * amplitude_deg, 2.0 * np.pi * frequency_hz * amplitude_deg)
+                continue
             edge_s = max(1.0 / frequency_hz, 2.0)
             table.wave(axis, [amplitude_deg], [frequency_hz], [0.0], duration_s, edge_s)
             table.settle()

@@ -78,6 +78,31 @@ class Motion(unittest.TestCase):
             self.assertLess(max(whole), 3e-3, name)
 
 
+    def test_trapezoids_err_at_corners_as_much_as_is_said(self):
+        squares, variance = 0.0, 0.0
+        for seed in range(12):
+            world = worlds.World("seldom_logged", "silent", 0.0, seed, dict(QUIET, lsb_per_deg_s=1e7))
+            world.channel = 2
+            residual = unquantised_residual(world)
+            steps = world.scene.integration_variance(2)
+            for part, table in zip(world.scene.reading_parts(), world.scene.plan.tables):
+                rests = rests_of(table, world.scene.t_read_s[part])
+                if len(rests) < 3:
+                    continue
+                levels = [residual[part][rest].mean() for rest in rests]
+                squares += (np.diff(levels) ** 2).sum()
+                variance += steps[part][rests[0][-1] + 1:rests[-1][0] + 1].sum()
+        self.assertTrue(0.8 < squares / variance < 1.25, squares / variance)
+
+
+def rests_of(table, t_s):
+    """Indices of the times in each rest between turns of a table, its first and last tenths of a second left out."""
+    angles, _ = table.at(t_s)
+    still = np.concatenate([[False], np.abs(np.diff(angles, axis=1)).max(axis=0) < 1e-9])
+    cut = np.flatnonzero(np.diff(still.astype(int))) + 1
+    return [part[2:-2] for part in np.split(np.arange(t_s.size), cut) if still[part[0]] and part.size > 8]
+
+
 class Physics(unittest.TestCase):
     def test_play_is_the_same_as_step_by_step(self):
         values = np.cumsum(np.random.default_rng(2).standard_normal(500))
@@ -122,10 +147,11 @@ class Bounds(unittest.TestCase):
         starts[0], starts[40], starts[70] = 2, 1, 2
         dt[40] = 12.0
         variance = rng.uniform(1e-5, 1e-4, n)
+        within = rng.uniform(0.0, 1e-5, n) * (rng.uniform(size=n) < 0.2)
         columns = rng.standard_normal((3, n)).cumsum(axis=1)
-        whitener = whitening.Whitener(dt, variance, starts, arw, brw)
+        whitener = whitening.Whitener(dt, variance, within, starts, arw, brw)
         white = whitener(list(columns), stretch=16)
-        covariance = dense_covariance(dt, variance, starts, arw, brw)
+        covariance = dense_covariance(dt, variance, within, starts, arw, brw)
         free = dense_free(dt, starts)
         inverse = np.linalg.inv(covariance)
         gram = columns @ inverse @ columns.T
@@ -149,6 +175,15 @@ class Bounds(unittest.TestCase):
         rms = np.sqrt(np.mean(np.square(errors)))
         self.assertTrue(0.65 < rms < 1.4, rms)
         self.assertLess(np.abs(errors).max(), 4.0)
+
+    def test_chi_square_is_one_beside_corners_that_nobody_sees(self):
+        chi = []
+        for seed in range(12):
+            world = worlds.World("seldom_logged", "silent", 0.0, 300 + seed, dict(programme="medium"))
+            world.channel = 2
+            residual = least_squares.residual_angle(world, *least_squares.measured(world))
+            chi.append(least_squares.fit(world, residual)[2])
+        self.assertLess(abs(np.mean(chi) - 1.0), 0.1)
 
     def test_half_the_noise_doubles_the_sigmas_of_a_candidate(self):
         sigmas = []
@@ -189,13 +224,14 @@ class Bounds(unittest.TestCase):
         rng, times_s = np.random.default_rng(4), np.arange(0.0, 1200.0, 0.2)
         starts = np.zeros(times_s.size, dtype=int)
         starts[0] = 2
-        readings = unknown_walk.Readings(np.diff(times_s, prepend=0.0), starts, np.full(times_s.size, 1e-6), 0.0035,
-                                         1e-4)
+        none = np.zeros(times_s.size)
+        readings = unknown_walk.Readings(np.diff(times_s, prepend=0.0), starts, np.full(times_s.size, 1e-6), none,
+                                         0.0035, 1e-4)
         slow = 300.0 * np.exp(-times_s / 300.0)  # integral of an offset that dies away
         fast = np.sin(2.0 * np.pi * times_s / 3.0)
         shares = []
         for column in (slow, fast):
-            white = whitening.Whitener(readings.dt_s, readings.variance_deg2, starts, 0.0035, 1e-4)([column])
+            white = whitening.Whitener(readings.dt_s, readings.variance_deg2, none, starts, 0.0035, 1e-4)([column])
             theta = 7.0 / np.linalg.norm(white)
             known, unknown = unknown_walk.gains(rng, readings, [], [column], np.array([theta]))
             self.assertAlmostEqual(known.mean(), 7.0 ** 2 + 1.0, delta=4.0)
@@ -209,9 +245,10 @@ class Bounds(unittest.TestCase):
             starts[[0, 1500]] = [2, 1]
             steps_s = np.full(4000, dt_s)
             steps_s[1500] = 50.0 * dt_s  # a gap
-            readings = unknown_walk.Readings(steps_s, starts, np.full(4000, 1e-5), 0.0035, brw)
+            within = np.where(np.arange(4000) % 7 == 3, 1e-5, 0.0)
+            readings = unknown_walk.Readings(steps_s, starts, np.full(4000, 1e-5), within, 0.0035, brw)
             noise = readings.noise(np.random.default_rng(5), 20)
-            whiten = whitening.Whitener(steps_s, readings.variance_deg2, starts, 0.0035, brw)
+            whiten = whitening.Whitener(steps_s, readings.variance_deg2, within, starts, 0.0035, brw)
             white = whitening.Whitener.in_order(whiten(list(noise)), 4000)
             for first, last in ((10, 1490), (1510, 3990), (1501, 1510)):
                 part = white[first:last]
@@ -320,13 +357,14 @@ class Scoring(unittest.TestCase):
         self.assertEqual(scoring.verdict_on(self.channel(("b",), ("a",)), ["a", "b"]), "exact")
 
 
-def dense_covariance(dt, variance, starts, arw, brw):
+def dense_covariance(dt, variance, within, starts, arw, brw):
     """Covariance of the readings, step by step, with known starts."""
     n = dt.size
     state = np.zeros((2, 2 * n))  # sensitivity of (angle, bias) to 2 n unit noises
     rows = []
     for i in range(n):
-        q = np.array([[arw ** 2 * dt[i] + brw ** 2 * dt[i] ** 3 / 3, brw ** 2 * dt[i] ** 2 / 2],
+        walk = arw ** 2 * dt[i] + within[i]
+        q = np.array([[walk + brw ** 2 * dt[i] ** 3 / 3, brw ** 2 * dt[i] ** 2 / 2],
                       [brw ** 2 * dt[i] ** 2 / 2, brw ** 2 * dt[i]]])
         state = np.array([[1.0, dt[i]], [0.0, 1.0]]) @ state
         state[:, 2 * i:2 * i + 2] += np.linalg.cholesky(q)

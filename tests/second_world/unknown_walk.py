@@ -21,6 +21,7 @@ class Readings:
     dt_s: np.ndarray  # since the reading before
     starts: np.ndarray  # 0 goes on, 1 new table, 2 new power-on
     variance_deg2: np.ndarray
+    within_deg2: np.ndarray  # of the step of the angle up to each reading, beyond N and K
     arw_deg_sqrt_s: float
     brw_deg_s_sqrt_s: float
 
@@ -33,7 +34,8 @@ class Readings:
         # Exact over a step: the bias's walk within it adds K^2 dt^3 / 12 beside its mean.
         within = self.brw_deg_s_sqrt_s * self.dt_s * root / np.sqrt(12.0) * rng.standard_normal(size)
         turn = (before + 0.5 * step) * self.dt_s + within
-        angle = np.cumsum(turn + self.arw_deg_sqrt_s * root * rng.standard_normal(size), axis=1)
+        white = np.sqrt(self.arw_deg_sqrt_s ** 2 * self.dt_s + self.within_deg2)
+        angle = np.cumsum(turn + white * rng.standard_normal(size), axis=1)
         return angle + np.sqrt(self.variance_deg2) * rng.standard_normal(size)
 
 
@@ -60,8 +62,8 @@ def gains(rng, readings, baseline, effect, theta, draws=200):
 def _deviances(readings, walk, columns, free, own):
     """-2 log of the restricted likelihood without and with the effect, but for a common constant, and what the effect
     gains where this noise is known to be the true one: (3, draws)."""
-    whiten = Whitener(readings.dt_s, readings.variance_deg2, readings.starts, readings.arw_deg_sqrt_s,
-                      walk * readings.brw_deg_s_sqrt_s)
+    whiten = Whitener(readings.dt_s, readings.variance_deg2, readings.within_deg2, readings.starts,
+                      readings.arw_deg_sqrt_s, walk * readings.brw_deg_s_sqrt_s)
     white = whiten(columns)
     noise = 2.0 * np.log(whiten.sigma).sum()
     outputs = white[:, free + own:]

@@ -15,12 +15,15 @@ UNKNOWN_BIAS_VARIANCE = 1e4  # (deg/s)^2
 
 
 class Whitener:
-    """Filter for readings with steps dt_s, variances R, and starts: 0 goes on, 1 new table, 2 new power-on."""
+    """Filter for readings with steps dt_s, variances R, and starts: 0 goes on, 1 new table, 2 new power-on.
 
-    def __init__(self, dt_s, variance, starts, arw, brw):
+    within: variance of the step of the angle up to each reading, beyond that of the noise N and K.
+    """
+
+    def __init__(self, dt_s, variance, within, starts, arw, brw):
         self.f_aa, self.f_ab = (starts == 0).astype(float), np.where(starts == 0, dt_s, 0.0)
         self.f_bb = (starts != 2).astype(float)
-        self.gain_a, self.gain_b, self.sigma = _gains(dt_s, variance, starts, arw, brw)
+        self.gain_a, self.gain_b, self.sigma = _gains(dt_s, variance, within, starts, arw, brw)
 
     def __call__(self, columns, stretch=256):
         """Whitened columns, from p columns of n readings: (m, p), in the order of the stretches, zero where padded.
@@ -76,18 +79,18 @@ class Whitener:
         return a0, b0
 
 
-def _gains(dt_s, variance, starts, arw, brw):
+def _gains(dt_s, variance, within, starts, arw, brw):
     """Kalman gains and innovation sigmas of every reading, in plain scalars."""
     n2, k2 = arw * arw, brw * brw
     gain_a, gain_b, sigma2 = [], [], []
     aa = ab = bb = 0.0
-    for dt, r, start in zip(dt_s.tolist(), variance.tolist(), starts.tolist()):
+    for dt, r, more, start in zip(dt_s.tolist(), variance.tolist(), within.tolist(), starts.tolist()):
         bias_step = k2 * dt
         if start:
             aa, ab = UNKNOWN_ANGLE_VARIANCE, 0.0
             bb = UNKNOWN_BIAS_VARIANCE if start == 2 else bb + bias_step
         else:
-            aa += dt * (2.0 * ab + dt * bb + n2 + bias_step * dt / 3.0)
+            aa += dt * (2.0 * ab + dt * bb + n2 + bias_step * dt / 3.0) + more
             ab += dt * (bb + 0.5 * bias_step)
             bb += bias_step
         s = aa + r
