@@ -51,7 +51,8 @@ class FilterOf {
     const Real bc = bc_ + cov_ib;
     const Real cc = cc_ + 2.0 * dt * bc_ + var_i;
     const Real ec = ec_ + cov_ie;
-    variance_ = var_i + n2_ * dt + g * (2.0 * cov_ie + g * ee_ + g * end_s2);
+    variance_ =
+        var_i + n2_ * (dt + interval.more_walk_s) + g * (2.0 * cov_ie + g * ee_ + g * end_s2);
     const Real cov_yb = cov_ib + g * be_;
     const Real cov_yc = cov_ic + g * ec;
     const Real cov_ye = interval.still ? cov_ie : Real(-end_s2);

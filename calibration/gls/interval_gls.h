@@ -3,7 +3,7 @@
 // Output of interval i, in deg:
 //   y_i = x_i theta + int b dt + w_i - (e_i - e_{i-1})  moving: a reference angle at each end
 //   y_i = x_i theta + int b dt + w_i                    still: true rotation 0, reference kept
-//   w ~ N^2 dt           angle random walk
+//   w ~ N^2 dt           angle random walk, more of it where the samples are too few for the motion
 //   b(0) = 0, db = K dW  bias random walk, since the first interval
 //   e ~ s^2              error of one reference angle (of a stop, or of a node)
 //
@@ -46,6 +46,8 @@ struct Interval {
   // Where the end (begin) is a mean over several times: that much less N^2, for the random walk of
   // the angle is averaged as well (ReadingsMean::walk_s).
   double end_reference_walk_s = 0.0, begin_reference_walk_s = 0.0;
+  // The output's variance is that much more N^2: the rate between the samples is not known.
+  double more_walk_s = 0.0;
 };
 
 // Intervals and their columns, row by row. Which column is the output and which a regressor is said

@@ -44,6 +44,7 @@ std::vector<Eigen::Index> Merge(std::span<const Interval> intervals, double piec
                        merged->back().duration_s + interval.duration_s <= piece_s + 1e-6;
     if (joins) {
       merged->back().duration_s += interval.duration_s;
+      merged->back().more_walk_s += interval.more_walk_s;
     } else {
       merged->push_back(interval);
     }
@@ -168,6 +169,20 @@ NoiseSearch::Deviances NoiseSearch::Contest(const Products& products,
   const Eigen::VectorXd own =
       projected + factor.matrixL().transpose() * Eigen::VectorXd(group_part(order));
   return {deviance(left), deviance(left + own.tail(p - others).squaredNorm())};
+}
+
+CoefficientEstimate NoiseSearch::FirstCoefficient(const NoiseModel& noise) const {
+  if (!solvable_ || kept_.empty() || kept_.front() != 0) return {};
+  const double n = noise.angle_random_walk_deg_sqrt_s;
+  const Products products = At(noise.bias_random_walk_deg_s_sqrt_s / n, noise.reference_deg / n);
+  const Eigen::Index p = products.scaled.cols() - 1;
+  const Eigen::LLT<Eigen::MatrixXd> factor(products.scaled.topLeftCorner(p, p));
+  if (factor.info() != Eigen::Success) return {};
+  const Eigen::VectorXd row = factor.solve(Eigen::VectorXd::Unit(p, 0));  // of the inverse
+  const double scale = std::exp(products.log_scale(0));
+  const double left = row.dot(products.scaled.col(p).head(p));
+  return {bulk_(0) + left * scale * std::exp(-products.log_scale(p)),
+          n * scale * std::sqrt(row(0))};
 }
 
 double NoiseSearch::Deviance(const NoiseModel& noise) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -16,6 +17,12 @@ namespace gyrobench::calibration {
 struct NoiseEstimate {
   NoiseModel noise;
   double deviance = 0.0;  // -2 log of the restricted likelihood, without its constants
+};
+
+// NaN where the data do not tell it.
+struct CoefficientEstimate {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  double std_error = std::numeric_limits<double>::quiet_NaN();
 };
 
 class NoiseSearch {
@@ -44,6 +51,8 @@ class NoiseSearch {
   NoiseEstimate WithoutUnseen(const NoiseEstimate& best) const;
   // How many columns do not depend on the ones before them.
   std::size_t independent() const { return kept_.size(); }
+  // Of the first column, under a given noise, by generalised least squares.
+  CoefficientEstimate FirstCoefficient(const NoiseModel& noise) const;
   // Deviance of a given noise.
   double Deviance(const NoiseModel& noise) const;
   // By how much the deviance grows, for each group of columns, when the model goes without them and

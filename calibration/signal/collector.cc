@@ -212,6 +212,7 @@ class Collector::Impl {
     if (!done_.empty() && node.at.t_s <= done_.back().at.t_s) return;
     node.mean = job.readings.Mean();
     node.samples = gyro_.SumUpTo(node.at.t_s);
+    node.between = gyro_.ring().BetweenUpTo(node.at.t_s);
     // At rest an interval without a sample of its own has next to no noise: any column would count.
     if (!job.moves && !done_.empty() && node.samples.t_s <= done_.back().samples.t_s) return;
     HalfIntegral(&node);

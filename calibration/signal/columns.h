@@ -19,6 +19,24 @@ struct IntegralMark {
   Vector3 z = {};
 };
 
+// How the rate may have gone between samples that are the values of single moments: what the
+// integral's variance is larger by since the first sample [(output unit s)^2]. With D the second
+// difference of the samples, at the begin and at the end of an interval tau:
+//   corners  (D + D')^2 tau^2 / 1200
+//   steps    -D D' tau^2 / 12 where it is positive
+// Where the acceleration jumps by a, once, at a part f of an interval, the spline through the
+// samples is off by a tau^2 (f (1 - f) / 2 - 1 / 12), in the mean square over f by a^2 tau^4 / 720;
+// D is (1 - f) a tau and f a tau, so that the three intervals about it have 5/3 (a tau)^2 together.
+// Where the rate itself jumps by v, as of a ramp shorter than an interval, it is off by up to
+// v tau / 2, in the mean square by v^2 tau^2 / 12; D is v and -v.
+//   bends    of the integral itself [output unit s]: what a rate that goes straight on either side
+//            of one corner, at f = D' / (D + D'), makes it larger by than the spline's,
+//              -D D' tau / (2 (D + D')) + tau^2 (m' - m) / 12
+//            m being the spline's slopes at the begin and the end
+struct BetweenSamples {
+  Vector3 corners = {}, steps = {}, bends = {};
+};
+
 // The sum of the samples up to one time, each standing for the time half way to its neighbours
 // [output unit * s]. It ends half way between two samples, so that the noise of one sum less
 // another is that of whole samples: two intervals that follow each other share none.
@@ -66,7 +84,8 @@ struct Node {
   Vector3 accel_g = {kMissing, kMissing, kMissing};  // mean since the node before
   double vibration_g2 = kMissing;  // mean square of the specific force about that mean
   ReadingsMean mean;
-  SampleSum samples;  // up to the node's time; counted as `at` is
+  SampleSum samples;       // up to the node's time; counted as `at` is
+  BetweenSamples between;  // up to the last sample not after the node's time
   // Integral of the output at kNear_s from the node's time, less that at the node; where the mean
   // of the output is known, the mean of the same over the readings.
   Near z_near = {};

@@ -26,13 +26,39 @@ std::int64_t GyroRing::FirstNotBefore(double t_s) const {
 }
 
 void GyroRing::Push(double t_s, const Vector3& xi, bool gap) {
-  point(count_++) = {t_s, {}, xi, gap};
+  point(count_++) = {t_s, {}, xi, {}, gap};
   // The slope at the sample before the newest is new, and with it the intervals on its both sides.
   for (std::int64_t i = std::max<std::int64_t>(1, count_ - 3); i < count_; ++i) {
     Point& end = point(i);
     end.z = at(i - 1).z;
     for (std::size_t c = 0; c < 3 && !end.gap; ++c) end.z[c] += SplineIntegral(i, c, 1.0);
+    AddBetween(i);
   }
+}
+
+void GyroRing::AddBetween(std::int64_t next) {
+  constexpr double kCorner = 1.0 / 1200.0, kStep = 1.0 / 12.0;
+  Point& end = point(next);
+  const Point& begin = at(next - 1);
+  end.between = begin.between;
+  if (end.gap || next + 1 == count_) return;
+  const double tau_s = end.t_s - begin.t_s, square_s2 = tau_s * tau_s;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double first = SecondDifference(next - 1, c), last = SecondDifference(next, c);
+    end.between.corners[c] += kCorner * square_s2 * (first + last) * (first + last);
+    end.between.steps[c] += kStep * square_s2 * std::max(0.0, -first * last);
+    const double cut = first * last > 0.0 ? first * last / (2.0 * (first + last)) : 0.0;
+    end.between.bends[c] +=
+        kStep * square_s2 * (SlopeAt(next, c) - SlopeAt(next - 1, c)) - cut * tau_s;
+  }
+}
+
+// Of samples that come as far apart as the two intervals about this one do in the mean; 0 where one
+// of them is not known.
+double GyroRing::SecondDifference(std::int64_t i, std::size_t c) const {
+  const std::optional<double> before = Chord(i - 1, c), after = Chord(i, c);
+  if (!before || !after) return 0.0;
+  return (*after - *before) * 0.5 * (at(i + 1).t_s - at(i - 1).t_s);
 }
 
 void GyroRing::Replace(std::size_t channel, double xi) { point(count_ - 1).xi[channel] = xi; }
@@ -54,6 +80,11 @@ bool GyroRing::IntegralAt(double t_s, IntegralMark* mark) const {
   const double x = (t_s - a.t_s) / (b.t_s - a.t_s);
   for (std::size_t c = 0; c < 3 && !b.gap; ++c) mark->z[c] += SplineIntegral(next, c, x);
   return true;
+}
+
+BetweenSamples GyroRing::BetweenUpTo(double t_s) const {
+  const std::int64_t after = FirstNotBefore(std::nextafter(t_s, t_s + 1.0));
+  return after > oldest() ? at(after - 1).between : BetweenSamples{};
 }
 
 SampleSum GyroRing::SumUpTo(double t_s) const {

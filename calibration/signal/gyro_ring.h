@@ -16,8 +16,9 @@ class GyroRing {
  public:
   struct Point {
     double t_s = 0.0;
-    Vector3 z = {};    // since the first sample
-    Vector3 xi = {};   // output
+    Vector3 z = {};   // since the first sample
+    Vector3 xi = {};  // output
+    BetweenSamples between;
     bool gap = false;  // between the sample before and this one
   };
   static constexpr std::size_t kSize = 4096;  // a power of two
@@ -42,6 +43,8 @@ class GyroRing {
   double settled_time_s() const;
   // The integral at `t_s`. False when that time is not, or no longer, remembered.
   bool IntegralAt(double t_s, IntegralMark* mark) const;
+  // Up to the last sample not after `t_s`; nothing where that is not remembered.
+  BetweenSamples BetweenUpTo(double t_s) const;
   // Of the samples not after `t_s`. Not known where that time is not, or no longer, remembered, or
   // lies in a gap.
   SampleSum SumUpTo(double t_s) const;
@@ -50,6 +53,8 @@ class GyroRing {
   Point& point(std::int64_t index) {
     return points_[static_cast<std::size_t>(index) & (kSize - 1)];
   }
+  double SecondDifference(std::int64_t i, std::size_t c) const;
+  void AddBetween(std::int64_t next);
   std::optional<double> Chord(std::int64_t from, std::size_t c) const;
   double SlopeAt(std::int64_t i, std::size_t c) const;
   double SplineIntegral(std::int64_t next, std::size_t c, double x) const;

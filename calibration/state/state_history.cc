@@ -88,6 +88,28 @@ class TrailMaker {
       }
       if (k > 0) ChooseMiddle(before, history_.epochs[k - 1].at.t_s, &epoch);
     }
+    DivideBetween();
+  }
+
+  // An epoch that comes before its node has a part of what the node's interval has.
+  void DivideBetween() {
+    const std::vector<Node>& recorded = recording_.columns.nodes;
+    const auto up_to = [&](std::size_t k, Vector3 BetweenSamples::*part, std::size_t c) {
+      const double all = (recorded[k].between.*part)[c];
+      if (k == 0) return all;
+      const double begin_s = recorded[k - 1].at.t_s, length_s = recorded[k].at.t_s - begin_s;
+      const double share = std::clamp((nodes_[k].at.t_s - begin_s) / length_s, 0.0, 1.0);
+      const double before = (recorded[k - 1].between.*part)[c];
+      return before + share * (all - before);
+    };
+    history_.between.assign(nodes_.empty() ? 0 : nodes_.size() - 1, {});
+    for (std::size_t i = 0; i < history_.between.size(); ++i) {
+      for (const auto part :
+           {&BetweenSamples::corners, &BetweenSamples::steps, &BetweenSamples::bends}) {
+        for (std::size_t c = 0; c < 3; ++c)
+          (history_.between[i].*part)[c] = up_to(i + 1, part, c) - up_to(i, part, c);
+      }
+    }
   }
 
   // The sum of the samples ends between the epoch before and the one after: the mean of the first

@@ -58,6 +58,8 @@ struct StateHistory {
   // after larger by, over N^2: ReadingsMean::walk_s, and a share of the sample at which it ends. 0
   // at rest.
   std::vector<double> reference_walk_s;
+  // Of each interval: what the integral of the output may be off by, as of Node::between.
+  std::vector<BetweenSamples> between;
   std::vector<double> covariates;    // of the points: nodes, then midpoints
   std::vector<GyroTurn> gyro_turns;  // of the nodes, which point to it
   bool gravity_known = false, temperature_known = false, vibration_known = false;

@@ -328,6 +328,19 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
   return out;
 }
 
+std::vector<RawColumns> EverythingThatMayAct(const Baseline& baseline,
+                                             const CandidateSet& candidates) {
+  std::vector<RawColumns> out = {RawColumns(baseline.columns)};
+  std::string family;
+  int place = 0;
+  for (const Candidate& candidate : candidates.grid) {
+    place = candidate.family == family ? place + 1 : 0;
+    family = candidate.family;
+    if (place % 3 == 0) out.push_back(*candidate.raw);
+  }
+  return out;
+}
+
 CandidateSet CandidateSet::Part(const std::vector<Eigen::Index>& rows) const {
   CandidateSet out = *this;
   const auto picked = std::make_shared<const std::vector<Eigen::Index>>(rows);

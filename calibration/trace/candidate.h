@@ -136,6 +136,13 @@ struct CandidateSet {
 CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::string> covariates,
                            bool earth_rate_known, std::vector<Candidate> placed = {});
 
+// Of the square of a column: more than what those before leave of it changes the noise.
+inline constexpr double kNearlyDependent = 1e-3;
+// Columns beside which the noise is judged first: the baseline's, and every grid point of the
+// catalogue, of a long grid one in three, which span what the others do, nearly.
+std::vector<RawColumns> EverythingThatMayAct(const Baseline& baseline,
+                                             const CandidateSet& candidates);
+
 // Raw columns of a candidate: rows x terms, deg per unit.
 Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candidate,
                           const std::vector<std::string>& covariates);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "calibration/signal/output_unit.h"
+#include "calibration/trace/between_samples.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/channel_search.h"
 #include "calibration/trace/held_out.h"
@@ -80,13 +81,15 @@ class ChannelTracer::State {
     candidates_ = std::make_shared<const CandidateSet>(
         AllCandidates(problem_, request_.covariates, request_.earth_rate_known,
                       CandidatesOf(problem_, request_.told)));
+    if (!Finite()) return;
+    if (std::string says = MendBetweenSamples(baseline_, *candidates_, &problem_); !says.empty())
+      trace_.remarks.push_back(std::move(says));
   }
 
   std::vector<std::function<void()>> Searches() {
     if (!enough_data_) return {};
     std::vector<std::function<void()>> out = {[this] { SearchAll(); }};
-    const bool finite = baseline_.columns.allFinite() && problem_.output_deg().allFinite();
-    if (!request_.try_on_rest || !finite) return out;
+    if (!request_.try_on_rest || !Finite()) return out;
     auto add = [&](std::optional<Split> split, std::shared_ptr<const TrainedPart>* trained) {
       if (!split) return;
       out.push_back([this, split = std::move(*split), trained] {
@@ -120,6 +123,8 @@ class ChannelTracer::State {
     bench_findings_ = FindingsOf(problem_, found->selection.members(), *fit_);
     angle_error_ = ReferenceAngleErrorOf(problem_, found->selection.members(), *fit_);
   }
+
+  bool Finite() const { return baseline_.columns.allFinite() && problem_.output_deg().allFinite(); }
 
   bool EnoughData() {
     double time_s = 0.0;
@@ -156,8 +161,6 @@ class ChannelTracer::State {
 
   void Fill(const Selection& selection, const NoiseModel& noise, const ChannelFit& fit) {
     trace_.noise = noise;
-    if (std::string says = RemarkOnSampling(problem_, noise); !says.empty())
-      trace_.remarks.push_back(std::move(says));
     // Under a noise that is right the white residual has a size of 1; where it is larger, errors
     // grow with it.
     const double grow = std::max(1.0, fit.whitened_rms());

@@ -19,8 +19,6 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr int kPasses = 3;
-// Of the square of a column: more than what those before leave of it changes the noise.
-constexpr double kNearlyDependent = 1e-3;
 // Of the logarithms of the noise's ratios, which so many rows tell to some tenths: more tell them
 // better, by the root of their number, and a noise that is as rough as ever beside that would have
 // all of the search made a second time.
@@ -54,7 +52,8 @@ class ChannelSearcher {
         candidates_(std::move(candidates)) {}
 
   std::optional<SearchedChannel> Run() {
-    Saturate();
+    saturated_ = EverythingThatMayAct(baseline_, *candidates_);
+    plain_ = {saturated_.front()};
     for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
       if (baseline_.columns.row(i).allFinite() && std::isfinite(problem_.output_deg()(i))) continue;
       remarks_.push_back(fmt::format(
@@ -101,19 +100,6 @@ class ChannelSearcher {
   Selection Select(const NoiseModel& noise) const {
     return Selection(problem_, baseline_, noise, *candidates_,
                      SelectionOptions{request_.false_discovery});
-  }
-
-  // Every grid point of the catalogue. One column in three of a long grid spans what the others
-  // do, nearly.
-  void Saturate() {
-    plain_ = saturated_ = {RawColumns(baseline_.columns)};
-    std::string family;
-    int place = 0;
-    for (const Candidate& candidate : candidates_->grid) {
-      place = candidate.family == family ? place + 1 : 0;
-      family = candidate.family;
-      if (place % 3 == 0) saturated_.push_back(*candidate.raw);
-    }
   }
 
   // A step, a tone or a slow ripple, which have no grid, make the bias random walk look larger and

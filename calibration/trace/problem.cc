@@ -34,7 +34,10 @@ int TemperatureOrder(double range_degC) {
 
 ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::size_t channel,
                                double units_per_deg_s, ReferenceAngleErrors angle_errors)
-    : histories_(histories), channel_(channel), angle_errors_(std::move(angle_errors)) {
+    : histories_(histories),
+      channel_(channel),
+      units_per_deg_s_(units_per_deg_s),
+      angle_errors_(std::move(angle_errors)) {
   std::vector<double> output;
   double last_end_s = 0.0;
   bool new_power_on = true;
@@ -209,6 +212,13 @@ Baseline Baseline::Part(const std::vector<Eigen::Index>& rows) const {
   Baseline out = *this;
   out.columns = columns(rows, Eigen::all);
   return out;
+}
+
+ChannelProblem::Between ChannelProblem::between(Eigen::Index row) const {
+  const BetweenSamples& between = history(row).between[ref(row).interval];
+  const double square = units_per_deg_s_ * units_per_deg_s_;
+  return {between.corners[channel_] / square, between.steps[channel_] / square,
+          between.bends[channel_] / units_per_deg_s_};
 }
 
 double ChannelProblem::begin_s(Eigen::Index row) const {

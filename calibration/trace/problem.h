@@ -82,6 +82,14 @@ class ChannelProblem {
   // y = int xi / s0 dt of each row, less M (turn by the row's two readings - turn by the rates of
   // its halves): y = M (turn by rates) + noise of the gyro - M (error of the readings).
   const Eigen::VectorXd& output_deg() const { return output_; }
+  // Of a row: what the rate did between samples, as of BetweenSamples.
+  struct Between {
+    double corners_deg2 = 0.0, steps_deg2 = 0.0, bends_deg = 0.0;
+  };
+  Between between(Eigen::Index row) const;
+  void AddOutput(const Eigen::VectorXd& more_deg) { output_ += more_deg; }
+  // Other noise of the same rows, in order.
+  void SetIntervals(std::vector<Interval> intervals) { intervals_ = std::move(intervals); }
   std::span<const StateHistory> histories() const { return histories_; }
   const StateHistory& history(Eigen::Index row) const { return histories_[ref(row).history]; }
   double begin_s(Eigen::Index row) const;
@@ -185,6 +193,7 @@ class ChannelProblem {
 
   std::span<const StateHistory> histories_;
   std::size_t channel_;
+  double units_per_deg_s_;
   ReferenceAngleErrors angle_errors_;
   std::vector<ProblemRow> rows_;
   std::vector<Interval> intervals_;

@@ -64,7 +64,6 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
 
 // That the motion's corners lie between samples, where what that makes of the integrated angle is
 // not small beside the noise; empty where it is.
-std::string RemarkOnSampling(const ChannelProblem& problem, const NoiseModel& noise);
 
 // The axis that a parameter belongs to, by its name; 3 of one that belongs to none.
 using AxisOfParameter = std::function<std::size_t(const std::string&)>;

@@ -1,0 +1,237 @@
+#include "calibration/trace/between_samples.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/robust.h"
+#include "calibration/gls/noise_search.h"
+#include "calibration/gls/raw_columns.h"
+#include "calibration/gls/statistics.h"
+#include "calibration/trace/candidate.h"
+#include "calibration/trace/problem.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+bool GoesOn(const Interval& interval) {
+  return interval.gap_before_s == 0.0 && !interval.new_run && !interval.new_reference;
+}
+
+// N^2, from second differences of the rate where nothing moves; NaN where too little rests. Counts
+// coarser than the noise hardly ever change.
+double RoughWalk(const ChannelProblem& problem) {
+  constexpr std::size_t kLeast = 30;
+  const std::vector<Interval>& intervals = problem.intervals();
+  std::vector<double> squares;
+  for (std::size_t i = 2; i < intervals.size(); ++i) {
+    if (!GoesOn(intervals[i]) || !GoesOn(intervals[i - 1])) continue;
+    if (!intervals[i].still || !intervals[i - 1].still || !intervals[i - 2].still) continue;
+    const auto rate = [&](std::size_t k) {
+      return problem.output_deg()(static_cast<Eigen::Index>(k)) / intervals[k].duration_s;
+    };
+    const auto variance = [&](std::size_t k) { return 1.0 / intervals[k].duration_s; };
+    const double second = rate(i) - 2.0 * rate(i - 1) + rate(i - 2);
+    squares.push_back(second * second / (variance(i) + 4.0 * variance(i - 1) + variance(i - 2)));
+  }
+  if (squares.size() < kLeast) return kMissing;
+  const double mean = Mean(squares);
+  // Half of the squares of normal values are below 0.455.
+  const double by_median = Median(std::move(squares)) / 0.455;
+  return by_median > 0.1 * mean ? by_median : mean;
+}
+
+// Of each row: whether a corner of the motion is seen in it or in its neighbours.
+std::vector<bool> HasCorner(const ChannelProblem& problem, double walk_deg2_s) {
+  constexpr double kCorner = 16.0;  // times the median, and what white noise makes of it
+  constexpr double kOfNoise = 4.0 / 1200.0;
+  const std::vector<Interval>& intervals = problem.intervals();
+  std::vector<double> usual, moving;
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    usual.push_back(problem.between(static_cast<Eigen::Index>(i)).corners_deg2 /
+                    intervals[i].duration_s);
+    if (!intervals[i].still) moving.push_back(usual.back());
+  }
+  if (moving.empty()) return std::vector<bool>(intervals.size(), false);
+  const double limit = kCorner * std::max({Median(std::move(usual)), Median(std::move(moving)),
+                                           kOfNoise * walk_deg2_s});
+  std::vector<bool> out(intervals.size(), false);
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    double seen = 0.0, time_s = 0.0;
+    for (Eigen::Index k = std::max<Eigen::Index>(i - 1, 0);
+         k <= std::min(i + 1, problem.rows() - 1); ++k) {
+      seen += problem.between(k).corners_deg2;
+      time_s += intervals[static_cast<std::size_t>(k)].duration_s;
+    }
+    out[static_cast<std::size_t>(i)] = seen > limit * time_s;
+  }
+  return out;
+}
+
+// The least of a curve through a share and its neighbours, a factor apart, in the logarithm.
+double Between(const std::array<double, 3>& deviance, double factor) {
+  const double bend = deviance[0] - 2.0 * deviance[1] + deviance[2];
+  const double shift = bend > 0.0 ? 0.5 * (deviance[0] - deviance[2]) / bend : 0.0;
+  return std::pow(factor, std::clamp(shift, -0.5, 0.5));
+}
+
+// Where the motion bends between samples more than noise, or a rate that bends all along, makes of
+// it.
+struct Corners {
+  // Of each row, over N^2 [s]: what the variance of the output is larger by with samples that are
+  // rates of single moments. Empty where that is nothing beside the angle random walk.
+  Eigen::VectorXd open_s;
+  // What the output lacks [deg] where the rate goes straight on either side of a corner.
+  Eigen::VectorXd bends_deg;
+};
+
+Corners CornersOf(const ChannelProblem& problem) {
+  // Of the angle random walk over all that moves: what is less does not change a result. Of one
+  // interval.
+  constexpr double kMatters = 0.02, kCounts = 0.05;
+  const double walk_deg2_s = RoughWalk(problem);
+  if (!(walk_deg2_s > 0.0)) return {};
+  const std::vector<bool> has_corner = HasCorner(problem, walk_deg2_s);
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(problem.rows());
+  Corners out{none, none};
+  double moving_s = 0.0;
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
+    moving_s += interval.still ? 0.0 : interval.duration_s;
+    if (!has_corner[static_cast<std::size_t>(i)]) continue;
+    const ChannelProblem::Between between = problem.between(i);
+    out.bends_deg(i) = between.bends_deg;
+    const double open_s = (between.corners_deg2 + between.steps_deg2) / walk_deg2_s;
+    if (open_s > kCounts * interval.duration_s) out.open_s(i) = open_s;
+  }
+  if (!(out.open_s.sum() > kMatters * moving_s)) return {};
+  return out;
+}
+
+class CornerMend {
+ public:
+  CornerMend(const Baseline& baseline, const CandidateSet& candidates, ChannelProblem* problem)
+      : problem_(*problem),
+        corners_(CornersOf(*problem)),
+        columns_(EverythingThatMayAct(baseline, candidates)) {}
+
+  bool needed() const { return corners_.open_s.size() > 0; }
+
+  void Mend() {
+    correction_deg_ = Share() * corners_.bends_deg;
+    problem_.AddOutput(correction_deg_);
+    FitNoise();
+    problem_.SetIntervals(WithNoise(at_nodes_, walk_));
+  }
+
+  std::string Says() const {
+    constexpr double kBesideNoise = 0.5;
+    double moved = 0.0, beside = 0.0, most_deg = 0.0, interval_s = 0.0;
+    const double walk_deg2_s = noise_ ? std::pow(noise_->angle_random_walk_deg_sqrt_s, 2) : 0.0;
+    for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
+      if (corners_.open_s(i) == 0.0) continue;
+      const double square =
+          std::pow(correction_deg_(i), 2) + walk_deg2_s * (at_nodes_ + walk_) * corners_.open_s(i);
+      moved += square;
+      beside += walk_deg2_s * problem_.intervals()[static_cast<std::size_t>(i)].duration_s;
+      most_deg = std::max(most_deg, std::sqrt(square));
+      interval_s = std::max(interval_s, problem_.history(i).recording->median_interval_s);
+    }
+    if (!(moved > kBesideNoise * beside)) return "";
+    return fmt::format(
+        "the gyro is sampled every {:.3g} s, seldom for such motion: how far it turned where a "
+        "ramp begins or ends between two samples, up to {:.1g} deg, {}; log the gyro faster, or "
+        "turn it with gentler ramps, to see smaller effects",
+        interval_s, most_deg,
+        at_nodes_ + walk_ > 0.0 ? "is not known for certain, and the errors allow for that"
+                                : "is taken from how its samples go on either side");
+  }
+
+ private:
+  // What the corners leave open of the turn up to a node, which the next row takes back, and of that
+  // from row to row.
+  void FitNoise() {
+    at_nodes_ = BestShare([&](double share) { return WithNoise(share, 0.0); });
+    walk_ = BestShare([&](double share) { return WithNoise(at_nodes_, share); });
+  }
+
+  // The rows with shares of what samples of moments leave open, as noise of the nodes and as walk.
+  std::vector<Interval> WithNoise(double at_nodes, double walk) const {
+    std::vector<Interval> out = problem_.intervals();
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const double here_s = corners_.open_s(row);
+      const bool goes_on = row + 1 < problem_.rows() && GoesOn(out[i + 1]);
+      const double next_s = goes_on ? corners_.open_s(row + 1) : 0.0;
+      out[i].more_walk_s = walk * here_s;
+      out[i].end_reference_walk_s -= 0.5 * at_nodes * (here_s + next_s);
+    }
+    return out;
+  }
+
+  // From none up, by the restricted deviance, each with the noise that suits it best.
+  double BestShare(const std::function<std::vector<Interval>(double)>& with) {
+    constexpr double kLeastShare = 1.0 / 64.0, kMostShare = 64.0, kFactor = 4.0, kLeastGain = 2.0;
+    const auto deviance = [&](double share) {
+      const NoiseSearch search(with(share), columns_, problem_.output_deg(), kNearlyDependent);
+      const std::optional<NoiseEstimate> best = search.Best(noise_, kRough);
+      if (!best) return std::numeric_limits<double>::infinity();
+      noise_ = best->noise;
+      return best->deviance;
+    };
+    const double without = deviance(0.0);
+    std::array<double, 3> last = {without, without, deviance(kLeastShare)};
+    for (double share = kLeastShare; share < kMostShare; share *= kFactor) {
+      last = {last[1], last[2], deviance(kFactor * share)};
+      if (last[1] < last[0] && last[1] <= last[2])
+        return without - last[1] > kLeastGain ? share * Between(last, kFactor) : 0.0;
+      if (!(last[1] < last[0])) return 0.0;
+    }
+    return 0.0;
+  }
+
+  // How much of the correction the data ask for, 0 to 1; 0 where they ask for none, or for one that
+  // no way of sampling makes.
+  double Share() {
+    constexpr double kSigmas = 4.0, kMost = 1.5;
+    std::vector<RawColumns> columns = {RawColumns(Eigen::MatrixXd(-corners_.bends_deg))};
+    columns.insert(columns.end(), columns_.begin(), columns_.end());
+    const NoiseSearch search(problem_.intervals(), columns, problem_.output_deg(),
+                             kNearlyDependent);
+    const std::optional<NoiseEstimate> best = search.Best({}, kRough);
+    if (!best) return 0.0;
+    noise_ = best->noise;
+    const CoefficientEstimate share = search.FirstCoefficient(best->noise);
+    const bool seen = share.value > kSigmas * share.std_error && share.value < kMost;
+    return seen ? std::min(share.value, 1.0) : 0.0;
+  }
+
+  static constexpr double kRough = 0.1;  // of the logarithms of the noise's ratios
+
+  ChannelProblem& problem_;
+  const Corners corners_;
+  const std::vector<RawColumns> columns_;
+  std::optional<NoiseModel> noise_;
+  Eigen::VectorXd correction_deg_;
+  double at_nodes_ = 0.0, walk_ = 0.0;
+};
+
+}  // namespace
+
+std::string MendBetweenSamples(const Baseline& baseline, const CandidateSet& candidates,
+                               ChannelProblem* problem) {
+  CornerMend mend(baseline, candidates, problem);
+  if (!mend.needed()) return "";
+  mend.Mend();
+  return mend.Says();
+}
+
+}  // namespace gyrobench::calibration

@@ -1,0 +1,150 @@
+// What a gyro turned between two samples of which a corner of the motion lies between.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <set>
+#include <string>
+
+#include "calibration/signal/gyro_ring.h"
+#include "tests/calibration/trace_once.h"
+#include "tests/calibration/trace_story.h"
+
+namespace gyrobench::testing {
+namespace {
+
+using calibration::BetweenSamples;
+using calibration::ChannelTrace;
+using calibration::GyroRing;
+
+constexpr double kInterval_s = 0.1;
+
+// Of 41 samples, between the third and the last but three, where nothing bends.
+struct Between {
+  double spline = 0.0;
+  BetweenSamples open;
+};
+Between Sampled(const std::function<double(double)>& rate) {
+  GyroRing ring;
+  for (int i = 0; i <= 40; ++i)
+    ring.Push(kInterval_s * i, {rate(kInterval_s * i), 0.0, 0.0}, false);
+  const double begin_s = 2.0 * kInterval_s, end_s = 37.0 * kInterval_s;
+  calibration::IntegralMark from, to;
+  EXPECT_TRUE(ring.IntegralAt(begin_s, &from) && ring.IntegralAt(end_s, &to));
+  const BetweenSamples first = ring.BetweenUpTo(begin_s), last = ring.BetweenUpTo(end_s);
+  Between out;
+  out.spline = to.z[0] - from.z[0];
+  out.open.corners[0] = last.corners[0] - first.corners[0];
+  out.open.steps[0] = last.steps[0] - first.steps[0];
+  out.open.bends[0] = last.bends[0] - first.bends[0];
+  return out;
+}
+
+// At rest, then at a constant acceleration from `at_s` on, for `ramp_s`.
+std::function<double(double)> RampFrom(double at_s, double ramp_s, double a) {
+  return [=](double t) { return a * std::clamp(t - at_s, 0.0, ramp_s); };
+}
+// Its integral from the third sample to the last but three.
+double AngleOf(double at_s, double ramp_s, double a) {
+  const double end_s = 37.0 * kInterval_s;
+  return 0.5 * a * ramp_s * ramp_s + a * ramp_s * (end_s - at_s - ramp_s);
+}
+
+TEST(BetweenSamples, AStraightRampIsIntegratedExactlyWhereverItBegins) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  for (int i = 0; i < 200; ++i) {
+    const double at_s = 0.8 + any(random), ramp_s = 0.4 + any(random),
+                 a = 50.0 * any(random) - 25.0;
+    const Between found = Sampled(RampFrom(at_s, ramp_s, a));
+    EXPECT_NEAR(found.spline + found.open.bends[0], AngleOf(at_s, ramp_s, a), 1e-12);
+  }
+}
+
+TEST(BetweenSamples, NothingIsOpenWhereTheRateIsALine) {
+  const Between found = Sampled([](double t) { return 3.0 - 7.0 * t; });
+  EXPECT_NEAR(found.open.corners[0], 0.0, 1e-20);
+  EXPECT_NEAR(found.open.steps[0], 0.0, 1e-20);
+  EXPECT_NEAR(found.open.bends[0], 0.0, 1e-12);
+}
+
+// Over corners anywhere in an interval the variance is the mean square of what the spline errs by.
+TEST(BetweenSamples, TheVarianceIsThatOfTheSplineAtCornersAndAtSteps) {
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  for (const double ramp_s : {5.0, 1e-9}) {  // one corner; a step
+    const double a = ramp_s > 1.0 ? 20.0 : 20.0 / ramp_s;
+    double square = 0.0, variance = 0.0;
+    constexpr int kMany = 4000;
+    for (int i = 0; i < kMany; ++i) {
+      const double at_s = 0.8 + 10.0 * kInterval_s * any(random);
+      const Between found = Sampled(RampFrom(at_s, ramp_s, a));
+      // The spline's slope at the end, which the next corner takes back.
+      const double slope_part = ramp_s > 1.0 ? -a * kInterval_s * kInterval_s / 12.0 : 0.0;
+      const double turned =
+          ramp_s > 1.0 ? 0.5 * a * std::pow(3.7 - at_s, 2) : AngleOf(at_s, ramp_s, a);
+      const double trapezoids = found.spline - slope_part;
+      const double off = trapezoids - turned + slope_part;
+      square += off * off;
+      variance += found.open.corners[0] + found.open.steps[0];
+    }
+    EXPECT_NEAR(variance / square, 1.0, 0.1) << ramp_s;
+  }
+}
+
+// Straight ramps of 0.7 s to 35 deg/s, 3.3 s at that rate, rests of 2.13 s, to and fro: their
+// corners lie anywhere between samples.
+constexpr double kRamp_s = 0.7, kTurn_s = 4.7, kWhole_s = 6.83;
+double RampedAngle(double t_s) {
+  const auto half = [](double u) {
+    const double ramp = 25.0 * std::pow(std::clamp(u, 0.0, kRamp_s), 2);
+    const double last = 25.0 * std::pow(std::clamp(kTurn_s - u, 0.0, kRamp_s), 2);
+    const double ends = 25.0 * kRamp_s * kRamp_s;
+    return ramp + 35.0 * std::clamp(u - kRamp_s, 0.0, kTurn_s - 2.0 * kRamp_s) +
+           (u > kTurn_s - kRamp_s ? ends - last : 0.0);
+  };
+  const double turn = std::floor(t_s / kWhole_s), u = t_s - turn * kWhole_s - 1.0;
+  const bool fro = std::fmod(turn, 2.0) == 1.0;
+  return fro ? half(kTurn_s) - half(u) : half(u);
+}
+double RampedRate(double t_s) {
+  const double turn = std::floor(t_s / kWhole_s), u = t_s - turn * kWhole_s - 1.0;
+  const double size = 50.0 * std::clamp(std::min(u, kTurn_s - u), 0.0, kRamp_s);
+  return std::fmod(turn, 2.0) == 1.0 ? -size : size;
+}
+
+ChannelTrace Traced(double gyro_hz, const std::function<double(double)>& rate, std::uint64_t seed) {
+  Story story;
+  story.UseTurningChannelAlone();
+  story.seed = seed;
+  story.duration_s = 400.0;
+  story.gyro_hz = story.reference_hz = gyro_hz;
+  story.reading_deg = 0.003;
+  story.white_deg_s = 0.0035 * std::sqrt(gyro_hz);
+  story.rate_deg_s = rate;
+  story.angle_deg = RampedAngle;
+  return TraceOf(story.Collect());
+}
+
+std::string NamesOf(const ChannelTrace& trace) {
+  std::string names;
+  for (const calibration::TracedEffect& effect : trace.effects) names += effect.id + " ";
+  return names;
+}
+
+TEST(AGyroSampledSeldom, HasNoEffectOfTheCornersBetweenItsSamples) {
+  for (const double gyro_hz : {10.0, 16.0, 25.0}) {
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      const ChannelTrace of_moments = Traced(gyro_hz, RampedRate, seed);
+      EXPECT_EQ(NamesOf(of_moments), "") << gyro_hz << " Hz, seed " << seed;
+      EXPECT_LT(of_moments.fitted_whitened_rms.after, 1.1) << gyro_hz << " Hz, seed " << seed;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gyrobench::testing
