@@ -15,7 +15,8 @@ class ChannelProblem;
 // takes from it, is estimated beside everything that may act; it is added to the output. What the
 // corners leave open then, as where the motion is not straight, is noise of their rows: of the turn
 // up to a node, which the next row takes back, and of that from row to row, each as much as the
-// restricted likelihood wants. Nothing is done where corners are little beside the angle random walk.
+// restricted likelihood wants. Nothing is done where corners are little beside the angle random
+// walk.
 //
 // A sentence on what was done, empty where that is less than the noise of these rows.
 std::string MendBetweenSamples(const Baseline& baseline, const CandidateSet& candidates,

@@ -46,7 +46,8 @@ class TrainedPart;
 
 // nullptr where the training part is too small. Baseline and candidates depend on what happened and
 // are those of all data; so are the edges of rests and the shape of the motion between readings, to
-// which the gyro itself has contributed, and what its samples leave open. What is given must outlive the result.
+// which the gyro itself has contributed, and what its samples leave open. What is given must
+// outlive the result.
 std::shared_ptr<const TrainedPart> Train(const ChannelProblem& problem, const Baseline& baseline,
                                          const CandidateSet& candidates,
                                          const ChannelRequest& request, const Split& split);
