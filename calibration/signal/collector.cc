@@ -377,21 +377,24 @@ Collector::Collector(double node_interval_s) : impl_(std::make_unique<Impl>(node
 Collector::~Collector() = default;
 Collector::Collector(const Collector& other)
     : impl_(std::make_unique<Impl>(*other.impl_)),
+      gyro_stamps_(other.gyro_stamps_),
+      reference_stamps_(other.reference_stamps_),
       gyro_delay_s_(other.gyro_delay_s_),
       reference_delay_s_(other.reference_delay_s_) {}
 Collector::Collector(Collector&&) noexcept = default;
 Collector& Collector::operator=(Collector&&) noexcept = default;
 
-// The one place at which the declared delays are taken off: from here on the time of a value is the
+// The one place at which stamps are mended and the declared delays are taken off: from here on the time of a value is the
 // time that it is of, and no longer that of its stamp.
 void Collector::OnInfo(const MeasurementInfo& info) {
   gyro_delay_s_ = info.gyro_delay_s;
   reference_delay_s_ = info.reference_delay_s;
+  gyro_stamps_ = reference_stamps_ = {};
   impl_->Start(info);
 }
 void Collector::OnGyro(const GyroSample& sample) {
   GyroSample undelayed = sample;
-  undelayed.t_s -= gyro_delay_s_;
+  undelayed.t_s = gyro_stamps_.Mend(sample.t_s) - gyro_delay_s_;
   impl_->Gyro(undelayed);
 }
 void Collector::OnCovariates(double t_s, std::span<const double> values) {
@@ -399,12 +402,12 @@ void Collector::OnCovariates(double t_s, std::span<const double> values) {
 }
 void Collector::OnAngle(const AngleSample& sample) {
   AngleSample undelayed = sample;
-  undelayed.t_s -= reference_delay_s_;
+  undelayed.t_s = reference_stamps_.Mend(sample.t_s) - reference_delay_s_;
   impl_->Reference(undelayed);
 }
 void Collector::OnOrientation(const OrientationSample& sample) {
   OrientationSample undelayed = sample;
-  undelayed.t_s -= reference_delay_s_;
+  undelayed.t_s = reference_stamps_.Mend(sample.t_s) - reference_delay_s_;
   impl_->Reference(undelayed);
 }
 void Collector::OnTickPair(const TickPair& pair) { impl_->Tick(pair); }

@@ -10,6 +10,7 @@
 #include "base/measurement.h"
 #include "base/tick_fit.h"
 #include "calibration/signal/columns.h"
+#include "calibration/signal/even_stamps.h"
 
 namespace gyrobench::calibration {
 
@@ -56,6 +57,7 @@ class Collector : public MeasurementSink {
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;
+  EvenStamps gyro_stamps_, reference_stamps_;
   double gyro_delay_s_ = 0.0, reference_delay_s_ = 0.0;
 };
 

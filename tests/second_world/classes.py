@@ -69,6 +69,9 @@ CLASSES = {
     # A logger that takes the rate of a moment now and then, on a table that starts and stops at full acceleration.
     "seldom_logged": dict(straight_ramps_deg_s2=(20.0, 80.0), gyro_rate_hz=[10.0, 12.5, 20.0, 25.0],
                           reference_rate_hz=[10.0, 20.0], programme=["full", "medium"]),
+    # The clock's rate is no whole number of the milliseconds in which its stamps are printed.
+    "rounded_stamps": dict(gyro_rate_hz=("log", 15.0, 130.0), reference_rate_hz=[20.0, 500.0],
+                           programme=["full", "medium"]),
 }
 
 

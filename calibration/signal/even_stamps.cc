@@ -1,0 +1,90 @@
+#include "calibration/signal/even_stamps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace gyrobench::calibration {
+namespace {
+
+// Stamps of more digits need no mending: 10 us at 100 deg/s are a thousandth of a degree.
+constexpr int kMostDigits = 4;
+constexpr std::array<double, kMostDigits + 1> kPerDigit = {1.0, 1e1, 1e2, 1e3, 1e4};
+constexpr double kNoDigit = 1e-4;  // of a digit: rounding of the number
+// A line through so many is better than the stamps.
+constexpr std::int64_t kLeastCount = 32;
+constexpr double kMemory = 1e4;
+// Of the last digit: line and stamp are each within a half of what the clock shows; of a line
+// through a few, which is less sure.
+constexpr double kOff = 1.05, kOffOfFew = 2.0;
+constexpr double kSame_s = 1e-9;
+
+}  // namespace
+
+double EvenStamps::Mend(double stamp_s) {
+  if (digits_ > kMostDigits) return stamp_s;
+  if (count_ > 0 && stamp_s == last_s_) return last_mended_s_;
+  FindDigits(stamp_s);
+  const double step_s = stamp_s - last_s_;
+  if (count_ == 0 || digits_ > kMostDigits || !Follows(stamp_s, step_s)) {
+    Begin(stamp_s);
+    return stamp_s;
+  }
+  Add(stamp_s);
+  const bool on_line = count_ >= kLeastCount && !exact_;
+  const double line_s = first_s_ + mean_s_ + Slope() * (place_ - mean_place_);
+  last_s_ = stamp_s;
+  last_mended_s_ = std::max(on_line ? line_s : stamp_s, last_mended_s_ + kSame_s);
+  return last_mended_s_;
+}
+
+void EvenStamps::FindDigits(double stamp_s) {
+  for (; digits_ <= kMostDigits; ++digits_) {
+    const double in_digits = stamp_s * kPerDigit[static_cast<std::size_t>(digits_)];
+    if (std::fabs(in_digits - std::round(in_digits)) < kNoDigit) break;
+  }
+  if (digits_ <= kMostDigits) digit_s_ = 1.0 / kPerDigit[static_cast<std::size_t>(digits_)];
+}
+
+void EvenStamps::Begin(double stamp_s) {
+  first_s_ = last_s_ = last_mended_s_ = stamp_s;
+  count_ = 1;
+  exact_ = true;
+  weight_ = 1.0;
+  place_ = mean_place_ = mean_s_ = square_ = product_ = 0.0;
+}
+
+// Moves on to the stamp's place, if it has one.
+bool EvenStamps::Follows(double stamp_s, double step_s) {
+  if (count_ == 1) {
+    first_step_s_ = step_s;
+    place_ = 1.0;
+    return step_s > 0.0;
+  }
+  const double slope_s = Slope(), places = std::round(step_s / slope_s);
+  if (!(places >= 1.0)) return false;
+  const double line_s = first_s_ + mean_s_ + slope_s * (place_ + places - mean_place_);
+  const double most_s = (count_ < kLeastCount ? kOffOfFew : kOff) * digit_s_;
+  if (!(std::fabs(stamp_s - line_s) < most_s)) return false;
+  place_ += places;
+  exact_ = exact_ && std::fabs(step_s - places * first_step_s_) < kSame_s;
+  return true;
+}
+
+void EvenStamps::Add(double stamp_s) {
+  if (weight_ >= kMemory) {
+    const double keep = kMemory / (kMemory + 1.0);
+    weight_ *= keep;
+    square_ *= keep;
+    product_ *= keep;
+  }
+  ++count_;
+  weight_ += 1.0;
+  const double from_place = place_ - mean_place_, from_s = stamp_s - first_s_ - mean_s_;
+  mean_place_ += from_place / weight_;
+  mean_s_ += from_s / weight_;
+  square_ += from_place * (place_ - mean_place_);
+  product_ += from_place * (stamp_s - first_s_ - mean_s_);
+}
+
+}  // namespace gyrobench::calibration

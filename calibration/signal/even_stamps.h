@@ -1,0 +1,37 @@
+// Stamps that are rounded to fewer digits than the clock behind them runs evenly by.
+#pragma once
+
+#include <cstdint>
+
+namespace gyrobench::calibration {
+
+// A sensor that samples at 100.3 Hz, logged in whole milliseconds, seems to turn for 10 ms or for
+// 9 ms from one sample to the next: at 40 deg/s each angle is off by up to 0.02 deg, in a beat of the
+// clock with the milliseconds that passes for a ripple of the angle. Stamps that follow a straight
+// line within their last digit are put on that line, by least squares of those so far, the latest
+// ten thousand counting most. Those of a clock that jitters by more stay as they are, so do the first
+// of a stretch and exact ones. Constant memory; what it gives depends on the stamps so far alone.
+class EvenStamps {
+ public:
+  // In order; the same stamp again is given the same time again.
+  double Mend(double stamp_s);
+
+ private:
+  void Begin(double stamp_s);
+  void FindDigits(double stamp_s);
+  double Slope() const { return square_ > 0.0 ? product_ / square_ : first_step_s_; }
+  bool Follows(double stamp_s, double step_s);
+  void Add(double stamp_s);
+
+  int digits_ = 0;          // behind the point, of all stamps so far
+  double digit_s_ = 1.0;    // the last of them
+  std::int64_t count_ = 0;  // of this stretch
+  double first_s_ = 0.0, last_s_ = 0.0, last_mended_s_ = 0.0;
+  double first_step_s_ = 0.0;
+  bool exact_ = true;  // every step is the same
+  // Of the line through (index, stamp less the first one): weight, means, sums about these.
+  double place_ = 0.0, weight_ = 0.0, mean_place_ = 0.0, mean_s_ = 0.0;
+  double square_ = 0.0, product_ = 0.0;
+};
+
+}  // namespace gyrobench::calibration
