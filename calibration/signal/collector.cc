@@ -377,37 +377,43 @@ Collector::Collector(double node_interval_s) : impl_(std::make_unique<Impl>(node
 Collector::~Collector() = default;
 Collector::Collector(const Collector& other)
     : impl_(std::make_unique<Impl>(*other.impl_)),
-      gyro_stamps_(other.gyro_stamps_),
-      reference_stamps_(other.reference_stamps_),
+      stamps_(other.stamps_),
       gyro_delay_s_(other.gyro_delay_s_),
       reference_delay_s_(other.reference_delay_s_) {}
 Collector::Collector(Collector&&) noexcept = default;
 Collector& Collector::operator=(Collector&&) noexcept = default;
 
-// The one place at which stamps are mended and the declared delays are taken off: from here on the time of a value is the
-// time that it is of, and no longer that of its stamp.
+// The one place at which stamps are mended and the declared delays are taken off: from here on the
+// time of a value is the time that it is of, and no longer that of its stamp.
 void Collector::OnInfo(const MeasurementInfo& info) {
   gyro_delay_s_ = info.gyro_delay_s;
   reference_delay_s_ = info.reference_delay_s;
-  gyro_stamps_ = reference_stamps_ = {};
+  stamps_ = {};
   impl_->Start(info);
 }
 void Collector::OnGyro(const GyroSample& sample) {
   GyroSample undelayed = sample;
-  undelayed.t_s = gyro_stamps_.Mend(sample.t_s) - gyro_delay_s_;
+  stamps_.gyro_stamp_s = sample.t_s;
+  stamps_.gyro_s = stamps_.gyro.Mend(sample.t_s);
+  undelayed.t_s = stamps_.gyro_s - gyro_delay_s_;
   impl_->Gyro(undelayed);
 }
 void Collector::OnCovariates(double t_s, std::span<const double> values) {
-  impl_->Covariates(t_s, values);
+  impl_->Covariates(stamps_.covariates.Mend(t_s), values);
+}
+// A reading of the row of the last sample has its time.
+double Collector::ReferenceTime(std::size_t axis, double stamp_s) {
+  const double own_s = stamps_.reference[std::min<std::size_t>(axis, 2)].Mend(stamp_s);
+  return (stamp_s == stamps_.gyro_stamp_s ? stamps_.gyro_s : own_s) - reference_delay_s_;
 }
 void Collector::OnAngle(const AngleSample& sample) {
   AngleSample undelayed = sample;
-  undelayed.t_s = reference_stamps_.Mend(sample.t_s) - reference_delay_s_;
+  undelayed.t_s = ReferenceTime(static_cast<std::size_t>(sample.axis), sample.t_s);
   impl_->Reference(undelayed);
 }
 void Collector::OnOrientation(const OrientationSample& sample) {
   OrientationSample undelayed = sample;
-  undelayed.t_s = reference_stamps_.Mend(sample.t_s) - reference_delay_s_;
+  undelayed.t_s = ReferenceTime(0, sample.t_s);
   impl_->Reference(undelayed);
 }
 void Collector::OnTickPair(const TickPair& pair) { impl_->Tick(pair); }
@@ -415,7 +421,10 @@ void Collector::OnSegment(const SegmentMark& /*mark*/) {}
 // A unit that restarted in the middle may have switched the sensor off as well: what is measured
 // then shares no zero-rate offset with what lies before and after, and its tick counts anew.
 void Collector::OnDefect(const Defect& defect) {
-  if (defect.kind == kUnitRestarted) impl_->BeginPowerOn();
+  if (defect.kind == kUnitRestarted) {
+    stamps_ = {};
+    impl_->BeginPowerOn();
+  }
   impl_->Defect(defect);
 }
 Recording Collector::Take() const { return impl_->Take(); }

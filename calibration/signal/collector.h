@@ -57,7 +57,16 @@ class Collector : public MeasurementSink {
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;
-  EvenStamps gyro_stamps_, reference_stamps_;
+  // Axes may be read one after the other: each has a clock of its own, and one counts as an
+  // orientation's.
+  struct Stamps {
+    EvenStamps gyro, covariates;
+    std::array<EvenStamps, 3> reference;
+    double gyro_stamp_s = kMissing, gyro_s = kMissing;  // of the last sample, before and after
+  };
+  double ReferenceTime(std::size_t axis, double stamp_s);
+
+  Stamps stamps_;
   double gyro_delay_s_ = 0.0, reference_delay_s_ = 0.0;
 };
 

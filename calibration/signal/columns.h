@@ -19,20 +19,19 @@ struct IntegralMark {
   Vector3 z = {};
 };
 
-// How the rate may have gone between samples that are the values of single moments: what the
-// integral's variance is larger by since the first sample [(output unit s)^2]. With D the second
-// difference of the samples, at the begin and at the end of an interval tau:
-//   corners  (D + D')^2 tau^2 / 1200
-//   steps    -D D' tau^2 / 12 where it is positive
+// How the rate may have gone between samples that are the values of single moments, summed up since
+// the first sample. With J the jump of the slope at a sample, J' that at the next, tau apart:
+//   corners  variance of the integral [(output unit s)^2]: (J + J')^2 tau^4 / 1200
+//   steps    the same: -J J' tau^4 / 12 where it is positive
+//   bends    what a rate that goes straight on either side of one corner, at the part J' / (J + J')
+//            of the interval, makes the integral larger by than the spline's [output unit s]:
+//              -J J' tau^2 / (2 (J + J')) + tau^2 (m' - m) / 12
+//            m being the spline's slopes at the begin and the end
 // Where the acceleration jumps by a, once, at a part f of an interval, the spline through the
 // samples is off by a tau^2 (f (1 - f) / 2 - 1 / 12), in the mean square over f by a^2 tau^4 / 720;
-// D is (1 - f) a tau and f a tau, so that the three intervals about it have 5/3 (a tau)^2 together.
-// Where the rate itself jumps by v, as of a ramp shorter than an interval, it is off by up to
-// v tau / 2, in the mean square by v^2 tau^2 / 12; D is v and -v.
-//   bends    of the integral itself [output unit s]: what a rate that goes straight on either side
-//            of one corner, at f = D' / (D + D'), makes it larger by than the spline's,
-//              -D D' tau / (2 (D + D')) + tau^2 (m' - m) / 12
-//            m being the spline's slopes at the begin and the end
+// J is (1 - f) a and f a, so that the three intervals about it have 5/3 a^2 together. Where the rate
+// itself jumps by v, as of a ramp shorter than an interval, it is off by up to v tau / 2, in the
+// mean square by v^2 tau^2 / 12; J is v / tau and -v / tau.
 struct BetweenSamples {
   Vector3 corners = {}, steps = {}, bends = {};
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace gyrobench::calibration {
 namespace {
@@ -11,30 +12,39 @@ namespace {
 constexpr int kMostDigits = 4;
 constexpr std::array<double, kMostDigits + 1> kPerDigit = {1.0, 1e1, 1e2, 1e3, 1e4};
 constexpr double kNoDigit = 1e-4;  // of a digit: rounding of the number
-// A line through so many is better than the stamps.
+// A line through so many is better than the stamps; one through many more, or over a longer time,
+// would lag behind a clock that warms up.
 constexpr std::int64_t kLeastCount = 32;
-constexpr double kMemory = 1e4;
-// Of the last digit: line and stamp are each within a half of what the clock shows; of a line
-// through a few, which is less sure.
+constexpr double kMemory = 400.0, kMemory_s = 20.0;
+// Of the last digit: where the beat is slower than the memory, the line goes along with the stamps
+// until they step by a whole one; of a line through a few, which is less sure.
 constexpr double kOff = 1.05, kOffOfFew = 2.0;
+// Of its square: rounding alone leaves 1/12 about the line.
+constexpr double kOnlyRounded = 0.11;
 constexpr double kSame_s = 1e-9;
+constexpr double kLongestPause_s = 2.0;
 
 }  // namespace
 
 double EvenStamps::Mend(double stamp_s) {
-  if (digits_ > kMostDigits) return stamp_s;
+  if (digits_ > kMostDigits || !std::isfinite(stamp_s)) return stamp_s;
   if (count_ > 0 && stamp_s == last_s_) return last_mended_s_;
   FindDigits(stamp_s);
   const double step_s = stamp_s - last_s_;
   if (count_ == 0 || digits_ > kMostDigits || !Follows(stamp_s, step_s)) {
+    const bool goes_back = count_ == 0 || step_s < 0.0;
+    const double least_s = goes_back ? stamp_s : After(last_mended_s_);
     Begin(stamp_s);
-    return stamp_s;
+    last_mended_s_ = std::max(stamp_s, least_s);
+    return last_mended_s_;
   }
   Add(stamp_s);
-  const bool on_line = count_ >= kLeastCount && !exact_;
   const double line_s = first_s_ + mean_s_ + Slope() * (place_ - mean_place_);
+  // What the line leaves of the variance of the stamps.
+  const double left = (stamps_square_ - product_ * Slope()) / (weight_ * digit_s_ * digit_s_);
+  const bool on_line = count_ >= kLeastCount && !exact_ && left < kOnlyRounded;
   last_s_ = stamp_s;
-  last_mended_s_ = std::max(on_line ? line_s : stamp_s, last_mended_s_ + kSame_s);
+  last_mended_s_ = std::max(on_line ? line_s : stamp_s, After(last_mended_s_));
   return last_mended_s_;
 }
 
@@ -51,11 +61,16 @@ void EvenStamps::Begin(double stamp_s) {
   count_ = 1;
   exact_ = true;
   weight_ = 1.0;
-  place_ = mean_place_ = mean_s_ = square_ = product_ = 0.0;
+  place_ = mean_place_ = mean_s_ = square_ = product_ = stamps_square_ = 0.0;
+}
+
+double EvenStamps::After(double t_s) {
+  return std::max(t_s + kSame_s, std::nextafter(t_s, std::numeric_limits<double>::infinity()));
 }
 
 // Moves on to the stamp's place, if it has one.
 bool EvenStamps::Follows(double stamp_s, double step_s) {
+  if (step_s > kLongestPause_s) return false;
   if (count_ == 1) {
     first_step_s_ = step_s;
     place_ = 1.0;
@@ -72,11 +87,14 @@ bool EvenStamps::Follows(double stamp_s, double step_s) {
 }
 
 void EvenStamps::Add(double stamp_s) {
-  if (weight_ >= kMemory) {
-    const double keep = kMemory / (kMemory + 1.0);
+  const double memory =
+      std::clamp(kMemory_s / first_step_s_, static_cast<double>(kLeastCount), kMemory);
+  if (weight_ >= memory) {
+    const double keep = memory / (memory + 1.0);
     weight_ *= keep;
     square_ *= keep;
     product_ *= keep;
+    stamps_square_ *= keep;
   }
   ++count_;
   weight_ += 1.0;
@@ -85,6 +103,7 @@ void EvenStamps::Add(double stamp_s) {
   mean_s_ += from_s / weight_;
   square_ += from_place * (place_ - mean_place_);
   product_ += from_place * (stamp_s - first_s_ - mean_s_);
+  stamps_square_ += from_s * (stamp_s - first_s_ - mean_s_);
 }
 
 }  // namespace gyrobench::calibration

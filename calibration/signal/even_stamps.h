@@ -6,11 +6,11 @@
 namespace gyrobench::calibration {
 
 // A sensor that samples at 100.3 Hz, logged in whole milliseconds, seems to turn for 10 ms or for
-// 9 ms from one sample to the next: at 40 deg/s each angle is off by up to 0.02 deg, in a beat of the
-// clock with the milliseconds that passes for a ripple of the angle. Stamps that follow a straight
-// line within their last digit are put on that line, by least squares of those so far, the latest
-// ten thousand counting most. Those of a clock that jitters by more stay as they are, so do the first
-// of a stretch and exact ones. Constant memory; what it gives depends on the stamps so far alone.
+// 9 ms from one sample to the next: at 40 deg/s each angle is off by up to 0.02 deg, in a beat of
+// the clock with the milliseconds that passes for a ripple of the angle. Stamps that lie about a
+// straight line as rounding alone makes them are put on that line, by least squares of the last
+// hundreds. Those of a clock that jitters stay as they are, and so do the first of a stretch and
+// exact ones. Constant memory; what it gives depends on the stamps so far alone.
 class EvenStamps {
  public:
   // In order; the same stamp again is given the same time again.
@@ -19,6 +19,7 @@ class EvenStamps {
  private:
   void Begin(double stamp_s);
   void FindDigits(double stamp_s);
+  static double After(double t_s);
   double Slope() const { return square_ > 0.0 ? product_ / square_ : first_step_s_; }
   bool Follows(double stamp_s, double step_s);
   void Add(double stamp_s);
@@ -31,7 +32,7 @@ class EvenStamps {
   bool exact_ = true;  // every step is the same
   // Of the line through (index, stamp less the first one): weight, means, sums about these.
   double place_ = 0.0, weight_ = 0.0, mean_place_ = 0.0, mean_s_ = 0.0;
-  double square_ = 0.0, product_ = 0.0;
+  double square_ = 0.0, product_ = 0.0, stamps_square_ = 0.0;
 };
 
 }  // namespace gyrobench::calibration

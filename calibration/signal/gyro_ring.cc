@@ -42,23 +42,21 @@ void GyroRing::AddBetween(std::int64_t next) {
   const Point& begin = at(next - 1);
   end.between = begin.between;
   if (end.gap || next + 1 == count_) return;
-  const double tau_s = end.t_s - begin.t_s, square_s2 = tau_s * tau_s;
+  const double tau_s = end.t_s - begin.t_s, tau4_s4 = std::pow(tau_s, 4);
   for (std::size_t c = 0; c < 3; ++c) {
-    const double first = SecondDifference(next - 1, c), last = SecondDifference(next, c);
-    end.between.corners[c] += kCorner * square_s2 * (first + last) * (first + last);
-    end.between.steps[c] += kStep * square_s2 * std::max(0.0, -first * last);
+    const double first = Jump(next - 1, c), last = Jump(next, c);
+    end.between.corners[c] += kCorner * tau4_s4 * (first + last) * (first + last);
+    end.between.steps[c] += kStep * tau4_s4 * std::max(0.0, -first * last);
     const double cut = first * last > 0.0 ? first * last / (2.0 * (first + last)) : 0.0;
     end.between.bends[c] +=
-        kStep * square_s2 * (SlopeAt(next, c) - SlopeAt(next - 1, c)) - cut * tau_s;
+        tau_s * tau_s * (kStep * (SlopeAt(next, c) - SlopeAt(next - 1, c)) - cut);
   }
 }
 
-// Of samples that come as far apart as the two intervals about this one do in the mean; 0 where one
-// of them is not known.
-double GyroRing::SecondDifference(std::int64_t i, std::size_t c) const {
+// Of the slope from one side of a sample to the other; 0 where one of them is not known.
+double GyroRing::Jump(std::int64_t i, std::size_t c) const {
   const std::optional<double> before = Chord(i - 1, c), after = Chord(i, c);
-  if (!before || !after) return 0.0;
-  return (*after - *before) * 0.5 * (at(i + 1).t_s - at(i - 1).t_s);
+  return before && after ? *after - *before : 0.0;
 }
 
 void GyroRing::Replace(std::size_t channel, double xi) { point(count_ - 1).xi[channel] = xi; }

@@ -53,7 +53,7 @@ class GyroRing {
   Point& point(std::int64_t index) {
     return points_[static_cast<std::size_t>(index) & (kSize - 1)];
   }
-  double SecondDifference(std::int64_t i, std::size_t c) const;
+  double Jump(std::int64_t i, std::size_t c) const;
   void AddBetween(std::int64_t next);
   std::optional<double> Chord(std::int64_t from, std::size_t c) const;
   double SlopeAt(std::int64_t i, std::size_t c) const;

@@ -26,22 +26,24 @@ bool GoesOn(const Interval& interval) {
   return interval.gap_before_s == 0.0 && !interval.new_run && !interval.new_reference;
 }
 
-// N^2, from second differences of the rate where nothing moves; NaN where too little rests. Counts
-// coarser than the noise hardly ever change.
+// N^2, from second differences of the rate where nothing moves, or of all where too little rests;
+// NaN where there is too little of anything. Counts coarser than the noise hardly ever change.
 double RoughWalk(const ChannelProblem& problem) {
   constexpr std::size_t kLeast = 30;
   const std::vector<Interval>& intervals = problem.intervals();
-  std::vector<double> squares;
+  std::vector<double> all, at_rest;
   for (std::size_t i = 2; i < intervals.size(); ++i) {
     if (!GoesOn(intervals[i]) || !GoesOn(intervals[i - 1])) continue;
-    if (!intervals[i].still || !intervals[i - 1].still || !intervals[i - 2].still) continue;
     const auto rate = [&](std::size_t k) {
       return problem.output_deg()(static_cast<Eigen::Index>(k)) / intervals[k].duration_s;
     };
     const auto variance = [&](std::size_t k) { return 1.0 / intervals[k].duration_s; };
     const double second = rate(i) - 2.0 * rate(i - 1) + rate(i - 2);
-    squares.push_back(second * second / (variance(i) + 4.0 * variance(i - 1) + variance(i - 2)));
+    all.push_back(second * second / (variance(i) + 4.0 * variance(i - 1) + variance(i - 2)));
+    if (intervals[i].still && intervals[i - 1].still && intervals[i - 2].still)
+      at_rest.push_back(all.back());
   }
+  std::vector<double>& squares = at_rest.size() < kLeast ? all : at_rest;
   if (squares.size() < kLeast) return kMissing;
   const double mean = Mean(squares);
   // Half of the squares of normal values are below 0.455.
@@ -65,9 +67,11 @@ std::vector<bool> HasCorner(const ChannelProblem& problem, double walk_deg2_s) {
                                            kOfNoise * walk_deg2_s});
   std::vector<bool> out(intervals.size(), false);
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    const auto goes_on = [&](Eigen::Index k) {
+      return k > 0 && k < problem.rows() && GoesOn(intervals[static_cast<std::size_t>(k)]);
+    };
     double seen = 0.0, time_s = 0.0;
-    for (Eigen::Index k = std::max<Eigen::Index>(i - 1, 0);
-         k <= std::min(i + 1, problem.rows() - 1); ++k) {
+    for (Eigen::Index k = goes_on(i) ? i - 1 : i; k <= (goes_on(i + 1) ? i + 1 : i); ++k) {
       seen += problem.between(k).corners_deg2;
       time_s += intervals[static_cast<std::size_t>(k)].duration_s;
     }
@@ -76,10 +80,12 @@ std::vector<bool> HasCorner(const ChannelProblem& problem, double walk_deg2_s) {
   return out;
 }
 
-// The least of a curve through a share and its neighbours, a factor apart, in the logarithm.
+// The least of a curve through a share and its neighbours, a factor apart, in the logarithm; the
+// share itself where they do not say.
 double Between(const std::array<double, 3>& deviance, double factor) {
   const double bend = deviance[0] - 2.0 * deviance[1] + deviance[2];
-  const double shift = bend > 0.0 ? 0.5 * (deviance[0] - deviance[2]) / bend : 0.0;
+  const double shift =
+      bend > 0.0 && std::isfinite(bend) ? 0.5 * (deviance[0] - deviance[2]) / bend : 0.0;
   return std::pow(factor, std::clamp(shift, -0.5, 0.5));
 }
 
@@ -164,38 +170,58 @@ class CornerMend {
   }
 
   // The rows with shares of what samples of moments leave open, as noise of the nodes and as walk.
+  // That of a node between rest and motion is walk of the row that moves: the angle of a rest is
+  // that of all its readings.
   std::vector<Interval> WithNoise(double at_nodes, double walk) const {
     std::vector<Interval> out = problem_.intervals();
+    std::vector<double> edge_s(out.size(), 0.0);
     for (std::size_t i = 0; i < out.size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
-      const double here_s = corners_.open_s(row);
-      const bool goes_on = row + 1 < problem_.rows() && GoesOn(out[i + 1]);
-      const double next_s = goes_on ? corners_.open_s(row + 1) : 0.0;
+      const double here_s = corners_.open_s(static_cast<Eigen::Index>(i));
       out[i].more_walk_s = walk * here_s;
-      out[i].end_reference_walk_s -= 0.5 * at_nodes * (here_s + next_s);
+      if (i + 1 == out.size() || !GoesOn(out[i + 1])) continue;
+      const double next_s = corners_.open_s(static_cast<Eigen::Index>(i) + 1);
+      const double node_s = 0.5 * at_nodes * (here_s + next_s);
+      if (!out[i].still && !out[i + 1].still)
+        out[i].end_reference_walk_s -= node_s;
+      else
+        edge_s[out[i].still ? i + 1 : i] += node_s;
     }
+    for (std::size_t i = 0; i < out.size(); ++i) out[i].more_walk_s += edge_s[i];
     return out;
   }
 
-  // From none up, by the restricted deviance, each with the noise that suits it best.
+  // From none up to the first least, by the restricted deviance, each with the noise that suits it
+  // best; the largest where the data want more.
   double BestShare(const std::function<std::vector<Interval>(double)>& with) {
     constexpr double kLeastShare = 1.0 / 64.0, kMostShare = 64.0, kFactor = 4.0, kLeastGain = 2.0;
+    std::optional<NoiseModel> noise = noise_;
     const auto deviance = [&](double share) {
       const NoiseSearch search(with(share), columns_, problem_.output_deg(), kNearlyDependent);
-      const std::optional<NoiseEstimate> best = search.Best(noise_, kRough);
+      const std::optional<NoiseEstimate> best = search.Best(noise, kRough);
       if (!best) return std::numeric_limits<double>::infinity();
-      noise_ = best->noise;
+      noise = best->noise;
       return best->deviance;
     };
     const double without = deviance(0.0);
-    std::array<double, 3> last = {without, without, deviance(kLeastShare)};
-    for (double share = kLeastShare; share < kMostShare; share *= kFactor) {
-      last = {last[1], last[2], deviance(kFactor * share)};
-      if (last[1] < last[0] && last[1] <= last[2])
-        return without - last[1] > kLeastGain ? share * Between(last, kFactor) : 0.0;
-      if (!(last[1] < last[0])) return 0.0;
+    if (!std::isfinite(without)) return 0.0;
+    noise_ = noise;
+    double before = without, here = deviance(kLeastShare), share = kLeastShare;
+    if (!(here < before)) return 0.0;
+    for (; share < kMostShare; share *= kFactor) {
+      const std::optional<NoiseModel> of_here = noise;
+      const double after = deviance(kFactor * share);
+      if (after < here) {
+        before = std::exchange(here, after);
+        continue;
+      }
+      if (!(here < without - kLeastGain)) return 0.0;
+      noise_ = of_here;
+      // Below the least share is none, which is no factor apart.
+      return share == kLeastShare ? share : share * Between({before, here, after}, kFactor);
     }
-    return 0.0;
+    if (!(here < without - kLeastGain)) return 0.0;
+    noise_ = noise;
+    return share;
   }
 
   // How much of the correction the data ask for, 0 to 1; 0 where they ask for none, or for one that

@@ -62,9 +62,6 @@ std::vector<Unidentifiable> Unidentifiables(const ChannelProblem& problem,
                                             const std::set<std::string>& named,
                                             bool earth_rate_known);
 
-// That the motion's corners lie between samples, where what that makes of the integrated angle is
-// not small beside the noise; empty where it is.
-
 // The axis that a parameter belongs to, by its name; 3 of one that belongs to none.
 using AxisOfParameter = std::function<std::size_t(const std::string&)>;
 

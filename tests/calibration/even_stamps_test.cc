@@ -50,32 +50,72 @@ TEST(EvenStamps, AnEvenClockIsFoundBehindRoundedStamps) {
 }
 
 TEST(EvenStamps, TheErrorIsThatOfTheStampsWhereTheyBeatTooSlowlyToTell) {
-  const auto all = [](int) { return true; };
-  const double error_s = WorstError_s(
-      99.999, 0.0, [](double t) { return Rounded(t, 1e-3); }, all);
-  EXPECT_LT(error_s, 5.1e-4);
+  EvenStamps stamps;
+  for (int i = 0; i < 30000; ++i) {  // of a beat of 100 s
+    const double t_s = i / 99.999;
+    EXPECT_LT(std::fabs(stamps.Mend(Rounded(t_s, 1e-3)) - t_s), 1.1e-3);
+  }
+}
+
+TEST(EvenStamps, AClockThatWarmsUpIsNotLeftBehind) {
+  for (const double drift : {2e-5, 1e-4, 5e-4}) {
+    EvenStamps stamps;
+    double t_s = 0.0, sum_s = 0.0, square_s2 = 0.0;
+    constexpr int kMany = 60000;
+    for (int i = 0; i < kMany; ++i) {
+      t_s += (1.0 + drift * std::exp(-t_s / 300.0)) / 100.3;
+      const double error_s = stamps.Mend(Rounded(t_s, 1e-3)) - t_s;
+      sum_s += error_s;
+      square_s2 += error_s * error_s;
+    }
+    EXPECT_LT(std::fabs(sum_s / kMany), 2e-5) << drift;
+    EXPECT_LT(std::sqrt(square_s2 / kMany), 1.5e-4) << drift << ": of the stamps 2.9e-4";
+  }
 }
 
 TEST(EvenStamps, ExactStampsAndThoseOfManyDigitsStayAsTheyAre) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> any(0.0, 1.0);
   EvenStamps exact, fine;
-  double t_s = 0.0;
   for (int i = 0; i < 2000; ++i) {
     const double in_digits = Rounded(0.01 * i, 1e-3);
     EXPECT_EQ(exact.Mend(in_digits), in_digits);
-    t_s += 0.005 + 0.01 * any(random);
-    EXPECT_EQ(fine.Mend(t_s), t_s);
+    const double in_microseconds = Rounded(0.00997 * i + 2e-6 * any(random), 1e-6);
+    EXPECT_EQ(fine.Mend(in_microseconds), in_microseconds);
   }
 }
 
-TEST(EvenStamps, AClockThatJittersByMoreThanItsDigitStaysAsItIs) {
-  std::mt19937_64 random(8);
-  std::uniform_real_distribution<double> jitter(-0.003, 0.003);
+TEST(EvenStamps, AClockThatJittersHasNoWorseTimesThanItsStamps) {
+  for (const double jitter_s : {0.5e-3, 0.8e-3, 3e-3}) {
+    std::mt19937_64 random(8);
+    std::uniform_real_distribution<double> jitter(-jitter_s, jitter_s);
+    EvenStamps stamps;
+    double mended_s2 = 0.0, stamped_s2 = 0.0, worst_s = 0.0;
+    for (int i = 0; i < 20000; ++i) {
+      const double t_s = i / 81.3 + jitter(random), stamp_s = Rounded(t_s, 1e-3);
+      const double error_s = stamps.Mend(stamp_s) - t_s;
+      mended_s2 += error_s * error_s;
+      stamped_s2 += std::pow(stamp_s - t_s, 2);
+      worst_s = std::max(worst_s, std::fabs(error_s));
+    }
+    EXPECT_LT(mended_s2, 1.05 * stamped_s2) << jitter_s;
+    EXPECT_LT(worst_s, 1.1e-3) << jitter_s;
+  }
+}
+
+TEST(EvenStamps, APauseAndAStampThatIsNoNumberDoNoHarm) {
   EvenStamps stamps;
-  for (int i = 0; i < 5000; ++i) {
-    const double stamp_s = Rounded(0.0123 * i + jitter(random), 1e-3);
-    EXPECT_EQ(stamps.Mend(stamp_s), stamp_s);
+  double start_s = 0.0, last_s = -1.0;
+  for (int pause = 0; pause < 20; ++pause, start_s += 37.0 + 0.0123 * pause) {
+    for (int i = 0; i < 300; ++i) {
+      const double t_s = start_s + i / 100.3, mended_s = stamps.Mend(Rounded(t_s, 1e-3));
+      EXPECT_LT(std::fabs(mended_s - t_s), 6e-4);
+      EXPECT_GT(mended_s, last_s);
+      last_s = mended_s;
+      if (i == 100) {
+        EXPECT_TRUE(std::isnan(stamps.Mend(std::nan(""))));
+      }
+    }
   }
 }
 
