@@ -29,9 +29,9 @@ struct IntegralMark {
 //            m being the spline's slopes at the begin and the end
 // Where the acceleration jumps by a, once, at a part f of an interval, the spline through the
 // samples is off by a tau^2 (f (1 - f) / 2 - 1 / 12), in the mean square over f by a^2 tau^4 / 720;
-// J is (1 - f) a and f a, so that the three intervals about it have 5/3 a^2 together. Where the rate
-// itself jumps by v, as of a ramp shorter than an interval, it is off by up to v tau / 2, in the
-// mean square by v^2 tau^2 / 12; J is v / tau and -v / tau.
+// J is (1 - f) a and f a, so that the three intervals about it have 5/3 a^2 together. Where the
+// rate itself jumps by v, as of a ramp shorter than an interval, it is off by up to v tau / 2, in
+// the mean square by v^2 tau^2 / 12; J is v / tau and -v / tau.
 struct BetweenSamples {
   Vector3 corners = {}, steps = {}, bends = {};
 };
