@@ -32,11 +32,10 @@ double EvenStamps::Mend(double stamp_s) {
   FindDigits(stamp_s);
   const double step_s = stamp_s - last_s_;
   if (count_ == 0 || digits_ > kMostDigits || !Follows(stamp_s, step_s)) {
-    const bool goes_back = count_ == 0 || step_s < 0.0;
-    const double least_s = goes_back ? stamp_s : After(last_mended_s_);
+    const bool goes_on = count_ > 0 && step_s > 0.0;
+    const double begin_s = goes_on ? std::max(stamp_s, After(last_mended_s_)) : stamp_s;
     Begin(stamp_s);
-    last_mended_s_ = std::max(stamp_s, least_s);
-    return last_mended_s_;
+    return last_mended_s_ = begin_s;
   }
   Add(stamp_s);
   const double line_s = first_s_ + mean_s_ + Slope() * (place_ - mean_place_);
@@ -57,7 +56,7 @@ void EvenStamps::FindDigits(double stamp_s) {
 }
 
 void EvenStamps::Begin(double stamp_s) {
-  first_s_ = last_s_ = last_mended_s_ = stamp_s;
+  first_s_ = last_s_ = stamp_s;
   count_ = 1;
   exact_ = true;
   weight_ = 1.0;

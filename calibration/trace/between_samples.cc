@@ -124,12 +124,8 @@ Corners CornersOf(const ChannelProblem& problem) {
 
 class CornerMend {
  public:
-  CornerMend(const Baseline& baseline, const CandidateSet& candidates, ChannelProblem* problem)
-      : problem_(*problem),
-        corners_(CornersOf(*problem)),
-        columns_(EverythingThatMayAct(baseline, candidates)) {}
-
-  bool needed() const { return corners_.open_s.size() > 0; }
+  CornerMend(Corners corners, std::vector<RawColumns> columns, ChannelProblem* problem)
+      : problem_(*problem), corners_(std::move(corners)), columns_(std::move(columns)) {}
 
   void Mend() {
     correction_deg_ = Share() * corners_.bends_deg;
@@ -174,19 +170,18 @@ class CornerMend {
   // that of all its readings.
   std::vector<Interval> WithNoise(double at_nodes, double walk) const {
     std::vector<Interval> out = problem_.intervals();
-    std::vector<double> edge_s(out.size(), 0.0);
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      const double here_s = corners_.open_s(static_cast<Eigen::Index>(i));
-      out[i].more_walk_s = walk * here_s;
-      if (i + 1 == out.size() || !GoesOn(out[i + 1])) continue;
-      const double next_s = corners_.open_s(static_cast<Eigen::Index>(i) + 1);
-      const double node_s = 0.5 * at_nodes * (here_s + next_s);
+    const auto open_s = [&](std::size_t i) {
+      return corners_.open_s(static_cast<Eigen::Index>(i));
+    };
+    for (std::size_t i = 0; i < out.size(); ++i) out[i].more_walk_s = walk * open_s(i);
+    for (std::size_t i = 0; i + 1 < out.size(); ++i) {
+      if (!GoesOn(out[i + 1])) continue;
+      const double node_s = 0.5 * at_nodes * (open_s(i) + open_s(i + 1));
       if (!out[i].still && !out[i + 1].still)
         out[i].end_reference_walk_s -= node_s;
       else
-        edge_s[out[i].still ? i + 1 : i] += node_s;
+        out[out[i].still ? i + 1 : i].more_walk_s += node_s;
     }
-    for (std::size_t i = 0; i < out.size(); ++i) out[i].more_walk_s += edge_s[i];
     return out;
   }
 
@@ -194,34 +189,31 @@ class CornerMend {
   // best; the largest where the data want more.
   double BestShare(const std::function<std::vector<Interval>(double)>& with) {
     constexpr double kLeastShare = 1.0 / 64.0, kMostShare = 64.0, kFactor = 4.0, kLeastGain = 2.0;
-    std::optional<NoiseModel> noise = noise_;
-    const auto deviance = [&](double share) {
-      const NoiseSearch search(with(share), columns_, problem_.output_deg(), kNearlyDependent);
-      const std::optional<NoiseEstimate> best = search.Best(noise, kRough);
-      if (!best) return std::numeric_limits<double>::infinity();
-      noise = best->noise;
-      return best->deviance;
+    struct Tried {
+      double share = 0.0, deviance = std::numeric_limits<double>::infinity();
+      std::optional<NoiseModel> noise;
     };
-    const double without = deviance(0.0);
-    if (!std::isfinite(without)) return 0.0;
-    noise_ = noise;
-    double before = without, here = deviance(kLeastShare), share = kLeastShare;
-    if (!(here < before)) return 0.0;
-    for (; share < kMostShare; share *= kFactor) {
-      const std::optional<NoiseModel> of_here = noise;
-      const double after = deviance(kFactor * share);
-      if (after < here) {
-        before = std::exchange(here, after);
-        continue;
-      }
-      if (!(here < without - kLeastGain)) return 0.0;
-      noise_ = of_here;
-      // Below the least share is none, which is no factor apart.
-      return share == kLeastShare ? share : share * Between({before, here, after}, kFactor);
+    const auto try_from = [&](const Tried& last, double share) -> Tried {
+      const NoiseSearch search(with(share), columns_, problem_.output_deg(), kNearlyDependent);
+      const std::optional<NoiseEstimate> best = search.Best(last.noise, kRough);
+      if (!best) return {share, std::numeric_limits<double>::infinity(), last.noise};
+      return {share, best->deviance, best->noise};
+    };
+    const Tried none = try_from({0.0, 0.0, noise_}, 0.0);
+    if (!std::isfinite(none.deviance)) return 0.0;
+    noise_ = none.noise;
+    Tried before = none, here = none, after = try_from(none, kLeastShare);
+    while (after.deviance < here.deviance) {
+      before = std::exchange(here, after);
+      if (!(here.share < kMostShare)) break;
+      after = try_from(here, kFactor * here.share);
     }
-    if (!(here < without - kLeastGain)) return 0.0;
-    noise_ = noise;
-    return share;
+    if (!(here.deviance < none.deviance - kLeastGain)) return 0.0;
+    noise_ = here.noise;
+    // No share is no factor below the least.
+    const bool between = before.share > 0.0 && after.share > here.share;
+    return between ? here.share * Between({before.deviance, here.deviance, after.deviance}, kFactor)
+                   : here.share;
   }
 
   // How much of the correction the data ask for, 0 to 1; 0 where they ask for none, or for one that
@@ -254,8 +246,9 @@ class CornerMend {
 
 std::string MendBetweenSamples(const Baseline& baseline, const CandidateSet& candidates,
                                ChannelProblem* problem) {
-  CornerMend mend(baseline, candidates, problem);
-  if (!mend.needed()) return "";
+  Corners corners = CornersOf(*problem);
+  if (corners.open_s.size() == 0) return "";
+  CornerMend mend(std::move(corners), EverythingThatMayAct(baseline, candidates), problem);
   mend.Mend();
   return mend.Says();
 }

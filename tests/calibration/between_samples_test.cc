@@ -1,5 +1,4 @@
-// What a gyro turned between two samples of which a corner of the motion lies between.
-#include <gmock/gmock.h>
+// What a gyro turned between two samples that have a corner of the motion between them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <random>
-#include <set>
 #include <string>
 
 #include "calibration/signal/gyro_ring.h"
@@ -118,7 +116,7 @@ double RampedRate(double t_s) {
   return std::fmod(turn, 2.0) == 1.0 ? -size : size;
 }
 
-ChannelTrace Traced(double gyro_hz, const std::function<double(double)>& rate, std::uint64_t seed) {
+ChannelTrace Traced(double gyro_hz, std::uint64_t seed) {
   Story story;
   story.UseTurningChannelAlone();
   story.seed = seed;
@@ -126,7 +124,7 @@ ChannelTrace Traced(double gyro_hz, const std::function<double(double)>& rate, s
   story.gyro_hz = story.reference_hz = gyro_hz;
   story.reading_deg = 0.003;
   story.white_deg_s = 0.0035 * std::sqrt(gyro_hz);
-  story.rate_deg_s = rate;
+  story.rate_deg_s = RampedRate;
   story.angle_deg = RampedAngle;
   return TraceOf(story.Collect());
 }
@@ -140,7 +138,7 @@ std::string NamesOf(const ChannelTrace& trace) {
 TEST(AGyroSampledSeldom, HasNoEffectOfTheCornersBetweenItsSamples) {
   for (const double gyro_hz : {10.0, 16.0, 25.0}) {
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-      const ChannelTrace of_moments = Traced(gyro_hz, RampedRate, seed);
+      const ChannelTrace of_moments = Traced(gyro_hz, seed);
       EXPECT_EQ(NamesOf(of_moments), "") << gyro_hz << " Hz, seed " << seed;
       EXPECT_LT(of_moments.fitted_whitened_rms.after, 1.1) << gyro_hz << " Hz, seed " << seed;
     }

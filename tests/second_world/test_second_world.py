@@ -77,7 +77,6 @@ class Motion(unittest.TestCase):
             whole = [np.ptp(residual[part]) for part in world.scene.reading_parts()]
             self.assertLess(max(whole), 3e-3, name)
 
-
     def test_trapezoids_err_at_corners_as_much_as_is_said(self):
         squares, variance = 0.0, 0.0
         for seed in range(12):
@@ -93,14 +92,6 @@ class Motion(unittest.TestCase):
                 squares += (np.diff(levels) ** 2).sum()
                 variance += steps[part][rests[0][-1] + 1:rests[-1][0] + 1].sum()
         self.assertTrue(0.8 < squares / variance < 1.25, squares / variance)
-
-
-def rests_of(table, t_s):
-    """Indices of the times in each rest between turns of a table, its first and last tenths of a second left out."""
-    angles, _ = table.at(t_s)
-    still = np.concatenate([[False], np.abs(np.diff(angles, axis=1)).max(axis=0) < 1e-9])
-    cut = np.flatnonzero(np.diff(still.astype(int))) + 1
-    return [part[2:-2] for part in np.split(np.arange(t_s.size), cut) if still[part[0]] and part.size > 8]
 
 
 class Physics(unittest.TestCase):
@@ -355,6 +346,14 @@ class Scoring(unittest.TestCase):
             self.assertEqual(scoring.verdict_on(channel, ["a"]), expected)
         self.assertEqual(scoring.verdict_on(self.channel(("a",)), ["a", "b"]), "partial")
         self.assertEqual(scoring.verdict_on(self.channel(("b",), ("a",)), ["a", "b"]), "exact")
+
+
+def rests_of(table, t_s):
+    """Indices of the times in each rest between turns of a table, its first and last tenths of a second left out."""
+    angles, _ = table.at(t_s)
+    still = np.concatenate([[False], np.abs(np.diff(angles, axis=1)).max(axis=0) < 1e-9])
+    cut = np.flatnonzero(np.diff(still.astype(int))) + 1
+    return [part[2:-2] for part in np.split(np.arange(t_s.size), cut) if still[part[0]] and part.size > 8]
 
 
 def dense_covariance(dt, variance, within, starts, arw, brw):
