@@ -11,6 +11,7 @@ namespace gyrobench {
 // <cmath> and for formats that want them.
 inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+inline constexpr double kFullTurn_deg = 360.0;
 
 using Vector3 = std::array<double, 3>;
 using Matrix3 = std::array<Vector3, 3>;  // [row][column]

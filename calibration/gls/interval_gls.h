@@ -48,6 +48,9 @@ struct Interval {
   double end_reference_walk_s = 0.0, begin_reference_walk_s = 0.0;
   // The output's variance is that much more N^2: the rate between the samples is not known.
   double more_walk_s = 0.0;
+
+  // Begins where the interval before ended, with the same errors.
+  bool GoesOn() const { return gap_before_s == 0.0 && !new_reference && !new_run; }
 };
 
 // Intervals and their columns, row by row. Which column is the output and which a regressor is said

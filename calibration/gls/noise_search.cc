@@ -39,8 +39,8 @@ std::vector<Eigen::Index> Merge(std::span<const Interval> intervals, double piec
   std::vector<Eigen::Index> piece(intervals.size());
   for (std::size_t i = 0; i < intervals.size(); ++i) {
     const Interval& interval = intervals[i];
-    const bool joins = interval.still && interval.gap_before_s == 0.0 && !interval.new_reference &&
-                       !interval.new_run && !merged->empty() && merged->back().still &&
+    const bool joins = interval.still && interval.GoesOn() && !merged->empty() &&
+                       merged->back().still &&
                        merged->back().duration_s + interval.duration_s <= piece_s + 1e-6;
     if (joins) {
       merged->back().duration_s += interval.duration_s;

@@ -10,6 +10,7 @@
 #include <map>
 #include <utility>
 
+#include "base/geometry.h"
 #include "calibration/plan/foresee.h"
 #include "calibration/signal/collector.h"
 #include "calibration/trace/candidate.h"
@@ -25,7 +26,7 @@ const std::vector<std::string> kColumns = {"x"};
 // PictureMotion.
 constexpr std::array kPoses_deg = {0.0, 90.0, 180.0};  // of the middle axis
 constexpr std::array kRates_deg_s = {6.0, 12.0, 18.0, 27.0, 36.0};
-constexpr double kTurn_deg = 360.0, kAcceleration_deg_s2 = 40.0, kRest_s = 20.0;
+constexpr double kAcceleration_deg_s2 = 40.0, kRest_s = 20.0;
 // Surroundings.
 constexpr double kCold_degC = 25.0, kHot_degC = 40.0, kWarms_s = 200.0;
 constexpr double kResonance_deg_s = 18.0, kWidth_deg_s = 4.0, kShakes_g = 0.1;
@@ -61,9 +62,9 @@ PictureMotion TypicalMotion() {
     pose_deg = next_deg;
     motion.duration_s += kRest_s;
     for (const double rate_deg_s : kRates_deg_s) {
-      motion.Turn(StandAxis::kInner, 0.0, kTurn_deg, rate_deg_s);
+      motion.Turn(StandAxis::kInner, 0.0, kFullTurn_deg, rate_deg_s);
       motion.duration_s += 1.0;
-      motion.Turn(StandAxis::kInner, kTurn_deg, 0.0, rate_deg_s);
+      motion.Turn(StandAxis::kInner, kFullTurn_deg, 0.0, rate_deg_s);
       motion.duration_s += 1.0;
     }
   }

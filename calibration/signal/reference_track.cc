@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/geometry.h"
 #include "base/measurement_fields.h"
 
 namespace gyrobench::calibration {
@@ -16,7 +17,7 @@ constexpr double kOrientationLost_s = 0.2;
 constexpr double kWildRate_deg_s = 5000.0;
 constexpr double kWildStep_deg = 1.0;
 // A jump that is no further from whole turns is an angle that was wrapped.
-constexpr double kTurn_deg = 360.0, kWrap_deg = 10.0;
+constexpr double kWrap_deg = 10.0;
 // A step by a whole turn within this time is no motion: it would take over 1500 deg/s from one
 // reading to the next.
 constexpr double kWrapWithin_s = 0.24;
@@ -106,7 +107,7 @@ bool ReferenceTrack::WithinGate(double step_deg, double since_s,
   const double limit_deg = kWildRate_deg_s * since_s + kWildStep_deg;
   if (std::fabs(step_deg) <= limit_deg) return true;
   if (from_suspect_deg && std::fabs(*from_suspect_deg) <= limit_deg) {
-    const double off_turns_deg = std::fabs(std::remainder(step_deg, kTurn_deg));
+    const double off_turns_deg = std::fabs(std::remainder(step_deg, kFullTurn_deg));
     const bool wrapped = std::fabs(step_deg) > kWrap_deg && off_turns_deg <= kWrap_deg;
     defects_.Add("reference_jump", wrapped ? kByWholeTurns : "", last_s);
     Lose(last_s);
@@ -121,11 +122,11 @@ double ReferenceTrack::Unwrapped(StandAngle* angle, const AngleSample& sample) {
   const double range_deg = std::fmax(angle->highest_read_deg, sample.angle_deg) -
                            std::fmin(angle->lowest_read_deg, sample.angle_deg);
   const double since_s = sample.t_s - angle->t_s;
-  if (angle->known && since_s <= kWrapWithin_s && range_deg <= kTurn_deg + kWrapSlack_deg) {
+  if (angle->known && since_s <= kWrapWithin_s && range_deg <= kFullTurn_deg + kWrapSlack_deg) {
     const double step_deg = sample.angle_deg + angle->wrapped_deg - angle->angle_deg;
-    const double turns_deg = std::copysign(kTurn_deg, step_deg);
+    const double turns_deg = std::copysign(kFullTurn_deg, step_deg);
     const double motion_deg =
-        std::min(kTurn_deg / 4, kWrap_deg + 2.0 * std::fabs(angle->rate_deg_s) * since_s);
+        std::min(kFullTurn_deg / 4, kWrap_deg + 2.0 * std::fabs(angle->rate_deg_s) * since_s);
     if (std::fabs(step_deg - turns_deg) <= motion_deg) {
       angle->wrapped_deg -= turns_deg;
       defects_.Add("reference_wrapped", "", sample.t_s);

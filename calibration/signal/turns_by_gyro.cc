@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/geometry.h"
 #include "calibration/signal/line_sums.h"
 #include "calibration/signal/output_unit.h"
 #include "calibration/signal/reference_track.h"
@@ -12,7 +13,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr double kWholeTurn_deg = 360.0;
 constexpr double kHalfTurn_deg = 180.0;
 // Off whole turns: a third of what would make the next one as near.
 constexpr double kNearWholeTurns_deg = 60.0;
@@ -117,8 +117,8 @@ class TurnFinder {
     if (!std::isfinite(response.g)) return false;
     for (std::size_t i = 0; i < steps_.size(); ++i) {
       const double missing_deg = response.Missing_deg(steps_[i]);
-      turns_[i] = std::round(missing_deg / kWholeTurn_deg);
-      const bool near = std::fabs(missing_deg - kWholeTurn_deg * turns_[i]) < kNearWholeTurns_deg;
+      turns_[i] = std::round(missing_deg / kFullTurn_deg);
+      const bool near = std::fabs(missing_deg - kFullTurn_deg * turns_[i]) < kNearWholeTurns_deg;
       if (!steps_[i].usable || !near) return false;
     }
     return true;
@@ -136,7 +136,7 @@ class TurnFinder {
       for (; rest != rests.end() && rest->reference_begin_s < node.at.t_s; ++rest)
         AddTo(rotation_deg, &rest->rotation_deg);
       if (next < steps_.size() && steps_[next].node == i) {
-        const double more_deg = kWholeTurn_deg * turns_[next];
+        const double more_deg = kFullTurn_deg * turns_[next];
         if (more_deg != 0.0) defects->Add("reference_wrapped", kByTheGyro, node.at.t_s);
         table_deg += more_deg;
         for (std::size_t c = 0; c < 3; ++c) rotation_deg[c] += more_deg * steps_[next].axis[c];
@@ -175,7 +175,7 @@ void AddTurnsByGyro(const MeasurementInfo& info, const Vector3& read_range_deg, 
         stand ? info.stand_axis_present[a] : a == static_cast<std::size_t>(info.reference_axis);
     // Half a turn is the least that can jump by more than half of one.
     const bool one_turn =
-        read_range_deg[a] > kHalfTurn_deg && read_range_deg[a] <= kWholeTurn_deg + kWrapSlack_deg;
+        read_range_deg[a] > kHalfTurn_deg && read_range_deg[a] <= kFullTurn_deg + kWrapSlack_deg;
     if (watched && one_turn) TurnFinder(info, a, columns).Find(defects);
   }
 }

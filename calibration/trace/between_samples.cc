@@ -22,10 +22,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-bool GoesOn(const Interval& interval) {
-  return interval.gap_before_s == 0.0 && !interval.new_run && !interval.new_reference;
-}
-
 // N^2, from second differences of the rate where nothing moves, or of all where too little rests;
 // NaN where there is too little of anything. Counts coarser than the noise hardly ever change.
 double RoughWalk(const ChannelProblem& problem) {
@@ -33,7 +29,7 @@ double RoughWalk(const ChannelProblem& problem) {
   const std::vector<Interval>& intervals = problem.intervals();
   std::vector<double> all, at_rest;
   for (std::size_t i = 2; i < intervals.size(); ++i) {
-    if (!GoesOn(intervals[i]) || !GoesOn(intervals[i - 1])) continue;
+    if (!intervals[i].GoesOn() || !intervals[i - 1].GoesOn()) continue;
     const auto rate = [&](std::size_t k) {
       return problem.output_deg()(static_cast<Eigen::Index>(k)) / intervals[k].duration_s;
     };
@@ -68,7 +64,7 @@ std::vector<bool> HasCorner(const ChannelProblem& problem, double walk_deg2_s) {
   std::vector<bool> out(intervals.size(), false);
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
     const auto goes_on = [&](Eigen::Index k) {
-      return k > 0 && k < problem.rows() && GoesOn(intervals[static_cast<std::size_t>(k)]);
+      return k > 0 && k < problem.rows() && intervals[static_cast<std::size_t>(k)].GoesOn();
     };
     double seen = 0.0, time_s = 0.0;
     for (Eigen::Index k = goes_on(i) ? i - 1 : i; k <= (goes_on(i + 1) ? i + 1 : i); ++k) {
@@ -175,7 +171,7 @@ class CornerMend {
     };
     for (std::size_t i = 0; i < out.size(); ++i) out[i].more_walk_s = walk * open_s(i);
     for (std::size_t i = 0; i + 1 < out.size(); ++i) {
-      if (!GoesOn(out[i + 1])) continue;
+      if (!out[i + 1].GoesOn()) continue;
       const double node_s = 0.5 * at_nodes * (open_s(i) + open_s(i + 1));
       if (!out[i].still && !out[i + 1].still)
         out[i].end_reference_walk_s -= node_s;
