@@ -4,13 +4,19 @@
 #include <atomic>
 #include <boost/asio/post.hpp>
 #include <boost/asio/thread_pool.hpp>
+#include <cmath>
 #include <exception>
 #include <future>
 #include <list>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <thread>
 #include <utility>
+
+#include "base/geometry.h"
+#include "calibration/state/state_history.h"
+#include "calibration/trace/channel_search.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -62,6 +68,27 @@ class ChannelWork {
   std::exception_ptr failure_;  // the first
 };
 
+double Turned_deg(const ChannelRequest& request) {
+  double sum_deg = 0.0;
+  for (const StateHistory& history : request.histories) {
+    for (const Vector3& rotation_deg : history.rotation_deg)
+      sum_deg += std::fabs(rotation_deg[request.channel]);
+  }
+  return sum_deg;
+}
+
+// Who turned most first: there is most to find in its data, and a long search that begins last is
+// waited for by all other cores.
+std::vector<std::size_t> LongestFirst(std::span<const ChannelRequest* const> requests) {
+  std::vector<double> turned_deg;
+  for (const ChannelRequest* request : requests) turned_deg.push_back(Turned_deg(*request));
+  std::vector<std::size_t> order(requests.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(
+      order, [&](std::size_t a, std::size_t b) { return turned_deg[a] > turned_deg[b]; });
+  return order;
+}
+
 }  // namespace
 
 void OnAllCores(std::size_t count, const std::function<void(std::size_t)>& one) {
@@ -84,10 +111,10 @@ void OnAllCores(std::size_t count, const std::function<void(std::size_t)>& one) 
 std::vector<TracedChannel> TraceSideBySide(std::span<const ChannelRequest* const> requests,
                                            const std::function<void()>& one_done) {
   std::list<ChannelWork> work;
-  std::vector<std::future<TracedChannel>> results;
+  std::vector<std::future<TracedChannel>> results(requests.size());
   boost::asio::thread_pool pool(Cores());
-  for (const ChannelRequest* request : requests)
-    results.push_back(work.emplace_back(pool, *request).result());
+  for (const std::size_t k : LongestFirst(requests))
+    results[k] = work.emplace_back(pool, *requests[k]).result();
   std::vector<TracedChannel> out;
   try {
     for (std::future<TracedChannel>& result : results) {
