@@ -32,8 +32,16 @@ struct IntegralMark {
 // J is (1 - f) a and f a, so that the three intervals about it have 5/3 a^2 together. Where the
 // rate itself jumps by v, as of a ramp shorter than an interval, it is off by up to v tau / 2, in
 // the mean square by v^2 tau^2 / 12; J is v / tau and -v / tau.
+//
+// And samples that are means from half way to half way, whose sum is the integral up to there:
+//   means    what the cubic through these sums, less what it is off by at a corner, makes the
+//            integral larger by than the spline's, at the time itself and not summed up [output
+//            unit s]. At a sample, with the slope m of the spline and m_c of the line from the
+//            sample before to the one after, without a corner:
+//              tau^2 (m / 12 - m_c / 8)
+//            which is -tau^2 / 24 times the acceleration where that is constant.
 struct BetweenSamples {
-  Vector3 corners = {}, steps = {}, bends = {};
+  Vector3 corners = {}, steps = {}, bends = {}, means = {};
 };
 
 // The sum of the samples up to one time, each standing for the time half way to its neighbours
@@ -64,7 +72,8 @@ struct ReadingsMean {
   // axis is read more often, table_deg holds the last reading in between.
   Vector3 own_readings = {}, own_deg = {};
   bool output_known = false;
-  Vector3 z = {};  // as IntegralMark's
+  Vector3 z = {};      // as IntegralMark's
+  Vector3 means = {};  // as of BetweenSamples
   // Half the mean distance in time of two of the readings: the random walk of the angle is averaged
   // with them, and makes the covariance of the rotation before with the one after larger by
   // walk_s N^2.

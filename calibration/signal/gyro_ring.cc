@@ -82,7 +82,45 @@ bool GyroRing::IntegralAt(double t_s, IntegralMark* mark) const {
 
 BetweenSamples GyroRing::BetweenUpTo(double t_s) const {
   const std::int64_t after = FirstNotBefore(std::nextafter(t_s, t_s + 1.0));
-  return after > oldest() ? at(after - 1).between : BetweenSamples{};
+  if (after == oldest()) return {};
+  BetweenSamples out = at(after - 1).between;
+  out.means = MeansAt(t_s);
+  return out;
+}
+
+Vector3 GyroRing::MeansAt(double t_s) const {
+  // At 100 deg/s^2 a thousandth of a degree.
+  constexpr double kFast_s = 0.015;
+  const std::int64_t next = FirstNotBefore(t_s);
+  if (next == count_ || next == oldest() || at(next).gap) return {};
+  const Point &a = at(next - 1), &b = at(next);
+  const double interval_s = b.t_s - a.t_s;
+  if (interval_s < kFast_s) return {};
+  const double half = 2.0 * (t_s - a.t_s) / interval_s;  // 0 to 1, and to 2 after half way
+  Vector3 out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double sum = interval_s * (0.5 * a.xi[c] + interval_s * SlopeAt(next - 1, c) / 12.0);
+    const double half_way = sum - SplineIntegral(next, c, 0.5);
+    out[c] = half < 1.0 ? std::lerp(MeansAtSample(next - 1, c), half_way, half)
+                        : std::lerp(half_way, MeansAtSample(next, c), half - 1.0);
+  }
+  return out;
+}
+
+// 0 beside a gap. A corner at a part f (-1/2 to 1/2) of the interval about a sample shares its
+// jump a among that and its neighbours: (1/2 - f)^2 / 2 before, (1/2 + f)^2 / 2 after. The cubic
+// through the sums is then off by a tau^2 (f |f| / 4 - 3 f / 16) at the sample, and at its
+// neighbours by 1 / 16 of their shares.
+double GyroRing::MeansAtSample(std::int64_t i, std::size_t c) const {
+  if (!Chord(i - 1, c) || !Chord(i, c)) return 0.0;
+  const Point &before = at(i - 1), &after = at(i + 1);
+  const double both_s = after.t_s - before.t_s, tau2_s2 = 0.25 * both_s * both_s;
+  const double slope = (after.xi[c] - before.xi[c]) / both_s;
+  const double here = Jump(i, c), jump = Jump(i - 1, c) + here + Jump(i + 1, c);
+  const double f = jump != 0.0 ? (Jump(i + 1, c) - Jump(i - 1, c)) / jump : 0.0;
+  const double off = std::fabs(f) < 0.5 ? jump * f * (0.25 * std::fabs(f) - 3.0 / 16.0)
+                                        : std::copysign(here / 16.0, -here * f);
+  return tau2_s2 * (SlopeAt(i, c) / 12.0 - slope / 8.0 - off);
 }
 
 SampleSum GyroRing::SumUpTo(double t_s) const {

@@ -75,14 +75,21 @@ ReadingsMean NodeReadings::Mean() const {
 bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean, Near* near) const {
   if (empty()) return false;
   IntegralMark mark;
-  Vector3 sum = {};
+  Vector3 sum = {}, means = {};
   std::array<Vector3, kMost> at;
   for (std::size_t i = 0; i < size_; ++i) {
     if (!gyro.IntegralAt(groups_[i].t_s, &mark)) return false;
     at[i] = mark.z;
-    for (std::size_t c = 0; c < 3; ++c) sum[c] += groups_[i].weight * mark.z[c];
+    const Vector3 as_means = gyro.ring().MeansAt(groups_[i].t_s);
+    for (std::size_t c = 0; c < 3; ++c) {
+      sum[c] += groups_[i].weight * mark.z[c];
+      means[c] += groups_[i].weight * as_means[c];
+    }
   }
-  for (std::size_t c = 0; c < 3; ++c) mean->z[c] = sum[c] / readings_;
+  for (std::size_t c = 0; c < 3; ++c) {
+    mean->z[c] = sum[c] / readings_;
+    mean->means[c] = means[c] / readings_;
+  }
   const std::size_t shapes = std::min(size_, kShapes);
   for (std::size_t n = 0; n < kNear_s.size(); ++n) {
     Vector3 turned = {};

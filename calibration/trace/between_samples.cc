@@ -22,6 +22,10 @@
 namespace gyrobench::calibration {
 namespace {
 
+double Rate(const ChannelProblem& problem, std::size_t row) {
+  return problem.output_deg()(static_cast<Eigen::Index>(row)) / problem.intervals()[row].duration_s;
+}
+
 // N^2, from second differences of the rate where nothing moves, or of all where too little rests;
 // NaN where there is too little of anything. Counts coarser than the noise hardly ever change.
 double RoughWalk(const ChannelProblem& problem) {
@@ -30,11 +34,8 @@ double RoughWalk(const ChannelProblem& problem) {
   std::vector<double> all, at_rest;
   for (std::size_t i = 2; i < intervals.size(); ++i) {
     if (!intervals[i].GoesOn() || !intervals[i - 1].GoesOn()) continue;
-    const auto rate = [&](std::size_t k) {
-      return problem.output_deg()(static_cast<Eigen::Index>(k)) / intervals[k].duration_s;
-    };
     const auto variance = [&](std::size_t k) { return 1.0 / intervals[k].duration_s; };
-    const double second = rate(i) - 2.0 * rate(i - 1) + rate(i - 2);
+    const double second = Rate(problem, i) - 2.0 * Rate(problem, i - 1) + Rate(problem, i - 2);
     all.push_back(second * second / (variance(i) + 4.0 * variance(i - 1) + variance(i - 2)));
     if (intervals[i].still && intervals[i - 1].still && intervals[i - 2].still)
       at_rest.push_back(all.back());
@@ -76,6 +77,21 @@ std::vector<bool> HasCorner(const ChannelProblem& problem, double walk_deg2_s) {
   return out;
 }
 
+// Of each row: whether the rate changes in it or beside it by more than noise.
+std::vector<bool> Accelerates(const ChannelProblem& problem, double walk_deg2_s) {
+  constexpr double kSquare = 36.0;  // of its standard deviations
+  const std::vector<Interval>& intervals = problem.intervals();
+  std::vector<bool> out(intervals.size(), false);
+  for (std::size_t i = 1; i + 1 < intervals.size(); ++i) {
+    if (!intervals[i].GoesOn() || !intervals[i + 1].GoesOn()) continue;
+    const double change_deg_s = Rate(problem, i + 1) - Rate(problem, i - 1);
+    const double variance =
+        walk_deg2_s * (1.0 / intervals[i + 1].duration_s + 1.0 / intervals[i - 1].duration_s);
+    if (change_deg_s * change_deg_s > kSquare * variance) out[i - 1] = out[i] = out[i + 1] = true;
+  }
+  return out;
+}
+
 // The least of a curve through a share and its neighbours, a factor apart, in the logarithm; the
 // share itself where they do not say.
 double Between(const std::array<double, 3>& deviance, double factor) {
@@ -85,14 +101,19 @@ double Between(const std::array<double, 3>& deviance, double factor) {
   return std::pow(factor, std::clamp(shift, -0.5, 0.5));
 }
 
-// Where the motion bends between samples more than noise, or a rate that bends all along, makes of
-// it.
+// What the output lacks between samples, by what the samples may be.
 struct Corners {
-  // Of each row, over N^2 [s]: what the variance of the output is larger by with samples that are
-  // rates of single moments. Empty where that is nothing beside the angle random walk.
+  // Of each row, over N^2 [s]: what the variance of the output is larger by where the motion bends
+  // more than noise, or a rate that bends all along, makes of it. Of samples that are rates of
+  // single moments.
   Eigen::VectorXd open_s;
-  // What the output lacks [deg] where the rate goes straight on either side of a corner.
+  // [deg] of them, where the rate goes straight on either side of a corner.
   Eigen::VectorXd bends_deg;
+  // [deg] of samples that are means from half way to half way, where the rate changes: elsewhere it
+  // would be the noise of the output again.
+  Eigen::VectorXd means_deg;
+  // Beside the angle random walk `open_s` is something; and so is one of the others.
+  bool open = false, matter = false;
 };
 
 Corners CornersOf(const ChannelProblem& problem) {
@@ -101,20 +122,23 @@ Corners CornersOf(const ChannelProblem& problem) {
   constexpr double kMatters = 0.02, kCounts = 0.05;
   const double walk_deg2_s = RoughWalk(problem);
   if (!(walk_deg2_s > 0.0)) return {};
-  const std::vector<bool> has_corner = HasCorner(problem, walk_deg2_s);
+  const std::vector<bool> has_corner = HasCorner(problem, walk_deg2_s),
+                          accelerates = Accelerates(problem, walk_deg2_s);
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(problem.rows());
-  Corners out{none, none};
+  Corners out{none, none, none};
   double moving_s = 0.0;
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
     const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
     moving_s += interval.still ? 0.0 : interval.duration_s;
-    if (!has_corner[static_cast<std::size_t>(i)]) continue;
     const ChannelProblem::Between between = problem.between(i);
+    if (accelerates[static_cast<std::size_t>(i)]) out.means_deg(i) = between.means_deg;
+    if (!has_corner[static_cast<std::size_t>(i)]) continue;
     out.bends_deg(i) = between.bends_deg;
     const double open_s = (between.corners_deg2 + between.steps_deg2) / walk_deg2_s;
     if (open_s > kCounts * interval.duration_s) out.open_s(i) = open_s;
   }
-  if (!(out.open_s.sum() > kMatters * moving_s)) return {};
+  out.open = out.open_s.sum() > kMatters * moving_s;
+  out.matter = out.open || out.means_deg.squaredNorm() > kMatters * walk_deg2_s * moving_s;
   return out;
 }
 
@@ -124,14 +148,23 @@ class CornerMend {
       : problem_(*problem), corners_(std::move(corners)), columns_(std::move(columns)) {}
 
   void Mend() {
-    correction_deg_ = Share() * corners_.bends_deg;
+    const Lack means = corners_.means_deg.isZero() ? Lack{} : LackOf(corners_.means_deg);
+    const Lack bends = corners_.open ? LackOf(corners_.bends_deg) : Lack{};
+    are_means_ = means.sigmas > bends.sigmas;
+    const Lack& lack = are_means_ ? means : bends;
+    correction_deg_ = lack.share * (are_means_ ? corners_.means_deg : corners_.bends_deg);
+    noise_ = lack.noise;
     problem_.AddOutput(correction_deg_);
+    if (!corners_.open) return;
     FitNoise();
     problem_.SetIntervals(WithNoise(at_nodes_, walk_));
   }
 
   std::string Says() const {
     constexpr double kBesideNoise = 0.5;
+    if (are_means_)
+      return "its samples are means from half way to half way between their times, as the motion "
+             "shows: their sum is how far it turned";
     double moved = 0.0, beside = 0.0, most_deg = 0.0, interval_s = 0.0;
     const double walk_deg2_s = noise_ ? std::pow(noise_->angle_random_walk_deg_sqrt_s, 2) : 0.0;
     for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
@@ -212,20 +245,24 @@ class CornerMend {
                    : here.share;
   }
 
-  // How much of the correction the data ask for, 0 to 1; 0 where they ask for none, or for one that
-  // no way of sampling makes.
-  double Share() {
+  // How much of a correction the data ask for, 0 to 1, and how clearly; 0 where they ask for none,
+  // or for one that no way of sampling makes.
+  struct Lack {
+    double share = 0.0, sigmas = 0.0;
+    std::optional<NoiseModel> noise;
+  };
+  Lack LackOf(const Eigen::VectorXd& correction_deg) const {
     constexpr double kSigmas = 4.0, kMost = 1.5;
-    std::vector<RawColumns> columns = {RawColumns(Eigen::MatrixXd(-corners_.bends_deg))};
+    std::vector<RawColumns> columns = {RawColumns(Eigen::MatrixXd(-correction_deg))};
     columns.insert(columns.end(), columns_.begin(), columns_.end());
     const NoiseSearch search(problem_.intervals(), columns, problem_.output_deg(),
                              kNearlyDependent);
     const std::optional<NoiseEstimate> best = search.Best({}, kRough);
-    if (!best) return 0.0;
-    noise_ = best->noise;
+    if (!best) return {};
     const CoefficientEstimate share = search.FirstCoefficient(best->noise);
-    const bool seen = share.value > kSigmas * share.std_error && share.value < kMost;
-    return seen ? std::min(share.value, 1.0) : 0.0;
+    const double sigmas = share.value / share.std_error;
+    if (!(sigmas > kSigmas) || !(share.value < kMost)) return {0.0, 0.0, best->noise};
+    return {std::min(share.value, 1.0), sigmas, best->noise};
   }
 
   static constexpr double kRough = 0.1;  // of the logarithms of the noise's ratios
@@ -235,6 +272,7 @@ class CornerMend {
   const std::vector<RawColumns> columns_;
   std::optional<NoiseModel> noise_;
   Eigen::VectorXd correction_deg_;
+  bool are_means_ = false;
   double at_nodes_ = 0.0, walk_ = 0.0;
 };
 
@@ -243,7 +281,7 @@ class CornerMend {
 std::string MendBetweenSamples(const Baseline& baseline, const CandidateSet& candidates,
                                ChannelProblem* problem) {
   Corners corners = CornersOf(*problem);
-  if (corners.open_s.size() == 0) return "";
+  if (!corners.matter) return "";
   CornerMend mend(std::move(corners), EverythingThatMayAct(baseline, candidates), problem);
   mend.Mend();
   return mend.Says();

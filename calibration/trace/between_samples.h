@@ -1,5 +1,4 @@
-// A gyro that is sampled seldom for its motion: how far it turned between samples where a ramp
-// begins or ends.
+// A gyro that is sampled seldom for its motion: how far it turned between samples.
 #pragma once
 
 #include <string>
@@ -11,12 +10,13 @@ struct CandidateSet;
 class ChannelProblem;
 
 // Of samples that are rates of single moments, a rate that goes straight on either side of a corner
-// says where between two of them that is. How much of that correction the data ask for, as a filter
-// takes from it, is estimated beside everything that may act; it is added to the output. What the
-// corners leave open then, as where the motion is not straight, is noise of their rows: of the turn
-// up to a node, which the next row takes back, and of that from row to row, each as much as the
-// restricted likelihood wants. Nothing is done where corners are little beside the angle random
-// walk.
+// says where between two of them that is; of samples that are means about their times, the sum says
+// how far it turned (BetweenSamples). Which of them they are, and how much of that correction the
+// data ask for, as a filter takes from it, is estimated beside everything that may act; it is added
+// to the output. What the corners leave open then, as where the motion is not straight, is noise of
+// their rows: of the turn up to a node, which the next row takes back, and of that from row to row,
+// each as much as the restricted likelihood wants. Nothing is done where all that is little beside
+// the angle random walk.
 //
 // A sentence on what was done, empty where that is less than the noise of these rows.
 std::string MendBetweenSamples(const Baseline& baseline, const CandidateSet& candidates,

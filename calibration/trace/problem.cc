@@ -215,7 +215,7 @@ ChannelProblem::Between ChannelProblem::between(Eigen::Index row) const {
   const BetweenSamples& between = history(row).between[ref(row).interval];
   const double square = units_per_deg_s_ * units_per_deg_s_;
   return {between.corners[channel_] / square, between.steps[channel_] / square,
-          between.bends[channel_] / units_per_deg_s_};
+          between.bends[channel_] / units_per_deg_s_, between.means[channel_] / units_per_deg_s_};
 }
 
 double ChannelProblem::begin_s(Eigen::Index row) const {

@@ -95,6 +95,46 @@ TEST(BetweenSamples, TheVarianceIsThatOfTheSplineAtCornersAndAtSteps) {
   }
 }
 
+// The sum of means is the integral up to half way to the next; the cubic through these sums is as
+// good between them on any line or parabola.
+TEST(BetweenSamples, MeansAreIntegratedExactlyWhereTheRateIsALine) {
+  for (const double acceleration : {0.0, 12.0, -40.0}) {
+    const auto rate = [=](double t) { return 3.0 + acceleration * t; };
+    GyroRing ring;
+    for (int i = 0; i <= 40; ++i) ring.Push(kInterval_s * i, {rate(kInterval_s * i), 0, 0}, false);
+    for (const double t_s : {0.4, 0.93, 2.05, 3.0}) {
+      EXPECT_NEAR(ring.MeansAt(t_s)[0], -acceleration * kInterval_s * kInterval_s / 24.0, 1e-12);
+    }
+  }
+}
+
+TEST(BetweenSamples, MeansAreIntegratedExactlyAtACornerToo) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  for (int i = 0; i < 200; ++i) {
+    const double at_s = 0.8 + any(random), a = 50.0 * any(random) - 25.0;
+    const auto angle = [&](double t) { return 0.5 * a * std::pow(std::max(0.0, t - at_s), 2); };
+    GyroRing ring;
+    for (int k = 0; k <= 40; ++k) {
+      const double t_s = kInterval_s * k, half_s = 0.5 * kInterval_s;
+      ring.Push(t_s, {(angle(t_s + half_s) - angle(t_s - half_s)) / kInterval_s, 0, 0}, false);
+    }
+    calibration::IntegralMark from, to;
+    // At samples and half way between them.
+    for (double end_s = 0.5; end_s < 3.5; end_s += 0.5 * kInterval_s) {
+      EXPECT_TRUE(ring.IntegralAt(0.3, &from) && ring.IntegralAt(end_s, &to));
+      const double means = ring.MeansAt(end_s)[0] - ring.MeansAt(0.3)[0];
+      EXPECT_NEAR(to.z[0] - from.z[0] + means, angle(end_s), 1e-12) << at_s << " to " << end_s;
+    }
+  }
+}
+
+TEST(BetweenSamples, MeansOfFastSamplesAreNothing) {
+  GyroRing ring;
+  for (int i = 0; i <= 40; ++i) ring.Push(0.01 * i, {1.0 * i * i, 0, 0}, false);
+  EXPECT_EQ(ring.MeansAt(0.2)[0], 0.0);
+}
+
 // Straight ramps of 0.7 s to 35 deg/s, 3.3 s at that rate, rests of 2.13 s, to and fro: their
 // corners lie anywhere between samples.
 constexpr double kRamp_s = 0.7, kTurn_s = 4.7, kWhole_s = 6.83;
@@ -106,7 +146,7 @@ double RampedAngle(double t_s) {
     return ramp + 35.0 * std::clamp(u - kRamp_s, 0.0, kTurn_s - 2.0 * kRamp_s) +
            (u > kTurn_s - kRamp_s ? ends - last : 0.0);
   };
-  const double turn = std::floor(t_s / kWhole_s), u = t_s - turn * kWhole_s - 1.0;
+  const double turn = std::floor(std::max(t_s, 0.0) / kWhole_s), u = t_s - turn * kWhole_s - 1.0;
   const bool fro = std::fmod(turn, 2.0) == 1.0;
   return fro ? half(kTurn_s) - half(u) : half(u);
 }
@@ -116,7 +156,10 @@ double RampedRate(double t_s) {
   return std::fmod(turn, 2.0) == 1.0 ? -size : size;
 }
 
-ChannelTrace Traced(double gyro_hz, std::uint64_t seed) {
+// What a sample says of the motion about its time.
+enum class Sample { kMoment, kMean };
+
+ChannelTrace Traced(double gyro_hz, Sample sample, std::uint64_t seed) {
   Story story;
   story.UseTurningChannelAlone();
   story.seed = seed;
@@ -125,6 +168,12 @@ ChannelTrace Traced(double gyro_hz, std::uint64_t seed) {
   story.reading_deg = 0.003;
   story.white_deg_s = 0.0035 * std::sqrt(gyro_hz);
   story.rate_deg_s = RampedRate;
+  if (sample == Sample::kMean) {
+    story.rate_deg_s = [=](double t_s) {
+      const double half_s = 0.5 / gyro_hz;
+      return (RampedAngle(t_s + half_s) - RampedAngle(t_s - half_s)) * gyro_hz;
+    };
+  }
   story.angle_deg = RampedAngle;
   return TraceOf(story.Collect());
 }
@@ -135,15 +184,20 @@ std::string NamesOf(const ChannelTrace& trace) {
   return names;
 }
 
-TEST(AGyroSampledSeldom, HasNoEffectOfTheCornersBetweenItsSamples) {
+void ExpectNothing(Sample sample) {
   for (const double gyro_hz : {10.0, 16.0, 25.0}) {
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-      const ChannelTrace of_moments = Traced(gyro_hz, seed);
-      EXPECT_EQ(NamesOf(of_moments), "") << gyro_hz << " Hz, seed " << seed;
-      EXPECT_LT(of_moments.fitted_whitened_rms.after, 1.1) << gyro_hz << " Hz, seed " << seed;
+      const ChannelTrace trace = Traced(gyro_hz, sample, seed);
+      EXPECT_EQ(NamesOf(trace), "") << gyro_hz << " Hz, seed " << seed;
+      EXPECT_LT(trace.fitted_whitened_rms.after, 1.1) << gyro_hz << " Hz, seed " << seed;
     }
   }
 }
+
+TEST(AGyroSampledSeldom, HasNoEffectOfTheCornersBetweenItsSamples) {
+  ExpectNothing(Sample::kMoment);
+}
+TEST(AGyroSampledSeldom, HasNoEffectOfTheMeansThatItsSamplesAre) { ExpectNothing(Sample::kMean); }
 
 }  // namespace
 }  // namespace gyrobench::testing

@@ -133,12 +133,15 @@ def slopes(scene, channel, candidate, theta):
 
 
 def lagged_rates(scene, tau_s, delay_s=0.0):
-    """The sensor's rates (3, n) behind a lag, at the gyro's times."""
+    """The sensor's rates (3, n) behind a lag, as its samples say them."""
     def rates_at(t_s, table):
         angles, rates = table.at(t_s - delay_s)
         return geometry.rates_in_sensor(geometry.axis_directions(angles), rates)
-    return np.hstack([lag.lagged(lambda t, table=table: rates_at(t, table), scene.t_s[part], tau_s)
-                      for table, part in zip(scene.plan.tables, scene.parts())])
+
+    def lagged_at(t_s, number):
+        return np.hstack([lag.lagged(lambda t, table=table: rates_at(t, table), t_s[number == i], tau_s)
+                          for i, table in enumerate(scene.plan.tables)])
+    return scene.of_samples(lagged_at)
 
 
 def draw_direction(rng, effect, size):

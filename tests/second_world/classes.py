@@ -16,7 +16,8 @@ DEFAULT = dict(
     reference="stand", encoder_bits=[16, 17, 18, 19, 20], reference_noise_deg=(0.002, 0.01), reference_rate_hz=100.0,
     own_clock=False, clock_jitter=0.0,
     # Motion and tables: acceleration of straight ramps, 0 for smooth ones; gap [s] between tables of one power-on.
-    straight_ramps_deg_s2=0.0, programme="full", gap_s=(10.0, 60.0), power_ons="one",
+    # A sample is the rate of its moment, or its mean from half way to half way between the samples.
+    sample="moment", straight_ramps_deg_s2=0.0, programme="full", gap_s=(10.0, 60.0), power_ons="one",
     # Temperature: what it does, what measures it; thermometer noise, resolution [degC], lag [s].
     thermal="warm_up", temp_noise_degC=0.02, temp_resolution_degC=1.0 / 340.0, temp_lag_s=0.0, thermometer=True,
     accelerometer=["absent", "noisy", "uncalibrated"],
@@ -72,6 +73,9 @@ CLASSES = {
     # The clock's rate is no whole number of the milliseconds in which its stamps are printed.
     "rounded_stamps": dict(gyro_rate_hz=("log", 15.0, 130.0), reference_rate_hz=[20.0, 500.0],
                            programme=["full", "medium"]),
+    # A sensor that averages all that it feels from one sample to the next, on such a table.
+    "slow_means": dict(sample="mean", straight_ramps_deg_s2=(20.0, 80.0), gyro_rate_hz=[10.0, 12.5, 20.0, 25.0],
+                       reference_rate_hz=[10.0, 20.0], programme=["full", "medium"]),
 }
 
 

@@ -25,8 +25,10 @@ def integrated(scene, rate):
     """Integral of a sampled rate at the readings, trapezoids less their error dt^2/12 (dw/dt - dw/dt at the start).
 
     The slope is that of the neighbours. Without the correction a sine of 0.8 Hz sampled at 100 Hz is 2e-4 too small,
-    which three sigma of a g-dependent scale are.
+    which three sigma of a g-dependent scale are. The sum of means has no such error.
     """
+    if scene.bench["sample"] == "mean":
+        return scene.integrate(rate)
     change = np.zeros(rate.size)
     change[1:-1] = (rate[2:] - rate[:-2]) / 24.0 / scene.bench["gyro_rate_hz"]
     for part in scene.parts():

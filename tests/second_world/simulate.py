@@ -74,8 +74,7 @@ def sensed_rates(scene, hidden):
     if lag_s:
         return catalogue.lagged_rates(scene, abs(lag_s), delay_s)
     if delay_s:
-        angles, rates = scene.motion_at(scene.t_s - delay_s, scene.table)
-        return geometry.rates_in_sensor(geometry.axis_directions(angles), rates)
+        return scene.of_samples(lambda t_s, table: scene.rates_in_sensor_at(t_s - delay_s, table))
     return scene.w_deg_s
 
 

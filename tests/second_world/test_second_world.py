@@ -93,6 +93,20 @@ class Motion(unittest.TestCase):
                 variance += steps[part][rests[0][-1] + 1:rests[-1][0] + 1].sum()
         self.assertTrue(0.8 < squares / variance < 1.25, squares / variance)
 
+    def test_means_do_not_err_from_rest_to_rest_where_moments_do(self):
+        worst = {}
+        for sample in ("mean", "moment"):
+            world = worlds.World("slow_means", "silent", 0.0, 3, dict(QUIET, sample=sample, lsb_per_deg_s=1e7))
+            world.channel = 2
+            residual = unquantised_residual(world)
+            steps = []
+            for part, table in zip(world.scene.reading_parts(), world.scene.plan.tables):
+                rests = rests_of(table, world.scene.t_read_s[part])
+                steps += list(np.diff([residual[part][rest].mean() for rest in rests]))
+            worst[sample] = np.abs(steps).max()
+        self.assertLess(worst["mean"], 3e-4)
+        self.assertGreater(worst["moment"], 10.0 * worst["mean"])
+
 
 class Physics(unittest.TestCase):
     def test_play_is_the_same_as_step_by_step(self):
