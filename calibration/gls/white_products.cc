@@ -1,5 +1,6 @@
 #include "calibration/gls/white_products.h"
 
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
@@ -13,52 +14,68 @@ namespace {
 
 using RawRows = Eigen::Ref<const RowMajor>;
 
-// Rows that lie one after the other, of a few neighbouring columns from `first` on, become white.
-// `bias`, `reference`: the states of all columns.
+// Some neighbouring columns of rows that lie one after the other.
+template <typename Value>
+struct Neighbours {
+  Value* first;         // of the first row
+  Eigen::Index stride;  // from row to row
+};
+
+// kColumns of them become white. `bias`, `reference`: their states.
 template <int kColumns>
-void PassRows(std::span<const Step> steps, Eigen::Index first, RowMajor* rows, Eigen::ArrayXd* bias,
-              Eigen::ArrayXd* reference) {
+void PassRows(std::span<const Step> steps, Neighbours<const double> raw, Neighbours<double> white,
+              double* bias, double* reference) {
   using Some = Eigen::Array<double, kColumns, 1>;
-  Some b = bias->segment<kColumns>(first), r = reference->segment<kColumns>(first);
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const Step& step = steps[i];
-    Eigen::Map<Some> row(&(*rows)(static_cast<Eigen::Index>(i), first));
+  Eigen::Map<Some> bias_state(bias), reference_state(reference);
+  Some b = bias_state, r = reference_state;
+  for (const Step& step : steps) {
     b *= step.bias_transition;
-    const Some innovation = row - step.bias_factor * b - step.reference_factor * r;
+    const Some innovation =
+        Eigen::Map<const Some>(raw.first) - step.bias_factor * b - step.reference_factor * r;
     b += step.gain_bias * innovation;
     r = step.reference_transition * r + step.gain_reference * innovation;
-    row = step.inverse_sigma * innovation;
+    Eigen::Map<Some>(white.first) = step.inverse_sigma * innovation;
+    raw.first += raw.stride;
+    white.first += white.stride;
   }
-  bias->segment<kColumns>(first) = b;
-  reference->segment<kColumns>(first) = r;
+  bias_state = b;
+  reference_state = r;
 }
 
-// Some columns of raw rows, in rising order, side by side: as neighbours they pass together.
-void Gather(const RawRows& raw, const std::vector<Eigen::Index>& columns, RowMajor* out) {
-  out->resize(raw.rows(), static_cast<Eigen::Index>(columns.size()));
-  for (Eigen::Index i = 0; i < raw.rows(); ++i) {
-    const double* from = raw.data() + i * raw.outerStride();
-    double* to = out->data() + i * out->cols();
-    for (const Eigen::Index column : columns) *to++ = from[column];
+// Columns of a chunk, in rising order, on their way to being white and side by side.
+struct ChunkPass {
+  const RawRows& raw;
+  const std::vector<Eigen::Index>& columns;
+  std::span<const Step> steps;
+  RowMajor* white;
+  Eigen::ArrayXd bias, reference;  // of these columns
+
+  // All that are so many at once, from the `first` of them on; returns the first that is left.
+  template <int kTogether>
+  Eigen::Index PassTogether(Eigen::Index first) {
+    for (; first + kTogether <= white->cols(); first += kTogether) {
+      std::array<double, static_cast<std::size_t>(kTogether * kStretchRows)> copy;
+      PassRows<kTogether>(steps, Take<kTogether>(first, copy.data()),
+                          {white->data() + first, white->cols()}, bias.data() + first,
+                          reference.data() + first);
+    }
+    return first;
   }
-}
 
-// All that are so many at once, from `first` on; returns the first that is left.
-template <int kTogether>
-Eigen::Index PassTogether(std::span<const Step> steps, Eigen::Index first, RowMajor* rows,
-                          Eigen::ArrayXd* bias, Eigen::ArrayXd* reference) {
-  for (; first + kTogether <= rows->cols(); first += kTogether)
-    PassRows<kTogether>(steps, first, rows, bias, reference);
-  return first;
-}
-
-void PassAllRows(std::span<const Step> steps, RowMajor* rows, Eigen::ArrayXd* bias,
-                 Eigen::ArrayXd* reference) {
-  Eigen::Index first = PassTogether<8>(steps, 0, rows, bias, reference);
-  first = PassTogether<4>(steps, first, rows, bias, reference);
-  first = PassTogether<2>(steps, first, rows, bias, reference);
-  PassTogether<1>(steps, first, rows, bias, reference);
-}
+ private:
+  // As they are where they lie side by side, otherwise copied to there.
+  template <int kTogether>
+  Neighbours<const double> Take(Eigen::Index first, double* copy) const {
+    const Eigen::Index* some = columns.data() + first;
+    if (some[kTogether - 1] - some[0] == kTogether - 1)
+      return {raw.data() + some[0], raw.outerStride()};
+    for (Eigen::Index i = 0; i < raw.rows(); ++i) {
+      const double* from = raw.data() + i * raw.outerStride();
+      for (int j = 0; j < kTogether; ++j) copy[i * kTogether + j] = from[some[j]];
+    }
+    return {copy, kTogether};
+  }
+};
 
 void AddProducts(const RowMajor& white, const std::vector<Eigen::Index>& places,
                  Eigen::MatrixXd* gram) {
@@ -86,11 +103,14 @@ struct NoisePass {
 void AddChunk(const RawRows& raw, const std::vector<Eigen::Index>& not_zero, NoisePass* pass,
               RowMajor* white) {
   const std::vector<Eigen::Index> active = WithRemembered(not_zero, pass->bias, pass->reference);
-  Gather(raw, active, white);
-  Eigen::ArrayXd bias = pass->bias(active), reference = pass->reference(active);
-  PassAllRows(pass->steps, white, &bias, &reference);
-  pass->bias(active) = bias;
-  pass->reference(active) = reference;
+  white->resize(raw.rows(), static_cast<Eigen::Index>(active.size()));
+  ChunkPass chunk{raw, active, pass->steps, white, pass->bias(active), pass->reference(active)};
+  Eigen::Index first = chunk.PassTogether<8>(0);
+  first = chunk.PassTogether<4>(first);
+  first = chunk.PassTogether<2>(first);
+  chunk.PassTogether<1>(first);
+  pass->bias(active) = chunk.bias;
+  pass->reference(active) = chunk.reference;
   AddProducts(*white, active, &pass->products);
 }
 
