@@ -36,10 +36,11 @@ struct IntegralMark {
 // And samples that are means from half way to half way, whose sum is the integral up to there:
 //   means    what the cubic through these sums, less what it is off by at a corner, makes the
 //            integral larger by than the spline's, at the time itself and not summed up [output
-//            unit s]. At a sample, with the slope m of the spline and m_c of the line from the
-//            sample before to the one after, without a corner:
+//            unit s]; of even stamps. At a sample, with the slope m of the spline and m_c of the
+//            line from the sample before to the one after, without a corner:
 //              tau^2 (m / 12 - m_c / 8)
-//            which is -tau^2 / 24 times the acceleration where that is constant.
+//            which is -tau^2 / 24 times the acceleration where that is constant. A straight line
+//            from a sample to half way.
 struct BetweenSamples {
   Vector3 corners = {}, steps = {}, bends = {}, means = {};
 };

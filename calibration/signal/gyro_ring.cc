@@ -5,6 +5,17 @@
 #include <limits>
 
 namespace gyrobench::calibration {
+namespace {
+
+constexpr double kNever_s = std::numeric_limits<double>::infinity();
+// Of the shorter interval beside it.
+constexpr double kLost = 1.5;
+// Parts of an interval; one corner has 1 at most.
+constexpr double kNoCorner = 2.0;
+// Share of the sample in which a corner is, 1/2 at least; 1/3 of a rate that bends all along.
+constexpr double kCorner = 0.45;
+
+}  // namespace
 
 GyroRing::GyroRing() : points_(kSize) {}
 
@@ -37,7 +48,7 @@ void GyroRing::Push(double t_s, const Vector3& xi, bool gap) {
 }
 
 void GyroRing::AddBetween(std::int64_t next) {
-  constexpr double kCorner = 1.0 / 1200.0, kStep = 1.0 / 12.0;
+  constexpr double kOfCorner = 1.0 / 1200.0, kStep = 1.0 / 12.0;
   Point& end = point(next);
   const Point& begin = at(next - 1);
   end.between = begin.between;
@@ -45,7 +56,7 @@ void GyroRing::AddBetween(std::int64_t next) {
   const double tau_s = end.t_s - begin.t_s, tau4_s4 = std::pow(tau_s, 4);
   for (std::size_t c = 0; c < 3; ++c) {
     const double first = Jump(next - 1, c), last = Jump(next, c);
-    end.between.corners[c] += kCorner * tau4_s4 * (first + last) * (first + last);
+    end.between.corners[c] += kOfCorner * tau4_s4 * (first + last) * (first + last);
     end.between.steps[c] += kStep * tau4_s4 * std::max(0.0, -first * last);
     const double cut = first * last > 0.0 ? first * last / (2.0 * (first + last)) : 0.0;
     end.between.bends[c] +=
@@ -97,8 +108,14 @@ Vector3 GyroRing::MeansAt(double t_s) const {
   const double interval_s = b.t_s - a.t_s;
   if (interval_s < kFast_s) return {};
   const double half = 2.0 * (t_s - a.t_s) / interval_s;  // 0 to 1, and to 2 after half way
+  // Of a lost sample nobody knows what its mean was.
+  const bool lost = interval_s > kLost * std::min(IntervalAt(next - 1), IntervalAt(next));
   Vector3 out;
   for (std::size_t c = 0; c < 3; ++c) {
+    if (lost) {
+      out[c] = std::lerp(MeansAtSample(next - 1, c), MeansAtSample(next, c), 0.5 * half);
+      continue;
+    }
     const double sum = interval_s * (0.5 * a.xi[c] + interval_s * SlopeAt(next - 1, c) / 12.0);
     const double half_way = sum - SplineIntegral(next, c, 0.5);
     out[c] = half < 1.0 ? std::lerp(MeansAtSample(next - 1, c), half_way, half)
@@ -107,20 +124,30 @@ Vector3 GyroRing::MeansAt(double t_s) const {
   return out;
 }
 
+// The shorter one of those on both sides: no sample is lost in it.
+double GyroRing::IntervalAt(std::int64_t i) const {
+  const double before_s = i > oldest() ? at(i).t_s - at(i - 1).t_s : kNever_s;
+  return std::min(before_s, i + 1 < count_ ? at(i + 1).t_s - at(i).t_s : kNever_s);
+}
+
 // 0 beside a gap. A corner at a part f (-1/2 to 1/2) of the interval about a sample shares its
 // jump a among that and its neighbours: (1/2 - f)^2 / 2 before, (1/2 + f)^2 / 2 after. The cubic
 // through the sums is then off by a tau^2 (f |f| / 4 - 3 f / 16) at the sample, and at its
-// neighbours by 1 / 16 of their shares.
+// neighbours by 1 / 16 of their shares. Jumps that take each other back are no corner, but a ramp
+// shorter than an interval, or noise.
 double GyroRing::MeansAtSample(std::int64_t i, std::size_t c) const {
   if (!Chord(i - 1, c) || !Chord(i, c)) return 0.0;
   const Point &before = at(i - 1), &after = at(i + 1);
-  const double both_s = after.t_s - before.t_s, tau2_s2 = 0.25 * both_s * both_s;
-  const double slope = (after.xi[c] - before.xi[c]) / both_s;
+  const double tau_s = IntervalAt(i),
+               slope = (after.xi[c] - before.xi[c]) / (after.t_s - before.t_s);
   const double here = Jump(i, c), jump = Jump(i - 1, c) + here + Jump(i + 1, c);
   const double f = jump != 0.0 ? (Jump(i + 1, c) - Jump(i - 1, c)) / jump : 0.0;
-  const double off = std::fabs(f) < 0.5 ? jump * f * (0.25 * std::fabs(f) - 3.0 / 16.0)
-                                        : std::copysign(here / 16.0, -here * f);
-  return tau2_s2 * (SlopeAt(i, c) / 12.0 - slope / 8.0 - off);
+  double off = 0.0;
+  if (std::fabs(f) < 0.5 && here / jump > kCorner)
+    off = jump * f * (0.25 * std::fabs(f) - 3.0 / 16.0);
+  else if (std::fabs(f) >= 0.5 && std::fabs(f) < kNoCorner)
+    off = std::copysign(here / 16.0, -here * f);
+  return tau_s * tau_s * (SlopeAt(i, c) / 12.0 - slope / 8.0 - off);
 }
 
 SampleSum GyroRing::SumUpTo(double t_s) const {

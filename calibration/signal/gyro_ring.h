@@ -60,6 +60,7 @@ class GyroRing {
   double Jump(std::int64_t i, std::size_t c) const;
   void AddBetween(std::int64_t next);
   double MeansAtSample(std::int64_t i, std::size_t c) const;
+  double IntervalAt(std::int64_t i) const;
   std::optional<double> Chord(std::int64_t from, std::size_t c) const;
   double SlopeAt(std::int64_t i, std::size_t c) const;
   double SplineIntegral(std::int64_t next, std::size_t c, double x) const;

@@ -109,13 +109,12 @@ class TrailMaker {
         for (std::size_t c = 0; c < 3; ++c)
           (history_.between[i].*part)[c] = up_to(i + 1, part, c) - up_to(i, part, c);
       }
-      const Vector3 begin = AsMeans(i), end = AsMeans(i + 1);
-      for (std::size_t c = 0; c < 3; ++c) history_.between[i].means[c] = end[c] - begin[c];
     }
+    for (std::size_t k = 0; k < nodes_.size(); ++k) history_.means.push_back(Means(k));
   }
 
-  // BetweenSamples::means of an epoch; none where it ends with whole samples.
-  Vector3 AsMeans(std::size_t k) const {
+  // None where an epoch ends with whole samples: its integral is their sum already.
+  Vector3 Means(std::size_t k) const {
     const Node& epoch = nodes_[k];
     if (epoch.mean.output_known) return epoch.mean.means;
     return AtRest(k) && EndsWithSamples(k) ? Vector3{} : epoch.between.means;

@@ -107,12 +107,12 @@ struct Corners {
   // more than noise, or a rate that bends all along, makes of it. Of samples that are rates of
   // single moments.
   Eigen::VectorXd open_s;
-  // [deg] of them, where the rate goes straight on either side of a corner.
+  // The same of what the output lacks [deg], where the rate goes straight on either side of a corner.
   Eigen::VectorXd bends_deg;
-  // [deg] of samples that are means from half way to half way, where the rate changes: elsewhere it
-  // would be the noise of the output again.
+  // The same [deg] of samples that are means from half way to half way, of nodes at which the rate
+  // changes: at others it would be the noise of the output again.
   Eigen::VectorXd means_deg;
-  // Beside the angle random walk `open_s` is something; and so is one of the others.
+  // Whether `open_s`, or `open_s` or `means_deg`, are more than little beside the angle random walk.
   bool open = false, matter = false;
 };
 
@@ -131,7 +131,13 @@ Corners CornersOf(const ChannelProblem& problem) {
     const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
     moving_s += interval.still ? 0.0 : interval.duration_s;
     const ChannelProblem::Between between = problem.between(i);
-    if (accelerates[static_cast<std::size_t>(i)]) out.means_deg(i) = between.means_deg;
+    const auto at_node = [&](Eigen::Index before, Eigen::Index after, double means_deg) {
+      const bool changes = accelerates[static_cast<std::size_t>(before)] ||
+                           accelerates[static_cast<std::size_t>(after)];
+      return changes ? means_deg : 0.0;
+    };
+    out.means_deg(i) = at_node(i, std::min(i + 1, problem.rows() - 1), between.end_means_deg) -
+                       at_node(std::max(i - 1, Eigen::Index{0}), i, between.begin_means_deg);
     if (!has_corner[static_cast<std::size_t>(i)]) continue;
     out.bends_deg(i) = between.bends_deg;
     const double open_s = (between.corners_deg2 + between.steps_deg2) / walk_deg2_s;
@@ -150,10 +156,14 @@ class CornerMend {
   void Mend() {
     const Lack means = corners_.means_deg.isZero() ? Lack{} : LackOf(corners_.means_deg);
     const Lack bends = corners_.open ? LackOf(corners_.bends_deg) : Lack{};
-    are_means_ = means.sigmas > bends.sigmas;
-    const Lack& lack = are_means_ ? means : bends;
-    correction_deg_ = lack.share * (are_means_ ? corners_.means_deg : corners_.bends_deg);
-    noise_ = lack.noise;
+    // Noise that the output and its means have in common makes the share less than it is; half of
+    // it is no way of sampling.
+    are_means_ = means.share > kWhole && means.sigmas > bends.sigmas;
+    if (are_means_)
+      correction_deg_ = corners_.means_deg;
+    else
+      correction_deg_ = bends.share * corners_.bends_deg;
+    noise_ = are_means_ ? means.noise : bends.noise;
     problem_.AddOutput(correction_deg_);
     if (!corners_.open) return;
     FitNoise();
@@ -162,7 +172,8 @@ class CornerMend {
 
   std::string Says() const {
     constexpr double kBesideNoise = 0.5;
-    if (are_means_)
+    const bool certain = at_nodes_ + walk_ == 0.0;
+    if (are_means_ && certain)
       return "its samples are means from half way to half way between their times, as the motion "
              "shows: their sum is how far it turned";
     double moved = 0.0, beside = 0.0, most_deg = 0.0, interval_s = 0.0;
@@ -182,8 +193,8 @@ class CornerMend {
         "ramp begins or ends between two samples, up to {:.1g} deg, {}; log the gyro faster, or "
         "turn it with gentler ramps, to see smaller effects",
         interval_s, most_deg,
-        at_nodes_ + walk_ > 0.0 ? "is not known for certain, and the errors allow for that"
-                                : "is taken from how its samples go on either side");
+        certain ? "is taken from how its samples go on either side"
+                : "is not known for certain, and the errors allow for that");
   }
 
  private:
@@ -265,6 +276,7 @@ class CornerMend {
     return {std::min(share.value, 1.0), sigmas, best->noise};
   }
 
+  static constexpr double kWhole = 0.7;
   static constexpr double kRough = 0.1;  // of the logarithms of the noise's ratios
 
   ChannelProblem& problem_;

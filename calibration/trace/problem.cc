@@ -212,10 +212,13 @@ Baseline Baseline::Part(const std::vector<Eigen::Index>& rows) const {
 }
 
 ChannelProblem::Between ChannelProblem::between(Eigen::Index row) const {
-  const BetweenSamples& between = history(row).between[ref(row).interval];
+  const std::size_t i = ref(row).interval;
+  const BetweenSamples& between = history(row).between[i];
+  const std::vector<Vector3>& means = history(row).means;
   const double square = units_per_deg_s_ * units_per_deg_s_;
   return {between.corners[channel_] / square, between.steps[channel_] / square,
-          between.bends[channel_] / units_per_deg_s_, between.means[channel_] / units_per_deg_s_};
+          between.bends[channel_] / units_per_deg_s_, means[i][channel_] / units_per_deg_s_,
+          means[i + 1][channel_] / units_per_deg_s_};
 }
 
 double ChannelProblem::begin_s(Eigen::Index row) const {

@@ -84,7 +84,8 @@ class ChannelProblem {
   const Eigen::VectorXd& output_deg() const { return output_; }
   // Of a row: what the rate did between samples, as of BetweenSamples.
   struct Between {
-    double corners_deg2 = 0.0, steps_deg2 = 0.0, bends_deg = 0.0, means_deg = 0.0;
+    double corners_deg2 = 0.0, steps_deg2 = 0.0, bends_deg = 0.0;
+    double begin_means_deg = 0.0, end_means_deg = 0.0;
   };
   Between between(Eigen::Index row) const;
   void AddOutput(const Eigen::VectorXd& more_deg) { output_ += more_deg; }

@@ -71,8 +71,10 @@ class ChannelWork {
 double Turned_deg(const ChannelRequest& request) {
   double sum_deg = 0.0;
   for (const StateHistory& history : request.histories) {
-    for (const Vector3& rotation_deg : history.rotation_deg)
-      sum_deg += std::fabs(rotation_deg[request.channel]);
+    for (const Vector3& rotation_deg : history.rotation_deg) {
+      const double turned_deg = std::fabs(rotation_deg[request.channel]);
+      if (std::isfinite(turned_deg)) sum_deg += turned_deg;
+    }
   }
   return sum_deg;
 }

@@ -95,8 +95,8 @@ TEST(BetweenSamples, TheVarianceIsThatOfTheSplineAtCornersAndAtSteps) {
   }
 }
 
-// The sum of means is the integral up to half way to the next; the cubic through these sums is as
-// good between them on any line or parabola.
+// The sum of means is the integral up to half way to the next, and so is a cubic through these sums
+// between them where the rate is a line.
 TEST(BetweenSamples, MeansAreIntegratedExactlyWhereTheRateIsALine) {
   for (const double acceleration : {0.0, 12.0, -40.0}) {
     const auto rate = [=](double t) { return 3.0 + acceleration * t; };
@@ -126,6 +126,41 @@ TEST(BetweenSamples, MeansAreIntegratedExactlyAtACornerToo) {
       const double means = ring.MeansAt(end_s)[0] - ring.MeansAt(0.3)[0];
       EXPECT_NEAR(to.z[0] - from.z[0] + means, angle(end_s), 1e-12) << at_s << " to " << end_s;
     }
+  }
+}
+
+// A rate that bends all along has no corners: taken for some, it would seem larger by 3 in 10^5.
+TEST(BetweenSamples, MeansOfASineAreIntegratedToThePartInAMillion) {
+  constexpr double kRate_deg_s = 30.0, kOmega_s = 1.2, kHalf_s = 0.5 * kInterval_s;
+  const auto angle = [](double t) {
+    return kRate_deg_s / kOmega_s * (1.0 - std::cos(kOmega_s * t));
+  };
+  GyroRing ring;
+  for (int k = 0; k <= 200; ++k) {
+    const double t_s = kInterval_s * k;
+    ring.Push(t_s, {(angle(t_s + kHalf_s) - angle(t_s - kHalf_s)) / kInterval_s, 0, 0}, false);
+  }
+  double found = 0.0, turned = 0.0;
+  calibration::IntegralMark from, to;
+  ASSERT_TRUE(ring.IntegralAt(1.0, &from));
+  for (int k = 11; k <= 190; ++k) {
+    const double t_s = kInterval_s * k, now = angle(t_s) - angle(1.0);
+    ASSERT_TRUE(ring.IntegralAt(t_s, &to));
+    found += (to.z[0] - from.z[0] + ring.MeansAt(t_s)[0] - ring.MeansAt(1.0)[0]) * now;
+    turned += now * now;
+  }
+  EXPECT_NEAR(found / turned, 1.0, 1e-5);
+}
+
+TEST(BetweenSamples, OfALostSampleAStraightRampKeepsItsMeans) {
+  constexpr double kAcceleration_deg_s2 = 50.0;
+  GyroRing ring;
+  for (int k = 0; k <= 40; ++k)
+    if (k != 20) ring.Push(kInterval_s * k, {kAcceleration_deg_s2 * kInterval_s * k, 0, 0}, false);
+  for (const double t_s : {1.85, 1.9, 1.93, 2.0, 2.1, 2.15}) {
+    EXPECT_NEAR(ring.MeansAt(t_s)[0], -kAcceleration_deg_s2 * kInterval_s * kInterval_s / 24.0,
+                1e-12)
+        << t_s;
   }
 }
 

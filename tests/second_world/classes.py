@@ -73,7 +73,7 @@ CLASSES = {
     # The clock's rate is no whole number of the milliseconds in which its stamps are printed.
     "rounded_stamps": dict(gyro_rate_hz=("log", 15.0, 130.0), reference_rate_hz=[20.0, 500.0],
                            programme=["full", "medium"]),
-    # A sensor that averages all that it feels from one sample to the next, on such a table.
+    # A sensor whose samples are means of the rate, on such a table.
     "slow_means": dict(sample="mean", straight_ramps_deg_s2=(20.0, 80.0), gyro_rate_hz=[10.0, 12.5, 20.0, 25.0],
                        reference_rate_hz=[10.0, 20.0], programme=["full", "medium"]),
 }
