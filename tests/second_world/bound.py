@@ -37,7 +37,7 @@ def reading_variance(scene, channel):
     variance = noise ** 2 + count ** 2 / 12.0
     if undithered > 0.01:
         variance = variance + count ** 2 / 12.0 * undithered * (rest_lengths(scene, count) - 1.0)
-    return share * variance
+    return share * variance + scene.corner_variance(channel)
 
 
 def rest_lengths(scene, count_deg):
