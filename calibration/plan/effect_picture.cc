@@ -271,7 +271,7 @@ class EffectGallery::Run {
         return {"angle of the shaft [deg]", [this](Eigen::Index i) {
                   const double shaft_deg =
                       problem_.gear_ratio() * problem_.end_node(i).table_deg[kTable];
-                  return shaft_deg - 360.0 * std::floor(shaft_deg / 360.0);
+                  return shaft_deg - kFullTurn_deg * std::floor(shaft_deg / kFullTurn_deg);
                 }};
       case Against::kColumn:
         return {"column x", [this](Eigen::Index i) { return problem_.half(i, 0).covariates[0]; }};

@@ -213,6 +213,7 @@ class Collector::Impl {
     node.mean = job.readings.Mean();
     node.samples = gyro_.SumUpTo(node.at.t_s);
     node.between = gyro_.ring().BetweenUpTo(node.at.t_s);
+    node.as_means = gyro_.ring().AsMeansAt(node.at.t_s);
     // At rest an interval without a sample of its own has next to no noise: any column would count.
     if (!job.moves && !done_.empty() && node.samples.t_s <= done_.back().samples.t_s) return;
     HalfIntegral(&node);

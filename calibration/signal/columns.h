@@ -32,18 +32,18 @@ struct IntegralMark {
 // J is (1 - f) a and f a, so that the three intervals about it have 5/3 a^2 together. Where the
 // rate itself jumps by v, as of a ramp shorter than an interval, it is off by up to v tau / 2, in
 // the mean square by v^2 tau^2 / 12; J is v / tau and -v / tau.
-//
-// And samples that are means from half way to half way, whose sum is the integral up to there:
-//   means    what the cubic through these sums, less what it is off by at a corner, makes the
-//            integral larger by than the spline's, at the time itself and not summed up [output
-//            unit s]; of even stamps. At a sample, with the slope m of the spline and m_c of the
-//            line from the sample before to the one after, without a corner:
-//              tau^2 (m / 12 - m_c / 8)
-//            which is -tau^2 / 24 times the acceleration where that is constant. A straight line
-//            from a sample to half way.
 struct BetweenSamples {
-  Vector3 corners = {}, steps = {}, bends = {}, means = {};
+  Vector3 corners = {}, steps = {}, bends = {};
 };
+
+// Samples that are means from half way to half way, evenly: their sum is the integral up to there.
+// AsMeans is what the cubic through these sums, less what it is off by at a corner, makes the
+// integral at one time larger by than the spline's [output unit s]. At a sample, with the slope m
+// of the spline and m_c of the line from the sample before to the one after, without a corner:
+//   tau^2 (m / 12 - m_c / 8)
+// which is -tau^2 / 24 times the acceleration where that is constant. From a sample to half way it
+// goes in a straight line.
+using AsMeans = Vector3;
 
 // The sum of the samples up to one time, each standing for the time half way to its neighbours
 // [output unit * s]. It ends half way between two samples, so that the noise of one sum less
@@ -73,8 +73,8 @@ struct ReadingsMean {
   // axis is read more often, table_deg holds the last reading in between.
   Vector3 own_readings = {}, own_deg = {};
   bool output_known = false;
-  Vector3 z = {};      // as IntegralMark's
-  Vector3 means = {};  // as of BetweenSamples
+  Vector3 z = {};  // as IntegralMark's
+  AsMeans as_means = {};
   // Half the mean distance in time of two of the readings: the random walk of the angle is averaged
   // with them, and makes the covariance of the rotation before with the one after larger by
   // walk_s N^2.
@@ -95,6 +95,7 @@ struct Node {
   ReadingsMean mean;
   SampleSum samples;       // up to the node's time; counted as `at` is
   BetweenSamples between;  // up to the last sample not after the node's time
+  AsMeans as_means = {};   // at the node's time
   // Integral of the output at kNear_s from the node's time, less that at the node; where the mean
   // of the output is known, the mean of the same over the readings.
   Near z_near = {};

@@ -3,16 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace gyrobench::calibration {
 namespace {
 
 constexpr double kNever_s = std::numeric_limits<double>::infinity();
-// Of the shorter interval beside it.
+// An interval that is longer than so many of the shorter one beside it has lost a sample.
 constexpr double kLost = 1.5;
-// Parts of an interval; one corner has 1 at most.
+// A corner seems to be at most one interval off a sample that has a share of it.
 constexpr double kNoCorner = 2.0;
-// Share of the sample in which a corner is, 1/2 at least; 1/3 of a rate that bends all along.
+// The sample in which a corner is has half of its jump at least; where the rate bends all along
+// each has a third.
 constexpr double kCorner = 0.45;
 
 }  // namespace
@@ -93,13 +95,10 @@ bool GyroRing::IntegralAt(double t_s, IntegralMark* mark) const {
 
 BetweenSamples GyroRing::BetweenUpTo(double t_s) const {
   const std::int64_t after = FirstNotBefore(std::nextafter(t_s, t_s + 1.0));
-  if (after == oldest()) return {};
-  BetweenSamples out = at(after - 1).between;
-  out.means = MeansAt(t_s);
-  return out;
+  return after > oldest() ? at(after - 1).between : BetweenSamples{};
 }
 
-Vector3 GyroRing::MeansAt(double t_s) const {
+AsMeans GyroRing::AsMeansAt(double t_s) const {
   // At 100 deg/s^2 a thousandth of a degree.
   constexpr double kFast_s = 0.015;
   const std::int64_t next = FirstNotBefore(t_s);
@@ -109,23 +108,20 @@ Vector3 GyroRing::MeansAt(double t_s) const {
   if (interval_s < kFast_s) return {};
   const double half = 2.0 * (t_s - a.t_s) / interval_s;  // 0 to 1, and to 2 after half way
   // Of a lost sample nobody knows what its mean was.
-  const bool lost = interval_s > kLost * std::min(IntervalAt(next - 1), IntervalAt(next));
-  Vector3 out;
+  const bool lost =
+      interval_s > kLost * std::min(ShorterIntervalAt(next - 1), ShorterIntervalAt(next));
+  AsMeans out;
   for (std::size_t c = 0; c < 3; ++c) {
-    if (lost) {
-      out[c] = std::lerp(MeansAtSample(next - 1, c), MeansAtSample(next, c), 0.5 * half);
-      continue;
-    }
+    const double first = AsMeansAtSample(next - 1, c), last = AsMeansAtSample(next, c);
     const double sum = interval_s * (0.5 * a.xi[c] + interval_s * SlopeAt(next - 1, c) / 12.0);
-    const double half_way = sum - SplineIntegral(next, c, 0.5);
-    out[c] = half < 1.0 ? std::lerp(MeansAtSample(next - 1, c), half_way, half)
-                        : std::lerp(half_way, MeansAtSample(next, c), half - 1.0);
+    const double half_way = lost ? std::midpoint(first, last) : sum - SplineIntegral(next, c, 0.5);
+    out[c] = half < 1.0 ? std::lerp(first, half_way, half) : std::lerp(half_way, last, half - 1.0);
   }
   return out;
 }
 
-// The shorter one of those on both sides: no sample is lost in it.
-double GyroRing::IntervalAt(std::int64_t i) const {
+// Of those on both sides: no sample is lost in it.
+double GyroRing::ShorterIntervalAt(std::int64_t i) const {
   const double before_s = i > oldest() ? at(i).t_s - at(i - 1).t_s : kNever_s;
   return std::min(before_s, i + 1 < count_ ? at(i + 1).t_s - at(i).t_s : kNever_s);
 }
@@ -135,10 +131,10 @@ double GyroRing::IntervalAt(std::int64_t i) const {
 // through the sums is then off by a tau^2 (f |f| / 4 - 3 f / 16) at the sample, and at its
 // neighbours by 1 / 16 of their shares. Jumps that take each other back are no corner, but a ramp
 // shorter than an interval, or noise.
-double GyroRing::MeansAtSample(std::int64_t i, std::size_t c) const {
+double GyroRing::AsMeansAtSample(std::int64_t i, std::size_t c) const {
   if (!Chord(i - 1, c) || !Chord(i, c)) return 0.0;
   const Point &before = at(i - 1), &after = at(i + 1);
-  const double tau_s = IntervalAt(i),
+  const double tau_s = ShorterIntervalAt(i),
                slope = (after.xi[c] - before.xi[c]) / (after.t_s - before.t_s);
   const double here = Jump(i, c), jump = Jump(i - 1, c) + here + Jump(i + 1, c);
   const double f = jump != 0.0 ? (Jump(i + 1, c) - Jump(i - 1, c)) / jump : 0.0;

@@ -43,12 +43,11 @@ class GyroRing {
   double settled_time_s() const;
   // The integral at `t_s`. False when that time is not, or no longer, remembered.
   bool IntegralAt(double t_s, IntegralMark* mark) const;
-  // Up to the last sample not after `t_s`, and `means` at `t_s`; nothing where that is not
-  // remembered.
+  // Up to the last sample not after `t_s`; nothing where that is not remembered.
   BetweenSamples BetweenUpTo(double t_s) const;
-  // BetweenSamples::means at `t_s`; 0 where the samples follow each other so fast that it is
-  // nothing beside any noise.
-  Vector3 MeansAt(double t_s) const;
+  // 0 where the samples follow each other so fast that it is nothing beside any noise, and where
+  // `t_s` is not remembered or lies in a gap.
+  AsMeans AsMeansAt(double t_s) const;
   // Of the samples not after `t_s`. Not known where that time is not, or no longer, remembered, or
   // lies in a gap.
   SampleSum SumUpTo(double t_s) const;
@@ -59,8 +58,8 @@ class GyroRing {
   }
   double Jump(std::int64_t i, std::size_t c) const;
   void AddBetween(std::int64_t next);
-  double MeansAtSample(std::int64_t i, std::size_t c) const;
-  double IntervalAt(std::int64_t i) const;
+  double AsMeansAtSample(std::int64_t i, std::size_t c) const;
+  double ShorterIntervalAt(std::int64_t i) const;
   std::optional<double> Chord(std::int64_t from, std::size_t c) const;
   double SlopeAt(std::int64_t i, std::size_t c) const;
   double SplineIntegral(std::int64_t next, std::size_t c, double x) const;

@@ -75,20 +75,21 @@ ReadingsMean NodeReadings::Mean() const {
 bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean, Near* near) const {
   if (empty()) return false;
   IntegralMark mark;
-  Vector3 sum = {}, means = {};
+  Vector3 sum = {};
+  AsMeans as_means = {};
   std::array<Vector3, kMost> at;
   for (std::size_t i = 0; i < size_; ++i) {
     if (!gyro.IntegralAt(groups_[i].t_s, &mark)) return false;
     at[i] = mark.z;
-    const Vector3 as_means = gyro.ring().MeansAt(groups_[i].t_s);
+    const AsMeans here = gyro.ring().AsMeansAt(groups_[i].t_s);
     for (std::size_t c = 0; c < 3; ++c) {
       sum[c] += groups_[i].weight * mark.z[c];
-      means[c] += groups_[i].weight * as_means[c];
+      as_means[c] += groups_[i].weight * here[c];
     }
   }
   for (std::size_t c = 0; c < 3; ++c) {
     mean->z[c] = sum[c] / readings_;
-    mean->means[c] = means[c] / readings_;
+    mean->as_means[c] = as_means[c] / readings_;
   }
   const std::size_t shapes = std::min(size_, kShapes);
   for (std::size_t n = 0; n < kNear_s.size(); ++n) {

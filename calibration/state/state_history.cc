@@ -77,6 +77,7 @@ class TrailMaker {
       const Node& before = recording_.columns.nodes[k > 0 ? k - 1 : 0];
       if (MeansReadings(k)) {
         epoch.at = {epoch.mean.t_s, epoch.mean.z};
+        epoch.as_means = epoch.mean.as_means;
         epoch.rotation_deg = epoch.mean.rotation_deg;
         epoch.earth_deg = epoch.mean.earth_deg;
         epoch.table_deg = epoch.mean.table_deg;
@@ -84,7 +85,10 @@ class TrailMaker {
         epoch.world_z = epoch.mean.world_z;
       } else {
         epoch.mean.output_known = false;
-        if (AtRest(k) && EndsWithSamples(k)) epoch.at = {epoch.samples.t_s, epoch.samples.z};
+        if (AtRest(k) && EndsWithSamples(k)) {
+          epoch.at = {epoch.samples.t_s, epoch.samples.z};
+          epoch.as_means = {};  // the integral is the sum already
+        }
       }
       if (k > 0) ChooseMiddle(before, history_.epochs[k - 1].at.t_s, &epoch);
     }
@@ -110,14 +114,6 @@ class TrailMaker {
           (history_.between[i].*part)[c] = up_to(i + 1, part, c) - up_to(i, part, c);
       }
     }
-    for (std::size_t k = 0; k < nodes_.size(); ++k) history_.means.push_back(Means(k));
-  }
-
-  // None where an epoch ends with whole samples: its integral is their sum already.
-  Vector3 Means(std::size_t k) const {
-    const Node& epoch = nodes_[k];
-    if (epoch.mean.output_known) return epoch.mean.means;
-    return AtRest(k) && EndsWithSamples(k) ? Vector3{} : epoch.between.means;
   }
 
   // The sum of the samples ends between the epoch before and the one after: the mean of the first

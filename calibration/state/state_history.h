@@ -60,8 +60,6 @@ struct StateHistory {
   std::vector<double> reference_walk_s;
   // Of each interval: what the integral of the output may be off by, as of Node::between.
   std::vector<BetweenSamples> between;
-  // Of each node: BetweenSamples::means.
-  std::vector<Vector3> means;
   std::vector<double> covariates;    // of the points: nodes, then midpoints
   std::vector<GyroTurn> gyro_turns;  // of the nodes, which point to it
   bool gravity_known = false, temperature_known = false, vibration_known = false;

@@ -107,12 +107,13 @@ struct Corners {
   // more than noise, or a rate that bends all along, makes of it. Of samples that are rates of
   // single moments.
   Eigen::VectorXd open_s;
-  // The same of what the output lacks [deg], where the rate goes straight on either side of a corner.
+  // What the output of such samples lacks [deg] where the rate goes straight on either side of a
+  // corner.
   Eigen::VectorXd bends_deg;
-  // The same [deg] of samples that are means from half way to half way, of nodes at which the rate
-  // changes: at others it would be the noise of the output again.
+  // What it lacks [deg] where samples are means from half way to half way: AsMeans of the nodes at
+  // which the rate changes. At others it would be the noise of the output again.
   Eigen::VectorXd means_deg;
-  // Whether `open_s`, or `open_s` or `means_deg`, are more than little beside the angle random walk.
+  // Whether `open_s` is more than little beside the angle random walk; whether it or `means_deg` is.
   bool open = false, matter = false;
 };
 
@@ -136,8 +137,8 @@ Corners CornersOf(const ChannelProblem& problem) {
                            accelerates[static_cast<std::size_t>(after)];
       return changes ? means_deg : 0.0;
     };
-    out.means_deg(i) = at_node(i, std::min(i + 1, problem.rows() - 1), between.end_means_deg) -
-                       at_node(std::max(i - 1, Eigen::Index{0}), i, between.begin_means_deg);
+    out.means_deg(i) = at_node(i, std::min(i + 1, problem.rows() - 1), between.end_as_means_deg) -
+                       at_node(std::max(i - 1, Eigen::Index{0}), i, between.begin_as_means_deg);
     if (!has_corner[static_cast<std::size_t>(i)]) continue;
     out.bends_deg(i) = between.bends_deg;
     const double open_s = (between.corners_deg2 + between.steps_deg2) / walk_deg2_s;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <unsupported/Eigen/FFT>
 
+#include "base/geometry.h"
 #include "calibration/effects/factor.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/held_out.h"
@@ -227,8 +228,8 @@ ResidualCurves MakeCurves(const ChannelProblem& problem, const ChannelFit& fit,
     out.angle_error_by_table_angle_deg = Binned(
         problem,
         [&](Eigen::Index i) {
-          const double turn = problem.end_node(i).table_deg[a] / 360.0;
-          return problem.half(i, 0).still ? kMissing : 360.0 * (turn - std::floor(turn));
+          const double turn = problem.end_node(i).table_deg[a] / kFullTurn_deg;
+          return problem.half(i, 0).still ? kMissing : kFullTurn_deg * (turn - std::floor(turn));
         },
         before, after, [](Eigen::Index) { return 1.0; });
   }

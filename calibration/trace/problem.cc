@@ -214,11 +214,12 @@ Baseline Baseline::Part(const std::vector<Eigen::Index>& rows) const {
 ChannelProblem::Between ChannelProblem::between(Eigen::Index row) const {
   const std::size_t i = ref(row).interval;
   const BetweenSamples& between = history(row).between[i];
-  const std::vector<Vector3>& means = history(row).means;
+  const std::vector<Node>& epochs = history(row).epochs;
   const double square = units_per_deg_s_ * units_per_deg_s_;
   return {between.corners[channel_] / square, between.steps[channel_] / square,
-          between.bends[channel_] / units_per_deg_s_, means[i][channel_] / units_per_deg_s_,
-          means[i + 1][channel_] / units_per_deg_s_};
+          between.bends[channel_] / units_per_deg_s_,
+          epochs[i].as_means[channel_] / units_per_deg_s_,
+          epochs[i + 1].as_means[channel_] / units_per_deg_s_};
 }
 
 double ChannelProblem::begin_s(Eigen::Index row) const {

@@ -85,7 +85,7 @@ class ChannelProblem {
   // Of a row: what the rate did between samples, as of BetweenSamples.
   struct Between {
     double corners_deg2 = 0.0, steps_deg2 = 0.0, bends_deg = 0.0;
-    double begin_means_deg = 0.0, end_means_deg = 0.0;
+    double begin_as_means_deg = 0.0, end_as_means_deg = 0.0;  // AsMeans
   };
   Between between(Eigen::Index row) const;
   void AddOutput(const Eigen::VectorXd& more_deg) { output_ += more_deg; }

@@ -8,6 +8,7 @@
 #include <functional>
 #include <numeric>
 
+#include "base/geometry.h"
 #include "calibration/gls/robust_gain.h"
 #include "calibration/gls/statistics.h"
 #include "calibration/trace/channel_fit.h"
@@ -202,8 +203,8 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
   for (const std::size_t a : problem.table_axes()) {
     depends("table angle [deg]", [&, a](Eigen::Index i) {
       const SensorState& point = problem.half(i, 0);
-      const double turn = point.table_deg[a] / 360.0;
-      return point.still ? kMissing : 360.0 * (turn - std::floor(turn));
+      const double turn = point.table_deg[a] / kFullTurn_deg;
+      return point.still ? kMissing : kFullTurn_deg * (turn - std::floor(turn));
     });
   }
   for (std::size_t j = 0; j < covariates.size(); ++j) {

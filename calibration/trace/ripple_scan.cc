@@ -60,7 +60,7 @@ std::vector<TurnedRow> TurnedRows(const ChannelProblem& problem,
     if (!std::isfinite(from_deg) || !std::isfinite(to_deg)) continue;
     const bool goes_on = i > 0 && last == i - 1 && rows[i - 1].history == rows[i].history &&
                          rows[i - 1].interval + 1 == rows[i].interval;
-    out.push_back({from_deg / 360.0, to_deg / 360.0,
+    out.push_back({from_deg / kFullTurn_deg, to_deg / kFullTurn_deg,
                    problem.AxisProjection(row, axis) * output_score(row), goes_on});
     last = i;
   }

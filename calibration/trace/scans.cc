@@ -279,7 +279,7 @@ double TurnsSpanned(const ChannelProblem& problem, std::size_t axis) {
     low = std::min(low, angle_deg);
     high = std::max(high, angle_deg);
   }
-  return high > low ? (high - low) / 360.0 : 0.0;
+  return high > low ? (high - low) / kFullTurn_deg : 0.0;
 }
 
 std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener& whitener,

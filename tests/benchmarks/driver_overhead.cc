@@ -25,8 +25,6 @@
 namespace gyrobench {
 namespace {
 
-using Transport = config::BusConfig::Transport;
-
 constexpr double kMostAllowed = 1.15;
 constexpr int kMostBatches = 1600;
 constexpr int kCallsPerBatch = 10;

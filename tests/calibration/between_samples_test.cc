@@ -103,7 +103,7 @@ TEST(BetweenSamples, MeansAreIntegratedExactlyWhereTheRateIsALine) {
     GyroRing ring;
     for (int i = 0; i <= 40; ++i) ring.Push(kInterval_s * i, {rate(kInterval_s * i), 0, 0}, false);
     for (const double t_s : {0.4, 0.93, 2.05, 3.0}) {
-      EXPECT_NEAR(ring.MeansAt(t_s)[0], -acceleration * kInterval_s * kInterval_s / 24.0, 1e-12);
+      EXPECT_NEAR(ring.AsMeansAt(t_s)[0], -acceleration * kInterval_s * kInterval_s / 24.0, 1e-12);
     }
   }
 }
@@ -123,14 +123,14 @@ TEST(BetweenSamples, MeansAreIntegratedExactlyAtACornerToo) {
     // At samples and half way between them.
     for (double end_s = 0.5; end_s < 3.5; end_s += 0.5 * kInterval_s) {
       EXPECT_TRUE(ring.IntegralAt(0.3, &from) && ring.IntegralAt(end_s, &to));
-      const double means = ring.MeansAt(end_s)[0] - ring.MeansAt(0.3)[0];
+      const double means = ring.AsMeansAt(end_s)[0] - ring.AsMeansAt(0.3)[0];
       EXPECT_NEAR(to.z[0] - from.z[0] + means, angle(end_s), 1e-12) << at_s << " to " << end_s;
     }
   }
 }
 
 // A rate that bends all along has no corners: taken for some, it would seem larger by 3 in 10^5.
-TEST(BetweenSamples, MeansOfASineAreIntegratedToThePartInAMillion) {
+TEST(BetweenSamples, MeansOfASineAreNotTakenForCorners) {
   constexpr double kRate_deg_s = 30.0, kOmega_s = 1.2, kHalf_s = 0.5 * kInterval_s;
   const auto angle = [](double t) {
     return kRate_deg_s / kOmega_s * (1.0 - std::cos(kOmega_s * t));
@@ -146,7 +146,7 @@ TEST(BetweenSamples, MeansOfASineAreIntegratedToThePartInAMillion) {
   for (int k = 11; k <= 190; ++k) {
     const double t_s = kInterval_s * k, now = angle(t_s) - angle(1.0);
     ASSERT_TRUE(ring.IntegralAt(t_s, &to));
-    found += (to.z[0] - from.z[0] + ring.MeansAt(t_s)[0] - ring.MeansAt(1.0)[0]) * now;
+    found += (to.z[0] - from.z[0] + ring.AsMeansAt(t_s)[0] - ring.AsMeansAt(1.0)[0]) * now;
     turned += now * now;
   }
   EXPECT_NEAR(found / turned, 1.0, 1e-5);
@@ -158,7 +158,7 @@ TEST(BetweenSamples, OfALostSampleAStraightRampKeepsItsMeans) {
   for (int k = 0; k <= 40; ++k)
     if (k != 20) ring.Push(kInterval_s * k, {kAcceleration_deg_s2 * kInterval_s * k, 0, 0}, false);
   for (const double t_s : {1.85, 1.9, 1.93, 2.0, 2.1, 2.15}) {
-    EXPECT_NEAR(ring.MeansAt(t_s)[0], -kAcceleration_deg_s2 * kInterval_s * kInterval_s / 24.0,
+    EXPECT_NEAR(ring.AsMeansAt(t_s)[0], -kAcceleration_deg_s2 * kInterval_s * kInterval_s / 24.0,
                 1e-12)
         << t_s;
   }
@@ -167,7 +167,7 @@ TEST(BetweenSamples, OfALostSampleAStraightRampKeepsItsMeans) {
 TEST(BetweenSamples, MeansOfFastSamplesAreNothing) {
   GyroRing ring;
   for (int i = 0; i <= 40; ++i) ring.Push(0.01 * i, {1.0 * i * i, 0, 0}, false);
-  EXPECT_EQ(ring.MeansAt(0.2)[0], 0.0);
+  EXPECT_EQ(ring.AsMeansAt(0.2)[0], 0.0);
 }
 
 // Straight ramps of 0.7 s to 35 deg/s, 3.3 s at that rate, rests of 2.13 s, to and fro: their

@@ -21,7 +21,7 @@ inline const ModbusUnit kUnit = {"axis.inner drive", 5};
 // A line of one transport with a unit 5 whose registers all differ, and a bus with one retry.
 class BusBench {
  public:
-  explicit BusBench(config::BusConfig::Transport transport, int retries = 1) : line(transport) {
+  explicit BusBench(Transport transport, int retries = 1) : line(transport) {
     unit.SetHolding(0x1003, {0x1111, 0x2222, 0x3333});
     unit.SetInput(0x1003, {0x4444, 0x5555, 0x6666});
     line.Connect(kUnit.unit, unit);

@@ -17,7 +17,6 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-using Transport = config::BusConfig::Transport;
 
 class EncoderTest : public testing::Test {
  protected:

@@ -18,6 +18,7 @@ namespace gyrobench {
 
 using Bytes = std::vector<std::uint8_t>;
 using Words = std::vector<std::uint16_t>;
+using Transport = config::BusConfig::Transport;
 
 // CRC-16 of Modbus RTU, bit by bit from its definition (polynomial 0xA001 reflected, start 0xFFFF).
 std::uint16_t ModbusCrc(const Bytes& bytes);
@@ -81,7 +82,6 @@ struct LineFault {
 
 class FakeLine {
  public:
-  using Transport = config::BusConfig::Transport;
   explicit FakeLine(Transport transport);
   ~FakeLine();
   FakeLine(const FakeLine&) = delete;

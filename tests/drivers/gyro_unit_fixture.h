@@ -59,7 +59,7 @@ class GyroUnitTest : public testing::Test {
   }
 
   GyroUnitModel model_;
-  FakeLine line_{config::BusConfig::Transport::kRtu};
+  FakeLine line_{Transport::kRtu};
   ManualClock clock_;
   std::unique_ptr<Clock::Participant> participant_ = clock_.Join("bus", Clock::Role::kResident);
   ModbusBus bus_{line_.Config(), clock_, *participant_};

@@ -18,7 +18,6 @@ namespace {
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using Transport = config::BusConfig::Transport;
 
 class ModbusBusTest : public testing::TestWithParam<Transport> {};
 INSTANTIATE_TEST_SUITE_P(Lines, ModbusBusTest, testing::Values(Transport::kRtu, Transport::kTcp),

@@ -20,7 +20,6 @@ namespace {
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using Transport = config::BusConfig::Transport;
 
 TEST(ModbusTcp, ADroppedConnectionIsMadeAnew) {
   BusBench bench(Transport::kTcp);

@@ -16,7 +16,6 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-using Transport = config::BusConfig::Transport;
 
 constexpr std::uint16_t kStatus = 0x1003, kPosition = 0x602A, kPath = 0x6200, kAlarm = 0x2203;
 constexpr std::uint16_t kReady = 0x0032, kMoving = 0x0006, kDisabled = 0x0030;

@@ -8,7 +8,6 @@ import numpy as np
 import geometry
 from thermal import COLD_DEGC, WARM_DEGC, Thermal
 
-
 WITHIN = 32  # moments of which a mean is taken
 
 
@@ -20,7 +19,9 @@ class Scene:
         self._stamps(rng)
         self.angles_deg, axis_rates = self.motion_at(self.t_s, self.table)
         self.directions = geometry.axis_directions(self.angles_deg)
-        self.w_deg_s = self.of_samples(self.rates_in_sensor_at)
+        self.w_deg_s = geometry.rates_in_sensor(self.directions, axis_rates)
+        if bench["sample"] == "mean":
+            self.w_deg_s = self.of_samples(self.rates_in_sensor_at)
         self.g = geometry.gravity_in_sensor(self.directions)
         self._temperature(rng)
         self._covariates(rng, axis_rates)
@@ -142,16 +143,13 @@ class Scene:
         A reading between two samples sees the integral of the rate's straight line up to it. Of means the sum is
         known half way between samples, where trapezoids are off by tau^2 / 8 times the slope.
         """
+        angle = self._summed(np.diff(self.t_s) * 0.5 * (rate[1:] + rate[:-1]))
         if self.bench["sample"] == "mean":
             assert np.isin(self.fraction, (0.0, 1.0)).all(), "readings between means are not integrated"
-            step_s = np.diff(self.t_s)
-            angle = np.concatenate([[0.0], np.cumsum(0.5 * step_s * (rate[1:] + rate[:-1]))])
-            for part in self.parts():
-                angle[part] -= np.gradient(rate[part]) / self.bench["gyro_rate_hz"] / 8.0
-                angle[part] -= angle[part.start]
-            return self.at_readings(angle)
-        angle = self._summed(np.diff(self.t_s) * 0.5 * (rate[1:] + rate[:-1]))
-        if not self.together:
+            changes = [np.gradient(rate[part]) for part in self.parts()]
+            off = np.concatenate([change - change[0] for change in changes]) / self.bench["gyro_rate_hz"] / 8.0
+            angle = angle - self.at_readings(off)
+        elif not self.together:
             f, step_s = self.fraction, self.t_s[self.before + 1] - self.t_s[self.before]
             angle -= 0.5 * f * (1.0 - f) * step_s * (rate[self.before + 1] - rate[self.before])
         return angle
@@ -166,12 +164,9 @@ class Scene:
         out = np.zeros(self.t_read_s.size)
         if self.bench["sample"] == "mean":
             return out  # their sum is known, but for readings beside a corner: corner_variance
-        for table, part, reads in zip(self.plan.tables, self.parts(), self.reading_parts()):
-            for t_s, axis, jump in table.corners():
-                sample = min(part.start + np.searchsorted(self.t_s[part], t_s), part.stop - 1)
-                reading = min(reads.start + np.searchsorted(self.t_read_s[reads], t_s), reads.stop - 1)
-                felt = self.directions[axis, channel, sample] * jump
-                out[reading] += felt ** 2 * table.interval_s ** 4 / 720.0
+        for table, reads, t_s, felt in self._corners_felt(channel):
+            reading = min(reads.start + np.searchsorted(self.t_read_s[reads], t_s), reads.stop - 1)
+            out[reading] += felt ** 2 * table.interval_s ** 4 / 720.0
         return out
 
     def corner_variance(self, channel):
@@ -184,14 +179,19 @@ class Scene:
         out = np.zeros(self.t_read_s.size)
         if self.bench["sample"] == "moment":
             return out
+        for table, reads, t_s, felt in self._corners_felt(channel):
+            sample = np.rint((self.t_read_s[reads] - table.start_s) / table.interval_s)
+            apart = np.abs(sample - np.rint((t_s - table.start_s) / table.interval_s))
+            share = np.select([apart == 0, apart == 1], [7.0 / 8960.0, 1.0 / 5120.0], 0.0)
+            out[reads] += share * felt ** 2 * table.interval_s ** 4
+        return out
+
+    def _corners_felt(self, channel):
+        """Corners of the motion: table, its readings, the time [s], the jump that the channel feels [deg/s^2]."""
         for table, part, reads in zip(self.plan.tables, self.parts(), self.reading_parts()):
             for t_s, axis, jump in table.corners():
-                nearest = part.start + np.argmin(np.abs(self.t_s[part] - t_s))
-                felt = self.directions[axis, channel, nearest] * jump
-                apart = np.rint((self.t_read_s[reads] - self.t_s[nearest]) * self.bench["gyro_rate_hz"])
-                share = np.select([apart == 0, np.abs(apart) == 1], [7.0 / 8960.0, 1.0 / 5120.0], 0.0)
-                out[reads] += share * felt ** 2 * table.interval_s ** 4
-        return out
+                sample = min(part.start + np.searchsorted(self.t_s[part], t_s), part.stop - 1)
+                yield table, reads, t_s, self.directions[axis, channel, sample] * jump
 
     def projected(self, axis, channel, error_deg):
         """What an error of one axis's angle adds to the channel's reference angle: integral of J d(error)."""
