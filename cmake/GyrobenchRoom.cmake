@@ -43,10 +43,10 @@ if(GYROBENCH_SANITIZE)
   target_compile_options(gyrobench_flags INTERFACE -Wno-maybe-uninitialized)
   # Where a function is called by a pointer to a member, as LCM calls its handlers, gcc 12 checks the type of another
   # object than the one that is called.
-  # Checks of null and of alignment at every use of a pointer double the time of compiling; the address sanitizer ends at
-  # a null pointer as well, and the processors that the bench runs on read at any address.
+  # Checks at every use of a pointer double the time of compiling. The address sanitizer ends at a null pointer and
+  # outside of an object as well, and the processors that the bench runs on read at any address.
   if(GYROBENCH_SANITIZE MATCHES "undefined")
-    target_compile_options(gyrobench_flags INTERFACE -fno-sanitize=vptr,null,alignment)
+    target_compile_options(gyrobench_flags INTERFACE -fno-sanitize=vptr,null,alignment,object-size,pointer-overflow)
   endif()
   # Boost.Asio has fences, which the thread sanitizer does not follow.
   if(GYROBENCH_SANITIZE MATCHES "thread")

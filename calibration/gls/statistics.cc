@@ -4,6 +4,7 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <boost/math/special_functions/gamma.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <cstdint>
@@ -79,9 +80,10 @@ double LogChiSquareTail(double x, double degrees) {
     const boost::math::chi_squared distribution(degrees);
     return std::log(boost::math::cdf(boost::math::complement(distribution, x)));
   }
-  // Leading terms of the incomplete gamma function for large x.
+  // Leading terms of the incomplete gamma function for large x. That of the C library writes the
+  // sign to a variable that all threads share.
   const double half = 0.5 * x, a = 0.5 * degrees;
-  return (a - 1.0) * std::log(half) - half - std::lgamma(a) + std::log1p((a - 1.0) / half);
+  return (a - 1.0) * std::log(half) - half - boost::math::lgamma(a) + std::log1p((a - 1.0) / half);
 }
 
 double LogHeavyTail(double square, double freedom) {

@@ -11,15 +11,23 @@
 namespace gyrobench::drivers {
 
 void FaultScript::FailNext(const std::string& message, int times) {
+  const std::lock_guard lock(mutex_);
   faults_.insert(faults_.end(), static_cast<std::size_t>(times), message);
 }
 
+void FaultScript::FailAlways(const std::string& message) {
+  const std::lock_guard lock(mutex_);
+  always_ = message;
+}
+
 void FaultScript::Recover() {
+  const std::lock_guard lock(mutex_);
   faults_.clear();
   always_.clear();
 }
 
 void FaultScript::Step() {
+  const std::lock_guard lock(mutex_);
   std::string fault = always_;
   if (!faults_.empty()) {
     fault = faults_.front();
@@ -128,6 +136,7 @@ FakeGyro::FakeGyro(GyroIdentity identity, const Clock& clock, Source source)
 
 GyroIdentity FakeGyro::Open() {
   faults_.Step();
+  const std::lock_guard lock(mutex_);
   started_ = clock_.Now();
   next_ = 0;
   return identity_;
@@ -137,7 +146,13 @@ std::int64_t FakeGyro::TickAt(Utime utime) const {
   return std::llround(ToSeconds(utime - started_) * identity_.tick_rate_hz);
 }
 
+void FakeGyro::Miss(std::int64_t samples) {
+  const std::lock_guard lock(mutex_);
+  missing_ += samples;
+}
+
 void FakeGyro::Restart() {
+  const std::lock_guard lock(mutex_);
   ++identity_.boot_count;
   started_ = clock_.Now();
   next_ = 0;
@@ -145,6 +160,7 @@ void FakeGyro::Restart() {
 
 void FakeGyro::Read(GyroBlock& block) {
   faults_.Step();
+  const std::lock_guard lock(mutex_);
   const Utime now = clock_.Now();
   block.samples.clear();
   block.utime = now;

@@ -1,5 +1,6 @@
 // Devices in memory, for tests of everything above the drivers. No bus, no thread: they move with
-// the clock that they are given, and fail when they are told to.
+// the clock that they are given, and fail when they are told to, by a test whose daemon may be
+// reading them just then.
 #pragma once
 
 #include <array>
@@ -7,6 +8,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -25,13 +27,14 @@ class FaultScript {
  public:
   void FailNext(const std::string& message, int times = 1);
   void PassNext(int times = 1) { FailNext("", times); }
-  void FailAlways(const std::string& message) { always_ = message; }
+  void FailAlways(const std::string& message);
   void Recover();
   DeviceFailure fields;
   // Throws when it is time to.
   void Step();
 
  private:
+  std::mutex mutex_;
   std::deque<std::string> faults_;
   std::string always_;
 };
@@ -116,7 +119,7 @@ class FakeGyro final : public Gyro {
   void Read(GyroBlock& block) override;
 
   // The next `samples` samples are overwritten before they are read.
-  void Miss(std::int64_t samples) { missing_ += samples; }
+  void Miss(std::int64_t samples);
   // The unit starts anew: boot counter up, numbers and ticks from 0.
   void Restart();
   FaultScript& faults() { return faults_; }
@@ -126,6 +129,7 @@ class FakeGyro final : public Gyro {
   std::int64_t TickAt(Utime utime) const;
 
   const std::string name_ = "gyro";
+  std::mutex mutex_;
   GyroIdentity identity_;
   const Clock& clock_;
   Source source_;
