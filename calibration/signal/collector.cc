@@ -184,6 +184,7 @@ class Collector::Impl {
         Average(&job);
     }
     while (!nodes_.empty() && gyro_.started() && nodes_.front().ready_s <= now_s &&
+           gyro_.ring().MeansSettledAt(nodes_.front().node.at.t_s) &&
            ReferenceComplete(nodes_.front().node.at.t_s)) {
       if (!nodes_.front().stale) FinishNode(nodes_.front());
       nodes_.pop();
@@ -214,6 +215,7 @@ class Collector::Impl {
     node.samples = gyro_.SumUpTo(node.at.t_s);
     node.between = gyro_.ring().BetweenUpTo(node.at.t_s);
     node.as_means = gyro_.ring().AsMeansAt(node.at.t_s);
+    node.as_means_later = gyro_.ring().AsMeansHalfAfter(node.at.t_s);
     // At rest an interval without a sample of its own has next to no noise: any column would count.
     if (!job.moves && !done_.empty() && node.samples.t_s <= done_.back().samples.t_s) return;
     HalfIntegral(&node);

@@ -42,7 +42,8 @@ struct BetweenSamples {
 // of the spline and m_c of the line from the sample before to the one after, without a corner:
 //   tau^2 (m / 12 - m_c / 8)
 // which is -tau^2 / 24 times the acceleration where that is constant. From a sample to half way it
-// goes in a straight line.
+// goes in a straight line. Means over the interval before the samples' times are late by half of
+// it: what they say of a time is AsMeans half an interval later.
 using AsMeans = Vector3;
 
 // The sum of the samples up to one time, each standing for the time half way to its neighbours
@@ -74,7 +75,7 @@ struct ReadingsMean {
   Vector3 own_readings = {}, own_deg = {};
   bool output_known = false;
   Vector3 z = {};  // as IntegralMark's
-  AsMeans as_means = {};
+  AsMeans as_means = {}, as_means_later = {};
   // Half the mean distance in time of two of the readings: the random walk of the angle is averaged
   // with them, and makes the covariance of the rotation before with the one after larger by
   // walk_s N^2.
@@ -93,9 +94,10 @@ struct Node {
   Vector3 accel_g = {kMissing, kMissing, kMissing};  // mean since the node before
   double vibration_g2 = kMissing;  // mean square of the specific force about that mean
   ReadingsMean mean;
-  SampleSum samples;       // up to the node's time; counted as `at` is
-  BetweenSamples between;  // up to the last sample not after the node's time
-  AsMeans as_means = {};   // at the node's time
+  SampleSum samples;            // up to the node's time; counted as `at` is
+  BetweenSamples between;       // up to the last sample not after the node's time
+  AsMeans as_means = {};        // at the node's time
+  AsMeans as_means_later = {};  // half an interval of the samples after it
   // Integral of the output at kNear_s from the node's time, less that at the node; where the mean
   // of the output is known, the mean of the same over the readings.
   Near z_near = {};

@@ -16,6 +16,9 @@ constexpr double kNoCorner = 2.0;
 // The sample in which a corner is has half of its jump at least; where the rate bends all along
 // each has a third.
 constexpr double kCorner = 0.45;
+// Of shorter intervals it is nothing whether samples are means: at 100 deg/s^2 a thousandth of a
+// degree.
+constexpr double kFast_s = 0.015;
 
 }  // namespace
 
@@ -99,13 +102,10 @@ BetweenSamples GyroRing::BetweenUpTo(double t_s) const {
 }
 
 AsMeans GyroRing::AsMeansAt(double t_s) const {
-  // At 100 deg/s^2 a thousandth of a degree.
-  constexpr double kFast_s = 0.015;
   const std::int64_t next = FirstNotBefore(t_s);
-  if (next == count_ || next == oldest() || at(next).gap) return {};
-  const Point &a = at(next - 1), &b = at(next);
-  const double interval_s = b.t_s - a.t_s;
-  if (interval_s < kFast_s) return {};
+  const double interval_s = SlowIntervalBefore(next);
+  if (!(interval_s > 0.0)) return {};
+  const Point& a = at(next - 1);
   const double half = 2.0 * (t_s - a.t_s) / interval_s;  // 0 to 1, and to 2 after half way
   // Of a lost sample nobody knows what its mean was.
   const bool lost =
@@ -118,6 +118,26 @@ AsMeans GyroRing::AsMeansAt(double t_s) const {
     out[c] = half < 1.0 ? std::lerp(first, half_way, half) : std::lerp(half_way, last, half - 1.0);
   }
   return out;
+}
+
+AsMeans GyroRing::AsMeansHalfAfter(double t_s) const {
+  const std::int64_t next = FirstNotBefore(t_s);
+  if (!(SlowIntervalBefore(next) > 0.0)) return {};
+  return AsMeansAt(t_s + 0.5 * std::min(ShorterIntervalAt(next - 1), ShorterIntervalAt(next)));
+}
+
+bool GyroRing::MeansSettledAt(double t_s) const {
+  // The sample after half an interval more, and the two that its corner is seen by.
+  constexpr std::int64_t kMore = 3;
+  const std::int64_t next = FirstNotBefore(t_s);
+  return next < count_ && (!(SlowIntervalBefore(next) > 0.0) || next + kMore < count_);
+}
+
+// 0 where there is none, where a gap is, and where samples come fast.
+double GyroRing::SlowIntervalBefore(std::int64_t next) const {
+  if (next == count_ || next == oldest() || at(next).gap) return 0.0;
+  const double interval_s = at(next).t_s - at(next - 1).t_s;
+  return interval_s < kFast_s ? 0.0 : interval_s;
 }
 
 // Of those on both sides: no sample is lost in it.

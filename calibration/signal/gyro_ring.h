@@ -48,6 +48,10 @@ class GyroRing {
   // 0 where the samples follow each other so fast that it is nothing beside any noise, and where
   // `t_s` is not remembered or lies in a gap.
   AsMeans AsMeansAt(double t_s) const;
+  // AsMeansAt half an interval of the samples after `t_s`.
+  AsMeans AsMeansHalfAfter(double t_s) const;
+  // Whether no later sample changes what these two say of `t_s`.
+  bool MeansSettledAt(double t_s) const;
   // Of the samples not after `t_s`. Not known where that time is not, or no longer, remembered, or
   // lies in a gap.
   SampleSum SumUpTo(double t_s) const;
@@ -60,6 +64,7 @@ class GyroRing {
   void AddBetween(std::int64_t next);
   double AsMeansAtSample(std::int64_t i, std::size_t c) const;
   double ShorterIntervalAt(std::int64_t i) const;
+  double SlowIntervalBefore(std::int64_t next) const;
   std::optional<double> Chord(std::int64_t from, std::size_t c) const;
   double SlopeAt(std::int64_t i, std::size_t c) const;
   double SplineIntegral(std::int64_t next, std::size_t c, double x) const;

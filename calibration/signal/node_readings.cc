@@ -76,20 +76,23 @@ bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean, Nea
   if (empty()) return false;
   IntegralMark mark;
   Vector3 sum = {};
-  AsMeans as_means = {};
+  AsMeans as_means = {}, as_means_later = {};
   std::array<Vector3, kMost> at;
   for (std::size_t i = 0; i < size_; ++i) {
     if (!gyro.IntegralAt(groups_[i].t_s, &mark)) return false;
     at[i] = mark.z;
     const AsMeans here = gyro.ring().AsMeansAt(groups_[i].t_s);
+    const AsMeans later = gyro.ring().AsMeansHalfAfter(groups_[i].t_s);
     for (std::size_t c = 0; c < 3; ++c) {
       sum[c] += groups_[i].weight * mark.z[c];
       as_means[c] += groups_[i].weight * here[c];
+      as_means_later[c] += groups_[i].weight * later[c];
     }
   }
   for (std::size_t c = 0; c < 3; ++c) {
     mean->z[c] = sum[c] / readings_;
     mean->as_means[c] = as_means[c] / readings_;
+    mean->as_means_later[c] = as_means_later[c] / readings_;
   }
   const std::size_t shapes = std::min(size_, kShapes);
   for (std::size_t n = 0; n < kNear_s.size(); ++n) {

@@ -1,3 +1,4 @@
+#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,11 +13,34 @@ namespace {
 constexpr std::size_t kReach = 4;
 constexpr double kAlike_deg_s = 0.5, kAlikeShare = 0.03;
 
+// What the channel shows beside what it shows of the turns about all axes [deg/s], by least squares
+// over all intervals. NaN where none is usable.
+double ShownBesideTurns(const std::vector<Node>& nodes, double units_per_deg_s,
+                        const std::vector<Vector3>& settled_deg, const StateHistory& history,
+                        std::size_t channel) {
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+    const double shown_deg =
+        (nodes[i + 1].at.z[channel] - nodes[i].at.z[channel]) / units_per_deg_s;
+    const Vector3& turned = settled_deg[i];
+    const Eigen::Vector4d row(nodes[i + 1].at.t_s - nodes[i].at.t_s, turned[0], turned[1],
+                              turned[2]);
+    if (!history.usable[i][channel] || !std::isfinite(shown_deg) || !row.allFinite()) continue;
+    normal += row * row.transpose();
+    right += shown_deg * row;
+  }
+  // An axis that did not turn has no part.
+  return normal(0, 0) > 0.0 ? normal.completeOrthogonalDecomposition().solve(right)(0) : kMissing;
+}
+
 // Of each node: the mean rate of each channel [deg/s] over the last seconds of the rest it is in,
 // or of the last one before (`backward`: over the first seconds, or of the next one after); where
-// there is none, of the one on the other side. NaN where the channel never rests. Over a long rest
-// the zero-rate offset follows the temperature.
+// there is none, of the one on the other side. Where the channel never rests, as no rest is seen by
+// a reference whose noise is large, ShownBesideTurns. Over a long rest the zero-rate offset
+// follows the temperature.
 std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& units_per_deg_s,
+                                 const std::vector<Vector3>& settled_deg,
                                  const StateHistory& history, bool backward) {
   constexpr double kForget_s = 10.0;
   std::vector<Vector3> out(nodes.size(), {kMissing, kMissing, kMissing});
@@ -24,6 +48,7 @@ std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& 
   auto node = [&](std::size_t n) { return backward ? intervals - n : n; };  // the n-th on the way
   for (std::size_t c = 0; c < 3; ++c) {
     double last = kMissing, sum = 0.0, time_s = 0.0;
+    bool rests = false;
     for (std::size_t n = 0; n < intervals; ++n) {
       const std::size_t i = std::min(node(n), node(n + 1));
       if (history.still[i] && history.usable[i][c]) {
@@ -32,6 +57,7 @@ std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& 
         sum = keep * sum + (nodes[i + 1].at.z[c] - nodes[i].at.z[c]) / units_per_deg_s[c];
         time_s = keep * time_s + length_s;
         last = sum / time_s;
+        rests = true;
       } else {
         sum = time_s = 0.0;
       }
@@ -40,6 +66,9 @@ std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& 
     for (std::size_t n = intervals; n > 0; --n) {
       if (!std::isfinite(out[node(n - 1)][c])) out[node(n - 1)][c] = out[node(n)][c];
     }
+    if (rests) continue;
+    const double shown = ShownBesideTurns(nodes, units_per_deg_s[c], settled_deg, history, c);
+    for (Vector3& rate : out) rate[c] = shown;
   }
   return out;
 }
@@ -52,7 +81,7 @@ class RateMaker {
         units_(units),
         settled_deg_(settled_deg),
         history_(*history),
-        at_rest_(RatesAtRest(nodes, units, *history, false)) {
+        at_rest_(RatesAtRest(nodes, units, settled_deg, *history, false)) {
     for (std::size_t c = 0; c < 3; ++c) walk_deg_sqrt_s_[c] = WalkAtRest(c);
   }
 
@@ -140,14 +169,19 @@ class RateMaker {
   }
 
  private:
-  // Angle random walk of the channel at rest [deg/sqrt(s)], by how its mean output changes from one
-  // interval to the next; 0 where it never rests.
+  // Angle random walk of the channel [deg/sqrt(s)], by how its mean output changes from one interval
+  // at rest to the next; where it never rests, of those in which the reference hardly turns. 0 where
+  // it always does.
   double WalkAtRest(std::size_t c) const {
+    const double walk = Walk(c, [&](std::size_t i) { return history_.still[i]; });
+    return walk > 0.0 ? walk : Walk(c, [&](std::size_t i) { return Quiet(i, c); });
+  }
+  template <typename Rests>
+  double Walk(std::size_t c, const Rests& rests) const {
     constexpr double kMedianOfNormal = 0.6745;
     std::vector<double> walks;
     for (std::size_t i = 1; i < history_.still.size(); ++i) {
-      if (!history_.still[i - 1] || !history_.still[i] || !Shapes(i - 1, c) || !Shapes(i, c))
-        continue;
+      if (!rests(i - 1) || !rests(i) || !Shapes(i - 1, c) || !Shapes(i, c)) continue;
       const double change_deg_s = Output(i, i + 1, c) - Output(i - 1, i, c);
       if (!std::isfinite(change_deg_s)) continue;
       walks.push_back(std::fabs(change_deg_s) / std::sqrt(1.0 / Length(i - 1) + 1.0 / Length(i)));
@@ -292,7 +326,8 @@ void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
   maker.Steady();
   maker.Nodes(recording.columns.nodes);
   maker.Spans();
-  const std::vector<Vector3> next = RatesAtRest(history->epochs, units_per_deg_s, *history, true);
+  const std::vector<Vector3> next =
+      RatesAtRest(history->epochs, units_per_deg_s, settled_deg, *history, true);
   FillTableWays(recording, {units_per_deg_s, maker.at_rest_deg_s(), next, maker.walk_deg_sqrt_s()},
                 history);
 }

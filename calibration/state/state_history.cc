@@ -78,6 +78,7 @@ class TrailMaker {
       if (MeansReadings(k)) {
         epoch.at = {epoch.mean.t_s, epoch.mean.z};
         epoch.as_means = epoch.mean.as_means;
+        epoch.as_means_later = epoch.mean.as_means_later;
         epoch.rotation_deg = epoch.mean.rotation_deg;
         epoch.earth_deg = epoch.mean.earth_deg;
         epoch.table_deg = epoch.mean.table_deg;
@@ -87,7 +88,7 @@ class TrailMaker {
         epoch.mean.output_known = false;
         if (AtRest(k) && EndsWithSamples(k)) {
           epoch.at = {epoch.samples.t_s, epoch.samples.z};
-          epoch.as_means = {};  // the integral is the sum already
+          epoch.as_means = epoch.as_means_later = {};  // the integral is the sum already
         }
       }
       if (k > 0) ChooseMiddle(before, history_.epochs[k - 1].at.t_s, &epoch);

@@ -113,6 +113,8 @@ struct Corners {
   // What it lacks [deg] where samples are means from half way to half way: AsMeans of the nodes at
   // which the rate changes. At others it would be the noise of the output again.
   Eigen::VectorXd means_deg;
+  // The same of means over the interval before their times, beside that they are late.
+  Eigen::VectorXd means_before_deg;
   // Whether `open_s` is more than little beside the angle random walk; whether it or `means_deg` is.
   bool open = false, matter = false;
 };
@@ -126,19 +128,23 @@ Corners CornersOf(const ChannelProblem& problem) {
   const std::vector<bool> has_corner = HasCorner(problem, walk_deg2_s),
                           accelerates = Accelerates(problem, walk_deg2_s);
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(problem.rows());
-  Corners out{none, none, none};
+  Corners out{none, none, none, none};
   double moving_s = 0.0;
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
     const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
     moving_s += interval.still ? 0.0 : interval.duration_s;
     const ChannelProblem::Between between = problem.between(i);
-    const auto at_node = [&](Eigen::Index before, Eigen::Index after, double means_deg) {
-      const bool changes = accelerates[static_cast<std::size_t>(before)] ||
-                           accelerates[static_cast<std::size_t>(after)];
-      return changes ? means_deg : 0.0;
+    const auto accelerate = [&](Eigen::Index a, Eigen::Index b) {
+      return accelerates[static_cast<std::size_t>(a)] || accelerates[static_cast<std::size_t>(b)];
     };
-    out.means_deg(i) = at_node(i, std::min(i + 1, problem.rows() - 1), between.end_as_means_deg) -
-                       at_node(std::max(i - 1, Eigen::Index{0}), i, between.begin_as_means_deg);
+    if (accelerate(i, std::min(i + 1, problem.rows() - 1))) {
+      out.means_deg(i) += between.end.as_means_deg;
+      out.means_before_deg(i) += between.end.as_means_later_deg;
+    }
+    if (accelerate(std::max(i - 1, Eigen::Index{0}), i)) {
+      out.means_deg(i) -= between.begin.as_means_deg;
+      out.means_before_deg(i) -= between.begin.as_means_later_deg;
+    }
     if (!has_corner[static_cast<std::size_t>(i)]) continue;
     out.bends_deg(i) = between.bends_deg;
     const double open_s = (between.corners_deg2 + between.steps_deg2) / walk_deg2_s;
@@ -149,22 +155,70 @@ Corners CornersOf(const ChannelProblem& problem) {
   return out;
 }
 
+// A latency of half an interval of the samples.
+struct LateByHalf {
+  double late_s = 0.0, declared_s = 0.0;
+  Eigen::VectorXd lacks_deg;       // of the output
+  std::vector<RawColumns> beside;  // what may act beside it, but other delays
+};
+
+// Nothing where no latency is looked for, or where the measurements are not sampled alike.
+std::optional<LateByHalf> LateByHalfOf(const Baseline& baseline, const CandidateSet& candidates,
+                                       const ChannelProblem& problem) {
+  constexpr double kAlike = 0.05;
+  const auto latency = std::ranges::find_if(candidates.grid, [](const Candidate& candidate) {
+    return candidate.is_delay() && candidate.effect->filter_shape;
+  });
+  if (latency == candidates.grid.end()) return std::nullopt;
+  const Recording& first = *problem.histories().front().recording;
+  const double late_s = 0.5 * first.median_interval_s;
+  for (const StateHistory& history : problem.histories()) {
+    const Recording& recording = *history.recording;
+    if (!(std::fabs(0.5 * recording.median_interval_s - late_s) < kAlike * late_s)) return {};
+    if (recording.info.gyro_delay_s != first.info.gyro_delay_s) return {};
+  }
+  Candidate late = *latency;
+  late.context.nonlinear = {late_s};
+  late.raw.reset();
+  const Eigen::VectorXd per_s = ColumnsOf(problem, late, candidates.covariates).col(0);
+  if (!per_s.allFinite()) return std::nullopt;
+  return LateByHalf{late_s, first.info.gyro_delay_s, -late_s * per_s,
+                    EverythingThatMayAct(baseline, candidates, false)};
+}
+
 class CornerMend {
  public:
-  CornerMend(Corners corners, std::vector<RawColumns> columns, ChannelProblem* problem)
-      : problem_(*problem), corners_(std::move(corners)), columns_(std::move(columns)) {}
+  CornerMend(Corners corners, std::vector<RawColumns> columns, std::optional<LateByHalf> late,
+             ChannelProblem* problem)
+      : problem_(*problem),
+        corners_(std::move(corners)),
+        columns_(std::move(columns)),
+        late_(std::move(late)) {}
 
   void Mend() {
-    const Lack means = corners_.means_deg.isZero() ? Lack{} : LackOf(corners_.means_deg);
-    const Lack bends = corners_.open ? LackOf(corners_.bends_deg) : Lack{};
+    const Lack means = LackOf(corners_.means_deg, columns_);
+    const Lack before = MeansBefore();
+    const Lack bends = corners_.open ? LackOf(corners_.bends_deg, columns_) : Lack{};
     // Noise that the output and its means have in common makes the share less than it is; half of
     // it is no way of sampling.
-    are_means_ = means.share > kWhole && means.sigmas > bends.sigmas;
-    if (are_means_)
+    const auto are = [&](const Lack& lack, const Lack& other) {
+      const double rival = other.share > kWhole ? other.sigmas : 0.0;
+      return lack.share > kWhole && lack.sigmas > std::max(rival, bends.sigmas);
+    };
+    if (are(means, before)) {
+      samples_ = Samples::kMeans;
       correction_deg_ = corners_.means_deg;
-    else
+      noise_ = means.noise;
+    } else if (are(before, means)) {
+      samples_ = Samples::kMeansBefore;
+      // That they are late is left to the latency, which is an effect where nothing declares it.
+      correction_deg_ = corners_.means_before_deg;
+      noise_ = before.noise;
+      columns_ = BesideLate(late_->lacks_deg);
+    } else {
       correction_deg_ = bends.share * corners_.bends_deg;
-    noise_ = are_means_ ? means.noise : bends.noise;
+      noise_ = bends.noise;
+    }
     problem_.AddOutput(correction_deg_);
     if (!corners_.open) return;
     FitNoise();
@@ -174,7 +228,18 @@ class CornerMend {
   std::string Says() const {
     constexpr double kBesideNoise = 0.5;
     const bool certain = at_nodes_ + walk_ == 0.0;
-    if (are_means_ && certain)
+    if (samples_ == Samples::kMeansBefore) {
+      return fmt::format(
+          "its samples are means over the interval before their times, as the motion shows, and so "
+          "late by half of it, {:.3g} ms: where its unit or its logger averages, declare that by "
+          "gyro_delay_s = {:.3g}, and only a latency beyond it is an effect{}",
+          1e3 * late_->late_s, late_->declared_s + late_->late_s,
+          certain
+              ? ""
+              : "; how far it turned beside the ends of ramps is not known for certain, and the "
+                "errors allow for that");
+    }
+    if (samples_ == Samples::kMeans && certain)
       return "its samples are means from half way to half way between their times, as the motion "
              "shows: their sum is how far it turned";
     double moved = 0.0, beside = 0.0, most_deg = 0.0, interval_s = 0.0;
@@ -263,10 +328,25 @@ class CornerMend {
     double share = 0.0, sigmas = 0.0;
     std::optional<NoiseModel> noise;
   };
-  Lack LackOf(const Eigen::VectorXd& correction_deg) const {
+  std::vector<RawColumns> BesideLate(const Eigen::VectorXd& column_deg) const {
+    std::vector<RawColumns> columns = late_->beside;
+    columns.emplace_back(Eigen::MatrixXd(column_deg));
+    return columns;
+  }
+  // None unless the data want that latency as well, from 0.8 of it up to the largest of shares.
+  Lack MeansBefore() const {
+    constexpr double kLate = 0.8;
+    if (!late_) return {};
+    const Lack before = LackOf(corners_.means_before_deg, BesideLate(late_->lacks_deg));
+    if (before.sigmas == 0.0) return {};
+    const Lack late = LackOf(late_->lacks_deg, BesideLate(corners_.means_before_deg));
+    return late.share > kLate ? before : Lack{};
+  }
+  Lack LackOf(const Eigen::VectorXd& correction_deg, const std::vector<RawColumns>& beside) const {
     constexpr double kSigmas = 4.0, kMost = 1.5;
+    if (correction_deg.isZero()) return {};
     std::vector<RawColumns> columns = {RawColumns(Eigen::MatrixXd(-correction_deg))};
-    columns.insert(columns.end(), columns_.begin(), columns_.end());
+    columns.insert(columns.end(), beside.begin(), beside.end());
     const NoiseSearch search(problem_.intervals(), columns, problem_.output_deg(),
                              kNearlyDependent);
     const std::optional<NoiseEstimate> best = search.Best({}, kRough);
@@ -282,10 +362,11 @@ class CornerMend {
 
   ChannelProblem& problem_;
   const Corners corners_;
-  const std::vector<RawColumns> columns_;
+  std::vector<RawColumns> columns_;
+  const std::optional<LateByHalf> late_;
   std::optional<NoiseModel> noise_;
   Eigen::VectorXd correction_deg_;
-  bool are_means_ = false;
+  enum class Samples { kMoments, kMeans, kMeansBefore } samples_ = Samples::kMoments;
   double at_nodes_ = 0.0, walk_ = 0.0;
 };
 
@@ -295,7 +376,8 @@ std::string MendBetweenSamples(const Baseline& baseline, const CandidateSet& can
                                ChannelProblem* problem) {
   Corners corners = CornersOf(*problem);
   if (!corners.matter) return "";
-  CornerMend mend(std::move(corners), EverythingThatMayAct(baseline, candidates), problem);
+  CornerMend mend(std::move(corners), EverythingThatMayAct(baseline, candidates),
+                  LateByHalfOf(baseline, candidates, *problem), problem);
   mend.Mend();
   return mend.Says();
 }

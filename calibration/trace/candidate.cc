@@ -329,14 +329,16 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
 }
 
 std::vector<RawColumns> EverythingThatMayAct(const Baseline& baseline,
-                                             const CandidateSet& candidates) {
+                                             const CandidateSet& candidates, bool delays) {
   std::vector<RawColumns> out = {RawColumns(baseline.columns)};
   std::string family;
   int place = 0;
   for (const Candidate& candidate : candidates.grid) {
     place = candidate.family == family ? place + 1 : 0;
     family = candidate.family;
-    if (place % 3 == 0) out.push_back(*candidate.raw);
+    const bool late = candidate.effect != nullptr &&
+                      (candidate.effect->of_delay() || candidate.effect->filter_shape);
+    if (place % 3 == 0 && (delays || !late)) out.push_back(*candidate.raw);
   }
   return out;
 }

@@ -140,8 +140,9 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
 inline constexpr double kNearlyDependent = 1e-3;
 // Columns beside which the noise is judged first: the baseline's, and every grid point of the
 // catalogue, of a long grid one in three, which span what the others do, nearly.
+// `delays`: with what makes the gyro late, as latencies and filters are.
 std::vector<RawColumns> EverythingThatMayAct(const Baseline& baseline,
-                                             const CandidateSet& candidates);
+                                             const CandidateSet& candidates, bool delays = true);
 
 // Raw columns of a candidate: rows x terms, deg per unit.
 Eigen::MatrixXd ColumnsOf(const ChannelProblem& problem, const Candidate& candidate,

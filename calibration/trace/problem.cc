@@ -216,10 +216,12 @@ ChannelProblem::Between ChannelProblem::between(Eigen::Index row) const {
   const BetweenSamples& between = history(row).between[i];
   const std::vector<Node>& epochs = history(row).epochs;
   const double square = units_per_deg_s_ * units_per_deg_s_;
+  const auto at_node = [&](const Node& node) -> Between::AtNode {
+    return {node.as_means[channel_] / units_per_deg_s_,
+            node.as_means_later[channel_] / units_per_deg_s_};
+  };
   return {between.corners[channel_] / square, between.steps[channel_] / square,
-          between.bends[channel_] / units_per_deg_s_,
-          epochs[i].as_means[channel_] / units_per_deg_s_,
-          epochs[i + 1].as_means[channel_] / units_per_deg_s_};
+          between.bends[channel_] / units_per_deg_s_, at_node(epochs[i]), at_node(epochs[i + 1])};
 }
 
 double ChannelProblem::begin_s(Eigen::Index row) const {

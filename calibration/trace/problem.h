@@ -85,7 +85,11 @@ class ChannelProblem {
   // Of a row: what the rate did between samples, as of BetweenSamples.
   struct Between {
     double corners_deg2 = 0.0, steps_deg2 = 0.0, bends_deg = 0.0;
-    double begin_as_means_deg = 0.0, end_as_means_deg = 0.0;  // AsMeans
+    // AsMeans at a node and half an interval of the samples after it.
+    struct AtNode {
+      double as_means_deg = 0.0, as_means_later_deg = 0.0;
+    };
+    AtNode begin, end;
   };
   Between between(Eigen::Index row) const;
   void AddOutput(const Eigen::VectorXd& more_deg) { output_ += more_deg; }

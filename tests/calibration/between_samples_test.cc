@@ -1,4 +1,6 @@
 // What a gyro turned between two samples that have a corner of the motion between them.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +9,7 @@
 #include <functional>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "calibration/signal/gyro_ring.h"
 #include "tests/calibration/trace_once.h"
@@ -18,6 +21,8 @@ namespace {
 using calibration::BetweenSamples;
 using calibration::ChannelTrace;
 using calibration::GyroRing;
+using ::testing::Contains;
+using ::testing::HasSubstr;
 
 constexpr double kInterval_s = 0.1;
 
@@ -129,6 +134,53 @@ TEST(BetweenSamples, MeansAreIntegratedExactlyAtACornerToo) {
   }
 }
 
+// Each is the mean over the interval before its time: the sums say half an interval later how far
+// the gyro turned.
+TEST(BetweenSamples, MeansOverTheIntervalBeforeAreTheSameHalfAnIntervalLater) {
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  for (int i = 0; i < 200; ++i) {
+    const double at_s = 0.8 + any(random), a = 50.0 * any(random) - 25.0;
+    const auto angle = [&](double t) { return 0.5 * a * std::pow(std::max(0.0, t - at_s), 2); };
+    GyroRing ring;
+    for (int k = 0; k <= 40; ++k) {
+      const double t_s = kInterval_s * k;
+      ring.Push(t_s, {(angle(t_s) - angle(t_s - kInterval_s)) / kInterval_s, 0, 0}, false);
+    }
+    calibration::IntegralMark from, to;
+    for (double end_s = 0.5; end_s < 3.5; end_s += 0.5 * kInterval_s) {
+      ASSERT_TRUE(ring.IntegralAt(0.3 + 0.5 * kInterval_s, &from) &&
+                  ring.IntegralAt(end_s + 0.5 * kInterval_s, &to));
+      const double means = ring.AsMeansHalfAfter(end_s)[0] - ring.AsMeansHalfAfter(0.3)[0];
+      EXPECT_NEAR(to.z[0] - from.z[0] + means, angle(end_s), 1e-12) << at_s << " to " << end_s;
+    }
+  }
+}
+
+// A node waits for what it is made of.
+TEST(BetweenSamples, MeansThatAreSettledDoNotChange) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> any(0.0, 10.0);
+  GyroRing growing, whole;
+  std::vector<double> rates;
+  for (int k = 0; k <= 60; ++k) {
+    rates.push_back(any(random));
+    whole.Push(kInterval_s * k, {rates.back(), 0, 0}, false);
+  }
+  int settled = 0;
+  for (int k = 0; k <= 50; ++k) {
+    growing.Push(kInterval_s * k, {rates[static_cast<std::size_t>(k)], 0, 0}, false);
+    for (double t_s = kInterval_s * (k - 6); t_s < kInterval_s * k; t_s += 0.3 * kInterval_s) {
+      if (t_s < 0.2 || !growing.MeansSettledAt(t_s)) continue;
+      ++settled;
+      EXPECT_EQ(growing.AsMeansAt(t_s)[0], whole.AsMeansAt(t_s)[0]) << k << " " << t_s;
+      EXPECT_EQ(growing.AsMeansHalfAfter(t_s)[0], whole.AsMeansHalfAfter(t_s)[0])
+          << k << " " << t_s;
+    }
+  }
+  EXPECT_GT(settled, 100);
+}
+
 // A rate that bends all along has no corners: taken for some, it would seem larger by 3 in 10^5.
 TEST(BetweenSamples, MeansOfASineAreNotTakenForCorners) {
   constexpr double kRate_deg_s = 30.0, kOmega_s = 1.2, kHalf_s = 0.5 * kInterval_s;
@@ -192,9 +244,9 @@ double RampedRate(double t_s) {
 }
 
 // What a sample says of the motion about its time.
-enum class Sample { kMoment, kMean };
+enum class Sample { kMoment, kMean, kMeanBefore };
 
-ChannelTrace Traced(double gyro_hz, Sample sample, std::uint64_t seed) {
+ChannelTrace Traced(double gyro_hz, Sample sample, std::uint64_t seed, double declared_s = 0.0) {
   Story story;
   story.UseTurningChannelAlone();
   story.seed = seed;
@@ -203,13 +255,14 @@ ChannelTrace Traced(double gyro_hz, Sample sample, std::uint64_t seed) {
   story.reading_deg = 0.003;
   story.white_deg_s = 0.0035 * std::sqrt(gyro_hz);
   story.rate_deg_s = RampedRate;
-  if (sample == Sample::kMean) {
+  if (sample != Sample::kMoment) {
+    const double end_s = sample == Sample::kMean ? 0.5 / gyro_hz : 0.0;
     story.rate_deg_s = [=](double t_s) {
-      const double half_s = 0.5 / gyro_hz;
-      return (RampedAngle(t_s + half_s) - RampedAngle(t_s - half_s)) * gyro_hz;
+      return (RampedAngle(t_s + end_s) - RampedAngle(t_s + end_s - 1.0 / gyro_hz)) * gyro_hz;
     };
   }
   story.angle_deg = RampedAngle;
+  story.info.gyro_delay_s = declared_s;
   return TraceOf(story.Collect());
 }
 
@@ -233,6 +286,24 @@ TEST(AGyroSampledSeldom, HasNoEffectOfTheCornersBetweenItsSamples) {
   ExpectNothing(Sample::kMoment);
 }
 TEST(AGyroSampledSeldom, HasNoEffectOfTheMeansThatItsSamplesAre) { ExpectNothing(Sample::kMean); }
+
+// They are late by half of their interval, and nothing else is wrong with them: no filter.
+TEST(AGyroSampledSeldom, IsLateByHalfOfItsIntervalWhereItsSamplesAreMeansOverThatBefore) {
+  constexpr double kLatency_s = 0.001;
+  for (const double gyro_hz : {10.0, 16.0, 25.0}) {
+    const double half_s = 0.5 / gyro_hz;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      const std::string which = fmt::format("{} Hz, seed {}", gyro_hz, seed);
+      const ChannelTrace trace = Traced(gyro_hz, Sample::kMeanBefore, seed);
+      ASSERT_EQ(NamesOf(trace), "angle.latency ") << which;
+      const calibration::ModelParameter& tau = trace.effects[0].parameters[0];
+      EXPECT_LT(std::fabs(tau.value - half_s), std::min(4.0 * tau.std_error, kLatency_s)) << which;
+      EXPECT_THAT(trace.remarks, Contains(HasSubstr(fmt::format("gyro_delay_s = {:.3g}", half_s))))
+          << which;
+      EXPECT_EQ(NamesOf(Traced(gyro_hz, Sample::kMeanBefore, seed, half_s)), "") << which;
+    }
+  }
+}
 
 }  // namespace
 }  // namespace gyrobench::testing

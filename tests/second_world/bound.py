@@ -75,12 +75,15 @@ def whitener_of(scene, channel, noise):
 
 
 def nuisance(scene, channel):
-    """Columns of the baseline, (p, readings): row of M where an axis moves, b(T) where temperature does."""
+    """Columns of the baseline, (p, readings): row of M where an axis moves, b(T) where temperature does; a latency
+    where samples are stamped late, which nobody has told."""
     columns = [scene.integrate(w) for w in scene.w_deg_s if np.ptp(w) > 1e-6]
     spread = np.ptp(scene.temp_degC)
     if spread > 0.01:
         x = (scene.temp_degC - scene.temp_degC.mean()) / spread
         columns += [scene.integrate(x ** k) for k in (1, 2, 3)]
+    if scene.bench["stamped_late"]:
+        columns += list(catalogue.responses(scene, channel, catalogue.Candidate("angle.latency")))
     return np.array(columns)
 
 

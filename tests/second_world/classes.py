@@ -16,8 +16,9 @@ DEFAULT = dict(
     reference="stand", encoder_bits=[16, 17, 18, 19, 20], reference_noise_deg=(0.002, 0.01), reference_rate_hz=100.0,
     own_clock=False, clock_jitter=0.0,
     # Motion and tables: acceleration of straight ramps, 0 for smooth ones; gap [s] between tables of one power-on.
-    # A sample is the rate of its moment, or its mean from half way to half way between the samples.
-    sample="moment", straight_ramps_deg_s2=0.0, programme="full", gap_s=(10.0, 60.0), power_ons="one",
+    # A sample is the rate of its moment, or its mean from half way to half way between the samples; its stamp is later
+    # than its middle by a part of the interval.
+    sample="moment", stamped_late=0.0, straight_ramps_deg_s2=0.0, programme="full", gap_s=(10.0, 60.0), power_ons="one",
     # Temperature: what it does, what measures it; thermometer noise, resolution [degC], lag [s].
     thermal="warm_up", temp_noise_degC=0.02, temp_resolution_degC=1.0 / 340.0, temp_lag_s=0.0, thermometer=True,
     accelerometer=["absent", "noisy", "uncalibrated"],
@@ -76,6 +77,10 @@ CLASSES = {
     # A sensor whose samples are means of the rate, on such a table.
     "slow_means": dict(sample="mean", straight_ramps_deg_s2=(20.0, 80.0), gyro_rate_hz=[10.0, 12.5, 20.0, 25.0],
                        reference_rate_hz=[10.0, 20.0], programme=["full", "medium"]),
+    # The same, each stamped when it is ready.
+    "means_before": dict(sample="mean", stamped_late=0.5, straight_ramps_deg_s2=(20.0, 80.0),
+                         gyro_rate_hz=[10.0, 12.5, 20.0, 25.0], reference_rate_hz=[10.0, 20.0],
+                         programme=["full", "medium"]),
 }
 
 
@@ -93,6 +98,11 @@ def draw_value(rng, spec):
 # What a lag of the thermometer looks like: b(T - lag dT/dt), with the transient of its start; the same of a scale
 # factor that follows the temperature.
 OF_A_LAG = ["bias.temperature_rate", "bias.warm_up", "bias.hysteresis", "composed(T*dT_dt)", "composed(w*dT_dt)"]
+
+
+def tolerated(bench):
+    """Ids of the effects that a bench has by itself: whoever names them is right."""
+    return (OF_A_LAG if bench["temp_lag_s"] else []) + (["angle.latency"] if bench["stamped_late"] else [])
 
 
 def draw_bench(name, rng, overrides=None):

@@ -16,6 +16,7 @@ class Scene:
 
     def __init__(self, rng, bench, plan):
         self.bench, self.plan = bench, plan
+        self.stamped_late_s = bench["stamped_late"] / bench["gyro_rate_hz"]
         self._stamps(rng)
         self.angles_deg, axis_rates = self.motion_at(self.t_s, self.table)
         self.directions = geometry.axis_directions(self.angles_deg)
@@ -45,7 +46,8 @@ class Scene:
         """With the gyro: at every k-th of its samples. On its own clock: anywhere, with jitter."""
         rate_hz = min(self.bench["reference_rate_hz"], self.bench["gyro_rate_hz"])
         if not self.bench["own_clock"]:
-            return t_s[::max(1, int(round(self.bench["gyro_rate_hz"] / rate_hz)))]
+            reads = t_s[::max(1, int(round(self.bench["gyro_rate_hz"] / rate_hz)))] + self.stamped_late_s
+            return reads[reads <= t_s[-1]]
         interval_s = 1.0 / rate_hz
         reads = np.arange(t_s[0] + rng.uniform(0.0, interval_s), t_s[-1] - interval_s, interval_s)
         reads += interval_s * self.bench["clock_jitter"] * rng.uniform(-1.0, 1.0, reads.size)
@@ -144,7 +146,10 @@ class Scene:
         known half way between samples, where trapezoids are off by tau^2 / 8 times the slope.
         """
         angle = self._summed(np.diff(self.t_s) * 0.5 * (rate[1:] + rate[:-1]))
-        if self.bench["sample"] == "mean":
+        if self.stamped_late_s:
+            assert np.allclose(self.fraction, 0.5, atol=1e-6), "readings are half way"
+            angle -= 0.25 / self.bench["gyro_rate_hz"] * (rate[self.before + 1] - rate[self.before])
+        elif self.bench["sample"] == "mean":
             assert np.isin(self.fraction, (0.0, 1.0)).all(), "readings between means are not integrated"
             changes = [np.gradient(rate[part]) for part in self.parts()]
             off = np.concatenate([change - change[0] for change in changes]) / self.bench["gyro_rate_hz"] / 8.0
@@ -177,8 +182,8 @@ class Scene:
         at its neighbours: in the mean square over f by 7 / 8960 and 1 / 5120 of a^2 tau^4.
         """
         out = np.zeros(self.t_read_s.size)
-        if self.bench["sample"] == "moment":
-            return out
+        if self.bench["sample"] == "moment" or self.stamped_late_s:
+            return out  # half way between samples the sum is known
         for table, reads, t_s, felt in self._corners_felt(channel):
             sample = np.rint((self.t_read_s[reads] - table.start_s) / table.interval_s)
             apart = np.abs(sample - np.rint((t_s - table.start_s) / table.interval_s))

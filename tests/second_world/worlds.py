@@ -37,6 +37,8 @@ class World:
         self.candidates = catalogue.draw_candidates(self.rng, self.scene, self.channel)
         if kind == "unknown":
             self.candidates += catalogue.unknown_candidates(self.rng, self.scene, self.channel)
+        if self.bench["stamped_late"]:  # the bench has one already
+            self.candidates = [c for c in self.candidates if c.effect != "angle.latency"]
         self.bound = bound.Bound(self.scene, self.channel, self.sensor.noise(self.bench), self.candidates)
         self.hidden, self.truth = self._hide()
 
@@ -61,7 +63,7 @@ class World:
                      m=self.sensor.m.tolist(), b=[b.tolist() for b in self.sensor.b],
                      permitted_alone=None, permitted_among=None, kept_by_walk=None, copies=[],
                      cannot_show=self._cannot_show(),
-                     tolerated=classes.OF_A_LAG if self.bench["temp_lag_s"] else [])
+                     tolerated=classes.tolerated(self.bench))
         if self.kind == "single" and chosen:
             permitted = self.bound.permitted(self.rng, chosen[0])
             if self._earth_may_pass_for(chosen[0]):  # draws of its own, as below
@@ -206,9 +208,9 @@ class World:
         scene, bench = self.scene, self.bench
         unit = {"lsb": "lsb", "unsigned": "lsb"}.get(bench["output"], bench["output"])
         decimals = {"lsb": 0, "deg_s": 2, "rad_s": 5}[unit]
-        t_s, t_read_s = scene.t_s[part], scene.t_read_s[read_part]
+        t_s, t_read_s = scene.t_s[part], scene.t_read_s[read_part] - scene.stamped_late_s
         rows = np.union1d(t_s, t_read_s) if bench["own_clock"] else t_s
-        at_gyro, at_read = np.searchsorted(rows, t_s), np.searchsorted(rows, t_read_s)
+        at_gyro, at_read = np.searchsorted(rows, t_s), np.searchsorted(rows, t_read_s - 1e-7)
 
         def spread(values, where):
             if where.size == rows.size:
