@@ -108,8 +108,7 @@ AsMeans GyroRing::AsMeansAt(double t_s) const {
   const Point& a = at(next - 1);
   const double half = 2.0 * (t_s - a.t_s) / interval_s;  // 0 to 1, and to 2 after half way
   // Of a lost sample nobody knows what its mean was.
-  const bool lost =
-      interval_s > kLost * std::min(ShorterIntervalAt(next - 1), ShorterIntervalAt(next));
+  const bool lost = interval_s > kLost * ShortestBeside(next);
   AsMeans out;
   for (std::size_t c = 0; c < 3; ++c) {
     const double first = AsMeansAtSample(next - 1, c), last = AsMeansAtSample(next, c);
@@ -123,7 +122,7 @@ AsMeans GyroRing::AsMeansAt(double t_s) const {
 AsMeans GyroRing::AsMeansHalfAfter(double t_s) const {
   const std::int64_t next = FirstNotBefore(t_s);
   if (!(SlowIntervalBefore(next) > 0.0)) return {};
-  return AsMeansAt(t_s + 0.5 * std::min(ShorterIntervalAt(next - 1), ShorterIntervalAt(next)));
+  return AsMeansAt(t_s + 0.5 * ShortestBeside(next));
 }
 
 bool GyroRing::MeansSettledAt(double t_s) const {
@@ -138,6 +137,11 @@ double GyroRing::SlowIntervalBefore(std::int64_t next) const {
   if (next == count_ || next == oldest() || at(next).gap) return 0.0;
   const double interval_s = at(next).t_s - at(next - 1).t_s;
   return interval_s < kFast_s ? 0.0 : interval_s;
+}
+
+// Of the interval before sample `next` and those on its both sides.
+double GyroRing::ShortestBeside(std::int64_t next) const {
+  return std::min(ShorterIntervalAt(next - 1), ShorterIntervalAt(next));
 }
 
 // Of those on both sides: no sample is lost in it.

@@ -64,6 +64,7 @@ class GyroRing {
   void AddBetween(std::int64_t next);
   double AsMeansAtSample(std::int64_t i, std::size_t c) const;
   double ShorterIntervalAt(std::int64_t i) const;
+  double ShortestBeside(std::int64_t next) const;
   double SlowIntervalBefore(std::int64_t next) const;
   std::optional<double> Chord(std::int64_t from, std::size_t c) const;
   double SlopeAt(std::int64_t i, std::size_t c) const;

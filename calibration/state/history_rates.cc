@@ -248,7 +248,7 @@ class RateMaker {
     return mean;
   }
 
-  // The gyro's shape within 40 ms, less its rate at rest; where it never rests, with the mean over
+  // The gyro's shape within 40 ms, less its rate at rest; where that is not known, with the mean over
   // both neighbours as the reference has it.
   void Node(std::size_t k, std::size_t c, double steady) {
     SensorState& point = history_.nodes[k];

@@ -18,6 +18,7 @@
 namespace gyrobench::testing {
 namespace {
 
+using calibration::AsMeans;
 using calibration::BetweenSamples;
 using calibration::ChannelTrace;
 using calibration::GyroRing;
@@ -113,48 +114,36 @@ TEST(BetweenSamples, MeansAreIntegratedExactlyWhereTheRateIsALine) {
   }
 }
 
-TEST(BetweenSamples, MeansAreIntegratedExactlyAtACornerToo) {
-  std::mt19937_64 random(5);
+// Of means whose intervals end `after_s` after their times, at corners anywhere: their sums say
+// `as_means` at `later_s` after a time how far the gyro turned.
+void ExpectExactAtCorners(std::uint64_t seed, double after_s, double later_s,
+                          AsMeans (GyroRing::*as_means)(double) const) {
+  std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> any(0.0, 1.0);
   for (int i = 0; i < 200; ++i) {
     const double at_s = 0.8 + any(random), a = 50.0 * any(random) - 25.0;
     const auto angle = [&](double t) { return 0.5 * a * std::pow(std::max(0.0, t - at_s), 2); };
     GyroRing ring;
     for (int k = 0; k <= 40; ++k) {
-      const double t_s = kInterval_s * k, half_s = 0.5 * kInterval_s;
-      ring.Push(t_s, {(angle(t_s + half_s) - angle(t_s - half_s)) / kInterval_s, 0, 0}, false);
+      const double t_s = kInterval_s * k, end_s = t_s + after_s;
+      ring.Push(t_s, {(angle(end_s) - angle(end_s - kInterval_s)) / kInterval_s, 0, 0}, false);
     }
     calibration::IntegralMark from, to;
     // At samples and half way between them.
     for (double end_s = 0.5; end_s < 3.5; end_s += 0.5 * kInterval_s) {
-      EXPECT_TRUE(ring.IntegralAt(0.3, &from) && ring.IntegralAt(end_s, &to));
-      const double means = ring.AsMeansAt(end_s)[0] - ring.AsMeansAt(0.3)[0];
+      ASSERT_TRUE(ring.IntegralAt(0.3 + later_s, &from) && ring.IntegralAt(end_s + later_s, &to));
+      const double means = (ring.*as_means)(end_s)[0] - (ring.*as_means)(0.3)[0];
       EXPECT_NEAR(to.z[0] - from.z[0] + means, angle(end_s), 1e-12) << at_s << " to " << end_s;
     }
   }
 }
 
-// Each is the mean over the interval before its time: the sums say half an interval later how far
-// the gyro turned.
+TEST(BetweenSamples, MeansAreIntegratedExactlyAtACornerToo) {
+  ExpectExactAtCorners(5, 0.5 * kInterval_s, 0.0, &GyroRing::AsMeansAt);
+}
+// Each is the mean over the interval before its time.
 TEST(BetweenSamples, MeansOverTheIntervalBeforeAreTheSameHalfAnIntervalLater) {
-  std::mt19937_64 random(6);
-  std::uniform_real_distribution<double> any(0.0, 1.0);
-  for (int i = 0; i < 200; ++i) {
-    const double at_s = 0.8 + any(random), a = 50.0 * any(random) - 25.0;
-    const auto angle = [&](double t) { return 0.5 * a * std::pow(std::max(0.0, t - at_s), 2); };
-    GyroRing ring;
-    for (int k = 0; k <= 40; ++k) {
-      const double t_s = kInterval_s * k;
-      ring.Push(t_s, {(angle(t_s) - angle(t_s - kInterval_s)) / kInterval_s, 0, 0}, false);
-    }
-    calibration::IntegralMark from, to;
-    for (double end_s = 0.5; end_s < 3.5; end_s += 0.5 * kInterval_s) {
-      ASSERT_TRUE(ring.IntegralAt(0.3 + 0.5 * kInterval_s, &from) &&
-                  ring.IntegralAt(end_s + 0.5 * kInterval_s, &to));
-      const double means = ring.AsMeansHalfAfter(end_s)[0] - ring.AsMeansHalfAfter(0.3)[0];
-      EXPECT_NEAR(to.z[0] - from.z[0] + means, angle(end_s), 1e-12) << at_s << " to " << end_s;
-    }
-  }
+  ExpectExactAtCorners(6, 0.0, 0.5 * kInterval_s, &GyroRing::AsMeansHalfAfter);
 }
 
 // A node waits for what it is made of.
