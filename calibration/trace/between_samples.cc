@@ -12,85 +12,15 @@
 #include <utility>
 #include <vector>
 
-#include "base/robust.h"
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/raw_columns.h"
 #include "calibration/gls/statistics.h"
 #include "calibration/trace/candidate.h"
+#include "calibration/trace/corners.h"
 #include "calibration/trace/problem.h"
 
 namespace gyrobench::calibration {
 namespace {
-
-double Rate(const ChannelProblem& problem, std::size_t row) {
-  return problem.output_deg()(static_cast<Eigen::Index>(row)) / problem.intervals()[row].duration_s;
-}
-
-// N^2, from second differences of the rate where nothing moves, or of all where too little rests;
-// NaN where there is too little of anything. Counts coarser than the noise hardly ever change.
-double RoughWalk(const ChannelProblem& problem) {
-  constexpr std::size_t kLeast = 30;
-  const std::vector<Interval>& intervals = problem.intervals();
-  std::vector<double> all, at_rest;
-  for (std::size_t i = 2; i < intervals.size(); ++i) {
-    if (!intervals[i].GoesOn() || !intervals[i - 1].GoesOn()) continue;
-    const auto variance = [&](std::size_t k) { return 1.0 / intervals[k].duration_s; };
-    const double second = Rate(problem, i) - 2.0 * Rate(problem, i - 1) + Rate(problem, i - 2);
-    all.push_back(second * second / (variance(i) + 4.0 * variance(i - 1) + variance(i - 2)));
-    if (intervals[i].still && intervals[i - 1].still && intervals[i - 2].still)
-      at_rest.push_back(all.back());
-  }
-  std::vector<double>& squares = at_rest.size() < kLeast ? all : at_rest;
-  if (squares.size() < kLeast) return kMissing;
-  const double mean = Mean(squares);
-  // Half of the squares of normal values are below 0.455.
-  const double by_median = Median(std::move(squares)) / 0.455;
-  return by_median > 0.1 * mean ? by_median : mean;
-}
-
-// Of each row: whether a corner of the motion is seen in it or in its neighbours.
-std::vector<bool> HasCorner(const ChannelProblem& problem, double walk_deg2_s) {
-  constexpr double kCorner = 16.0;  // times the median, and what white noise makes of it
-  constexpr double kOfNoise = 4.0 / 1200.0;
-  const std::vector<Interval>& intervals = problem.intervals();
-  std::vector<double> usual, moving;
-  for (std::size_t i = 0; i < intervals.size(); ++i) {
-    usual.push_back(problem.between(static_cast<Eigen::Index>(i)).corners_deg2 /
-                    intervals[i].duration_s);
-    if (!intervals[i].still) moving.push_back(usual.back());
-  }
-  if (moving.empty()) return std::vector<bool>(intervals.size(), false);
-  const double limit = kCorner * std::max({Median(std::move(usual)), Median(std::move(moving)),
-                                           kOfNoise * walk_deg2_s});
-  std::vector<bool> out(intervals.size(), false);
-  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    const auto goes_on = [&](Eigen::Index k) {
-      return k > 0 && k < problem.rows() && intervals[static_cast<std::size_t>(k)].GoesOn();
-    };
-    double seen = 0.0, time_s = 0.0;
-    for (Eigen::Index k = goes_on(i) ? i - 1 : i; k <= (goes_on(i + 1) ? i + 1 : i); ++k) {
-      seen += problem.between(k).corners_deg2;
-      time_s += intervals[static_cast<std::size_t>(k)].duration_s;
-    }
-    out[static_cast<std::size_t>(i)] = seen > limit * time_s;
-  }
-  return out;
-}
-
-// Of each row: whether the rate changes in it or beside it by more than noise.
-std::vector<bool> Accelerates(const ChannelProblem& problem, double walk_deg2_s) {
-  constexpr double kSquare = 36.0;  // of its standard deviations
-  const std::vector<Interval>& intervals = problem.intervals();
-  std::vector<bool> out(intervals.size(), false);
-  for (std::size_t i = 1; i + 1 < intervals.size(); ++i) {
-    if (!intervals[i].GoesOn() || !intervals[i + 1].GoesOn()) continue;
-    const double change_deg_s = Rate(problem, i + 1) - Rate(problem, i - 1);
-    const double variance =
-        walk_deg2_s * (1.0 / intervals[i + 1].duration_s + 1.0 / intervals[i - 1].duration_s);
-    if (change_deg_s * change_deg_s > kSquare * variance) out[i - 1] = out[i] = out[i + 1] = true;
-  }
-  return out;
-}
 
 // The least of a curve through a share and its neighbours, a factor apart, in the logarithm; the
 // share itself where they do not say.
@@ -101,122 +31,103 @@ double Between(const std::array<double, 3>& deviance, double factor) {
   return std::pow(factor, std::clamp(shift, -0.5, 0.5));
 }
 
-// What the output lacks between samples, by what the samples may be.
-struct Corners {
-  // Of each row, over N^2 [s]: what the variance of the output is larger by where the motion bends
-  // more than noise, or a rate that bends all along, makes of it. Of samples that are rates of
-  // single moments.
-  Eigen::VectorXd open_s;
-  // What the output of such samples lacks [deg] where the rate goes straight on either side of a
-  // corner.
-  Eigen::VectorXd bends_deg;
-  // What it lacks [deg] where samples are means from half way to half way: AsMeans of the nodes at
-  // which the rate changes. At others it would be the noise of the output again.
-  Eigen::VectorXd means_deg;
-  // The same of means over the interval before their times, beside that they are late.
-  Eigen::VectorXd means_before_deg;
-  // Whether `open_s` is more than little beside the angle random walk; whether it or `means_deg` is.
-  bool open = false, matter = false;
-};
-
-Corners CornersOf(const ChannelProblem& problem) {
-  // Of the angle random walk over all that moves: what is less does not change a result. Of one
-  // interval.
-  constexpr double kMatters = 0.02, kCounts = 0.05;
-  const double walk_deg2_s = RoughWalk(problem);
-  if (!(walk_deg2_s > 0.0)) return {};
-  const std::vector<bool> has_corner = HasCorner(problem, walk_deg2_s),
-                          accelerates = Accelerates(problem, walk_deg2_s);
-  const Eigen::VectorXd none = Eigen::VectorXd::Zero(problem.rows());
-  Corners out{none, none, none, none};
-  double moving_s = 0.0;
-  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
-    moving_s += interval.still ? 0.0 : interval.duration_s;
-    const ChannelProblem::Between between = problem.between(i);
-    const auto accelerate = [&](Eigen::Index a, Eigen::Index b) {
-      return accelerates[static_cast<std::size_t>(a)] || accelerates[static_cast<std::size_t>(b)];
-    };
-    if (accelerate(i, std::min(i + 1, problem.rows() - 1))) {
-      out.means_deg(i) += between.end.as_means_deg;
-      out.means_before_deg(i) += between.end.as_means_later_deg;
-    }
-    if (accelerate(std::max(i - 1, Eigen::Index{0}), i)) {
-      out.means_deg(i) -= between.begin.as_means_deg;
-      out.means_before_deg(i) -= between.begin.as_means_later_deg;
-    }
-    if (!has_corner[static_cast<std::size_t>(i)]) continue;
-    out.bends_deg(i) = between.bends_deg;
-    const double open_s = (between.corners_deg2 + between.steps_deg2) / walk_deg2_s;
-    if (open_s > kCounts * interval.duration_s) out.open_s(i) = open_s;
-  }
-  out.open = out.open_s.sum() > kMatters * moving_s;
-  out.matter = out.open || out.means_deg.squaredNorm() > kMatters * walk_deg2_s * moving_s;
-  return out;
-}
-
-// A latency of half an interval of the samples.
-struct LateByHalf {
-  double late_s = 0.0, declared_s = 0.0;
-  Eigen::VectorXd lacks_deg;       // of the output
-  std::vector<RawColumns> beside;  // what may act beside it, but other delays
-};
-
-// Nothing where no latency is looked for, or where the measurements are not sampled alike.
-std::optional<LateByHalf> LateByHalfOf(const Baseline& baseline, const CandidateSet& candidates,
-                                       const ChannelProblem& problem) {
-  constexpr double kAlike = 0.05;
-  const auto latency = std::ranges::find_if(candidates.grid, [](const Candidate& candidate) {
-    return candidate.is_delay() && candidate.effect->filter_shape;
-  });
-  if (latency == candidates.grid.end()) return std::nullopt;
-  const Recording& first = *problem.histories().front().recording;
-  const double late_s = 0.5 * first.median_interval_s;
-  for (const StateHistory& history : problem.histories()) {
-    const Recording& recording = *history.recording;
-    if (!(std::fabs(0.5 * recording.median_interval_s - late_s) < kAlike * late_s)) return {};
-    if (recording.info.gyro_delay_s != first.info.gyro_delay_s) return {};
-  }
-  Candidate late = *latency;
-  late.context.nonlinear = {late_s};
-  late.raw.reset();
-  const Eigen::VectorXd per_s = ColumnsOf(problem, late, candidates.covariates).col(0);
-  if (!per_s.allFinite()) return std::nullopt;
-  return LateByHalf{late_s, first.info.gyro_delay_s, -late_s * per_s,
-                    EverythingThatMayAct(baseline, candidates, false)};
-}
-
-class CornerMend {
+// How late means over the interval before their times are, and what is late with them.
+class Lateness {
  public:
-  CornerMend(Corners corners, std::vector<RawColumns> columns, std::optional<LateByHalf> late,
-             ChannelProblem* problem)
-      : problem_(*problem),
-        corners_(std::move(corners)),
-        columns_(std::move(columns)),
-        late_(std::move(late)) {}
+  // Nothing where no latency is looked for, or where the measurements are not sampled alike.
+  static std::optional<Lateness> Of(const Baseline& baseline, const CandidateSet& candidates,
+                                    const ChannelProblem& problem) {
+    constexpr double kAlike = 0.05;
+    const auto latency = std::ranges::find_if(candidates.grid, [](const Candidate& candidate) {
+      return candidate.is_delay() && candidate.effect->filter_shape;
+    });
+    if (latency == candidates.grid.end()) return std::nullopt;
+    const Recording& first = *problem.histories().front().recording;
+    const double half_s = 0.5 * first.median_interval_s;
+    for (const StateHistory& history : problem.histories()) {
+      const Recording& recording = *history.recording;
+      if (!(std::fabs(0.5 * recording.median_interval_s - half_s) < kAlike * half_s)) return {};
+      if (recording.info.gyro_delay_s != first.info.gyro_delay_s) return {};
+    }
+    Lateness out(half_s, *latency);
+    out.declared_s_ = first.info.gyro_delay_s;
+    out.covariates_ = candidates.covariates;
+    out.beside_ = EverythingThatMayAct(baseline, candidates, false);
+    if (!out.Set(half_s, problem)) return std::nullopt;
+    return out;
+  }
 
-  void Mend() {
+  // Another latency than half of an interval, as of a bus beside it. False where it is none.
+  bool Set(double late_s, const ChannelProblem& problem) {
+    latency_.context.nonlinear = {late_s};
+    latency_.raw.reset();
+    late_s_ = late_s;
+    lacks_deg_ = -late_s * ColumnsOf(problem, latency_, covariates_).col(0);
+    return lacks_deg_.allFinite();
+  }
+
+  // Half of an interval; what is declared of it already; the latency of lacks_deg().
+  double half_s() const { return half_s_; }
+  double declared_s() const { return declared_s_; }
+  double late_s() const { return late_s_; }
+  // What the output lacks [deg] by that latency.
+  const Eigen::VectorXd& lacks_deg() const { return lacks_deg_; }
+  // `column_deg` and what may act beside a latency, but other delays.
+  std::vector<RawColumns> Beside(const Eigen::VectorXd& column_deg) const {
+    std::vector<RawColumns> columns = beside_;
+    columns.emplace_back(Eigen::MatrixXd(column_deg));
+    return columns;
+  }
+
+ private:
+  Lateness(double half_s, Candidate latency) : half_s_(half_s), latency_(std::move(latency)) {}
+
+  double half_s_ = 0.0, declared_s_ = 0.0, late_s_ = 0.0;
+  Candidate latency_;
+  std::vector<std::string> covariates_;
+  Eigen::VectorXd lacks_deg_;
+  std::vector<RawColumns> beside_;
+};
+
+}  // namespace
+
+class SamplingMend::State {
+ public:
+  State(const Baseline& baseline, const CandidateSet& candidates, ChannelProblem* problem)
+      : baseline_(baseline),
+        candidates_(candidates),
+        problem_(*problem),
+        corners_(CornersOf(*problem)) {}
+
+  double energy() const { return corners_.energy; }
+
+  SamplesAre Look() {
+    LookAround();
     const Lack means = LackOf(corners_.means_deg, columns_);
     const Lack before = MeansBefore();
     const Lack bends = corners_.open ? LackOf(corners_.bends_deg, columns_) : Lack{};
-    // Noise that the output and its means have in common makes the share less than it is; half of
-    // it is no way of sampling.
+    noise_ = means.noise;
     const auto are = [&](const Lack& lack, const Lack& other) {
-      const double rival = other.share > kWhole ? other.sigmas : 0.0;
-      return lack.share > kWhole && lack.sigmas > std::max(rival, bends.sigmas);
+      return lack.clear && lack.sigmas > std::max(other.clear ? other.sigmas : 0.0,
+                                                  bends.wanted() ? bends.sigmas : 0.0);
     };
-    if (are(means, before)) {
-      samples_ = Samples::kMeans;
+    if (are(means, before)) return SamplesAre::kMeans;
+    return are(before, means) ? SamplesAre::kMeansBefore : SamplesAre::kMoments;
+  }
+
+  void Mend(SamplesAre samples) {
+    if (samples == SamplesAre::kMoments && !corners_.open) return;
+    LookAround();
+    samples_ = samples;
+    if (samples == SamplesAre::kMeans) {
       correction_deg_ = corners_.means_deg;
-      noise_ = means.noise;
-    } else if (are(before, means)) {
-      samples_ = Samples::kMeansBefore;
+    } else if (samples == SamplesAre::kMeansBefore) {
       // That they are late is left to the latency, which is an effect where nothing declares it.
       correction_deg_ = corners_.means_before_deg;
-      noise_ = before.noise;
-      columns_ = BesideLate(late_->lacks_deg);
+      if (late_) columns_ = late_->Beside(late_->lacks_deg());
     } else {
-      correction_deg_ = bends.share * corners_.bends_deg;
+      const Lack bends = LackOf(corners_.bends_deg, columns_);
+      correction_deg_ = (bends.wanted() ? std::min(bends.share, 1.0) : 0.0) * corners_.bends_deg;
       noise_ = bends.noise;
     }
     problem_.AddOutput(correction_deg_);
@@ -226,20 +137,22 @@ class CornerMend {
   }
 
   std::string Says() const {
+    if (correction_deg_.size() == 0) return "";
     constexpr double kBesideNoise = 0.5;
     const bool certain = at_nodes_ + walk_ == 0.0;
-    if (samples_ == Samples::kMeansBefore) {
+    if (samples_ != SamplesAre::kMoments && correction_deg_.isZero()) return "";
+    if (samples_ == SamplesAre::kMeansBefore && late_) {
       return fmt::format(
           "its samples are means over the interval before their times, as the motion shows, and so "
           "late by half of it, {:.3g} ms: where its unit or its logger averages, declare that by "
           "gyro_delay_s = {:.3g}, and only a latency beyond it is an effect{}",
-          1e3 * late_->late_s, late_->declared_s + late_->late_s,
+          1e3 * late_->half_s(), late_->declared_s() + late_->half_s(),
           certain
               ? ""
               : "; how far it turned beside the ends of ramps is not known for certain, and the "
                 "errors allow for that");
     }
-    if (samples_ == Samples::kMeans && certain)
+    if (samples_ == SamplesAre::kMeans && certain)
       return "its samples are means from half way to half way between their times, as the motion "
              "shows: their sum is how far it turned";
     double moved = 0.0, beside = 0.0, most_deg = 0.0, interval_s = 0.0;
@@ -322,28 +235,19 @@ class CornerMend {
                    : here.share;
   }
 
-  // How much of a correction the data ask for, 0 to 1, and how clearly; 0 where they ask for none,
-  // or for one that no way of sampling makes.
+  // How much of a correction the data ask for, and how clearly.
   struct Lack {
     double share = 0.0, sigmas = 0.0;
+    bool clear = false;  // as much as a way of sampling makes
     std::optional<NoiseModel> noise;
+    // Whether they ask for it, and for no more than some way of sampling makes.
+    bool wanted() const { return sigmas > kSigmas && share < kMost; }
+    static constexpr double kSigmas = 4.0, kMost = 1.5;
   };
-  std::vector<RawColumns> BesideLate(const Eigen::VectorXd& column_deg) const {
-    std::vector<RawColumns> columns = late_->beside;
-    columns.emplace_back(Eigen::MatrixXd(column_deg));
-    return columns;
-  }
-  // None unless the data want that latency as well, from 0.8 of it up to the largest of shares.
-  Lack MeansBefore() const {
-    constexpr double kLate = 0.8;
-    if (!late_) return {};
-    const Lack before = LackOf(corners_.means_before_deg, BesideLate(late_->lacks_deg));
-    if (before.sigmas == 0.0) return {};
-    const Lack late = LackOf(late_->lacks_deg, BesideLate(corners_.means_before_deg));
-    return late.share > kLate ? before : Lack{};
-  }
   Lack LackOf(const Eigen::VectorXd& correction_deg, const std::vector<RawColumns>& beside) const {
-    constexpr double kSigmas = 4.0, kMost = 1.5;
+    // Noise that the output and its means have in common makes the share less than it is; half of
+    // it is no way of sampling.
+    constexpr double kWhole = 0.7;
     if (correction_deg.isZero()) return {};
     std::vector<RawColumns> columns = {RawColumns(Eigen::MatrixXd(-correction_deg))};
     columns.insert(columns.end(), beside.begin(), beside.end());
@@ -352,34 +256,69 @@ class CornerMend {
     const std::optional<NoiseEstimate> best = search.Best({}, kRough);
     if (!best) return {};
     const CoefficientEstimate share = search.FirstCoefficient(best->noise);
-    const double sigmas = share.value / share.std_error;
-    if (!(sigmas > kSigmas) || !(share.value < kMost)) return {0.0, 0.0, best->noise};
-    return {std::min(share.value, 1.0), sigmas, best->noise};
+    Lack out{share.value, share.value / share.std_error, false, best->noise};
+    out.clear = out.wanted() && out.share > kWhole;
+    return out;
+  }
+  // None unless the data want a latency of half an interval as well, or more, as of a bus. One of
+  // just that is hardly by chance: less of the means has to be seen beside it.
+  Lack MeansBefore() {
+    constexpr double kLate = 0.8, kMostLate = 4.0, kSettled = 0.02, kJust = 0.05;
+    constexpr double kShare = 0.5, kSigmas = 2.5;
+    constexpr int kSteps = 4;
+    if (!late_ || corners_.means_before_deg.isZero()) return {};
+    const std::vector<RawColumns> beside = late_->Beside(corners_.means_before_deg);
+    double error = 0.0;  // of the latency, of half an interval
+    for (int step = 0; step < kSteps; ++step) {
+      const Lack late = LackOf(late_->lacks_deg(), beside);
+      const double late_s = late.share * late_->late_s();
+      if (!(late.sigmas > Lack::kSigmas) || !(late_s > kLate * late_->half_s()) ||
+          !(late_s < kMostLate * late_->half_s()) || !late_->Set(late_s, problem_))
+        return {};
+      error = late_s / late.sigmas / late_->half_s();
+      if (std::fabs(late.share - 1.0) < kSettled) break;
+    }
+    Lack before = LackOf(corners_.means_before_deg, late_->Beside(late_->lacks_deg()));
+    const double beyond = late_->late_s() / late_->half_s() - 1.0;
+    const bool just = std::fabs(beyond) < kJust && error < 0.5 * kJust;
+    before.clear |=
+        just && before.share > kShare && before.share < Lack::kMost && before.sigmas > kSigmas;
+    return before;
   }
 
-  static constexpr double kWhole = 0.7;
+  // What may act beside all this; once, and only where there is something to look for.
+  void LookAround() {
+    if (!columns_.empty()) return;
+    columns_ = EverythingThatMayAct(baseline_, candidates_);
+    late_ = Lateness::Of(baseline_, candidates_, problem_);
+  }
+
   static constexpr double kRough = 0.1;  // of the logarithms of the noise's ratios
 
+  const Baseline& baseline_;
+  const CandidateSet& candidates_;
   ChannelProblem& problem_;
   const Corners corners_;
   std::vector<RawColumns> columns_;
-  const std::optional<LateByHalf> late_;
+  std::optional<Lateness> late_;
   std::optional<NoiseModel> noise_;
-  Eigen::VectorXd correction_deg_;
-  enum class Samples { kMoments, kMeans, kMeansBefore } samples_ = Samples::kMoments;
+  Eigen::VectorXd correction_deg_;  // empty: nothing was done
+  SamplesAre samples_ = SamplesAre::kMoments;
   double at_nodes_ = 0.0, walk_ = 0.0;
 };
 
-}  // namespace
+SamplingMend::SamplingMend(const Baseline& baseline, const CandidateSet& candidates,
+                           ChannelProblem* problem)
+    : state_(std::make_unique<State>(baseline, candidates, problem)) {}
+SamplingMend::SamplingMend(SamplingMend&&) noexcept = default;
+SamplingMend::~SamplingMend() = default;
 
-std::string MendBetweenSamples(const Baseline& baseline, const CandidateSet& candidates,
-                               ChannelProblem* problem) {
-  Corners corners = CornersOf(*problem);
-  if (!corners.matter) return "";
-  CornerMend mend(std::move(corners), EverythingThatMayAct(baseline, candidates),
-                  LateByHalfOf(baseline, candidates, *problem), problem);
-  mend.Mend();
-  return mend.Says();
+double SamplingMend::energy() const { return state_->energy(); }
+SamplesAre SamplingMend::Look() { return state_->Look(); }
+
+std::string SamplingMend::Mend(SamplesAre samples) {
+  state_->Mend(samples);
+  return state_->Says();
 }
 
 }  // namespace gyrobench::calibration

@@ -82,8 +82,17 @@ class ChannelTracer::State {
         AllCandidates(problem_, request_.covariates, request_.earth_rate_known,
                       CandidatesOf(problem_, request_.told)));
     if (!Finite()) return;
-    if (std::string says = MendBetweenSamples(baseline_, *candidates_, &problem_); !says.empty())
+    sampling_mend_.emplace(baseline_, *candidates_, &problem_);
+  }
+
+  double SeesOfSamples() const { return sampling_mend_ ? sampling_mend_->energy() : 0.0; }
+  SamplesAre LookAtSamples() { return sampling_mend_->Look(); }
+  void SamplesAreKnown(SamplesAre samples) {
+    samples_ = samples;
+    if (!sampling_mend_) return;
+    if (std::string says = sampling_mend_->Mend(samples); !says.empty())
       trace_.remarks.push_back(std::move(says));
+    sampling_mend_.reset();
   }
 
   std::vector<std::function<void()>> Searches() {
@@ -108,8 +117,8 @@ class ChannelTracer::State {
     } else if (enough_data_) {
       trace_.summary = "Not traced: " + trace_.remarks.back() + ".";
     }
-    return {std::move(trace_), std::move(model_), std::move(row_), std::move(bench_findings_),
-            std::move(angle_error_)};
+    return {std::move(trace_),          std::move(model_),       std::move(row_),
+            std::move(bench_findings_), std::move(angle_error_), samples_};
   }
 
  private:
@@ -348,6 +357,8 @@ class ChannelTracer::State {
   bool enough_data_ = false;
   Baseline baseline_;
   std::shared_ptr<const CandidateSet> candidates_;
+  std::optional<SamplingMend> sampling_mend_;  // until it is known what they are
+  SamplesAre samples_ = SamplesAre::kMoments;
   ChannelTrace trace_;
   ChannelModel model_;
   std::vector<std::size_t> effect_of_term_;  // of the model
@@ -362,6 +373,12 @@ class ChannelTracer::State {
 ChannelTracer::ChannelTracer(const ChannelRequest& request)
     : state_(std::make_unique<State>(request)) {}
 ChannelTracer::~ChannelTracer() = default;
+
+double ChannelTracer::SeesOfSamples() const { return state_->SeesOfSamples(); }
+
+SamplesAre ChannelTracer::LookAtSamples() { return state_->LookAtSamples(); }
+
+void ChannelTracer::SamplesAreKnown(SamplesAre samples) { state_->SamplesAreKnown(samples); }
 
 std::vector<std::function<void()>> ChannelTracer::Searches() { return state_->Searches(); }
 

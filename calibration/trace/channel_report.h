@@ -10,6 +10,7 @@
 #include "calibration/effects/channel_model.h"
 #include "calibration/sensor/make_vector.h"
 #include "calibration/trace/bench_finding.h"
+#include "calibration/trace/between_samples.h"
 #include "calibration/trace/reference_angle_error.h"
 #include "calibration/trace/trace_result.h"
 
@@ -24,6 +25,7 @@ struct TracedChannel {
   ChannelRow row;  // for the three axes together
   BenchFindings bench_findings;
   std::shared_ptr<const ReferenceAngleError> angle_error;  // about its axis
+  SamplesAre samples = SamplesAre::kMoments;
 };
 
 // The parts of one channel's trace. The request must outlive them.
@@ -32,6 +34,11 @@ class ChannelTracer {
   // Makes what the searches share.
   explicit ChannelTracer(const ChannelRequest& request);
   ~ChannelTracer();
+
+  // SamplingMend of the channel: energy, Look and Mend, the last once and before the searches.
+  double SeesOfSamples() const;
+  SamplesAre LookAtSamples();
+  void SamplesAreKnown(SamplesAre samples);
 
   // The search on all data and those on parts of them, to be called once each, in any order and
   // side by side: none sees what another one finds. The longest one first.

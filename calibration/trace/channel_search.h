@@ -12,6 +12,7 @@
 
 #include "calibration/state/state_history.h"
 #include "calibration/trace/bench_finding.h"
+#include "calibration/trace/between_samples.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/selection.h"
 
@@ -30,6 +31,7 @@ struct ChannelRequest {
   std::vector<BenchFinding> told;  // by any channel, that this one may feel as well
   // That the channels named when they were traced before; its own among them.
   ReferenceAngleErrors angle_errors;
+  std::optional<SamplesAre> samples;  // as the channels together said then
 };
 
 struct SearchedChannel {

@@ -8,6 +8,7 @@
 #include <exception>
 #include <future>
 #include <list>
+#include <memory>
 #include <mutex>
 #include <numeric>
 #include <optional>
@@ -23,13 +24,15 @@ namespace {
 
 std::size_t Cores() { return std::max(std::thread::hardware_concurrency(), 1U); }
 
-// One channel on its way through the pool: the first task prepares and adds the searches, the last
-// search to end finishes.
+// One channel on its way through the pool: the first task adds the searches, the last search to end
+// finishes.
 class ChannelWork {
  public:
-  ChannelWork(boost::asio::thread_pool& pool, const ChannelRequest& request) : pool_(pool) {
-    Post([this, &request] {
-      tracer_.emplace(request);
+  ChannelWork(boost::asio::thread_pool& pool, std::unique_ptr<ChannelTracer> tracer,
+              SamplesAre samples)
+      : pool_(pool), tracer_(std::move(tracer)) {
+    Post([this, samples] {
+      tracer_->SamplesAreKnown(samples);
       for (std::function<void()>& search : tracer_->Searches()) Post(std::move(search));
     });
   }
@@ -61,7 +64,7 @@ class ChannelWork {
   }
 
   boost::asio::thread_pool& pool_;
-  std::optional<ChannelTracer> tracer_;
+  std::unique_ptr<ChannelTracer> tracer_;
   std::promise<TracedChannel> traced_;
   std::atomic<int> open_ = 0;  // tasks that have not ended
   std::mutex failing_;
@@ -91,6 +94,18 @@ std::vector<std::size_t> LongestFirst(std::span<const ChannelRequest* const> req
   return order;
 }
 
+// As the channel says that sees most of it; of moments where none sees that they are not.
+SamplesAre WhatSamplesAre(std::span<const ChannelRequest* const> requests,
+                          const std::vector<std::unique_ptr<ChannelTracer>>& tracers) {
+  constexpr double kLeastEnergy = 16.0;  // four standard deviations, were it all that is unknown
+  if (requests.empty()) return SamplesAre::kMoments;
+  if (const std::optional<SamplesAre> known = requests.front()->samples) return *known;
+  const auto sees_most = std::ranges::max_element(
+      tracers, {}, [](const auto& tracer) { return tracer->SeesOfSamples(); });
+  return (*sees_most)->SeesOfSamples() > kLeastEnergy ? (*sees_most)->LookAtSamples()
+                                                      : SamplesAre::kMoments;
+}
+
 }  // namespace
 
 void OnAllCores(std::size_t count, const std::function<void(std::size_t)>& one) {
@@ -112,11 +127,15 @@ void OnAllCores(std::size_t count, const std::function<void(std::size_t)>& one) 
 
 std::vector<TracedChannel> TraceSideBySide(std::span<const ChannelRequest* const> requests,
                                            const std::function<void()>& one_done) {
+  std::vector<std::unique_ptr<ChannelTracer>> tracers(requests.size());
+  OnAllCores(requests.size(),
+             [&](std::size_t k) { tracers[k] = std::make_unique<ChannelTracer>(*requests[k]); });
+  const SamplesAre samples = WhatSamplesAre(requests, tracers);
   std::list<ChannelWork> work;
   std::vector<std::future<TracedChannel>> results(requests.size());
   boost::asio::thread_pool pool(Cores());
   for (const std::size_t k : LongestFirst(requests))
-    results[k] = work.emplace_back(pool, *requests[k]).result();
+    results[k] = work.emplace_back(pool, std::move(tracers[k]), samples).result();
   std::vector<TracedChannel> out;
   try {
     for (std::future<TracedChannel>& result : results) {

@@ -235,7 +235,8 @@ double RampedRate(double t_s) {
 // What a sample says of the motion about its time.
 enum class Sample { kMoment, kMean, kMeanBefore };
 
-ChannelTrace Traced(double gyro_hz, Sample sample, std::uint64_t seed, double declared_s = 0.0) {
+ChannelTrace Traced(double gyro_hz, Sample sample, std::uint64_t seed, double declared_s = 0.0,
+                    double bus_s = 0.0) {
   Story story;
   story.UseTurningChannelAlone();
   story.seed = seed;
@@ -245,7 +246,7 @@ ChannelTrace Traced(double gyro_hz, Sample sample, std::uint64_t seed, double de
   story.white_deg_s = 0.0035 * std::sqrt(gyro_hz);
   story.rate_deg_s = RampedRate;
   if (sample != Sample::kMoment) {
-    const double end_s = sample == Sample::kMean ? 0.5 / gyro_hz : 0.0;
+    const double end_s = (sample == Sample::kMean ? 0.5 / gyro_hz : 0.0) - bus_s;
     story.rate_deg_s = [=](double t_s) {
       return (RampedAngle(t_s + end_s) - RampedAngle(t_s + end_s - 1.0 / gyro_hz)) * gyro_hz;
     };
@@ -290,6 +291,25 @@ TEST(AGyroSampledSeldom, IsLateByHalfOfItsIntervalWhereItsSamplesAreMeansOverTha
       EXPECT_THAT(trace.remarks, Contains(HasSubstr(fmt::format("gyro_delay_s = {:.3g}", half_s))))
           << which;
       EXPECT_EQ(NamesOf(Traced(gyro_hz, Sample::kMeanBefore, seed, half_s)), "") << which;
+    }
+  }
+}
+
+// A bus adds to that, and there is still no filter. Where it is late by more than an interval, its
+// latency is right to a thousandth only.
+TEST(AGyroSampledSeldom, IsLaterYetByItsBus) {
+  for (const double gyro_hz : {10.0, 25.0}) {
+    for (const double of_half : {0.4, 1.1, 2.0}) {
+      const double late_s = (1.0 + of_half) * 0.5 / gyro_hz;
+      for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+        const std::string which = fmt::format("{} Hz, {} of half, seed {}", gyro_hz, of_half, seed);
+        const ChannelTrace trace =
+            Traced(gyro_hz, Sample::kMeanBefore, seed, 0.0, late_s - 0.5 / gyro_hz);
+        ASSERT_EQ(NamesOf(trace), "angle.latency ") << which;
+        const calibration::ModelParameter& tau = trace.effects[0].parameters[0];
+        EXPECT_LT(std::fabs(tau.value - late_s), std::max(4.0 * tau.std_error, 1e-3 * late_s))
+            << which;
+      }
     }
   }
 }

@@ -30,6 +30,8 @@ MENDED = {
     "fast_gyro:single:20:91327": "no tone: it passed for bias random walk",
     "fast_reference:single:20:61047": "a step of the angle at rest: as two halves at the rest's ends",
     "means_before:silent:0:82": "a filter: samples were means over the interval before, and late by half of it",
+    "means_before:silent:0:1960013": "a filter: each channel judged by itself what the samples of the sensor are",
+    "means_before:single:100:1960026": "a filter: a latency of just half an interval was no sign of such means",
     "noisy_slow_reference:silent:0:60024": "steps of the angle: the slow end of a motion was taken into a rest",
     "noisy_slow_reference:single:20:130046": "a step of the angle: a rest's mean passed for exact beside its own edge",
     "noisy_slow_reference:single:20:130222": "two steps of the bias: readings before and after a step had one mean",

@@ -1,0 +1,34 @@
+// Where the motion bends between two samples of a gyro, and what its output lacks there.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace gyrobench::calibration {
+
+class ChannelProblem;
+
+// What the output lacks between samples, by what the samples may be.
+struct Corners {
+  // Of each row, over N^2 [s]: what the variance of the output is larger by where the motion bends
+  // more than noise, or a rate that bends all along, makes of it. Of samples that are rates of
+  // single moments.
+  Eigen::VectorXd open_s;
+  // What the output of such samples lacks [deg] where the rate goes straight on either side of a
+  // corner.
+  Eigen::VectorXd bends_deg;
+  // What it lacks [deg] where samples are means from half way to half way: AsMeans of the nodes at
+  // which the rate changes. At others it would be the noise of the output again.
+  Eigen::VectorXd means_deg;
+  // The same of means over the interval before their times, beside that they are late.
+  Eigen::VectorXd means_before_deg;
+  // Whether `open_s` is more than little beside the angle random walk.
+  bool open = false;
+  // Of `means_deg`, beside white noise of the rows: the square of the standard deviations by which
+  // it would show, were it all that is unknown.
+  double energy = 0.0;
+};
+
+// All zero where the noise cannot be told.
+Corners CornersOf(const ChannelProblem& problem);
+
+}  // namespace gyrobench::calibration
