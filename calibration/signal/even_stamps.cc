@@ -67,17 +67,23 @@ double EvenStamps::After(double t_s) {
   return std::max(t_s + kSame_s, std::nextafter(t_s, std::numeric_limits<double>::infinity()));
 }
 
-// Moves on to the stamp's place, if it has one.
+// Moves on to the stamp's place, if it has one. Of a few stamps, which make a rough line, it is the
+// next one where its step is the shortest or one digit more: rounding makes no other steps, and one
+// over a lost sample is twice as long.
 bool EvenStamps::Follows(double stamp_s, double step_s) {
   if (step_s > kLongestPause_s) return false;
   if (count_ == 1) {
-    first_step_s_ = step_s;
+    first_step_s_ = shortest_step_s_ = step_s;
     place_ = 1.0;
     return step_s > 0.0;
   }
-  const double slope_s = Slope(), places = std::round(step_s / slope_s);
+  shortest_step_s_ = std::min(shortest_step_s_, step_s);
+  const double slope_s = Slope(),
+               last_line_s = first_s_ + mean_s_ + slope_s * (place_ - mean_place_);
+  const bool is_next = count_ < kLeastCount && step_s < shortest_step_s_ + kOff * digit_s_;
+  const double places = is_next ? 1.0 : std::round((stamp_s - last_line_s) / slope_s);
   if (!(places >= 1.0)) return false;
-  const double line_s = first_s_ + mean_s_ + slope_s * (place_ + places - mean_place_);
+  const double line_s = last_line_s + slope_s * places;
   const double most_s = (count_ < kLeastCount ? kOffOfFew : kOff) * digit_s_;
   if (!(std::fabs(stamp_s - line_s) < most_s)) return false;
   place_ += places;

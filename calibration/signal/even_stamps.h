@@ -28,7 +28,7 @@ class EvenStamps {
   double digit_s_ = 1.0;    // the last of them
   std::int64_t count_ = 0;  // of this stretch
   double first_s_ = 0.0, last_s_ = 0.0, last_mended_s_ = 0.0;
-  double first_step_s_ = 0.0;
+  double first_step_s_ = 0.0, shortest_step_s_ = 0.0;
   bool exact_ = true;  // every step is the same
   // Of the line through (index, stamp less the first one): weight, means, sums about these.
   double place_ = 0.0, weight_ = 0.0, mean_place_ = 0.0, mean_s_ = 0.0;

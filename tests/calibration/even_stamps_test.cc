@@ -48,6 +48,25 @@ TEST(EvenStamps, AnEvenClockIsFoundBehindRoundedStamps) {
   }
 }
 
+// An interval of 1.3 to 3.3 digits: 30 to 77 Hz in hundredths of a second, 400 Hz in thousandths.
+TEST(EvenStamps, AnEvenClockIsFoundWhereAnIntervalIsHardlyLongerThanADigit) {
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  for (const double digit_s : {1e-2, 1e-3}) {
+    for (int i = 0; i < 60; ++i) {
+      const double digits = 1.3 + 2.0 * any(random), hz = 1.0 / (digits * digit_s);
+      // Rounding repeats itself too slowly to tell.
+      if (std::fabs(digits - 0.5 * std::round(2.0 * digits)) < 0.03) continue;
+      const double start_s = 500.0 * any(random);
+      const auto rounded = [=](double t) { return Rounded(t, digit_s); };
+      EXPECT_LT(WorstError_s(hz, start_s, rounded, [](int) { return true; }), 0.25 * digit_s) << hz;
+      EXPECT_LT(WorstError_s(hz, start_s, rounded, [](int k) { return k < 50 || k % 17 != 5; }),
+                0.25 * digit_s)
+          << hz;
+    }
+  }
+}
+
 TEST(EvenStamps, TheErrorIsThatOfTheStampsWhereTheyBeatTooSlowlyToTell) {
   EvenStamps stamps;
   for (int i = 0; i < 30000; ++i) {  // of a beat of 100 s

@@ -18,7 +18,9 @@ DEFAULT = dict(
     # Motion and tables: acceleration of straight ramps, 0 for smooth ones; gap [s] between tables of one power-on.
     # A sample is the rate of its moment, or its mean from half way to half way between the samples; its stamp is later
     # than its middle by a part of the interval.
-    sample="moment", stamped_late=0.0, straight_ramps_deg_s2=0.0, programme="full", gap_s=(10.0, 60.0), power_ons="one",
+    # Stamps are printed with so many decimals, six where the reference has its own clock.
+    sample="moment", stamped_late=0.0, stamp_decimals=3, straight_ramps_deg_s2=0.0, programme="full",
+    gap_s=(10.0, 60.0), power_ons="one",
     # Temperature: what it does, what measures it; thermometer noise, resolution [degC], lag [s].
     thermal="warm_up", temp_noise_degC=0.02, temp_resolution_degC=1.0 / 340.0, temp_lag_s=0.0, thermometer=True,
     accelerometer=["absent", "noisy", "uncalibrated"],
@@ -74,6 +76,9 @@ CLASSES = {
     # The clock's rate is no whole number of the milliseconds in which its stamps are printed.
     "rounded_stamps": dict(gyro_rate_hz=("log", 15.0, 130.0), reference_rate_hz=[20.0, 500.0],
                            programme=["full", "medium"]),
+    # The same in hundredths of a second, of which an interval has two or three.
+    "coarse_stamps": dict(gyro_rate_hz=("log", 31.0, 74.0), stamp_decimals=2, reference_rate_hz=[20.0, 100.0],
+                          programme=["full", "medium"]),
     # A sensor whose samples are means of the rate, on such a table.
     "slow_means": dict(sample="mean", straight_ramps_deg_s2=(20.0, 80.0), gyro_rate_hz=[10.0, 12.5, 20.0, 25.0],
                        reference_rate_hz=[10.0, 20.0], programme=["full", "medium"]),

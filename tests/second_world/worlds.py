@@ -218,7 +218,7 @@ class World:
             full = np.full(rows.size, np.nan)
             full[where] = values
             return full
-        columns = [Column("t_s", rows, 6 if bench["own_clock"] else 3)]
+        columns = [Column("t_s", rows, 6 if bench["own_clock"] else bench["stamp_decimals"])]
         columns += [Column(f"gyro_{c}_{unit}", spread(gyro["xyz".index(c), part], at_gyro), decimals)
                     for c in bench["gyro_axes"]]
         names, values, digits = self._reference_columns(reads[:, read_part])
