@@ -41,7 +41,9 @@ double EvenStamps::Mend(double stamp_s) {
   const double line_s = first_s_ + mean_s_ + Slope() * (place_ - mean_place_);
   // What the line leaves of the variance of the stamps.
   const double left = (stamps_square_ - product_ * Slope()) / (weight_ * digit_s_ * digit_s_);
-  const bool on_line = count_ >= kLeastCount && !exact_ && left < kOnlyRounded;
+  const bool rounded = left < kOnlyRounded && !MayBeJitter();
+  const bool on_line = count_ >= kLeastCount && !exact_ && rounded;
+  if (count_ == kLeastCount && !exact_ && !rounded) Begin(stamp_s);
   last_s_ = stamp_s;
   last_mended_s_ = std::max(on_line ? line_s : stamp_s, After(last_mended_s_));
   return last_mended_s_;
@@ -63,30 +65,41 @@ void EvenStamps::Begin(double stamp_s) {
   place_ = mean_place_ = mean_s_ = square_ = product_ = stamps_square_ = 0.0;
 }
 
+// Whole digits all lie on a line of one digit a place, and on one of which many places are empty:
+// a clock that jitters by a part of a short interval seems to run by such a line.
+bool EvenStamps::MayBeJitter() const {
+  constexpr double kShort = 5.0, kLeast = 1.25;  // digits an interval
+  constexpr double kMostPlaces = 1.5;            // for each stamp
+  const double digits = Slope() / digit_s_;
+  return digits < kLeast ||
+         (digits < kShort && place_ > kMostPlaces * static_cast<double>(count_ - 1));
+}
+
 double EvenStamps::After(double t_s) {
   return std::max(t_s + kSame_s, std::nextafter(t_s, std::numeric_limits<double>::infinity()));
 }
 
 // Moves on to the stamp's place, if it has one. Of a few stamps, which make a rough line, it is the
-// next one where its step is the shortest or one digit more: rounding makes no other steps, and one
-// over a lost sample is twice as long.
+// next one where its step is the shortest or one digit more, as rounding makes them; where a lost
+// sample makes such a step too, the line shows it.
 bool EvenStamps::Follows(double stamp_s, double step_s) {
-  if (step_s > kLongestPause_s) return false;
+  if (!(step_s > 0.0) || step_s > kLongestPause_s) return false;
   if (count_ == 1) {
     first_step_s_ = shortest_step_s_ = step_s;
     place_ = 1.0;
-    return step_s > 0.0;
+    return true;
   }
-  shortest_step_s_ = std::min(shortest_step_s_, step_s);
+  const double shortest_s = std::min(shortest_step_s_, step_s);
   const double slope_s = Slope(),
                last_line_s = first_s_ + mean_s_ + slope_s * (place_ - mean_place_);
-  const bool is_next = count_ < kLeastCount && step_s < shortest_step_s_ + kOff * digit_s_;
+  const bool is_next = count_ < kLeastCount && step_s < shortest_s + kOff * digit_s_;
   const double places = is_next ? 1.0 : std::round((stamp_s - last_line_s) / slope_s);
   if (!(places >= 1.0)) return false;
   const double line_s = last_line_s + slope_s * places;
   const double most_s = (count_ < kLeastCount ? kOffOfFew : kOff) * digit_s_;
   if (!(std::fabs(stamp_s - line_s) < most_s)) return false;
   place_ += places;
+  shortest_step_s_ = shortest_s;
   exact_ = exact_ && std::fabs(step_s - places * first_step_s_) < kSame_s;
   return true;
 }

@@ -22,6 +22,7 @@ class EvenStamps {
   static double After(double t_s);
   double Slope() const { return square_ > 0.0 ? product_ / square_ : first_step_s_; }
   bool Follows(double stamp_s, double step_s);
+  bool MayBeJitter() const;
   void Add(double stamp_s);
 
   int digits_ = 0;          // behind the point, of all stamps so far

@@ -99,32 +99,44 @@ class SamplingMend::State {
         problem_(*problem),
         corners_(CornersOf(*problem)) {}
 
-  double energy() const { return corners_.energy; }
-
-  SamplesAre Look() {
-    LookAround();
-    const Lack means = LackOf(corners_.means_deg, columns_);
-    const Lack before = MeansBefore();
-    const Lack bends = corners_.open ? LackOf(corners_.bends_deg, columns_) : Lack{};
-    noise_ = means.noise;
-    const auto are = [&](const Lack& lack, const Lack& other) {
-      return lack.clear && lack.sigmas > std::max(other.clear ? other.sigmas : 0.0,
-                                                  bends.wanted() ? bends.sigmas : 0.0);
-    };
-    if (are(means, before)) return SamplesAre::kMeans;
-    return are(before, means) ? SamplesAre::kMeansBefore : SamplesAre::kMoments;
+  bool MayTell() const {
+    constexpr double kSigmas = 4.0;
+    return corners_.squared_sigmas > kSigmas * kSigmas;
   }
 
-  void Mend(SamplesAre samples) {
-    if (samples == SamplesAre::kMoments && !corners_.open) return;
-    LookAround();
-    samples_ = samples;
-    if (samples == SamplesAre::kMeans) {
+  SamplingSeen Look() const {
+    const std::vector<RawColumns> columns = EverythingThatMayAct(baseline_, candidates_);
+    const Lack means = LackOf(corners_.means_deg, columns);
+    const MeansBefore before = LookForMeansBefore();
+    const Lack bends = LackOf(corners_.bends_deg, columns);
+    // Bends of a smooth motion are no corners, and speak for moments all the same.
+    const double moments = bends.share < Lack::kMost ? bends.sigmas : 0.0;
+    const auto are = [&](const Lack& lack, const Lack& other) {
+      return lack.clear && lack.sigmas > std::max(other.clear ? other.sigmas : 0.0, moments);
+    };
+    SamplingSeen seen;
+    seen.std_error = means.std_error();
+    if (are(means, before.lack)) {
+      seen.sampling.samples = SamplesAre::kMeans;
+    } else if (are(before.lack, means)) {
+      seen.sampling = {SamplesAre::kMeansBefore, before.late_s};
+    }
+    seen.clear = seen.sampling.samples != SamplesAre::kMoments || bends.wanted();
+    return seen;
+  }
+
+  void Mend(const Sampling& sampling) {
+    samples_ = sampling.samples;
+    if (samples_ == SamplesAre::kMoments && !corners_.open) return;
+    columns_ = EverythingThatMayAct(baseline_, candidates_);
+    if (samples_ == SamplesAre::kMeans) {
       correction_deg_ = corners_.means_deg;
-    } else if (samples == SamplesAre::kMeansBefore) {
+    } else if (samples_ == SamplesAre::kMeansBefore) {
       // That they are late is left to the latency, which is an effect where nothing declares it.
       correction_deg_ = corners_.means_before_deg;
-      if (late_) columns_ = late_->Beside(late_->lacks_deg());
+      late_ = Lateness::Of(baseline_, candidates_, problem_);
+      if (late_ && late_->Set(sampling.late_s, problem_))
+        columns_ = late_->Beside(late_->lacks_deg());
     } else {
       const Lack bends = LackOf(corners_.bends_deg, columns_);
       correction_deg_ = (bends.wanted() ? std::min(bends.share, 1.0) : 0.0) * corners_.bends_deg;
@@ -137,15 +149,16 @@ class SamplingMend::State {
   }
 
   std::string Says() const {
-    if (correction_deg_.size() == 0) return "";
     constexpr double kBesideNoise = 0.5;
+    const bool means = samples_ != SamplesAre::kMoments;
+    if (correction_deg_.size() == 0 || (means && !MayTell())) return "";
     const bool certain = at_nodes_ + walk_ == 0.0;
-    if (samples_ != SamplesAre::kMoments && correction_deg_.isZero()) return "";
-    if (samples_ == SamplesAre::kMeansBefore && late_) {
+    if (samples_ == SamplesAre::kMeansBefore) {
+      if (!late_) return "";
       return fmt::format(
-          "its samples are means over the interval before their times, as the motion shows, and so "
-          "late by half of it, {:.3g} ms: where its unit or its logger averages, declare that by "
-          "gyro_delay_s = {:.3g}, and only a latency beyond it is an effect{}",
+          "its samples are means over the interval before their times, as the motion of the sensor "
+          "shows, and so late by half of it, {:.3g} ms: where its unit or its logger averages, "
+          "declare that by gyro_delay_s = {:.3g}, and only a latency beyond it is an effect{}",
           1e3 * late_->half_s(), late_->declared_s() + late_->half_s(),
           certain
               ? ""
@@ -154,7 +167,7 @@ class SamplingMend::State {
     }
     if (samples_ == SamplesAre::kMeans && certain)
       return "its samples are means from half way to half way between their times, as the motion "
-             "shows: their sum is how far it turned";
+             "of the sensor shows: their sum is how far it turned";
     double moved = 0.0, beside = 0.0, most_deg = 0.0, interval_s = 0.0;
     const double walk_deg2_s = noise_ ? std::pow(noise_->angle_random_walk_deg_sqrt_s, 2) : 0.0;
     for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
@@ -242,6 +255,7 @@ class SamplingMend::State {
     std::optional<NoiseModel> noise;
     // Whether they ask for it, and for no more than some way of sampling makes.
     bool wanted() const { return sigmas > kSigmas && share < kMost; }
+    double std_error() const { return share / sigmas; }
     static constexpr double kSigmas = 4.0, kMost = 1.5;
   };
   Lack LackOf(const Eigen::VectorXd& correction_deg, const std::vector<RawColumns>& beside) const {
@@ -260,37 +274,38 @@ class SamplingMend::State {
     out.clear = out.wanted() && out.share > kWhole;
     return out;
   }
+  struct MeansBefore {
+    Lack lack;
+    double late_s = 0.0;
+  };
   // None unless the data want a latency of half an interval as well, or more, as of a bus. One of
   // just that is hardly by chance: less of the means has to be seen beside it.
-  Lack MeansBefore() {
+  MeansBefore LookForMeansBefore() const {
     constexpr double kLate = 0.8, kMostLate = 4.0, kSettled = 0.02, kJust = 0.05;
     constexpr double kShare = 0.5, kSigmas = 2.5;
     constexpr int kSteps = 4;
-    if (!late_ || corners_.means_before_deg.isZero()) return {};
-    const std::vector<RawColumns> beside = late_->Beside(corners_.means_before_deg);
+    std::optional<Lateness> late = Lateness::Of(baseline_, candidates_, problem_);
+    if (!late || corners_.means_before_deg.isZero()) return {};
+    const std::vector<RawColumns> beside = late->Beside(corners_.means_before_deg);
+    bool settled = false;
     double error = 0.0;  // of the latency, of half an interval
-    for (int step = 0; step < kSteps; ++step) {
-      const Lack late = LackOf(late_->lacks_deg(), beside);
-      const double late_s = late.share * late_->late_s();
-      if (!(late.sigmas > Lack::kSigmas) || !(late_s > kLate * late_->half_s()) ||
-          !(late_s < kMostLate * late_->half_s()) || !late_->Set(late_s, problem_))
+    for (int step = 0; step < kSteps && !settled; ++step) {
+      const Lack lack = LackOf(late->lacks_deg(), beside);
+      const double late_s = lack.share * late->late_s();
+      if (!(lack.sigmas > Lack::kSigmas) || !(late_s > kLate * late->half_s()) ||
+          !(late_s < kMostLate * late->half_s()) || !late->Set(late_s, problem_))
         return {};
-      error = late_s / late.sigmas / late_->half_s();
-      if (std::fabs(late.share - 1.0) < kSettled) break;
+      error = lack.std_error() * late_s / late->half_s();
+      settled = std::fabs(lack.share - 1.0) < kSettled;
     }
-    Lack before = LackOf(corners_.means_before_deg, late_->Beside(late_->lacks_deg()));
-    const double beyond = late_->late_s() / late_->half_s() - 1.0;
+    if (!settled) return {};
+    MeansBefore out{LackOf(corners_.means_before_deg, late->Beside(late->lacks_deg())),
+                    late->late_s()};
+    const double beyond = late->late_s() / late->half_s() - 1.0;
     const bool just = std::fabs(beyond) < kJust && error < 0.5 * kJust;
-    before.clear |=
-        just && before.share > kShare && before.share < Lack::kMost && before.sigmas > kSigmas;
-    return before;
-  }
-
-  // What may act beside all this; once, and only where there is something to look for.
-  void LookAround() {
-    if (!columns_.empty()) return;
-    columns_ = EverythingThatMayAct(baseline_, candidates_);
-    late_ = Lateness::Of(baseline_, candidates_, problem_);
+    out.lack.clear |= just && out.lack.share > kShare && out.lack.share < Lack::kMost &&
+                      out.lack.sigmas > kSigmas;
+    return out;
   }
 
   static constexpr double kRough = 0.1;  // of the logarithms of the noise's ratios
@@ -310,14 +325,13 @@ class SamplingMend::State {
 SamplingMend::SamplingMend(const Baseline& baseline, const CandidateSet& candidates,
                            ChannelProblem* problem)
     : state_(std::make_unique<State>(baseline, candidates, problem)) {}
-SamplingMend::SamplingMend(SamplingMend&&) noexcept = default;
 SamplingMend::~SamplingMend() = default;
 
-double SamplingMend::energy() const { return state_->energy(); }
-SamplesAre SamplingMend::Look() { return state_->Look(); }
+bool SamplingMend::MayTell() const { return state_->MayTell(); }
+SamplingSeen SamplingMend::Look() const { return state_->Look(); }
 
-std::string SamplingMend::Mend(SamplesAre samples) {
-  state_->Mend(samples);
+std::string SamplingMend::Mend(const Sampling& sampling) {
+  state_->Mend(sampling);
   return state_->Says();
 }
 

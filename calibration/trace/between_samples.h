@@ -14,31 +14,40 @@ class ChannelProblem;
 // their times, or means over the interval before their times.
 enum class SamplesAre { kMoments, kMeans, kMeansBefore };
 
+struct Sampling {
+  SamplesAre samples = SamplesAre::kMoments;
+  double late_s = 0.0;  // of means over the interval before: half of it, and what a bus adds
+};
+
+// What one channel says of it.
+struct SamplingSeen {
+  Sampling sampling;
+  bool clear = false;      // whether its data tell
+  double std_error = 0.0;  // of how much of the correction for means they ask for
+};
+
 // Of samples that are rates of single moments, a rate that goes straight on either side of a corner
 // says where between two of them that is; of means the sum says how far it turned (AsMeans). That
-// means over the interval before are late by half of it stays in the output. The channels of a
-// sensor are sampled alike, so the one that sees most of it says for all what the samples are.
+// means over the interval before are late by half of it stays in the output.
 //
 // How much of the correction for moments the data ask for, as a filter takes from it, is estimated
 // beside everything that may act; that for means is added whole. What the corners leave open then,
 // as where the motion is not straight, is noise of their rows: of the turn up to a node, which the
 // next row takes back, and of that from row to row, each as much as the restricted likelihood
-// wants. Nothing is done where all that is little beside the angle random walk.
+// wants. Corners of moments that are little beside the angle random walk are left as they are.
 class SamplingMend {
  public:
   // Of a channel. What is given must outlive this.
   SamplingMend(const Baseline& baseline, const CandidateSet& candidates, ChannelProblem* problem);
-  SamplingMend(SamplingMend&&) noexcept;
   ~SamplingMend();
 
-  // How much of what samples are the channel sees: Corners::energy.
-  double energy() const;
-  // What the samples are by this channel's data: how much of each correction they ask for beside
-  // everything that may act, and how clearly.
-  SamplesAre Look();
+  // Whether the channel may tell what the samples are, by how far moments and means are apart.
+  bool MayTell() const;
+  // How much of each correction its data ask for beside everything that may act, and how clearly.
+  SamplingSeen Look() const;
   // Corrects output and noise of the problem. A sentence on what was done, empty where that is less
   // than the noise of these rows.
-  std::string Mend(SamplesAre samples);
+  std::string Mend(const Sampling& sampling);
 
  private:
   class State;

@@ -85,12 +85,14 @@ class ChannelTracer::State {
     sampling_mend_.emplace(baseline_, *candidates_, &problem_);
   }
 
-  double SeesOfSamples() const { return sampling_mend_ ? sampling_mend_->energy() : 0.0; }
-  SamplesAre LookAtSamples() { return sampling_mend_->Look(); }
-  void SamplesAreKnown(SamplesAre samples) {
-    samples_ = samples;
+  std::optional<SamplingSeen> LookAtSamples() const {
+    if (!sampling_mend_ || !sampling_mend_->MayTell()) return std::nullopt;
+    return sampling_mend_->Look();
+  }
+  void MendBetweenSamples(const Sampling& sampling) {
+    sampling_ = sampling;
     if (!sampling_mend_) return;
-    if (std::string says = sampling_mend_->Mend(samples); !says.empty())
+    if (std::string says = sampling_mend_->Mend(sampling); !says.empty())
       trace_.remarks.push_back(std::move(says));
     sampling_mend_.reset();
   }
@@ -118,7 +120,7 @@ class ChannelTracer::State {
       trace_.summary = "Not traced: " + trace_.remarks.back() + ".";
     }
     return {std::move(trace_),          std::move(model_),       std::move(row_),
-            std::move(bench_findings_), std::move(angle_error_), samples_};
+            std::move(bench_findings_), std::move(angle_error_), sampling_};
   }
 
  private:
@@ -358,7 +360,7 @@ class ChannelTracer::State {
   Baseline baseline_;
   std::shared_ptr<const CandidateSet> candidates_;
   std::optional<SamplingMend> sampling_mend_;  // until it is known what they are
-  SamplesAre samples_ = SamplesAre::kMoments;
+  Sampling sampling_;
   ChannelTrace trace_;
   ChannelModel model_;
   std::vector<std::size_t> effect_of_term_;  // of the model
@@ -374,11 +376,11 @@ ChannelTracer::ChannelTracer(const ChannelRequest& request)
     : state_(std::make_unique<State>(request)) {}
 ChannelTracer::~ChannelTracer() = default;
 
-double ChannelTracer::SeesOfSamples() const { return state_->SeesOfSamples(); }
+std::optional<SamplingSeen> ChannelTracer::LookAtSamples() const { return state_->LookAtSamples(); }
 
-SamplesAre ChannelTracer::LookAtSamples() { return state_->LookAtSamples(); }
-
-void ChannelTracer::SamplesAreKnown(SamplesAre samples) { state_->SamplesAreKnown(samples); }
+void ChannelTracer::MendBetweenSamples(const Sampling& sampling) {
+  state_->MendBetweenSamples(sampling);
+}
 
 std::vector<std::function<void()>> ChannelTracer::Searches() { return state_->Searches(); }
 

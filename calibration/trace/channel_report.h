@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,7 +26,7 @@ struct TracedChannel {
   ChannelRow row;  // for the three axes together
   BenchFindings bench_findings;
   std::shared_ptr<const ReferenceAngleError> angle_error;  // about its axis
-  SamplesAre samples = SamplesAre::kMoments;
+  Sampling sampling;
 };
 
 // The parts of one channel's trace. The request must outlive them.
@@ -35,10 +36,10 @@ class ChannelTracer {
   explicit ChannelTracer(const ChannelRequest& request);
   ~ChannelTracer();
 
-  // SamplingMend of the channel: energy, Look and Mend, the last once and before the searches.
-  double SeesOfSamples() const;
-  SamplesAre LookAtSamples();
-  void SamplesAreKnown(SamplesAre samples);
+  // SamplingMend of the channel. nullopt where it cannot tell what the samples are.
+  std::optional<SamplingSeen> LookAtSamples() const;
+  // Once, before the searches.
+  void MendBetweenSamples(const Sampling& sampling);
 
   // The search on all data and those on parts of them, to be called once each, in any order and
   // side by side: none sees what another one finds. The longest one first.

@@ -86,15 +86,16 @@ std::vector<bool> Accelerates(const ChannelProblem& problem, double walk_deg2_s)
 }  // namespace
 
 Corners CornersOf(const ChannelProblem& problem) {
-  // Of the angle random walk over all that moves: what is less open does not change a result. Of
-  // one interval.
-  constexpr double kOpen = 0.02, kCounts = 0.05;
-  const double walk_deg2_s = RoughWalk(problem);
-  if (!(walk_deg2_s > 0.0)) return {};
-  const std::vector<bool> has_corner = HasCorner(problem, walk_deg2_s),
-                          accelerates = Accelerates(problem, walk_deg2_s);
+  // Less than this part of the angle random walk over all that moves does not change a result.
+  constexpr double kOpen = 0.02;
+  // Less than this part of the angle random walk of a row is left out.
+  constexpr double kCounts = 0.05;
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(problem.rows());
   Corners out{none, none, none, none};
+  const double walk_deg2_s = RoughWalk(problem);
+  if (!(walk_deg2_s > 0.0)) return out;
+  const std::vector<bool> has_corner = HasCorner(problem, walk_deg2_s),
+                          accelerates = Accelerates(problem, walk_deg2_s);
   double moving_s = 0.0;
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
     const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
@@ -111,7 +112,7 @@ Corners CornersOf(const ChannelProblem& problem) {
       out.means_deg(i) -= between.begin.as_means_deg;
       out.means_before_deg(i) -= between.begin.as_means_later_deg;
     }
-    out.energy += std::pow(out.means_deg(i), 2) / (walk_deg2_s * interval.duration_s);
+    out.squared_sigmas += std::pow(out.means_deg(i), 2) / (walk_deg2_s * interval.duration_s);
     if (!has_corner[static_cast<std::size_t>(i)]) continue;
     out.bends_deg(i) = between.bends_deg;
     const double open_s = (between.corners_deg2 + between.steps_deg2) / walk_deg2_s;

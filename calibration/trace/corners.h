@@ -23,9 +23,9 @@ struct Corners {
   Eigen::VectorXd means_before_deg;
   // Whether `open_s` is more than little beside the angle random walk.
   bool open = false;
-  // Of `means_deg`, beside white noise of the rows: the square of the standard deviations by which
-  // it would show, were it all that is unknown.
-  double energy = 0.0;
+  // The square of the standard deviations by which `means_deg` would show, were nothing else unknown;
+  // its own noise counts in it.
+  double squared_sigmas = 0.0;
 };
 
 // All zero where the noise cannot be told.

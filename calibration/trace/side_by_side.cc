@@ -29,10 +29,10 @@ std::size_t Cores() { return std::max(std::thread::hardware_concurrency(), 1U); 
 class ChannelWork {
  public:
   ChannelWork(boost::asio::thread_pool& pool, std::unique_ptr<ChannelTracer> tracer,
-              SamplesAre samples)
+              const Sampling& sampling)
       : pool_(pool), tracer_(std::move(tracer)) {
-    Post([this, samples] {
-      tracer_->SamplesAreKnown(samples);
+    Post([this, sampling] {
+      tracer_->MendBetweenSamples(sampling);
       for (std::function<void()>& search : tracer_->Searches()) Post(std::move(search));
     });
   }
@@ -94,18 +94,6 @@ std::vector<std::size_t> LongestFirst(std::span<const ChannelRequest* const> req
   return order;
 }
 
-// As the channel says that sees most of it; of moments where none sees that they are not.
-SamplesAre WhatSamplesAre(std::span<const ChannelRequest* const> requests,
-                          const std::vector<std::unique_ptr<ChannelTracer>>& tracers) {
-  constexpr double kLeastEnergy = 16.0;  // four standard deviations, were it all that is unknown
-  if (requests.empty()) return SamplesAre::kMoments;
-  if (const std::optional<SamplesAre> known = requests.front()->samples) return *known;
-  const auto sees_most = std::ranges::max_element(
-      tracers, {}, [](const auto& tracer) { return tracer->SeesOfSamples(); });
-  return (*sees_most)->SeesOfSamples() > kLeastEnergy ? (*sees_most)->LookAtSamples()
-                                                      : SamplesAre::kMoments;
-}
-
 }  // namespace
 
 void OnAllCores(std::size_t count, const std::function<void(std::size_t)>& one) {
@@ -125,17 +113,36 @@ void OnAllCores(std::size_t count, const std::function<void(std::size_t)>& one) 
     if (failure) std::rethrow_exception(failure);
 }
 
+namespace {
+
+// The channels of a sensor are sampled alike: as the channel says whose data tell best, and of
+// moments where none tells.
+Sampling SamplingOf(std::span<const ChannelRequest* const> requests,
+                    const std::vector<std::unique_ptr<ChannelTracer>>& tracers) {
+  if (!requests.empty() && requests.front()->sampling) return *requests.front()->sampling;
+  std::vector<std::optional<SamplingSeen>> seen(tracers.size());
+  OnAllCores(tracers.size(), [&](std::size_t k) { seen[k] = tracers[k]->LookAtSamples(); });
+  SamplingSeen best;
+  for (const std::optional<SamplingSeen>& one : seen) {
+    if (!one || !one->clear) continue;
+    if (!best.clear || one->std_error < best.std_error) best = *one;
+  }
+  return best.sampling;
+}
+
+}  // namespace
+
 std::vector<TracedChannel> TraceSideBySide(std::span<const ChannelRequest* const> requests,
                                            const std::function<void()>& one_done) {
   std::vector<std::unique_ptr<ChannelTracer>> tracers(requests.size());
   OnAllCores(requests.size(),
              [&](std::size_t k) { tracers[k] = std::make_unique<ChannelTracer>(*requests[k]); });
-  const SamplesAre samples = WhatSamplesAre(requests, tracers);
+  const Sampling sampling = SamplingOf(requests, tracers);
   std::list<ChannelWork> work;
   std::vector<std::future<TracedChannel>> results(requests.size());
   boost::asio::thread_pool pool(Cores());
   for (const std::size_t k : LongestFirst(requests))
-    results[k] = work.emplace_back(pool, std::move(tracers[k]), samples).result();
+    results[k] = work.emplace_back(pool, std::move(tracers[k]), sampling).result();
   std::vector<TracedChannel> out;
   try {
     for (std::future<TracedChannel>& result : results) {

@@ -241,7 +241,7 @@ std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
           round == 0 ? !now.empty() : NamesWhatIsGone(traced[k].bench_findings, before, now);
       const bool misread = NeedsRetrace(requests[k], traced[k], angle_errors);
       if (!told && !misread) continue;
-      requests[k].samples = traced[k].samples;
+      requests[k].sampling = traced[k].sampling;
       if (told) before = std::move(now);
       if (misread) requests[k].angle_errors = angle_errors;
       again.push_back(k);

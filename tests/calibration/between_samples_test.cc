@@ -235,8 +235,7 @@ double RampedRate(double t_s) {
 // What a sample says of the motion about its time.
 enum class Sample { kMoment, kMean, kMeanBefore };
 
-ChannelTrace Traced(double gyro_hz, Sample sample, std::uint64_t seed, double declared_s = 0.0,
-                    double bus_s = 0.0) {
+Story StoryOf(double gyro_hz, Sample sample, std::uint64_t seed, double bus_s = 0.0) {
   Story story;
   story.UseTurningChannelAlone();
   story.seed = seed;
@@ -252,6 +251,11 @@ ChannelTrace Traced(double gyro_hz, Sample sample, std::uint64_t seed, double de
     };
   }
   story.angle_deg = RampedAngle;
+  return story;
+}
+ChannelTrace Traced(double gyro_hz, Sample sample, std::uint64_t seed, double declared_s = 0.0,
+                    double bus_s = 0.0) {
+  Story story = StoryOf(gyro_hz, sample, seed, bus_s);
   story.info.gyro_delay_s = declared_s;
   return TraceOf(story.Collect());
 }
@@ -309,9 +313,43 @@ TEST(AGyroSampledSeldom, IsLaterYetByItsBus) {
         const calibration::ModelParameter& tau = trace.effects[0].parameters[0];
         EXPECT_LT(std::fabs(tau.value - late_s), std::max(4.0 * tau.std_error, 1e-3 * late_s))
             << which;
+        EXPECT_LT(tau.std_error, 2e-3 * late_s) << which;
       }
     }
   }
+}
+
+// A channel that feels a twentieth of the turns cannot tell, and its sensor's samples are what
+// another channel shows.
+TEST(AGyroSampledSeldom, IsSampledAlikeInAllItsChannels) {
+  constexpr double kGyro_hz = 10.0;
+  for (const Sample sample : {Sample::kMoment, Sample::kMean, Sample::kMeanBefore}) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      Story story = StoryOf(kGyro_hz, sample, seed);
+      story.info.gyro_present = {true, true, true};
+      story.scale = {0.05, -0.2, 1.012};
+      const calibration::Recording recording = story.Collect();
+      for (const ChannelTrace& trace : TraceAll(recording).channels) {
+        const std::string names = NamesOf(trace);
+        EXPECT_TRUE(names.empty() || (sample == Sample::kMeanBefore && names == "angle.latency "))
+            << names << seed;
+      }
+    }
+  }
+}
+
+// A column of zeros beside it has no noise to be told.
+TEST(AGyroSampledSeldom, IsTracedBesideAChannelThatIsDead) {
+  Story story = StoryOf(10.0, Sample::kMean, 1);
+  story.info.gyro_present = {true, false, true};
+  story.spoil_gyro = [](GyroSample* sample) {
+    sample->xi[0] = 0.0;
+    return true;
+  };
+  const calibration::Recording recording = story.Collect();
+  const calibration::TraceResult result = TraceAll(recording);
+  ASSERT_EQ(result.channels.size(), 2U);
+  EXPECT_EQ(NamesOf(result.channels[1]), "");
 }
 
 }  // namespace

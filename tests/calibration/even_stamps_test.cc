@@ -121,6 +121,42 @@ TEST(EvenStamps, AClockThatJittersHasNoWorseTimesThanItsStamps) {
   }
 }
 
+// Of an interval of a few digits: whole digits lie on many lines.
+TEST(EvenStamps, JitterIsNoLineWhereAnIntervalHasFewDigits) {
+  std::mt19937_64 random(10);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  for (const double part : {0.2, 0.3, 0.4}) {
+    std::uniform_real_distribution<double> jitter(-part, part);
+    for (int clock = 0; clock < 60; ++clock) {
+      const double digits = 2.0 + 4.0 * any(random);  // of a millisecond
+      EvenStamps stamps;
+      double mended_s2 = 0.0, stamped_s2 = 0.0;
+      for (int i = 0; i < 3000; ++i) {
+        const double t_s = 1e-3 * digits * (i + jitter(random)), stamp_s = Rounded(t_s, 1e-3);
+        mended_s2 += std::pow(stamps.Mend(stamp_s) - t_s, 2);
+        stamped_s2 += std::pow(stamp_s - t_s, 2);
+      }
+      EXPECT_LT(mended_s2, 1.1 * stamped_s2) << digits << " digits, " << part;
+    }
+  }
+}
+
+// A sample that is lost among the first stamps is no longer an interval for good.
+TEST(EvenStamps, AnEvenClockIsFoundSoonAfterALossAtItsBegin) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  for (int clock = 0; clock < 100; ++clock) {
+    const double digits = 2.1 + 1.8 * any(random), hz = 1e3 / digits;
+    if (std::fabs(digits - std::round(digits)) < 0.05) continue;
+    const int lost = 1 + clock % 6;
+    EXPECT_LT(WorstError_s(
+                  hz, 10.0 * any(random), [](double t) { return Rounded(t, 1e-3); },
+                  [=](int k) { return k != lost; }),
+              2.5e-4)
+        << digits << " digits, lost " << lost;
+  }
+}
+
 TEST(EvenStamps, APauseAndAStampThatIsNoNumberDoNoHarm) {
   EvenStamps stamps;
   double start_s = 0.0, last_s = -1.0;
@@ -144,6 +180,13 @@ TEST(EvenStamps, TheSameStampHasTheSameTimeAndAStepBackBeginsAnew) {
     EXPECT_EQ(stamps.Mend(stamp_s), mended_s);
   }
   EXPECT_EQ(stamps.Mend(3.0), 3.0);
+  for (int at = 2; at < 32; ++at) {
+    EvenStamps early;
+    double last_s = 0.0;
+    for (int i = 0; i < at; ++i) early.Mend(last_s = Rounded(7.0 + i / 43.0, 1e-2));
+    const double back_s = Rounded(last_s - 0.01, 1e-2);
+    EXPECT_EQ(early.Mend(back_s), back_s) << at;
+  }
 }
 
 }  // namespace
