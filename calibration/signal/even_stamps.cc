@@ -16,11 +16,16 @@ constexpr double kNoDigit = 1e-4;  // of a digit: rounding of the number
 // would lag behind a clock that warms up.
 constexpr std::int64_t kLeastCount = 32;
 constexpr double kMemory = 400.0, kMemory_s = 20.0;
+// These are for milliseconds. Of coarser digits a clock that drifts is off by less, and where the
+// interval is nearly a whole number of them the stamps step by one more every minute only.
+constexpr double kMemoryDigit_s = 1e-3;
 // Of the last digit: where the beat is slower than the memory, the line goes along with the stamps
 // until they step by a whole one; of a line through a few, which is less sure.
 constexpr double kOff = 1.05, kOffOfFew = 2.0;
 // Of its square: rounding alone leaves 1/12 about the line.
 constexpr double kOnlyRounded = 0.11;
+// Of an interval of fewer digits a step does not say whether a sample was lost.
+constexpr double kLeastDigits = 1.25;
 constexpr double kSame_s = 1e-9;
 constexpr double kLongestPause_s = 2.0;
 
@@ -68,10 +73,10 @@ void EvenStamps::Begin(double stamp_s) {
 // Whole digits all lie on a line of one digit a place, and on one of which many places are empty:
 // a clock that jitters by a part of a short interval seems to run by such a line.
 bool EvenStamps::MayBeJitter() const {
-  constexpr double kShort = 5.0, kLeast = 1.25;  // digits an interval
-  constexpr double kMostPlaces = 1.5;            // for each stamp
+  constexpr double kShort = 5.0;       // digits an interval
+  constexpr double kMostPlaces = 1.5;  // for each stamp
   const double digits = Slope() / digit_s_;
-  return digits < kLeast ||
+  return digits < kLeastDigits ||
          (digits < kShort && place_ > kMostPlaces * static_cast<double>(count_ - 1));
 }
 
@@ -80,8 +85,9 @@ double EvenStamps::After(double t_s) {
 }
 
 // Moves on to the stamp's place, if it has one. Of a few stamps, which make a rough line, it is the
-// next one where its step is the shortest or one digit more, as rounding makes them; where a lost
-// sample makes such a step too, the line shows it.
+// next one where its step is the shortest or one digit more, as rounding makes them, and where all
+// steps were the same, where it is one digit more or less; where a lost sample makes such a step
+// too, the line shows it.
 bool EvenStamps::Follows(double stamp_s, double step_s) {
   if (!(step_s > 0.0) || step_s > kLongestPause_s) return false;
   if (count_ == 1) {
@@ -92,8 +98,10 @@ bool EvenStamps::Follows(double stamp_s, double step_s) {
   const double shortest_s = std::min(shortest_step_s_, step_s);
   const double slope_s = Slope(),
                last_line_s = first_s_ + mean_s_ + slope_s * (place_ - mean_place_);
-  const bool is_next = count_ < kLeastCount && step_s < shortest_s + kOff * digit_s_;
-  const double places = is_next ? 1.0 : std::round((stamp_s - last_line_s) / slope_s);
+  const bool of_few = count_ < kLeastCount && step_s < shortest_s + kOff * digit_s_;
+  const bool of_exact = exact_ && first_step_s_ > kLeastDigits * digit_s_ &&
+                        std::fabs(step_s - first_step_s_) < kOff * digit_s_;
+  const double places = of_few || of_exact ? 1.0 : std::round((stamp_s - last_line_s) / slope_s);
   if (!(places >= 1.0)) return false;
   const double line_s = last_line_s + slope_s * places;
   const double most_s = (count_ < kLeastCount ? kOffOfFew : kOff) * digit_s_;
@@ -105,8 +113,9 @@ bool EvenStamps::Follows(double stamp_s, double step_s) {
 }
 
 void EvenStamps::Add(double stamp_s) {
-  const double memory =
-      std::clamp(kMemory_s / first_step_s_, static_cast<double>(kLeastCount), kMemory);
+  const double coarser = std::max(digit_s_ / kMemoryDigit_s, 1.0);
+  const double memory = std::clamp(kMemory_s * coarser / first_step_s_,
+                                   static_cast<double>(kLeastCount), kMemory * coarser * coarser);
   if (weight_ >= memory) {
     const double keep = memory / (memory + 1.0);
     weight_ *= keep;

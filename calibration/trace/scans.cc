@@ -192,7 +192,8 @@ std::size_t PowerOfTwo(std::size_t least) {
 ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   ScanPeak peak;
   peak.effect = &ScannedEffect(Search::kFrequency, EffectDomain::kRateIntegral);
-  if (problem.rows() < 64) return peak;
+  constexpr Eigen::Index kLeastRest = 64;
+  if (problem.rows() < kLeastRest) return peak;
   std::vector<double> lengths;
   for (const Interval& interval : problem.intervals()) lengths.push_back(interval.duration_s);
   const double step_s = Median(std::move(lengths));
@@ -217,7 +218,9 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   };
   Eigen::Index resting = 0;
   for (Eigen::Index i = first; i < end; ++i) resting += rests(i) ? 1 : 0;
-  if (5 * resting < end - first) return peak;
+  // Rests of a few seconds between turns are enough: what they show of a tone is tried on all rows.
+  constexpr Eigen::Index kLeastPart = 20;
+  if (resting < kLeastRest || kLeastPart * resting < end - first) return peak;
   const double origin = problem.begin_s(first);
   const auto slots = static_cast<std::size_t>((problem.end_s(end - 1) - origin) / step_s) + 2;
   if (slots > (1u << 22)) return peak;

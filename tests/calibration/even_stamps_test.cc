@@ -67,6 +67,26 @@ TEST(EvenStamps, AnEvenClockIsFoundWhereAnIntervalIsHardlyLongerThanADigit) {
   }
 }
 
+// A clock of nearly 50 Hz in hundredths of a second: its stamps are exact for up to 100 s, and then
+// step by a digit more or less, which would be a step of the angle.
+TEST(EvenStamps, AStepOfADigitOnceAMinuteIsTakenOut) {
+  constexpr double kDigit_s = 0.01;
+  for (const double hz : {49.9, 49.99, 49.995, 50.01, 50.1, 33.34}) {
+    EvenStamps stamps;
+    double last_s = 0.0, worst_s = 0.0, worst_step_s = 0.0;
+    for (int i = 0; i < 30000; ++i) {
+      const double t_s = 3.3 + i / hz, mended_s = stamps.Mend(Rounded(t_s, kDigit_s));
+      if (i / hz > 200.0) {
+        worst_s = std::max(worst_s, std::fabs(mended_s - t_s));
+        worst_step_s = std::max(worst_step_s, std::fabs(mended_s - last_s - 1.0 / hz));
+      }
+      last_s = mended_s;
+    }
+    EXPECT_LT(worst_s, 0.2 * kDigit_s) << hz;
+    EXPECT_LT(worst_step_s, 0.01 * kDigit_s) << hz;
+  }
+}
+
 TEST(EvenStamps, TheErrorIsThatOfTheStampsWhereTheyBeatTooSlowlyToTell) {
   EvenStamps stamps;
   for (int i = 0; i < 30000; ++i) {  // of a beat of 100 s
