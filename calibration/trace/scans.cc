@@ -188,6 +188,18 @@ std::size_t PowerOfTwo(std::size_t least) {
   return size;
 }
 
+// First row of the longest power-on, and the one behind its last: where power-ons differ in their
+// beginning a tone's phase is another.
+std::pair<Eigen::Index, Eigen::Index> LongestPowerOn(const ChannelProblem& problem) {
+  const std::vector<Eigen::Index>& begins = problem.power_on_begins();
+  std::pair<Eigen::Index, Eigen::Index> longest = {0, 0};
+  for (std::size_t k = 0; k < begins.size(); ++k) {
+    const Eigen::Index end = k + 1 < begins.size() ? begins[k + 1] : problem.rows();
+    if (end - begins[k] > longest.second - longest.first) longest = {begins[k], end};
+  }
+  return longest;
+}
+
 // The residual on a grid of the rows' usual length, its spectrum; all measurements add up.
 ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   ScanPeak peak;
@@ -197,16 +209,7 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   std::vector<double> lengths;
   for (const Interval& interval : problem.intervals()) lengths.push_back(interval.duration_s);
   const double step_s = Median(std::move(lengths));
-  const std::vector<Eigen::Index>& begins = problem.power_on_begins();
-  // Where power-ons differ in their beginning a tone's phase is another: the longest one speaks.
-  std::size_t longest = 0;
-  auto end_of = [&](std::size_t k) {
-    return k + 1 < begins.size() ? begins[k + 1] : problem.rows();
-  };
-  for (std::size_t k = 0; k < begins.size(); ++k) {
-    if (end_of(k) - begins[k] > end_of(longest) - begins[longest]) longest = k;
-  }
-  const Eigen::Index first = begins[longest], end = end_of(longest);
+  const auto [first, end] = LongestPowerOn(problem);
   // In motion a tone cannot be told from the ripple of a table that turns: what the channel feels
   // of no turn speaks. Of an orientation no ripple is known.
   auto rests = [&](Eigen::Index i) {
