@@ -129,6 +129,7 @@ class ChannelSearcher {
     std::optional<Candidate> best;
     double most = 0.0;
     for (const ScanPeak& peak : ScanForNoise(problem_, whitener, model, residual)) {
+      if (peak.last_resort && best) continue;
       Candidate candidate = ScannedCandidate(problem_, peak);
       if (candidate.angle_step() && peak.gain < kClearStep) continue;
       const double level = std::log(request_.false_discovery * kShareForWalk / peak.tried);

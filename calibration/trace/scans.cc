@@ -221,9 +221,9 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   };
   Eigen::Index resting = 0;
   for (Eigen::Index i = first; i < end; ++i) resting += rests(i) ? 1 : 0;
-  // Rests of a few seconds between turns are enough: what they show of a tone is tried on all rows.
-  constexpr Eigen::Index kLeastPart = 20;
+  constexpr Eigen::Index kLeastPart = 20, kFewPart = 5;
   if (resting < kLeastRest || kLeastPart * resting < end - first) return peak;
+  peak.last_resort = kFewPart * resting < end - first;
   const double origin = problem.begin_s(first);
   const auto slots = static_cast<std::size_t>((problem.end_s(end - 1) - origin) / step_s) + 2;
   if (slots > (1u << 22)) return peak;
@@ -267,6 +267,7 @@ bool TooShort(const ChannelProblem& problem) { return problem.rows() < 4 * kEdge
 
 std::vector<ScanPeak> Found(std::vector<ScanPeak> peaks) {
   std::erase_if(peaks, [](const ScanPeak& peak) { return !(peak.gain > 0); });
+  std::ranges::stable_partition(peaks, [](const ScanPeak& peak) { return !peak.last_resort; });
   return peaks;
 }
 

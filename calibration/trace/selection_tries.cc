@@ -106,6 +106,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
   if (scanned >= kMostScanned) return;
   const Eigen::Index begin = store_.used();
   for (const ScanPeak& peak : Scan(*problem_, whitener_, store_.Take(model), Residual())) {
+    if (peak.last_resort && best->candidate) continue;
     // By the count of tests at the scan's own gain, which is not counted again when the noise is
     // estimated anew: a step's neighbours differ the more, the larger the gain is.
     const double level = std::log(options_.false_discovery * kShareOfScan / peak.tried);

@@ -33,7 +33,7 @@ double AngleAt(double t_s) {
 }
 
 TEST(ATone, IsFoundInRestsOfASecondOrTwoBetweenTurns) {
-  constexpr double kTone_hz = 1.3, kTone_deg_s = 0.02;
+  constexpr double kTone_hz = 1.3, kTone_deg_s = 0.01;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     Story story;
     story.UseTurningChannelAlone();
