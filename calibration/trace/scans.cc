@@ -267,7 +267,8 @@ bool TooShort(const ChannelProblem& problem) { return problem.rows() < 4 * kEdge
 
 std::vector<ScanPeak> Found(std::vector<ScanPeak> peaks) {
   std::erase_if(peaks, [](const ScanPeak& peak) { return !(peak.gain > 0); });
-  std::ranges::stable_partition(peaks, [](const ScanPeak& peak) { return !peak.last_resort; });
+  std::stable_partition(peaks.begin(), peaks.end(),
+                        [](const ScanPeak& peak) { return !peak.last_resort; });
   return peaks;
 }
 
