@@ -221,6 +221,8 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   };
   Eigen::Index resting = 0;
   for (Eigen::Index i = first; i < end; ++i) resting += rests(i) ? 1 : 0;
+  // Of all rows: with less than a twentieth at rest no tone is seen, with less than a fifth it is a
+  // last resort.
   constexpr Eigen::Index kLeastPart = 20, kFewPart = 5;
   if (resting < kLeastRest || kLeastPart * resting < end - first) return peak;
   peak.last_resort = kFewPart * resting < end - first;

@@ -48,7 +48,7 @@ TEST(EvenStamps, AnEvenClockIsFoundBehindRoundedStamps) {
   }
 }
 
-// An interval of 1.3 to 3.3 digits: 30 to 77 Hz in hundredths of a second, 400 Hz in thousandths.
+// An interval of 1.3 to 3.3 digits: 30 to 77 Hz in hundredths of a second.
 TEST(EvenStamps, AnEvenClockIsFoundWhereAnIntervalIsHardlyLongerThanADigit) {
   std::mt19937_64 random(9);
   std::uniform_real_distribution<double> any(0.0, 1.0);
@@ -161,7 +161,7 @@ TEST(EvenStamps, JitterIsNoLineWhereAnIntervalHasFewDigits) {
   }
 }
 
-// A sample that is lost among the first stamps is no longer an interval for good.
+// A sample that is lost among the first stamps does not spoil the interval for good.
 TEST(EvenStamps, AnEvenClockIsFoundSoonAfterALossAtItsBegin) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> any(0.0, 1.0);
