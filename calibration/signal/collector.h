@@ -63,6 +63,7 @@ class Collector : public MeasurementSink {
     EvenStamps gyro, covariates;
     std::array<EvenStamps, 3> reference;
     double gyro_stamp_s = kMissing, gyro_s = kMissing;  // of the last sample, before and after
+    std::int64_t readings = 0, beside_samples = 0;      // the latter have the stamp of a sample
   };
   double ReferenceTime(std::size_t axis, double stamp_s);
 

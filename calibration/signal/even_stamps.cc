@@ -12,18 +12,19 @@ namespace {
 constexpr int kMostDigits = 4;
 constexpr std::array<double, kMostDigits + 1> kPerDigit = {1.0, 1e1, 1e2, 1e3, 1e4};
 constexpr double kNoDigit = 1e-4;  // of a digit: rounding of the number
-// A line through so many is better than the stamps; one through many more, or over a longer time,
-// would lag behind a clock that warms up.
+// A line through so many is better than the stamps; one over a longer time would lag behind a clock
+// that warms up as fast as one of resistor and capacitor.
 constexpr std::int64_t kLeastCount = 32;
-constexpr double kMemory = 400.0, kMemory_s = 20.0;
-// These are for milliseconds. Of coarser digits a clock that drifts is off by less, and where the
-// interval is nearly a whole number of them the stamps step by one more every minute only.
-constexpr double kMemoryDigit_s = 1e-3;
+constexpr double kShortMemory = 400.0, kShortMemory_s = 20.0;
+// Of milliseconds, with the root of the digit: where the interval is nearly a whole number of digits,
+// as of a quartz that is off by 20 ppm, the stamps step by one more once a minute, and a shorter line
+// goes along with them. A clock that drifts is off by less of a coarser digit.
+constexpr double kLongMemory_s = 50.0, kLongMemoryDigit_s = 1e-3;
 // Of the last digit: where the beat is slower than the memory, the line goes along with the stamps
 // until they step by a whole one; of a line through a few, which is less sure.
 constexpr double kOff = 1.05, kOffOfFew = 2.0;
-// Of its square: rounding alone leaves 1/12 about the line.
-constexpr double kOnlyRounded = 0.11;
+// Of its square: rounding alone leaves 1/12 about the line. The long line is believed from less on.
+constexpr double kOnlyRounded = 0.11, kSurelyRounded = 0.09;
 // Of an interval of fewer digits a step does not say whether a sample was lost.
 constexpr double kLeastDigits = 1.25;
 constexpr double kSame_s = 1e-9;
@@ -43,11 +44,11 @@ double EvenStamps::Mend(double stamp_s) {
     return last_mended_s_ = begin_s;
   }
   Add(stamp_s);
-  const double line_s = first_s_ + mean_s_ + Slope() * (place_ - mean_place_);
-  // What the line leaves of the variance of the stamps.
-  const double left = (stamps_square_ - product_ * Slope()) / (weight_ * digit_s_ * digit_s_);
-  const bool rounded = left < kOnlyRounded && !MayBeJitter();
+  const double digit_s2 = digit_s_ * digit_s_;
+  on_long_ = long_.left_s2() < (on_long_ ? kOnlyRounded : kSurelyRounded) * digit_s2;
+  const bool rounded = (on_long_ || short_.left_s2() < kOnlyRounded * digit_s2) && !MayBeJitter();
   const bool on_line = count_ >= kLeastCount && !exact_ && rounded;
+  const double line_s = first_s_ + (on_long_ ? long_ : short_).At(place_);
   if (count_ == kLeastCount && !exact_ && !rounded) Begin(stamp_s);
   last_s_ = stamp_s;
   last_mended_s_ = std::max(on_line ? line_s : stamp_s, After(last_mended_s_));
@@ -66,8 +67,10 @@ void EvenStamps::Begin(double stamp_s) {
   first_s_ = last_s_ = stamp_s;
   count_ = 1;
   exact_ = true;
-  weight_ = 1.0;
-  place_ = mean_place_ = mean_s_ = square_ = product_ = stamps_square_ = 0.0;
+  place_ = 0.0;
+  on_long_ = false;
+  short_ = long_ = {};
+  short_.weight = long_.weight = 1.0;
 }
 
 // Whole digits all lie on a line of one digit a place, and on one of which many places are empty:
@@ -96,8 +99,7 @@ bool EvenStamps::Follows(double stamp_s, double step_s) {
     return true;
   }
   const double shortest_s = std::min(shortest_step_s_, step_s);
-  const double slope_s = Slope(),
-               last_line_s = first_s_ + mean_s_ + slope_s * (place_ - mean_place_);
+  const double slope_s = Slope(), last_line_s = first_s_ + short_.At(place_);
   const bool of_few = count_ < kLeastCount && step_s < shortest_s + kOff * digit_s_;
   const bool of_exact = exact_ && first_step_s_ > kLeastDigits * digit_s_ &&
                         std::fabs(step_s - first_step_s_) < kOff * digit_s_;
@@ -113,24 +115,30 @@ bool EvenStamps::Follows(double stamp_s, double step_s) {
 }
 
 void EvenStamps::Add(double stamp_s) {
-  const double coarser = std::max(digit_s_ / kMemoryDigit_s, 1.0);
-  const double memory = std::clamp(kMemory_s * coarser / first_step_s_,
-                                   static_cast<double>(kLeastCount), kMemory * coarser * coarser);
-  if (weight_ >= memory) {
-    const double keep = memory / (memory + 1.0);
-    weight_ *= keep;
-    square_ *= keep;
-    product_ *= keep;
-    stamps_square_ *= keep;
-  }
+  constexpr auto kLeast = static_cast<double>(kLeastCount);
+  const double coarser = std::max(digit_s_ / kLongMemoryDigit_s, 1.0);
   ++count_;
-  weight_ += 1.0;
-  const double from_place = place_ - mean_place_, from_s = stamp_s - first_s_ - mean_s_;
-  mean_place_ += from_place / weight_;
-  mean_s_ += from_s / weight_;
-  square_ += from_place * (place_ - mean_place_);
-  product_ += from_place * (stamp_s - first_s_ - mean_s_);
-  stamps_square_ += from_s * (stamp_s - first_s_ - mean_s_);
+  short_.Add(place_, stamp_s - first_s_,
+             std::clamp(kShortMemory_s / first_step_s_, kLeast, kShortMemory));
+  long_.Add(place_, stamp_s - first_s_,
+            std::max(kLongMemory_s * std::sqrt(coarser) / first_step_s_, kLeast));
+}
+
+void EvenStamps::Line::Add(double place, double s, double memory) {
+  if (weight >= memory) {
+    const double keep = memory / (memory + 1.0);
+    weight *= keep;
+    square *= keep;
+    product *= keep;
+    stamps_square *= keep;
+  }
+  weight += 1.0;
+  const double from_place = place - mean_place, from_s = s - mean_s;
+  mean_place += from_place / weight;
+  mean_s += from_s / weight;
+  square += from_place * (place - mean_place);
+  product += from_place * (s - mean_s);
+  stamps_square += from_s * (s - mean_s);
 }
 
 }  // namespace gyrobench::calibration

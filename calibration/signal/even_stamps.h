@@ -17,10 +17,21 @@ class EvenStamps {
   double Mend(double stamp_s);
 
  private:
+  // Through places and stamps less the first one: weight, means, sums about these.
+  struct Line {
+    void Add(double place, double s, double memory);
+    double slope_s() const { return product / square; }
+    double At(double place) const { return mean_s + slope_s() * (place - mean_place); }
+    // What it leaves of the variance of the stamps.
+    double left_s2() const { return (stamps_square - product * slope_s()) / weight; }
+
+    double weight = 0.0, mean_place = 0.0, mean_s = 0.0;
+    double square = 0.0, product = 0.0, stamps_square = 0.0;
+  };
   void Begin(double stamp_s);
   void FindDigits(double stamp_s);
   static double After(double t_s);
-  double Slope() const { return square_ > 0.0 ? product_ / square_ : first_step_s_; }
+  double Slope() const { return short_.square > 0.0 ? short_.slope_s() : first_step_s_; }
   bool Follows(double stamp_s, double step_s);
   bool MayBeJitter() const;
   void Add(double stamp_s);
@@ -30,10 +41,10 @@ class EvenStamps {
   std::int64_t count_ = 0;  // of this stretch
   double first_s_ = 0.0, last_s_ = 0.0, last_mended_s_ = 0.0;
   double first_step_s_ = 0.0, shortest_step_s_ = 0.0;
-  bool exact_ = true;  // every step is the same
-  // Of the line through (index, stamp less the first one): weight, means, sums about these.
-  double place_ = 0.0, weight_ = 0.0, mean_place_ = 0.0, mean_s_ = 0.0;
-  double square_ = 0.0, product_ = 0.0, stamps_square_ = 0.0;
+  bool exact_ = true;   // every step is the same
+  double place_ = 0.0;  // of the last stamp, in intervals from the first one
+  Line short_, long_;
+  bool on_long_ = false;
 };
 
 }  // namespace gyrobench::calibration

@@ -67,23 +67,27 @@ TEST(EvenStamps, AnEvenClockIsFoundWhereAnIntervalIsHardlyLongerThanADigit) {
   }
 }
 
-// A clock of nearly 50 Hz in hundredths of a second: its stamps are exact for up to 100 s, and then
-// step by a digit more or less, which would be a step of the angle.
-TEST(EvenStamps, AStepOfADigitOnceAMinuteIsTakenOut) {
-  constexpr double kDigit_s = 0.01;
-  for (const double hz : {49.9, 49.99, 49.995, 50.01, 50.1, 33.34}) {
-    EvenStamps stamps;
-    double last_s = 0.0, worst_s = 0.0, worst_step_s = 0.0;
-    for (int i = 0; i < 30000; ++i) {
-      const double t_s = 3.3 + i / hz, mended_s = stamps.Mend(Rounded(t_s, kDigit_s));
-      if (i / hz > 200.0) {
-        worst_s = std::max(worst_s, std::fabs(mended_s - t_s));
-        worst_step_s = std::max(worst_step_s, std::fabs(mended_s - last_s - 1.0 / hz));
-      }
-      last_s = mended_s;
+// A clock that is nearly at a whole number of digits: its stamps are exact for up to a minute and
+// then step by one digit more or less, which would be a step of the angle.
+void ExpectNoSteps(double hz, double digit_s) {
+  EvenStamps stamps;
+  double last_s = 0.0, worst_s = 0.0, worst_step_s = 0.0;
+  for (int i = 0; i / hz < 500.0; ++i) {
+    const double t_s = 3.3 + i / hz, mended_s = stamps.Mend(Rounded(t_s, digit_s));
+    if (i / hz > 200.0) {
+      worst_s = std::max(worst_s, std::fabs(mended_s - t_s));
+      worst_step_s = std::max(worst_step_s, std::fabs(mended_s - last_s - 1.0 / hz));
     }
-    EXPECT_LT(worst_s, 0.2 * kDigit_s) << hz;
-    EXPECT_LT(worst_step_s, 0.01 * kDigit_s) << hz;
+    last_s = mended_s;
+  }
+  EXPECT_LT(worst_s, 0.3 * digit_s) << hz;
+  EXPECT_LT(worst_step_s, 0.01 * digit_s) << hz;
+}
+
+TEST(EvenStamps, AStepOfADigitOnceAMinuteIsTakenOut) {
+  for (const double hz : {49.9, 49.99, 49.995, 50.01, 50.1, 33.34}) ExpectNoSteps(hz, 1e-2);
+  for (const double part : {20e-6, 50e-6, 200e-6, -20e-6, -50e-6, -200e-6}) {
+    for (const double hz : {50.0, 100.0, 200.0}) ExpectNoSteps(hz * (1.0 + part), 1e-3);
   }
 }
 
@@ -106,7 +110,8 @@ TEST(EvenStamps, AClockThatWarmsUpIsNotLeftBehind) {
       sum_s += error_s;
       square_s2 += error_s * error_s;
     }
-    EXPECT_LT(std::fabs(sum_s / kMany), 2e-5) << drift;
+    // A line that reaches back over a minute is behind by a part of a digit.
+    EXPECT_LT(std::fabs(sum_s / kMany), 8e-5) << drift;
     EXPECT_LT(std::sqrt(square_s2 / kMany), 1.5e-4) << drift << ": of the stamps 2.9e-4";
   }
 }
