@@ -16,9 +16,9 @@ constexpr double kNoDigit = 1e-4;  // of a digit: rounding of the number
 // that warms up as fast as one of resistor and capacitor.
 constexpr std::int64_t kLeastCount = 32;
 constexpr double kShortMemory = 400.0, kShortMemory_s = 20.0;
-// Of milliseconds, with the root of the digit: where the interval is nearly a whole number of digits,
-// as of a quartz that is off by 20 ppm, the stamps step by one more once a minute, and a shorter line
-// goes along with them. A clock that drifts is off by less of a coarser digit.
+// Of milliseconds, with the root of the digit: where the interval is nearly a whole number of
+// digits, as of a quartz that is off by 20 ppm, the stamps step by one more once a minute, and a
+// shorter line goes along with them. A clock that drifts is off by less of a coarser digit.
 constexpr double kLongMemory_s = 50.0, kLongMemoryDigit_s = 1e-3;
 // Of the last digit: where the beat is slower than the memory, the line goes along with the stamps
 // until they step by a whole one; of a line through a few, which is less sure.

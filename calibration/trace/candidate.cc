@@ -15,8 +15,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr std::array<const char*, 3> kAxisNames = {"outer", "middle", "inner"};
-
 // All points of the grid of an effect's non-linear parameters.
 std::vector<std::vector<double>> GridOf(const Effect& effect) {
   std::vector<std::vector<double>> points = {{}};
@@ -134,7 +132,7 @@ std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
         if (per_axis) {
           candidate.context.table_axis = problem.table_axes()[copy];
           if (OnStand(problem))
-            candidate.suffix = fmt::format("_{}", kAxisNames[candidate.context.table_axis]);
+            candidate.suffix = fmt::format("_{}", kTableAxisNames[candidate.context.table_axis]);
         }
         if (per_covariate) {
           candidate.context.covariate = copy;
@@ -219,7 +217,7 @@ Candidate PlacedCandidate(const ChannelProblem& problem, const Effect& effect,
   candidate.id = effect.id;
   candidate.power_on = power_on;
   if ((effect.needs & kNeedsTableAxis) != 0 && OnStand(problem))
-    candidate.suffix = fmt::format("_{}", kAxisNames[table_axis]);
+    candidate.suffix = fmt::format("_{}", kTableAxisNames[table_axis]);
   candidate.family = effect.id + candidate.suffix;
   // Several steps or tones are several effects.
   if (candidate.scanned())

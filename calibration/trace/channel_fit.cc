@@ -63,6 +63,17 @@ void StateInReferenceScale(const ChannelProblem& problem, const Baseline& baseli
   }
 }
 
+// What others found of an axis that is read wrong has an error, which is in what is fitted to the
+// rest.
+void AddMisread(const ChannelProblem& problem, const Selection& selection,
+                const Eigen::MatrixXd& tangent, Eigen::MatrixXd* covariance) {
+  Eigen::MatrixXd deviations = problem.MisreadDeviations();
+  if (deviations.cols() == 0) return;
+  selection.whitener().Apply(deviations);
+  const Eigen::MatrixXd moves = *covariance * (tangent.transpose() * deviations);
+  *covariance += moves * moves.transpose();
+}
+
 // From the begin of one member to that of the next.
 std::vector<Eigen::Index> Owned(const std::vector<Eigen::Index>& begin, std::size_t member,
                                 Eigen::Index all) {
@@ -154,6 +165,7 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
   }
   fit.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   fit.covariance = CovarianceOf(tangent.transpose() * tangent);
+  AddMisread(problem, selection, tangent, &fit.covariance);
   StateInReferenceScale(problem, baseline, selection, &fit);
   return fit;
 }

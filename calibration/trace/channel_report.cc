@@ -68,8 +68,8 @@ class ChannelTracer::State {
  public:
   explicit State(const ChannelRequest& request)
       : request_(request),
-        problem_(request.histories, request.channel, request.units_per_deg_s,
-                 request.angle_errors) {
+        problem_(request.histories, request.channel, request.units_per_deg_s, request.angle_errors,
+                 request.misread) {
     trace_.axis = static_cast<SensorAxis>(request.channel);
     model_.axis = trace_.axis;
     model_.unit = OutputUnit(request_.histories.front().recording->info);
@@ -78,6 +78,7 @@ class ChannelTracer::State {
     if (!enough_data_) return;
     baseline_ = problem_.MakeBaseline();
     RemarkOnBaseline();
+    RemarkOnMisreadAxes();
     candidates_ = std::make_shared<const CandidateSet>(
         AllCandidates(problem_, request_.covariates, request_.earth_rate_known,
                       CandidatesOf(problem_, request_.told)));
@@ -168,6 +169,16 @@ class ChannelTracer::State {
     without(kNeedsGravity,
             "gravity in the sensor's frame is not known: no effect of it can be "
             "estimated");
+  }
+
+  void RemarkOnMisreadAxes() {
+    for (const MisreadAxis& misread : request_.misread) {
+      trace_.remarks.push_back(fmt::format(
+          "another channel shows that the {} axis is read wrong by up to {:.2g} deg ({}): the "
+          "directions from which the turns of the axes outside of it come are corrected for that, "
+          "and what is not known of it is in the errors of the cross-axis parts",
+          kTableAxisNames[misread.context.table_axis], misread.values.norm(), misread.effect->id));
+    }
   }
 
   void Fill(const Selection& selection, const NoiseModel& noise, const ChannelFit& fit) {

@@ -30,11 +30,13 @@ int TemperatureOrder(double range_degC) {
 }  // namespace
 
 ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::size_t channel,
-                               double units_per_deg_s, ReferenceAngleErrors angle_errors)
+                               double units_per_deg_s, ReferenceAngleErrors angle_errors,
+                               std::vector<MisreadAxis> misread)
     : histories_(histories),
       channel_(channel),
       units_per_deg_s_(units_per_deg_s),
-      angle_errors_(std::move(angle_errors)) {
+      angle_errors_(std::move(angle_errors)),
+      misread_(std::move(misread)) {
   std::vector<double> output;
   double last_end_s = 0.0;
   bool new_power_on = true;
@@ -73,6 +75,7 @@ ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::siz
   const Vector3 row = RowOfM();
   ShareReferenceErrors(row);
   MoveReadingErrorToOutput(row);
+  TakeOffMisread(row);
 }
 
 // Where the axis turned by itself its scale factor has a column, and Earth's rotation is in that;

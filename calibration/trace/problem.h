@@ -22,6 +22,9 @@ namespace gyrobench::calibration {
 // Effects of the temperature need this range to be told from other slow ones.
 inline constexpr double kLeastTemperatureRange_degC = 1.0;
 
+// Of the stand, as parameters and remarks name them.
+inline constexpr std::array<const char*, 3> kTableAxisNames = {"outer", "middle", "inner"};
+
 // Of one axis, in one interval.
 struct FeltAxis {
   // Of a turn of the axis: what the channel turns by [deg per deg].
@@ -68,9 +71,11 @@ class ChannelProblem {
  public:
   // `histories` must outlive the problem. `units_per_deg_s`: s0. `angle_errors`: those about
   // other axes are added to the turns about them; the delays about its own axis are the time after
-  // which the reference has the shape of the filter.
+  // which the reference has the shape of the filter. `misread`: what these axes turn the directions
+  // of motions by is taken off the output.
   ChannelProblem(std::span<const StateHistory> histories, std::size_t channel,
-                 double units_per_deg_s, ReferenceAngleErrors angle_errors = {});
+                 double units_per_deg_s, ReferenceAngleErrors angle_errors = {},
+                 std::vector<MisreadAxis> misread = {});
   // Some of its rows, in order, as if the others had not been measured: what happened in them is
   // known, what the sensor said is not. Every power-on must keep a row.
   ChannelProblem Part(const std::vector<Eigen::Index>& rows) const;
@@ -124,6 +129,9 @@ class ChannelProblem {
   // The same of the power-on's own rows, beyond which it is 0.
   Eigen::MatrixXd ColumnsIn(std::size_t power_on, const Effect& effect,
                             const BasisContext& context) const;
+  // What the axes that are read wrong may turn the directions of motions by more than was taken off,
+  // by independent standard deviations of what was found: rows() x these [deg].
+  Eigen::MatrixXd MisreadDeviations() const;
   // The same for a rate [deg/s per unit] that is a function of the state.
   template <typename RateOf>
   Eigen::VectorXd RateColumn(RateOf rate_of) const {
@@ -192,6 +200,8 @@ class ChannelProblem {
   void SurveyTurns();
   void ShareReferenceErrors(const Vector3& row_of_m);
   void MoveReadingErrorToOutput(const Vector3& row_of_m);
+  Eigen::MatrixXd ColumnsOf(const MisreadAxis& misread) const;
+  void TakeOffMisread(const Vector3& row_of_m);
   bool PowerOnIsKnown() const;
   void SurveyTemperature();
   void SurveyGravity();
@@ -200,6 +210,7 @@ class ChannelProblem {
   std::size_t channel_;
   double units_per_deg_s_;
   ReferenceAngleErrors angle_errors_;
+  std::vector<MisreadAxis> misread_;
   std::vector<ProblemRow> rows_;
   std::vector<Interval> intervals_;
   std::vector<Eigen::Index> run_begins_, power_on_begins_;

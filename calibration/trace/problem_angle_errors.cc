@@ -1,5 +1,7 @@
-// What a problem's baseline has of the reference's angle errors: in the turns about other axes, and
-// in the time at which the shape of the filter is felt.
+// What a problem has of the reference's angle errors that channels found: in the turns about other
+// axes, in the direction that motions come from, and in the time at which the shape of the filter
+// is felt.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -23,6 +25,30 @@ Eigen::VectorXd ChannelProblem::Turn(std::size_t axis) const {
   for (Eigen::Index i = 0; i < rows(); ++i)
     turn_deg(i) += angle_errors_[axis]->turn_beyond_deg[ref(i).history][ref(i).interval];
   return turn_deg;
+}
+
+Eigen::MatrixXd ChannelProblem::ColumnsOf(const MisreadAxis& misread) const {
+  BasisContext context = misread.context;
+  context.channel = channel_;
+  return Columns(*misread.effect, context);
+}
+
+void ChannelProblem::TakeOffMisread(const Vector3& row_of_m) {
+  for (const MisreadAxis& misread : misread_)
+    output_ -= row_of_m[channel_] * (ColumnsOf(misread) * misread.values);
+}
+
+Eigen::MatrixXd ChannelProblem::MisreadDeviations() const {
+  Eigen::MatrixXd out(rows(), 0);
+  for (const MisreadAxis& misread : misread_) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> parts(misread.covariance);
+    const Eigen::VectorXd deviations = parts.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+    const Eigen::Index before = out.cols();
+    out.conservativeResize(Eigen::NoChange, before + deviations.size());
+    out.rightCols(deviations.size()) =
+        ColumnsOf(misread) * parts.eigenvectors() * deviations.asDiagonal();
+  }
+  return out;
 }
 
 // Change of the angular acceleration that the gyro shows over each row in motion [deg/s^2], at the

@@ -200,58 +200,101 @@ Runs MakeRuns(std::span<const Recording* const> recordings,
   return runs;
 }
 
-// Where one channel shows that an axis is read wrong, the others that are not clean are traced
-// again with that in view, and with its angle error in their cross-axis parts where they would see
-// it; and once more where the first then takes it back.
-std::vector<TracedChannel> TraceChannels(std::vector<ChannelRequest> requests,
-                                         const std::function<void(double)>& progress) {
-  constexpr int kRounds = 2;
-  std::vector<TracedChannel> traced(requests.size());
-  double done = 0.0;
-  auto trace = [&](const std::vector<std::size_t>& which) {
+// The channels of a sensor, traced until what one of them shows of the bench is known to all.
+class SensorTrace {
+ public:
+  SensorTrace(std::vector<ChannelRequest> requests, const std::function<void(double)>& progress)
+      : requests_(std::move(requests)), progress_(progress), traced_(requests_.size()) {}
+
+  std::vector<TracedChannel> Run() {
+    std::vector<std::size_t> all(requests_.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    Trace(all);
+    TellEachOther();
+    TakeOffMisreadAxes();
+    if (progress_) progress_(1.0);
+    return std::move(traced_);
+  }
+
+ private:
+  void Trace(const std::vector<std::size_t>& which) {
     std::vector<const ChannelRequest*> some;
-    for (const std::size_t k : which) some.push_back(&requests[k]);
+    for (const std::size_t k : which) some.push_back(&requests_[k]);
     std::vector<TracedChannel> results = TraceSideBySide(some, [&] {
-      if (progress) progress(std::min(1.0, ++done / static_cast<double>(requests.size() + 1)));
+      if (!progress_) return;
+      progress_(std::min(1.0, ++done_ / static_cast<double>(requests_.size() + 1)));
     });
-    for (std::size_t i = 0; i < which.size(); ++i) traced[which[i]] = std::move(results[i]);
-  };
-  std::vector<std::size_t> all(requests.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  trace(all);
-  for (int round = 0; round < kRounds; ++round) {
+    for (std::size_t i = 0; i < which.size(); ++i) traced_[which[i]] = std::move(results[i]);
+  }
+
+  ReferenceAngleErrors AngleErrors() const {
+    ReferenceAngleErrors errors;
+    for (std::size_t k = 0; k < requests_.size(); ++k)
+      errors[requests_[k].channel] = traced_[k].angle_error;
+    return errors;
+  }
+
+  // Where one channel shows that an axis is read wrong, the others that are not clean are traced
+  // again with that in view, and with its angle error in their cross-axis parts where they would
+  // see it; and once more where the first then takes it back.
+  void TellEachOther() {
+    constexpr int kRounds = 2;
+    for (int round = 0; round < kRounds; ++round) {
+      const std::vector<std::size_t> again = ToldMore(round);
+      if (again.empty()) return;
+      Trace(again);
+    }
+  }
+
+  // Tells them, and says which channels have to be traced again for it.
+  std::vector<std::size_t> ToldMore(int round) {
     std::vector<BenchFindings> own;
     std::vector<BenchFinding> errors;
-    for (const std::size_t k : all) {
-      own.push_back(Without(traced[k].bench_findings, requests[k].told));
+    for (std::size_t k = 0; k < requests_.size(); ++k) {
+      own.push_back(Without(traced_[k].bench_findings, requests_[k].told));
       std::ranges::copy(own.back().found, std::back_inserter(errors));
       std::ranges::copy(own.back().supposed, std::back_inserter(errors));
     }
-    ReferenceAngleErrors angle_errors;
-    for (const std::size_t k : all) angle_errors[requests[k].channel] = traced[k].angle_error;
+    const ReferenceAngleErrors angle_errors = AngleErrors();
     std::vector<std::size_t> again;
-    for (const std::size_t k : all) {
-      if (traced[k].trace.verdict == Verdict::kNone) continue;
+    for (std::size_t k = 0; k < requests_.size(); ++k) {
+      if (traced_[k].trace.verdict == Verdict::kNone) continue;
       std::vector<BenchFinding> now = NewTo(own[k], errors);
-      std::vector<BenchFinding>& before = requests[k].told;
+      std::vector<BenchFinding>& before = requests_[k].told;
       // What shakes the stand the channel names only where it is told.
       std::ranges::copy_if(before, std::back_inserter(now),
                            [](const BenchFinding& told) { return told.of_stand; });
       const bool told =
-          round == 0 ? !now.empty() : NamesWhatIsGone(traced[k].bench_findings, before, now);
-      const bool misread = NeedsRetrace(requests[k], traced[k], angle_errors);
+          round == 0 ? !now.empty() : NamesWhatIsGone(traced_[k].bench_findings, before, now);
+      const bool misread = NeedsRetrace(requests_[k], traced_[k], angle_errors);
       if (!told && !misread) continue;
-      requests[k].sampling = traced[k].sampling;
+      requests_[k].sampling = traced_[k].sampling;
       if (told) before = std::move(now);
-      if (misread) requests[k].angle_errors = angle_errors;
+      if (misread) requests_[k].angle_errors = angle_errors;
       again.push_back(k);
     }
-    if (again.empty()) break;
-    trace(again);
+    return again;
   }
-  if (progress) progress(1.0);
-  return traced;
-}
+
+  // Last of all: a channel that can tell for itself that an axis is read wrong has named it by now.
+  void TakeOffMisreadAxes() {
+    const ReferenceAngleErrors angle_errors = AngleErrors();
+    std::vector<std::size_t> again;
+    for (std::size_t k = 0; k < requests_.size(); ++k) {
+      std::vector<MisreadAxis> misread = MisreadByOthers(angle_errors, requests_[k].channel);
+      if (!MistakesDirection(requests_[k], traced_[k], misread)) continue;
+      requests_[k].misread = std::move(misread);
+      requests_[k].sampling = traced_[k].sampling;
+      again.push_back(k);
+    }
+    if (!again.empty()) Trace(again);
+  }
+
+  std::vector<ChannelRequest> requests_;
+  std::function<void(double)> progress_;
+  std::vector<TracedChannel> traced_;
+  double done_ = 0.0;  // channels
+};
 
 }  // namespace
 
@@ -280,7 +323,8 @@ Traced Trace(std::span<const Recording* const> recordings, const TraceOptions& o
     request.try_on_rest = options.try_on_rest;
     requests.push_back(std::move(request));
   }
-  std::vector<TracedChannel> traced_channels = TraceChannels(std::move(requests), options.progress);
+  std::vector<TracedChannel> traced_channels =
+      SensorTrace(std::move(requests), options.progress).Run();
   for (std::size_t k = 0; k < channels.size(); ++k) {
     TracedChannel& traced = traced_channels[k];
     AddReferenceError(runs.histories, channels[k], &traced);

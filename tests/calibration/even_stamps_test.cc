@@ -7,6 +7,8 @@
 #include <functional>
 #include <random>
 
+#include "calibration/signal/collector.h"
+
 namespace gyrobench::calibration {
 namespace {
 
@@ -196,6 +198,40 @@ TEST(EvenStamps, APauseAndAStampThatIsNoNumberDoNoHarm) {
       }
     }
   }
+}
+
+// Of a reference and a gyro, both in milliseconds: the largest error of the times of the nodes.
+double WorstNode_s(double gyro_hz, double reference_hz) {
+  constexpr double kDigit_s = 1e-3, kSettled_s = 20.0, kEnd_s = 120.0;
+  constexpr double kGyro_s = 0.0137, kReference_s = 0.0411;
+  Collector collector;
+  MeasurementInfo info;
+  info.gyro_present = {false, false, true};
+  info.reference = ReferenceKind::kSensorAngle;
+  collector.OnInfo(info);
+  int sample = 0;
+  for (int reading = 0; reading < kEnd_s * reference_hz; ++reading) {
+    const double stamp_s = Rounded(kReference_s + reading / reference_hz, kDigit_s);
+    for (;; ++sample) {
+      const double gyro_s = Rounded(kGyro_s + sample / gyro_hz, kDigit_s);
+      if (gyro_s > stamp_s + 1e-9) break;
+      collector.OnGyro({.t_s = gyro_s, .xi = {kMissing, kMissing, 0.01 * (sample % 3)}});
+    }
+    collector.OnAngle({.t_s = stamp_s, .axis = 2, .angle_deg = 0.0});
+  }
+  double worst_s = 0.0;
+  for (const Node& node : collector.Take().columns.nodes) {
+    if (node.at.t_s < kSettled_s) continue;
+    const double place = (node.at.t_s - kReference_s) * reference_hz;
+    worst_s = std::max(worst_s, std::fabs(place - std::round(place)) / reference_hz);
+  }
+  return worst_s;
+}
+
+// Stamps of both are the same by chance, of every fifth reading beside a gyro of 200 Hz.
+TEST(EvenStamps, AReadingWithTheStampOfASampleKeepsTheTimeOfItsOwnClock) {
+  for (const double gyro_hz : {61.7, 199.3, 200.0, 401.0})
+    EXPECT_LT(WorstNode_s(gyro_hz, 10.03), 5e-5) << gyro_hz;
 }
 
 TEST(EvenStamps, TheSameStampHasTheSameTimeAndAStepBackBeginsAnew) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -154,6 +155,45 @@ TEST(AnErrorOfTheMiddleAxis, IsNamedByWhatZFeelsOfTheOuter) {
         EXPECT_EQ(effect.owner, calibration::EffectOwner::kReference) << channel.summary;
         EXPECT_THAT(effect.parameters[0].name, ::testing::EndsWith("_middle")) << channel.summary;
       }
+    }
+  }
+}
+
+// With the disc off centre the table is not where the readings say, and x and y feel turns of the
+// middle axis from another direction: a rotation of both, which would be cross-axis parts.
+TEST(AnEccentricDiscOfTheInnerAxis, LeavesNoCrossAxisParts) {
+  constexpr double kWave_deg = 0.05, kMostError = 5e-5;
+  Motion motion;
+  motion.Rest(20.0);
+  for (const double rate : {10.0, 25.0, 40.0}) motion.ThereAndBack(kInnerAxis, 360.0, rate);
+  for (const double heading_deg : {90.0, -90.0}) {
+    for (const double rate : {20.0, 40.0}) motion.ThereAndBack(kMiddleAxis, 360.0, rate);
+    motion.Turn(kInnerAxis, heading_deg, 30.0);
+  }
+  const SyntheticBench bench(motion, ThreeChannels());
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Injection wave;
+    wave.angle_deg = [](const BenchState& s) {
+      return kWave_deg *
+             std::sin((s.table.angle_deg[kInnerAxis] + 40.0) * std::numbers::pi / 180.0);
+    };
+    const Recording recording = bench.Measure(wave, seed);
+    const Recording* const inputs[] = {&recording};
+    calibration::TraceOptions options;
+    options.curves = false;
+    const auto channels = calibration::Trace(inputs, options).result.channels;
+    ASSERT_EQ(channels.size(), 3u);
+    EXPECT_THAT(channels[2].summary, ::testing::HasSubstr("angle.eccentricity_1"));
+    for (std::size_t c = 0; c < 2; ++c) {
+      EXPECT_THAT(
+          channels[c].remarks,
+          ::testing::Contains(::testing::HasSubstr("another channel shows that the inner axis")));
+      const auto& parameters = channels[c].baseline.parameters;
+      const auto part = std::ranges::find(parameters, c == 0 ? "cross_axis_xy" : "cross_axis_yx",
+                                          [](const auto& parameter) { return parameter.name; });
+      ASSERT_NE(part, parameters.end());
+      EXPECT_LT(std::fabs(part->value), 4.0 * part->std_error) << "channel " << c;
+      EXPECT_LT(part->std_error, kMostError);
     }
   }
 }
