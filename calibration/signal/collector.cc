@@ -436,6 +436,10 @@ void Collector::OnDefect(const Defect& defect) {
   }
   impl_->Defect(defect);
 }
-Recording Collector::Take() const { return impl_->Take(); }
+Recording Collector::Take() const {
+  Recording out = impl_->Take();
+  out.stamp_digit_s = stamps_.gyro.digit_s();
+  return out;
+}
 
 }  // namespace gyrobench::calibration

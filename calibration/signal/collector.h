@@ -24,6 +24,7 @@ struct Recording {
   std::array<std::int64_t, 3> valid_samples = {};
   double first_time_s = 0.0, last_time_s = 0.0;
   double median_interval_s = kMissing;  // of the gyro
+  double stamp_digit_s = 0.0;  // last digit of its stamps; 0 where it is too fine to matter
   // Of the stand's axes (of a single-axis reference its one, of an orientation each of the
   // sensor's): the least difference of two readings in a row; infinite where there was none.
   Vector3 reference_step_deg = {};

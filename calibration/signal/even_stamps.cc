@@ -8,9 +8,7 @@
 namespace gyrobench::calibration {
 namespace {
 
-// Stamps of more digits need no mending: 10 us at 100 deg/s are a thousandth of a degree.
-constexpr int kMostDigits = 4;
-constexpr std::array<double, kMostDigits + 1> kPerDigit = {1.0, 1e1, 1e2, 1e3, 1e4};
+constexpr std::array<double, 5> kPerDigit = {1.0, 1e1, 1e2, 1e3, 1e4};
 constexpr double kNoDigit = 1e-4;  // of a digit: rounding of the number
 // A line through so many is better than the stamps; one over a longer time would lag behind a clock
 // that warms up as fast as one of resistor and capacitor.
@@ -25,8 +23,6 @@ constexpr double kLongMemory_s = 50.0, kLongMemoryDigit_s = 1e-3;
 constexpr double kOff = 1.05, kOffOfFew = 2.0;
 // Of its square: rounding alone leaves 1/12 about the line. The long line is believed from less on.
 constexpr double kOnlyRounded = 0.11, kSurelyRounded = 0.09;
-// Of an interval of fewer digits a step does not say whether a sample was lost.
-constexpr double kLeastDigits = 1.25;
 constexpr double kSame_s = 1e-9;
 constexpr double kLongestPause_s = 2.0;
 
@@ -79,7 +75,7 @@ bool EvenStamps::MayBeJitter() const {
   constexpr double kShort = 5.0;       // digits an interval
   constexpr double kMostPlaces = 1.5;  // for each stamp
   const double digits = Slope() / digit_s_;
-  return digits < kLeastDigits ||
+  return digits < kLeastDigitsOfInterval ||
          (digits < kShort && place_ > kMostPlaces * static_cast<double>(count_ - 1));
 }
 
@@ -101,7 +97,7 @@ bool EvenStamps::Follows(double stamp_s, double step_s) {
   const double shortest_s = std::min(shortest_step_s_, step_s);
   const double slope_s = Slope(), last_line_s = first_s_ + short_.At(place_);
   const bool of_few = count_ < kLeastCount && step_s < shortest_s + kOff * digit_s_;
-  const bool of_exact = exact_ && first_step_s_ > kLeastDigits * digit_s_ &&
+  const bool of_exact = exact_ && first_step_s_ > kLeastDigitsOfInterval * digit_s_ &&
                         std::fabs(step_s - first_step_s_) < kOff * digit_s_;
   const double places = of_few || of_exact ? 1.0 : std::round((stamp_s - last_line_s) / slope_s);
   if (!(places >= 1.0)) return false;

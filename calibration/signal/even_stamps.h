@@ -5,6 +5,10 @@
 
 namespace gyrobench::calibration {
 
+// Of an interval of fewer digits a step does not say whether a sample was lost, and stamps stay as
+// they are.
+inline constexpr double kLeastDigitsOfInterval = 1.25;
+
 // A sensor that samples at 100.3 Hz, logged in whole milliseconds, seems to turn for 10 ms or for
 // 9 ms from one sample to the next: at 40 deg/s each angle is off by up to 0.02 deg, in a beat of
 // the clock with the milliseconds that passes for a ripple of the angle. Stamps that lie about a
@@ -15,6 +19,8 @@ class EvenStamps {
  public:
   // In order; the same stamp again is given the same time again.
   double Mend(double stamp_s);
+  // Last digit of the stamps; 0 where it is too fine to matter, or nothing came yet.
+  double digit_s() const { return digits_ > kMostDigits ? 0.0 : digit_s_; }
 
  private:
   // Through places and stamps less the first one: weight, means, sums about these.
@@ -28,6 +34,9 @@ class EvenStamps {
     double weight = 0.0, mean_place = 0.0, mean_s = 0.0;
     double square = 0.0, product = 0.0, stamps_square = 0.0;
   };
+  // Stamps of more digits need no mending: 10 us at 100 deg/s are a thousandth of a degree.
+  static constexpr int kMostDigits = 4;
+
   void Begin(double stamp_s);
   void FindDigits(double stamp_s);
   static double After(double t_s);

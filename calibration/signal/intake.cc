@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/robust.h"
 #include "calibration/signal/collector.h"
+#include "calibration/signal/even_stamps.h"
 #include "calibration/signal/reference_track.h"
 #include "calibration/signal/wrong_unit.h"
 
@@ -65,6 +66,40 @@ std::string RemarkOnSpecificForce(const Recording& recording) {
       size_g, *unit);
 }
 
+// Fastest turn that the reference shows, of any axis [deg/s].
+double FastestTurn_deg_s(const std::vector<Node>& nodes) {
+  double fastest = 0.0;
+  for (std::size_t i = 1; i < nodes.size(); ++i) {
+    const double length_s = nodes[i].at.t_s - nodes[i - 1].at.t_s;
+    for (std::size_t c = 0; c < 3 && length_s > 0.0; ++c) {
+      const double turn_deg = nodes[i].rotation_deg[c] - nodes[i - 1].rotation_deg[c];
+      fastest = std::fmax(fastest, std::fabs(turn_deg) / length_s);
+    }
+  }
+  return fastest;
+}
+
+// Of stamps that are printed so coarsely that they do not tell an even clock. Empty where all is
+// well, as where all steps are the same.
+std::string RemarkOnStamps(const Recording& recording) {
+  constexpr double kMatters_deg = 0.02, kFine = 0.01;
+  const double digit_s = recording.stamp_digit_s;
+  const auto steps = static_cast<double>(recording.samples - 1);
+  if (!(digit_s > 0.0) || !(steps > 0.0)) return "";
+  const double length_s = recording.last_time_s - recording.first_time_s;
+  const double digits = length_s / steps / digit_s;
+  const bool even = std::fabs(length_s - steps * digit_s * std::round(digits)) < 0.5 * digit_s;
+  const double wrong_deg = digit_s * FastestTurn_deg_s(recording.columns.nodes);
+  if (!(digits < kLeastDigitsOfInterval) || even || !(wrong_deg > kMatters_deg)) return "";
+  return fmt::format(
+      "the gyro's stamps are printed to {:.4g} s, and its samples come every {:.4g} s: when each "
+      "was "
+      "taken is known to {:.4g} s alone, in which the fastest turn goes on by {:.2g} deg. Steps of "
+      "the angle, ripples, resonances and errors of the scale factor that come from that are none "
+      "of sensor or bench; print the stamps to {:.4g} s",
+      digit_s, length_s / steps, digit_s, wrong_deg, kFine * digit_s);
+}
+
 std::string RemarkOnSilentAxis(const Defect& defect) {
   if (defect.count > 1)
     return fmt::format(
@@ -96,6 +131,8 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
   if (std::string remark = RemarkOnTemperature(recording.columns); !remark.empty())
     remarks.push_back(std::move(remark));
   if (std::string remark = RemarkOnSpecificForce(recording); !remark.empty())
+    remarks.push_back(std::move(remark));
+  if (std::string remark = RemarkOnStamps(recording); !remark.empty())
     remarks.push_back(std::move(remark));
   if (recording.info.reference != ReferenceKind::kNone && recording.reference_samples == 0) {
     remarks.emplace_back(

@@ -51,6 +51,26 @@ TEST(AReference, ThatNoRowFillsIsSaidToHaveNoValue) {
               Not(Contains(HasSubstr("has no value at any time"))));
 }
 
+TEST(Stamps, ThatAreAsCoarseAsTheIntervalAreSaidToBe) {
+  const auto remarks = [](double gyro_hz, double digit_s) {
+    Story story;
+    story.gyro_hz = gyro_hz;
+    story.spoil_gyro = [=](GyroSample* sample) {
+      sample->t_s = digit_s * std::round(sample->t_s / digit_s);
+      return true;
+    };
+    return calibration::IntakeRemarks(story.Collect());
+  };
+  // A story turns at up to 60 deg/s.
+  EXPECT_THAT(remarks(100.02, 0.01),
+              Contains(::testing::AllOf(HasSubstr("printed to 0.01 s"), HasSubstr("by 0.6 deg"))));
+  EXPECT_THAT(remarks(201.0, 0.01), Contains(HasSubstr("come every 0.004975 s")));
+  const auto none = Not(Contains(HasSubstr("stamps are printed")));
+  EXPECT_THAT(remarks(100.0, 0.01), none);
+  EXPECT_THAT(remarks(50.01, 0.01), none);
+  EXPECT_THAT(remarks(100.02, 0.001), none);
+}
+
 // A rate of straight ramps: 1 s up, 4 s at 40 deg/s, 1 s down, 2 s of rest, and back.
 double RampRate(double t_s) {
   const double phase = std::fmod(t_s, 16.0), in_s = std::fmod(phase, 8.0) - 2.0;
