@@ -45,6 +45,19 @@ void ListMissing(const ChannelRows& rows, std::vector<std::string>* missing) {
   }
 }
 
+// Of the values of two rows.
+Eigen::MatrixXd CommonCovariance(const ChannelRow& a, const ChannelRow& b) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(a.values.size(), b.values.size());
+  for (std::size_t i = 0; i < a.common.size(); ++i) {
+    for (std::size_t j = 0; j < b.common.size(); ++j) {
+      if (a.common[i] != b.common[j]) continue;
+      out += a.by_common.col(static_cast<Eigen::Index>(i)) *
+             b.by_common.col(static_cast<Eigen::Index>(j)).transpose();
+    }
+  }
+  return out;
+}
+
 void FillMatrix(const ChannelRows& rows, VectorCalibration* out) {
   MatrixWithCovariance m;
   Eigen::Vector3d s0;
@@ -53,6 +66,11 @@ void FillMatrix(const ChannelRows& rows, VectorCalibration* out) {
     const auto i = static_cast<Eigen::Index>(c);
     m.value.row(i) = rows[c]->values.head<3>().transpose();
     m.covariance.block<3, 3>(3 * i, 3 * i) = rows[c]->covariance.topLeftCorner<3, 3>();
+    for (std::size_t d = 0; d < 3; ++d) {
+      if (d == c) continue;
+      m.covariance.block<3, 3>(3 * i, 3 * static_cast<Eigen::Index>(d)) =
+          CommonCovariance(*rows[c], *rows[d]).topLeftCorner<3, 3>();
+    }
     s0[i] = rows[c]->units_per_deg_s;
     // One reference for all three: where channels took different parts of its error off, the
     // larger rest.
@@ -131,12 +149,20 @@ Joint Stack(const ChannelRows& rows) {
   joint.separate.values.resize(total);
   joint.separate.covariance = Eigen::MatrixXd::Zero(total, total);
   Eigen::Index begin = 0;
+  std::array<Eigen::Index, 3> begins = {};
   for (std::size_t c = 0; c < 3; ++c) {
     if (rows[c] == nullptr) continue;
     const ChannelRow& row = *rows[c];
+    begins[c] = begin;
     const Eigen::Index count = row.values.size();
     joint.separate.values.segment(begin, count) = row.values;
     joint.separate.covariance.block(begin, begin, count, count) = row.covariance;
+    for (std::size_t d = 0; d < c; ++d) {
+      if (rows[d] == nullptr) continue;
+      const Eigen::MatrixXd across = CommonCovariance(row, *rows[d]);
+      joint.separate.covariance.block(begin, begins[d], count, across.cols()) = across;
+      joint.separate.covariance.block(begins[d], begin, across.cols(), count) = across.transpose();
+    }
     for (Eigen::Index j = 0; j < 3; ++j)
       if (std::isfinite(row.values[j])) joint.matrix.push_back(begin + j);
     for (std::size_t k = 0; k < row.shared.size(); ++k) {

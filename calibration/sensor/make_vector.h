@@ -42,12 +42,18 @@ struct ChannelRow {
   std::vector<Name> shared;  // of values from the fourth on
   GravityRow gravity;
   ReferenceError reference;  // not in the covariance
+  // Errors that the rows share, in their covariance: what each value changes by with a standard
+  // deviation of what another channel found of the reference (values.size() x these), and the names
+  // of that, by which those of other rows are the same.
+  Eigen::MatrixXd by_common;
+  std::vector<std::string> common;
 };
 
 // `rows`: of the channels that were traced. The noise of channels is taken as independent: of the
 // reference's, which they share, each feels what turns about its own axis. That holds of turns
 // about one sensor axis; where an axis of the stand lies between two of the sensor's, both feel its
-// encoder.
+// encoder. Common errors (ChannelRow::common) are not; what they have in common with the channel
+// that found them is not counted.
 VectorCalibration MakeVectorCalibration(std::span<const ChannelRow> rows,
                                         std::span<const StateHistory> histories);
 

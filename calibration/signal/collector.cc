@@ -380,7 +380,7 @@ Collector::Collector(double node_interval_s) : impl_(std::make_unique<Impl>(node
 Collector::~Collector() = default;
 Collector::Collector(const Collector& other)
     : impl_(std::make_unique<Impl>(*other.impl_)),
-      stamps_(other.stamps_),
+      times_(other.times_),
       gyro_delay_s_(other.gyro_delay_s_),
       reference_delay_s_(other.reference_delay_s_) {}
 Collector::Collector(Collector&&) noexcept = default;
@@ -391,38 +391,26 @@ Collector& Collector::operator=(Collector&&) noexcept = default;
 void Collector::OnInfo(const MeasurementInfo& info) {
   gyro_delay_s_ = info.gyro_delay_s;
   reference_delay_s_ = info.reference_delay_s;
-  stamps_ = {};
+  times_ = {};
   impl_->Start(info);
 }
 void Collector::OnGyro(const GyroSample& sample) {
   GyroSample undelayed = sample;
-  stamps_.gyro_stamp_s = sample.t_s;
-  stamps_.gyro_s = stamps_.gyro.Mend(sample.t_s);
-  undelayed.t_s = stamps_.gyro_s - gyro_delay_s_;
+  undelayed.t_s = times_.OfGyro(sample.t_s) - gyro_delay_s_;
   impl_->Gyro(undelayed);
 }
 void Collector::OnCovariates(double t_s, std::span<const double> values) {
-  impl_->Covariates(stamps_.covariates.Mend(t_s), values);
-}
-// A reading of the row of the last sample has its time. Rounded stamps of two clocks are now and
-// then the same as well: in milliseconds every fifth, beside a gyro of 200 Hz.
-double Collector::ReferenceTime(std::size_t axis, double stamp_s) {
-  constexpr std::int64_t kOfTen = 9;  // that have a sample's stamp where they share its rows
-  const double own_s = stamps_.reference[std::min<std::size_t>(axis, 2)].Mend(stamp_s);
-  const bool beside_sample = stamp_s == stamps_.gyro_stamp_s;
-  ++stamps_.readings;
-  stamps_.beside_samples += beside_sample ? 1 : 0;
-  const bool share_rows = 10 * stamps_.beside_samples >= kOfTen * stamps_.readings;
-  return (beside_sample && share_rows ? stamps_.gyro_s : own_s) - reference_delay_s_;
+  impl_->Covariates(times_.OfCovariates(t_s), values);
 }
 void Collector::OnAngle(const AngleSample& sample) {
   AngleSample undelayed = sample;
-  undelayed.t_s = ReferenceTime(static_cast<std::size_t>(sample.axis), sample.t_s);
+  undelayed.t_s =
+      times_.OfReference(static_cast<std::size_t>(sample.axis), sample.t_s) - reference_delay_s_;
   impl_->Reference(undelayed);
 }
 void Collector::OnOrientation(const OrientationSample& sample) {
   OrientationSample undelayed = sample;
-  undelayed.t_s = ReferenceTime(0, sample.t_s);
+  undelayed.t_s = times_.OfReference(0, sample.t_s) - reference_delay_s_;
   impl_->Reference(undelayed);
 }
 void Collector::OnTickPair(const TickPair& pair) { impl_->Tick(pair); }
@@ -431,14 +419,14 @@ void Collector::OnSegment(const SegmentMark& /*mark*/) {}
 // then shares no zero-rate offset with what lies before and after, and its tick counts anew.
 void Collector::OnDefect(const Defect& defect) {
   if (defect.kind == kUnitRestarted) {
-    stamps_ = {};
+    times_ = {};
     impl_->BeginPowerOn();
   }
   impl_->Defect(defect);
 }
 Recording Collector::Take() const {
   Recording out = impl_->Take();
-  out.stamp_digit_s = stamps_.gyro.digit_s();
+  out.stamp_digit_s = times_.gyro_digit_s();
   return out;
 }
 

@@ -10,7 +10,7 @@
 #include "base/measurement.h"
 #include "base/tick_fit.h"
 #include "calibration/signal/columns.h"
-#include "calibration/signal/even_stamps.h"
+#include "calibration/signal/sample_times.h"
 
 namespace gyrobench::calibration {
 
@@ -58,17 +58,7 @@ class Collector : public MeasurementSink {
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;
-  // Axes may be read one after the other: each has a clock of its own, and one counts as an
-  // orientation's.
-  struct Stamps {
-    EvenStamps gyro, covariates;
-    std::array<EvenStamps, 3> reference;
-    double gyro_stamp_s = kMissing, gyro_s = kMissing;  // of the last sample, before and after
-    std::int64_t readings = 0, beside_samples = 0;      // the latter have the stamp of a sample
-  };
-  double ReferenceTime(std::size_t axis, double stamp_s);
-
-  Stamps stamps_;
+  SampleTimes times_;
   double gyro_delay_s_ = 0.0, reference_delay_s_ = 0.0;
 };
 

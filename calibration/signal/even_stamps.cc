@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -14,10 +15,12 @@ constexpr double kNoDigit = 1e-4;  // of a digit: rounding of the number
 // that warms up as fast as one of resistor and capacitor.
 constexpr std::int64_t kLeastCount = 32;
 constexpr double kShortMemory = 400.0, kShortMemory_s = 20.0;
-// Of milliseconds, with the root of the digit: where the interval is nearly a whole number of
+// Of milliseconds, and for coarser digits longer: where the interval is nearly a whole number of
 // digits, as of a quartz that is off by 20 ppm, the stamps step by one more once a minute, and a
 // shorter line goes along with them. A clock that drifts is off by less of a coarser digit.
-constexpr double kLongMemory_s = 50.0, kLongMemoryDigit_s = 1e-3;
+constexpr double kLongMemory_s = 50.0, kLongMemoryDigit_s = 1e-3, kLongMemoryPower = 0.6;
+// Beats in the memory of the short line, of which fewer are not averaged out.
+constexpr double kSlowBeats = 3.0;
 // Of the last digit: where the beat is slower than the memory, the line goes along with the stamps
 // until they step by a whole one; of a line through a few, which is less sure.
 constexpr double kOff = 1.05, kOffOfFew = 2.0;
@@ -41,10 +44,13 @@ double EvenStamps::Mend(double stamp_s) {
   }
   Add(stamp_s);
   const double digit_s2 = digit_s_ * digit_s_;
-  on_long_ = long_.left_s2() < (on_long_ ? kOnlyRounded : kSurelyRounded) * digit_s2;
-  const bool rounded = (on_long_ || short_.left_s2() < kOnlyRounded * digit_s2) && !MayBeJitter();
+  long_is_right_ = long_.left_s2() < (long_is_right_ ? kOnlyRounded : kSurelyRounded) * digit_s2;
+  const double towards = long_is_right_ && BeatsSlowly() ? 1.0 : -1.0;
+  share_of_long_ = std::clamp(share_of_long_ + towards / ShortMemory(), 0.0, 1.0);
+  const bool on_long = share_of_long_ > 0.0 && long_is_right_;
+  const bool rounded = (on_long || short_.left_s2() < kOnlyRounded * digit_s2) && !MayBeJitter();
   const bool on_line = count_ >= kLeastCount && !exact_ && rounded;
-  const double line_s = first_s_ + (on_long_ ? long_ : short_).At(place_);
+  const double line_s = first_s_ + LineAt(place_);
   if (count_ == kLeastCount && !exact_ && !rounded) Begin(stamp_s);
   last_s_ = stamp_s;
   last_mended_s_ = std::max(on_line ? line_s : stamp_s, After(last_mended_s_));
@@ -64,9 +70,9 @@ void EvenStamps::Begin(double stamp_s) {
   count_ = 1;
   exact_ = true;
   place_ = 0.0;
-  on_long_ = false;
+  long_is_right_ = false;
+  share_of_long_ = 0.0;
   short_ = long_ = {};
-  short_.weight = long_.weight = 1.0;
 }
 
 // Whole digits all lie on a line of one digit a place, and on one of which many places are empty:
@@ -90,12 +96,12 @@ double EvenStamps::After(double t_s) {
 bool EvenStamps::Follows(double stamp_s, double step_s) {
   if (!(step_s > 0.0) || step_s > kLongestPause_s) return false;
   if (count_ == 1) {
-    first_step_s_ = shortest_step_s_ = step_s;
+    first_step_s_ = shortest_step_s_ = short_.step_s = long_.step_s = step_s;
     place_ = 1.0;
     return true;
   }
   const double shortest_s = std::min(shortest_step_s_, step_s);
-  const double slope_s = Slope(), last_line_s = first_s_ + short_.At(place_);
+  const double slope_s = Slope(), last_line_s = first_s_ + LineAt(place_);
   const bool of_few = count_ < kLeastCount && step_s < shortest_s + kOff * digit_s_;
   const bool of_exact = exact_ && first_step_s_ > kLeastDigitsOfInterval * digit_s_ &&
                         std::fabs(step_s - first_step_s_) < kOff * digit_s_;
@@ -110,14 +116,33 @@ bool EvenStamps::Follows(double stamp_s, double step_s) {
   return true;
 }
 
+double EvenStamps::LineAt(double place) const {
+  if (short_.square <= 0.0) return place * first_step_s_;
+  return (1.0 - share_of_long_) * short_.At(place) + share_of_long_ * long_.At(place);
+}
+
+double EvenStamps::ShortMemory() const {
+  return std::clamp(kShortMemory_s / first_step_s_, static_cast<double>(kLeastCount), kShortMemory);
+}
+
+// Of the interval with the digit, and of two intervals with it, whose beat is half as large.
+bool EvenStamps::BeatsSlowly() const {
+  const double digits = long_.slope_s() / digit_s_;
+  const auto beats = [&](double intervals) {
+    return std::fabs(intervals * digits - std::round(intervals * digits)) * ShortMemory();
+  };
+  return beats(1.0) < kSlowBeats || beats(2.0) < kSlowBeats;
+}
+
 void EvenStamps::Add(double stamp_s) {
-  constexpr auto kLeast = static_cast<double>(kLeastCount);
   const double coarser = std::max(digit_s_ / kLongMemoryDigit_s, 1.0);
+  const double long_memory = kLongMemory_s * std::pow(coarser, kLongMemoryPower) / first_step_s_;
   ++count_;
-  short_.Add(place_, stamp_s - first_s_,
-             std::clamp(kShortMemory_s / first_step_s_, kLeast, kShortMemory));
-  long_.Add(place_, stamp_s - first_s_,
-            std::max(kLongMemory_s * std::sqrt(coarser) / first_step_s_, kLeast));
+  short_.Add(place_, stamp_s - first_s_, ShortMemory());
+  long_.Add(place_, stamp_s - first_s_, std::max(long_memory, ShortMemory()));
+  if (count_ < kLeastCount || !std::has_single_bit(static_cast<std::uint64_t>(count_))) return;
+  short_.MakeStepsItsOwn();
+  long_.MakeStepsItsOwn();
 }
 
 void EvenStamps::Line::Add(double place, double s, double memory) {
@@ -129,12 +154,20 @@ void EvenStamps::Line::Add(double place, double s, double memory) {
     stamps_square *= keep;
   }
   weight += 1.0;
-  const double from_place = place - mean_place, from_s = s - mean_s;
+  const double from_place = place - mean_place, from_s = s - place * step_s - mean_s;
   mean_place += from_place / weight;
   mean_s += from_s / weight;
   square += from_place * (place - mean_place);
-  product += from_place * (s - mean_s);
-  stamps_square += from_s * (s - mean_s);
+  product += from_place * (s - place * step_s - mean_s);
+  stamps_square += from_s * (s - place * step_s - mean_s);
+}
+
+void EvenStamps::Line::MakeStepsItsOwn() {
+  const double more_s = product / square;
+  stamps_square -= product * more_s;
+  mean_s -= more_s * mean_place;
+  step_s += more_s;
+  product = 0.0;
 }
 
 }  // namespace gyrobench::calibration

@@ -13,8 +13,9 @@ inline constexpr double kLeastDigitsOfInterval = 1.25;
 // 9 ms from one sample to the next: at 40 deg/s each angle is off by up to 0.02 deg, in a beat of
 // the clock with the milliseconds that passes for a ripple of the angle. Stamps that lie about a
 // straight line as rounding alone makes them are put on that line, by least squares of the last
-// hundreds. Those of a clock that jitters stay as they are, and so do the first of a stretch and
-// exact ones. Constant memory; what it gives depends on the stamps so far alone.
+// hundreds, and of a minute and more where the beat is as slow. Those of a clock that jitters stay
+// as they are, and so do the first of a stretch and exact ones. Constant memory; what it gives
+// depends on the stamps so far alone.
 class EvenStamps {
  public:
   // In order; the same stamp again is given the same time again.
@@ -23,15 +24,20 @@ class EvenStamps {
   double digit_s() const { return digits_ > kMostDigits ? 0.0 : digit_s_; }
 
  private:
-  // Through places and stamps less the first one: weight, means, sums about these.
+  // Through places and stamps less the first one. By how much stamps are beyond `step_s` a place:
+  // weight, means, sums about these. Steps are made those of the line now and then, as the variance
+  // about it would drown in rounding else.
   struct Line {
     void Add(double place, double s, double memory);
-    double slope_s() const { return product / square; }
-    double At(double place) const { return mean_s + slope_s() * (place - mean_place); }
+    void MakeStepsItsOwn();
+    double slope_s() const { return step_s + product / square; }
+    double At(double place) const {
+      return place * step_s + mean_s + product / square * (place - mean_place);
+    }
     // What it leaves of the variance of the stamps.
-    double left_s2() const { return (stamps_square - product * slope_s()) / weight; }
+    double left_s2() const { return (stamps_square - product * product / square) / weight; }
 
-    double weight = 0.0, mean_place = 0.0, mean_s = 0.0;
+    double step_s = 0.0, weight = 1.0, mean_place = 0.0, mean_s = 0.0;
     double square = 0.0, product = 0.0, stamps_square = 0.0;
   };
   // Stamps of more digits need no mending: 10 us at 100 deg/s are a thousandth of a degree.
@@ -41,6 +47,9 @@ class EvenStamps {
   void FindDigits(double stamp_s);
   static double After(double t_s);
   double Slope() const { return short_.square > 0.0 ? short_.slope_s() : first_step_s_; }
+  double LineAt(double place) const;
+  bool BeatsSlowly() const;
+  double ShortMemory() const;
   bool Follows(double stamp_s, double step_s);
   bool MayBeJitter() const;
   void Add(double stamp_s);
@@ -53,7 +62,8 @@ class EvenStamps {
   bool exact_ = true;   // every step is the same
   double place_ = 0.0;  // of the last stamp, in intervals from the first one
   Line short_, long_;
-  bool on_long_ = false;
+  bool long_is_right_ = false;
+  double share_of_long_ = 0.0;  // goes over slowly: a change of lines is no step
 };
 
 }  // namespace gyrobench::calibration

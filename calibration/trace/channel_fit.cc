@@ -60,18 +60,22 @@ void StateInReferenceScale(const ChannelProblem& problem, const Baseline& baseli
     fit->values.segment(fit->member_begin[i], count) /= m;
     fit->covariance.middleRows(fit->member_begin[i], count) /= m;
     fit->covariance.middleCols(fit->member_begin[i], count) /= m;
+    fit->by_misread.middleRows(fit->member_begin[i], count) /= m;
   }
 }
 
-// What others found of an axis that is read wrong has an error, which is in what is fitted to the
-// rest.
+// What others found of misread axes has an error, which is in what is fitted to the rest. Of what
+// the data do not tell the covariance says so on its diagonal alone, and it stays so.
 void AddMisread(const ChannelProblem& problem, const Selection& selection,
-                const Eigen::MatrixXd& tangent, Eigen::MatrixXd* covariance) {
+                const Eigen::MatrixXd& tangent, ChannelFit* fit) {
   Eigen::MatrixXd deviations = problem.MisreadDeviations();
+  fit->by_misread = Eigen::MatrixXd::Zero(fit->covariance.rows(), deviations.cols());
   if (deviations.cols() == 0) return;
   selection.whitener().Apply(deviations);
-  const Eigen::MatrixXd moves = *covariance * (tangent.transpose() * deviations);
-  *covariance += moves * moves.transpose();
+  const Eigen::MatrixXd known =
+      fit->covariance.unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
+  fit->by_misread = known * (tangent.transpose() * deviations);
+  fit->covariance += fit->by_misread * fit->by_misread.transpose();
 }
 
 // From the begin of one member to that of the next.
@@ -165,7 +169,7 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
   }
   fit.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   fit.covariance = CovarianceOf(tangent.transpose() * tangent);
-  AddMisread(problem, selection, tangent, &fit.covariance);
+  AddMisread(problem, selection, tangent, &fit);
   StateInReferenceScale(problem, baseline, selection, &fit);
   return fit;
 }

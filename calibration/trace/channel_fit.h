@@ -29,7 +29,9 @@ ModelColumns ColumnsOfModel(const ChannelProblem& problem, const Baseline& basel
 // non-linear parameters.
 struct ChannelFit {
   Eigen::VectorXd values;
-  Eigen::MatrixXd covariance;              // at the Cramer-Rao bound, for the noise as estimated
+  // At the Cramer-Rao bound, for the noise as estimated, and with the errors of misread axes.
+  Eigen::MatrixXd covariance;
+  Eigen::MatrixXd by_misread;  // of the parameters, by ChannelProblem::MisreadDeviations
   std::vector<Eigen::Index> member_begin;  // of each member's parameters
   Eigen::MatrixXd raw;                     // rows x linear columns (baseline, members)
   Eigen::MatrixXd white;                   // the same, whitened

@@ -120,8 +120,9 @@ class ChannelTracer::State {
     } else if (enough_data_) {
       trace_.summary = "Not traced: " + trace_.remarks.back() + ".";
     }
-    return {std::move(trace_),          std::move(model_),       std::move(row_),
-            std::move(bench_findings_), std::move(angle_error_), sampling_};
+    return {
+        std::move(trace_),       std::move(model_),   std::move(row_), std::move(bench_findings_),
+        std::move(angle_error_), std::move(misread_), sampling_};
   }
 
  private:
@@ -134,6 +135,7 @@ class ChannelTracer::State {
     effects_ = NamedEffects(found->selection, *fit_);
     bench_findings_ = FindingsOf(problem_, found->selection.members(), *fit_);
     angle_error_ = ReferenceAngleErrorOf(problem_, found->selection.members(), *fit_);
+    misread_ = MisreadAxesOf(problem_, found->selection.members(), *fit_);
   }
 
   bool Finite() const { return baseline_.columns.allFinite() && problem_.output_deg().allFinite(); }
@@ -378,6 +380,7 @@ class ChannelTracer::State {
   ChannelRow row_;
   BenchFindings bench_findings_;
   std::shared_ptr<const ReferenceAngleError> angle_error_;
+  std::vector<MisreadAxis> misread_;
   std::optional<ChannelFit> fit_;     // of all data
   std::vector<NamedEffect> effects_;  // the same
   std::shared_ptr<const TrainedPart> blocks_, first_part_;

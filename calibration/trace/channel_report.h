@@ -12,6 +12,7 @@
 #include "calibration/sensor/make_vector.h"
 #include "calibration/trace/bench_finding.h"
 #include "calibration/trace/between_samples.h"
+#include "calibration/trace/misread_axis.h"
 #include "calibration/trace/reference_angle_error.h"
 #include "calibration/trace/trace_result.h"
 
@@ -26,6 +27,7 @@ struct TracedChannel {
   ChannelRow row;  // for the three axes together
   BenchFindings bench_findings;
   std::shared_ptr<const ReferenceAngleError> angle_error;  // about its axis
+  std::vector<MisreadAxis> misread;                        // as it says for others
   Sampling sampling;
 };
 

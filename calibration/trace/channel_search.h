@@ -31,7 +31,7 @@ struct ChannelRequest {
   std::vector<BenchFinding> told;  // by any channel, that this one may feel as well
   // That the channels named when they were traced before; its own among them.
   ReferenceAngleErrors angle_errors;
-  std::vector<MisreadAxis> misread;  // MisreadByOthers
+  std::vector<MisreadAxis> misread;  // MisreadByOthers; taken off
   std::optional<Sampling> sampling;  // as was found then
 };
 

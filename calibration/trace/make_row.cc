@@ -64,6 +64,12 @@ ChannelRow MakeChannelRow(const ChannelProblem& problem, const Baseline& baselin
       if (other != kNotThere) row.covariance(i, j) = grow * grow * fit.covariance(at, other);
     }
   }
+  row.by_common = Eigen::MatrixXd::Zero(count, fit.by_misread.cols());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Index at = from[static_cast<std::size_t>(i)];
+    if (at != kNotThere) row.by_common.row(i) = grow * fit.by_misread.row(at);
+  }
+  row.common = problem.NamesOfMisreadDeviations();
   row.gravity = FitGravityRow(problem, selection, fit, grow);
   row.fitted = true;
   return row;

@@ -15,6 +15,7 @@
 #include "calibration/effects/factor.h"
 #include "calibration/gls/interval_gls.h"
 #include "calibration/state/state_history.h"
+#include "calibration/trace/misread_axis.h"
 #include "calibration/trace/reference_angle_error.h"
 
 namespace gyrobench::calibration {
@@ -129,9 +130,11 @@ class ChannelProblem {
   // The same of the power-on's own rows, beyond which it is 0.
   Eigen::MatrixXd ColumnsIn(std::size_t power_on, const Effect& effect,
                             const BasisContext& context) const;
-  // What the axes that are read wrong may turn the directions of motions by more than was taken off,
-  // by independent standard deviations of what was found: rows() x these [deg].
+  // What the misread axes may turn the directions of motions by more than was taken off, by
+  // independent standard deviations of what was found: rows() x these [deg].
   Eigen::MatrixXd MisreadDeviations() const;
+  // What they are of, the same for all channels that were told the same.
+  std::vector<std::string> NamesOfMisreadDeviations() const;
   // The same for a rate [deg/s per unit] that is a function of the state.
   template <typename RateOf>
   Eigen::VectorXd RateColumn(RateOf rate_of) const {
@@ -211,6 +214,7 @@ class ChannelProblem {
   double units_per_deg_s_;
   ReferenceAngleErrors angle_errors_;
   std::vector<MisreadAxis> misread_;
+  double misread_scale_ = 1.0;  // of the channel: what it shows of an angle
   std::vector<ProblemRow> rows_;
   std::vector<Interval> intervals_;
   std::vector<Eigen::Index> run_begins_, power_on_begins_;

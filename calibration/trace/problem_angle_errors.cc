@@ -1,6 +1,8 @@
 // What a problem has of the reference's angle errors that channels found: in the turns about other
 // axes, in the direction that motions come from, and in the time at which the shape of the filter
 // is felt.
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -30,12 +32,15 @@ Eigen::VectorXd ChannelProblem::Turn(std::size_t axis) const {
 Eigen::MatrixXd ChannelProblem::ColumnsOf(const MisreadAxis& misread) const {
   BasisContext context = misread.context;
   context.channel = channel_;
-  return Columns(*misread.effect, context);
+  // Where a measurement does not say the axis's angle, nothing is felt of it.
+  return misread_scale_ * Columns(*misread.effect, context).unaryExpr([](double value) {
+    return std::isfinite(value) ? value : 0.0;
+  });
 }
 
 void ChannelProblem::TakeOffMisread(const Vector3& row_of_m) {
-  for (const MisreadAxis& misread : misread_)
-    output_ -= row_of_m[channel_] * (ColumnsOf(misread) * misread.values);
+  misread_scale_ = row_of_m[channel_];
+  for (const MisreadAxis& misread : misread_) output_ -= ColumnsOf(misread) * misread.values;
 }
 
 Eigen::MatrixXd ChannelProblem::MisreadDeviations() const {
@@ -49,6 +54,15 @@ Eigen::MatrixXd ChannelProblem::MisreadDeviations() const {
         ColumnsOf(misread) * parts.eigenvectors() * deviations.asDiagonal();
   }
   return out;
+}
+
+std::vector<std::string> ChannelProblem::NamesOfMisreadDeviations() const {
+  std::vector<std::string> names;
+  for (const MisreadAxis& misread : misread_) {
+    for (Eigen::Index k = 0; k < misread.values.size(); ++k)
+      names.push_back(fmt::format("{} {} {}", misread.effect->id, misread.context.table_axis, k));
+  }
+  return names;
 }
 
 // Change of the angular acceleration that the gyro shows over each row in motion [deg/s^2], at the

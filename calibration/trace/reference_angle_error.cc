@@ -39,54 +39,7 @@ double MostChange(const ChannelRequest& request, const TracedChannel& traced, st
   return sum;
 }
 
-MisreadAxis MisreadBy(const Candidate& member, const ChannelFit& fit, std::size_t i) {
-  const auto count = static_cast<Eigen::Index>(member.columns.size());
-  const Eigen::Index at = fit.member_begin[i];
-  return {member.effect, member.context, fit.values.segment(at, count),
-          fit.covariance.block(at, at, count, count)};
-}
-
 }  // namespace
-
-std::vector<MisreadAxis> MisreadByOthers(const ReferenceAngleErrors& errors, std::size_t channel) {
-  std::vector<MisreadAxis> out;
-  for (std::size_t c = 0; c < errors.size(); ++c) {
-    if (c == channel || errors[c] == nullptr) continue;
-    for (const MisreadAxis& found : errors[c]->misread) {
-      const auto same =
-          std::ranges::find_if(out, [&](const MisreadAxis& axis) { return axis.SameAs(found); });
-      if (same == out.end()) {
-        out.push_back(found);
-      } else if (found.covariance.trace() < same->covariance.trace()) {
-        *same = found;
-      }
-    }
-  }
-  if (errors[channel] == nullptr) return out;
-  std::erase_if(out, [&](const MisreadAxis& axis) {
-    return std::ranges::any_of(errors[channel]->misread,
-                               [&](const MisreadAxis& own) { return own.SameAs(axis); });
-  });
-  return out;
-}
-
-bool MistakesDirection(const ChannelRequest& request, const TracedChannel& traced,
-                       const std::vector<MisreadAxis>& misread) {
-  const double walk = traced.trace.noise.angle_random_walk_deg_sqrt_s;
-  if (!(walk > 0.0)) return false;
-  double sum = 0.0;
-  for (const MisreadAxis& axis : misread) {
-    for (const StateHistory& history : request.histories) {
-      for (std::size_t i = 0; i + 1 < history.nodes.size(); ++i) {
-        const double length_s = history.nodes[i + 1].t_s - history.nodes[i].t_s;
-        if (history.still[i] || !history.usable[i][request.channel] || !(length_s > 0.0)) continue;
-        const FeltAxis felt = FeelAxes(history, i, request.channel)[axis.context.table_axis];
-        sum += std::pow(felt.direction * axis.values.norm() / walk, 2) / length_s;
-      }
-    }
-  }
-  return sum > kSeen;
-}
 
 std::shared_ptr<const ReferenceAngleError> ReferenceAngleErrorOf(
     const ChannelProblem& problem, const std::vector<Candidate>& members, const ChannelFit& fit) {
@@ -101,8 +54,6 @@ std::shared_ptr<const ReferenceAngleError> ReferenceAngleErrorOf(
     const auto values = fit.values.segment(fit.member_begin[i], count);
     turn_beyond_deg += fit.raw.middleCols(fit.column_begin[i], count) * values;
     any = true;
-    if (member.effect->reference_eccentricity && !member.power_on)
-      out->misread.push_back(MisreadBy(member, fit, i));
     if (member.effect->delay_s != nullptr)
       out->delays.push_back({member.effect->delay_s, values(0)});
   }

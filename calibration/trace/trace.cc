@@ -209,7 +209,7 @@ class SensorTrace {
   std::vector<TracedChannel> Run() {
     std::vector<std::size_t> all(requests_.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
-    Trace(all);
+    TraceThese(all);
     TellEachOther();
     TakeOffMisreadAxes();
     if (progress_) progress_(1.0);
@@ -217,7 +217,7 @@ class SensorTrace {
   }
 
  private:
-  void Trace(const std::vector<std::size_t>& which) {
+  void TraceThese(const std::vector<std::size_t>& which) {
     std::vector<const ChannelRequest*> some;
     for (const std::size_t k : which) some.push_back(&requests_[k]);
     std::vector<TracedChannel> results = TraceSideBySide(some, [&] {
@@ -242,7 +242,7 @@ class SensorTrace {
     for (int round = 0; round < kRounds; ++round) {
       const std::vector<std::size_t> again = ToldMore(round);
       if (again.empty()) return;
-      Trace(again);
+      TraceThese(again);
     }
   }
 
@@ -266,28 +266,41 @@ class SensorTrace {
                            [](const BenchFinding& told) { return told.of_stand; });
       const bool told =
           round == 0 ? !now.empty() : NamesWhatIsGone(traced_[k].bench_findings, before, now);
-      const bool misread = NeedsRetrace(requests_[k], traced_[k], angle_errors);
-      if (!told && !misread) continue;
+      const bool new_errors = NeedsRetrace(requests_[k], traced_[k], angle_errors);
+      if (!told && !new_errors) continue;
       requests_[k].sampling = traced_[k].sampling;
       if (told) before = std::move(now);
-      if (misread) requests_[k].angle_errors = angle_errors;
+      if (new_errors) requests_[k].angle_errors = angle_errors;
       again.push_back(k);
     }
     return again;
   }
 
-  // Last of all: a channel that can tell for itself that an axis is read wrong has named it by now.
+  // Last of all: a channel that can tell for itself that an axis is misread has named it by now.
+  // Where that changes what is said of the axis, the channel stays as it was.
   void TakeOffMisreadAxes() {
-    const ReferenceAngleErrors angle_errors = AngleErrors();
     std::vector<std::size_t> again;
+    std::vector<TracedChannel> before;
     for (std::size_t k = 0; k < requests_.size(); ++k) {
-      std::vector<MisreadAxis> misread = MisreadByOthers(angle_errors, requests_[k].channel);
-      if (!MistakesDirection(requests_[k], traced_[k], misread)) continue;
+      std::vector<MisreadAxis> misread = MisreadByOthers(requests_, traced_, k);
+      if (misread.empty()) continue;
+      std::erase_if(requests_[k].told, [&](const BenchFinding& told) {
+        return std::ranges::any_of(misread, [&](const MisreadAxis& axis) {
+          return told.effect == axis.effect && told.table_axis == axis.context.table_axis;
+        });
+      });
       requests_[k].misread = std::move(misread);
       requests_[k].sampling = traced_[k].sampling;
       again.push_back(k);
+      before.push_back(traced_[k]);
     }
-    if (!again.empty()) Trace(again);
+    if (again.empty()) return;
+    TraceThese(again);
+    for (std::size_t i = 0; i < again.size(); ++i) {
+      const std::size_t k = again[i];
+      if (!AreTheSame(requests_[k].misread, MisreadByOthers(requests_, traced_, k)))
+        traced_[k] = std::move(before[i]);
+    }
   }
 
   std::vector<ChannelRequest> requests_;

@@ -104,18 +104,51 @@ TEST(EvenStamps, TheErrorIsThatOfTheStampsWhereTheyBeatTooSlowlyToTell) {
 TEST(EvenStamps, AClockThatWarmsUpIsNotLeftBehind) {
   for (const double drift : {2e-5, 1e-4, 5e-4}) {
     EvenStamps stamps;
-    double t_s = 0.0, sum_s = 0.0, square_s2 = 0.0;
+    double t_s = 0.0, sum_s = 0.0, square_s2 = 0.0, last_s = 0.0, worst_step_s = 0.0;
     constexpr int kMany = 60000;
     for (int i = 0; i < kMany; ++i) {
       t_s += (1.0 + drift * std::exp(-t_s / 300.0)) / 100.3;
       const double error_s = stamps.Mend(Rounded(t_s, 1e-3)) - t_s;
       sum_s += error_s;
       square_s2 += error_s * error_s;
+      if (i > 1000) worst_step_s = std::max(worst_step_s, std::fabs(error_s - last_s));
+      last_s = error_s;
     }
-    // A line that reaches back over a minute is behind by a part of a digit.
-    EXPECT_LT(std::fabs(sum_s / kMany), 8e-5) << drift;
+    EXPECT_LT(std::fabs(sum_s / kMany), 2e-5) << drift;
+    EXPECT_LT(worst_step_s, 1e-5) << drift;
     EXPECT_LT(std::sqrt(square_s2 / kMany), 1.5e-4) << drift << ": of the stamps 2.9e-4";
   }
+}
+
+// Of nearly a whole number of digits, so that the line reaches back over a minute: it is behind by
+// a part of a digit, and goes over to the shorter one and back without a step.
+TEST(EvenStamps, AClockThatWarmsUpAndBeatsSlowlyMakesNoStep) {
+  for (const double drift : {1e-5, 3e-5}) {
+    EvenStamps stamps;
+    double t_s = 0.0, last_s = 0.0, worst_s = 0.0, worst_step_s = 0.0;
+    for (int i = 0; i < 60000; ++i) {
+      t_s += (1.0 + drift * std::exp(-t_s / 300.0)) / 100.02;
+      const double error_s = stamps.Mend(Rounded(t_s, 1e-3)) - t_s;
+      if (i > 2000) {
+        worst_s = std::max(worst_s, std::fabs(error_s));
+        worst_step_s = std::max(worst_step_s, std::fabs(error_s - last_s));
+      }
+      last_s = error_s;
+    }
+    EXPECT_LT(worst_s, 2e-4) << drift;
+    EXPECT_LT(worst_step_s, 1e-5) << drift;
+  }
+}
+
+// A line over so many would be told from the stamps by rounding of the sums alone.
+TEST(EvenStamps, AFastGyroKeepsItsLine) {
+  EvenStamps stamps;
+  double worst_s = 0.0;
+  for (int i = 0; i < 600000; ++i) {
+    const double t_s = 900.0 + i / 4005.0, mended_s = stamps.Mend(Rounded(t_s, 1e-4));
+    if (i > 100000) worst_s = std::max(worst_s, std::fabs(mended_s - t_s));
+  }
+  EXPECT_LT(worst_s, 1e-6);
 }
 
 TEST(EvenStamps, ExactStampsAndThoseOfManyDigitsStayAsTheyAre) {
@@ -220,11 +253,14 @@ double WorstNode_s(double gyro_hz, double reference_hz) {
     collector.OnAngle({.t_s = stamp_s, .axis = 2, .angle_deg = 0.0});
   }
   double worst_s = 0.0;
+  int nodes = 0;
   for (const Node& node : collector.Take().columns.nodes) {
     if (node.at.t_s < kSettled_s) continue;
+    ++nodes;
     const double place = (node.at.t_s - kReference_s) * reference_hz;
     worst_s = std::max(worst_s, std::fabs(place - std::round(place)) / reference_hz);
   }
+  EXPECT_GT(nodes, 400) << gyro_hz;
   return worst_s;
 }
 

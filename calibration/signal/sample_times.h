@@ -1,0 +1,41 @@
+// When the values of a measurement are of, from the stamps of its rows.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "base/measurement.h"
+#include "calibration/signal/even_stamps.h"
+
+namespace gyrobench::calibration {
+
+// In the order of the rows. Rounded stamps are put on the line of the clock behind them
+// (EvenStamps).
+class SampleTimes {
+ public:
+  double OfGyro(double stamp_s);
+  double OfCovariates(double stamp_s) { return covariates_.Mend(stamp_s); }
+  // A reading of the row of the last sample has its time. Rounded stamps of two clocks are now and
+  // then the same as well: in milliseconds every fifth, beside a gyro of 200 Hz. Axes may be read
+  // one after the other: each has a clock of its own, and an orientation's counts as the first.
+  double OfReference(std::size_t axis, double stamp_s);
+  // Last digit of the gyro's stamps; 0 where it is too fine to matter.
+  double gyro_digit_s() const { return gyro_.digit_s(); }
+
+ private:
+  struct Axis {
+    EvenStamps clock;
+    std::int64_t readings = 0;
+    double beside_samples = 0.0;  // share of the last readings that have a sample's stamp
+    bool share_rows = false;
+    double stamp_s = kMissing, s = kMissing;  // of the last reading, before and after
+  };
+  static void Count(bool beside_sample, Axis* axis);
+
+  EvenStamps gyro_, covariates_;
+  std::array<Axis, 3> reference_;
+  double gyro_stamp_s_ = kMissing, gyro_s_ = kMissing;  // of the last sample, before and after
+};
+
+}  // namespace gyrobench::calibration
