@@ -64,23 +64,36 @@ void GyroStream::Add(const GyroSample& sample) {
   }
   if (held_count_ > 0) PlaceHeld(sample.t_s);
   last_raw_time_s_ = sample.t_s;
-  Accept(sample.t_s, sample);
+  Enter(sample.t_s, sample);
 }
 
 // Samples that carried the stamp of the one before go evenly between it and the next, and not into
 // a pause that follows.
 void GyroStream::PlaceHeld(double t_s) {
-  const double begin_s = last_time_s_;
+  const double begin_s = entered_time_s_;
   double step_s = (t_s - begin_s) / static_cast<double>(held_count_ + 1);
   const double usual_s = median_interval_s();
   if (t_s - begin_s > gap_limit_s_ && usual_s < step_s) step_s = usual_s;
   for (std::size_t i = 0; i < held_count_; ++i) {
-    Accept(begin_s + step_s * static_cast<double>(i + 1), held_[i]);
+    Enter(begin_s + step_s * static_cast<double>(i + 1), held_[i]);
   }
   held_count_ = 0;
 }
 
-void GyroStream::Accept(double t_s, const GyroSample& sample) {
+void GyroStream::Enter(double t_s, const GyroSample& sample) {
+  entered_time_s_ = t_s;
+  GyroSample known = sample;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!info_.gyro_present[c] || std::fabs(sample.xi[c]) * to_output_ <= kLargestOutput) continue;
+    defects_.Add("not_a_number", kChannelNames[c], t_s);
+    known.xi[c] = kMissing;
+  }
+  missing_cells_.Add(t_s, known, info_.gyro_present, gap_limit_s_);
+  while (const MissingCells::Sample* next = missing_cells_.Next()) Accept(*next);
+}
+
+void GyroStream::Accept(const MissingCells::Sample& sample) {
+  const double t_s = sample.t_s;
   bool gap = false;
   if (!started()) {
     first_time_s_ = t_s;
@@ -94,18 +107,18 @@ void GyroStream::Accept(double t_s, const GyroSample& sample) {
       MarkBad(last_time_s_, t_s, {true, true, true});
     }
   }
-  const Vector3 xi = Take(t_s, sample);
+  const Vector3 xi = Take(sample);
   if (ring_.count() >= 3) MendNewest(t_s, xi);
   WatchSettled();
   watched_t_s_ = t_s;
   for (std::size_t c = 0; c < 3; ++c) {
-    const bool valid = info_.gyro_present[c] && std::fabs(sample.xi[c]) <= kLargestOutput;
+    const bool valid = info_.gyro_present[c] && std::isfinite(sample.as_it_came.xi[c]);
     watched_[c] = valid ? xi[c] : kMissing;
   }
   ring_.Push(t_s, xi, gap);
   last_time_s_ = t_s;
-  freeze_.Add(t_s, sample);
-  wrapped_.Add(t_s, sample.xi);
+  freeze_.Add(t_s, sample.as_it_came);
+  wrapped_.Add(t_s, sample.as_it_came.xi);
 }
 
 // The newest sample, now that the next one is there.
@@ -192,14 +205,14 @@ void GyroStream::Bridge(std::size_t c, double line) {
   ring_.Replace(c, line);
 }
 
-// The values of the channels in the output's unit; a missing one is held from before.
-Vector3 GyroStream::Take(double t_s, const GyroSample& sample) {
+// The values of the channels in the output's unit; one that stays missing is held from before.
+Vector3 GyroStream::Take(const MissingCells::Sample& sample) {
+  const double t_s = sample.t_s;
   Vector3 out = {};
   for (std::size_t c = 0; c < 3; ++c) {
     if (!info_.gyro_present[c]) continue;
     const double value = sample.xi[c] * to_output_;
-    if (!(std::fabs(value) <= kLargestOutput)) {
-      defects_.Add("not_a_number", kChannelNames[c], t_s);
+    if (!std::isfinite(value)) {
       out[c] = started() ? back(1).xi[c] : 0.0;
       std::array<bool, 3> channels = {};
       channels[c] = true;

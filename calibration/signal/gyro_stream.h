@@ -11,6 +11,7 @@
 #include "calibration/signal/freeze.h"
 #include "calibration/signal/gyro_ring.h"
 #include "calibration/signal/intake.h"
+#include "calibration/signal/missing_cells.h"
 #include "calibration/signal/rest_edges.h"
 #include "calibration/signal/saturation.h"
 #include "calibration/signal/wrapped_counts.h"
@@ -22,8 +23,8 @@ namespace gyrobench::calibration {
 // found. Memory is bounded; nothing is allocated per sample.
 //
 // Mended: a repeated time stamp (the sample is put between its neighbours). Bridged: up to two
-// samples that are not a number, and single wild samples. Marked as not to be used: gaps, longer
-// stretches of NaN, a frozen sensor (freeze.h), saturation (saturation.h).
+// samples that are not a number (missing_cells.h), and single wild samples. Marked as not to be
+// used: gaps, longer stretches of NaN, a frozen sensor (freeze.h), saturation (saturation.h).
 //
 // A wild sample lies off the line between its neighbours by over 8 times the largest such bend of
 // the 32 samples before it (8 in the first of a recording), and by more than 5000 deg/s2 would
@@ -77,7 +78,8 @@ class GyroStream {
   const GyroRing::Point& back(std::int64_t n) const { return ring_.at(ring_.count() - n); }
   RestEdges Edges() const;
   void PlaceHeld(double t_s);
-  void Accept(double t_s, const GyroSample& sample);
+  void Enter(double t_s, const GyroSample& sample);
+  void Accept(const MissingCells::Sample& sample);
   void MendNewest(double next_t_s, const Vector3& next);
   bool IsWild(std::size_t c, const Vector3& offs, double off_deg_s2, double next_t_s, double next);
   double LargestBend(std::size_t c) const;
@@ -85,7 +87,7 @@ class GyroStream {
   bool OthersWouldFeel(std::size_t c, const Vector3& offs) const;
   void Bridge(std::size_t c, double line);
   void CountInterval(double interval_s);
-  Vector3 Take(double t_s, const GyroSample& sample);
+  Vector3 Take(const MissingCells::Sample& sample);
   void WatchSettled();
   std::vector<SaturationWatch::Finding> Saturated() const;
   void MarkBad(double begin_s, double end_s, std::array<bool, 3> channels);
@@ -100,6 +102,8 @@ class GyroStream {
   double last_raw_time_s_ = 0.0;
   double gap_limit_s_ = 0.25;
 
+  MissingCells missing_cells_;
+  double entered_time_s_ = 0.0;
   std::array<GyroSample, kHeld> held_;
   std::size_t held_count_ = 0;
 

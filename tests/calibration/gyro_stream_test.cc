@@ -152,6 +152,52 @@ TEST(GyroStream, BridgesOneMissingValueAndMarksALongerStretch) {
   EXPECT_TRUE(std::isfinite(mark.z[0]));
 }
 
+// With the value before in their place, the integral would be late by a part of an interval.
+TEST(GyroStream, PutsMissingCellsOnTheLineOfTheirNeighbours) {
+  std::mt19937_64 random(4);
+  for (const double missing : {0.01, 0.05, 0.3}) {
+    GyroStream stream;
+    MeasurementInfo info = OneAxis();
+    info.gyro_present = {true, true, true};
+    stream.Start(info);
+    std::bernoulli_distribution is_missing(missing);
+    for (int i = 0; i <= 2000; ++i) {
+      const double t_s = 0.01 * i;
+      GyroSample sample = At(t_s, 1000.0 * t_s);
+      sample.xi[1] = 5000.0 - 700.0 * t_s;
+      sample.xi[2] = 500.0 * t_s;
+      for (std::size_t c = 0; c < 2; ++c) {
+        if (i % 3 != 0 && is_missing(random)) sample.xi[c] = kMissing;
+      }
+      stream.Add(sample);
+    }
+    IntegralMark mark;
+    ASSERT_TRUE(stream.IntegralAt(19.9, &mark));
+    EXPECT_NEAR(mark.z[0], 500.0 * 19.9 * 19.9, 1e-3) << missing;
+    EXPECT_NEAR(mark.z[1], 5000.0 * 19.9 - 350.0 * 19.9 * 19.9, 1e-3) << missing;
+    EXPECT_NEAR(mark.z[2], 250.0 * 19.9 * 19.9, 1e-3) << missing;
+  }
+}
+
+TEST(GyroStream, TakesAxesOnRowsOfTheirOwn) {
+  GyroStream stream;
+  MeasurementInfo info = OneAxis();
+  info.gyro_present = {true, true, true};
+  stream.Start(info);
+  for (int i = 0; i < 3000; ++i) {
+    const std::size_t axis = static_cast<std::size_t>(i) % 3;
+    const double t_s = 0.01 * (i / 3) + 0.002 * static_cast<double>(axis);
+    GyroSample sample = At(t_s, kMissing);
+    sample.xi[axis] = 1000.0 * t_s;
+    stream.Add(sample);
+  }
+  IntegralMark begin, end;
+  ASSERT_TRUE(stream.IntegralAt(1.0, &begin));
+  ASSERT_TRUE(stream.IntegralAt(9.0, &end));
+  for (std::size_t c = 0; c < 3; ++c)
+    EXPECT_NEAR(end.z[c] - begin.z[c], 500.0 * (81.0 - 1.0), 1e-3) << c;
+}
+
 TEST(GyroStream, RecognisesAFrozenSensor) {
   GyroStream stream;
   MeasurementInfo info = OneAxis();
