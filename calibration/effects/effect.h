@@ -145,6 +145,9 @@ struct Effect {
   bool shakes_stand = false;
   // True motion of the sensor, not an error of it.
   bool true_motion = false;
+  // The reference reads the table's axis wrong by a wave of its angle with known periods, of which no
+  // part is constant.
+  bool wave_of_angle = false;
   // What a certificate bounds as the reference's eccentricity.
   bool reference_eccentricity = false;
   // Id of the effect whose size differs in one of several runs; empty for all others. Nothing that

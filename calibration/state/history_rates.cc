@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 #include "base/robust.h"
 #include "calibration/state/history_parts.h"
@@ -272,9 +274,56 @@ class RateMaker {
       const double by_gyro = shown + offset * kNear_s[n];
       near[n][c] = quiet || !shapes ? mean * kNear_s[n] : by_gyro;
     }
+    if (!quiet && shapes && !std::isfinite(steady)) StraightenNear(k, c, &near);
     constexpr std::size_t kBefore = 2, kAfter = 5;  // 20 ms
     point.rate_deg_s[c] =
         (near[kAfter][c] - near[kBefore][c]) / (kNear_s[kAfter] - kNear_s[kBefore]);
+  }
+
+  struct Acceleration {
+    double value, noise;  // deg/s^2
+  };
+  // Over the intervals on both sides of a node, by the reference.
+  std::optional<Acceleration> AccelerationByReference(std::size_t k, std::size_t c) const {
+    if (k == 0 || k >= history_.still.size()) return std::nullopt;
+    const double before_s = Length(k - 1), after_s = Length(k),
+                 apart_s = 0.5 * (before_s + after_s);
+    const double error_deg = std::numbers::sqrt2 * history_.angle_error_deg;
+    return Acceleration{
+        (settled_deg_[k][c] / after_s - settled_deg_[k - 1][c] / before_s) / apart_s,
+        error_deg * (1.0 / before_s + 1.0 / after_s) / apart_s};
+  }
+
+  // Puts the rates of the steps about a node on a straight line, where they leave it by no more
+  // than noise does: what noise makes of the rate within a few milliseconds is in the output as
+  // well, and two columns that are one but for that noise (a delay, and a lag that takes it back)
+  // would explain it.
+  void StraightenNear(std::size_t k, std::size_t c, Near* near) const {
+    constexpr int kSteps = static_cast<int>(kNear_s.size()), kHalf = kSteps / 2;
+    constexpr double kMostChiSquare = 30.0;  // of 6 degrees: once in 25,000 by chance
+    constexpr double kSquare = kSteps * (kSteps * kSteps - 1) / 12.0;
+    const auto at = [&](int step) {
+      if (step == 0) return 0.0;
+      return (*near)[static_cast<std::size_t>(step < 0 ? step + kHalf : step + kHalf - 1)][c];
+    };
+    double sum = 0.0, squares = 0.0, product = 0.0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double turned = at(i + 1 - kHalf) - at(i - kHalf);
+      sum += turned;
+      squares += turned * turned;
+      product += (i - 0.5 * (kSteps - 1)) * turned;
+    }
+    const double left = squares - sum * sum / kSteps - product * product / kSquare;
+    if (!(left < kMostChiSquare * walk_deg_sqrt_s_[c] * walk_deg_sqrt_s_[c] * kNearStep_s)) return;
+    const double rate = sum / (kSteps * kNearStep_s), step2 = kNearStep_s * kNearStep_s;
+    double acceleration = product / (kSquare * step2);
+    const double noise = walk_deg_sqrt_s_[c] * std::sqrt(kNearStep_s / kSquare) / step2;
+    if (const auto read = AccelerationByReference(k, c);
+        read && read->noise < noise &&
+        std::fabs(read->value - acceleration) < kNoiseSigmas * std::hypot(noise, read->noise))
+      acceleration = read->value;
+    for (std::size_t n = 0; n < kNear_s.size(); ++n)
+      (*near)[n][c] = kNear_s[n] * (rate + 0.5 * kNear_s[n] * acceleration);
   }
 
   // The way to node k, which was recorded as `to`, from `from_s`; `steady`: its mean output there

@@ -24,9 +24,8 @@ bool IsSure(const MisreadAxis& found) {
 }
 
 bool NamesItself(const TracedChannel& traced, const MisreadAxis& found) {
-  return std::ranges::any_of(traced.bench_findings.found, [&](const BenchFinding& own) {
-    return own.effect == found.effect && own.table_axis == found.context.table_axis;
-  });
+  return std::ranges::any_of(traced.bench_findings.found,
+                             [&](const BenchFinding& own) { return found.Is(own); });
 }
 
 // By how much -2 log L changes, at the most, with what the axis turns the directions of others'
@@ -50,6 +49,11 @@ double MostChange(const ChannelRequest& request, const TracedChannel& traced,
 
 }  // namespace
 
+bool MisreadAxis::Is(const BenchFinding& found) const {
+  return found.effect == effect && found.table_axis == context.table_axis &&
+         found.nonlinear == context.nonlinear;
+}
+
 std::vector<MisreadAxis> MisreadAxesOf(const ChannelProblem& problem,
                                        const std::vector<Candidate>& members,
                                        const ChannelFit& fit) {
@@ -57,7 +61,7 @@ std::vector<MisreadAxis> MisreadAxesOf(const ChannelProblem& problem,
   const double grow = std::max(1.0, fit.whitened_rms());
   for (std::size_t i = 0; i < members.size(); ++i) {
     const Candidate& member = members[i];
-    if (member.effect == nullptr || !member.effect->reference_eccentricity) continue;
+    if (member.effect == nullptr || !member.effect->wave_of_angle) continue;
     const bool turns = std::ranges::find(problem.table_axes(), member.context.table_axis) !=
                        problem.table_axes().end();
     const Eigen::Index at = fit.member_begin[i];

@@ -1,7 +1,7 @@
 // An axis of the stand that the reference reads wrong by a function of the axis's angle, as one
-// whose disc is off centre. Motions of the axes outside of it come from another direction than the
-// readings say: all channels of the sensor feel that, and one that always feels it at the same
-// angle takes it for a cross-axis part.
+// whose disc or worm is off centre. Motions of the axes outside of it come from another direction
+// than the readings say: all channels of the sensor feel that, and one that always feels it at the
+// same angle takes it for a cross-axis part.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,6 +16,7 @@ struct Candidate;
 struct ChannelFit;
 struct ChannelRequest;
 class ChannelProblem;
+struct BenchFinding;
 struct TracedChannel;
 
 struct MisreadAxis {
@@ -24,8 +25,10 @@ struct MisreadAxis {
   Eigen::VectorXd values;      // of the effect's terms
   Eigen::MatrixXd covariance;  // of these, as it is stated
 
+  bool Is(const BenchFinding& found) const;
   bool SameAs(const MisreadAxis& other) const {
-    return effect == other.effect && context.table_axis == other.context.table_axis;
+    return effect == other.effect && context.table_axis == other.context.table_axis &&
+           context.nonlinear == other.context.nonlinear;
   }
 };
 

@@ -2,6 +2,7 @@
 // axes, in the direction that motions come from, and in the time at which the shape of the filter
 // is felt.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -60,7 +61,9 @@ std::vector<std::string> ChannelProblem::NamesOfMisreadDeviations() const {
   std::vector<std::string> names;
   for (const MisreadAxis& misread : misread_) {
     for (Eigen::Index k = 0; k < misread.values.size(); ++k)
-      names.push_back(fmt::format("{} {} {}", misread.effect->id, misread.context.table_axis, k));
+      names.push_back(fmt::format("{}({}) {} {}", misread.effect->id,
+                                  fmt::join(misread.context.nonlinear, ","),
+                                  misread.context.table_axis, k));
   }
   return names;
 }

@@ -285,9 +285,7 @@ class SensorTrace {
       std::vector<MisreadAxis> misread = MisreadByOthers(requests_, traced_, k);
       if (misread.empty()) continue;
       std::erase_if(requests_[k].told, [&](const BenchFinding& told) {
-        return std::ranges::any_of(misread, [&](const MisreadAxis& axis) {
-          return told.effect == axis.effect && told.table_axis == axis.context.table_axis;
-        });
+        return std::ranges::any_of(misread, [&](const MisreadAxis& axis) { return axis.Is(told); });
       });
       requests_[k].misread = std::move(misread);
       requests_[k].sampling = traced_[k].sampling;

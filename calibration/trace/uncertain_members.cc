@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,12 +41,48 @@ double VarianceOf(const Eigen::MatrixXd& covariance) {
   return sum;
 }
 
+// A lag of the gyro's filter that a delay takes back but for a twentieth: two causes that hardly
+// ever do so, and their columns are then one but for the acceleration, which the gyro's own noise
+// makes up a part of. The delay alone is what is known. Index of the lag; nothing where there is
+// none.
+std::optional<std::size_t> LagThatADelayTakesBack(const Selection& selection,
+                                                  const ChannelFit& fit) {
+  constexpr double kLeft = 0.05;
+  const std::vector<Candidate>& members = selection.members();
+  for (std::size_t lag = 0; lag < members.size(); ++lag) {
+    if (members[lag].effect == nullptr || !members[lag].effect->filter_shape ||
+        members[lag].is_delay())
+      continue;
+    const double late_s = fit.values(fit.member_begin[lag]);
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      if (!members[i].is_delay() || members[i].of_one_run()) continue;
+      const double delay_s = fit.values(fit.member_begin[i]);
+      if (std::fabs(late_s + delay_s) < kLeft * std::fabs(late_s)) return lag;
+    }
+  }
+  return std::nullopt;
+}
+
+// What the delay had gained was beside the lag.
+void RemoveLag(std::size_t lag, Selection* selection) {
+  selection->Remove(lag);
+  for (std::size_t i = 0; i < selection->members().size(); ++i) {
+    if (selection->members()[i].is_delay())
+      selection->SetGainByAnyNoise(i, std::numeric_limits<double>::infinity());
+  }
+}
+
 }  // namespace
 
 void DropUncertain(const ChannelProblem& problem, const Baseline& baseline, Selection* selection) {
   for (bool again = true; again && !selection->members().empty();) {
     again = false;
     const ChannelFit fit = FitChannel(problem, baseline, *selection);
+    if (const auto lag = LagThatADelayTakesBack(*selection, fit)) {
+      RemoveLag(*lag, selection);
+      again = true;
+      continue;
+    }
     const double grow = std::max(1.0, fit.whitened_rms());
     std::size_t weakest = selection->members().size();
     double log_p = kUncertain;

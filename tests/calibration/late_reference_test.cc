@@ -16,6 +16,7 @@
 namespace gyrobench::testing {
 namespace {
 
+using calibration::ChannelTrace;
 using calibration::GyroTurn;
 using calibration::SensorState;
 
@@ -36,6 +37,38 @@ std::vector<GyroTurn> NodesOf(double (*angle_deg)(double), double step_s, std::s
     }
   }
   return turns;
+}
+
+// The gyro's own noise is in the acceleration that it shows: a lag of the filter and a delay that
+// takes it back would be found by it.
+TEST(AReferenceThatIsAMillisecondLate, IsOneDelayAndNoFilter) {
+  constexpr double kLate_s = 0.001;
+  BenchSensor sensor;
+  sensor.three_channels = true;
+  sensor.angle_random_walk_deg_sqrt_s = 0.005;
+  sensor.reading_deg = 0.0005;
+  Motion motion = EveryMotion();
+  for (int round = 0; round < 6; ++round) {
+    for (const TableAxis axis : {kInnerAxis, kMiddleAxis, kOuterAxis})
+      motion.Swing(axis, 60.0, 0.12, 6).Rest(2.0);
+  }
+  const SyntheticBench bench(motion, sensor);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Injection late;
+    late.shown_s = [=](double t_s) { return t_s - kLate_s; };
+    const calibration::Recording recording = bench.Measure(late, seed);
+    const calibration::Recording* const inputs[] = {&recording};
+    calibration::TraceOptions options;
+    options.curves = false;
+    for (const ChannelTrace& channel : calibration::Trace(inputs, options).result.channels) {
+      for (const TracedEffect& effect : channel.effects) {
+        EXPECT_NE(effect.id, "bandwidth.first_order") << channel.summary << ", seed " << seed;
+        if (effect.id != "angle.latency") continue;
+        EXPECT_NEAR(effect.parameters.at(0).value, -kLate_s,
+                    4.5 * effect.parameters.at(0).std_error);
+      }
+    }
+  }
 }
 
 TEST(HowFarTheGyroTurnedOn, IsKnownAcrossTheNodesAround) {

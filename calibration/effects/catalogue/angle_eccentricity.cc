@@ -32,6 +32,7 @@ Effect Eccentricity(std::string id, std::string equation, std::string cause,
           .terms = {{"a", "deg"}, {"b", "deg"}},
           .typical_size = 0.05,
           .size_source = "experience with encoders of this class: 0.003 to 0.05",
+          .wave_of_angle = true,
           .reference_eccentricity = true,
           .basis = Make<TablePeriodBasis<kPeriods>>};
 }

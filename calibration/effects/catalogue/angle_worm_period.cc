@@ -38,6 +38,7 @@ Effect AngleWormPeriod() {
               "taken to be no larger than the error of a stop that is stated for such stands, "
               "0.025 deg",
           .made_by_rounding = kRoundingInWave,
+          .wave_of_angle = true,
           .basis = Make<ShaftPeriodBasis>};
 }
 
