@@ -19,6 +19,7 @@ namespace {
 using calibration::ChannelTrace;
 using calibration::GyroTurn;
 using calibration::SensorState;
+using calibration::TracedEffect;
 
 // A swing, which differs from a straight line by much within a node's distance.
 double SwingAngle(double t_s) { return 10.0 * std::sin(2.0 * std::numbers::pi * 0.6 * t_s); }

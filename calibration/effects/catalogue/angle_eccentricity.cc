@@ -1,6 +1,5 @@
 // The disc of the encoder is off centre, or oval.
 #include <string>
-#include <utility>
 
 #include "calibration/effects/basis.h"
 #include "calibration/effects/catalogue/makers.h"
@@ -19,14 +18,14 @@ class TablePeriodBasis final : public PeriodicBasis {
 };
 
 template <int kPeriods>
-Effect Eccentricity(std::string id, std::string equation, std::string cause,
-                    std::string looks_like) {
-  return {.id = std::move(id),
+Effect Eccentricity(const std::string& id, const std::string& equation, const std::string& cause,
+                    const std::string& looks_like) {
+  return {.id = id,
           .domain = EffectDomain::kAngle,
           .owner = EffectOwner::kReference,
-          .equation = std::move(equation),
-          .cause = std::move(cause),
-          .looks_like = std::move(looks_like),
+          .equation = equation,
+          .cause = cause,
+          .looks_like = looks_like,
           .manoeuvre = "turn by 360 deg and more",
           .needs = kNeedsRate | kNeedsTableAxis,
           .terms = {{"a", "deg"}, {"b", "deg"}},
