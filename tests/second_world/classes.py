@@ -24,7 +24,8 @@ DEFAULT = dict(
     # Temperature: what it does, what measures it; thermometer noise, resolution [degC], lag [s].
     thermal="warm_up", temp_noise_degC=0.02, temp_resolution_degC=1.0 / 340.0, temp_lag_s=0.0, thermometer=True,
     accelerometer=["absent", "noisy", "uncalibrated"],
-    covariates="", defects=False, site=[True, True, False], gear_key=True, unsigned_key=False,
+    covariates="", defects=False, cells_missing=0.0, site=[True, True, False], gear_key=True, unsigned_key=False,
+    # Of the cells of each axis of the gyro, so many are empty.
     # The header names columns that no row fills: the axes that stand, and the thermometer where there is none.
     unfilled=False)
 
@@ -62,6 +63,7 @@ CLASSES = {
                           reference_noise_deg=1e-5, encoder_bits=32, accelerometer=["noisy", "uncalibrated"],
                           gear_key=False, gap_s=(20.0, 90.0), site=False),
     "data_defects": dict(defects=True, programme=["full", "medium"]),
+    "missing_cells": dict(cells_missing=(0.01, 0.1), gyro_rate_hz=[50.0, 100.0, 200.0], programme=["full", "medium"]),
     "covariates": dict(covariates="supply_v,humidity_pct,motor_current_a", thermal=["warm_up", "cycles"]),
     "short_run": dict(programme="short", thermal=["warm_up", "constant"], gyro_rate_hz=[50.0, 100.0]),
     "slow_gyro": dict(gyro_rate_hz=[20.0, 25.0, 50.0], reference_rate_hz=20.0),

@@ -17,6 +17,17 @@ def damaged(rng, columns):
     return [Column(c.name, c.values[order], c.decimals) for c in columns]
 
 
+def with_missing_cells(rng, columns, share):
+    """Single cells of the gyro's axes that are empty, each axis by itself."""
+    out = []
+    for column in columns:
+        values = column.values
+        if column.name.startswith("gyro_"):
+            values = np.where(rng.uniform(size=values.size) < share, np.nan, values)
+        out.append(Column(column.name, values, column.decimals))
+    return out
+
+
 def _lose_reference(rng, columns, n):
     begin, length = rng.integers(0, n), rng.integers(20, 400)
     for column in columns:

@@ -32,6 +32,7 @@ MENDED = {
     "means_before:silent:0:82": "a filter: samples were means over the interval before, and late by half of it",
     "means_before:silent:0:1960013": "a filter: each channel judged by itself what the samples of the sensor are",
     "means_before:single:100:1960026": "a filter: a latency of just half an interval was no sign of such means",
+    "missing_cells:silent:0:2500005": "a latency: a missing cell had the value of the sample before it",
     "noisy_slow_reference:silent:0:60024": "steps of the angle: the slow end of a motion was taken into a rest",
     "noisy_slow_reference:single:20:130046": "a step of the angle: a rest's mean passed for exact beside its own edge",
     "noisy_slow_reference:single:20:130222": "two steps of the bias: readings before and after a step had one mean",

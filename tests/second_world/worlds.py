@@ -167,6 +167,8 @@ class World:
             columns = self._table_columns(part, read_part, gyro, reads, common)
             if bench["defects"]:
                 columns = defects.damaged(rng, columns)
+            if bench["cells_missing"]:
+                columns = defects.with_missing_cells(rng, columns, bench["cells_missing"])
             paths.append(os.path.join(folder, f"run_{i + 1:02d}.csv"))
             write_table(paths[-1], self._keys(i), columns)
         return paths
