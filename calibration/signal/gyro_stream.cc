@@ -70,7 +70,7 @@ void GyroStream::Add(const GyroSample& sample) {
 // Samples that carried the stamp of the one before go evenly between it and the next, and not into
 // a pause that follows.
 void GyroStream::PlaceHeld(double t_s) {
-  const double begin_s = entered_time_s_;
+  const double begin_s = last_raw_time_s_;
   double step_s = (t_s - begin_s) / static_cast<double>(held_count_ + 1);
   const double usual_s = median_interval_s();
   if (t_s - begin_s > gap_limit_s_ && usual_s < step_s) step_s = usual_s;
@@ -81,7 +81,6 @@ void GyroStream::PlaceHeld(double t_s) {
 }
 
 void GyroStream::Enter(double t_s, const GyroSample& sample) {
-  entered_time_s_ = t_s;
   GyroSample known = sample;
   for (std::size_t c = 0; c < 3; ++c) {
     if (!info_.gyro_present[c] || std::fabs(sample.xi[c]) * to_output_ <= kLargestOutput) continue;

@@ -103,7 +103,6 @@ class GyroStream {
   double gap_limit_s_ = 0.25;
 
   MissingCells missing_cells_;
-  double entered_time_s_ = 0.0;
   std::array<GyroSample, kHeld> held_;
   std::size_t held_count_ = 0;
 

@@ -24,8 +24,10 @@ DEFAULT = dict(
     # Temperature: what it does, what measures it; thermometer noise, resolution [degC], lag [s].
     thermal="warm_up", temp_noise_degC=0.02, temp_resolution_degC=1.0 / 340.0, temp_lag_s=0.0, thermometer=True,
     accelerometer=["absent", "noisy", "uncalibrated"],
-    covariates="", defects=False, cells_missing=0.0, site=[True, True, False], gear_key=True, unsigned_key=False,
+    covariates="", defects=False,
     # Of the cells of each axis of the gyro, so many are empty.
+    cells_missing=0.0,
+    site=[True, True, False], gear_key=True, unsigned_key=False,
     # The header names columns that no row fills: the axes that stand, and the thermometer where there is none.
     unfilled=False)
 
