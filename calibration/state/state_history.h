@@ -52,6 +52,9 @@ struct StateHistory {
   // The same of each axis of the stand by what it is read as while it rests: the scatter of a short
   // rest, of which the above is made, may have the end of a motion in it.
   Vector3 axis_error_deg = {};
+  // Standard deviation by which the times of the readings are off, as the errors of the angle show
+  // that grow with the rate; 0 where they do not [s].
+  double timing_error_s = 0.0;
   // The steps of the encoder are coarser than its noise: its error is a function of the angle.
   bool coarse_steps = false;
   // Of each node: what the random walk of the angle makes the covariance of the rotations before and

@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <functional>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -17,19 +14,11 @@
 #include "calibration/gls/statistics.h"
 #include "calibration/trace/candidate.h"
 #include "calibration/trace/corners.h"
+#include "calibration/trace/noise_share.h"
 #include "calibration/trace/problem.h"
 
 namespace gyrobench::calibration {
 namespace {
-
-// The least of a curve through a share and its neighbours, a factor apart, in the logarithm; the
-// share itself where they do not say.
-double Between(const std::array<double, 3>& deviance, double factor) {
-  const double bend = deviance[0] - 2.0 * deviance[1] + deviance[2];
-  const double shift =
-      bend > 0.0 && std::isfinite(bend) ? 0.5 * (deviance[0] - deviance[2]) / bend : 0.0;
-  return std::pow(factor, std::clamp(shift, -0.5, 0.5));
-}
 
 // How late means over the interval before their times are, and what is late with them.
 class Lateness {
@@ -193,8 +182,14 @@ class SamplingMend::State {
   // What the corners leave open of the turn up to a node, which the next row takes back, and of that
   // from row to row.
   void FitNoise() {
-    at_nodes_ = BestShare([&](double share) { return WithNoise(share, 0.0); });
-    walk_ = BestShare([&](double share) { return WithNoise(at_nodes_, share); });
+    at_nodes_ = Share([&](double share) { return WithNoise(share, 0.0); });
+    walk_ = Share([&](double share) { return WithNoise(at_nodes_, share); });
+  }
+  double Share(const RowsWithShare& with) {
+    constexpr double kMost = 64.0;
+    const NoiseShare best = BestShare(with, columns_, problem_.output_deg(), noise_, kMost);
+    noise_ = best.noise;
+    return best.share;
   }
 
   // The rows with shares of what samples of moments leave open, as noise of the nodes and as walk.
@@ -215,37 +210,6 @@ class SamplingMend::State {
         out[out[i].still ? i + 1 : i].more_walk_s += node_s;
     }
     return out;
-  }
-
-  // From none up to the first least, by the restricted deviance, each with the noise that suits it
-  // best; the largest where the data want more.
-  double BestShare(const std::function<std::vector<Interval>(double)>& with) {
-    constexpr double kLeastShare = 1.0 / 64.0, kMostShare = 64.0, kFactor = 4.0, kLeastGain = 2.0;
-    struct Tried {
-      double share = 0.0, deviance = std::numeric_limits<double>::infinity();
-      std::optional<NoiseModel> noise;
-    };
-    const auto try_from = [&](const Tried& last, double share) -> Tried {
-      const NoiseSearch search(with(share), columns_, problem_.output_deg(), kNearlyDependent);
-      const std::optional<NoiseEstimate> best = search.Best(last.noise, kRough);
-      if (!best) return {share, std::numeric_limits<double>::infinity(), last.noise};
-      return {share, best->deviance, best->noise};
-    };
-    const Tried none = try_from({0.0, 0.0, noise_}, 0.0);
-    if (!std::isfinite(none.deviance)) return 0.0;
-    noise_ = none.noise;
-    Tried before = none, here = none, after = try_from(none, kLeastShare);
-    while (after.deviance < here.deviance) {
-      before = std::exchange(here, after);
-      if (!(here.share < kMostShare)) break;
-      after = try_from(here, kFactor * here.share);
-    }
-    if (!(here.deviance < none.deviance - kLeastGain)) return 0.0;
-    noise_ = here.noise;
-    // No share is no factor below the least.
-    const bool between = before.share > 0.0 && after.share > here.share;
-    return between ? here.share * Between({before.deviance, here.deviance, after.deviance}, kFactor)
-                   : here.share;
   }
 
   // How much of a correction the data ask for, and how clearly.

@@ -22,6 +22,7 @@
 #include "calibration/trace/report_parts.h"
 #include "calibration/trace/selection.h"
 #include "calibration/trace/split.h"
+#include "calibration/trace/timing_noise.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -96,6 +97,8 @@ class ChannelTracer::State {
     if (std::string says = sampling_mend_->Mend(sampling); !says.empty())
       trace_.remarks.push_back(std::move(says));
     sampling_mend_.reset();
+    if (std::string says = AddTimingNoise(baseline_, *candidates_, &problem_); !says.empty())
+      trace_.remarks.push_back(std::move(says));
   }
 
   std::vector<std::function<void()>> Searches() {

@@ -2,8 +2,9 @@
 
 Residual at each reading of the reference: z - Phi, z the integral of every gyro sample. Its noise is angle random walk
 (with the gyro's quantisation), bias random walk that runs on through the gaps of one power-on, and the reading's own
-variance noise^2 + lsb^2/12; and what nobody knows of a motion with corners between samples. The baseline that is
-left free: row of M, cubic b(T), an angle of each table, a bias of each power-on.
+variance noise^2 + lsb^2/12; and what nobody knows of a motion with corners between samples. A reading that is stamped
+late by a random time errs by the turn in it; whoever finds the even times behind the stamps can do better. The baseline
+that is left free: row of M, cubic b(T), an angle of each table, a bias of each power-on.
 
 What is approximate: an axis that does not turn within a table adds no noise to a channel beyond one reading's;
 the noise of angles that decompose a motion of several axes is left out; the readings of a rest are independent ones,
@@ -37,7 +38,8 @@ def reading_variance(scene, channel):
     variance = noise ** 2 + count ** 2 / 12.0
     if undithered > 0.01:
         variance = variance + count ** 2 / 12.0 * undithered * (rest_lengths(scene, count) - 1.0)
-    return share * variance + scene.corner_variance(channel)
+    late = bench["logged_late_s"] * scene.at_readings(scene.w_deg_s[channel])
+    return share * variance + late ** 2 + scene.corner_variance(channel)
 
 
 def rest_lengths(scene, count_deg):

@@ -27,6 +27,8 @@ DEFAULT = dict(
     covariates="", defects=False,
     # Of the cells of each axis of the gyro, so many are empty.
     cells_missing=0.0,
+    # The computer that logs is late by a random time: in the mean so long [s], each row by itself.
+    logged_late_s=0.0,
     site=[True, True, False], gear_key=True, unsigned_key=False,
     # The header names columns that no row fills: the axes that stand, and the thermometer where there is none.
     unfilled=False)
@@ -83,6 +85,10 @@ CLASSES = {
     # The same in hundredths of a second, of which an interval has two or three.
     "coarse_stamps": dict(gyro_rate_hz=("log", 31.0, 74.0), stamp_decimals=2, reference_rate_hz=[20.0, 100.0],
                           programme=["full", "medium"]),
+    # Samples and readings come evenly, and are stamped when the computer gets to them.
+    "late_stamps": dict(logged_late_s=("log", 1e-4, 2e-3), own_clock=[True, False],
+                        gyro_rate_hz=[50.0, 100.0, 200.0], reference_rate_hz=[10.0, 20.0, 50.0],
+                        programme=["full", "medium"]),
     # A sensor whose samples are means of the rate, on such a table.
     "slow_means": dict(sample="mean", straight_ramps_deg_s2=(20.0, 80.0), gyro_rate_hz=[10.0, 12.5, 20.0, 25.0],
                        reference_rate_hz=[10.0, 20.0], programme=["full", "medium"]),

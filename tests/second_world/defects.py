@@ -28,6 +28,15 @@ def with_missing_cells(rng, columns, share):
     return out
 
 
+def stamped_late(rng, columns, mean_s):
+    """Rows in their order, each stamped later than it was taken by an exponential time of its own, to microseconds."""
+    (at,) = [i for i, c in enumerate(columns) if c.name == "t_s"]
+    taken_s, apart_s = columns[at].values, 1e-6 * np.arange(columns[at].values.size)
+    late_s = taken_s + rng.exponential(mean_s, taken_s.size)
+    stamps = np.maximum.accumulate(late_s - apart_s) + apart_s
+    return columns[:at] + [Column("t_s", stamps, 6)] + columns[at + 1:]
+
+
 def _lose_reference(rng, columns, n):
     begin, length = rng.integers(0, n), rng.integers(20, 400)
     for column in columns:

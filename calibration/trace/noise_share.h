@@ -1,0 +1,31 @@
+// How much of a noise of some rows the data want beside the noises of gyro and reference.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "calibration/gls/interval_gls.h"
+#include "calibration/gls/noise_model.h"
+#include "calibration/gls/raw_columns.h"
+
+namespace gyrobench::calibration {
+
+// The rows with a share of that noise.
+using RowsWithShare = std::function<std::vector<Interval>(double share)>;
+
+struct NoiseShare {
+  double share = 0.0;  // 0 where the data do not want it
+  std::optional<NoiseModel> noise;
+};
+
+// From none up to the first least, by the restricted deviance, each with the noise that suits it
+// best; `most` where the data want more. The least that is tried is a 64th. `columns`: everything
+// that may act. `from`: a noise to begin with.
+NoiseShare BestShare(const RowsWithShare& with, std::span<const RawColumns> columns,
+                     const Eigen::VectorXd& output_deg, const std::optional<NoiseModel>& from,
+                     double most);
+
+}  // namespace gyrobench::calibration
