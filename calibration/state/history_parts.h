@@ -80,6 +80,12 @@ class ReadingErrors {
   double rounded_ = 0.0;  // 0: noise carries the readings over many steps, 1: not at all
 };
 
+// Amplitude of the wave that rounding to steps of so much adds to an angle at even speed, of which
+// readings at even times may make one of any number of periods a turn. Noise of the readings makes
+// it smaller: `scatter_deg` is that of one reading while the axis stands, rounded as it is. 0 where
+// nothing is rounded.
+double WaveOfRounding_deg(double step_deg, double scatter_deg);
+
 // Gravity and heading in the sensor's frame: by the reference where it gives an orientation, by the
 // accelerometer where one axis turns or none. `rest_of`: index of each node's rest, or kNoRest.
 void FillGravity(const Recording& recording, const std::vector<std::size_t>& rest_of,

@@ -1,6 +1,7 @@
 // What the mean of several readings of the reference is worth.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "base/robust.h"
@@ -53,6 +54,16 @@ double ReadingErrors::ShareInMotion(const ReadingsMean& mean, std::size_t axis,
     if (std::isfinite(passed)) steps = std::max(steps, passed);
   }
   return rounded_ / std::min(readings, 1.0 + steps) + (1.0 - rounded_) / readings;
+}
+
+// The first harmonic of the rounding's error (Widrow and Kollar, Quantization Noise, 2008, 4.2):
+// q / pi exp(-2 pi^2 sigma^2 / q^2). Rounding scatters by q^2 / 12 more at most.
+double WaveOfRounding_deg(double step_deg, double scatter_deg) {
+  if (!(step_deg > 0.0)) return 0.0;
+  const double scatter_in_steps = std::fmax(0.0, scatter_deg) / step_deg;
+  const double noise_square = std::max(0.0, scatter_in_steps * scatter_in_steps - 1.0 / 12.0);
+  return step_deg / std::numbers::pi *
+         std::exp(-2.0 * std::numbers::pi * std::numbers::pi * noise_square);
 }
 
 }  // namespace gyrobench::calibration

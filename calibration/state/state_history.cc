@@ -157,6 +157,8 @@ class TrailMaker {
     const std::vector<NodeRange> rests = RangesOfRests(rest_of_);
     for (std::size_t a = 0; a < 3; ++a) {
       const double scatter_deg = ScatterAtRest(nodes_, rests, a);
+      history_.rounding_wave_deg[a] =
+          WaveOfRounding_deg(recording_.reference_step_deg[a], scatter_deg);
       if (!std::isfinite(scatter_deg)) continue;
       // Readings that hardly ever change hide noise of half a step.
       const double least_deg = 0.5 * std::fmax(0.0, recording_.reference_step_deg[a]);

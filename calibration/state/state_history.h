@@ -52,6 +52,8 @@ struct StateHistory {
   // The same of each axis of the stand by what it is read as while it rests: the scatter of a short
   // rest, of which the above is made, may have the end of a motion in it.
   Vector3 axis_error_deg = {};
+  // Amplitude of the wave that the rounding of each axis's readings makes of its angle [deg].
+  Vector3 rounding_wave_deg = {};
   // Standard deviation by which the times of the readings are off, as the errors of the angle show
   // that grow with the rate; 0 where they do not [s].
   double timing_error_s = 0.0;

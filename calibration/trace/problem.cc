@@ -263,6 +263,13 @@ double ChannelProblem::rounding_deg() const {
   return rounding_deg;
 }
 
+double ChannelProblem::rounding_wave_deg(std::size_t axis) const {
+  double wave_deg = 0.0;
+  for (const StateHistory& history : histories_)
+    wave_deg = std::max(wave_deg, history.rounding_wave_deg[axis]);
+  return wave_deg;
+}
+
 // Also where this channel has nothing usable in it.
 std::size_t ChannelProblem::first_number(std::size_t power_on) const {
   std::size_t first = ref(power_on_begins_[power_on]).history;

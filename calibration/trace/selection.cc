@@ -43,11 +43,14 @@ bool AtTheEndOfItsRange(const Candidate& ripple) {
 
 // The error e of a reading is in the output and in the angle that a wave is a function of: the mean
 // of e sin(k (phi + e)) is a wave of the size k e^2. The angle is known better than by one reading
-// where the gyro carries it: so much it is at most.
+// where the gyro carries it: so much it is at most. What rounding makes is a wave as well, of as many
+// periods a turn as the encoder has steps; at even times it passes for one of fewer.
 double LeastRipple_deg(const ChannelProblem& problem, const Candidate& ripple) {
   constexpr double kClearly = 3.0;
-  const double error_deg = problem.angle_error_deg(ripple.context.table_axis);
-  return kClearly * ripple.context.nonlinear[0] * error_deg * error_deg * kRadPerDeg;
+  const std::size_t axis = ripple.context.table_axis;
+  const double error_deg = problem.angle_error_deg(axis);
+  return std::max(kClearly * ripple.context.nonlinear[0] * error_deg * error_deg * kRadPerDeg,
+                  problem.rounding_wave_deg(axis));
 }
 
 // What the gyro turns by within a delay beyond the samples about a node is known by its scale

@@ -10,6 +10,7 @@
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/statistics.h"
 #include "calibration/signal/collector.h"
+#include "calibration/state/history_parts.h"
 #include "calibration/state/state_history.h"
 #include "calibration/trace/problem.h"
 #include "tests/calibration/synthetic_bench.h"
@@ -185,6 +186,40 @@ TEST(ANoise, IsNotJudgedByValuesThatAreNoNumbers) {
   EXPECT_TRUE(calibration::NoiseSearch(intervals, columns, output).Best().has_value());
   output(50) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(calibration::NoiseSearch(intervals, columns, output).Best().has_value());
+}
+
+// Readings of a table that turns evenly, and of one that stands at many places, rounded to steps of 1.
+TEST(RoundingOfNoisyReadings, MakesNoLargerWaveThanIsSaid) {
+  constexpr int kReadings = 200000, kAtRest = 20;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> anywhere(0.0, 1.0);
+  for (const double noise : {0.0, 0.1, 0.2, 0.3, 0.4}) {
+    double in_phase = 0.0, changes = 0.0;
+    for (int i = 0; i < kReadings; ++i) {
+      const double angle = anywhere(random);
+      const double error = std::round(angle + noise * normal(random)) - angle;
+      in_phase += 2.0 * error * std::sin(2.0 * std::acos(-1.0) * angle) / kReadings;
+    }
+    for (int rest = 0; rest < kReadings / kAtRest; ++rest) {
+      const double angle = anywhere(random);
+      double before = std::round(angle + noise * normal(random));
+      for (int i = 1; i < kAtRest; ++i) {
+        const double reading = std::round(angle + noise * normal(random));
+        changes += std::pow(reading - before, 2) / (2.0 * kReadings);
+        before = reading;
+      }
+    }
+    const double said = calibration::WaveOfRounding_deg(1.0, std::sqrt(changes));
+    const double made = std::fabs(in_phase);
+    EXPECT_GT(said, 0.97 * made - 0.003) << noise;
+    EXPECT_LT(said, 2.0 * made + 0.01) << noise;
+  }
+}
+
+TEST(RoundingOfNoisyReadings, IsNothingWhereNothingIsRounded) {
+  for (const double step_deg : {0.0, std::numeric_limits<double>::quiet_NaN()})
+    EXPECT_EQ(calibration::WaveOfRounding_deg(step_deg, 0.001), 0.0);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 import catalogue
+import defects
 import geometry
 import unknown_walk
 from whitening import Whitener
@@ -38,8 +39,9 @@ def reading_variance(scene, channel):
     variance = noise ** 2 + count ** 2 / 12.0
     if undithered > 0.01:
         variance = variance + count ** 2 / 12.0 * undithered * (rest_lengths(scene, count) - 1.0)
-    late = bench["logged_late_s"] * scene.at_readings(scene.w_deg_s[channel])
-    return share * variance + late ** 2 + scene.corner_variance(channel)
+    late_s2 = defects.late_variance(bench["logged_late_s"], scene.most_late_s)
+    late = late_s2 * scene.at_readings(scene.w_deg_s[channel]) ** 2
+    return share * variance + late + scene.corner_variance(channel)
 
 
 def rest_lengths(scene, count_deg):

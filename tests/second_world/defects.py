@@ -28,13 +28,28 @@ def with_missing_cells(rng, columns, share):
     return out
 
 
-def stamped_late(rng, columns, mean_s):
-    """Rows in their order, each stamped later than it was taken by an exponential time of its own, to microseconds."""
+def late_times(rng, mean_s, most_s, n):
+    """By how much stamps are late [s]: exponential, and no more than most_s."""
+    return np.minimum(rng.exponential(mean_s, n), most_s)
+
+
+def late_variance(mean_s, most_s):
+    """Variance [s^2] of late_times."""
+    if not mean_s:
+        return 0.0
+    left = np.exp(-most_s / mean_s)
+    return 2.0 * mean_s ** 2 * (1.0 - left * (1.0 + most_s / mean_s)) - (mean_s * (1.0 - left)) ** 2
+
+
+def stamped_late(rng, columns, mean_s, most_s):
+    """Rows stamped when a computer gets to them, to microseconds, in the order of these stamps."""
     (at,) = [i for i, c in enumerate(columns) if c.name == "t_s"]
-    taken_s, apart_s = columns[at].values, 1e-6 * np.arange(columns[at].values.size)
-    late_s = taken_s + rng.exponential(mean_s, taken_s.size)
-    stamps = np.maximum.accumulate(late_s - apart_s) + apart_s
-    return columns[:at] + [Column("t_s", stamps, 6)] + columns[at + 1:]
+    stamps = columns[at].values + late_times(rng, mean_s, most_s, columns[at].values.size)
+    order = np.argsort(stamps, kind="stable")
+    apart_s = 1e-6 * np.arange(order.size)
+    stamps = np.maximum.accumulate(stamps[order] - apart_s) + apart_s
+    return [Column("t_s", stamps, 6) if i == at else Column(c.name, c.values[order], c.decimals)
+            for i, c in enumerate(columns)]
 
 
 def _lose_reference(rng, columns, n):

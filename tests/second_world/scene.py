@@ -17,6 +17,7 @@ class Scene:
     def __init__(self, rng, bench, plan):
         self.bench, self.plan = bench, plan
         self.stamped_late_s = bench["stamped_late"] / bench["gyro_rate_hz"]
+        self.most_late_s = 0.45 / bench["gyro_rate_hz"]  # of a computer: samples stay in their order
         self._stamps(rng)
         self.angles_deg, axis_rates = self.motion_at(self.t_s, self.table)
         self.directions = geometry.axis_directions(self.angles_deg)
