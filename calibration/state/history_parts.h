@@ -108,9 +108,11 @@ struct FeltByGyro {
   const std::vector<Vector3>&at_rest_deg_s, &next_rest_deg_s;
   double walk_deg_sqrt_s = 0.0;
 };
-// The turns of the table's axes as the gyro felt them, and with them the angles at the nodes
-// without the noise of their own reading.
+// The turns of the table's axes as the gyro felt them.
 void FillTableWays(const Recording& recording, const FeltByGyro& gyro, StateHistory* history);
+// With them the angles at the nodes without the noise of their own reading, and how far the times
+// of the readings are off.
+void SmoothAngles(StateHistory* history);
 // Smoothed. What is missing is bridged where the gap is short (slow_quantity.h); longer stretches
 // are left out, counted as a defect. Unknown where it is known for less than half of the time.
 void FillTemperature(const Recording& recording, StateHistory* history);

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "calibration/state/history_parts.h"
-#include "calibration/state/timing_error.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -76,70 +75,11 @@ class TableWays {
       for (std::size_t a = 0; a < 3; ++a)
         history_.nodes[k].table_by_gyro_deg[a] = by_gyro_deg[a] + sum[a];
     }
-    for (std::size_t a = 0; a < 3; ++a) SmoothAngles(a);
   }
 
  private:
   static Vector3 Minus(const Vector3& a, const Vector3& b) {
     return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-  }
-
-  // Only where the gyro follows the table better than this: of a table that vibrates the gyro's
-  // samples tell no more than one reading does.
-  void SmoothAngles(std::size_t axis) {
-    constexpr double kFollows_deg = 0.2;
-    std::vector<double> angles(nodes_.size());
-    std::vector<AngleBesideGyro> beside(nodes_.size()), steady;
-    double square = 0.0, count = 0.0;
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      angles[k] = history_.nodes[k].table_deg[axis];
-      const double others = CarriedByGyro(k, axis, &angles[k]);
-      const double off_deg = history_.nodes[k].table_deg[axis] - angles[k];
-      if (!(std::fabs(off_deg) > 0.0)) continue;
-      square += off_deg * off_deg;
-      count += 1.0;
-      beside[k] = {off_deg, history_.nodes[k].table_rate_deg_s[axis], Readings(k), others};
-      if (IsSteady(k, axis)) steady.push_back(beside[k]);
-    }
-    if (count == 0.0 || std::sqrt(square / count) > kFollows_deg) return;
-    const AngleErrors errors = FindAngleErrors(steady);
-    history_.timing_error_s = std::max(history_.timing_error_s, std::sqrt(errors.timing_s2));
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      const AngleBesideGyro& own = beside[k];
-      history_.nodes[k].table_deg[axis] =
-          angles[k] + errors.ShareOfTiming(own.rate_deg_s, own.readings) * own.off_deg;
-    }
-  }
-
-  double Readings(std::size_t k) const { return std::max(1.0, nodes_[k].mean.readings); }
-
-  // Neither speeds up nor slows down.
-  bool IsSteady(std::size_t k, std::size_t axis) const {
-    constexpr double kSteady = 0.1;
-    const double rate = history_.nodes[k].table_rate_deg_s[axis];
-    const double next = history_.nodes[k + 1].table_rate_deg_s[axis];
-    return std::fabs(next - rate) < kSteady * std::fabs(rate);
-  }
-
-  // Angle of a turning axis without the noise of its own reading: what the gyro saw since the
-  // readings on either side of it. In a term that depends on the angle that noise would be found
-  // again, as a ripple. How many these are; 0, and `angle_deg` stays, where it is not known.
-  double CarriedByGyro(std::size_t k, std::size_t axis, double* angle_deg) const {
-    constexpr std::size_t kPairs = 3;
-    auto off = [&](std::size_t j) {
-      const SensorState& point = history_.nodes[j];
-      return point.table_deg[axis] - point.table_by_gyro_deg[axis];
-    };
-    double sum = 0.0, count = 0.0;
-    for (std::size_t d = 1; d <= kPairs && d <= k && k + d < nodes_.size(); ++d) {
-      if (!Turns(k + 1 - d, axis) || !Turns(k + d, axis)) break;
-      sum += off(k - d) + off(k + d);
-      count += 2.0;
-    }
-    const double carried_deg = history_.nodes[k].table_by_gyro_deg[axis] + sum / count;
-    if (!std::isfinite(carried_deg)) return 0.0;
-    *angle_deg = carried_deg;
-    return count;
   }
 
   // Of each node: the axis that turns there or, before the next rest, after it.

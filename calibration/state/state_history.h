@@ -55,8 +55,8 @@ struct StateHistory {
   // Amplitude of the wave that the rounding of each axis's readings makes of its angle [deg].
   Vector3 rounding_wave_deg = {};
   // Standard deviation by which the times of the readings are off, as the errors of the angle show
-  // that grow with the rate; 0 where they do not [s].
-  double timing_error_s = 0.0;
+  // that grow with the rate; 0 where they do not, NaN where the motion does not tell [s].
+  double timing_error_s = kMissing;
   // The steps of the encoder are coarser than its noise: its error is a function of the angle.
   bool coarse_steps = false;
   // Of each node: what the random walk of the angle makes the covariance of the rotations before and
@@ -77,6 +77,9 @@ struct StateHistory {
 // order; all are in the recording.
 StateHistory MakeStateHistory(const Recording& recording, const Vector3& units_per_deg_s,
                               bool new_power_on, const std::vector<std::string>& covariates);
+
+// How many readings of an axis the angle of a node stands for, 1 at least.
+double ReadingsBehind(const Node& node, std::size_t axis);
 
 // Output units per deg/s of each channel: least squares of the output on the reference over what
 // turns beyond the noise of its readings; the nominal value where the channel did not turn; NaN

@@ -186,8 +186,8 @@ class SamplingMend::State {
     walk_ = Share([&](double share) { return WithNoise(at_nodes_, share); });
   }
   double Share(const RowsWithShare& with) {
-    constexpr double kMost = 64.0;
-    const NoiseShare best = BestShare(with, columns_, problem_.output_deg(), noise_, kMost);
+    constexpr double kLeastGain = 2.0;
+    const NoiseShare best = BestShare(with, columns_, problem_.output_deg(), noise_, kLeastGain);
     noise_ = best.noise;
     return best.share;
   }

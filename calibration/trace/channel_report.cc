@@ -84,6 +84,8 @@ class ChannelTracer::State {
         AllCandidates(problem_, request_.covariates, request_.earth_rate_known,
                       CandidatesOf(problem_, request_.told)));
     if (!Finite()) return;
+    if (std::string says = AddTimingNoise(baseline_, *candidates_, &problem_); !says.empty())
+      trace_.remarks.push_back(std::move(says));
     sampling_mend_.emplace(baseline_, *candidates_, &problem_);
   }
 
@@ -97,8 +99,6 @@ class ChannelTracer::State {
     if (std::string says = sampling_mend_->Mend(sampling); !says.empty())
       trace_.remarks.push_back(std::move(says));
     sampling_mend_.reset();
-    if (std::string says = AddTimingNoise(baseline_, *candidates_, &problem_); !says.empty())
-      trace_.remarks.push_back(std::move(says));
   }
 
   std::vector<std::function<void()>> Searches() {

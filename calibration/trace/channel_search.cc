@@ -87,6 +87,7 @@ class ChannelSearcher {
     DropCrowd(&found->selection);
     if (DropUseless(&found->selection)) DropWhereResidualsCorrelate(&*found);
     DropUncertain(problem_, baseline_, &found->selection);
+    DropWhatChanceMakes(&*found);
     for (std::string& remark : RemarksOnHeldShapes(found->selection))
       remarks_.push_back(std::move(remark));
     return found;
@@ -242,6 +243,25 @@ class ChannelSearcher {
       }
       if (weakest == members.size()) return;
       found->selection.Remove(weakest);
+    }
+  }
+
+  // What passed beside others only that are gone by now.
+  void DropWhatChanceMakes(SearchedChannel* found) const {
+    constexpr double kByChance = 0.05;  // after correction for all that was tried
+    const Selection& selection = found->selection;
+    const auto most_by_chance = [&]() -> std::optional<std::size_t> {
+      std::optional<std::size_t> most;
+      for (std::size_t i = 0; i < selection.members().size(); ++i) {
+        if (selection.PValue(i) > (most ? selection.PValue(*most) : kByChance)) most = i;
+      }
+      return most;
+    };
+    while (most_by_chance()) {
+      SetGainsByAnyNoise(found);  // those that are gone were beside them before
+      const std::optional<std::size_t> most = most_by_chance();
+      if (!most) return;
+      found->selection.Remove(*most);
     }
   }
 

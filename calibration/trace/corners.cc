@@ -17,28 +17,6 @@ double Rate(const ChannelProblem& problem, std::size_t row) {
   return problem.output_deg()(static_cast<Eigen::Index>(row)) / problem.intervals()[row].duration_s;
 }
 
-// N^2, from second differences of the rate where nothing moves, or of all where too little rests;
-// NaN where there is too little of anything. Counts coarser than the noise hardly ever change.
-double RoughWalk(const ChannelProblem& problem) {
-  constexpr std::size_t kLeast = 30;
-  const std::vector<Interval>& intervals = problem.intervals();
-  std::vector<double> all, at_rest;
-  for (std::size_t i = 2; i < intervals.size(); ++i) {
-    if (!intervals[i].GoesOn() || !intervals[i - 1].GoesOn()) continue;
-    const auto variance = [&](std::size_t k) { return 1.0 / intervals[k].duration_s; };
-    const double second = Rate(problem, i) - 2.0 * Rate(problem, i - 1) + Rate(problem, i - 2);
-    all.push_back(second * second / (variance(i) + 4.0 * variance(i - 1) + variance(i - 2)));
-    if (intervals[i].still && intervals[i - 1].still && intervals[i - 2].still)
-      at_rest.push_back(all.back());
-  }
-  std::vector<double>& squares = at_rest.size() < kLeast ? all : at_rest;
-  if (squares.size() < kLeast) return kMissing;
-  const double mean = Mean(squares);
-  // Half of the squares of normal values are below 0.455.
-  const double by_median = Median(std::move(squares)) / 0.455;
-  return by_median > 0.1 * mean ? by_median : mean;
-}
-
 // Of each row: whether a corner of the motion is seen in it or in its neighbours.
 std::vector<bool> HasCorner(const ChannelProblem& problem, double walk_deg2_s) {
   constexpr double kCorner = 16.0;  // times the median, and what white noise makes of it
@@ -85,6 +63,27 @@ std::vector<bool> Accelerates(const ChannelProblem& problem, double walk_deg2_s)
 
 }  // namespace
 
+// Counts coarser than the noise hardly ever change: then the mean says more than the median.
+double RoughWalk_deg2_s(const ChannelProblem& problem) {
+  constexpr std::size_t kLeast = 30;
+  const std::vector<Interval>& intervals = problem.intervals();
+  std::vector<double> all, at_rest;
+  for (std::size_t i = 2; i < intervals.size(); ++i) {
+    if (!intervals[i].GoesOn() || !intervals[i - 1].GoesOn()) continue;
+    const auto variance = [&](std::size_t k) { return 1.0 / intervals[k].duration_s; };
+    const double second = Rate(problem, i) - 2.0 * Rate(problem, i - 1) + Rate(problem, i - 2);
+    all.push_back(second * second / (variance(i) + 4.0 * variance(i - 1) + variance(i - 2)));
+    if (intervals[i].still && intervals[i - 1].still && intervals[i - 2].still)
+      at_rest.push_back(all.back());
+  }
+  std::vector<double>& squares = at_rest.size() < kLeast ? all : at_rest;
+  if (squares.size() < kLeast) return kMissing;
+  const double mean = Mean(squares);
+  // Half of the squares of normal values are below 0.455.
+  const double by_median = Median(std::move(squares)) / 0.455;
+  return by_median > 0.1 * mean ? by_median : mean;
+}
+
 Corners CornersOf(const ChannelProblem& problem) {
   // Less than this part of the angle random walk over all that moves does not change a result.
   constexpr double kOpen = 0.02;
@@ -92,7 +91,7 @@ Corners CornersOf(const ChannelProblem& problem) {
   constexpr double kCounts = 0.05;
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(problem.rows());
   Corners out{none, none, none, none};
-  const double walk_deg2_s = RoughWalk(problem);
+  const double walk_deg2_s = RoughWalk_deg2_s(problem);
   if (!(walk_deg2_s > 0.0)) return out;
   const std::vector<bool> has_corner = HasCorner(problem, walk_deg2_s),
                           accelerates = Accelerates(problem, walk_deg2_s);

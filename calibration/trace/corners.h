@@ -28,6 +28,10 @@ struct Corners {
   double squared_sigmas = 0.0;
 };
 
+// Square of the angle random walk [deg^2/s], from second differences of the rate where nothing
+// moves, or of all where too little rests; NaN where there is too little of anything.
+double RoughWalk_deg2_s(const ChannelProblem& problem);
+
 // All zero where the noise cannot be told.
 Corners CornersOf(const ChannelProblem& problem);
 

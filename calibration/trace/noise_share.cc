@@ -25,8 +25,8 @@ double Between(const std::array<double, 3>& deviance, double factor) {
 
 NoiseShare BestShare(const RowsWithShare& with, std::span<const RawColumns> columns,
                      const Eigen::VectorXd& output_deg, const std::optional<NoiseModel>& from,
-                     double most) {
-  constexpr double kLeastShare = 1.0 / 64.0, kFactor = 4.0, kLeastGain = 2.0;
+                     double least_gain) {
+  constexpr double kLeastShare = 1.0 / 64.0, kMostShare = 64.0, kFactor = 4.0;
   constexpr double kRough = 0.1;  // of the logarithms of the noise's ratios
   struct Tried {
     double share = 0.0, deviance = std::numeric_limits<double>::infinity();
@@ -43,10 +43,10 @@ NoiseShare BestShare(const RowsWithShare& with, std::span<const RawColumns> colu
   Tried before = none, here = none, after = try_from(none, kLeastShare);
   while (after.deviance < here.deviance) {
     before = std::exchange(here, after);
-    if (!(here.share < most)) break;
+    if (!(here.share < kMostShare)) break;
     after = try_from(here, kFactor * here.share);
   }
-  if (!(here.deviance < none.deviance - kLeastGain)) return {0.0, none.noise};
+  if (!(here.deviance < none.deviance - least_gain)) return {0.0, none.noise};
   // No share is no factor below the least.
   const bool between = before.share > 0.0 && after.share > here.share;
   return {between ? here.share * Between({before.deviance, here.deviance, after.deviance}, kFactor)

@@ -22,10 +22,10 @@ struct NoiseShare {
 };
 
 // From none up to the first least, by the restricted deviance, each with the noise that suits it
-// best; `most` where the data want more. The least that is tried is a 64th. `columns`: everything
-// that may act. `from`: a noise to begin with.
+// best: a 64th at least, 64 where the data want more. `columns`: everything that may act. `from`: a
+// noise to begin with. `least_gain`: of the deviance, to be wanted.
 NoiseShare BestShare(const RowsWithShare& with, std::span<const RawColumns> columns,
                      const Eigen::VectorXd& output_deg, const std::optional<NoiseModel>& from,
-                     double most);
+                     double least_gain);
 
 }  // namespace gyrobench::calibration

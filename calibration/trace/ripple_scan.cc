@@ -20,11 +20,9 @@ constexpr int kMostPeriods = 1440, kLeastPeriods = 3;  // per turn of the table
 constexpr std::size_t kAngleBins = 8192;
 
 // A period must be long against the error of the angle that the wave is a function of, which makes
-// it look smaller by half the square of their ratio. The rounding of a coarse encoder is a function
-// of the angle itself, from which no wave can be told.
+// it look smaller by half the square of their ratio.
 int MostPeriods(const ChannelProblem& problem, std::size_t axis) {
   constexpr double kLargestError_rad = 0.25;
-  if (problem.rounding_deg() > 0.0) return 0;
   const double most = kLargestError_rad * kDegPerRad / problem.angle_error_deg(axis);
   return most < kMostPeriods ? static_cast<int>(most) : kMostPeriods;
 }

@@ -43,14 +43,16 @@ bool AtTheEndOfItsRange(const Candidate& ripple) {
 
 // The error e of a reading is in the output and in the angle that a wave is a function of: the mean
 // of e sin(k (phi + e)) is a wave of the size k e^2. The angle is known better than by one reading
-// where the gyro carries it: so much it is at most. What rounding makes is a wave as well, of as many
-// periods a turn as the encoder has steps; at even times it passes for one of fewer.
+// where the gyro carries it: so much it is at most. What rounding makes is a wave as well, of as
+// many periods a turn as the encoder has steps; at even times it passes for one of fewer.
 double LeastRipple_deg(const ChannelProblem& problem, const Candidate& ripple) {
   constexpr double kClearly = 3.0;
+  // Half a step, which rounding never errs by more than, is so many times the first harmonic.
+  constexpr double kAllHarmonics = 1.6;
   const std::size_t axis = ripple.context.table_axis;
   const double error_deg = problem.angle_error_deg(axis);
   return std::max(kClearly * ripple.context.nonlinear[0] * error_deg * error_deg * kRadPerDeg,
-                  problem.rounding_wave_deg(axis));
+                  kAllHarmonics * problem.rounding_wave_deg(axis));
 }
 
 // What the gyro turns by within a delay beyond the samples about a node is known by its scale
@@ -185,9 +187,22 @@ double Selection::ScaleFactorOr(double first_of_model) const {
                                                                         : own_scale_;
 }
 
+// A step and the one back before the next readings are one reading that is wrong.
+bool Selection::IsSpike(const Candidate& candidate) const {
+  constexpr double kBetweenNodes_s = 0.15;
+  if (candidate.search() != Search::kTime) return false;
+  return std::ranges::any_of(members_, [&](const Candidate& member) {
+    return member.effect == candidate.effect && member.power_on == candidate.power_on &&
+           member.columns != candidate.columns &&
+           std::fabs(member.context.nonlinear[0] - candidate.context.nonlinear[0]) <
+               kBetweenNodes_s;
+  });
+}
+
 // Whether its coefficients may be what the effect says, among the others of a model.
 bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const {
   if (candidate.effect == nullptr) return true;
+  if (IsSpike(candidate)) return false;
   const Effect& effect = *candidate.effect;
   if (effect.search == Search::kPeriods && AtTheEndOfItsRange(candidate)) return false;
   const double largest =

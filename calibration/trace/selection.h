@@ -86,6 +86,7 @@ class Selection {
   bool InAnotherShape(const Candidate& candidate, std::size_t without = kNoMember) const;
   double StdError(const Candidate& candidate, std::size_t j, WhiteStore::Columns model) const;
   bool ToldFromMembers(const Candidate& candidate, const WhiteStore::Columns& model) const;
+  bool IsSpike(const Candidate& candidate) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool AddBest();
   void TryPool(const WhiteStore::Columns& model, Best* best);

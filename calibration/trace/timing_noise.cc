@@ -8,82 +8,113 @@
 #include <optional>
 #include <vector>
 
+#include "calibration/gls/noise_search.h"
+#include "calibration/state/timing_error.h"
 #include "calibration/trace/candidate.h"
+#include "calibration/trace/corners.h"
 #include "calibration/trace/noise_share.h"
 #include "calibration/trace/problem.h"
 
 namespace gyrobench::calibration {
 namespace {
 
-// Square of what the angle at a node is off by where each of its readings is off by 1 s [deg^2].
-double PerSquareSecond(const StateHistory& history, std::size_t node, std::size_t channel) {
-  const double rate_deg_s = history.nodes[node].rate_deg_s[channel];
-  if (!std::isfinite(rate_deg_s)) return 0.0;
-  return rate_deg_s * rate_deg_s / std::max(1.0, history.epochs[node].mean.readings);
+// Of each measurement [s]. Where its motion does not tell, that of the others that do, as of one
+// logger; 0 where none does.
+std::vector<double> TimingErrors(const ChannelProblem& problem) {
+  double square = 0.0, known = 0.0;
+  for (const StateHistory& history : problem.histories()) {
+    if (!std::isfinite(history.timing_error_s)) continue;
+    square += history.timing_error_s * history.timing_error_s;
+    known += 1.0;
+  }
+  const double others_s = known > 0.0 ? std::sqrt(square / known) : 0.0;
+  std::vector<double> out;
+  for (const StateHistory& history : problem.histories())
+    out.push_back(std::isfinite(history.timing_error_s) ? history.timing_error_s : others_s);
+  return out;
 }
 
+// Of the axis that turns fastest at a node; of an orientation all readings are of all axes.
+double ReadingsAt(const StateHistory& history, std::size_t node) {
+  std::size_t fastest = 0;
+  const Vector3& rates = history.nodes[node].table_rate_deg_s;
+  for (std::size_t a = 1; a < 3; ++a) {
+    if (std::fabs(rates[a]) > std::fabs(rates[fastest])) fastest = a;
+  }
+  return ReadingsBehind(history.epochs[node], fastest);
+}
+
+// What the times of the readings add to the noise of the nodes.
 class TimingNoise {
  public:
-  explicit TimingNoise(const ChannelProblem& problem) : problem_(problem) {
-    double sum = 0.0, duration_s = 0.0;
-    for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-      const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
-      if (interval.still) continue;
-      const ProblemRow& row = problem.row_refs()[static_cast<std::size_t>(i)];
-      sum += PerSquareSecond(problem.history(i), row.interval + 1, problem.channel());
-      duration_s += interval.duration_s;
-    }
-    if (sum > 0.0) unit_s3_ = duration_s / sum;
-  }
-  bool empty() const { return unit_s3_ == 0.0; }
+  explicit TimingNoise(const ChannelProblem& problem)
+      : problem_(problem),
+        timing_s_(TimingErrors(problem)),
+        walk_deg2_s_(RoughWalk_deg2_s(problem)) {}
 
-  // With a share of 1 the angle at a mean node is off by what the gyro's random walk does from one
-  // node to the next.
+  double most_s() const { return std::ranges::max(timing_s_); }
+  // Standard deviation of the times with a share, beside a noise [s].
+  double Timing_s(const NoiseShare& found) const {
+    return most_s() * std::sqrt(found.share / walk_deg2_s_) *
+           found.noise->angle_random_walk_deg_sqrt_s;
+  }
+  bool empty() const { return !(most_s() > 0.0) || !(walk_deg2_s_ > 0.0); }
+
+  // The rows with a share of the variances that the histories show.
   std::vector<Interval> With(double share) const {
     std::vector<Interval> out = problem_.intervals();
+    const auto still = [&](std::size_t row) { return row >= out.size() || out[row].still; };
     for (std::size_t i = 0; i < out.size(); ++i) {
       if (out[i].still) continue;
-      const ProblemRow& row = problem_.row_refs()[i];
-      const StateHistory& history = problem_.histories()[row.history];
-      const auto walk_s = [&](std::size_t node) {
-        return share * unit_s3_ * PerSquareSecond(history, node, problem_.channel());
-      };
-      out[i].end_reference_walk_s -= walk_s(row.interval + 1);
-      out[i].begin_reference_walk_s -= walk_s(row.interval);
+      const std::uint32_t interval = problem_.row_refs()[i].interval;
+      // The angle of a rest is that of all its readings.
+      if (!still(i + 1) || !out[i + 1].GoesOn())
+        out[i].end_reference_walk_s -= share * Walk_s(i, interval + 1);
+      if (out[i].new_reference) out[i].begin_reference_walk_s -= share * Walk_s(i, interval);
     }
     return out;
   }
-  // Standard deviation of the time of a reading.
-  double Error_s(double share, double angle_random_walk_deg_sqrt_s) const {
-    return angle_random_walk_deg_sqrt_s * std::sqrt(share * unit_s3_);
-  }
 
  private:
+  // Variance of the angle that the channel feels at a node, over that of its random walk [s].
+  double Walk_s(std::size_t row, std::size_t node) const {
+    const std::size_t number = problem_.row_refs()[row].history;
+    const StateHistory& history = problem_.histories()[number];
+    const double rate_deg_s = history.nodes[node].rate_deg_s[problem_.channel()];
+    if (!std::isfinite(rate_deg_s)) return 0.0;
+    return timing_s_[number] * timing_s_[number] *
+           VariancePerTiming(rate_deg_s, ReadingsAt(history, node)) / walk_deg2_s_;
+  }
+
   const ChannelProblem& problem_;
-  double unit_s3_ = 0.0;  // 1 s^2 of the times for 1 deg^2/s of the gyro's walk
+  std::vector<double> timing_s_;
+  double walk_deg2_s_ = 0.0;
 };
 
 }  // namespace
 
 std::string AddTimingNoise(const Baseline& baseline, const CandidateSet& candidates,
                            ChannelProblem* problem) {
-  constexpr double kMost = 4096.0;
-  const bool seen = std::ranges::any_of(problem->histories(), [](const StateHistory& history) {
-    return history.timing_error_s > 0.0;
-  });
-  if (!seen) return "";
+  constexpr double kLeastGain = 10.0;
   const TimingNoise timing(*problem);
-  if (timing.empty()) return "";
+  const bool turns = !baseline.turned.empty() && baseline.turned.front() == problem->channel();
+  if (timing.empty() || !turns) return "";
   const std::vector<RawColumns> columns = EverythingThatMayAct(baseline, candidates);
+  const std::optional<NoiseEstimate> none =
+      NoiseSearch(problem->intervals(), columns, problem->output_deg(), kNearlyDependent).Best();
+  if (!none) return "";
   const NoiseShare best = BestShare([&](double share) { return timing.With(share); }, columns,
-                                    problem->output_deg(), {}, kMost);
+                                    problem->output_deg(), none->noise, kLeastGain);
   if (best.share == 0.0) return "";
   problem->SetIntervals(timing.With(best.share));
   return fmt::format(
-      "the angle errs by more the faster it turns, as if the times of its readings were off by "
-      "{:.2g} ms: stamps that are given by a computer are late by what else it does; the errors "
-      "allow for that, and smaller effects are seen where the units that measure give the times",
-      1e3 * timing.Error_s(best.share, best.noise->angle_random_walk_deg_sqrt_s));
+      "the angle of the reference errs by more the faster it turns, as if the times of its "
+      "readings "
+      "were wrong by {:.1f} ms (standard deviation). A computer that stamps rows when it gets to "
+      "them does this. The stated errors include it. To see smaller effects, log the times at "
+      "which "
+      "the sensors themselves measured",
+      1e3 * timing.Timing_s(best));
 }
 
 }  // namespace gyrobench::calibration

@@ -19,9 +19,6 @@ namespace {
 
 // Two standard errors of one value: the logarithm of the chance of more.
 const double kUncertain = LogChiSquareTail(4.0, 1.0);
-// Chance makes as much of it once in so many, after correction for all that was tried: what stood
-// beside others that are gone by now.
-constexpr double kByChance = 0.05;
 
 // Of values that are zero in truth: logarithm of the chance of being as far from it. Values that
 // were left at zero have no variance and do not count.
@@ -66,19 +63,6 @@ std::optional<std::size_t> LagThatADelayTakesBack(const Selection& selection,
   return std::nullopt;
 }
 
-// Index of the member that chance explains best; nothing where it explains none.
-std::optional<std::size_t> ExplainedByChance(const Selection& selection) {
-  std::optional<std::size_t> most;
-  double p = kByChance;
-  for (std::size_t i = 0; i < selection.members().size(); ++i) {
-    const double own = selection.PValue(i);
-    if (!(own > p)) continue;
-    p = own;
-    most = i;
-  }
-  return most;
-}
-
 // What the delay had gained was beside the lag.
 void RemoveLag(std::size_t lag, Selection* selection) {
   selection->Remove(lag);
@@ -114,13 +98,7 @@ void DropUncertain(const ChannelProblem& problem, const Baseline& baseline, Sele
       log_p = own;
       weakest = i;
     }
-    if (weakest == selection->members().size()) {
-      const std::optional<std::size_t> by_chance = ExplainedByChance(*selection);
-      if (!by_chance) return;
-      selection->Remove(*by_chance);
-      again = true;
-      continue;
-    }
+    if (weakest == selection->members().size()) return;
     if (selection->members()[weakest].shape_is_free()) {
       selection->HoldShape(weakest, ShapeOfLeastSize(problem, *selection, weakest));
     } else {

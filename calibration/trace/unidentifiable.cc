@@ -94,10 +94,13 @@ Unidentifiable WhyUnseen(const Effect& effect, const Observability& observabilit
 // Of a coarse encoder.
 void ListRounding(const ChannelProblem& problem, std::vector<Unidentifiable>* out) {
   if (!(problem.rounding_deg() > 0.0) || problem.table_axes().empty()) return;
-  out->push_back({ScannedEffect(Search::kPeriods, EffectDomain::kAngle).id,
-                  "the steps of the encoder are coarser than its noise: their rounding is a ripple "
-                  "of the angle itself",
-                  "take an encoder of finer steps"});
+  out->push_back(
+      {ScannedEffect(Search::kPeriods, EffectDomain::kAngle).id,
+       fmt::format("the steps of the encoder are coarser than its noise: their rounding is "
+                   "a ripple of the angle itself, from which waves of less than {:.1g} "
+                   "deg are not told",
+                   problem.rounding_deg()),
+       "take an encoder of finer steps"});
 }
 
 constexpr std::int64_t kLeastClockPairs = 10;

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "calibration/state/state_history.h"
 #include "calibration/state/timing_error.h"
 #include "calibration/trace/trace.h"
 #include "tests/calibration/injected.h"
@@ -17,87 +19,123 @@
 namespace gyrobench::testing {
 namespace {
 
-using calibration::AngleBesideGyro;
-using calibration::AngleErrors;
-using calibration::FindAngleErrors;
+using calibration::SteadyAngle;
 
 constexpr double kReading_deg = 0.003;
 
-// Means of so many readings, each at a time of its own, beside the mean of so many others.
-struct Drawn {
-  double timing_s = 0.0, readings = 1.0, beside = 6.0;
+// A table that turns there and back at each speed, with one reading a tenth of a second.
+struct Readings {
+  double timing_s = 0.0;
+  double wave_deg = 0.0, periods = 36.0;  // of the reference
+  double step_deg = 0.0;                  // that it is rounded to
+  double noise_deg = kReading_deg;
+  std::vector<double> speeds_deg_s = {5.0, 10.0, 20.0, 40.0};
+  int passes = 6;
 };
 
-std::vector<AngleBesideGyro> Draw(const Drawn& drawn, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  std::exponential_distribution<double> late(1.0);
-  std::normal_distribution<double> normal;
-  std::vector<AngleBesideGyro> out;
-  for (const double rate_deg_s : {5.0, 10.0, 20.0, -20.0, 40.0}) {
-    const auto error_deg = [&](double count) {
-      double sum = 0.0;
-      for (int i = 0; i < static_cast<int>(count); ++i)
-        sum += kReading_deg * normal(random) - rate_deg_s * drawn.timing_s * (late(random) - 1.0);
-      return sum / count;
-    };
-    for (int node = 0; node < 400; ++node) {
-      double others = 0.0;
-      for (int k = 0; k < static_cast<int>(drawn.beside); ++k)
-        others += error_deg(drawn.readings) / drawn.beside;
-      out.push_back({error_deg(drawn.readings) - others, rate_deg_s, drawn.readings, drawn.beside});
+class Table {
+ public:
+  Table(const Readings& readings, std::uint64_t seed) : readings_(readings), random_(seed) {}
+
+  // What each angle is off from a mean of its three neighbours on either side.
+  std::vector<SteadyAngle> Steady() {
+    std::vector<SteadyAngle> out;
+    for (const double speed : readings_.speeds_deg_s) {
+      for (int pass = 0; pass < readings_.passes; ++pass)
+        Pass(pass % 2 == 0 ? speed : -speed, &out);
     }
+    return out;
   }
-  return out;
+
+ private:
+  void Pass(double rate_deg_s, std::vector<SteadyAngle>* out) {
+    constexpr double kInterval_s = 0.1;
+    constexpr std::size_t kBeside = 3;
+    const double from_deg = std::uniform_real_distribution<double>(0.0, 5.0)(random_);
+    std::vector<double> angles, errors;
+    for (double way = 0.0; way < 355.0; way += std::fabs(rate_deg_s) * kInterval_s) {
+      angles.push_back(rate_deg_s > 0.0 ? from_deg + way : from_deg + 355.0 - way);
+      errors.push_back(Error(angles.back(), rate_deg_s));
+    }
+    place_ += 100;
+    for (std::size_t k = kBeside; k + kBeside < angles.size(); ++k) {
+      double beside = 0.0;
+      for (std::size_t d = 1; d <= kBeside; ++d) beside += errors[k - d] + errors[k + d];
+      out->push_back({.residual_deg = errors[k] - beside / (2.0 * kBeside),
+                      .rate_deg_s = rate_deg_s,
+                      .angle_deg = angles[k],
+                      .neighbours = 2.0 * kBeside,
+                      .place = place_ + k});
+    }
+    place_ += angles.size();
+  }
+  double Error(double angle_deg, double rate_deg_s) {
+    const double late_s =
+        readings_.timing_s * (std::exponential_distribution<double>(1.0)(random_) - 1.0);
+    const double wave = std::sin(readings_.periods * angle_deg * std::acos(-1.0) / 180.0);
+    const double read_deg = angle_deg - rate_deg_s * late_s + readings_.wave_deg * wave +
+                            readings_.noise_deg * std::normal_distribution<double>()(random_);
+    const double step_deg = readings_.step_deg;
+    return (step_deg > 0.0 ? step_deg * std::round(read_deg / step_deg) : read_deg) - angle_deg;
+  }
+
+  Readings readings_;
+  std::mt19937_64 random_;
+  std::size_t place_ = 0;
+};
+
+std::optional<calibration::AngleErrors> ErrorsOf(const Readings& readings, std::uint64_t seed) {
+  return calibration::FindAngleErrors(Table(readings, seed).Steady(), readings.step_deg);
+}
+
+// In how many of so many tables the times pass for wrong; in all of them they can be told.
+int TimesPassForWrong(const Readings& readings, int tables) {
+  int wrong = 0;
+  for (int seed = 0; seed < tables; ++seed) {
+    const auto errors = ErrorsOf(readings, static_cast<std::uint64_t>(seed));
+    EXPECT_TRUE(errors.has_value());
+    if (errors && errors->timing_s2 > 0.0) ++wrong;
+  }
+  return wrong;
 }
 
 TEST(TimesOfReadings, AreAsFarOffAsTheAngleErrsByTheRate) {
-  for (const double timing_s : {0.0002, 0.001, 0.003}) {
-    for (const double readings : {1.0, 4.0}) {
-      double sum = 0.0;
-      constexpr int kSeeds = 20;
-      for (int seed = 0; seed < kSeeds; ++seed) {
-        const auto number = static_cast<std::uint64_t>(seed);
-        sum += std::sqrt(FindAngleErrors(Draw({timing_s, readings}, number)).timing_s2);
-      }
-      EXPECT_NEAR(sum / kSeeds, timing_s, 0.1 * timing_s) << readings << " readings";
-    }
+  for (const double timing_s : {0.0003, 0.001, 0.01}) {
+    double sum_s = 0.0;
+    constexpr int kSeeds = 20;
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed)
+      sum_s += std::sqrt(ErrorsOf({.timing_s = timing_s}, seed)->timing_s2);
+    EXPECT_NEAR(sum_s / kSeeds, timing_s, 0.15 * timing_s);
   }
 }
 
 TEST(TimesOfReadings, AreRightWhereTheErrorsDoNotGrow) {
-  for (std::uint64_t seed = 0; seed < 200; ++seed)
-    EXPECT_EQ(FindAngleErrors(Draw({0.0, 1.0}, seed)).timing_s2, 0.0) << seed;
+  for (const double noise_deg : {0.0005, 0.003, 0.02, 0.05}) {
+    EXPECT_EQ(TimesPassForWrong({.noise_deg = noise_deg}, 50), 0) << noise_deg;
+    EXPECT_EQ(TimesPassForWrong({.noise_deg = noise_deg, .speeds_deg_s = {2, 5, 10, 20}}, 50), 0);
+  }
+}
+
+TEST(TimesOfReadings, AreRightWhereTheReferenceHasAWave) {
+  for (const double wave_deg : {0.004, 0.02, 0.3}) {
+    for (const double periods : {2.0, 8.0, 36.0, 60.0, 200.0}) {
+      const Readings readings{.wave_deg = wave_deg, .periods = periods};
+      EXPECT_LE(TimesPassForWrong(readings, 20), 1) << wave_deg << " deg, " << periods;
+    }
+  }
+}
+
+TEST(TimesOfReadings, AreRightWhereTheReferenceIsRounded) {
+  for (const double step_deg : {0.005, 0.02, 0.1}) {
+    const Readings readings{
+        .step_deg = step_deg, .noise_deg = 0.002, .speeds_deg_s = {1.03, 3.07, 9.71, 21.3}};
+    EXPECT_LE(TimesPassForWrong(readings, 20), 1) << step_deg;
+  }
 }
 
 TEST(TimesOfReadings, AreNotToldFromOneSpeed) {
-  std::vector<AngleBesideGyro> at_one_speed = Draw({0.001}, 1);
-  std::erase_if(at_one_speed, [](const AngleBesideGyro& a) { return a.rate_deg_s != 40.0; });
-  EXPECT_EQ(FindAngleErrors(at_one_speed).timing_s2, 0.0);
-}
-
-// In a column that depends on the angle an error that the output has as well would be found as a
-// wave of it. The gyro carries the angle to a stamp that is off, the reading has noise: the mean of
-// both by the share is off from where the table was, but not as the output is.
-TEST(AnAngleWithTheShareOfItsReading, HasNoErrorOfTheOutput) {
-  constexpr double kTiming_s = 0.0004;
-  const AngleErrors errors{kReading_deg * kReading_deg, kTiming_s * kTiming_s};
-  std::mt19937_64 random(5);
-  std::normal_distribution<double> normal;
-  for (const double rate_deg_s : {3.0, 8.0, 20.0}) {
-    double together = 0.0, angle = 0.0, output = 0.0;
-    for (int i = 0; i < 20000; ++i) {
-      const double noise_deg = kReading_deg * normal(random);
-      const double turned_deg = rate_deg_s * kTiming_s * normal(random);
-      // The table is at 0 when it is read, and at `turned_deg` at the stamp.
-      const double off_deg = noise_deg - turned_deg;
-      const double angle_deg = turned_deg + errors.ShareOfTiming(rate_deg_s, 1.0) * off_deg;
-      together += angle_deg * off_deg;
-      angle += angle_deg * angle_deg;
-      output += off_deg * off_deg;
-    }
-    EXPECT_LT(std::fabs(together), 4.5 * std::sqrt(angle * output / 20000.0)) << rate_deg_s;
-    EXPECT_LT(angle, output);
-  }
+  const Readings readings{.timing_s = 0.001, .speeds_deg_s = {40.0}};
+  EXPECT_FALSE(ErrorsOf(readings, 1).has_value());
 }
 
 // At whole degrees for each reading, a wave of many periods a turn has one value while the table
@@ -128,7 +166,8 @@ TEST(LateStamps, AreNoEffectAndAreSaid) {
     EXPECT_TRUE(channel.effects.empty()) << channel.summary << ", seed " << seed;
     std::string remarks;
     for (const std::string& remark : channel.remarks) remarks += remark + "\n";
-    EXPECT_NE(remarks.find("the times of its readings were off by"), std::string::npos) << remarks;
+    EXPECT_NE(remarks.find("the times of its readings were wrong by"), std::string::npos)
+        << remarks;
   }
 }
 
@@ -143,6 +182,35 @@ TEST(LateStamps, HideNoWaveThatIsThere) {
     const calibration::ChannelTrace channel = TraceOf(MeasureLate(wave, seed));
     ASSERT_EQ(NamesOf(channel), std::vector<std::string>{"angle.ripple"}) << "seed " << seed;
     ExpectWithinItsInterval(channel.effects[0].parameters, {"amplitude_inner", kWave_deg});
+  }
+}
+
+// What a history says of the times of readings that are right.
+double TimingErrorOf(const Motion& motion, const BenchSensor& sensor, const Injection& injection,
+                     std::uint64_t seed) {
+  const calibration::Recording recording = SyntheticBench(motion, sensor).Measure(injection, seed);
+  return calibration::MakeStateHistory(recording, calibration::RoughSensitivity(recording), true,
+                                       {})
+      .timing_error_s;
+}
+
+TEST(StampsThatAreRight, AreNotSaidToBeLate) {
+  Injection play;
+  play.angle_deg = [](const BenchState& state) {
+    return state.table.rate_deg_s[kInnerAxis] < 0.0 ? 0.03 : 0.0;
+  };
+  const Injection injections[] = {{}, play};
+  for (const double reading_deg : {0.001, 0.02}) {
+    BenchSensor sensor;
+    sensor.reading_deg = reading_deg;
+    for (const Motion& motion : {EveryMotion(), ManySpeeds(), RoundSpeeds()}) {
+      for (const Injection& injection : injections) {
+        for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+          const double timing_s = TimingErrorOf(motion, sensor, injection, seed);
+          EXPECT_FALSE(timing_s > 0.0) << timing_s << " s, " << reading_deg << " deg, " << seed;
+        }
+      }
+    }
   }
 }
 

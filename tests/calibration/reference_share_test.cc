@@ -188,7 +188,8 @@ TEST(ANoise, IsNotJudgedByValuesThatAreNoNumbers) {
   EXPECT_FALSE(calibration::NoiseSearch(intervals, columns, output).Best().has_value());
 }
 
-// Readings of a table that turns evenly, and of one that stands at many places, rounded to steps of 1.
+// Readings of a table that turns evenly, and of one that stands at many places, rounded to whole
+// steps.
 TEST(RoundingOfNoisyReadings, MakesNoLargerWaveThanIsSaid) {
   constexpr int kReadings = 200000, kAtRest = 20;
   std::mt19937_64 random(3);
