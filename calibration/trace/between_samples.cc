@@ -20,6 +20,9 @@
 namespace gyrobench::calibration {
 namespace {
 
+// A sample that is stamped late looks like one that was lost.
+bool StampsAreLate(const StateHistory& history) { return history.timing_error_s > 0.0; }
+
 // How late means over the interval before their times are, and what is late with them.
 class Lateness {
  public:
@@ -157,6 +160,7 @@ class SamplingMend::State {
     if (samples_ == SamplesAre::kMeans && certain)
       return "its samples are means from half way to half way between their times, as the motion "
              "of the sensor shows: their sum is how far it turned";
+    if (std::ranges::any_of(problem_.histories(), &StampsAreLate)) return "";
     double moved = 0.0, beside = 0.0, most_deg = 0.0, interval_s = 0.0;
     const double walk_deg2_s = noise_ ? std::pow(noise_->angle_random_walk_deg_sqrt_s, 2) : 0.0;
     for (Eigen::Index i = 0; i < problem_.rows(); ++i) {

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "tests/calibration/synthetic_bench.h"
@@ -27,7 +28,11 @@ Motion ManyTurns() {
   return motion;
 }
 
-ChannelTrace TraceRounded(const Motion& motion, std::uint64_t seed, double slip_deg) {
+// What the reference errs by before it is rounded [deg].
+using ErrorOf = std::function<double(const AngleSample&)>;
+
+ChannelTrace TraceRounded(const Motion& motion, std::uint64_t seed, const ErrorOf& error_deg,
+                          double step_deg = kStep_deg) {
   Story story;
   story.Follow(motion);
   story.UseTurningChannelAlone();
@@ -36,18 +41,30 @@ ChannelTrace TraceRounded(const Motion& motion, std::uint64_t seed, double slip_
   story.reference_hz = 50.0;
   story.white_deg_s = 0.057;
   story.reading_deg = 0.0;
-  story.spoil_angle = [slip_deg](AngleSample* reading) {
-    const double slipped = reading->angle_deg + (reading->t_s > 61.0 ? slip_deg : 0.0);
-    reading->angle_deg = kStep_deg * std::round(slipped / kStep_deg);
+  story.spoil_angle = [&](AngleSample* reading) {
+    const double read_deg = reading->angle_deg + error_deg(*reading);
+    reading->angle_deg = step_deg * std::round(read_deg / step_deg);
     return true;
   };
   return TraceOf(story.Collect());
 }
 
+double NoError(const AngleSample&) { return 0.0; }
+
+ErrorOf Slip(double slip_deg) {
+  return [slip_deg](const AngleSample& reading) { return reading.t_s > 61.0 ? slip_deg : 0.0; };
+}
+
+ErrorOf Wave(double wave_deg, double periods) {
+  return [=](const AngleSample& reading) {
+    return wave_deg * std::sin(periods * reading.angle_deg * std::acos(-1.0) / 180.0);
+  };
+}
+
 TEST(ACoarseEncoder, LeavesNothingThatHasACause) {
   const Motion motion = ManyTurns();
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    const ChannelTrace channel = TraceRounded(motion, seed, 0.0);
+    const ChannelTrace channel = TraceRounded(motion, seed, NoError);
     EXPECT_EQ(channel.verdict, calibration::Verdict::kNone) << channel.summary << ", seed " << seed;
     EXPECT_THAT(channel.effects, ::testing::IsEmpty()) << channel.summary << ", seed " << seed;
     EXPECT_THAT(channel.remaining.findings, ::testing::IsEmpty()) << "seed " << seed;
@@ -58,10 +75,64 @@ TEST(ACoarseEncoder, LeavesNothingThatHasACause) {
 TEST(ACoarseEncoder, ThatSlipsBySomeOfItsStepsIsFound) {
   const Motion motion = ManyTurns();
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const ChannelTrace channel = TraceRounded(motion, seed, 10.0 * kStep_deg);
+    const ChannelTrace channel = TraceRounded(motion, seed, Slip(10.0 * kStep_deg));
     ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", seed " << seed;
     EXPECT_EQ(channel.effects[0].id, "angle.step");
     EXPECT_NEAR(std::fabs(channel.effects[0].parameters.at(0).value), 10.0 * kStep_deg, kStep_deg);
+  }
+}
+
+// A wave of many steps is no rounding; left alone it would pass for a walk of the bias, beside which
+// the rate of the reference is wrong by as much as the wave makes of it.
+TEST(ACoarseEncoder, ShowsAWaveOfManySteps) {
+  constexpr double kScale = 1.012, kWave_deg = 0.05;
+  Motion slow;
+  slow.Rest(20.0);
+  for (const double rate : {5.0, 9.0, 15.0}) slow.ThereAndBack(kInnerAxis, 360.0, rate);
+  std::uint64_t seed = 0;
+  for (const double step_deg : {360.0 / 16384.0, kStep_deg, 360.0 / 1048576.0}) {
+    const ChannelTrace channel = TraceRounded(slow, ++seed, Wave(kWave_deg, 36.0), step_deg);
+    ASSERT_THAT(channel.effects, ::testing::SizeIs(::testing::Ge(1u))) << channel.summary;
+    EXPECT_EQ(channel.effects[0].id, "angle.ripple") << channel.summary;
+    EXPECT_NEAR(channel.effects[0].parameters.at(0).value, kWave_deg, 0.05 * kWave_deg);
+    const auto& scale = channel.baseline.parameters.at(0);
+    EXPECT_NEAR(scale.value, kScale, 5.0 * scale.std_error) << scale.name;
+    EXPECT_LT(scale.std_error, 2e-4);
+  }
+}
+
+// Of half a step it cannot be told from what rounding makes.
+TEST(ACoarseEncoder, ShowsNoWaveOfAQuarterOfAStep) {
+  const Motion motion = ManyTurns();
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const ChannelTrace channel = TraceRounded(motion, seed, Wave(0.25 * kStep_deg, 36.0));
+    EXPECT_THAT(channel.effects, ::testing::IsEmpty()) << channel.summary << ", seed " << seed;
+  }
+}
+
+// A table that goes to and fro between two places, of which one is rounded up and one down.
+TEST(ACoarseEncoder, HasNoPlayOfAPartOfAStep) {
+  Motion motion;
+  motion.Rest(20.0);
+  for (int turn = 0; turn < 30; ++turn)
+    motion.ThereAndBack(kInnerAxis, 60.0 + 0.6 * kStep_deg, 20.0);
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const ChannelTrace channel = TraceRounded(motion, seed, NoError);
+    EXPECT_THAT(channel.effects, ::testing::IsEmpty()) << channel.summary << ", seed " << seed;
+  }
+}
+
+// One reading that is wrong is no step of the angle and another one back.
+TEST(OneWrongReading, IsNoPairOfSteps) {
+  const Motion motion = ManyTurns();
+  for (const double wrong_deg : {0.02, 0.1, 0.6}) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      const double at_s = 40.0 + 17.0 * static_cast<double>(seed);
+      const ChannelTrace channel = TraceRounded(motion, seed, [=](const AngleSample& reading) {
+        return std::fabs(reading.t_s - at_s) < 0.009 ? wrong_deg : 0.0;
+      });
+      EXPECT_LT(channel.effects.size(), 2u) << channel.summary << ", " << wrong_deg << " deg";
+    }
   }
 }
 
