@@ -82,8 +82,8 @@ TEST(ACoarseEncoder, ThatSlipsBySomeOfItsStepsIsFound) {
   }
 }
 
-// A wave of many steps is no rounding; left alone it would pass for a walk of the bias, beside which
-// the rate of the reference is wrong by as much as the wave makes of it.
+// A wave of many steps is no rounding; left alone it would pass for a walk of the bias, beside
+// which the rate of the reference is wrong by as much as the wave makes of it.
 TEST(ACoarseEncoder, ShowsAWaveOfManySteps) {
   constexpr double kScale = 1.012, kWave_deg = 0.05;
   Motion slow;
