@@ -110,9 +110,6 @@ class BacklashBasis final : public ChannelBasis {
   double last_deg_ = kMissing;  // of the reference
 };
 
-// Where a table always stops at the same two places, of which one is rounded up and one down.
-constexpr double kRoundingInPlay = 1.1;
-
 }  // namespace
 
 Effect AngleBacklash() {
@@ -130,7 +127,6 @@ Effect AngleBacklash() {
           .search = Search::kCoefficient,
           .typical_size = 0.1,
           .size_source = "experience with gears of this class: 0.005 to 0.1",
-          .made_by_rounding = kRoundingInPlay,
           .unknown_start = true,
           .basis = Make<BacklashBasis>};
 }
