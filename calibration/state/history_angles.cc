@@ -23,6 +23,8 @@ class AngleSmoother {
     if (errors) {
       const double timing_s = std::sqrt(errors->timing_s2);
       history_.timing_error_s = std::fmax(history_.timing_error_s, timing_s);
+      history_.timing_at_most_s =
+          std::fmin(history_.timing_at_most_s, std::sqrt(errors->timing_at_most_s2));
     }
     std::vector<double> angles(nodes_.size());
     double square = 0.0, count = 0.0;

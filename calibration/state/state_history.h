@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,8 @@ struct StateHistory {
   // Standard deviation by which the times of the readings are off, as the errors of the angle show
   // that grow with the rate; 0 where they do not, NaN where the motion does not tell [s].
   double timing_error_s = kMissing;
+  // What it may be at most where it is 0 or not told [s].
+  double timing_at_most_s = std::numeric_limits<double>::infinity();
   // The steps of the encoder are coarser than its noise: its error is a function of the angle.
   bool coarse_steps = false;
   // Of each node: what the random walk of the angle makes the covariance of the rotations before and

@@ -159,7 +159,7 @@ double AngleErrors::TimingShare(double rate_deg_s, double readings) const {
 std::optional<AngleErrors> FindAngleErrors(const std::vector<SteadyAngle>& angles,
                                            double step_deg) {
   constexpr std::size_t kLeast = 40;
-  constexpr double kSigmas = 5.0;
+  constexpr double kSigmas = 5.0, kSure = 3.0;
   if (angles.size() < kLeast) return std::nullopt;
   const std::vector<SteadyAngle> usual = OfUsualReadings(angles);
   std::vector<Pair> pairs;
@@ -173,7 +173,9 @@ std::optional<AngleErrors> FindAngleErrors(const std::vector<SteadyAngle>& angle
   const bool clear = errors.timing_s2 > kSigmas * line->timing_std_error_s2 &&
                      IsMoreThanRounding(pairs, errors, step_deg) && RepeatsLittle(pairs, errors) &&
                      GoesOnGrowing(pairs, errors);
-  if (!clear) errors.timing_s2 = 0.0;
+  if (clear) return errors;
+  errors.timing_at_most_s2 = std::max(errors.timing_s2, 0.0) + kSure * line->timing_std_error_s2;
+  errors.timing_s2 = 0.0;
   return errors;
 }
 

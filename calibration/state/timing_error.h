@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct SteadyAngle {
 struct AngleErrors {
   double reading_deg2 = 0.0;  // variance of an angle while the table hardly turns, gyro's included
   double timing_s2 = 0.0;     // variance of the time of one reading; 0 where it is not clear
+  // Where it is not clear: what it may be at most.
+  double timing_at_most_s2 = std::numeric_limits<double>::infinity();
 
   // How much of the variance of an angle the times make. The table did have the angle that was read,
   // at another time; the rest is an error of the reading.

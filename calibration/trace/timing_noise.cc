@@ -18,19 +18,21 @@
 namespace gyrobench::calibration {
 namespace {
 
-// Of each measurement [s]. Where its motion does not tell, that of the others that do, as of one
-// logger; 0 where none does.
+// Of each measurement [s]. Where one does not show it clearly, as much as those that do, as of one
+// logger, but no more than it may be there; 0 where none does.
 std::vector<double> TimingErrors(const ChannelProblem& problem) {
-  double square = 0.0, known = 0.0;
+  double square = 0.0, clear = 0.0;
   for (const StateHistory& history : problem.histories()) {
-    if (!std::isfinite(history.timing_error_s)) continue;
+    if (!(history.timing_error_s > 0.0)) continue;
     square += history.timing_error_s * history.timing_error_s;
-    known += 1.0;
+    clear += 1.0;
   }
-  const double others_s = known > 0.0 ? std::sqrt(square / known) : 0.0;
+  const double others_s = clear > 0.0 ? std::sqrt(square / clear) : 0.0;
   std::vector<double> out;
-  for (const StateHistory& history : problem.histories())
-    out.push_back(std::isfinite(history.timing_error_s) ? history.timing_error_s : others_s);
+  for (const StateHistory& history : problem.histories()) {
+    out.push_back(history.timing_error_s > 0.0 ? history.timing_error_s
+                                               : std::fmin(others_s, history.timing_at_most_s));
+  }
   return out;
 }
 
