@@ -50,12 +50,6 @@ class AngleSmoother {
     double angle_deg = 0.0, neighbours = 0.0;
   };
 
-  // The reference says that the axis turned up to node k.
-  bool Turns(std::size_t k, std::size_t axis) const {
-    return k < nodes_.size() &&
-           std::fabs(history_.nodes[k].table_rate_deg_s[axis]) > kLeastMotion_deg_s;
-  }
-
   // In a term that depends on the angle the noise of its own reading would be found again, as a
   // ripple. No neighbours where the carried angle is not known.
   std::vector<Carried> CarriedAngles(std::size_t axis) const {
@@ -68,7 +62,7 @@ class AngleSmoother {
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       double sum = 0.0, count = 0.0;
       for (std::size_t d = 1; d <= kPairs && d <= k && k + d < nodes_.size(); ++d) {
-        if (!Turns(k + 1 - d, axis) || !Turns(k + d, axis)) break;
+        if (!TurnsUpTo(history_, k + 1 - d, axis) || !TurnsUpTo(history_, k + d, axis)) break;
         sum += off(k - d) + off(k + d);
         count += 2.0;
       }

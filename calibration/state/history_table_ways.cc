@@ -113,11 +113,7 @@ class TableWays {
     return axis;
   }
 
-  // The reference says that the axis turned up to node k.
-  bool Turns(std::size_t k, std::size_t axis) const {
-    return k < nodes_.size() &&
-           std::fabs(history_.nodes[k].table_rate_deg_s[axis]) > kLeastMotion_deg_s;
-  }
+  bool Turns(std::size_t k, std::size_t axis) const { return TurnsUpTo(history_, k, axis); }
 
   // What may be felt about each of the table's axes without a turn: an offset that is another after
   // a motion than before it changed at some time in it, and other axes are felt by misalignment.
@@ -200,6 +196,11 @@ class TableWays {
 };
 
 }  // namespace
+
+bool TurnsUpTo(const StateHistory& history, std::size_t node, std::size_t axis) {
+  return node < history.nodes.size() &&
+         std::fabs(history.nodes[node].table_rate_deg_s[axis]) > kLeastMotion_deg_s;
+}
 
 double RateNoise(const StateHistory& history, std::size_t interval) {
   if (interval >= history.still.size()) return 0.0;

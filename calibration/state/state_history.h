@@ -56,9 +56,9 @@ struct StateHistory {
   // Amplitude of the wave that the rounding of each axis's readings makes of its angle [deg].
   Vector3 rounding_wave_deg = {};
   // Standard deviation by which the times of the readings are off, as the errors of the angle show
-  // that grow with the rate; 0 where they do not, NaN where the motion does not tell [s].
-  double timing_error_s = kMissing;
-  // What it may be at most where it is 0 or not told [s].
+  // that grow with the rate; 0 where they do not show it clearly [s].
+  double timing_error_s = 0.0;
+  // What it may be at most where it is 0 [s].
   double timing_at_most_s = std::numeric_limits<double>::infinity();
   // The steps of the encoder are coarser than its noise: its error is a function of the angle.
   bool coarse_steps = false;

@@ -252,8 +252,12 @@ class ChannelSearcher {
     const Selection& selection = found->selection;
     const auto most_by_chance = [&]() -> std::optional<std::size_t> {
       std::optional<std::size_t> most;
+      double p = kByChance;
       for (std::size_t i = 0; i < selection.members().size(); ++i) {
-        if (selection.PValue(i) > (most ? selection.PValue(*most) : kByChance)) most = i;
+        const double own = selection.PValue(i);
+        if (!(own > p)) continue;
+        p = own;
+        most = i;
       }
       return most;
     };

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "calibration/gls/noise_search.h"
@@ -49,18 +50,18 @@ double ReadingsAt(const StateHistory& history, std::size_t node) {
 // What the times of the readings add to the noise of the nodes.
 class TimingNoise {
  public:
-  explicit TimingNoise(const ChannelProblem& problem)
+  TimingNoise(const ChannelProblem& problem, std::vector<double> timing_s)
       : problem_(problem),
-        timing_s_(TimingErrors(problem)),
+        timing_s_(std::move(timing_s)),
         walk_deg2_s_(RoughWalk_deg2_s(problem)) {}
 
-  double most_s() const { return std::ranges::max(timing_s_); }
   // Standard deviation of the times with a share, beside a noise [s].
   double Timing_s(const NoiseShare& found) const {
-    return most_s() * std::sqrt(found.share / walk_deg2_s_) *
+    return std::ranges::max(timing_s_) * std::sqrt(found.share / walk_deg2_s_) *
            found.noise->angle_random_walk_deg_sqrt_s;
   }
-  bool empty() const { return !(most_s() > 0.0) || !(walk_deg2_s_ > 0.0); }
+  // The gyro's random walk, to which it is compared, cannot be told.
+  bool empty() const { return !(walk_deg2_s_ > 0.0); }
 
   // The rows with a share of the variances that the histories show.
   std::vector<Interval> With(double share) const {
@@ -98,9 +99,11 @@ class TimingNoise {
 std::string AddTimingNoise(const Baseline& baseline, const CandidateSet& candidates,
                            ChannelProblem* problem) {
   constexpr double kLeastGain = 10.0;
-  const TimingNoise timing(*problem);
   const bool turns = !baseline.turned.empty() && baseline.turned.front() == problem->channel();
-  if (timing.empty() || !turns) return "";
+  std::vector<double> timing_s = TimingErrors(*problem);
+  if (!turns || !(std::ranges::max(timing_s) > 0.0)) return "";
+  const TimingNoise timing(*problem, std::move(timing_s));
+  if (timing.empty()) return "";
   const std::vector<RawColumns> columns = EverythingThatMayAct(baseline, candidates);
   const std::optional<NoiseEstimate> none =
       NoiseSearch(problem->intervals(), columns, problem->output_deg(), kNearlyDependent).Best();
@@ -111,11 +114,9 @@ std::string AddTimingNoise(const Baseline& baseline, const CandidateSet& candida
   problem->SetIntervals(timing.With(best.share));
   return fmt::format(
       "the angle of the reference errs by more the faster it turns, as if the times of its "
-      "readings "
-      "were wrong by {:.1f} ms (standard deviation). A computer that stamps rows when it gets to "
-      "them does this. The stated errors include it. To see smaller effects, log the times at "
-      "which "
-      "the sensors themselves measured",
+      "readings were wrong by {:.1f} ms (standard deviation). A computer that stamps rows when it "
+      "gets to them does this. The stated errors include it. To see smaller effects, log the times "
+      "at which the sensors themselves measured",
       1e3 * timing.Timing_s(best));
 }
 
