@@ -22,8 +22,9 @@ Charter::Charter(std::string gnuplot, std::chrono::milliseconds limit)
 Charter::Drawn Charter::Draw(const Chart& chart) {
   if (CountPoints(chart) == 0) return {{}, chart.why_empty};
   if (!trouble_.empty()) return {{}, trouble_};
-  // -d: no start-up files of the user.
-  const ProgramRun run = RunProgram({gnuplot_, "-d"}, GnuplotScript(chart), limit_);
+  // -d: no start-up files of the user. Of its own standard input gnuplot reads a byte at a time;
+  // opened by name it is read in blocks.
+  const ProgramRun run = RunProgram({gnuplot_, "-d", "/dev/stdin"}, GnuplotScript(chart), limit_);
   if (!run.started) {
     trouble_ = fmt::format(
         "the program {} is not installed. Install it (Debian: apt-get install gnuplot-nox) and "
