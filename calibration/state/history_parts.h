@@ -112,6 +112,9 @@ struct FeltByGyro {
 };
 // The turns of the table's axes as the gyro felt them.
 void FillTableWays(const Recording& recording, const FeltByGyro& gyro, StateHistory* history);
+// Needs the ways. What lies between the readings of a node is the same whatever wave is looked for
+// in it, so that it is worked out once.
+void FillReadingAngles(StateHistory* history);
 // With them the angles at the nodes without the noise of their own reading, and how far the times
 // of the readings are off.
 void SmoothAngles(StateHistory* history);

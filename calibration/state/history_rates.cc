@@ -379,6 +379,7 @@ void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
       RatesAtRest(history->epochs, units_per_deg_s, settled_deg, *history, true);
   FillTableWays(recording, {units_per_deg_s, maker.at_rest_deg_s(), next, maker.walk_deg_sqrt_s()},
                 history);
+  FillReadingAngles(history);
   SmoothAngles(history);
 }
 

@@ -63,6 +63,9 @@ struct SensorState {
   std::size_t readings = 1;
   double reading_step_s = 0.0;
   Vector3 reading_step_deg = {};
+  // Of each of the table's axes: its angle at each of these readings less their mean [deg], as the
+  // gyro felt it turn; empty where it does not turn, or the gyro does not say.
+  std::array<std::span<const double>, 3> readings_off_mean_deg = {};
   // Time that they stand for [s]; 0: an instant.
   double span_s() const {
     return readings > 1 ? static_cast<double>(readings) * reading_step_s : 0.0;

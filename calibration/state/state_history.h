@@ -12,7 +12,7 @@
 
 namespace gyrobench::calibration {
 
-// Not copied: its nodes point into its gyro_turns.
+// Not copied: its nodes point into its vectors.
 struct StateHistory {
   StateHistory() = default;
   StateHistory(const StateHistory&) = delete;
@@ -70,6 +70,8 @@ struct StateHistory {
   std::vector<BetweenSamples> between;
   std::vector<double> covariates;    // of the points: nodes, then midpoints
   std::vector<GyroTurn> gyro_turns;  // of the nodes, which point to it
+  // Of each of the table's axes, node by node, which point to it.
+  std::array<std::vector<double>, 3> readings_off_mean_deg;
   bool gravity_known = false, temperature_known = false, vibration_known = false;
   std::vector<Defect> defects;  // what is missing for long, and was left out
   std::vector<std::string> remarks;

@@ -136,7 +136,7 @@ std::vector<double> RefineNonlinear(const ColumnsAt& columns, const Eigen::Vecto
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = 40;
-  options.function_tolerance = 1e-12;
+  options.function_tolerance = 1e-9;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
   ceres::Solver::Summary summary;

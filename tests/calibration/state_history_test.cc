@@ -313,6 +313,30 @@ Story WithAWormAfterALongRest(double temperature_rate_degC_s) {
   return story;
 }
 
+// The readings between two nodes of a turn whose rate swings are not evenly spaced: the gyro says
+// where each was made.
+TEST(TrailOfAnUnevenTurn, KnowsTheAngleAtEachReading) {
+  constexpr double kReference_hz = 100.0;
+  Story story = WithAWormAfterALongRest(0.0);
+  story.reference_hz = story.gyro_hz = kReference_hz;
+  story.white_deg_s = story.reading_deg = 1e-4;
+  const Told told = Tell(story);
+  int compared = 0;
+  for (const SensorState& node : told.history.nodes) {
+    const auto off_deg = node.readings_off_mean_deg[kInnerAxis];
+    if (off_deg.size() < 3 || std::fabs(node.table_rate_deg_s[kInnerAxis]) < 20.0) continue;
+    ++compared;
+    double mean_deg = 0.0;
+    for (std::size_t i = 0; i < off_deg.size(); ++i)
+      mean_deg += story.angle_deg(node.t_s + node.reading_after_s(i)) / double(off_deg.size());
+    for (std::size_t i = 0; i < off_deg.size(); ++i) {
+      EXPECT_NEAR(off_deg[i], story.angle_deg(node.t_s + node.reading_after_s(i)) - mean_deg, 0.02)
+          << "reading " << i << " about " << node.t_s << " s";
+    }
+  }
+  EXPECT_GT(compared, 50);
+}
+
 // What a lag makes of a motion is told by how the gyro turned about a reading. A zero-rate offset
 // that followed the temperature at rest once passed for noise of the gyro, and the wave for it.
 TEST(TrailOfAWaveAfterALongRest, DoesNotDependOnHowTheOffsetDriftedThere) {

@@ -1,37 +1,40 @@
 #include "calibration/effects/catalogue/shared_bases.h"
 
-#include <algorithm>
 #include <cmath>
-
-#include "calibration/signal/columns.h"
+#include <complex>
+#include <span>
 
 namespace gyrobench::calibration {
+namespace {
 
+// e^(i x); of a small x by its series, within 6e-9.
+std::complex<double> Turned(double x_rad) {
+  constexpr double kSmall_rad = 0.5;
+  if (!(std::fabs(x_rad) < kSmall_rad)) return std::polar(1.0, x_rad);
+  const double y = x_rad * x_rad;
+  return {1.0 - y / 2.0 * (1.0 - y / 12.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0))),
+          x_rad * (1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0)))};
+}
+
+}  // namespace
+
+// Each wave is the one before, turned on by the mean step and a little: no sine for each of them.
 bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double periods,
                       double* sin_and_cos) {
-  if (point.readings < 2 || point.gyro_turns.empty() || point.node == 0) return false;
-  const GyroTurn& turn = point.gyro_turns[point.node];
-  const Way& way = turn.table_way_deg;
-  const double begin_deg = point.gyro_turns[point.node - 1].table_way_deg.back()[table_axis];
-  if (!(turn.way_step_s > 0.0) || begin_deg == way.back()[table_axis]) return false;
-  constexpr auto kLast = static_cast<double>(kWaySteps);
-  const auto after_deg = [&](std::size_t reading) {
-    const double back_s = turn.way_end_s - point.reading_after_s(reading);
-    const double place = std::clamp(kLast - back_s / turn.way_step_s, 0.0, kLast);
-    const std::size_t step = std::min(static_cast<std::size_t>(place), kWaySteps - 1);
-    const double from_deg = step > 0 ? way[step - 1][table_axis] : begin_deg;
-    return std::lerp(from_deg, way[step][table_axis], place - static_cast<double>(step));
-  };
-  const auto count = static_cast<double>(point.readings);
-  double mean_deg = 0.0;
-  for (std::size_t i = 0; i < point.readings; ++i) mean_deg += after_deg(i) / count;
-  if (!std::isfinite(mean_deg)) return false;
-  sin_and_cos[0] = sin_and_cos[1] = 0.0;
-  for (std::size_t i = 0; i < point.readings; ++i) {
-    const double angle_deg = point.table_deg[table_axis] + after_deg(i) - mean_deg;
-    sin_and_cos[0] += std::sin(periods * kRadPerDeg * angle_deg) / count;
-    sin_and_cos[1] += std::cos(periods * kRadPerDeg * angle_deg) / count;
+  const std::span<const double> off_deg = point.readings_off_mean_deg[table_axis];
+  if (off_deg.size() < 2) return false;
+  const double k = periods * kRadPerDeg;
+  const auto count = static_cast<double>(off_deg.size());
+  const double step_deg = (off_deg.back() - off_deg.front()) / (count - 1.0);
+  const std::complex<double> step = std::polar(1.0, k * step_deg);
+  std::complex<double> wave = std::polar(1.0, k * (point.table_deg[table_axis] + off_deg.front()));
+  std::complex<double> sum = wave;
+  for (std::size_t i = 1; i < off_deg.size(); ++i) {
+    wave *= step * Turned(k * (off_deg[i] - off_deg[i - 1] - step_deg));
+    sum += wave;
   }
+  sin_and_cos[0] = sum.imag() / count;
+  sin_and_cos[1] = sum.real() / count;
   return true;
 }
 
