@@ -7,13 +7,26 @@
 namespace gyrobench::calibration {
 namespace {
 
-// e^(i x); of a small x by its series, within 6e-9.
-std::complex<double> Turned(double x_rad) {
-  constexpr double kSmall_rad = 0.5;
-  if (!(std::fabs(x_rad) < kSmall_rad)) return std::polar(1.0, x_rad);
+// e^(i x), |x| < 0.5, by its series within 6e-9.
+inline std::complex<double> TurnedALittle(double x_rad) {
+  constexpr double k2 = 1.0 / 2, k3 = k2 / 3, k4 = k3 / 4, k5 = k4 / 5, k6 = k5 / 6, k7 = k6 / 7,
+                   k8 = k7 / 8;
   const double y = x_rad * x_rad;
-  return {1.0 - y / 2.0 * (1.0 - y / 12.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0))),
-          x_rad * (1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0)))};
+  return {1.0 - y * (k2 - y * (k4 - y * (k6 - y * k8))),
+          x_rad * (1.0 - y * (k3 - y * (k5 - y * k7)))};
+}
+
+// e^(i x) within 1e-8, by an eighth of what x is beyond whole turns. The C library's sine takes
+// several times as long.
+inline std::complex<double> Turned(double x_rad) {
+  constexpr double kLittle_rad = 0.5, kMost_rad = 1e9;
+  if (std::fabs(x_rad) < kLittle_rad) return TurnedALittle(x_rad);
+  if (!(std::fabs(x_rad) < kMost_rad)) return std::polar(1.0, x_rad);
+  const auto turns = static_cast<long long>(x_rad * (1.0 / kTwoPi) + std::copysign(0.5, x_rad));
+  std::complex<double> turned =
+      TurnedALittle((x_rad - static_cast<double>(turns) * kTwoPi) * 0.125);
+  for (int doubled = 0; doubled < 3; ++doubled) turned *= turned;
+  return turned;
 }
 
 }  // namespace
@@ -26,8 +39,8 @@ bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double p
   const double k = periods * kRadPerDeg;
   const auto count = static_cast<double>(off_deg.size());
   const double step_deg = (off_deg.back() - off_deg.front()) / (count - 1.0);
-  const std::complex<double> step = std::polar(1.0, k * step_deg);
-  std::complex<double> wave = std::polar(1.0, k * (point.table_deg[table_axis] + off_deg.front()));
+  const std::complex<double> step = Turned(k * step_deg);
+  std::complex<double> wave = Turned(k * (point.table_deg[table_axis] + off_deg.front()));
   std::complex<double> sum = wave;
   for (std::size_t i = 1; i < off_deg.size(); ++i) {
     wave *= step * Turned(k * (off_deg[i] - off_deg[i - 1] - step_deg));
