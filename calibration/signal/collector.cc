@@ -427,6 +427,9 @@ void Collector::OnDefect(const Defect& defect) {
 Recording Collector::Take() const {
   Recording out = impl_->Take();
   out.stamp_digit_s = times_.gyro_digit_s();
+  out.packed_samples = times_.gyro_packets().mended();
+  out.packed_interval_s = times_.gyro_packets().interval_s();
+  out.packed_scatter_s = times_.gyro_packets().scatter_s();
   return out;
 }
 

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "calibration/signal/stamp_line.h"
+
 namespace gyrobench::calibration {
 
 // Of an interval of fewer digits a step does not say whether a sample was lost, and stamps stay as
@@ -24,22 +26,6 @@ class EvenStamps {
   double digit_s() const { return digits_ > kMostDigits ? 0.0 : digit_s_; }
 
  private:
-  // Through places and stamps less the first one. By how much stamps are beyond `step_s` a place:
-  // weight, means, sums about these. Steps are made those of the line now and then, as the variance
-  // about it would drown in rounding else.
-  struct Line {
-    void Add(double place, double s, double memory);
-    void MakeStepsItsOwn();
-    double slope_s() const { return step_s + product / square; }
-    double At(double place) const {
-      return place * step_s + mean_s + product / square * (place - mean_place);
-    }
-    // What it leaves of the variance of the stamps.
-    double left_s2() const { return (stamps_square - product * product / square) / weight; }
-
-    double step_s = 0.0, weight = 1.0, mean_place = 0.0, mean_s = 0.0;
-    double square = 0.0, product = 0.0, stamps_square = 0.0;
-  };
   // Stamps of more digits need no mending: 10 us at 100 deg/s are a thousandth of a degree.
   static constexpr int kMostDigits = 4;
 
@@ -61,7 +47,7 @@ class EvenStamps {
   double first_step_s_ = 0.0, shortest_step_s_ = 0.0;
   bool exact_ = true;   // every step is the same
   double place_ = 0.0;  // of the last stamp, in intervals from the first one
-  Line short_, long_;
+  StampLine short_, long_;
   bool long_is_right_ = false;
   double share_of_long_ = 0.0;  // goes over slowly: a change of lines is no step
 };

@@ -100,6 +100,19 @@ std::string RemarkOnStamps(const Recording& recording) {
       digit_s, length_s / steps, digit_s, wrong_deg, kFine * digit_s);
 }
 
+// Of samples that were put on the clock behind the packets in which they came. Empty where none was.
+std::string RemarkOnPackets(const Recording& recording) {
+  if (recording.packed_samples == 0) return "";
+  return fmt::format(
+      "the gyro's samples are stamped several at once, as a serial adapter hands them over: {} "
+      "stamps, off by {:.2g} ms (standard deviation), were put on an even clock of {:.4g} ms. They "
+      "are late by a mean delay that nobody knows, and readings of the reference in rows of their "
+      "own keep their stamps. Let the unit stamp its samples, or set the adapter's latency timer "
+      "to 1 ms",
+      recording.packed_samples, 1e3 * recording.packed_scatter_s,
+      1e3 * recording.packed_interval_s);
+}
+
 std::string RemarkOnSilentAxis(const Defect& defect) {
   if (defect.count > 1)
     return fmt::format(
@@ -133,6 +146,8 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
   if (std::string remark = RemarkOnSpecificForce(recording); !remark.empty())
     remarks.push_back(std::move(remark));
   if (std::string remark = RemarkOnStamps(recording); !remark.empty())
+    remarks.push_back(std::move(remark));
+  if (std::string remark = RemarkOnPackets(recording); !remark.empty())
     remarks.push_back(std::move(remark));
   if (recording.info.reference != ReferenceKind::kNone && recording.reference_samples == 0) {
     remarks.emplace_back(

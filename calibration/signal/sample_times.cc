@@ -6,9 +6,18 @@
 
 namespace gyrobench::calibration {
 
+namespace {
+
+double Next(double t_s) { return std::nextafter(t_s, std::numeric_limits<double>::infinity()); }
+
+}  // namespace
+
 double SampleTimes::OfGyro(double stamp_s) {
+  const double rounded_s = gyro_.Mend(stamp_s), in_packet_s = gyro_packets_.Mend(stamp_s);
+  const bool goes_on = stamp_s >= gyro_stamp_s_;
   gyro_stamp_s_ = stamp_s;
-  return gyro_s_ = gyro_.Mend(stamp_s);
+  if (!gyro_packets_.in_packets()) return gyro_s_ = rounded_s;
+  return gyro_s_ = goes_on && in_packet_s <= gyro_s_ ? Next(gyro_s_) : in_packet_s;
 }
 
 double SampleTimes::OfReference(std::size_t axis, double stamp_s) {
@@ -18,8 +27,7 @@ double SampleTimes::OfReference(std::size_t axis, double stamp_s) {
   const bool beside_sample = stamp_s == gyro_stamp_s_;
   if (std::fabs(stamp_s - gyro_stamp_s_) < kGyroIsThere_s) Count(beside_sample, &read);
   double t_s = beside_sample && read.share_rows ? gyro_s_ : own_s;
-  if (stamp_s > read.stamp_s && t_s <= read.s)
-    t_s = std::nextafter(read.s, std::numeric_limits<double>::infinity());
+  if (stamp_s > read.stamp_s && t_s <= read.s) t_s = Next(read.s);
   read.stamp_s = stamp_s;
   return read.s = t_s;
 }

@@ -7,11 +7,12 @@
 
 #include "base/measurement.h"
 #include "calibration/signal/even_stamps.h"
+#include "calibration/signal/packet_stamps.h"
 
 namespace gyrobench::calibration {
 
-// In the order of the rows. Rounded stamps are put on the line of the clock behind them
-// (EvenStamps).
+// In the order of the rows. Rounded stamps, and those of samples that come in packets, are put on
+// the line of the clock behind them (EvenStamps, PacketStamps).
 class SampleTimes {
  public:
   double OfGyro(double stamp_s);
@@ -22,6 +23,7 @@ class SampleTimes {
   double OfReference(std::size_t axis, double stamp_s);
   // Last digit of the gyro's stamps; 0 where it is too fine to matter.
   double gyro_digit_s() const { return gyro_.digit_s(); }
+  const PacketStamps& gyro_packets() const { return gyro_packets_; }
 
  private:
   struct Axis {
@@ -34,6 +36,7 @@ class SampleTimes {
   static void Count(bool beside_sample, Axis* axis);
 
   EvenStamps gyro_, covariates_;
+  PacketStamps gyro_packets_;
   std::array<Axis, 3> reference_;
   double gyro_stamp_s_ = kMissing, gyro_s_ = kMissing;  // of the last sample, before and after
 };

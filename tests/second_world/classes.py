@@ -31,7 +31,9 @@ DEFAULT = dict(
     logged_late_s=0.0,
     site=[True, True, False], gear_key=True, unsigned_key=False,
     # The header names columns that no row fills: the axes that stand, and the thermometer where there is none.
-    unfilled=False)
+    unfilled=False,
+    # A serial adapter hands over what it has so often [s]; 0: each row at once.
+    packets_s=0.0)
 
 CLASSES = {
     # The bench on which the tracer was found wanting.
@@ -89,6 +91,9 @@ CLASSES = {
     "late_stamps": dict(logged_late_s=("log", 1e-4, 2e-3), own_clock=[True, False],
                         gyro_rate_hz=[50.0, 100.0, 200.0], reference_rate_hz=[10.0, 20.0, 50.0],
                         programme=["full", "medium"]),
+    # Rows come in packets, and are stamped when they come.
+    "packed_stamps": dict(packets_s=[0.008, 0.016], gyro_rate_hz=[200.0, 210.3, 333.0, 500.0],
+                          reference_rate_hz=[20.0, 50.0, 200.0], programme=["full", "medium"]),
     # A sensor whose samples are means of the rate, on such a table.
     "slow_means": dict(sample="mean", straight_ramps_deg_s2=(20.0, 80.0), gyro_rate_hz=[10.0, 12.5, 20.0, 25.0],
                        reference_rate_hz=[10.0, 20.0], programme=["full", "medium"]),

@@ -52,6 +52,22 @@ def stamped_late(rng, columns, mean_s, most_s):
             for i, c in enumerate(columns)]
 
 
+def in_packets(rng, columns, packet_s):
+    """Rows stamped as a serial adapter hands them over: all that it has, one after the other, every packet_s."""
+    row_s = 5e-5
+    (at,) = [i for i, c in enumerate(columns) if c.name == "t_s"]
+    t_s = columns[at].values
+    begin_s = rng.uniform(0.0, packet_s)
+    number = np.floor((t_s - begin_s) / packet_s).astype(np.int64)
+    first = np.concatenate([[0], np.flatnonzero(np.diff(number)) + 1])
+    in_packet = np.arange(t_s.size) - np.repeat(first, np.diff(np.append(first, t_s.size)))
+    read = rng.exponential(1e-4, number[-1] - number[0] + 1)[number - number[0]]
+    stamps = begin_s + (number + 1) * packet_s + read + row_s * in_packet
+    apart_s = 1e-6 * np.arange(t_s.size)
+    stamps = np.maximum.accumulate(stamps - apart_s) + apart_s
+    return [Column("t_s", stamps, 6) if i == at else c for i, c in enumerate(columns)]
+
+
 def _lose_reference(rng, columns, n):
     begin, length = rng.integers(0, n), rng.integers(20, 400)
     for column in columns:

@@ -1,0 +1,24 @@
+// The straight line of an even clock through stamps, by least squares of the last of them.
+#pragma once
+
+namespace gyrobench::calibration {
+
+// Through places (in intervals from the first stamp) and stamps less the first one [s]. By how much
+// stamps are beyond `step_s` a place: weight, means, sums about these. Steps are made those of the
+// line now and then, as the variance about it would drown in rounding else.
+struct StampLine {
+  // Those before count for less by a factor of memory / (memory + 1) each, once they are as many.
+  void Add(double place, double s, double memory);
+  void MakeStepsItsOwn();
+  double slope_s() const { return step_s + product / square; }
+  double At(double place) const {
+    return place * step_s + mean_s + product / square * (place - mean_place);
+  }
+  // What it leaves of the variance of the stamps.
+  double left_s2() const { return (stamps_square - product * product / square) / weight; }
+
+  double step_s = 0.0, weight = 1.0, mean_place = 0.0, mean_s = 0.0;
+  double square = 0.0, product = 0.0, stamps_square = 0.0;
+};
+
+}  // namespace gyrobench::calibration
