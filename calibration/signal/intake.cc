@@ -100,7 +100,8 @@ std::string RemarkOnStamps(const Recording& recording) {
       digit_s, length_s / steps, digit_s, wrong_deg, kFine * digit_s);
 }
 
-// Of samples that were put on the clock behind the packets in which they came. Empty where none was.
+// Of samples that were put on the clock behind the packets in which they came. Empty where there
+// are none.
 std::string RemarkOnPackets(const Recording& recording) {
   if (recording.packed_samples == 0) return "";
   return fmt::format(

@@ -11,8 +11,8 @@ namespace gyrobench::calibration {
 // A serial adapter hands over what it has every 16 ms or so: samples of an even clock are then
 // stamped a few at once, each late by another part of that, and at 40 deg/s each angle is off by up
 // to 0.6 deg, in a beat of the clock with the packets that passes for ripples of the angle. No
-// sensor samples twice within a quarter of its mean interval: where many stamps are as close, their
-// times are those of a straight line through them, by least squares of the last 20 s. They stay late
+// sensor samples twice within a quarter of its mean interval: where many stamps are as close, they
+// are put on a straight line through them, by least squares of the last 20 s. Such times are late
 // by the mean delay. Where stamps come one by one they stay as they are, and so do the first ones.
 // Constant memory; what it gives depends on the stamps so far alone.
 class PacketStamps {
