@@ -200,6 +200,15 @@ double TableReader::ParseField(std::string_view field, std::size_t column, doubl
   return value;
 }
 
+namespace {
+
+bool IsWhole(double number) {
+  const double rounding = 1e-4 + 4.0 * std::numeric_limits<double>::epsilon() * std::fabs(number);
+  return std::fabs(number - std::round(number)) < rounding;
+}
+
+}  // namespace
+
 void TableReader::Accept(double* row) {
   const double t_s = row[head_.time_column()];
   decimal_commas_.Accept();
@@ -210,6 +219,7 @@ void TableReader::Accept(double* row) {
     group_ = rows_++;
   } else if (t_s > group_t_s_) {
     if (rows_ - group_ > 1) SpreadGroup(t_s);
+    packets_.Take(t_s, false);
     interval_s_ = t_s - group_t_s_;
     group_t_s_ = t_s;
     group_ = rows_++;
@@ -248,17 +258,35 @@ void TableReader::AcceptRepeated(const double* row) {
   const double* latest = row - width_;
   bool same = rows_ > group_;
   for (std::size_t i = 0; same && i < width_; ++i) same = std::isnan(row[i]) || row[i] == latest[i];
-  if (!same && rows_ - group_ < kMaxGroup) ++rows_;
+  if (same || rows_ - group_ >= kMaxGroup) return;
+  packets_.Take(group_t_s_, true);
+  ++rows_;
+}
+
+void TableReader::Packets::Take(double t_s, bool repeated) {
+  constexpr double kMemory = 200.0;
+  rows_ = std::min(rows_ + 1.0, kMemory);
+  share_repeated_ += ((repeated ? 1.0 : 0.0) - share_repeated_) / rows_;
+  constexpr double kFinest_s = 1e-6;
+  while (digit_s_ > kFinest_s && !IsWhole(t_s / digit_s_)) digit_s_ *= 0.1;
+}
+
+bool TableReader::Packets::Likely(double step_s) const {
+  constexpr double kLeastRows = 64.0, kMany = 0.15, kDigits = 3.5;
+  return rows_ >= kLeastRows && share_repeated_ > kMany && step_s > kDigits * digit_s_;
 }
 
 // The rows of one time stamp are put evenly between it and the next, at most as far apart as the
-// stamps before it: a pause that follows is no reason to move a sample into it.
+// stamps before it: a pause that follows is no reason to move a sample into it. Those of a packet
+// stay together.
 void TableReader::SpreadGroup(double next_t_s) {
+  constexpr double kTogether_s = 1e-6;
   const std::size_t count = rows_ - group_;
   if (count < 2) return;
   double step_s = (next_t_s - group_t_s_) / static_cast<double>(count);
   if (interval_s_ < step_s) step_s = interval_s_;
   if (!std::isfinite(step_s)) step_s = 0.0;
+  if (packets_.Likely(next_t_s - group_t_s_)) step_s = std::min(step_s, kTogether_s);
   for (std::size_t i = 0; i < count; ++i) {
     values_[(group_ + i) * width_ + head_.time_column()] =
         group_t_s_ + static_cast<double>(i) * step_s;

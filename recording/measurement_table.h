@@ -28,8 +28,9 @@ struct TableRows {
 // What is mended or left out, each counted with the line of the first one:
 //   repeated_time   a time stamp again, but of a row that only fills what the one before left
 //                   empty: the two are one. The same row again is left out. Different rows share
-//                   the time up to the next stamp, evenly, at most one earlier interval apart; 64
-//                   are kept
+//                   the time up to the next stamp, evenly, at most one earlier interval apart, or
+//                   stay together where many rows repeat the time and the next stamp is several of
+//                   its digits away, as a serial adapter hands rows over; 64 are kept
 //   ragged_line     too few or too many fields: left out, for its columns may have moved
 //   no_time         no time in a line, or one beyond 1e11 s: left out
 //   unparsable      a field that is no number: missing, the other fields are read
@@ -67,6 +68,19 @@ class TableReader {
   void SpreadGroup(double next_t_s);
   std::string Line() const;
 
+  // Of the last rows, whether they came several at once, and not by a clock that is coarser than
+  // they follow each other: that steps by one of its digits.
+  class Packets {
+   public:
+    void Take(double t_s, bool repeated);
+    // A step of this length follows.
+    bool Likely(double step_s) const;
+
+   private:
+    double rows_ = 0.0, share_repeated_ = 0.0;
+    double digit_s_ = 1.0;  // last digit of all times so far
+  };
+
   std::string file_;
   LineBuffer lines_;
   TableHead head_;
@@ -83,6 +97,7 @@ class TableReader {
   std::size_t group_ = 0;  // first row of those that share the latest time stamp
   double group_t_s_ = kMissing;
   double interval_s_ = kMissing;  // between the latest two different stamps
+  Packets packets_;
 
   DecimalCommas decimal_commas_;
   DefectCounter counter_;

@@ -262,6 +262,23 @@ TEST_F(Table, DifferentRowsOfOneTimeShareTheTimeUpToTheNext) {
       << "the last has no next: one step on";
 }
 
+// A logger that prints milliseconds, and gets rows of 5 ms every 16 ms.
+TEST_F(Table, RowsThatCameTogetherStayTogether) {
+  constexpr double kPacket_s = 0.016;
+  std::string text = "t_s,gyro_z_lsb\n";
+  std::vector<double> stamps;
+  for (int i = 0; i < 400; ++i) {
+    stamps.push_back(kPacket_s * std::floor(0.005 * i / kPacket_s + 1.0));
+    text += std::to_string(stamps.back()).substr(0, 5) + "," + std::to_string(i) + "\n";
+  }
+  const std::vector<double> times = Times(Read(text));
+  ASSERT_EQ(times.size(), stamps.size());
+  for (std::size_t i = 100; i + 10 < times.size(); ++i) {
+    EXPECT_GT(times[i], times[i - 1]);
+    EXPECT_NEAR(times[i], stamps[i], 1e-5) << "row " << i;
+  }
+}
+
 TEST_F(Table, APauseAfterARepeatedTimeDoesNotDrawTheSampleIntoIt) {
   const KeepingSink sink = Read("t_s,gyro_z_lsb\n0,1\n0.01,2\n0.01,3\n50,4\n");
   EXPECT_THAT(Times(sink), ElementsAre(0, 0.01, testing::DoubleNear(0.02, 1e-12), 50));

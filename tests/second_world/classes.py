@@ -92,7 +92,7 @@ CLASSES = {
                         gyro_rate_hz=[50.0, 100.0, 200.0], reference_rate_hz=[10.0, 20.0, 50.0],
                         programme=["full", "medium"]),
     # Rows come in packets, and are stamped when they come.
-    "packed_stamps": dict(packets_s=[0.008, 0.016], gyro_rate_hz=[200.0, 210.3, 333.0, 500.0],
+    "packed_stamps": dict(packets_s=[0.008, 0.016], stamp_decimals=[3, 6], gyro_rate_hz=[200.0, 210.3, 333.0, 500.0],
                           reference_rate_hz=[20.0, 50.0, 200.0], programme=["full", "medium"]),
     # A sensor whose samples are means of the rate, on such a table.
     "slow_means": dict(sample="mean", straight_ramps_deg_s2=(20.0, 80.0), gyro_rate_hz=[10.0, 12.5, 20.0, 25.0],

@@ -52,7 +52,7 @@ def stamped_late(rng, columns, mean_s, most_s):
             for i, c in enumerate(columns)]
 
 
-def in_packets(rng, columns, packet_s):
+def in_packets(rng, columns, packet_s, decimals):
     """Rows stamped as a serial adapter hands them over: all that it has, one after the other, every packet_s."""
     row_s = 5e-5
     (at,) = [i for i, c in enumerate(columns) if c.name == "t_s"]
@@ -65,7 +65,7 @@ def in_packets(rng, columns, packet_s):
     stamps = begin_s + (number + 1) * packet_s + read + row_s * in_packet
     apart_s = 1e-6 * np.arange(t_s.size)
     stamps = np.maximum.accumulate(stamps - apart_s) + apart_s
-    return [Column("t_s", stamps, 6) if i == at else c for i, c in enumerate(columns)]
+    return [Column("t_s", stamps, decimals) if i == at else c for i, c in enumerate(columns)]
 
 
 def _lose_reference(rng, columns, n):
