@@ -32,6 +32,10 @@ Rest MakeRest(const IntegralMark& begin, const IntegralMark& end, const OpenRest
   return rest;
 }
 
+std::array<bool, 3> Known(const std::array<double, 3>& values) {
+  return {std::isfinite(values[0]), std::isfinite(values[1]), std::isfinite(values[2])};
+}
+
 }  // namespace
 
 class Collector::Impl {
@@ -53,6 +57,10 @@ class Collector::Impl {
       if (gyro_.last_time_s() >= next_node_s_ || done_.empty()) AddNode(gyro_.last_time_s());
     }
     if (!nodes_.empty() || !rests_.empty()) Work();
+  }
+
+  void LeaveOut(double begin_s, double end_s) {
+    columns_.bad.push_back(BadStretch{begin_s, end_s, {true, true, true}});
   }
 
   void Covariates(double t_s, std::span<const double> values) {
@@ -396,7 +404,11 @@ void Collector::OnInfo(const MeasurementInfo& info) {
 }
 void Collector::OnGyro(const GyroSample& sample) {
   GyroSample undelayed = sample;
-  undelayed.t_s = times_.OfGyro(sample.t_s) - gyro_delay_s_;
+  undelayed.t_s = times_.OfGyro(sample.t_s, Known(sample.xi)) - gyro_delay_s_;
+  const PacketStamps& packets = times_.gyro_packets();
+  if (std::isfinite(packets.wrong_since_s())) {
+    impl_->LeaveOut(packets.wrong_since_s() - gyro_delay_s_, undelayed.t_s);
+  }
   impl_->Gyro(undelayed);
 }
 void Collector::OnCovariates(double t_s, std::span<const double> values) {
@@ -427,7 +439,8 @@ void Collector::OnDefect(const Defect& defect) {
 Recording Collector::Take() const {
   Recording out = impl_->Take();
   out.stamp_digit_s = times_.gyro_digit_s();
-  out.packed_samples = times_.gyro_packets().mended();
+  out.packed_samples = times_.gyro_packets().on_line();
+  out.packed_lost = times_.gyro_packets().lost();
   out.packed_interval_s = times_.gyro_packets().interval_s();
   out.packed_scatter_s = times_.gyro_packets().scatter_s();
   return out;

@@ -25,9 +25,9 @@ struct Recording {
   double first_time_s = 0.0, last_time_s = 0.0;
   double median_interval_s = kMissing;  // of the gyro
   double stamp_digit_s = 0.0;  // last digit of its stamps; 0 where it is too fine to matter
-  // Of those that came in packets (PacketStamps): how many, the interval of the clock behind them,
-  // and the standard deviation of stamps about it.
-  std::int64_t packed_samples = 0;
+  // Of those that came in packets (PacketStamps): how many, how many did not come between them, the
+  // interval of the clock behind them, and the standard deviation of stamps about it.
+  std::int64_t packed_samples = 0, packed_lost = 0;
   double packed_interval_s = kMissing, packed_scatter_s = kMissing;
   // Of the stand's axes (of a single-axis reference its one, of an orientation each of the
   // sensor's): the least difference of two readings in a row; infinite where there was none.

@@ -104,14 +104,19 @@ std::string RemarkOnStamps(const Recording& recording) {
 // are none.
 std::string RemarkOnPackets(const Recording& recording) {
   if (recording.packed_samples == 0) return "";
+  const std::string lost =
+      recording.packed_lost == 0
+          ? ""
+          : fmt::format(" {} did not come, and the second about each such place is left out.",
+                        recording.packed_lost);
   return fmt::format(
       "the gyro's samples are stamped several at once, as a serial adapter hands them over: {} "
-      "stamps, off by {:.2g} ms (standard deviation), were put on an even clock of {:.4g} ms. They "
-      "are late by a mean delay that nobody knows, and readings of the reference in rows of their "
-      "own keep their stamps. Let the unit stamp its samples, or set the adapter's latency timer "
-      "to 1 ms",
-      recording.packed_samples, 1e3 * recording.packed_scatter_s,
-      1e3 * recording.packed_interval_s);
+      "stamps, off by {:.2g} ms (standard deviation), were put on an even clock of {:.4g} ms.{} "
+      "They are late by a mean delay that nobody knows, and readings of the reference in rows of "
+      "their own keep their stamps. Best let the unit stamp its samples, and log gyro and "
+      "reference in one row",
+      recording.packed_samples, 1e3 * recording.packed_scatter_s, 1e3 * recording.packed_interval_s,
+      lost);
 }
 
 std::string RemarkOnSilentAxis(const Defect& defect) {

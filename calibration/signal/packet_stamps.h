@@ -4,49 +4,58 @@
 #include <cstdint>
 
 #include "base/measurement.h"
+#include "calibration/signal/packet_watch.h"
 #include "calibration/signal/stamp_line.h"
 
 namespace gyrobench::calibration {
 
 // A serial adapter hands over what it has every 16 ms or so: samples of an even clock are then
 // stamped a few at once, each late by another part of that, and at 40 deg/s each angle is off by up
-// to 0.6 deg, in a beat of the clock with the packets that passes for ripples of the angle. No
-// sensor samples twice within a quarter of its mean interval: where many stamps are as close, they
-// are put on a straight line through them, by least squares of the last 20 s. Such times are late
-// by the mean delay. Where stamps come one by one they stay as they are, and so do the first ones.
-// Constant memory; what it gives depends on the stamps so far alone.
+// to 0.6 deg, in a beat of the clock with the packets that passes for ripples of the angle. Where
+// stamps come so (PacketWatch), they are put on a straight line through them, by least squares of
+// the last 20 s. Such times are late by the mean delay. Where stamps come one by one they stay as
+// they are, and so do the first ones. Constant memory; what it gives depends on the stamps so far
+// alone.
 class PacketStamps {
  public:
-  // In order; samples of one packet may have the same stamp.
-  double Mend(double stamp_s);
-  bool in_packets() const { return in_packets_; }
-  // How many were put on the line; its interval, and the standard deviation of stamps about it [s].
-  std::int64_t mended() const { return mended_; }
-  double interval_s() const { return OnLine() ? line_.slope_s() : kMissing; }
-  double scatter_s() const;
+  // The time of a sample by its stamp [s], in order; those of one packet may have the same stamp.
+  // `of_other_axes`: as PacketWatch::Take.
+  double TimeOf(double stamp_s, bool of_other_axes = false);
+  bool in_packets() const { return watch_.in_packets(); }
+  // How many were put on the line; its interval, and the standard deviation of stamps about it [s],
+  // as they were last.
+  std::int64_t on_line() const { return on_line_; }
+  double interval_s() const { return interval_s_; }
+  double scatter_s() const { return scatter_s_; }
+  // Samples that did not come, as the stamps of the others show; and where the last stamp showed
+  // some, the time since which those given before it may be off. NaN else.
+  std::int64_t lost() const { return lost_; }
+  double wrong_since_s() const { return wrong_since_s_; }
 
  private:
   void Begin(double stamp_s);
-  void LookAtStep(double step_s);
-  void Add(double stamp_s);
-  void LookForLost(double late_s);
-  void EndWindow();
-  bool OnLine() const;
+  void Add(double stamp_s, double memory);
+  void EndPacket();
+  void Skip(double beyond_s);
+  bool LineIsSure() const;
   double LineAt() const;
 
-  std::int64_t count_ = 0;  // of this stretch
-  double first_s_ = 0.0, last_stamp_s_ = kMissing, last_s_ = kMissing;
-  double place_ = 0.0;  // of the last stamp, in intervals from the first one
+  PacketWatch watch_;
+  bool on_ = false;
+  std::int64_t on_line_ = 0, lost_ = 0;
+  double wrong_since_s_ = kMissing;
+  double interval_s_ = kMissing, scatter_s_ = kMissing;
+  double last_stamp_s_ = kMissing, last_s_ = kMissing;
+  // This stretch: stamps, the first of them, the number of the last one's interval, their line.
+  std::int64_t count_ = 0;
+  double first_s_ = 0.0, place_ = 0.0;
   StampLine line_;
-  // Of the last steps: how many, their mean, and the share of those that no clock makes.
-  double steps_ = 0.0, mean_step_s_ = 0.0, share_short_ = 0.0;
-  bool in_a_packet_ = false;  // the last one came with the one before
-  bool in_packets_ = false;
-  std::int64_t mended_ = 0;
-  // By how much stamps are behind the line: the least of those of a window, and what that usually
-  // is.
-  std::int64_t in_window_ = 0, packets_in_window_ = 0, windows_ = 0;
-  double least_late_s_ = 0.0, usual_least_s_ = 0.0;
+  // By how much the last sample is behind the line; the least of the last sample of each packet in
+  // a window, and what that usually is [s].
+  double late_s_ = 0.0, least_late_s_ = 0.0, usual_least_s_ = 0.0;
+  std::int64_t samples_ = 0, packets_ = 0, windows_ = 0, late_in_a_row_ = 0;
+  double packet_begin_s_ = 0.0, packet_end_s_ = 0.0;  // stamps of this packet so far
+  double window_s_ = 0.0, window_before_s_ = 0.0;     // when they began
 };
 
 }  // namespace gyrobench::calibration

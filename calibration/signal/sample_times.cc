@@ -12,12 +12,18 @@ double Next(double t_s) { return std::nextafter(t_s, std::numeric_limits<double>
 
 }  // namespace
 
-double SampleTimes::OfGyro(double stamp_s) {
-  const double rounded_s = gyro_.Mend(stamp_s), in_packet_s = gyro_packets_.Mend(stamp_s);
-  const bool goes_on = stamp_s >= gyro_stamp_s_;
+double SampleTimes::OfGyro(double stamp_s, const std::array<bool, 3>& has_axis) {
+  bool of_other_axes = true;
+  for (std::size_t c = 0; c < 3; ++c)
+    of_other_axes = of_other_axes && !(has_axis[c] && gyro_axes_[c]);
+  gyro_axes_ = has_axis;
+  const double rounded_s = gyro_.Mend(stamp_s);
+  const double in_packet_s = gyro_packets_.TimeOf(stamp_s, of_other_axes);
+  const bool in_packets = gyro_packets_.in_packets();
+  const bool goes_on = in_packets ? stamp_s >= gyro_stamp_s_ : stamp_s > gyro_stamp_s_;
   gyro_stamp_s_ = stamp_s;
-  if (!gyro_packets_.in_packets()) return gyro_s_ = rounded_s;
-  return gyro_s_ = goes_on && in_packet_s <= gyro_s_ ? Next(gyro_s_) : in_packet_s;
+  const double t_s = in_packets ? in_packet_s : rounded_s;
+  return gyro_s_ = goes_on && t_s <= gyro_s_ ? Next(gyro_s_) : t_s;
 }
 
 double SampleTimes::OfReference(std::size_t axis, double stamp_s) {

@@ -15,7 +15,8 @@ namespace gyrobench::calibration {
 // the line of the clock behind them (EvenStamps, PacketStamps).
 class SampleTimes {
  public:
-  double OfGyro(double stamp_s);
+  // `has_axis`: the axes of which the sample says something.
+  double OfGyro(double stamp_s, const std::array<bool, 3>& has_axis);
   double OfCovariates(double stamp_s) { return covariates_.Mend(stamp_s); }
   // A reading of the row of the last sample has its time. Rounded stamps of two clocks are now and
   // then the same as well: in milliseconds every fifth, beside a gyro of 200 Hz. Axes may be read
@@ -39,6 +40,7 @@ class SampleTimes {
   PacketStamps gyro_packets_;
   std::array<Axis, 3> reference_;
   double gyro_stamp_s_ = kMissing, gyro_s_ = kMissing;  // of the last sample, before and after
+  std::array<bool, 3> gyro_axes_ = {};                  // that it has
 };
 
 }  // namespace gyrobench::calibration

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
 #include <vector>
+
+#include "calibration/signal/sample_times.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -39,17 +42,21 @@ std::vector<Sample> Sampled(double rate_hz, double packet_s, double length_s) {
   return samples;
 }
 
+double Median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
 // Errors of the mended times from `from_s` on, less their median: the mean delay is not known.
 std::vector<double> Errors(const std::vector<Sample>& samples, double from_s) {
   PacketStamps packets;
   std::vector<double> errors_s;
   for (const Sample& sample : samples) {
-    const double mended_s = packets.Mend(sample.stamp_s);
+    const double mended_s = packets.TimeOf(sample.stamp_s);
     if (sample.t_s >= from_s) errors_s.push_back(mended_s - sample.t_s);
   }
-  std::vector<double> sorted = errors_s;
-  std::ranges::sort(sorted);
-  for (double& error : errors_s) error -= sorted[sorted.size() / 2];
+  const double median_s = Median(errors_s);
+  for (double& error : errors_s) error -= median_s;
   return errors_s;
 }
 
@@ -72,11 +79,11 @@ TEST(PacketStamps, AnEvenClockIsFoundBehindPackets) {
       const std::vector<Sample> samples = Sampled(rate_hz, packet_s, 300.0);
       EXPECT_LT(Rms(Errors(samples, 20.0)), 1.5e-4) << rate_hz << " Hz, " << packet_s << " s";
       PacketStamps packets;
-      for (const Sample& sample : samples) packets.Mend(sample.stamp_s);
+      for (const Sample& sample : samples) packets.TimeOf(sample.stamp_s);
       EXPECT_TRUE(packets.in_packets());
       EXPECT_NEAR(packets.interval_s() * rate_hz, 1.0, 1e-4);
       EXPECT_NEAR(packets.scatter_s(), packet_s / std::sqrt(12.0), 0.15 * packet_s);
-      EXPECT_GT(packets.mended(), 0.9 * static_cast<double>(samples.size()));
+      EXPECT_GT(packets.on_line(), 0.9 * static_cast<double>(samples.size()));
     }
   }
 }
@@ -92,21 +99,107 @@ TEST(PacketStamps, StampsThatComeOneByOneStayAsTheyAre) {
     const double t_s = kInterval_s * i;
     last_s = std::max(last_s + 1e-6, t_s + std::min(late(random), 0.45 * kInterval_s));
     const double jittered_s = t_s + jitter(random);
-    ASSERT_EQ(of_late.Mend(last_s), last_s);
-    ASSERT_EQ(of_jitter.Mend(jittered_s), jittered_s);
-    ASSERT_EQ(of_even.Mend(t_s), t_s);
+    ASSERT_EQ(of_late.TimeOf(last_s), last_s);
+    ASSERT_EQ(of_jitter.TimeOf(jittered_s), jittered_s);
+    ASSERT_EQ(of_even.TimeOf(t_s), t_s);
   }
-  EXPECT_EQ(of_late.mended() + of_jitter.mended() + of_even.mended(), 0);
+  EXPECT_EQ(of_late.on_line() + of_jitter.on_line() + of_even.on_line(), 0);
 }
 
-TEST(PacketStamps, AfterALostSampleTheTimesAreRightAgainSoon) {
-  constexpr double kRate_hz = 100.0;
-  std::vector<Sample> samples = Sampled(kRate_hz, 0.016, 200.0);
-  samples.erase(samples.begin() + 10000, samples.begin() + 10002);
-  const std::vector<double> errors_s = Errors(samples, 90.0);
-  // The last 90 s: the loss is at 100 s.
-  EXPECT_LT(Largest({errors_s.end() - 9000, errors_s.end()}), 0.25 / kRate_hz);
-  EXPECT_LT(Largest({errors_s.begin(), errors_s.begin() + 990}), 1e-3);
+// Errors are those of the last 100 s less the median of the 10 s before the loss, at 100 s.
+TEST(PacketStamps, AfterALossTheTimesAreRightAgainSoonAndSayFromWhenTheyWereNot) {
+  constexpr double kLoss_s = 100.0;
+  for (const double rate_hz : {95.3, 200.0, 1000.0}) {
+    for (const double lost_s : {0.022, 0.3, 1.5}) {
+      if (lost_s * rate_hz < 0.9 || (rate_hz > 900.0 && lost_s < 0.1)) continue;
+      PacketStamps packets;
+      std::vector<double> before_s;
+      double right_s = kMissing, wrong_since_s = kMissing, worst_s = 0.0;
+      for (const Sample& sample : Sampled(rate_hz, 0.016, 130.0)) {
+        if (sample.t_s > kLoss_s && sample.t_s < kLoss_s + lost_s) continue;
+        const double error_s = packets.TimeOf(sample.stamp_s) - sample.t_s;
+        if (sample.t_s > kLoss_s - 10.0 && sample.t_s < kLoss_s) before_s.push_back(error_s);
+        if (sample.t_s < kLoss_s + lost_s) continue;
+        if (std::isnan(right_s)) right_s = Median(before_s);
+        if (std::isfinite(packets.wrong_since_s())) wrong_since_s = packets.wrong_since_s();
+        if (sample.t_s > kLoss_s + lost_s + 1.5)
+          worst_s = std::max(worst_s, std::fabs(error_s - right_s));
+      }
+      EXPECT_LT(worst_s, 3e-3) << rate_hz << " Hz, " << lost_s << " s lost";
+      EXPECT_LT(wrong_since_s, kLoss_s + 0.05);
+      EXPECT_GT(wrong_since_s, kLoss_s - 3.0);
+      EXPECT_NEAR(static_cast<double>(packets.lost()), lost_s * rate_hz, 2.0);
+    }
+  }
+}
+
+TEST(PacketStamps, AGapOfAnEvenClockIsNoPacket) {
+  for (const double rate_hz : {50.0, 100.0, 400.0, 2000.0}) {
+    for (const double gap_s : {0.3, 0.7, 1.5, 1.9}) {
+      for (const double at_s : {0.5, 5.0}) {
+        PacketStamps packets;
+        for (double i = 0.0; i < 20.0 * rate_hz; ++i) {
+          const double t_s = i / rate_hz + (i > at_s * rate_hz ? gap_s : 0.0);
+          ASSERT_EQ(packets.TimeOf(t_s), t_s) << rate_hz << " Hz, gap of " << gap_s << " s";
+        }
+      }
+    }
+  }
+}
+
+TEST(PacketStamps, RowsOfOneAxisEachAreNoPackets) {
+  PacketStamps packets;
+  for (int i = 0; i < 3000; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double t_s = 0.01 * i + 1e-4 * axis;
+      ASSERT_EQ(packets.TimeOf(t_s, true), t_s);
+    }
+  }
+}
+
+TEST(PacketStamps, AFasterClockAfterASlowOneIsNoPacket) {
+  PacketStamps packets;
+  double t_s = 0.0;
+  for (int i = 0; i < 6000; ++i) {
+    t_s += i < 1000 ? 0.01 : 0.001;
+    ASSERT_EQ(packets.TimeOf(t_s), t_s);
+  }
+}
+
+// Samples that come one by one after packets keep their stamps again, and no time goes back.
+TEST(PacketStamps, EndWithThePackets) {
+  constexpr double kRate_hz = 500.0;
+  SampleTimes times;
+  constexpr std::array<bool, 3> kAll = {true, true, true};
+  double last_s = -1.0, at_end_s = 0.0;
+  for (const Sample& sample : Sampled(kRate_hz, 0.016, 60.0)) {
+    const bool packed = sample.t_s < 30.0;
+    at_end_s = packed ? sample.stamp_s : std::max(at_end_s, sample.t_s + 0.02);
+    const double mended_s = times.OfGyro(at_end_s, kAll);
+    ASSERT_GT(mended_s, last_s) << sample.t_s;
+    ASSERT_TRUE(sample.t_s < 35.0 || mended_s == at_end_s) << sample.t_s;
+    last_s = mended_s;
+  }
+  EXPECT_GT(times.gyro_packets().on_line(), 0.9 * 30.0 * kRate_hz);
+  EXPECT_GT(times.gyro_packets().scatter_s(), 0.0);
+  EXPECT_NEAR(times.gyro_packets().interval_s() * kRate_hz, 1.0, 1e-3);
+}
+
+// The host is a little later now and then, so that the rows of a packet have two milliseconds.
+TEST(PacketStamps, OfWholeMillisecondsArePutOnTheLineAsWell) {
+  std::mt19937_64 random(5);
+  std::exponential_distribution<double> later(1.0 / 1e-4);
+  std::vector<Sample> samples = Sampled(333.0, 0.016, 600.0);
+  double later_s = 0.0, packet_s = 0.0, last_s = 0.0;
+  for (Sample& sample : samples) {
+    if (sample.stamp_s > packet_s + 0.008) {
+      packet_s = sample.stamp_s;
+      later_s = later(random) - 3e-4;
+    }
+    const double printed_s = std::floor((sample.stamp_s + later_s) * 1e3) * 1e-3;
+    sample.stamp_s = last_s = std::max(printed_s, last_s + 1e-6);
+  }
+  EXPECT_LT(Largest(Errors(samples, 30.0)), 1e-3);
 }
 
 TEST(PacketStamps, APauseOfTheHostDoesNoHarm) {
@@ -122,19 +215,19 @@ TEST(PacketStamps, APauseOfTheHostDoesNoHarm) {
 
 TEST(PacketStamps, TimesNeverGoBackAndWhatIsNoNumberIsGivenBack) {
   PacketStamps packets;
-  EXPECT_TRUE(std::isnan(packets.Mend(std::numeric_limits<double>::quiet_NaN())));
+  EXPECT_TRUE(std::isnan(packets.TimeOf(std::numeric_limits<double>::quiet_NaN())));
   double last_s = -1.0;
   for (const Sample& sample : Sampled(200.0, 0.016, 60.0)) {
     // Those of one packet with one stamp.
     const double stamp_s = std::floor(sample.stamp_s / 1e-3) * 1e-3;
-    const double mended_s = packets.Mend(stamp_s);
+    const double mended_s = packets.TimeOf(stamp_s);
     ASSERT_TRUE(sample.t_s < 2.0 || mended_s > last_s) << sample.t_s;
     last_s = mended_s;
   }
   EXPECT_TRUE(packets.in_packets());
   // After a long pause the clock begins anew, as it does when the stamps go back.
-  EXPECT_EQ(packets.Mend(100.0), 100.0);
-  EXPECT_EQ(packets.Mend(50.0), 50.0);
+  EXPECT_EQ(packets.TimeOf(100.0), 100.0);
+  EXPECT_EQ(packets.TimeOf(50.0), 50.0);
 }
 
 }  // namespace

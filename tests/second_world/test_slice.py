@@ -39,6 +39,7 @@ MENDED = {
     "noisy_slow_reference:single:100:130068": "no tone but steps: a reversal of 0.1 s was taken for a rest",
     "noisy_slow_reference:single:100:130112": "an eccentricity on another channel: as in 130046",
     "own_clock_reference:unknown:20:200048": "an asymmetry beside a product: the product's temperature had another zero",
+    "packed_stamps:silent:0:2800005": "a ripple: rows of a serial adapter were taken to be made when they came",
     "own_clock_reference:silent:0:62158": "steps of the angle: readings were moved when their stamp met a sample's",
     "poor_thermometer:single:100:91056": "two steps of the angle for one: it was placed to 12 ms",
     "poses_at_rest:single:5:121036": "no hysteresis: a fold was met by an extrapolation, so that it seemed useless",

@@ -19,9 +19,9 @@ inline std::complex<double> TurnedALittle(double x_rad) {
 // e^(i x) within 1e-8, by an eighth of what x is beyond whole turns. The C library's sine takes
 // several times as long.
 inline std::complex<double> Turned(double x_rad) {
-  constexpr double kLittle_rad = 0.5, kMost_rad = 1e9;
+  constexpr double kLittle_rad = 0.5, kMost_rad = 1e7;
   if (std::fabs(x_rad) < kLittle_rad) return TurnedALittle(x_rad);
-  if (!(std::fabs(x_rad) < kMost_rad)) return std::polar(1.0, x_rad);
+  if (!(std::fabs(x_rad) < kMost_rad)) return {std::cos(x_rad), std::sin(x_rad)};
   const auto turns = static_cast<long long>(x_rad * (1.0 / kTwoPi) + std::copysign(0.5, x_rad));
   std::complex<double> turned =
       TurnedALittle((x_rad - static_cast<double>(turns) * kTwoPi) * 0.125);
@@ -32,6 +32,7 @@ inline std::complex<double> Turned(double x_rad) {
 }  // namespace
 
 // Each wave is the one before, turned on by the mean step and a little: no sine for each of them.
+// Errors add up to 3e-7 over 50 readings.
 bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double periods,
                       double* sin_and_cos) {
   const std::span<const double> off_deg = point.readings_off_mean_deg[table_axis];
