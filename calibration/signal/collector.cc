@@ -9,6 +9,7 @@
 #include "calibration/signal/pending_queue.h"
 #include "calibration/signal/reference_track.h"
 #include "calibration/signal/rest_finder.h"
+#include "calibration/signal/sample_times.h"
 #include "calibration/signal/shared_sequence.h"
 #include "calibration/signal/turns_by_gyro.h"
 
@@ -40,6 +41,7 @@ std::array<bool, 3> Known(const std::array<double, 3>& values) {
 
 class Collector::Impl {
  public:
+  SampleTimes times;
   explicit Impl(double node_interval_s) : node_interval_s_(node_interval_s) {}
 
   void Start(const MeasurementInfo& info) {
@@ -388,7 +390,6 @@ Collector::Collector(double node_interval_s) : impl_(std::make_unique<Impl>(node
 Collector::~Collector() = default;
 Collector::Collector(const Collector& other)
     : impl_(std::make_unique<Impl>(*other.impl_)),
-      times_(other.times_),
       gyro_delay_s_(other.gyro_delay_s_),
       reference_delay_s_(other.reference_delay_s_) {}
 Collector::Collector(Collector&&) noexcept = default;
@@ -399,30 +400,28 @@ Collector& Collector::operator=(Collector&&) noexcept = default;
 void Collector::OnInfo(const MeasurementInfo& info) {
   gyro_delay_s_ = info.gyro_delay_s;
   reference_delay_s_ = info.reference_delay_s;
-  times_ = {};
+  impl_->times = {};
   impl_->Start(info);
 }
 void Collector::OnGyro(const GyroSample& sample) {
   GyroSample undelayed = sample;
-  undelayed.t_s = times_.OfGyro(sample.t_s, Known(sample.xi)) - gyro_delay_s_;
-  const PacketStamps& packets = times_.gyro_packets();
-  if (std::isfinite(packets.wrong_since_s())) {
-    impl_->LeaveOut(packets.wrong_since_s() - gyro_delay_s_, undelayed.t_s);
-  }
+  undelayed.t_s = impl_->times.OfGyro(sample.t_s, Known(sample.xi)) - gyro_delay_s_;
+  const double wrong_since_s = impl_->times.gyro_packets().wrong_since_s() - gyro_delay_s_;
+  if (std::isfinite(wrong_since_s)) impl_->LeaveOut(wrong_since_s, undelayed.t_s);
   impl_->Gyro(undelayed);
 }
 void Collector::OnCovariates(double t_s, std::span<const double> values) {
-  impl_->Covariates(times_.OfCovariates(t_s), values);
+  impl_->Covariates(impl_->times.OfCovariates(t_s), values);
 }
 void Collector::OnAngle(const AngleSample& sample) {
   AngleSample undelayed = sample;
-  undelayed.t_s =
-      times_.OfReference(static_cast<std::size_t>(sample.axis), sample.t_s) - reference_delay_s_;
+  undelayed.t_s = impl_->times.OfReference(static_cast<std::size_t>(sample.axis), sample.t_s) -
+                  reference_delay_s_;
   impl_->Reference(undelayed);
 }
 void Collector::OnOrientation(const OrientationSample& sample) {
   OrientationSample undelayed = sample;
-  undelayed.t_s = times_.OfReference(0, sample.t_s) - reference_delay_s_;
+  undelayed.t_s = impl_->times.OfReference(0, sample.t_s) - reference_delay_s_;
   impl_->Reference(undelayed);
 }
 void Collector::OnTickPair(const TickPair& pair) { impl_->Tick(pair); }
@@ -431,18 +430,19 @@ void Collector::OnSegment(const SegmentMark& /*mark*/) {}
 // then shares no zero-rate offset with what lies before and after, and its tick counts anew.
 void Collector::OnDefect(const Defect& defect) {
   if (defect.kind == kUnitRestarted) {
-    times_ = {};
+    impl_->times = {};
     impl_->BeginPowerOn();
   }
   impl_->Defect(defect);
 }
 Recording Collector::Take() const {
   Recording out = impl_->Take();
-  out.stamp_digit_s = times_.gyro_digit_s();
-  out.packed_samples = times_.gyro_packets().on_line();
-  out.packed_lost = times_.gyro_packets().lost();
-  out.packed_interval_s = times_.gyro_packets().interval_s();
-  out.packed_scatter_s = times_.gyro_packets().scatter_s();
+  out.stamp_digit_s = impl_->times.gyro_digit_s();
+  const PacketStamps& packets = impl_->times.gyro_packets();
+  out.packed_samples = packets.on_line();
+  out.packed_lost = packets.lost();
+  out.packed_interval_s = packets.interval_s();
+  out.packed_scatter_s = packets.scatter_s();
   return out;
 }
 

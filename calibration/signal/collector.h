@@ -10,7 +10,6 @@
 #include "base/measurement.h"
 #include "base/tick_fit.h"
 #include "calibration/signal/columns.h"
-#include "calibration/signal/sample_times.h"
 
 namespace gyrobench::calibration {
 
@@ -62,7 +61,6 @@ class Collector : public MeasurementSink {
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;
-  SampleTimes times_;
   double gyro_delay_s_ = 0.0, reference_delay_s_ = 0.0;
 };
 
