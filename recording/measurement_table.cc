@@ -233,15 +233,19 @@ void TableReader::Accept(double* row) {
   }
 }
 
+bool TableReader::IsOfGyro(std::size_t column) const {
+  return head_.columns()[column].kind == ColumnKind::kGyro;
+}
+
 // Of two rows of one time: what one has and the other has not, as where gyro and reference have
-// lines of their own, is one row.
+// lines of their own, is one row. Of a packet two samples may be the same to the digit.
 bool TableReader::Complement(const double* row, double* latest) const {
   bool fills = false;
   for (std::size_t i = 0; i < width_; ++i) {
     if (std::isnan(row[i])) continue;
     if (std::isnan(latest[i])) {
       fills = true;
-    } else if (row[i] != latest[i]) {
+    } else if (row[i] != latest[i] || (packets_.Many() && IsOfGyro(i))) {
       return false;
     }
   }
@@ -258,7 +262,7 @@ void TableReader::AcceptRepeated(const double* row) {
   const double* latest = row - width_;
   bool same = rows_ > group_;
   for (std::size_t i = 0; same && i < width_; ++i) same = std::isnan(row[i]) || row[i] == latest[i];
-  if (same || rows_ - group_ >= kMaxGroup) return;
+  if ((same && !packets_.Many()) || rows_ - group_ >= kMaxGroup) return;
   packets_.Take(group_t_s_, true);
   ++rows_;
 }
@@ -271,9 +275,14 @@ void TableReader::Packets::Take(double t_s, bool repeated) {
   while (digit_s_ > kFinest_s && !IsWhole(t_s / digit_s_)) digit_s_ *= 0.1;
 }
 
+bool TableReader::Packets::Many() const {
+  constexpr double kLeastRows = 64.0, kMany = 0.15;
+  return rows_ >= kLeastRows && share_repeated_ > kMany;
+}
+
 bool TableReader::Packets::Likely(double step_s) const {
-  constexpr double kLeastRows = 64.0, kMany = 0.15, kDigits = 3.5;
-  return rows_ >= kLeastRows && share_repeated_ > kMany && step_s > kDigits * digit_s_;
+  constexpr double kDigits = 3.5;
+  return Many() && step_s > kDigits * digit_s_;
 }
 
 // The rows of one time stamp are put evenly between it and the next, at most as far apart as the

@@ -63,6 +63,7 @@ class TableReader {
   bool ParseSlowly(std::string_view line, double* row);
   double ParseField(std::string_view field, std::size_t column, double t_s);
   void Accept(double* row);
+  bool IsOfGyro(std::size_t column) const;
   bool Complement(const double* row, double* latest) const;
   void AcceptRepeated(const double* row);
   void SpreadGroup(double next_t_s);
@@ -73,7 +74,9 @@ class TableReader {
   class Packets {
    public:
     void Take(double t_s, bool repeated);
-    // A step of this length follows.
+    // Many rows that are not the same repeat the time of the one before.
+    bool Many() const;
+    // And a step of this length follows.
     bool Likely(double step_s) const;
 
    private:
