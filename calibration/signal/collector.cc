@@ -73,8 +73,7 @@ class Collector::Impl {
   void Reference(const Sample& sample) {
     track_.Add(sample);
     if (track_.lost_since_s()) {
-      columns_.bad.push_back(
-          BadStretch{*track_.lost_since_s(), track_.time_s(), {true, true, true}});
+      LeaveOut(*track_.lost_since_s(), track_.time_s());
       readings_.Clear();
     }
     if (!track_.updated()) return;

@@ -4,7 +4,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 namespace gyrobench::calibration {
 namespace {
@@ -38,7 +37,7 @@ double EvenStamps::Mend(double stamp_s) {
   const double step_s = stamp_s - last_s_;
   if (count_ == 0 || digits_ > kMostDigits || !Follows(stamp_s, step_s)) {
     const bool goes_on = count_ > 0 && step_s > 0.0;
-    const double begin_s = goes_on ? std::max(stamp_s, After(last_mended_s_)) : stamp_s;
+    const double begin_s = goes_on ? std::max(stamp_s, JustAfter(last_mended_s_)) : stamp_s;
     Begin(stamp_s);
     return last_mended_s_ = begin_s;
   }
@@ -53,7 +52,7 @@ double EvenStamps::Mend(double stamp_s) {
   const double line_s = first_s_ + LineAt(place_);
   if (count_ == kLeastCount && !exact_ && !rounded) Begin(stamp_s);
   last_s_ = stamp_s;
-  last_mended_s_ = std::max(on_line ? line_s : stamp_s, After(last_mended_s_));
+  last_mended_s_ = std::max(on_line ? line_s : stamp_s, JustAfter(last_mended_s_));
   return last_mended_s_;
 }
 
@@ -83,10 +82,6 @@ bool EvenStamps::MayBeJitter() const {
   const double digits = Slope() / digit_s_;
   return digits < kLeastDigitsOfInterval ||
          (digits < kShort && place_ > kMostPlaces * static_cast<double>(count_ - 1));
-}
-
-double EvenStamps::After(double t_s) {
-  return std::max(t_s + kSame_s, std::nextafter(t_s, std::numeric_limits<double>::infinity()));
 }
 
 // Moves on to the stamp's place, if it has one. Of a few stamps, which make a rough line, it is the

@@ -31,7 +31,6 @@ class EvenStamps {
 
   void Begin(double stamp_s);
   void FindDigits(double stamp_s);
-  static double After(double t_s);
   double Slope() const { return short_.square > 0.0 ? short_.slope_s() : first_step_s_; }
   double LineAt(double place) const;
   bool BeatsSlowly() const;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 namespace gyrobench::calibration {
 namespace {
@@ -15,7 +14,6 @@ constexpr double kLongestSilence_s = 2.0;
 // nothing of the clock; what stays so does.
 constexpr double kLatest = 3.0;
 constexpr double kLongestWait_s = 1.0;
-constexpr double kApart_s = 1e-9;
 
 }  // namespace
 
@@ -38,9 +36,7 @@ double PacketStamps::TimeOf(double stamp_s, bool of_other_axes) {
   packet_end_s_ = stamp_s;
   Add(stamp_s, std::max(kLineMemory_s / watch_.mean_step_s(), kSureFrom));
   ++on_line_;
-  const double after_last_s = std::max(
-      last_s_ + kApart_s, std::nextafter(last_s_, std::numeric_limits<double>::infinity()));
-  return last_s_ = std::max(first_s_ + LineAt(), after_last_s);
+  return last_s_ = std::max(first_s_ + LineAt(), JustAfter(last_s_));
 }
 
 // The clock goes on as it was, from another time on.

@@ -1,5 +1,9 @@
 #include "calibration/signal/stamp_line.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 namespace gyrobench::calibration {
 
 void StampLine::Add(double place, double s, double memory) {
@@ -25,6 +29,11 @@ void StampLine::MakeStepsItsOwn() {
   mean_s -= more_s * mean_place;
   step_s += more_s;
   product = 0.0;
+}
+
+double JustAfter(double t_s) {
+  constexpr double kApart_s = 1e-9;
+  return std::max(t_s + kApart_s, std::nextafter(t_s, std::numeric_limits<double>::infinity()));
 }
 
 }  // namespace gyrobench::calibration

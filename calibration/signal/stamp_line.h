@@ -21,4 +21,7 @@ struct StampLine {
   double square = 0.0, product = 0.0, stamps_square = 0.0;
 };
 
+// The least time that a sample after one at `t_s` can have [s]: a line that moves is no step back.
+double JustAfter(double t_s);
+
 }  // namespace gyrobench::calibration
