@@ -231,6 +231,29 @@ class Reader {
         fractions_(inputs.size()) {}
 
   std::vector<calibration::Recording> ReadAll() {
+    ReadSideBySide();
+    std::vector<calibration::RowTiming> timings;
+    for (const calibration::Recording& recording : recordings_) timings.push_back(recording.rows);
+    even_ = calibration::RowsThatComeEvenly(timings);
+    again_ = true;
+    if (std::ranges::any_of(even_, &calibration::EvenRows::any)) {
+      ReadSideBySide();
+      // And with the interval that the line had at the end from the begin on.
+      for (std::size_t i = 0; i < even_.size(); ++i) UseIntervalOf(recordings_[i].rows, &even_[i]);
+      ReadSideBySide();
+    }
+    return std::move(recordings_);
+  }
+
+ private:
+  static void UseIntervalOf(const calibration::RowTiming& rows, calibration::EvenRows* even) {
+    if (std::isfinite(even->gyro_s)) even->gyro_s = rows.interval.gyro_s;
+    if (std::isfinite(even->reference_s)) even->reference_s = rows.interval.reference_s;
+    even->told_by = rows.interval.told_by;
+  }
+
+  void ReadSideBySide() {
+    next_ = 0;
     const std::size_t cores = std::max(std::thread::hardware_concurrency(), 1U);
     {
       std::vector<std::jthread> others;
@@ -240,21 +263,27 @@ class Reader {
     }
     for (const std::exception_ptr& failure : failures_)
       if (failure) std::rethrow_exception(failure);
-    return std::move(recordings_);
   }
 
- private:
   void ReadNext() {
     for (std::size_t i = next_++; i < inputs_.size(); i = next_++) {
       try {
-        calibration::Collector collector;
-        recording::Replay(inputs_[i].path, collector, [&](double f) { Show(i, f); });
-        recordings_[i] = collector.Take();
+        if (!again_) {
+          recordings_[i] = Read(i, {});
+        } else if (even_[i].any()) {
+          recordings_[i] = Read(i, even_[i]);
+        }
       } catch (...) {
         failures_[i] = std::current_exception();
         next_ = inputs_.size();
       }
     }
+  }
+
+  calibration::Recording Read(std::size_t file, const calibration::EvenRows& even) {
+    calibration::Collector collector(calibration::Collector::kNode_s, even);
+    recording::Replay(inputs_[file].path, collector, [&](double f) { Show(file, f); });
+    return collector.Take();
   }
 
   void Show(std::size_t file, double fraction) {
@@ -270,6 +299,8 @@ class Reader {
   std::vector<calibration::Recording> recordings_;
   std::vector<std::exception_ptr> failures_;
   std::vector<double> fractions_;
+  std::vector<calibration::EvenRows> even_;  // as the first reading shows
+  bool again_ = false;
   std::mutex showing_;
   std::atomic<std::size_t> next_ = 0;
 };

@@ -16,23 +16,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-Rest MakeRest(const IntegralMark& begin, const IntegralMark& end, const OpenRest& readings) {
-  Rest rest;
-  rest.begin = begin;
-  rest.end = end;
-  rest.readings = readings.readings;
-  rest.reference_begin_s = readings.coarse_begin_s;
-  rest.reference_end_s = readings.last_at_rest_s;
-  const double n = std::max<double>(1.0, static_cast<double>(readings.readings));
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double mean = readings.sum_deg[c] / n;
-    rest.rotation_deg[c] = readings.origin_deg[c] + mean;
-    const double variance = std::max(0.0, readings.square_deg2[c] / n - mean * mean);
-    rest.scatter_deg = std::max(rest.scatter_deg, std::sqrt(variance));
-  }
-  return rest;
-}
-
 std::array<bool, 3> Known(const std::array<double, 3>& values) {
   return {std::isfinite(values[0]), std::isfinite(values[1]), std::isfinite(values[2])};
 }
@@ -63,6 +46,12 @@ class Collector::Impl {
 
   void LeaveOut(double begin_s, double end_s) {
     columns_.bad.push_back(BadStretch{begin_s, end_s, {true, true, true}});
+  }
+
+  // As the stamp before shows.
+  void LeaveOutWhatIsOff(double delay_s, double end_s) {
+    const double since_s = times.wrong_since_s() - delay_s;
+    if (std::isfinite(since_s)) LeaveOut(since_s, end_s);
   }
 
   void Covariates(double t_s, std::span<const double> values) {
@@ -289,7 +278,7 @@ class Collector::Impl {
     IntegralMark end;
     if (!gyro_.IntegralAt(gyro_.RestEnd(job.coarse_s, job.moving_s), &end)) return;
     if (end.t_s - rest_begin_.t_s < kShortestRest_s) return;
-    finished_rests_.push_back(MakeRest(rest_begin_, end, job.rest));
+    finished_rests_.push_back(job.rest.Between(rest_begin_, end));
   }
 
   // The rest that began at rest_begin_, as far as its readings go. The reference may be ahead: the
@@ -344,7 +333,7 @@ Columns Collector::Impl::ColumnsSoFar() const {
     const auto last = std::find_if(columns.nodes.rbegin(), columns.nodes.rend(),
                                    [&](const Node& node) { return node.at.t_s <= limit_s; });
     if (last != columns.nodes.rend() && last->at.t_s - rest_begin_.t_s >= kShortestRest_s) {
-      columns.rests.push_back(MakeRest(rest_begin_, last->at, *rest));
+      columns.rests.push_back(rest->Between(rest_begin_, last->at));
     }
   }
   return columns;
@@ -385,10 +374,12 @@ Recording Collector::Impl::Take() const {
   return out;
 }
 
-Collector::Collector(double node_interval_s) : impl_(std::make_unique<Impl>(node_interval_s)) {}
+Collector::Collector(double node_interval_s, const EvenRows& even)
+    : impl_(std::make_unique<Impl>(node_interval_s)), even_(even) {}
 Collector::~Collector() = default;
 Collector::Collector(const Collector& other)
     : impl_(std::make_unique<Impl>(*other.impl_)),
+      even_(other.even_),
       gyro_delay_s_(other.gyro_delay_s_),
       reference_delay_s_(other.reference_delay_s_) {}
 Collector::Collector(Collector&&) noexcept = default;
@@ -399,14 +390,13 @@ Collector& Collector::operator=(Collector&&) noexcept = default;
 void Collector::OnInfo(const MeasurementInfo& info) {
   gyro_delay_s_ = info.gyro_delay_s;
   reference_delay_s_ = info.reference_delay_s;
-  impl_->times = {};
+  impl_->times = SampleTimes(even_);
   impl_->Start(info);
 }
 void Collector::OnGyro(const GyroSample& sample) {
   GyroSample undelayed = sample;
   undelayed.t_s = impl_->times.OfGyro(sample.t_s, Known(sample.xi)) - gyro_delay_s_;
-  const double wrong_since_s = impl_->times.gyro_packets().wrong_since_s() - gyro_delay_s_;
-  if (std::isfinite(wrong_since_s)) impl_->LeaveOut(wrong_since_s, undelayed.t_s);
+  impl_->LeaveOutWhatIsOff(gyro_delay_s_, undelayed.t_s);
   impl_->Gyro(undelayed);
 }
 void Collector::OnCovariates(double t_s, std::span<const double> values) {
@@ -414,13 +404,16 @@ void Collector::OnCovariates(double t_s, std::span<const double> values) {
 }
 void Collector::OnAngle(const AngleSample& sample) {
   AngleSample undelayed = sample;
-  undelayed.t_s = impl_->times.OfReference(static_cast<std::size_t>(sample.axis), sample.t_s) -
+  undelayed.t_s = impl_->times.OfReference(static_cast<std::size_t>(sample.axis), sample.t_s,
+                                           sample.angle_deg) -
                   reference_delay_s_;
+  impl_->LeaveOutWhatIsOff(reference_delay_s_, undelayed.t_s);
   impl_->Reference(undelayed);
 }
 void Collector::OnOrientation(const OrientationSample& sample) {
   OrientationSample undelayed = sample;
-  undelayed.t_s = impl_->times.OfReference(0, sample.t_s) - reference_delay_s_;
+  undelayed.t_s = impl_->times.OfReference(0, sample.t_s, kMissing) - reference_delay_s_;
+  impl_->LeaveOutWhatIsOff(reference_delay_s_, undelayed.t_s);
   impl_->Reference(undelayed);
 }
 void Collector::OnTickPair(const TickPair& pair) { impl_->Tick(pair); }
@@ -429,7 +422,7 @@ void Collector::OnSegment(const SegmentMark& /*mark*/) {}
 // then shares no zero-rate offset with what lies before and after, and its tick counts anew.
 void Collector::OnDefect(const Defect& defect) {
   if (defect.kind == kUnitRestarted) {
-    impl_->times = {};
+    impl_->times = SampleTimes(even_);
     impl_->BeginPowerOn();
   }
   impl_->Defect(defect);
@@ -442,6 +435,7 @@ Recording Collector::Take() const {
   out.packed_lost = packets.lost();
   out.packed_interval_s = packets.interval_s();
   out.packed_scatter_s = packets.scatter_s();
+  out.rows = impl_->times.Rows();
   return out;
 }
 

@@ -10,6 +10,7 @@
 #include "base/measurement.h"
 #include "base/tick_fit.h"
 #include "calibration/signal/columns.h"
+#include "calibration/signal/late_rows.h"
 
 namespace gyrobench::calibration {
 
@@ -28,6 +29,8 @@ struct Recording {
   // interval of the clock behind them, and the standard deviation of stamps about it.
   std::int64_t packed_samples = 0, packed_lost = 0;
   double packed_interval_s = kMissing, packed_scatter_s = kMissing;
+  // Whether rows come as unevenly as their stamps: known at the end alone, nothing is mended by it.
+  RowTiming rows;
   // Of the stand's axes (of a single-axis reference its one, of an orientation each of the
   // sensor's): the least difference of two readings in a row; infinite where there was none.
   Vector3 reference_step_deg = {};
@@ -39,7 +42,9 @@ struct Recording {
 // what it holds is a function of the events so far and of nothing else.
 class Collector : public MeasurementSink {
  public:
-  explicit Collector(double node_interval_s = 0.1);
+  static constexpr double kNode_s = 0.1;
+  // `even`: what is known to come evenly, by Recording::rows of the same measurement.
+  explicit Collector(double node_interval_s = kNode_s, const EvenRows& even = {});
   ~Collector() override;
   // A copy goes on by itself: a snapshot that can be evaluated while the original takes more.
   Collector(const Collector& other);
@@ -61,6 +66,7 @@ class Collector : public MeasurementSink {
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;
+  EvenRows even_;
   double gyro_delay_s_ = 0.0, reference_delay_s_ = 0.0;
 };
 

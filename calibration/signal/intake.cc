@@ -110,10 +110,10 @@ std::string RemarkOnPackets(const Recording& recording) {
           : fmt::format(" {} did not come, and the second about each such place is left out.",
                         recording.packed_lost);
   return fmt::format(
-      "the gyro's samples are stamped several at once, as a serial adapter hands them over: {} "
-      "stamps, off by {:.2g} ms (standard deviation), were put on an even clock of {:.4g} ms.{} "
-      "They are late by a mean delay that nobody knows, and readings of the reference in rows of "
-      "their own keep their stamps. Best let the unit stamp its samples, and log gyro and "
+      "the gyro's samples come evenly and are stamped when a serial adapter or a computer got to "
+      "them: {} stamps, off by {:.2g} ms (standard deviation), were put on an even clock of {:.4g} "
+      "ms.{} They are late by a mean delay that nobody knows, and readings of the reference in "
+      "rows of their own by another. Best let the unit stamp its samples, and log gyro and "
       "reference in one row",
       recording.packed_samples, 1e3 * recording.packed_scatter_s, 1e3 * recording.packed_interval_s,
       lost);

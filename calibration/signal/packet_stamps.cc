@@ -8,11 +8,14 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr double kSureFrom = 64.0;  // stamps
-constexpr double kLineMemory_s = 20.0;
+constexpr double kShortMemory_s = 20.0;
+// A clock of 100 Hz and packets of 4 ms beat within a minute: a line through less goes along with
+// that. One through more lags behind a clock that warms up, and leaves more of the stamps then.
+constexpr double kLongMemory_s = 100.0, kLongLeavesMore = 1.25;
 constexpr double kLongestSilence_s = 2.0;
 // Standard deviations about the line. What is later came after a pause of the host, and says
 // nothing of the clock; what stays so does.
-constexpr double kLatest = 3.0;
+constexpr double kLatest = 3.0, kLeastPause = 0.5;  // that of the interval
 constexpr double kLongestWait_s = 1.0;
 
 }  // namespace
@@ -24,8 +27,8 @@ double PacketStamps::TimeOf(double stamp_s, bool of_other_axes) {
   wrong_since_s_ = kMissing;
   const bool goes_on = step_s >= 0.0 && step_s <= kLongestSilence_s;
   if (goes_on) watch_.Take(step_s, of_other_axes);
-  if (!goes_on || !watch_.in_packets() || !on_) {
-    on_ = watch_.in_packets();
+  if (!goes_on || !mends() || !on_) {
+    on_ = mends();
     if (on_) Begin(stamp_s);
     return last_s_ = stamp_s;
   }
@@ -34,42 +37,49 @@ double PacketStamps::TimeOf(double stamp_s, bool of_other_axes) {
     packet_begin_s_ = stamp_s;
   }
   packet_end_s_ = stamp_s;
-  Add(stamp_s, std::max(kLineMemory_s / watch_.mean_step_s(), kSureFrom));
+  Add(stamp_s);
   ++on_line_;
   return last_s_ = std::max(first_s_ + LineAt(), JustAfter(last_s_));
 }
 
 // The clock goes on as it was, from another time on.
 void PacketStamps::Begin(double stamp_s) {
-  const double step_s = LineIsSure() ? line_.slope_s() : watch_.mean_step_s();
+  const double step_s = LineIsSure() ? short_.slope_s() : RoughInterval_s();
   first_s_ = stamp_s;
   count_ = 1;
   place_ = late_s_ = 0.0;
-  line_ = {};
-  line_.step_s = step_s;
+  short_ = long_ = {};
+  short_.step_s = long_.step_s = step_s;
+  short_.square = long_.square = std::pow(told_by_, 3) / 12.0;
+  share_of_long_ = 1.0;
   samples_ = packets_ = windows_ = 0;
   packet_begin_s_ = packet_end_s_ = stamp_s;
   window_before_s_ = window_s_ = stamp_s;
 }
 
-void PacketStamps::Add(double stamp_s, double memory) {
+void PacketStamps::Add(double stamp_s) {
   ++count_;
   ++samples_;
   place_ += 1.0;
   double since_first_s = stamp_s - first_s_;
   if (LineIsSure()) {
     late_s_ = since_first_s - LineAt();
-    interval_s_ = line_.slope_s();
-    scatter_s_ = std::sqrt(std::max(line_.left_s2(), 0.0));
-    const double latest_s = LineAt() + kLatest * scatter_s_;
+    interval_s_ = short_.slope_s();
+    scatter_s_ = std::sqrt(std::max({short_.left_s2(), long_.left_s2(), 0.0}));
+    const double latest_s = LineAt() + std::max(kLatest * scatter_s_, kLeastPause * interval_s_);
     late_in_a_row_ = since_first_s > latest_s ? late_in_a_row_ + 1 : 0;
     if (late_in_a_row_ > 0 && static_cast<double>(late_in_a_row_) * interval_s_ < kLongestWait_s)
       return;
     since_first_s = std::min(since_first_s, latest_s);
   }
-  line_.Add(place_, since_first_s, memory);
-  if (LineIsSure() && std::has_single_bit(static_cast<std::uint64_t>(count_)))
-    line_.MakeStepsItsOwn();
+  const double memory = std::max(kShortMemory_s / RoughInterval_s(), kSureFrom);
+  short_.Add(place_, since_first_s, memory);
+  long_.Add(place_, since_first_s, kLongMemory_s / kShortMemory_s * memory);
+  const bool long_is_right = long_.left_s2() < kLongLeavesMore * short_.left_s2();
+  share_of_long_ = std::clamp(share_of_long_ + (long_is_right ? 1.0 : -1.0) / memory, 0.0, 1.0);
+  if (!LineIsSure() || !std::has_single_bit(static_cast<std::uint64_t>(count_))) return;
+  short_.MakeStepsItsOwn();
+  long_.MakeStepsItsOwn();
 }
 
 // The last sample of a packet is late by less than an interval, and what reading it takes. Samples
@@ -108,10 +118,15 @@ void PacketStamps::Skip(double beyond_s) {
   window_before_s_ = window_s_ = last_s_;
 }
 
+double PacketStamps::RoughInterval_s() const {
+  return std::isfinite(even_s_) ? even_s_ : watch_.mean_step_s();
+}
+
 bool PacketStamps::LineIsSure() const { return static_cast<double>(count_) >= kSureFrom; }
 
 double PacketStamps::LineAt() const {
-  return LineIsSure() ? line_.At(place_) : line_.mean_s + line_.step_s * place_;
+  if (!LineIsSure()) return short_.mean_s + short_.step_s * place_;
+  return std::lerp(short_.At(place_), long_.At(place_), share_of_long_);
 }
 
 }  // namespace gyrobench::calibration

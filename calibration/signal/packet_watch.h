@@ -17,8 +17,10 @@ class PacketWatch {
   // where each axis has rows of its own.
   void Take(double step_s, bool of_other_axes);
   bool in_packets() const { return in_packets_; }
-  // Stamps in milliseconds may step by one within a packet.
-  bool BeginsPacket(double step_s) const { return step_s > 0.5 * packet_s_; }
+  // Stamps in milliseconds may step by one within a packet; what comes one by one is one each.
+  bool BeginsPacket(double step_s) const {
+    return in_packets_ ? step_s > 0.5 * packet_s_ : !Within(step_s);
+  }
   // Mean step, pauses left out, and the longest usual one [s]; NaN at first.
   double mean_step_s() const { return mean_step_s_; }
   double packet_s() const { return packet_s_; }

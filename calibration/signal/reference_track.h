@@ -13,16 +13,6 @@
 
 namespace gyrobench::calibration {
 
-// A rest that has begun: its readings so far.
-struct OpenRest {
-  double coarse_begin_s = 0.0;
-  double last_at_rest_s = 0.0;
-  std::int64_t readings = 0;
-  Vector3 sum_deg = {};  // of the readings' rotation, relative to `origin_deg`
-  Vector3 square_deg2 = {};
-  Vector3 origin_deg = {};
-};
-
 // Where a jump of the reference was, in its defect, when it left out whole turns.
 inline constexpr const char* kByWholeTurns = "by whole turns";
 

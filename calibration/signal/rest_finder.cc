@@ -137,6 +137,23 @@ constexpr std::size_t kMargin = 5;  // nodes on each side of a stretch at rest
 
 }  // namespace
 
+Rest OpenRest::Between(const IntegralMark& begin, const IntegralMark& end) const {
+  Rest rest;
+  rest.begin = begin;
+  rest.end = end;
+  rest.readings = readings;
+  rest.reference_begin_s = coarse_begin_s;
+  rest.reference_end_s = last_at_rest_s;
+  const double n = std::max<double>(1.0, static_cast<double>(readings));
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double mean = sum_deg[c] / n;
+    rest.rotation_deg[c] = origin_deg[c] + mean;
+    const double variance = std::max(0.0, square_deg2[c] / n - mean * mean);
+    rest.scatter_deg = std::max(rest.scatter_deg, std::sqrt(variance));
+  }
+  return rest;
+}
+
 std::vector<Rest> RestsWithoutReference(const MeasurementInfo& info, const Columns& columns) {
   std::vector<Rest> out;
   const std::vector<Node>& nodes = columns.nodes;

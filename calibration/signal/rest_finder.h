@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -56,6 +57,19 @@ class RestFinder {
   double scatter_deg_ = 0.0, step_deg_ = std::numeric_limits<double>::infinity(), block_sum_ = 0.0;
   bool scatter_known_ = false;
   int block_count_ = 0;
+};
+
+// A rest that has begun: its readings so far.
+struct OpenRest {
+  double coarse_begin_s = 0.0;
+  double last_at_rest_s = 0.0;
+  std::int64_t readings = 0;
+  Vector3 sum_deg = {};  // of the readings' rotation, relative to `origin_deg`
+  Vector3 square_deg2 = {};
+  Vector3 origin_deg = {};
+
+  // With the gyro's integral at its ends.
+  Rest Between(const IntegralMark& begin, const IntegralMark& end) const;
 };
 
 // Without a reference: the whole measurement is one rest, unless the accelerometer shows that the

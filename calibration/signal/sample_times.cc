@@ -8,9 +8,16 @@ namespace gyrobench::calibration {
 
 namespace {
 
+// A clock is as even as that, and no more.
+constexpr std::int64_t kMostTold = 2000;
+
 double Next(double t_s) { return std::nextafter(t_s, std::numeric_limits<double>::infinity()); }
 
 }  // namespace
+
+SampleTimes::SampleTimes(const EvenRows& even) : gyro_packets_(even.gyro_s, even.told_by) {
+  for (Axis& axis : reference_) axis.packets = PacketStamps(even.reference_s, even.told_by);
+}
 
 double SampleTimes::OfGyro(double stamp_s, const std::array<bool, 3>& has_axis) {
   bool of_other_axes = true;
@@ -19,23 +26,41 @@ double SampleTimes::OfGyro(double stamp_s, const std::array<bool, 3>& has_axis) 
   gyro_axes_ = has_axis;
   const double rounded_s = gyro_.Mend(stamp_s);
   const double in_packet_s = gyro_packets_.TimeOf(stamp_s, of_other_axes);
-  const bool in_packets = gyro_packets_.in_packets();
-  const bool goes_on = in_packets ? stamp_s >= gyro_stamp_s_ : stamp_s > gyro_stamp_s_;
+  wrong_since_s_ = gyro_packets_.wrong_since_s();
+  const bool on_line = gyro_packets_.mends();
+  const bool goes_on = on_line ? stamp_s >= gyro_stamp_s_ : stamp_s > gyro_stamp_s_;
   gyro_stamp_s_ = stamp_s;
-  const double t_s = in_packets ? in_packet_s : rounded_s;
+  const double t_s = on_line ? in_packet_s : rounded_s;
   return gyro_s_ = goes_on && t_s <= gyro_s_ ? Next(gyro_s_) : t_s;
 }
 
-double SampleTimes::OfReference(std::size_t axis, double stamp_s) {
+double SampleTimes::OfReference(std::size_t axis, double stamp_s, double angle_deg) {
   constexpr double kGyroIsThere_s = 1.0;
   Axis& read = reference_[std::min<std::size_t>(axis, 2)];
-  const double own_s = read.clock.Mend(stamp_s);
+  const double rounded_s = read.clock.Mend(stamp_s);
+  const double on_line_s = read.packets.TimeOf(stamp_s);
+  const double own_s = read.packets.mends() ? on_line_s : rounded_s;
   const bool beside_sample = stamp_s == gyro_stamp_s_;
   if (std::fabs(stamp_s - gyro_stamp_s_) < kGyroIsThere_s) Count(beside_sample, &read);
-  double t_s = beside_sample && read.share_rows ? gyro_s_ : own_s;
+  const bool shared = beside_sample && read.share_rows;
+  double t_s = shared ? gyro_s_ : own_s;
+  wrong_since_s_ = shared ? kMissing : read.packets.wrong_since_s();
   if (stamp_s > read.stamp_s && t_s <= read.s) t_s = Next(read.s);
   read.stamp_s = stamp_s;
+  (shared ? shared_rows_ : own_rows_).Take(axis, t_s, angle_deg);
   return read.s = t_s;
+}
+
+RowTiming SampleTimes::Rows() const {
+  RowTiming rows{.shared = shared_rows_, .own = own_rows_, .interval = {}};
+  rows.interval.gyro_s = gyro_packets_.any_interval_s();
+  std::int64_t told_by = std::min(gyro_packets_.on_line(), kMostTold);
+  for (const Axis& axis : reference_) {
+    rows.interval.reference_s = std::fmin(rows.interval.reference_s, axis.packets.any_interval_s());
+    if (axis.packets.on_line() > 0) told_by = std::min(told_by, axis.packets.on_line());
+  }
+  rows.interval.told_by = static_cast<double>(told_by);
+  return rows;
 }
 
 void SampleTimes::Count(bool beside_sample, Axis* axis) {

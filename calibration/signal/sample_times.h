@@ -7,6 +7,7 @@
 
 #include "base/measurement.h"
 #include "calibration/signal/even_stamps.h"
+#include "calibration/signal/late_rows.h"
 #include "calibration/signal/packet_stamps.h"
 
 namespace gyrobench::calibration {
@@ -15,20 +16,27 @@ namespace gyrobench::calibration {
 // the line of the clock behind them (EvenStamps, PacketStamps).
 class SampleTimes {
  public:
+  // `even`: those whose stamps alone are known to be uneven (LateRows).
+  explicit SampleTimes(const EvenRows& even = {});
   // `has_axis`: the axes of which the sample says something.
   double OfGyro(double stamp_s, const std::array<bool, 3>& has_axis);
   double OfCovariates(double stamp_s) { return covariates_.Mend(stamp_s); }
   // A reading of the row of the last sample has its time. Rounded stamps of two clocks are now and
   // then the same as well: in milliseconds every fifth, beside a gyro of 200 Hz. Axes may be read
   // one after the other: each has a clock of its own, and an orientation's counts as the first.
-  double OfReference(std::size_t axis, double stamp_s);
+  // `angle_deg`: as LateRows::Take, NaN where there is no angle of an axis.
+  double OfReference(std::size_t axis, double stamp_s, double angle_deg);
   // Last digit of the gyro's stamps; 0 where it is too fine to matter.
   double gyro_digit_s() const { return gyro_.digit_s(); }
   const PacketStamps& gyro_packets() const { return gyro_packets_; }
+  // Where the last stamp showed that times given before it may be off: since when; NaN else.
+  double wrong_since_s() const { return wrong_since_s_; }
+  RowTiming Rows() const;
 
  private:
   struct Axis {
     EvenStamps clock;
+    PacketStamps packets;
     std::int64_t readings = 0;
     double beside_samples = 0.0;  // share of the last readings that have a sample's stamp
     bool share_rows = false;
@@ -38,7 +46,9 @@ class SampleTimes {
 
   EvenStamps gyro_, covariates_;
   PacketStamps gyro_packets_;
+  LateRows shared_rows_, own_rows_;
   std::array<Axis, 3> reference_;
+  double wrong_since_s_ = kMissing;
   double gyro_stamp_s_ = kMissing, gyro_s_ = kMissing;  // of the last sample, before and after
   std::array<bool, 3> gyro_axes_ = {};                  // that it has
 };

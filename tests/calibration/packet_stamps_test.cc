@@ -80,7 +80,7 @@ TEST(PacketStamps, AnEvenClockIsFoundBehindPackets) {
       EXPECT_LT(Rms(Errors(samples, 20.0)), 1.5e-4) << rate_hz << " Hz, " << packet_s << " s";
       PacketStamps packets;
       for (const Sample& sample : samples) packets.TimeOf(sample.stamp_s);
-      EXPECT_TRUE(packets.in_packets());
+      EXPECT_TRUE(packets.mends());
       EXPECT_NEAR(packets.interval_s() * rate_hz, 1.0, 1e-4);
       EXPECT_NEAR(packets.scatter_s(), packet_s / std::sqrt(12.0), 0.15 * packet_s);
       EXPECT_GT(packets.on_line(), 0.9 * static_cast<double>(samples.size()));
@@ -104,6 +104,52 @@ TEST(PacketStamps, StampsThatComeOneByOneStayAsTheyAre) {
     ASSERT_EQ(of_even.TimeOf(t_s), t_s);
   }
   EXPECT_EQ(of_late.on_line() + of_jitter.on_line() + of_even.on_line(), 0);
+}
+
+// Errors of the mended times of rows that are known to come evenly, less their mean, from 60 s on.
+std::vector<double> ErrorsOfEvenRows(const std::vector<Sample>& samples, double rate_hz) {
+  PacketStamps rows(1.0 / rate_hz);
+  std::vector<double> errors_s;
+  double mean_s = 0.0;
+  for (const Sample& sample : samples) {
+    const double error_s = rows.TimeOf(sample.stamp_s) - sample.t_s;
+    if (sample.t_s > 60.0) errors_s.push_back(error_s);
+  }
+  for (const double error : errors_s) mean_s += error / static_cast<double>(errors_s.size());
+  for (double& error : errors_s) error -= mean_s;
+  return errors_s;
+}
+
+// Rates that are no whole number of packets: the lateness of a row is as random as it can be.
+TEST(PacketStamps, RowsThatAreKnownToComeEvenlyArePutOnTheLineOneByOne) {
+  for (const double packet_s : {0.001, 0.004, 0.008, 0.016}) {
+    for (const double rate_hz : {10.1, 50.3, 101.7}) {
+      if (rate_hz * packet_s > 1.0) continue;
+      const std::vector<Sample> samples = Sampled(rate_hz, packet_s, 300.0);
+      EXPECT_LT(Rms(ErrorsOfEvenRows(samples, rate_hz)), 0.02 * packet_s)
+          << rate_hz << ", " << packet_s;
+    }
+  }
+}
+
+// 40 ppm from a whole number: a line through less time than their beat would go along with it.
+TEST(PacketStamps, ASlowBeatOfTheRowsWithThePacketsIsAveraged) {
+  for (const double packet_s : {0.001, 0.004}) {
+    std::vector<Sample> samples = Sampled(100.0 / (1.0 + 40e-6), packet_s, 900.0);
+    EXPECT_LT(Rms(ErrorsOfEvenRows(samples, 100.0)), 0.05 * packet_s) << packet_s;
+  }
+}
+
+// As that of resistor and capacitor which warms up: a line through more time would lag behind.
+TEST(PacketStamps, AClockThatDriftsIsFollowed) {
+  constexpr double kDrift = 600e-6, kTime_s = 250.0, kPacket_s = 0.001;
+  Host host(kPacket_s);
+  std::vector<Sample> samples;
+  for (double i = 0.0; i < 90000.0; ++i) {
+    const double t_s = i / 100.3 - kDrift * kTime_s * (1.0 - std::exp(-i / 100.3 / kTime_s)) + 1.0;
+    samples.push_back({t_s, host.StampOf(t_s)});
+  }
+  EXPECT_LT(Rms(ErrorsOfEvenRows(samples, 100.0)), 0.3e-3);
 }
 
 // Errors are those of the last 100 s less the median of the 10 s before the loss, at 100 s.
@@ -224,7 +270,7 @@ TEST(PacketStamps, TimesNeverGoBackAndWhatIsNoNumberIsGivenBack) {
     ASSERT_TRUE(sample.t_s < 2.0 || mended_s > last_s) << sample.t_s;
     last_s = mended_s;
   }
-  EXPECT_TRUE(packets.in_packets());
+  EXPECT_TRUE(packets.mends());
   // After a long pause the clock begins anew, as it does when the stamps go back.
   EXPECT_EQ(packets.TimeOf(100.0), 100.0);
   EXPECT_EQ(packets.TimeOf(50.0), 50.0);

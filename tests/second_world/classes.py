@@ -33,7 +33,9 @@ DEFAULT = dict(
     # The header names columns that no row fills: the axes that stand, and the thermometer where there is none.
     unfilled=False,
     # A serial adapter hands over what it has so often [s]; 0: each row at once.
-    packets_s=0.0)
+    packets_s=0.0,
+    # Its clock runs by another part than the sensor's.
+    packets_off=0.0)
 
 CLASSES = {
     # The bench on which the tracer was found wanting.
@@ -94,6 +96,10 @@ CLASSES = {
     # Rows come in packets, and are stamped when they come.
     "packed_stamps": dict(packets_s=[0.008, 0.016], stamp_decimals=[3, 6], gyro_rate_hz=[200.0, 210.3, 333.0, 500.0],
                           reference_rate_hz=[20.0, 50.0, 200.0], programme=["full", "medium"]),
+    # Packets of about an interval and less: rows come one by one, each late by another time.
+    "late_rows": dict(packets_s=[0.001, 0.004, 0.008, 0.016], packets_off=(-1e-4, 1e-4), stamp_decimals=[3, 6],
+                      gyro_rate_hz=[50.0, 50.3, 62.5, 100.0, 101.7], reference_rate_hz=[10.0, 25.0, 50.0],
+                      programme=["full", "medium"]),
     # A sensor whose samples are means of the rate, on such a table.
     "slow_means": dict(sample="mean", straight_ramps_deg_s2=(20.0, 80.0), gyro_rate_hz=[10.0, 12.5, 20.0, 25.0],
                        reference_rate_hz=[10.0, 20.0], programme=["full", "medium"]),

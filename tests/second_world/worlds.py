@@ -172,7 +172,8 @@ class World:
             if bench["logged_late_s"]:
                 columns = defects.stamped_late(rng, columns, bench["logged_late_s"], scene.most_late_s)
             if bench["packets_s"]:
-                columns = defects.in_packets(rng, columns, bench["packets_s"], bench["stamp_decimals"])
+                columns = defects.in_packets(rng, columns, bench["packets_s"] * (1.0 + bench["packets_off"]),
+                                             bench["stamp_decimals"])
             paths.append(os.path.join(folder, f"run_{i + 1:02d}.csv"))
             write_table(paths[-1], self._keys(i), columns)
         return paths
