@@ -290,16 +290,21 @@ double Selection::Cost(const WhiteStore::Columns& columns) const {
   return fit.residual_square + kCostOfColumn * fit.rank;
 }
 
-// Logarithm of the p-value of adding the candidate to the others.
-double Selection::LogP(const Candidate& candidate, const WhiteStore::Columns& others) const {
+// Logarithm of the p-value of adding the candidate to the others, by what it gains beyond what errors
+// of their shapes may leave.
+double Selection::LogP(const Candidate& candidate, const WhiteStore::Columns& others,
+                       std::size_t beside) const {
   const WhiteStore::Fit before = store_.FitTo(others);
   WhiteStore::Columns with = others;
   for (const Eigen::Index column : candidate.columns) {
     if (store_.Left(column, with) > kAbsorbed) with.push_back(column);
   }
   const WhiteStore::Fit after = store_.FitTo(with);
-  return candidate.LogChance(before.residual_square - after.residual_square,
-                             after.rank - before.rank);
+  double by_shapes = 0.0;
+  for (std::size_t i = 0; i < left_by_shape_.size(); ++i)
+    if (i != beside) by_shapes = std::max(by_shapes, left_by_shape_[i]);
+  const double gain = before.residual_square - after.residual_square;
+  return candidate.LogChance(std::max(gain - by_shapes, 0.0), after.rank - before.rank);
 }
 
 void Selection::Place(Candidate* candidate) {
@@ -313,6 +318,7 @@ void Selection::Insert(Candidate candidate) {
 
 // The best of the catalogue's grid, of the scans and of products, whatever is most surprising.
 bool Selection::AddBest() {
+  SeeWhatShapesLeave();
   const WhiteStore::Columns model = ModelColumns();
   Best best;
   TryPool(model, &best);
@@ -349,11 +355,12 @@ std::size_t Selection::MadeImplausibleBy(std::size_t member) const {
 bool Selection::DropWeak() {
   bool changed = false;
   for (;;) {
+    SeeWhatShapesLeave();
     std::size_t weakest = members_.size();
     double lack = 0.0;
     for (std::size_t i = 0; i < members_.size(); ++i) {
       const WhiteStore::Columns others = ModelWithout(i);
-      double over = LogP(members_[i], others) - members_[i].log_level;
+      double over = LogP(members_[i], others, i) - members_[i].log_level;
       if (over <= 0.0 && !Plausible(members_[i], others)) over = kImplausibleIsWorse;
       if (over <= lack) continue;
       lack = over;
@@ -401,7 +408,7 @@ void Selection::Run() {
 
 double Selection::PValue(std::size_t member) const {
   const Candidate& candidate = members_[member];
-  const double log_p = std::max(LogP(candidate, ModelWithout(member)),
+  const double log_p = std::max(LogP(candidate, ModelWithout(member), member),
                                 candidate.LogChance(candidate.gain_over_noise,
                                                     static_cast<double>(candidate.columns.size())));
   return std::min(1.0, std::exp(log_p - candidate.log_level) * options_.false_discovery);

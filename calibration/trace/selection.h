@@ -136,7 +136,10 @@ class Selection {
   std::optional<Candidate> Joined(std::size_t product, std::size_t part,
                                   const Origin& origin) const;
   double Cost(const WhiteStore::Columns& columns) const;
-  double LogP(const Candidate& candidate, const WhiteStore::Columns& others) const;
+  // `beside`: the candidate itself, where it is a member.
+  double LogP(const Candidate& candidate, const WhiteStore::Columns& others,
+              std::size_t beside = kNoMember) const;
+  void SeeWhatShapesLeave();
 
   const ChannelProblem* problem_;
   const CandidateSet* candidates_;
@@ -151,7 +154,9 @@ class Selection {
   // Scale factor of the baseline's fit, through which delays and angles are seen.
   double own_scale_ = 1.0;
   double longest_delay_s_ = 0.0;  // of the members' together
-  bool turns_itself_ = false;     // the baseline's first column is the channel's own turn
+  // Of -2 log L: what an error of each member's shape may leave for others to explain.
+  std::vector<double> left_by_shape_;
+  bool turns_itself_ = false;  // the baseline's first column is the channel's own turn
 };
 
 }  // namespace gyrobench::calibration

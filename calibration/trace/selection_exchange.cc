@@ -20,11 +20,20 @@ constexpr double kRivalGain = 10.0;
 // Motion, filter and reference are known to a hundredth: of two shapes that are as near to each
 // other, no gain says which it is.
 constexpr double kAlike = 1e-4;  // of what a member explains of -2 log L
+// A play is crossed between two readings, of which each is known to some milliseconds: of what it
+// explains a hundredth was left in swings of 1 Hz and more, of which a scale factor of temperature
+// and rate explained a fifth.
+constexpr double kPlayAlike = 3e-3;
 // What a point of a grid explains, of what a refined one may.
 constexpr double kNearOnGrid = 0.5;
 
 bool IsSlow(const Candidate& candidate) {
   return candidate.effect != nullptr && candidate.effect->slow;
+}
+
+bool IsPlay(const Candidate& candidate) {
+  return candidate.effect != nullptr && candidate.search() == Search::kCoefficient &&
+         (candidate.effect->needs & kNeedsTableAxis) != 0;
 }
 
 bool IsLimited(const Candidate& candidate) {
@@ -120,6 +129,15 @@ std::optional<Candidate> Selection::InTheOtherShape(const Candidate& member,
   Refine(&candidate, others);
   Place(&candidate);
   return candidate;
+}
+
+void Selection::SeeWhatShapesLeave() {
+  left_by_shape_.clear();
+  const double all = Cost(ModelColumns());
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    const double gain = Cost(ModelWithout(i)) - all;
+    left_by_shape_.push_back((IsPlay(members_[i]) ? kPlayAlike : kAlike) * gain);
+  }
 }
 
 double Selection::CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const {
@@ -224,7 +242,7 @@ std::vector<std::string> Selection::Rivals(std::size_t member) const {
     }
     WhiteStore::Columns with = others;
     with.insert(with.end(), candidate.columns.begin(), candidate.columns.end());
-    if (rivals(candidate, Cost(with)) && found(candidate, LogP(candidate, others)) &&
+    if (rivals(candidate, Cost(with)) && found(candidate, LogP(candidate, others, member)) &&
         Plausible(candidate, others))
       names.insert(candidate.id);
   }
