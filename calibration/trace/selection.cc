@@ -290,8 +290,8 @@ double Selection::Cost(const WhiteStore::Columns& columns) const {
   return fit.residual_square + kCostOfColumn * fit.rank;
 }
 
-// Logarithm of the p-value of adding the candidate to the others, by what it gains beyond what errors
-// of their shapes may leave.
+// Logarithm of the p-value of adding the candidate to the others, by what it gains beyond what
+// errors of their shapes may leave.
 double Selection::LogP(const Candidate& candidate, const WhiteStore::Columns& others,
                        std::size_t beside) const {
   const WhiteStore::Fit before = store_.FitTo(others);
