@@ -235,25 +235,34 @@ class Reader {
     std::vector<calibration::RowTiming> timings;
     for (const calibration::Recording& recording : recordings_) timings.push_back(recording.rows);
     even_ = calibration::RowsThatComeEvenly(timings);
-    again_ = true;
-    if (std::ranges::any_of(even_, &calibration::EvenRows::any)) {
-      ReadSideBySide();
-      // And with the interval that the line had at the end from the begin on.
-      for (std::size_t i = 0; i < even_.size(); ++i) UseIntervalOf(recordings_[i].rows, &even_[i]);
-      ReadSideBySide();
-    }
+    if (std::ranges::any_of(even_, &calibration::EvenRows::any)) ReadAgain();
     return std::move(recordings_);
   }
 
  private:
-  static void UseIntervalOf(const calibration::RowTiming& rows, calibration::EvenRows* even) {
-    if (std::isfinite(even->gyro_s)) even->gyro_s = rows.interval.gyro_s;
-    if (std::isfinite(even->reference_s)) even->reference_s = rows.interval.reference_s;
-    even->told_by = rows.interval.told_by;
+  // On even clocks; then with the intervals that these had at the end from the begin on. Where the
+  // angle says that the times are no better for it, they stay as they were.
+  void ReadAgain() {
+    const std::vector<calibration::Recording> first = recordings_;
+    ReadSideBySide();
+    for (std::size_t i = 0; i < even_.size(); ++i) UseClocksOf(recordings_[i].rows, &even_[i]);
+    ReadSideBySide();
+    for (std::size_t i = 0; i < even_.size(); ++i)
+      if (even_[i].any() && !calibration::IsAsEvenAs(recordings_[i].rows, first[i].rows))
+        recordings_[i] = first[i];
+  }
+
+  static void UseClocksOf(const calibration::RowTiming& rows, calibration::EvenRows* even) {
+    const auto use = [](const calibration::KnownClock& found, calibration::KnownClock* clock) {
+      if (std::isfinite(clock->interval_s)) *clock = found;
+    };
+    use(rows.clocks.gyro, &even->gyro);
+    for (std::size_t a = 0; a < 3; ++a) use(rows.clocks.reference[a], &even->reference[a]);
   }
 
   void ReadSideBySide() {
     next_ = 0;
+    std::ranges::fill(fractions_, 0.0);
     const std::size_t cores = std::max(std::thread::hardware_concurrency(), 1U);
     {
       std::vector<std::jthread> others;
@@ -268,7 +277,7 @@ class Reader {
   void ReadNext() {
     for (std::size_t i = next_++; i < inputs_.size(); i = next_++) {
       try {
-        if (!again_) {
+        if (even_.empty()) {
           recordings_[i] = Read(i, {});
         } else if (even_[i].any()) {
           recordings_[i] = Read(i, even_[i]);
@@ -290,8 +299,9 @@ class Reader {
     const std::lock_guard lock(showing_);
     fractions_[file] = fraction;
     const double sum = std::accumulate(fractions_.begin(), fractions_.end(), 0.0);
-    bar_.Show(sum / static_cast<double>(fractions_.size()),
-              "reading " + inputs_[file].path.filename().string());
+    bar_.Show(
+        sum / static_cast<double>(fractions_.size()),
+        (even_.empty() ? "reading " : "reading again ") + inputs_[file].path.filename().string());
   }
 
   const std::vector<InputFiles>& inputs_;
@@ -299,8 +309,7 @@ class Reader {
   std::vector<calibration::Recording> recordings_;
   std::vector<std::exception_ptr> failures_;
   std::vector<double> fractions_;
-  std::vector<calibration::EvenRows> even_;  // as the first reading shows
-  bool again_ = false;
+  std::vector<calibration::EvenRows> even_;  // as the first reading shows; empty in it
   std::mutex showing_;
   std::atomic<std::size_t> next_ = 0;
 };

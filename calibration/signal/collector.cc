@@ -422,7 +422,7 @@ void Collector::OnSegment(const SegmentMark& /*mark*/) {}
 // then shares no zero-rate offset with what lies before and after, and its tick counts anew.
 void Collector::OnDefect(const Defect& defect) {
   if (defect.kind == kUnitRestarted) {
-    impl_->times = SampleTimes(even_);
+    impl_->times.BeginAnew(even_);
     impl_->BeginPowerOn();
   }
   impl_->Defect(defect);
@@ -430,12 +430,12 @@ void Collector::OnDefect(const Defect& defect) {
 Recording Collector::Take() const {
   Recording out = impl_->Take();
   out.stamp_digit_s = impl_->times.gyro_digit_s();
+  out.rows = impl_->times.Rows();
   const PacketStamps& packets = impl_->times.gyro_packets();
-  out.packed_samples = packets.on_line();
-  out.packed_lost = packets.lost();
+  out.packed_samples = even_.gyro_is_polled ? 0 : packets.on_line();
+  out.packed_lost = out.rows.lost;
   out.packed_interval_s = packets.interval_s();
   out.packed_scatter_s = packets.scatter_s();
-  out.rows = impl_->times.Rows();
   return out;
 }
 

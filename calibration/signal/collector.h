@@ -29,7 +29,7 @@ struct Recording {
   // interval of the clock behind them, and the standard deviation of stamps about it.
   std::int64_t packed_samples = 0, packed_lost = 0;
   double packed_interval_s = kMissing, packed_scatter_s = kMissing;
-  // Whether rows come as unevenly as their stamps: known at the end alone, nothing is mended by it.
+  // Whether rows come as unevenly as their stamps, which is known at the end alone.
   RowTiming rows;
   // Of the stand's axes (of a single-axis reference its one, of an orientation each of the
   // sensor's): the least difference of two readings in a row; infinite where there was none.

@@ -107,7 +107,7 @@ std::string RemarkOnPackets(const Recording& recording) {
   const std::string lost =
       recording.packed_lost == 0
           ? ""
-          : fmt::format(" {} did not come, and the second about each such place is left out.",
+          : fmt::format(" {} did not come, and the seconds about each such place are left out.",
                         recording.packed_lost);
   return fmt::format(
       "the gyro's samples come evenly and are stamped when a serial adapter or a computer got to "

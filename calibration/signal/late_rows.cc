@@ -1,11 +1,19 @@
 #include "calibration/signal/late_rows.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace gyrobench::calibration {
 namespace {
+
+// Readings over which the rate is taken at the least.
+constexpr std::size_t kLeastWindow = 16;
+// Of the mean step: a longer one has a reading missing in it. Of packets nearly as long as the
+// interval one in a row of readings is 1.6 intervals long.
+constexpr double kOneMissing = 1.75;
+constexpr double kEnoughWindows = 30.0;
+// A share that is none.
+constexpr double kHardly = 0.25;
 
 double SecondDifference(double before, double middle, double after) {
   return before - 2.0 * middle + after;
@@ -17,75 +25,129 @@ void LateRows::Take(std::size_t axis, double stamp_s, double angle_deg) {
   constexpr double kLongestStep_s = 1.0, kLargestStep_deg = 180.0;
   Axis& read = axes_[std::min<std::size_t>(axis, 2)];
   if (!std::isfinite(angle_deg) || !std::isfinite(stamp_s)) return;
-  const double step_s = stamp_s - read.stamp_s.back();
-  if (!(step_s >= 0.0) || step_s > kLongestStep_s ||
-      std::fabs(angle_deg - read.angle_deg.back()) > kLargestStep_deg)
-    read.count = 0;
-  std::shift_left(read.stamp_s.begin(), read.stamp_s.end(), 1);
-  std::shift_left(read.angle_deg.begin(), read.angle_deg.end(), 1);
-  read.stamp_s.back() = stamp_s;
-  read.angle_deg.back() = angle_deg;
-  if (++read.count >= kWindow) TakeMiddleOf(read);
+  if (read.count > 0) {
+    const double step_s = stamp_s - read.stamp_s[read.At(0)];
+    const double step_deg = std::fabs(angle_deg - read.angle_deg[read.At(0)]);
+    if (step_deg > 0.0) digit_deg_ = std::min(digit_deg_, step_deg);
+    if (!(step_s >= 0.0) || step_s > kLongestStep_s || step_deg > kLargestStep_deg) read.count = 0;
+  }
+  if (read.count >= kLeastWindow) {
+    const double mean_s = (read.stamp_s[read.At(0)] - read.stamp_s[read.At(kLeastWindow - 1)]) /
+                          static_cast<double>(kLeastWindow - 1);
+    if (!any_step_ && stamp_s - read.stamp_s[read.At(0)] > kOneMissing * mean_s)
+      read.since_missing = 0;
+  } else {
+    read.since_missing = 0;
+  }
+  ++read.count;
+  ++read.since_missing;
+  read.stamp_s[read.At(0)] = stamp_s;
+  read.angle_deg[read.At(0)] = angle_deg;
+  for (std::size_t i = 0; i < kLags.size(); ++i) TakeLag(read, kLags[i], &sums_[i]);
 }
 
-// Where the window turns steadily, and no reading is missing about its middle.
-void LateRows::TakeMiddleOf(const Axis& axis) {
-  constexpr double kLeastTurn_deg = 0.5, kSteady = 0.1, kOneMissing = 1.65;
-  const auto& s = axis.stamp_s;
-  const auto& deg = axis.angle_deg;
-  const double turn_deg = deg.back() - deg.front(), length_s = s.back() - s.front();
+// Where the window turns steadily, and no reading is missing in it.
+void LateRows::TakeLag(const Axis& axis, std::size_t lag, Sums* sums) {
+  // A bend of a steady turn is what its times err by, and no ramp.
+  constexpr double kLeastTurn_deg = 0.5, kSteady = 0.1, kMostError_s = 0.02;
+  const std::size_t window = std::max(kLeastWindow, 2 * lag), middle = window / 2;
+  // Neighbours tell next to nothing new at a long lag.
+  if (axis.since_missing <= window || axis.count % std::max<std::size_t>(lag / 4, 1) != 0) return;
+  const auto s = [&](std::size_t back) { return axis.stamp_s[axis.At(back)]; };
+  const auto deg = [&](std::size_t back) { return axis.angle_deg[axis.At(back)]; };
+  const double turn_deg = deg(0) - deg(window), length_s = s(0) - s(window);
   if (!(length_s > 0.0) || !(std::fabs(turn_deg) > kLeastTurn_deg)) return;
-  const double bend_deg = SecondDifference(deg.front(), deg[kMiddle], deg.back());
-  const double before_s = s[kMiddle] - s[kMiddle - 1], after_s = s[kMiddle + 1] - s[kMiddle];
-  const double longest_s = kOneMissing * length_s / static_cast<double>(kWindow - 1);
-  if (std::fabs(bend_deg) > kSteady * std::fabs(turn_deg) ||
-      std::max(before_s, after_s) > longest_s)
+  const double bend_deg = SecondDifference(deg(window), deg(middle), deg(0));
+  if (std::fabs(bend_deg) > std::fabs(turn_deg) * std::min(kSteady, kMostError_s / length_s) &&
+      std::fabs(bend_deg) > kLeastTurn_deg * kSteady)
     return;
-  const double uneven_deg = turn_deg / length_s * (after_s - before_s);
-  const double angle_deg = SecondDifference(deg[kMiddle - 1], deg[kMiddle], deg[kMiddle + 1]);
-  count_ += 1.0;
-  square_ += uneven_deg * uneven_deg;
-  product_ += uneven_deg * angle_deg;
-  angles_square_ += angle_deg * angle_deg;
+  const double uneven_deg =
+      turn_deg / length_s * SecondDifference(s(middle + lag), s(middle), s(middle - lag));
+  const double angle_deg = SecondDifference(deg(middle + lag), deg(middle), deg(middle - lag));
+  sums->count += 1.0;
+  sums->square += uneven_deg * uneven_deg;
+  sums->product += uneven_deg * angle_deg;
+  sums->angles_square += angle_deg * angle_deg;
 }
 
 // Second differences of white noise and of lateness are alike correlated from one to the next (-2/3
-// and 1/6), by which the variance is 1 + 2 (4/9 + 1/36) of that of independent ones.
-double LateRows::share_std_error() const {
+// and 1/6), by which the variance is 1 + 2 (4/9 + 1/36) of that of independent ones. Readings of a
+// coarse encoder may be in step with its digits: rounding alone is 6 digit^2/12, whatever is left.
+double LateRows::StdError(const Sums& sums) const {
   constexpr double kOfCorrelation = 1.0 + 2.0 * (4.0 / 9.0 + 1.0 / 36.0);
-  if (!(square_ > 0.0)) return std::numeric_limits<double>::infinity();
-  const double left = std::max(angles_square_ - product_ * product_ / square_, 0.0) / count_;
-  return std::sqrt(kOfCorrelation * left / square_);
+  if (!(sums.square > 0.0)) return std::numeric_limits<double>::infinity();
+  const double left = (sums.angles_square - sums.product * sums.product / sums.square) / sums.count;
+  return std::sqrt(kOfCorrelation * std::max(left, 0.5 * digit_deg_ * digit_deg_) / sums.square);
 }
 
 bool LateRows::only_stamps() const {
-  constexpr double kHardly = 0.25, kSure = 0.05, kLeastCount = 100.0, kMatters_deg = 1e-3;
-  return count_ >= kLeastCount && square_ > count_ * kMatters_deg * kMatters_deg &&
-         share_std_error() < kSure && std::fabs(share()) < kHardly;
+  constexpr double kSure = 0.05, kMatters_deg = 1e-3;
+  const Sums& near = sums_[0];
+  return near.count >= kEnoughWindows && near.square > near.count * kMatters_deg * kMatters_deg &&
+         share_std_error() < kSure && std::fabs(share()) < kHardly && !of_their_stamps();
+}
+
+bool LateRows::of_their_stamps() const {
+  constexpr double kSigmas = 5.0;
+  return std::ranges::any_of(sums_, [&](const Sums& sums) {
+    return sums.count >= kEnoughWindows &&
+           sums.product / sums.square - kSigmas * StdError(sums) > kHardly;
+  });
+}
+
+double LateRows::Misfit_deg2(std::size_t lag) const {
+  const Sums& sums = sums_[lag];
+  if (sums.count < kEnoughWindows) return kMissing;
+  return (sums.angles_square - 2.0 * sums.product + sums.square) / sums.count;
 }
 
 void LateRows::Join(const LateRows& other) {
-  count_ += other.count_;
-  square_ += other.square_;
-  product_ += other.product_;
-  angles_square_ += other.angles_square_;
+  digit_deg_ = std::max(digit_deg_ < 360.0 ? digit_deg_ : 0.0, other.digit_deg_);
+  for (std::size_t i = 0; i < kLags.size(); ++i) {
+    sums_[i].count += other.sums_[i].count;
+    sums_[i].square += other.sums_[i].square;
+    sums_[i].product += other.sums_[i].product;
+    sums_[i].angles_square += other.sums_[i].angles_square;
+  }
+}
+
+bool EvenRows::any() const {
+  return gyro_is_polled || std::isfinite(gyro.interval_s) ||
+         std::ranges::any_of(reference,
+                             [](const KnownClock& axis) { return std::isfinite(axis.interval_s); });
 }
 
 std::vector<EvenRows> RowsThatComeEvenly(std::span<const RowTiming> timings) {
   LateRows shared, own;
   for (const RowTiming& each : timings) {
-    shared.Join(each.shared);
-    own.Join(each.own);
+    if (!each.shared.of_their_stamps()) shared.Join(each.shared);
+    if (!each.own.of_their_stamps()) own.Join(each.own);
   }
   std::vector<EvenRows> even(timings.size());
   for (std::size_t i = 0; i < timings.size(); ++i) {
-    even[i].told_by = timings[i].interval.told_by;
-    const bool in_packets = timings[i].interval.told_by > 0.0;
-    if (in_packets || shared.only_stamps() || own.only_stamps())
-      even[i].gyro_s = timings[i].interval.gyro_s;
-    if (own.only_stamps()) even[i].reference_s = timings[i].interval.reference_s;
+    const RowTiming& each = timings[i];
+    even[i].gyro_is_polled = each.put_on_line > 0 && each.by_stamps.of_their_stamps();
+    if (even[i].gyro_is_polled) continue;
+    if (each.in_packets || (shared.only_stamps() && !each.shared.of_their_stamps()))
+      even[i].gyro = each.clocks.gyro;
+    if (own.only_stamps() && !each.own.of_their_stamps()) even[i].reference = each.clocks.reference;
   }
   return even;
+}
+
+bool IsAsEvenAs(const RowTiming& mended, const RowTiming& before) {
+  constexpr double kMostLost = 2e-3;  // of the rows
+  // By chance, and of a beat that the line does not average.
+  constexpr double kMostMore = 1.1;
+  if (mended.lost < 0 ||
+      static_cast<double>(mended.lost) > kMostLost * static_cast<double>(mended.put_on_line))
+    return false;
+  for (std::size_t lag = 0; lag < LateRows::kLags.size(); ++lag) {
+    if (mended.shared.Misfit_deg2(lag) > kMostMore * before.shared.Misfit_deg2(lag) ||
+        mended.own.Misfit_deg2(lag) > kMostMore * before.own.Misfit_deg2(lag))
+      return false;
+  }
+  return true;
 }
 
 }  // namespace gyrobench::calibration

@@ -17,6 +17,7 @@ constexpr double kLongestSilence_s = 2.0;
 // nothing of the clock; what stays so does.
 constexpr double kLatest = 3.0, kLeastPause = 0.5;  // that of the interval
 constexpr double kLongestWait_s = 1.0;
+constexpr std::int64_t kUsualWindows = 8;
 
 }  // namespace
 
@@ -25,9 +26,11 @@ double PacketStamps::TimeOf(double stamp_s, bool of_other_axes) {
   const double step_s = stamp_s - last_stamp_s_;
   last_stamp_s_ = stamp_s;
   wrong_since_s_ = kMissing;
+  ++stamps_;
+  of_other_axes_ += of_other_axes ? 1 : 0;
   const bool goes_on = step_s >= 0.0 && step_s <= kLongestSilence_s;
   if (goes_on) watch_.Take(step_s, of_other_axes);
-  if (!goes_on || !mends() || !on_) {
+  if (!goes_on || !mends() || !on_ || IsEarlyGap(step_s)) {
     on_ = mends();
     if (on_) Begin(stamp_s);
     return last_s_ = stamp_s;
@@ -42,6 +45,20 @@ double PacketStamps::TimeOf(double stamp_s, bool of_other_axes) {
   return last_s_ = std::max(first_s_ + LineAt(), JustAfter(last_s_));
 }
 
+// Before it is known what is usual a gap would pass for a slower clock.
+bool PacketStamps::IsEarlyGap(double step_s) const {
+  constexpr double kIntervals = 4.0, kOfPackets = 2.0;
+  return !LossesShow() &&
+         step_s > std::max(kIntervals * RoughInterval_s(), kOfPackets * watch_.packet_s());
+}
+
+// Whether it is known by how much samples are late by least: of a clock that is known well, at
+// once.
+bool PacketStamps::LossesShow() const {
+  constexpr double kKnownWell = 500.0;  // stamps
+  return windows_ == kUsualWindows || (windows_ > 0 && even_.told_by > kKnownWell);
+}
+
 // The clock goes on as it was, from another time on.
 void PacketStamps::Begin(double stamp_s) {
   const double step_s = LineIsSure() ? short_.slope_s() : RoughInterval_s();
@@ -50,7 +67,7 @@ void PacketStamps::Begin(double stamp_s) {
   place_ = late_s_ = 0.0;
   short_ = long_ = {};
   short_.step_s = long_.step_s = step_s;
-  short_.square = long_.square = std::pow(told_by_, 3) / 12.0;
+  short_.square = long_.square = std::pow(even_.told_by, 3) / 12.0;
   share_of_long_ = 1.0;
   samples_ = packets_ = windows_ = 0;
   packet_begin_s_ = packet_end_s_ = stamp_s;
@@ -64,7 +81,7 @@ void PacketStamps::Add(double stamp_s) {
   double since_first_s = stamp_s - first_s_;
   if (LineIsSure()) {
     late_s_ = since_first_s - LineAt();
-    interval_s_ = short_.slope_s();
+    interval_s_ = std::lerp(short_.slope_s(), long_.slope_s(), share_of_long_);
     scatter_s_ = std::sqrt(std::max({short_.left_s2(), long_.left_s2(), 0.0}));
     const double latest_s = LineAt() + std::max(kLatest * scatter_s_, kLeastPause * interval_s_);
     late_in_a_row_ = since_first_s > latest_s ? late_in_a_row_ + 1 : 0;
@@ -86,7 +103,7 @@ void PacketStamps::Add(double stamp_s) {
 // that are lost make it later by as many intervals. After a pause of the host it is not, for all
 // that waited come at once.
 void PacketStamps::EndPacket() {
-  constexpr std::int64_t kInWindow = 32, kPackets = 4, kUsualWindows = 8;
+  constexpr std::int64_t kInWindow = 32, kPackets = 4;
   // Intervals, and of a packet; of single ones over a window, where an interval does not drown in
   // what the host takes.
   constexpr double kSurelyLost = 1.5, kOfPacket = 0.5, kLostShare = 0.7, kSeenFrom_s = 4e-3;
@@ -94,11 +111,11 @@ void PacketStamps::EndPacket() {
   const double late_s = late_s_ - (packet_end_s_ - packet_begin_s_);
   const double beyond_s = late_s - usual_least_s_;
   const double most_s = kSurelyLost * interval_s_ + kOfPacket * watch_.packet_s();
-  if (windows_ == kUsualWindows && std::fabs(beyond_s) > most_s) return Skip(beyond_s);
+  if (LossesShow() && std::fabs(beyond_s) > most_s) return Skip(beyond_s);
   least_late_s_ = packets_ == 0 ? late_s : std::min(least_late_s_, late_s);
   if (++packets_ < kPackets || samples_ < kInWindow) return;
   const double beyond_of_all_s = least_late_s_ - usual_least_s_;
-  if (windows_ == kUsualWindows && interval_s_ > kSeenFrom_s &&
+  if (LossesShow() && interval_s_ > kSeenFrom_s &&
       std::fabs(beyond_of_all_s) > kLostShare * interval_s_)
     return Skip(beyond_of_all_s);
   samples_ = packets_ = 0;
@@ -108,9 +125,11 @@ void PacketStamps::EndPacket() {
   usual_least_s_ += (least_late_s_ - usual_least_s_) / static_cast<double>(windows_);
 }
 
-// From somewhere in the window before on the times were off by as much.
+// From somewhere in the window before on the times were off by as much. What no loss explains
+// begins anew.
 void PacketStamps::Skip(double beyond_s) {
   const double lost = std::round(beyond_s / interval_s_);
+  if (!(std::fabs(beyond_s) < kLongestSilence_s)) return Begin(last_stamp_s_);
   place_ += lost;
   lost_ += static_cast<std::int64_t>(lost);
   wrong_since_s_ = window_before_s_;
@@ -118,8 +137,18 @@ void PacketStamps::Skip(double beyond_s) {
   window_before_s_ = window_s_ = last_s_;
 }
 
+// A line with a memory of so many stamps tells its interval as one through 2.3 times as many does.
+KnownClock PacketStamps::Clock() const {
+  constexpr double kAsMany = 2.3, kMostOfOtherAxes = 0.1;
+  if (static_cast<double>(of_other_axes_) > kMostOfOtherAxes * static_cast<double>(stamps_))
+    return {};
+  if (!std::isfinite(interval_s_)) return {watch_.mean_step_s(), 0.0};
+  const double memory_s = share_of_long_ > 0.5 ? kLongMemory_s : kShortMemory_s;
+  return {interval_s_, std::min(static_cast<double>(on_line_), kAsMany * memory_s / interval_s_)};
+}
+
 double PacketStamps::RoughInterval_s() const {
-  return std::isfinite(even_s_) ? even_s_ : watch_.mean_step_s();
+  return std::isfinite(even_.interval_s) ? even_.interval_s : watch_.mean_step_s();
 }
 
 bool PacketStamps::LineIsSure() const { return static_cast<double>(count_) >= kSureFrom; }

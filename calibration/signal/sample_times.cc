@@ -8,15 +8,21 @@ namespace gyrobench::calibration {
 
 namespace {
 
-// A clock is as even as that, and no more.
-constexpr std::int64_t kMostTold = 2000;
-
 double Next(double t_s) { return std::nextafter(t_s, std::numeric_limits<double>::infinity()); }
 
 }  // namespace
 
-SampleTimes::SampleTimes(const EvenRows& even) : gyro_packets_(even.gyro_s, even.told_by) {
-  for (Axis& axis : reference_) axis.packets = PacketStamps(even.reference_s, even.told_by);
+SampleTimes::SampleTimes(const EvenRows& even)
+    : gyro_packets_(even.gyro), gyro_is_polled_(even.gyro_is_polled) {
+  for (std::size_t a = 0; a < 3; ++a) reference_[a].packets = PacketStamps(even.reference[a]);
+}
+
+void SampleTimes::BeginAnew(const EvenRows& even) {
+  SampleTimes anew(even);
+  anew.shared_rows_ = shared_rows_;
+  anew.own_rows_ = own_rows_;
+  anew.by_stamps_ = by_stamps_;
+  *this = anew;
 }
 
 double SampleTimes::OfGyro(double stamp_s, const std::array<bool, 3>& has_axis) {
@@ -26,8 +32,9 @@ double SampleTimes::OfGyro(double stamp_s, const std::array<bool, 3>& has_axis) 
   gyro_axes_ = has_axis;
   const double rounded_s = gyro_.Mend(stamp_s);
   const double in_packet_s = gyro_packets_.TimeOf(stamp_s, of_other_axes);
-  wrong_since_s_ = gyro_packets_.wrong_since_s();
-  const bool on_line = gyro_packets_.mends();
+  wrong_since_s_ = gyro_is_polled_ ? kMissing : gyro_packets_.wrong_since_s();
+  ++samples_;
+  const bool on_line = !gyro_is_polled_ && gyro_packets_.mends();
   const bool goes_on = on_line ? stamp_s >= gyro_stamp_s_ : stamp_s > gyro_stamp_s_;
   gyro_stamp_s_ = stamp_s;
   const double t_s = on_line ? in_packet_s : rounded_s;
@@ -48,18 +55,23 @@ double SampleTimes::OfReference(std::size_t axis, double stamp_s, double angle_d
   if (stamp_s > read.stamp_s && t_s <= read.s) t_s = Next(read.s);
   read.stamp_s = stamp_s;
   (shared ? shared_rows_ : own_rows_).Take(axis, t_s, angle_deg);
+  if (shared) by_stamps_.Take(axis, stamp_s, angle_deg);
   return read.s = t_s;
 }
 
 RowTiming SampleTimes::Rows() const {
-  RowTiming rows{.shared = shared_rows_, .own = own_rows_, .interval = {}};
-  rows.interval.gyro_s = gyro_packets_.any_interval_s();
-  std::int64_t told_by = std::min(gyro_packets_.on_line(), kMostTold);
-  for (const Axis& axis : reference_) {
-    rows.interval.reference_s = std::fmin(rows.interval.reference_s, axis.packets.any_interval_s());
-    if (axis.packets.on_line() > 0) told_by = std::min(told_by, axis.packets.on_line());
+  RowTiming rows{.shared = shared_rows_, .own = own_rows_, .by_stamps = by_stamps_, .clocks = {}};
+  rows.clocks.gyro = gyro_packets_.Clock();
+  rows.in_packets = 2 * gyro_packets_.on_line() > samples_;
+  rows.put_on_line = gyro_is_polled_ ? 0 : gyro_packets_.on_line();
+  rows.lost = gyro_is_polled_ ? 0 : gyro_packets_.lost();
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (reference_[a].share_rows) continue;
+    const PacketStamps& packets = reference_[a].packets;
+    rows.clocks.reference[a] = packets.Clock();
+    rows.put_on_line += packets.on_line();
+    rows.lost += packets.lost();
   }
-  rows.interval.told_by = static_cast<double>(told_by);
   return rows;
 }
 

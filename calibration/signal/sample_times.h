@@ -32,6 +32,8 @@ class SampleTimes {
   // Where the last stamp showed that times given before it may be off: since when; NaN else.
   double wrong_since_s() const { return wrong_since_s_; }
   RowTiming Rows() const;
+  // The unit restarted: its clocks begin anew.
+  void BeginAnew(const EvenRows& even);
 
  private:
   struct Axis {
@@ -46,9 +48,11 @@ class SampleTimes {
 
   EvenStamps gyro_, covariates_;
   PacketStamps gyro_packets_;
-  LateRows shared_rows_, own_rows_;
+  LateRows shared_rows_, own_rows_, by_stamps_{true};
+  bool gyro_is_polled_ = false;
   std::array<Axis, 3> reference_;
   double wrong_since_s_ = kMissing;
+  std::int64_t samples_ = 0;
   double gyro_stamp_s_ = kMissing, gyro_s_ = kMissing;  // of the last sample, before and after
   std::array<bool, 3> gyro_axes_ = {};                  // that it has
 };

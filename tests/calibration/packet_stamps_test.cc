@@ -108,7 +108,7 @@ TEST(PacketStamps, StampsThatComeOneByOneStayAsTheyAre) {
 
 // Errors of the mended times of rows that are known to come evenly, less their mean, from 60 s on.
 std::vector<double> ErrorsOfEvenRows(const std::vector<Sample>& samples, double rate_hz) {
-  PacketStamps rows(1.0 / rate_hz);
+  PacketStamps rows({1.0 / rate_hz, 0.0});
   std::vector<double> errors_s;
   double mean_s = 0.0;
   for (const Sample& sample : samples) {
@@ -129,6 +129,22 @@ TEST(PacketStamps, RowsThatAreKnownToComeEvenlyArePutOnTheLineOneByOne) {
       EXPECT_LT(Rms(ErrorsOfEvenRows(samples, rate_hz)), 0.02 * packet_s)
           << rate_hz << ", " << packet_s;
     }
+  }
+}
+
+// What is lost before anything is usual must not run away.
+TEST(PacketStamps, AGapAtTheBeginIsNoEndlessLoss) {
+  for (const double lost_s : {0.3, 1.5}) {
+    PacketStamps rows({1.0 / 50.3, 2000.0});
+    double worst_s = 0.0;
+    for (const Sample& sample : Sampled(50.3, 0.004, 200.0)) {
+      if (sample.t_s > 3.0 && sample.t_s < 3.0 + lost_s) continue;
+      const double error_s = rows.TimeOf(sample.stamp_s) - sample.t_s;
+      ASSERT_TRUE(std::isfinite(error_s));
+      if (sample.t_s > 150.0) worst_s = std::max(worst_s, std::fabs(error_s));
+    }
+    EXPECT_LT(std::fabs(static_cast<double>(rows.lost())), 80.0) << lost_s;
+    EXPECT_LT(worst_s, 0.025) << lost_s;
   }
 }
 
