@@ -79,10 +79,11 @@ def soak(bench, ends, rests):
 
 
 def growth(rows, key):
-    """The least of the second half against the least of the first, whose first quarter is not looked at."""
+    """The least of the second half against the least of the first, whose first quarter is not looked at: of few runs the
+    first one, in which the allocator takes what all others have."""
     values = [row[key] for row in rows]
     half = len(values) // 2
-    return min(values[half:]) - min(values[half // 4:half]) if half > 0 else 0
+    return min(values[half:]) - min(values[max(half // 4, 1):half]) if half > 1 else 0
 
 
 def judge(rows, options):
