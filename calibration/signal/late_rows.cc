@@ -126,7 +126,9 @@ std::vector<EvenRows> RowsThatComeEvenly(std::span<const RowTiming> timings) {
   std::vector<EvenRows> even(timings.size());
   for (std::size_t i = 0; i < timings.size(); ++i) {
     const RowTiming& each = timings[i];
-    even[i].gyro_is_polled = each.put_on_line > 0 && each.by_stamps.of_their_stamps();
+    // Rows that are lost count for the stamps there, and not where nothing is missing.
+    even[i].gyro_is_polled =
+        each.put_on_line > 0 && each.by_stamps.of_their_stamps() && !each.shared.only_stamps();
     if (even[i].gyro_is_polled) continue;
     if (each.in_packets || (shared.only_stamps() && !each.shared.of_their_stamps()))
       even[i].gyro = each.clocks.gyro;
@@ -137,17 +139,21 @@ std::vector<EvenRows> RowsThatComeEvenly(std::span<const RowTiming> timings) {
 
 bool IsAsEvenAs(const RowTiming& mended, const RowTiming& before) {
   constexpr double kMostLost = 2e-3;  // of the rows
-  // By chance, and of a beat that the line does not average.
-  constexpr double kMostMore = 1.1;
   if (mended.lost < 0 ||
       static_cast<double>(mended.lost) > kMostLost * static_cast<double>(mended.put_on_line))
     return false;
-  for (std::size_t lag = 0; lag < LateRows::kLags.size(); ++lag) {
-    if (mended.shared.Misfit_deg2(lag) > kMostMore * before.shared.Misfit_deg2(lag) ||
-        mended.own.Misfit_deg2(lag) > kMostMore * before.own.Misfit_deg2(lag))
-      return false;
-  }
-  return true;
+  // Of few rows that are lost the line is off for a while, which is seen at long lags.
+  const auto all_lags_deg2 = [](const LateRows& rows) {
+    double sum = 0.0;
+    for (std::size_t lag = 0; lag < LateRows::kLags.size(); ++lag) {
+      const double misfit_deg2 = rows.Misfit_deg2(lag);
+      if (std::isfinite(misfit_deg2)) sum += misfit_deg2;
+    }
+    return sum;
+  };
+  constexpr double kMostMore = 1.1;  // by chance
+  return all_lags_deg2(mended.shared) <= kMostMore * all_lags_deg2(before.shared) &&
+         all_lags_deg2(mended.own) <= kMostMore * all_lags_deg2(before.own);
 }
 
 }  // namespace gyrobench::calibration

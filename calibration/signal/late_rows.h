@@ -89,7 +89,7 @@ struct RowTiming {
 std::vector<EvenRows> RowsThatComeEvenly(std::span<const RowTiming> timings);
 
 // Whether the angle of a recording goes on as evenly with the times of `mended` as with those of
-// `before` at all lags, and hardly a row was lost on the way to them.
+// `before`, over all lags together, and hardly a row was lost on the way to them.
 bool IsAsEvenAs(const RowTiming& mended, const RowTiming& before);
 
 }  // namespace gyrobench::calibration
