@@ -243,13 +243,14 @@ class Reader {
   // On even clocks; then with the intervals that these had at the end from the begin on. Where the
   // angle says that the times are no better for it, they stay as they were.
   void ReadAgain() {
-    const std::vector<calibration::Recording> first = recordings_;
+    std::vector<calibration::Recording> first(recordings_.size());
+    first.swap(recordings_);
     ReadSideBySide();
     for (std::size_t i = 0; i < even_.size(); ++i) UseClocksOf(recordings_[i].rows, &even_[i]);
     ReadSideBySide();
     for (std::size_t i = 0; i < even_.size(); ++i)
-      if (even_[i].any() && !calibration::IsAsEvenAs(recordings_[i].rows, first[i].rows))
-        recordings_[i] = first[i];
+      if (!even_[i].any() || !calibration::IsAsEvenAs(recordings_[i].rows, first[i].rows))
+        recordings_[i] = std::move(first[i]);
   }
 
   static void UseClocksOf(const calibration::RowTiming& rows, calibration::EvenRows* even) {

@@ -77,6 +77,9 @@ struct Candidate {
            (effect->search == Search::kGrid && effect->domain == EffectDomain::kRate);
   }
   bool is_delay() const { return effect != nullptr && effect->delay_s != nullptr; }
+  bool is_play() const {
+    return search() == Search::kCoefficient && (effect->needs & kNeedsTableAxis) != 0;
+  }
   bool of_one_run() const { return effect != nullptr && effect->of_one_run(); }
   // A scan has found it, at its place; there is no grid of such.
   bool scanned() const {

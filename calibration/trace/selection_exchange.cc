@@ -31,11 +31,6 @@ bool IsSlow(const Candidate& candidate) {
   return candidate.effect != nullptr && candidate.effect->slow;
 }
 
-bool IsPlay(const Candidate& candidate) {
-  return candidate.effect != nullptr && candidate.search() == Search::kCoefficient &&
-         (candidate.effect->needs & kNeedsTableAxis) != 0;
-}
-
 bool IsLimited(const Candidate& candidate) {
   return candidate.effect != nullptr && candidate.effect->limited;
 }
@@ -136,7 +131,7 @@ void Selection::SeeWhatShapesLeave() {
   const double all = Cost(ModelColumns());
   for (std::size_t i = 0; i < members_.size(); ++i) {
     const double gain = Cost(ModelWithout(i)) - all;
-    left_by_shape_.push_back((IsPlay(members_[i]) ? kPlayAlike : kAlike) * gain);
+    left_by_shape_.push_back((members_[i].is_play() ? kPlayAlike : kAlike) * gain);
   }
 }
 

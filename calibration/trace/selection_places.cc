@@ -91,8 +91,7 @@ void Selection::Refine(Candidate* candidate, const WhiteStore::Columns& others) 
     theta[0] = FixedPoint(coefficient, from[0], range->low[0], range->high[0]);
     // A play that explains less than a small one is none. A delay has the shape of its own size also
     // then: that of a small one is a lag's of first order.
-    const bool is_play = (candidate->effect->needs & kNeedsTableAxis) != 0;
-    return is_play && explained(theta) < explained(from) ? from : theta;
+    return candidate->is_play() && explained(theta) < explained(from) ? from : theta;
   };
   std::vector<double> theta = refined(range->start);
   if (candidate->search() == Search::kPeriods &&
