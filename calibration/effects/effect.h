@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -125,7 +126,8 @@ struct Effect {
   // Largest size that a part of the MPU-6050's class shows, in units of the terms; 0: not known.
   double typical_size = 0.0;
   std::string size_source = {};
-  // What is usual may be exceeded by far, as by a slip.
+  // So much of the typical size is something else, unless it may be exceeded by far, as by a slip.
+  static constexpr double kImplausible = 10.0;
   bool may_be_larger = false;
   // The largest size is a constant of nature: no coefficient can be larger.
   bool limited = false;
@@ -164,6 +166,11 @@ struct Effect {
   bool (*makes_sense)(const DataRange& data, const std::vector<double>& nonlinear) = nullptr;
   std::unique_ptr<Basis> (*basis)(const BasisContext& context) = nullptr;
 
+  // No coefficient is larger [as the typical size]; infinite: it may be anything.
+  double implausible_size() const {
+    return typical_size > 0.0 && !may_be_larger ? kImplausible * typical_size
+                                                : std::numeric_limits<double>::infinity();
+  }
   bool of_one_run() const { return !differs_in_one_run.empty(); }
   // Delays, and what they are more in one run.
   bool of_delay() const { return delay_s != nullptr || of_one_run(); }

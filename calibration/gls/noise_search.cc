@@ -53,6 +53,13 @@ std::vector<Eigen::Index> Merge(std::span<const Interval> intervals, double piec
   return piece;
 }
 
+// Square of the output that the columns leave [of its own], by a factor of their products.
+double LeftBy(const Eigen::LLT<Eigen::MatrixXd>& factor, const Eigen::MatrixXd& scaled) {
+  const Eigen::Index p = scaled.cols() - 1;
+  const double taken = factor.matrixL().solve(scaled.col(p).head(p)).squaredNorm();
+  return std::max(scaled(p, p) - taken, 0.0);
+}
+
 }  // namespace
 
 // Of the columns, and the output last, each scaled to a square of 1.
@@ -73,6 +80,12 @@ NoiseSearch::NoiseSearch(std::span<const Interval> intervals, std::span<const Ra
   const std::vector<Eigen::Index> piece = Merge(intervals, piece_s, &intervals_);
   Eigen::Index p = 0;
   for (const RawColumns& some : columns) p += some.cols();
+  Eigen::VectorXd per_largest(p);
+  Eigen::Index limited = 0;
+  for (const RawColumns& some : columns) {
+    per_largest.segment(limited, some.cols()).setConstant(1.0 / some.largest());
+    limited += some.cols();
+  }
   RowMajor merged = RowMajor::Zero(static_cast<Eigen::Index>(intervals_.size()), p + 1);
   // A stretch at a time, while every column fills its place in it.
   const auto rows = static_cast<Eigen::Index>(intervals.size());
@@ -88,25 +101,29 @@ NoiseSearch::NoiseSearch(std::span<const Interval> intervals, std::span<const Ra
     for (Eigen::Index i = begin; i < end; ++i)
       merged(piece[static_cast<std::size_t>(i)], p) += output(i);
   }
-  Prepare(std::move(merged), tolerance);
+  Prepare(std::move(merged), per_largest, tolerance);
 }
 
 // Keeps only independent columns; takes the bulk off the output so that products keep digits.
-void NoiseSearch::Prepare(RowMajor columns, double tolerance) {
+void NoiseSearch::Prepare(RowMajor columns, const Eigen::VectorXd& per_largest, double tolerance) {
   const Eigen::Index p = columns.cols() - 1;
   columns_ = ColumnsInChunks(std::move(columns));
   const Eigen::MatrixXd gram =
       ProductsUnder(intervals_, columns_, {1.0, 0.01, moving_ ? 1.0 : 0.0}).products;
   kept_ = IndependentColumns(gram.topLeftCorner(p, p), tolerance);
   const auto kept = static_cast<Eigen::Index>(kept_.size());
+  per_largest_ = per_largest(kept_);
   // Values that are no numbers have no likelihood.
   solvable_ = gram.allFinite() && columns_.all().rows() > kept;
   if (!solvable_) return;
-  const Eigen::MatrixXd chosen = gram(kept_, kept_);
-  const Eigen::VectorXd scale = chosen.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * chosen * scale.asDiagonal();
   const Eigen::VectorXd right = gram.col(p)(kept_);
-  bulk_ = scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * right);
+  Eigen::MatrixXd chosen = gram(kept_, kept_);
+  bulk_ = ScaledLdlt(chosen).Solve(right);
+  // Within the limits: what is far beyond them would cost the products' digits again.
+  const double left_square = std::max(gram(p, p) - right.dot(bulk_), 0.0);
+  chosen.diagonal().array() += left_square / static_cast<double>(columns_.all().rows() - kept) *
+                               per_largest_.array().square();
+  bulk_ = ScaledLdlt(chosen).Solve(right);
   RowMajor left(columns_.all().rows(), kept + 1);
   left << columns_.all()(Eigen::all, kept_), columns_.all().col(p);
   left.rightCols(1) -= left.leftCols(kept) * bulk_;
@@ -114,7 +131,7 @@ void NoiseSearch::Prepare(RowMajor columns, double tolerance) {
 }
 
 NoiseSearch::Products NoiseSearch::At(double walk, double reference) const {
-  return Scaled(ProductsUnder(intervals_, columns_, {1.0, walk, reference}));
+  return Limited(Scaled(ProductsUnder(intervals_, columns_, {1.0, walk, reference})));
 }
 
 NoiseSearch::Products NoiseSearch::Scaled(const WhiteProducts& white) {
@@ -124,13 +141,32 @@ NoiseSearch::Products NoiseSearch::Scaled(const WhiteProducts& white) {
           full(full.rows() - 1, full.rows() - 1), white.log_det};
 }
 
+// Each limited coefficient is one more row: 0 is what N times it over its largest size is. N is
+// what the rows of the data alone say.
+NoiseSearch::Products NoiseSearch::Limited(const Products& products) const {
+  if (!(per_largest_.size() > 0 && per_largest_.maxCoeff() > 0.0)) return products;
+  const Eigen::Index p = products.scaled.cols() - 1;
+  const Eigen::LLT<Eigen::MatrixXd> factor(products.scaled.topLeftCorner(p, p));
+  if (factor.info() != Eigen::Success) return products;
+  const double square = LeftBy(factor, products.scaled) * products.output_square;
+  const double n = std::sqrt(square / static_cast<double>(columns_.all().rows() - p));
+  const Eigen::ArrayXd scale = products.log_scale.array().exp();
+  const Eigen::ArrayXd column = n * per_largest_.array() * scale.head(p);
+  const Eigen::ArrayXd output = n * per_largest_.array() * bulk_.array() * scale(p);
+  Products out = products;
+  out.scaled.diagonal().head(p).array() += column.square();
+  out.scaled.col(p).head(p).array() -= column * output;
+  out.scaled.row(p) = out.scaled.col(p).transpose();
+  out.scaled(p, p) += output.square().sum();
+  return out;
+}
+
 // Deviance at the ratios of the products, with the N that suits them best.
 double NoiseSearch::Profile(const Products& products, double* n) const {
   const Eigen::Index p = products.scaled.cols() - 1;
   const Eigen::LLT<Eigen::MatrixXd> factor(products.scaled.topLeftCorner(p, p));
   if (factor.info() != Eigen::Success) return kInfinity;
-  const Eigen::VectorXd projected = factor.matrixL().solve(products.scaled.col(p).head(p));
-  const double square = std::max(1.0 - projected.squaredNorm(), 0.0) * products.output_square;
+  const double square = LeftBy(factor, products.scaled) * products.output_square;
   const auto freedom = static_cast<double>(columns_.all().rows() - p);
   *n = std::max(std::sqrt(square / freedom), kLeastAngleRandomWalk);
   const double information =
@@ -161,7 +197,7 @@ NoiseSearch::Deviances NoiseSearch::Contest(const Products& products,
   };
   const Eigen::VectorXd right = products.scaled.col(p)(order);
   const Eigen::VectorXd projected = factor.matrixL().solve(right);
-  const double left = std::max(1.0 - projected.squaredNorm(), 0.0);
+  const double left = std::max(products.scaled(p, p) - projected.squaredNorm(), 0.0);
   // What was taken off the output in the group's name belongs to it again.
   Eigen::VectorXd group_part = Eigen::VectorXd::Zero(p);
   for (const Eigen::Index j : group)
@@ -322,7 +358,7 @@ std::vector<double> NoiseSearch::GainsOverNoise(
   }
   std::vector<Deviances> least(groups.size());
   for (const WhiteProducts& white : ProductsUnder(intervals_, columns_, noises)) {
-    const Products products = Scaled(white);
+    const Products products = Limited(Scaled(white));
     for (std::size_t g = 0; g < groups.size(); ++g) {
       const Deviances here = Contest(products, mine[g]);
       least[g].with = std::min(least[g].with, here.with);

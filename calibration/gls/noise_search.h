@@ -28,7 +28,9 @@ struct CoefficientEstimate {
 class NoiseSearch {
  public:
   // `columns`: rows x p together, everything that may act; a missing effect would otherwise pass
-  // for noise. Columns of which those before leave less than `tolerance` of the square are left
+  // for noise. Coefficients that are limited have a normal distribution about 0 with that standard
+  // deviation before; else the noise of the angle in a column of its own could take that of the
+  // output away, with a coefficient that no part has. Columns of which those before leave less than `tolerance` of the square are left
   // out. `piece_s`: stretches at rest are taken in pieces of this length, which changes nothing
   // that the noise could be told from.
   NoiseSearch(std::span<const Interval> intervals, std::span<const RawColumns> columns,
@@ -69,15 +71,17 @@ class NoiseSearch {
   struct Deviances;  // with and without a group
   Products At(double walk, double reference) const;
   static Products Scaled(const WhiteProducts& white);
+  Products Limited(const Products& products) const;
   double Profile(const Products& products, double* n) const;
   Deviances Contest(const Products& products, const std::vector<Eigen::Index>& group) const;
   std::vector<double> Start(const NoiseModel& noise) const;
-  void Prepare(RowMajor columns, double tolerance);
+  void Prepare(RowMajor columns, const Eigen::VectorXd& per_largest, double tolerance);
 
   std::vector<Interval> intervals_;  // merged
   ColumnsInChunks columns_;          // the output last
   Eigen::VectorXd bulk_;             // that was taken off the output, by columns
   std::vector<Eigen::Index> kept_;   // their indices among those that were given
+  Eigen::VectorXd per_largest_;      // 1 / the largest coefficient, of the kept ones
   bool moving_ = false, solvable_ = false;
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -16,6 +17,12 @@ class RawColumns {
   RawColumns() = default;
   RawColumns(Eigen::MatrixXd columns)  // NOLINT(google-explicit-constructor): a matrix is columns
       : whole_(std::make_shared<const Eigen::MatrixXd>(std::move(columns))) {}
+  // With coefficients that are hardly larger than this, as parts are.
+  RawColumns Limited(double largest) const {
+    RawColumns out = *this;
+    out.largest_ = largest;
+    return out;
+  }
   // Of columns that have all rows.
   RawColumns Part(SharedRows rows) const {
     RawColumns out = *this;
@@ -42,10 +49,13 @@ class RawColumns {
     return picked_ ? Eigen::MatrixXd((*whole_)(*picked_, Eigen::all)) : *whole_;
   }
   bool allFinite() const { return whole_->allFinite(); }
+  // Of each coefficient; infinite: it may be anything.
+  double largest() const { return largest_; }
 
  private:
   std::shared_ptr<const Eigen::MatrixXd> whole_;
   SharedRows picked_;  // nullptr: all
+  double largest_ = std::numeric_limits<double>::infinity();
 };
 
 // Columns next to columns. Moves what is there: many at once are placed in a matrix of their final

@@ -1,8 +1,10 @@
-// Angles of the table at the nodes without the noise of their own reading.
+// Angles of the table at the nodes, whose errors what the gyro measures between them has no part in.
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
 
+#include "base/robust.h"
 #include "calibration/state/history_parts.h"
 #include "calibration/state/timing_error.h"
 
@@ -26,17 +28,18 @@ class AngleSmoother {
       history_.timing_at_most_s =
           std::fmin(history_.timing_at_most_s, std::sqrt(errors->timing_at_most_s2));
     }
+    const double own_share = OwnShare(axis);
     std::vector<double> angles(nodes_.size());
     double square = 0.0, count = 0.0;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       const double own_deg = history_.nodes[k].table_deg[axis];
       angles[k] = carried[k].neighbours > 0.0 ? carried[k].angle_deg : own_deg;
       if (!(std::fabs(own_deg - angles[k]) > 0.0)) continue;
-      if (errors) {
-        const double share = errors->TimingShare(history_.nodes[k].table_rate_deg_s[axis],
-                                                 ReadingsBehind(nodes_[k], axis));
-        angles[k] += share * (own_deg - angles[k]);
-      }
+      const double by_timing = errors
+                                   ? errors->TimingShare(history_.nodes[k].table_rate_deg_s[axis],
+                                                         ReadingsBehind(nodes_[k], axis))
+                                   : 0.0;
+      angles[k] += std::lerp(own_share, 1.0, by_timing) * (own_deg - angles[k]);
       square += std::pow(own_deg - angles[k], 2);
       count += 1.0;
     }
@@ -50,20 +53,82 @@ class AngleSmoother {
     double angle_deg = 0.0, neighbours = 0.0;
   };
 
-  // In a term that depends on the angle the noise of its own reading would be found again, as a
-  // ripple. No neighbours where the carried angle is not known.
+  // What a reading is off the gyro.
+  double Off(std::size_t k, std::size_t axis) const {
+    return history_.nodes[k].table_deg[axis] - history_.nodes[k].table_by_gyro_deg[axis];
+  }
+
+  // Of a node's own reading in its angle, beside the readings about it that the gyro carried there.
+  //
+  // The residual of an interval is e = D(x - d): d the error of a node's readings, of variance s^2,
+  // x the gyro's angle random walk, which grows by N^2 T from node to node, D the difference of
+  // neighbours. An angle in which the own reading has the share w errs by x_k less a mean of x - d
+  // about it. Generalised least squares, V = cov(e), finds tr(V^-1 cov(D x)) - w a node of it in e,
+  // and takes that for a term that depends on the angle: for one of long waves with a smaller w, as
+  // what the gyro measures is in its angle then, with a larger one for the reading's noise. A node
+  // that is the mean of readings shares the part a / 2 of N^2 T with each neighbour, so that at the
+  // wave number u, with c = 1 - cos u,
+  //   cov(D x) = N^2 T (1 - a c),   V = cov(D x) + 2 s^2 c,
+  // and the mean over u of their ratio is
+  //   w = (1 - 2 a / (1 + r)) / r,   r^2 = 1 - 2 a + 4 s^2 / (N^2 T).
+  double OwnShare(std::size_t axis) const {
+    const std::optional<double> near_deg2 = BendOfOff(axis, 1), far_deg2 = BendOfOff(axis, kFar);
+    if (!near_deg2 || !far_deg2) return 0.0;
+    // 6 s^2 + (2 m - 3 a) N^2 T at m nodes to either side.
+    const double walk_deg2 = (*far_deg2 - *near_deg2) / (2.0 * static_cast<double>(kFar - 1));
+    if (!(walk_deg2 > 0.0)) return 0.0;
+    const double a = SharedPart(axis);
+    const double reading_deg2 = std::max(0.0, (*near_deg2 - (2.0 - 3.0 * a) * walk_deg2) / 6.0);
+    const double r = std::sqrt(1.0 - 2.0 * a + 4.0 * reading_deg2 / walk_deg2);
+    return r > 0.0 ? std::clamp((1.0 - 2.0 * a / (1.0 + r)) / r, 0.0, 1.0) : 1.0;
+  }
+
+  // Of the random walk from node to node, what a node has in common with both its neighbours.
+  double SharedPart(std::size_t axis) const {
+    double shared_s = 0.0, length_s = 0.0;
+    for (std::size_t k = 1; k + 1 < nodes_.size(); ++k) {
+      if (!IsSteady(k, axis)) continue;
+      shared_s += 2.0 * history_.reference_walk_s[k];
+      length_s += nodes_[k].at.t_s - nodes_[k - 1].at.t_s;
+    }
+    return length_s > 0.0 ? std::clamp(shared_s / length_s, 0.0, 0.5) : 0.0;
+  }
+
+  // Variance of Off(k - apart) - 2 Off(k) + Off(k + apart) while the table turns steadily, wild ones
+  // aside; nothing where there are too few.
+  std::optional<double> BendOfOff(std::size_t axis, std::size_t apart) const {
+    constexpr std::size_t kLeast = 40;
+    constexpr double kOfMedian = 0.6745;  // a normal value's absolute one, in standard deviations
+    std::vector<double> bends;
+    std::size_t steady = 0;  // in a row up to k
+    for (std::size_t k = 1; k + 1 < nodes_.size(); ++k) {
+      steady = IsSteady(k, axis) ? steady + 1 : 0;
+      if (steady < 2 * apart - 1) continue;
+      const std::size_t middle = k + 1 - apart;
+      const double bend = Off(middle - apart, axis) - 2.0 * Off(middle, axis) + Off(k + 1, axis);
+      if (std::isfinite(bend)) bends.push_back(std::fabs(bend));
+    }
+    if (bends.size() < kLeast) return std::nullopt;
+    return std::pow(Median(std::move(bends)) / kOfMedian, 2);
+  }
+
+  // The table turns, and the gyro neither speeds up nor slows down.
+  bool IsSteady(std::size_t k, std::size_t axis) const {
+    constexpr double kSteady = 0.1;
+    if (!TurnsUpTo(history_, k, axis) || !TurnsUpTo(history_, k + 1, axis)) return false;
+    const double before = RateByGyro(k, axis), after = RateByGyro(k + 1, axis);
+    return std::fabs(after - before) < kSteady * std::fabs(after);
+  }
+
+  // No neighbours where the carried angle is not known.
   std::vector<Carried> CarriedAngles(std::size_t axis) const {
     constexpr std::size_t kPairs = 3;
-    auto off = [&](std::size_t j) {
-      const SensorState& point = history_.nodes[j];
-      return point.table_deg[axis] - point.table_by_gyro_deg[axis];
-    };
     std::vector<Carried> out(nodes_.size());
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       double sum = 0.0, count = 0.0;
       for (std::size_t d = 1; d <= kPairs && d <= k && k + d < nodes_.size(); ++d) {
         if (!TurnsUpTo(history_, k + 1 - d, axis) || !TurnsUpTo(history_, k + d, axis)) break;
-        sum += off(k - d) + off(k + d);
+        sum += Off(k - d, axis) + Off(k + d, axis);
         count += 2.0;
       }
       const double angle_deg = history_.nodes[k].table_by_gyro_deg[axis] + sum / count;
@@ -75,15 +140,13 @@ class AngleSmoother {
   // Of nodes at which the gyro neither speeds up nor slows down.
   std::vector<SteadyAngle> SteadyAngles(std::size_t axis,
                                         const std::vector<Carried>& carried) const {
-    constexpr double kSteady = 0.1;
     std::vector<SteadyAngle> out;
     for (std::size_t k = 1; k + 1 < nodes_.size(); ++k) {
       const double residual_deg = history_.nodes[k].table_deg[axis] - carried[k].angle_deg;
       if (!(carried[k].neighbours > 0.0) || !std::isfinite(residual_deg)) continue;
-      const double before = RateByGyro(k, axis), after = RateByGyro(k + 1, axis);
-      if (!(std::fabs(after - before) < kSteady * std::fabs(after))) continue;
+      if (!IsSteady(k, axis)) continue;
       out.push_back({.residual_deg = residual_deg,
-                     .rate_deg_s = 0.5 * (before + after),
+                     .rate_deg_s = 0.5 * (RateByGyro(k, axis) + RateByGyro(k + 1, axis)),
                      .angle_deg = carried[k].angle_deg,
                      .readings = ReadingsBehind(nodes_[k], axis),
                      .neighbours = carried[k].neighbours,
@@ -97,6 +160,8 @@ class AngleSmoother {
             history_.nodes[k - 1].table_by_gyro_deg[axis]) /
            (nodes_[k].at.t_s - nodes_[k - 1].at.t_s);
   }
+
+  static constexpr std::size_t kFar = 3;
 
   StateHistory& history_;
   const std::vector<Node>& nodes_;

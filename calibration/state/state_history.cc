@@ -368,7 +368,10 @@ class TrailMaker {
     if (recording_.info.reference != ReferenceKind::kStandAngles) return;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       const bool readings = AllSettled(k) && !AtRest(k);
-      for (std::size_t a = 0; a < 3; ++a) history_.axis_errs[k][a] = Errs(k, a) || readings;
+      for (std::size_t a = 0; a < 3; ++a) {
+        const bool is_read = recording_.info.stand_axis_present[a];
+        history_.axis_errs[k][a] = is_read && (readings || Errs(k, a));
+      }
     }
   }
 

@@ -319,6 +319,8 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
   for (std::vector<Candidate>* list : {&out.grid, &out.products}) {
     for (Candidate& candidate : *list) {
       candidate.raw = RawColumns(ColumnsOf(problem, candidate, out.covariates));
+      if (candidate.effect != nullptr)
+        candidate.raw = candidate.raw->Limited(candidate.effect->implausible_size());
     }
     std::erase_if(*list, [](const Candidate& candidate) { return !candidate.raw->allFinite(); });
   }

@@ -17,8 +17,6 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr std::size_t kMostEffects = 12;
-// Of the largest size that a part of this class shows: more is something else.
-constexpr double kImplausible = 10.0;
 constexpr double kImplausibleIsWorse = 1e6;  // than any lack of evidence, as logarithms of chances
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 // Standard errors beyond which a coefficient is above a limit.
@@ -74,7 +72,7 @@ void DropBlindTerms(const Projection& baseline, Candidate* candidate,
   if (effect == nullptr || effect->terms.size() < 2 || !effect->nonlinear.empty() ||
       !(effect->typical_size > 0))
     return;
-  const double least_square = std::pow(kImplausible * effect->typical_size, -2);
+  const double least_square = std::pow(Effect::kImplausible * effect->typical_size, -2);
   std::optional<Eigen::MatrixXd> raw;
   for (std::size_t k = 0; k < candidate->columns.size(); ++k) {
     if (baseline.Off(white.col(candidate->columns[k])).squaredNorm() > least_square) continue;
@@ -222,9 +220,7 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
     double value = values(static_cast<Eigen::Index>(j));
     if (effect.domain == EffectDomain::kAngle) value /= scale;
     if (effect.positive && value < 0.0) return false;
-    const bool too_large =
-        effect.typical_size > 0 && std::fabs(value) > kImplausible * effect.typical_size;
-    if (too_large && !effect.may_be_larger) return false;
+    if (std::fabs(value) > effect.implausible_size()) return false;
     if (largest < kUnlimited && std::fabs(value) > largest + kSure * StdError(candidate, j, model))
       return false;
   }

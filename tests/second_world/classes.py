@@ -107,6 +107,10 @@ CLASSES = {
     "means_before": dict(sample="mean", stamped_late=0.5, straight_ramps_deg_s2=(20.0, 80.0),
                          gyro_rate_hz=[10.0, 12.5, 20.0, 25.0], reference_rate_hz=[10.0, 20.0],
                          programme=["full", "medium"]),
+    # A single-axis table that turns slowly and not all around, its reference read with each sample.
+    "slow_turns": dict(reference="single", programme="slow", gyro_axes=["z", "xyz"], site=False, thermal="warm_up",
+                       gyro_rate_hz=[50.0, 100.0, 200.0], reference_rate_hz=[50.0, 100.0, 200.0],
+                       reference_noise_deg=("log", 3e-4, 0.01), encoder_bits=[18, 19, 20], accelerometer="absent"),
 }
 
 

@@ -130,6 +130,17 @@ def single(plan):
             plan.sines(table, INNER, [(15, 0.2, 20), (8, 0.5, 20), (5, 1.0, 20)])
 
 
+def slow(plan):
+    """One to three slow speeds on part of a turn, once or twice, as a table with little room or time is used."""
+    rng = plan.rng
+    for i in range(rng.integers(1, 3)):
+        table = plan.table((0, 0, 0), target_degC=(None, 30.0)[i])
+        table.rest(rng.uniform(20, 60))
+        angle_deg = rng.choice([90.0, 120.0, 180.0])
+        speeds = np.sort(rng.uniform(1.0, 5.0, rng.integers(1, 4)))
+        plan.speeds(table, INNER, [(angle_deg, speed) for speed in speeds])
+
+
 def hand(plan):
     """A hand: rests, and smooth random motion about all axes, in one to three tables."""
     rng = plan.rng
@@ -172,7 +183,8 @@ def poses(plan):
         table.rest(rng.uniform(60, 360))
 
 
-PROGRAMMES = dict(poses=poses, full=full, medium=medium, short=short, single=single, hand=hand, several=several)
+PROGRAMMES = dict(poses=poses, full=full, medium=medium, short=short, single=single, slow=slow, hand=hand,
+                  several=several)
 
 
 def draw_plan(rng, bench):

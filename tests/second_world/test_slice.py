@@ -52,6 +52,8 @@ MENDED = {
     "short_run:single:5:62083": "g-sensitivity: Earth's rotation stayed on channels whose axis did not turn",
     "short_run:single:20:91193": "no step of the bias: it passed for bias random walk",
     "short_run:single:100:61127": "a step of the angle: the play began at its side",
+    "slow_turns:pair:20:3100027": "neither: with an eccentricity of 15 deg a node's own noise passed for the gyro's",
+    "slow_turns:pair:100:3100012": "steps of the angle as well: a column that is not there made one reading as good as six",
     "three_encoders:single:100:90044": "a latency beside the play, which was crossed back within nodes",
 }
 
