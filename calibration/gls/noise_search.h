@@ -28,11 +28,11 @@ struct CoefficientEstimate {
 class NoiseSearch {
  public:
   // `columns`: rows x p together, everything that may act; a missing effect would otherwise pass
-  // for noise. Coefficients that are limited have a normal distribution about 0 with that standard
-  // deviation before; else the noise of the angle in a column of its own could take that of the
-  // output away, with a coefficient that no part has. Columns of which those before leave less than `tolerance` of the square are left
-  // out. `piece_s`: stretches at rest are taken in pieces of this length, which changes nothing
-  // that the noise could be told from.
+  // for noise. The largest coefficient of a limited column is the standard deviation of a normal
+  // one about 0 that is known before: a column may have noise of the output in it, and would take
+  // that away with a coefficient that no part has. Columns of which those before leave less than
+  // `tolerance` of the square are left out. `piece_s`: stretches at rest are taken in pieces of
+  // this length, which changes nothing that the noise could be told from.
   NoiseSearch(std::span<const Interval> intervals, std::span<const RawColumns> columns,
               const Eigen::VectorXd& output, double tolerance = kDependent,
               double piece_s = kPiece_s);

@@ -1,4 +1,4 @@
-// Angles of the table at the nodes, whose errors what the gyro measures between them has no part in.
+// Angles of the table at the nodes, whose errors are none of what is left of the gyro's output.
 #include <algorithm>
 #include <cmath>
 #include <optional>

@@ -288,7 +288,7 @@ class TrailMaker {
   bool OthersRest(std::size_t i) const {
     std::size_t turning = 0;
     for (std::size_t a = 0; a < 3; ++a) {
-      if (!recording_.info.stand_axis_present[a]) continue;
+      if (!IsRead(a)) continue;
       const bool rests = settled_.is_settled[i][a] && settled_.is_settled[i + 1][a] &&
                          settled_.angle_deg[i][a] == settled_.angle_deg[i + 1][a];
       if (!rests) ++turning;
@@ -348,9 +348,10 @@ class TrailMaker {
     return AllSettled(k) && !AtRest(k) ? nodes_[k].table_deg[a] : settled_.angle_deg[k][a];
   }
 
+  bool IsRead(std::size_t a) const { return recording_.info.stand_axis_present[a]; }
   bool AllSettled(std::size_t k) const {
     for (std::size_t a = 0; a < 3; ++a) {
-      if (recording_.info.stand_axis_present[a] && !settled_.is_settled[k][a]) return false;
+      if (IsRead(a) && !settled_.is_settled[k][a]) return false;
     }
     return true;
   }
@@ -368,10 +369,8 @@ class TrailMaker {
     if (recording_.info.reference != ReferenceKind::kStandAngles) return;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       const bool readings = AllSettled(k) && !AtRest(k);
-      for (std::size_t a = 0; a < 3; ++a) {
-        const bool is_read = recording_.info.stand_axis_present[a];
-        history_.axis_errs[k][a] = is_read && (readings || Errs(k, a));
-      }
+      for (std::size_t a = 0; a < 3; ++a)
+        history_.axis_errs[k][a] = IsRead(a) && (readings || Errs(k, a));
     }
   }
 
