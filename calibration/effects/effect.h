@@ -126,8 +126,9 @@ struct Effect {
   // Largest size that a part of the MPU-6050's class shows, in units of the terms; 0: not known.
   double typical_size = 0.0;
   std::string size_source = {};
-  // So much of the typical size is something else, unless it may be exceeded by far, as by a slip.
+  // Coefficients of so many typical sizes are taken for those of something else.
   static constexpr double kImplausible = 10.0;
+  // The typical size may be exceeded by far, as by a slip.
   bool may_be_larger = false;
   // The largest size is a constant of nature: no coefficient can be larger.
   bool limited = false;
@@ -166,7 +167,7 @@ struct Effect {
   bool (*makes_sense)(const DataRange& data, const std::vector<double>& nonlinear) = nullptr;
   std::unique_ptr<Basis> (*basis)(const BasisContext& context) = nullptr;
 
-  // No coefficient is larger [as the typical size]; infinite: it may be anything.
+  // Beyond it a coefficient is none of this effect's [unit of the terms]; infinite: it may be any.
   double implausible_size() const {
     return typical_size > 0.0 && !may_be_larger ? kImplausible * typical_size
                                                 : std::numeric_limits<double>::infinity();

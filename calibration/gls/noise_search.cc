@@ -53,21 +53,30 @@ std::vector<Eigen::Index> Merge(std::span<const Interval> intervals, double piec
   return piece;
 }
 
-// Square of the output that the columns leave [of its own], by a factor of their products.
-double LeftBy(const Eigen::LLT<Eigen::MatrixXd>& factor, const Eigen::MatrixXd& scaled) {
-  const Eigen::Index p = scaled.cols() - 1;
-  const double taken = factor.matrixL().solve(scaled.col(p).head(p)).squaredNorm();
-  return std::max(scaled(p, p) - taken, 0.0);
-}
-
 }  // namespace
 
-// Of the columns, and the output last, each scaled to a square of 1.
+// Of the columns, and the output last, each scaled to a square of 1. What was taken off the output
+// in the columns' name before, and 1 over the largest coefficient of each column.
 struct NoiseSearch::Products {
   Eigen::MatrixXd scaled;
-  Eigen::VectorXd log_scale;   // of the scales that did it
-  double output_square = 0.0;  // of the output before
-  double log_det = 0.0;        // of the covariance
+  Eigen::VectorXd log_scale;  // of the scales that did it
+  double log_det = 0.0;       // of the covariance
+  Eigen::VectorXd bulk, per_largest;
+
+  Eigen::Index columns() const { return scaled.cols() - 1; }
+  bool limited() const { return per_largest.size() > 0 && per_largest.maxCoeff() > 0.0; }
+  double output_scale() const { return std::exp(log_scale(columns())); }
+};
+
+// Least squares of such products under an N, each limited coefficient being one more row: N times
+// it over its largest size is 0.
+struct NoiseSearch::Solved {
+  Eigen::LLT<Eigen::MatrixXd> factor;  // of the products and these rows
+  Eigen::VectorXd coefficients;        // of what is left of the output, scaled
+  double square = 0.0;                 // that is left of the rows of the data
+  double penalty = 0.0;                // of the others, in standard deviations
+  double held = 0.0;                   // of how many coefficients they say what the data do not
+  double information = 0.0;            // half the logarithm of its determinant
 };
 
 struct NoiseSearch::Deviances {
@@ -131,93 +140,119 @@ void NoiseSearch::Prepare(RowMajor columns, const Eigen::VectorXd& per_largest, 
 }
 
 NoiseSearch::Products NoiseSearch::At(double walk, double reference) const {
-  return Limited(Scaled(ProductsUnder(intervals_, columns_, {1.0, walk, reference})));
+  return Scaled(ProductsUnder(intervals_, columns_, {1.0, walk, reference}));
 }
 
-NoiseSearch::Products NoiseSearch::Scaled(const WhiteProducts& white) {
+NoiseSearch::Products NoiseSearch::Scaled(const WhiteProducts& white) const {
   const Eigen::MatrixXd& full = white.products;
   const Eigen::VectorXd scale = full.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  return {scale.asDiagonal() * full * scale.asDiagonal(), scale.array().log(),
-          full(full.rows() - 1, full.rows() - 1), white.log_det};
+  return {scale.asDiagonal() * full * scale.asDiagonal(), scale.array().log(), white.log_det, bulk_,
+          per_largest_};
 }
 
-// Each limited coefficient is one more row: 0 is what N times it over its largest size is. N is
-// what the rows of the data alone say.
-NoiseSearch::Products NoiseSearch::Limited(const Products& products) const {
-  if (!(per_largest_.size() > 0 && per_largest_.maxCoeff() > 0.0)) return products;
-  const Eigen::Index p = products.scaled.cols() - 1;
-  const Eigen::LLT<Eigen::MatrixXd> factor(products.scaled.topLeftCorner(p, p));
-  if (factor.info() != Eigen::Success) return products;
-  const double square = LeftBy(factor, products.scaled) * products.output_square;
-  const double n = std::sqrt(square / static_cast<double>(columns_.all().rows() - p));
-  const Eigen::ArrayXd scale = products.log_scale.array().exp();
-  const Eigen::ArrayXd column = n * per_largest_.array() * scale.head(p);
-  const Eigen::ArrayXd output = n * per_largest_.array() * bulk_.array() * scale(p);
-  Products out = products;
-  out.scaled.diagonal().head(p).array() += column.square();
-  out.scaled.col(p).head(p).array() -= column * output;
-  out.scaled.row(p) = out.scaled.col(p).transpose();
-  out.scaled(p, p) += output.square().sum();
+std::optional<NoiseSearch::Solved> NoiseSearch::Solve(const Products& products, double n) {
+  const Eigen::Index p = products.columns();
+  const Eigen::ArrayXd scale = products.log_scale.head(p).array().exp();
+  const double unit = products.output_scale();
+  const Eigen::ArrayXd weight = (n * products.per_largest.array() * scale).square();
+  const Eigen::ArrayXd taken = products.bulk.array() * unit / scale;
+  Eigen::MatrixXd gram = products.scaled.topLeftCorner(p, p);
+  gram.diagonal().array() += weight;
+  const Eigen::VectorXd right = products.scaled.col(p).head(p).array() - weight * taken;
+  Solved out;
+  out.factor.compute(gram);
+  if (out.factor.info() != Eigen::Success) return std::nullopt;
+  const Eigen::VectorXd projected = out.factor.matrixL().solve(right);
+  out.coefficients = out.factor.matrixU().solve(projected);
+  const double of_limits = (weight * (out.coefficients.array() + taken).square()).sum();
+  const double all =
+      products.scaled(p, p) + (weight * taken.square()).sum() - projected.squaredNorm();
+  out.square = std::max(all - of_limits, 0.0) / (unit * unit);
+  out.penalty = of_limits > 0.0 ? of_limits / (unit * unit * n * n) : 0.0;
+  out.information =
+      out.factor.matrixLLT().diagonal().array().log().sum() - products.log_scale.head(p).sum();
+  if (products.limited()) {
+    const Eigen::MatrixXd inverse = out.factor.solve(Eigen::MatrixXd::Identity(p, p));
+    out.held = (weight * inverse.diagonal().array()).sum();
+  }
   return out;
 }
 
-// Deviance at the ratios of the products, with the N that suits them best.
-double NoiseSearch::Profile(const Products& products, double* n) const {
-  const Eigen::Index p = products.scaled.cols() - 1;
-  const Eigen::LLT<Eigen::MatrixXd> factor(products.scaled.topLeftCorner(p, p));
-  if (factor.info() != Eigen::Success) return kInfinity;
-  const double square = LeftBy(factor, products.scaled) * products.output_square;
-  const auto freedom = static_cast<double>(columns_.all().rows() - p);
-  *n = std::max(std::sqrt(square / freedom), kLeastAngleRandomWalk);
-  const double information =
-      factor.matrixLLT().diagonal().array().log().sum() - products.log_scale.head(p).sum();
-  return products.log_det + 2.0 * information + freedom * (2.0 * std::log(*n) + 1.0);
+double NoiseSearch::DevianceOf(const Products& products, const Solved& model,
+                               const Solved& restricted, Eigen::Index columns, double n) const {
+  const auto freedom = static_cast<double>(columns_.all().rows() - columns);
+  return products.log_det + 2.0 * (restricted.information + freedom * std::log(n)) +
+         model.square / (n * n) + model.penalty;
 }
 
-// The group's columns moved behind the others: one factor serves both models.
+// At the ratios of the products, with the N that suits them best: where the derivative is none,
+//   N^2 = square / (rows - columns + held).
+// A larger N leaves limited coefficients less; it is come to from above, since a column that may
+// take the noise away would be free to under the small N that it makes.
+NoiseSearch::Likeliest NoiseSearch::Profile(const Products& model,
+                                            const Products& restricted) const {
+  constexpr int kMostSteps = 30;
+  constexpr double kSame = 1e-7;
+  const bool one = &model == &restricted;
+  const auto freedom = static_cast<double>(columns_.all().rows() - restricted.columns());
+  double n = 1.0 / (model.output_scale() * std::sqrt(freedom));
+  std::optional<Solved> solved, beside;
+  for (int step = 0; step < kMostSteps; ++step) {
+    solved = Solve(model, n);
+    if (!one) beside = Solve(restricted, n);
+    if (!solved || (!one && !beside)) return {};
+    const double held = one ? solved->held : beside->held;
+    const double next =
+        std::max(std::sqrt(solved->square / (freedom + held)), kLeastAngleRandomWalk);
+    const bool same = std::fabs(next - n) < kSame * n;
+    n = next;
+    if (same || !(model.limited() || restricted.limited())) break;
+  }
+  return {n, DevianceOf(model, *solved, one ? *solved : *beside, restricted.columns(), n)};
+}
+
+// Without a group's columns, whose part of the output it has again.
+NoiseSearch::Products NoiseSearch::Without(const Products& products,
+                                           const std::vector<Eigen::Index>& group) {
+  const Eigen::Index p = products.columns();
+  std::vector<Eigen::Index> others;
+  for (Eigen::Index j = 0; j < p; ++j) {
+    if (std::find(group.begin(), group.end(), j) == group.end()) others.push_back(j);
+  }
+  Eigen::VectorXd back = Eigen::VectorXd::Zero(p + 1);
+  for (const Eigen::Index j : group)
+    back(j) = products.bulk(j) * std::exp(products.log_scale(p) - products.log_scale(j));
+  back(p) = 1.0;
+  const Eigen::VectorXd output = products.scaled * back;
+  Products out;
+  out.log_det = products.log_det;
+  out.bulk = products.bulk(others);
+  out.per_largest = products.per_largest(others);
+  others.push_back(p);
+  out.scaled = products.scaled(others, others);
+  out.log_scale = products.log_scale(others);
+  const Eigen::Index q = out.columns();
+  out.scaled.col(q) = output(others);
+  out.scaled.row(q) = out.scaled.col(q).transpose();
+  out.scaled(q, q) = back.dot(output);
+  return out;
+}
+
 NoiseSearch::Deviances NoiseSearch::Contest(const Products& products,
                                             const std::vector<Eigen::Index>& group) const {
-  const Eigen::Index p = products.scaled.cols() - 1;
-  std::vector<Eigen::Index> order;
-  for (Eigen::Index j = 0; j < p; ++j) {
-    if (std::find(group.begin(), group.end(), j) == group.end()) order.push_back(j);
-  }
-  const auto others = static_cast<Eigen::Index>(order.size());
-  order.insert(order.end(), group.begin(), group.end());
-  const Eigen::LLT<Eigen::MatrixXd> factor(products.scaled(order, order));
-  if (factor.info() != Eigen::Success) return {};
-  const Eigen::VectorXd scales = products.log_scale(order);
-  const double information =
-      factor.matrixLLT().diagonal().head(others).array().log().sum() - scales.head(others).sum();
-  const auto freedom = static_cast<double>(columns_.all().rows() - others);
-  auto deviance = [&](double share) {
-    const double n2 = std::max(share * products.output_square / freedom,
-                               kLeastAngleRandomWalk * kLeastAngleRandomWalk);
-    return products.log_det + 2.0 * information + freedom * (std::log(n2) + 1.0);
-  };
-  const Eigen::VectorXd right = products.scaled.col(p)(order);
-  const Eigen::VectorXd projected = factor.matrixL().solve(right);
-  const double left = std::max(products.scaled(p, p) - projected.squaredNorm(), 0.0);
-  // What was taken off the output in the group's name belongs to it again.
-  Eigen::VectorXd group_part = Eigen::VectorXd::Zero(p);
-  for (const Eigen::Index j : group)
-    group_part(j) = bulk_(j) * std::exp(products.log_scale(p) - products.log_scale(j));
-  const Eigen::VectorXd own =
-      projected + factor.matrixL().transpose() * Eigen::VectorXd(group_part(order));
-  return {deviance(left), deviance(left + own.tail(p - others).squaredNorm())};
+  const Products others = Without(products, group);
+  return {Profile(products, others).deviance, Profile(others, others).deviance};
 }
 
 CoefficientEstimate NoiseSearch::FirstCoefficient(const NoiseModel& noise) const {
   if (!solvable_ || kept_.empty() || kept_.front() != 0) return {};
   const double n = noise.angle_random_walk_deg_sqrt_s;
   const Products products = At(noise.bias_random_walk_deg_s_sqrt_s / n, noise.reference_deg / n);
-  const Eigen::Index p = products.scaled.cols() - 1;
-  const Eigen::LLT<Eigen::MatrixXd> factor(products.scaled.topLeftCorner(p, p));
-  if (factor.info() != Eigen::Success) return {};
-  const Eigen::VectorXd row = factor.solve(Eigen::VectorXd::Unit(p, 0));  // of the inverse
+  const std::optional<Solved> solved = Solve(products, n);
+  if (!solved) return {};
+  const Eigen::VectorXd row = solved->factor.solve(Eigen::VectorXd::Unit(products.columns(), 0));
   const double scale = std::exp(products.log_scale(0));
-  const double left = row.dot(products.scaled.col(p).head(p));
-  return {bulk_(0) + left * scale * std::exp(-products.log_scale(p)),
+  return {bulk_(0) + solved->coefficients(0) * scale / products.output_scale(),
           n * scale * std::sqrt(row(0))};
 }
 
@@ -225,11 +260,8 @@ double NoiseSearch::Deviance(const NoiseModel& noise) const {
   if (!solvable_) return kInfinity;
   const double n = noise.angle_random_walk_deg_sqrt_s;
   const Products products = At(noise.bias_random_walk_deg_s_sqrt_s / n, noise.reference_deg / n);
-  double best_n = 0.0;
-  const double best = Profile(products, &best_n);
-  const auto freedom = static_cast<double>(columns_.all().rows() - products.scaled.cols() + 1);
-  const double ratio = best_n * best_n / (n * n);
-  return best + freedom * (ratio - 1.0 - std::log(ratio));
+  const std::optional<Solved> solved = Solve(products, n);
+  return solved ? DevianceOf(products, *solved, *solved, products.columns(), n) : kInfinity;
 }
 
 // Logarithms of the ratios.
@@ -246,17 +278,12 @@ std::vector<double> NoiseSearch::Start(const NoiseModel& noise) const {
 std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<NoiseModel>& start,
                                                double tolerance) const {
   if (!solvable_) return std::nullopt;
-  struct Value {
-    double deviance = kInfinity, n = 0.0;
-  };
   // A place is come back to: from the grid, and from the simplex's best at the end.
-  std::map<std::vector<double>, Value> known;
+  std::map<std::vector<double>, Likeliest> known;
   auto value_at = [&](const std::vector<double>& u) {
     const auto [place, is_new] = known.try_emplace(u);
-    Value& value = place->second;
-    if (is_new)
-      value.deviance = Profile(At(std::exp(u[0]), moving_ ? std::exp(u[1]) : 0.0), &value.n);
-    return value;
+    if (is_new) place->second = Profile(At(std::exp(u[0]), moving_ ? std::exp(u[1]) : 0.0));
+    return place->second;
   };
   std::vector<double> best;
   double step = 1.0;
@@ -277,7 +304,7 @@ std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<NoiseModel>& 
   const auto deviance_at = [&](const std::vector<double>& u) { return value_at(u).deviance; };
   const Minimum minimum =
       Minimize(deviance_at, best, step, Low(moving_), High(moving_), tolerance, 60);
-  const auto [deviance, n] = value_at(minimum.at);
+  const auto [n, deviance] = value_at(minimum.at);
   if (!std::isfinite(deviance)) return std::nullopt;
   return NoiseEstimate{
       {n, n * std::exp(minimum.at[0]), moving_ ? n * std::exp(minimum.at[1]) : 0.0}, deviance};
@@ -292,8 +319,7 @@ NoiseEstimate NoiseSearch::WithoutUnseen(const NoiseEstimate& best) const {
     const double unit = ratios.angle_random_walk_deg_sqrt_s;
     const double walk = ratios.bias_random_walk_deg_s_sqrt_s / unit;
     const double reference = ratios.reference_deg / unit;
-    double n = 0.0;
-    const double deviance = Profile(At(walk, reference), &n);
+    const auto [n, deviance] = Profile(At(walk, reference));
     if (deviance <= out.deviance + kNoGain) out = {{n, n * walk, n * reference}, deviance};
   };
   try_without(&NoiseModel::bias_random_walk_deg_s_sqrt_s);
@@ -311,8 +337,7 @@ NoiseEstimate NoiseSearch::WithMeanWalk(const NoiseEstimate& best) const {
   double sum = 0.0, moment = 0.0;
   // Whether there may be more that counts beyond.
   auto add = [&](double u) {
-    double n = 0.0;
-    const double over = Profile(At(std::exp(u), reference), &n) - best.deviance;
+    const double over = Profile(At(std::exp(u), reference)).deviance - best.deviance;
     const double weight = std::exp(u - 0.5 * over);  // even in K: du times K
     sum += weight;
     moment += weight * std::exp(u);
@@ -321,9 +346,8 @@ NoiseEstimate NoiseSearch::WithMeanWalk(const NoiseEstimate& best) const {
   for (int i = 0; i < kMost && add(middle + i * kStep);) ++i;
   for (int i = 1; i < kMost / 3 && add(middle - i * kStep);) ++i;
   if (!(sum > 0.0) || !std::isfinite(moment)) return best;
-  double n = 0.0;
   const double walk = moment / sum;
-  const double deviance = Profile(At(walk, reference), &n);
+  const auto [n, deviance] = Profile(At(walk, reference));
   return {{n, n * walk, n * reference}, deviance};
 }
 
@@ -358,7 +382,7 @@ std::vector<double> NoiseSearch::GainsOverNoise(
   }
   std::vector<Deviances> least(groups.size());
   for (const WhiteProducts& white : ProductsUnder(intervals_, columns_, noises)) {
-    const Products products = Limited(Scaled(white));
+    const Products products = Scaled(white);
     for (std::size_t g = 0; g < groups.size(); ++g) {
       const Deviances here = Contest(products, mine[g]);
       least[g].with = std::min(least[g].with, here.with);

@@ -68,11 +68,20 @@ class NoiseSearch {
 
  private:
   struct Products;   // of the white columns
+  struct Solved;     // by least squares
   struct Deviances;  // with and without a group
+  struct Likeliest {
+    double n = 0.0, deviance = std::numeric_limits<double>::infinity();
+  };
   Products At(double walk, double reference) const;
-  static Products Scaled(const WhiteProducts& white);
-  Products Limited(const Products& products) const;
-  double Profile(const Products& products, double* n) const;
+  Products Scaled(const WhiteProducts& white) const;
+  static Products Without(const Products& products, const std::vector<Eigen::Index>& group);
+  static std::optional<Solved> Solve(const Products& products, double n);
+  // Of `model`, restricted by so many columns of `restricted`.
+  double DevianceOf(const Products& products, const Solved& model, const Solved& restricted,
+                    Eigen::Index columns, double n) const;
+  Likeliest Profile(const Products& model, const Products& restricted) const;
+  Likeliest Profile(const Products& model) const { return Profile(model, model); }
   Deviances Contest(const Products& products, const std::vector<Eigen::Index>& group) const;
   std::vector<double> Start(const NoiseModel& noise) const;
   void Prepare(RowMajor columns, const Eigen::VectorXd& per_largest, double tolerance);
@@ -81,7 +90,7 @@ class NoiseSearch {
   ColumnsInChunks columns_;          // the output last
   Eigen::VectorXd bulk_;             // that was taken off the output, by columns
   std::vector<Eigen::Index> kept_;   // their indices among those that were given
-  Eigen::VectorXd per_largest_;      // 1 / the largest coefficient, of the kept ones
+  Eigen::VectorXd per_largest_;      // 1 / the largest coefficient of each
   bool moving_ = false, solvable_ = false;
 };
 

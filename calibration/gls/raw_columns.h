@@ -17,7 +17,7 @@ class RawColumns {
   RawColumns() = default;
   RawColumns(Eigen::MatrixXd columns)  // NOLINT(google-explicit-constructor): a matrix is columns
       : whole_(std::make_shared<const Eigen::MatrixXd>(std::move(columns))) {}
-  // With coefficients that are hardly larger than this, as parts are.
+  // With coefficients that are hardly larger than this, as NoiseSearch takes them.
   RawColumns Limited(double largest) const {
     RawColumns out = *this;
     out.largest_ = largest;

@@ -1,10 +1,11 @@
-// Angles of the table at the nodes, whose errors are none of what is left of the gyro's output.
+// Angles of the table at the nodes without the noise of their own reading, and with so much of it
+// that their errors are none of what is left of the gyro's output.
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
-#include "base/robust.h"
 #include "calibration/state/history_parts.h"
 #include "calibration/state/timing_error.h"
 
@@ -13,7 +14,8 @@ namespace {
 
 class AngleSmoother {
  public:
-  explicit AngleSmoother(StateHistory* history) : history_(*history), nodes_(history->epochs) {}
+  AngleSmoother(const Vector3& walk_deg_sqrt_s, StateHistory* history)
+      : history_(*history), nodes_(history->epochs), walk_deg_sqrt_s_(walk_deg_sqrt_s) {}
 
   // Only where the gyro follows the table better than this: of a table that vibrates the gyro's
   // samples tell no more than one reading does.
@@ -28,23 +30,28 @@ class AngleSmoother {
       history_.timing_at_most_s =
           std::fmin(history_.timing_at_most_s, std::sqrt(errors->timing_at_most_s2));
     }
-    const double own_share = OwnShare(axis);
     std::vector<double> angles(nodes_.size());
     double square = 0.0, count = 0.0;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       const double own_deg = history_.nodes[k].table_deg[axis];
       angles[k] = carried[k].neighbours > 0.0 ? carried[k].angle_deg : own_deg;
       if (!(std::fabs(own_deg - angles[k]) > 0.0)) continue;
-      const double by_timing = errors
-                                   ? errors->TimingShare(history_.nodes[k].table_rate_deg_s[axis],
-                                                         ReadingsBehind(nodes_[k], axis))
-                                   : 0.0;
-      angles[k] += std::lerp(own_share, 1.0, by_timing) * (own_deg - angles[k]);
+      if (errors) {
+        const double share = errors->TimingShare(history_.nodes[k].table_rate_deg_s[axis],
+                                                 ReadingsBehind(nodes_[k], axis));
+        angles[k] += share * (own_deg - angles[k]);
+      }
       square += std::pow(own_deg - angles[k], 2);
       count += 1.0;
     }
     if (count == 0.0 || std::sqrt(square / count) > kFollows_deg) return;
-    for (std::size_t k = 0; k < nodes_.size(); ++k) history_.nodes[k].table_deg[axis] = angles[k];
+    const double own_share = OwnShare(axis);
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      SensorState& point = history_.nodes[k];
+      const double own_deg = std::exchange(point.table_deg[axis], angles[k]);
+      if (k > 0 && k + 1 < nodes_.size() && IsSteady(k, axis))
+        point.own_part_deg[axis] = own_share * (own_deg - angles[k]);
+    }
   }
 
  private:
@@ -58,7 +65,9 @@ class AngleSmoother {
     return history_.nodes[k].table_deg[axis] - history_.nodes[k].table_by_gyro_deg[axis];
   }
 
-  // Of a node's own reading in its angle, beside the readings about it that the gyro carried there.
+  // Of a node's own reading in its angle, beside the readings about it that the gyro carried there,
+  // for waves of few periods a turn in steady turns, in which the scale factor goes by the
+  // neighbours' rates. Of a ripple the reading itself has what it misreads.
   //
   // The residual of an interval is e = D(x - d): d the error of a node's readings, of variance s^2,
   // x the gyro's angle random walk, which grows by N^2 T from node to node, D the difference of
@@ -71,45 +80,24 @@ class AngleSmoother {
   //   cov(D x) = N^2 T (1 - a c),   V = cov(D x) + 2 s^2 c,
   // and the mean over u of their ratio is
   //   w = (1 - 2 a / (1 + r)) / r,   r^2 = 1 - 2 a + 4 s^2 / (N^2 T).
+  // Both noises are those of rests: what moves with the table, as a wave of the angle, is none.
   double OwnShare(std::size_t axis) const {
-    const std::optional<double> near_deg2 = BendOfOff(axis, 1), far_deg2 = BendOfOff(axis, kFar);
-    if (!near_deg2 || !far_deg2) return 0.0;
-    // 6 s^2 + (2 m - 3 a) N^2 T at m nodes to either side.
-    const double walk_deg2 = (*far_deg2 - *near_deg2) / (2.0 * static_cast<double>(kFar - 1));
-    if (!(walk_deg2 > 0.0)) return 0.0;
-    const double a = SharedPart(axis);
-    const double reading_deg2 = std::max(0.0, (*near_deg2 - (2.0 - 3.0 * a) * walk_deg2) / 6.0);
-    const double r = std::sqrt(1.0 - 2.0 * a + 4.0 * reading_deg2 / walk_deg2);
-    return r > 0.0 ? std::clamp((1.0 - 2.0 * a / (1.0 + r)) / r, 0.0, 1.0) : 1.0;
-  }
-
-  // Of the random walk from node to node, what a node has in common with both its neighbours.
-  double SharedPart(std::size_t axis) const {
-    double shared_s = 0.0, length_s = 0.0;
+    double shared_s = 0.0, length_s = 0.0, walk_deg2 = 0.0, steady = 0.0;
     for (std::size_t k = 1; k + 1 < nodes_.size(); ++k) {
       if (!IsSteady(k, axis)) continue;
+      const double step_s = nodes_[k].at.t_s - nodes_[k - 1].at.t_s;
+      const Matrix3 rates = history_.stand.Rates(history_.nodes[k].table_deg);
+      for (std::size_t c = 0; c < 3; ++c)
+        walk_deg2 += std::pow(rates[c][axis] * walk_deg_sqrt_s_[c], 2) * step_s;
       shared_s += 2.0 * history_.reference_walk_s[k];
-      length_s += nodes_[k].at.t_s - nodes_[k - 1].at.t_s;
+      length_s += step_s;
+      steady += 1.0;
     }
-    return length_s > 0.0 ? std::clamp(shared_s / length_s, 0.0, 0.5) : 0.0;
-  }
-
-  // Variance of Off(k - apart) - 2 Off(k) + Off(k + apart) while the table turns steadily, wild ones
-  // aside; nothing where there are too few.
-  std::optional<double> BendOfOff(std::size_t axis, std::size_t apart) const {
-    constexpr std::size_t kLeast = 40;
-    constexpr double kOfMedian = 0.6745;  // a normal value's absolute one, in standard deviations
-    std::vector<double> bends;
-    std::size_t steady = 0;  // in a row up to k
-    for (std::size_t k = 1; k + 1 < nodes_.size(); ++k) {
-      steady = IsSteady(k, axis) ? steady + 1 : 0;
-      if (steady < 2 * apart - 1) continue;
-      const std::size_t middle = k + 1 - apart;
-      const double bend = Off(middle - apart, axis) - 2.0 * Off(middle, axis) + Off(k + 1, axis);
-      if (std::isfinite(bend)) bends.push_back(std::fabs(bend));
-    }
-    if (bends.size() < kLeast) return std::nullopt;
-    return std::pow(Median(std::move(bends)) / kOfMedian, 2);
+    const double reading_deg2 = std::pow(history_.axis_error_deg[axis], 2);
+    if (!(walk_deg2 > 0.0) || !(reading_deg2 > 0.0)) return 0.0;
+    const double a = std::clamp(shared_s / length_s, 0.0, 0.5);
+    const double r = std::sqrt(1.0 - 2.0 * a + 4.0 * reading_deg2 * steady / walk_deg2);
+    return std::clamp((1.0 - 2.0 * a / (1.0 + r)) / r, 0.0, 1.0);
   }
 
   // The table turns, and the gyro neither speeds up nor slows down.
@@ -120,7 +108,8 @@ class AngleSmoother {
     return std::fabs(after - before) < kSteady * std::fabs(after);
   }
 
-  // No neighbours where the carried angle is not known.
+  // In a term that depends on the angle the noise of its own reading would be found again, as a
+  // ripple. No neighbours where the carried angle is not known.
   std::vector<Carried> CarriedAngles(std::size_t axis) const {
     constexpr std::size_t kPairs = 3;
     std::vector<Carried> out(nodes_.size());
@@ -161,10 +150,9 @@ class AngleSmoother {
            (nodes_[k].at.t_s - nodes_[k - 1].at.t_s);
   }
 
-  static constexpr std::size_t kFar = 3;
-
   StateHistory& history_;
   const std::vector<Node>& nodes_;
+  Vector3 walk_deg_sqrt_s_;
 };
 
 }  // namespace
@@ -175,8 +163,8 @@ double ReadingsBehind(const Node& node, std::size_t axis) {
   return std::fmax(1.0, own > 0.0 ? own : node.mean.readings);
 }
 
-void SmoothAngles(StateHistory* history) {
-  AngleSmoother smoother(history);
+void SmoothAngles(const Vector3& walk_deg_sqrt_s, StateHistory* history) {
+  AngleSmoother smoother(walk_deg_sqrt_s, history);
   for (std::size_t axis = 0; axis < 3; ++axis) smoother.Smooth(axis);
 }
 

@@ -115,9 +115,9 @@ void FillTableWays(const Recording& recording, const FeltByGyro& gyro, StateHist
 // Needs the ways. What lies between the readings of a node is the same whatever wave is looked for
 // in it, so that it is worked out once.
 void FillReadingAngles(StateHistory* history);
-// With them the angles at the nodes without the noise of their own reading, and how far the times
-// of the readings are off.
-void SmoothAngles(StateHistory* history);
+// With them the angles at the nodes without the noise of their own reading, what that adds, and how
+// far the times of the readings are off. `walk_deg_sqrt_s`: each channel's angle random walk.
+void SmoothAngles(const Vector3& walk_deg_sqrt_s, StateHistory* history);
 // Smoothed. What is missing is bridged where the gap is short (slow_quantity.h); longer stretches
 // are left out, counted as a defect. Unknown where it is known for less than half of the time.
 void FillTemperature(const Recording& recording, StateHistory* history);

@@ -165,10 +165,7 @@ class RateMaker {
   }
 
   const std::vector<Vector3>& at_rest_deg_s() const { return at_rest_; }
-  // The largest of the channels'.
-  double walk_deg_sqrt_s() const {
-    return *std::max_element(walk_deg_sqrt_s_.begin(), walk_deg_sqrt_s_.end());
-  }
+  const Vector3& walk_deg_sqrt_s() const { return walk_deg_sqrt_s_; }
 
  private:
   // Angle random walk of the channel [deg/sqrt(s)], by how its mean output changes from one interval
@@ -377,10 +374,11 @@ void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
   maker.Spans();
   const std::vector<Vector3> next =
       RatesAtRest(history->epochs, units_per_deg_s, settled_deg, *history, true);
-  FillTableWays(recording, {units_per_deg_s, maker.at_rest_deg_s(), next, maker.walk_deg_sqrt_s()},
+  const Vector3& walks = maker.walk_deg_sqrt_s();
+  FillTableWays(recording, {units_per_deg_s, maker.at_rest_deg_s(), next, std::ranges::max(walks)},
                 history);
   FillReadingAngles(history);
-  SmoothAngles(history);
+  SmoothAngles(walks, history);
 }
 
 }  // namespace gyrobench::calibration

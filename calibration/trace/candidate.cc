@@ -318,9 +318,7 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
   out.products = ComposedCandidates(problem, out.covariates);
   for (std::vector<Candidate>* list : {&out.grid, &out.products}) {
     for (Candidate& candidate : *list) {
-      candidate.raw = RawColumns(ColumnsOf(problem, candidate, out.covariates));
-      if (candidate.effect != nullptr)
-        candidate.raw = candidate.raw->Limited(candidate.effect->implausible_size());
+      candidate.raw = candidate.Limited(ColumnsOf(problem, candidate, out.covariates));
     }
     std::erase_if(*list, [](const Candidate& candidate) { return !candidate.raw->allFinite(); });
   }

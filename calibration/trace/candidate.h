@@ -53,6 +53,10 @@ struct Candidate {
 
   // Logarithm of the chance that it gains so much of -2 log L by its columns without being there.
   double LogChance(double gain, double degrees) const;
+  // The columns with coefficients that are none of this effect's beyond its largest size.
+  RawColumns Limited(const RawColumns& its) const {
+    return effect == nullptr ? its : its.Limited(effect->implausible_size());
+  }
   bool empirical() const { return !knots.empty(); }
   // What -2 log L must gain for it to be named before an effect that does nearly the same.
   double complexity_penalty() const;

@@ -112,7 +112,7 @@ class ChannelSearcher {
     for (int round = 0; round < kMostForWalk; ++round) {
       const std::optional<Candidate> found = BestUnderLessWalk();
       if (!found) return;
-      plain_.push_back(RawColumns(Raw(*found)));
+      plain_.push_back(Raw(*found));
       AddToEverything(plain_.back());
       own_ = Everything().Best(own_.noise, Rough()).value_or(own_);
     }
@@ -150,7 +150,7 @@ class ChannelSearcher {
     std::vector<RawColumns> model = plain_;
     Eigen::Index column = 0;
     for (const RawColumns& columns : model) column += columns.cols();
-    model.push_back(RawColumns(Raw(candidate)));
+    model.push_back(Raw(candidate));
     std::vector<Eigen::Index> group;
     for (Eigen::Index j = 0; j < model.back().cols(); ++j) group.push_back(column++);
     const NoiseSearch search(problem_.intervals(), model, problem_.output_deg(), kDependent,
@@ -162,15 +162,15 @@ class ChannelSearcher {
   // Tones would not outlive their sums over a second.
   static double PieceFor(bool tones) { return tones ? 0.0 : NoiseSearch::kPiece_s; }
 
-  Eigen::MatrixXd Raw(const Candidate& candidate) const {
-    return ColumnsOf(problem_, candidate, request_.covariates);
+  RawColumns Raw(const Candidate& candidate) const {
+    return candidate.Limited(ColumnsOf(problem_, candidate, request_.covariates));
   }
 
   // Raw columns of the baseline and of the members.
   std::vector<RawColumns> ModelOf(const Selection& selection) const {
     std::vector<RawColumns> model = {saturated_.front()};
     for (const Candidate& member : selection.members())
-      model.push_back(member.raw ? *member.raw : RawColumns(Raw(member)));
+      model.push_back(member.raw ? *member.raw : Raw(member));
     return model;
   }
 
@@ -192,7 +192,7 @@ class ChannelSearcher {
     if (member.search() != Search::kCoefficient) return member.search() == Search::kNone;
     const auto point = std::ranges::find(candidates_->grid, member.family, &Candidate::family);
     if (point == candidates_->grid.end()) return false;
-    Eigen::MatrixXd more = member.context.nonlinear[0] * (Raw(member) - point->raw->Copy());
+    Eigen::MatrixXd more = member.context.nonlinear[0] * (Raw(member).Copy() - point->raw->Copy());
     Whitener(problem_.intervals(), noise).Apply(more);
     return more.squaredNorm() < kOtherNoise;
   }
@@ -205,7 +205,7 @@ class ChannelSearcher {
     for (const Candidate& member : found.selection.members()) {
       // What the noise was not judged with makes it look larger than it is.
       if (JudgedOnGrid(member, found.noise) || !judged_.insert(member.family).second) continue;
-      AddToEverything(RawColumns(Raw(member)));
+      AddToEverything(Raw(member));
       outside = true;
     }
     const NoiseSearch& everything = Everything();

@@ -80,7 +80,7 @@ void DropBlindTerms(const Projection& baseline, Candidate* candidate,
     raw->col(static_cast<Eigen::Index>(k)).setZero();
     white.col(candidate->columns[k]).setZero();
   }
-  if (raw) candidate->raw = RawColumns(std::move(*raw));
+  if (raw) candidate->raw = candidate->Limited(std::move(*raw));
 }
 
 }  // namespace

@@ -31,11 +31,16 @@ class PeriodicBasis : public ChannelBasis {
     const bool much = std::fabs(x) * static_cast<double>(point.readings) > kMuch_rad;
     if (much && WaveOverReadings(point, context().table_axis, k, terms)) return;
     const double mean = MeanOfWave(point.readings, x);
-    terms[0] = mean * std::sin(k * table_rad(point));
-    terms[1] = mean * std::cos(k * table_rad(point));
+    const double own_deg = k < kFewPeriods ? point.own_part_deg[context().table_axis] : 0.0;
+    const double phase = k * (table_rad(point) + own_deg * kRadPerDeg);
+    terms[0] = mean * std::sin(phase);
+    terms[1] = mean * std::cos(phase);
   }
 
  private:
+  // A turn: the data know more of them than of the errors of the angle.
+  static constexpr double kFewPeriods = 4.0;
+
   virtual double periods() const = 0;
 };
 
