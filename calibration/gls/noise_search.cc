@@ -185,6 +185,19 @@ double NoiseSearch::DevianceOf(const Products& products, const Solved& model,
          model.square / (n * n) + model.penalty;
 }
 
+// N of a model without the limited columns; 0 where there are none, or it cannot be solved.
+double NoiseSearch::WithoutLimited(const Products& products) const {
+  if (!products.limited()) return 0.0;
+  std::vector<Eigen::Index> limited;
+  for (Eigen::Index j = 0; j < products.columns(); ++j) {
+    if (products.per_largest(j) > 0.0) limited.push_back(j);
+  }
+  const Products free = Without(products, limited);
+  const std::optional<Solved> solved = Solve(free, 0.0);
+  if (!solved) return 0.0;
+  return std::sqrt(solved->square / static_cast<double>(columns_.all().rows() - free.columns()));
+}
+
 // At the ratios of the products, with the N that suits them best: where the derivative is none,
 //   N^2 = square / (rows - columns + held).
 // A larger N leaves limited coefficients less; it is come to from above, since a column that may
@@ -195,7 +208,7 @@ NoiseSearch::Likeliest NoiseSearch::Profile(const Products& model,
   constexpr double kSame = 1e-7;
   const bool one = &model == &restricted;
   const auto freedom = static_cast<double>(columns_.all().rows() - restricted.columns());
-  double n = 1.0 / (model.output_scale() * std::sqrt(freedom));
+  double n = WithoutLimited(model);
   std::optional<Solved> solved, beside;
   for (int step = 0; step < kMostSteps; ++step) {
     solved = Solve(model, n);

@@ -80,6 +80,7 @@ class NoiseSearch {
   // Of `model`, restricted by so many columns of `restricted`.
   double DevianceOf(const Products& products, const Solved& model, const Solved& restricted,
                     Eigen::Index columns, double n) const;
+  double WithoutLimited(const Products& products) const;
   Likeliest Profile(const Products& model, const Products& restricted) const;
   Likeliest Profile(const Products& model) const { return Profile(model, model); }
   Deviances Contest(const Products& products, const std::vector<Eigen::Index>& group) const;

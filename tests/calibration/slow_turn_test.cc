@@ -188,6 +188,16 @@ TEST(ALimitedCoefficient, IsFreeFarFromItsLimitAndGoneWithALimitOfNothing) {
   EXPECT_NEAR(none.reference_deg, without->noise.reference_deg, 0.02 * none.reference_deg);
 }
 
+// Nothing but the noise itself: without a limit all of it would be taken away.
+TEST(ALimitedCoefficient, KeepsACopyOfTheNoiseFromTakingItAway) {
+  OwnNoise data = WithOwnNoise(4);
+  data.column = 0.01 * (data.output - data.turned * Eigen::Vector2d(1.01, 0.5));
+  const double n = kTrue.angle_random_walk_deg_sqrt_s;
+  // The reference's noise is as much as a tenth of it.
+  EXPECT_NEAR(BestNoise(data, RawColumns(data.column).Limited(0.1)).angle_random_walk_deg_sqrt_s, n,
+              0.1 * n);
+}
+
 // Of forty columns of noise that are held next to 0 and a hundred rows: they take no freedom.
 TEST(ALimitedCoefficient, TakesNoFreedomWhereTheLimitSaysIt) {
   constexpr Eigen::Index kRows = 100, kColumns = 40;
