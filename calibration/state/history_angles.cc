@@ -48,9 +48,9 @@ class AngleSmoother {
     const double own_share = OwnShare(axis);
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       SensorState& point = history_.nodes[k];
-      const double own_deg = std::exchange(point.table_deg[axis], angles[k]);
-      if (k > 0 && k + 1 < nodes_.size() && IsSteady(k, axis))
-        point.own_part_deg[axis] = own_share * (own_deg - angles[k]);
+      const double off_deg = std::exchange(point.table_deg[axis], angles[k]) - angles[k];
+      const bool steady = k > 0 && k + 1 < nodes_.size() && IsSteady(k, axis);
+      if (steady && std::isfinite(off_deg)) point.own_part_deg[axis] = own_share * off_deg;
     }
   }
 
