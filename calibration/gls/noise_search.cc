@@ -90,10 +90,10 @@ NoiseSearch::NoiseSearch(std::span<const Interval> intervals, std::span<const Ra
   Eigen::Index p = 0;
   for (const RawColumns& some : columns) p += some.cols();
   Eigen::VectorXd per_largest(p);
-  Eigen::Index limited = 0;
+  Eigen::Index first = 0;
   for (const RawColumns& some : columns) {
-    per_largest.segment(limited, some.cols()).setConstant(1.0 / some.largest());
-    limited += some.cols();
+    per_largest.segment(first, some.cols()).setConstant(1.0 / some.largest());
+    first += some.cols();
   }
   RowMajor merged = RowMajor::Zero(static_cast<Eigen::Index>(intervals_.size()), p + 1);
   // A stretch at a time, while every column fills its place in it.
@@ -179,8 +179,8 @@ std::optional<NoiseSearch::Solved> NoiseSearch::Solve(const Products& products, 
 }
 
 double NoiseSearch::DevianceOf(const Products& products, const Solved& model,
-                               const Solved& restricted, Eigen::Index columns, double n) const {
-  const auto freedom = static_cast<double>(columns_.all().rows() - columns);
+                               const Solved& restricted, double n) const {
+  const auto freedom = static_cast<double>(columns_.all().rows() - restricted.coefficients.size());
   return products.log_det + 2.0 * (restricted.information + freedom * std::log(n)) +
          model.square / (n * n) + model.penalty;
 }
@@ -221,7 +221,7 @@ NoiseSearch::Likeliest NoiseSearch::Profile(const Products& model,
     n = next;
     if (same || !(model.limited() || restricted.limited())) break;
   }
-  return {n, DevianceOf(model, *solved, one ? *solved : *beside, restricted.columns(), n)};
+  return {n, DevianceOf(model, *solved, one ? *solved : *beside, n)};
 }
 
 // Without a group's columns, whose part of the output it has again.
@@ -274,7 +274,7 @@ double NoiseSearch::Deviance(const NoiseModel& noise) const {
   const double n = noise.angle_random_walk_deg_sqrt_s;
   const Products products = At(noise.bias_random_walk_deg_s_sqrt_s / n, noise.reference_deg / n);
   const std::optional<Solved> solved = Solve(products, n);
-  return solved ? DevianceOf(products, *solved, *solved, products.columns(), n) : kInfinity;
+  return solved ? DevianceOf(products, *solved, *solved, n) : kInfinity;
 }
 
 // Logarithms of the ratios.

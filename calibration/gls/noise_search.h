@@ -77,9 +77,9 @@ class NoiseSearch {
   Products Scaled(const WhiteProducts& white) const;
   static Products Without(const Products& products, const std::vector<Eigen::Index>& group);
   static std::optional<Solved> Solve(const Products& products, double n);
-  // Of `model`, restricted by so many columns of `restricted`.
+  // Of `model`, with the likelihood that is restricted by the columns of `restricted`.
   double DevianceOf(const Products& products, const Solved& model, const Solved& restricted,
-                    Eigen::Index columns, double n) const;
+                    double n) const;
   double WithoutLimited(const Products& products) const;
   Likeliest Profile(const Products& model, const Products& restricted) const;
   Likeliest Profile(const Products& model) const { return Profile(model, model); }

@@ -53,7 +53,7 @@ struct Candidate {
 
   // Logarithm of the chance that it gains so much of -2 log L by its columns without being there.
   double LogChance(double gain, double degrees) const;
-  // The columns with coefficients that are none of this effect's beyond its largest size.
+  // Its columns, with coefficients that are no larger than what is plausible of the effect.
   RawColumns Limited(const RawColumns& its) const {
     return effect == nullptr ? its : its.Limited(effect->implausible_size());
   }
