@@ -379,7 +379,7 @@ void Selection::Grow(bool (Selection::*add)()) {
     const std::multiset<std::string> before = Families();
     const std::size_t barred = implausible_.size();
     if (!(this->*add)()) return;
-    PlaceSteps();
+    PlaceAgain();
     Exchange();
     DropWeak();
     if (Families() == before && implausible_.size() == barred) return;
@@ -400,6 +400,9 @@ void Selection::Run() {
     Grow(&Selection::AddCurve);
     if (Families() == before) break;
   }
+  constexpr int kMostRounds = 5;
+  constexpr double kHardly = 0.05;  // of -2 log L
+  for (int i = 0; i < kMostRounds && PlaceAgain() > kHardly;) ++i;
 }
 
 double Selection::PValue(std::size_t member) const {

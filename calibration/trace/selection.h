@@ -94,7 +94,7 @@ class Selection {
   void TryBetween(Candidate candidate, const WhiteStore::Columns& model, Best* best);
   void TryScans(const WhiteStore::Columns& model, Best* best);
   void PlaceStep(const WhiteStore::Columns& others, Candidate* candidate) const;
-  void PlaceSteps();
+  double PlaceAgain();
   void TryProducts(Best* best) const;
   void TryRamps(const WhiteStore::Columns& model, Best* best) const;
   std::vector<Ramp> BestRamps(const WhiteStore::Columns& model) const;

@@ -184,22 +184,32 @@ void Selection::PlaceStep(const WhiteStore::Columns& others, Candidate* candidat
   SetNonlinear({best_s}, candidate);
 }
 
-// What has been added since may have moved it.
-void Selection::PlaceSteps() {
-  for (std::size_t i = 0; i + 1 < members_.size(); ++i) {
-    if (members_[i].search() != Search::kTime) continue;
+// Each member among the others, which what has been added since may have moved. By how much that
+// lowers the cost. Not ripples: a scan sees them sharply, beside whatever is slower.
+double Selection::PlaceAgain() {
+  if (members_.size() < 2) return 0.0;
+  const double before = Cost(ModelColumns());
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    const bool is_step = members_[i].search() == Search::kTime;
+    const bool is_ripple = members_[i].search() == Search::kPeriods;
+    if (is_ripple || !(is_step || members_[i].searched() || members_[i].is_play())) continue;
     Candidate placed = members_[i];
     const WhiteStore::Columns others = ModelWithout(i);
-    PlaceStep(others, &placed);
+    if (is_step) {
+      PlaceStep(others, &placed);
+    } else {
+      Refine(&placed, others);
+    }
     if (placed.context.nonlinear == members_[i].context.nonlinear) continue;
     const Eigen::Index mark = store_.used();
     placed.columns = store_.Add(White(placed));
-    if (CostWith(placed, others) < CostWith(members_[i], others)) {
+    if (CostWith(placed, others) < CostWith(members_[i], others) && Plausible(placed, others)) {
       members_[i] = std::move(placed);
     } else {
       store_.DropFrom(mark);
     }
   }
+  return before - Cost(ModelColumns());
 }
 
 }  // namespace gyrobench::calibration
