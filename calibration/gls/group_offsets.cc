@@ -6,8 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "calibration/gls/independent_columns.h"
 #include "calibration/gls/minimize.h"
-#include "calibration/gls/noise_search.h"
 #include "calibration/gls/statistics.h"
 #include "calibration/gls/white_products.h"
 

@@ -8,7 +8,9 @@
 #include <map>
 
 #include "calibration/gls/filled_columns.h"
+#include "calibration/gls/independent_columns.h"
 #include "calibration/gls/minimize.h"
+#include "calibration/gls/rest_pieces.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/gls/white_products.h"
 
@@ -31,26 +33,6 @@ std::vector<double> High(bool moving) {
 std::vector<std::vector<double>> Grid(bool moving) {
   if (!moving) return {{-7.0}, {-3.5}};
   return {{-7.0, 0.5}, {-7.0, 3.0}, {-3.5, 0.5}, {-3.5, 3.0}};
-}
-
-// Index of the piece that each interval becomes a part of.
-std::vector<Eigen::Index> Merge(std::span<const Interval> intervals, double piece_s,
-                                std::vector<Interval>* merged) {
-  std::vector<Eigen::Index> piece(intervals.size());
-  for (std::size_t i = 0; i < intervals.size(); ++i) {
-    const Interval& interval = intervals[i];
-    const bool joins = interval.still && interval.GoesOn() && !merged->empty() &&
-                       merged->back().still &&
-                       merged->back().duration_s + interval.duration_s <= piece_s + 1e-6;
-    if (joins) {
-      merged->back().duration_s += interval.duration_s;
-      merged->back().more_walk_s += interval.more_walk_s;
-    } else {
-      merged->push_back(interval);
-    }
-    piece[i] = static_cast<Eigen::Index>(merged->size()) - 1;
-  }
-  return piece;
 }
 
 }  // namespace
@@ -86,14 +68,15 @@ struct NoiseSearch::Deviances {
 NoiseSearch::NoiseSearch(std::span<const Interval> intervals, std::span<const RawColumns> columns,
                          const Eigen::VectorXd& output, double tolerance, double piece_s) {
   for (const Interval& interval : intervals) moving_ = moving_ || !interval.still;
-  const std::vector<Eigen::Index> piece = Merge(intervals, piece_s, &intervals_);
+  const std::vector<Eigen::Index> piece = InPieces(intervals, piece_s, &intervals_);
   Eigen::Index p = 0;
   for (const RawColumns& some : columns) p += some.cols();
   Eigen::VectorXd per_largest(p);
   Eigen::Index first = 0;
-  for (const RawColumns& some : columns) {
-    per_largest.segment(first, some.cols()).setConstant(1.0 / some.largest());
-    first += some.cols();
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    per_largest.segment(first, columns[k].cols()).setConstant(1.0 / columns[k].largest());
+    first += columns[k].cols();
+    came_with_.resize(static_cast<std::size_t>(first), k);
   }
   RowMajor merged = RowMajor::Zero(static_cast<Eigen::Index>(intervals_.size()), p + 1);
   // A stretch at a time, while every column fills its place in it.
@@ -122,6 +105,9 @@ void NoiseSearch::Prepare(RowMajor columns, const Eigen::VectorXd& per_largest, 
   kept_ = IndependentColumns(gram.topLeftCorner(p, p), tolerance);
   const auto kept = static_cast<Eigen::Index>(kept_.size());
   per_largest_ = per_largest(kept_);
+  for (std::size_t j = 0; j < kept_.size(); ++j)
+    came_with_[j] = came_with_[static_cast<std::size_t>(kept_[j])];
+  came_with_.resize(kept_.size());
   // Values that are no numbers have no likelihood.
   solvable_ = gram.allFinite() && columns_.all().rows() > kept;
   if (!solvable_) return;
@@ -323,6 +309,57 @@ std::optional<NoiseEstimate> NoiseSearch::Best(const std::optional<NoiseModel>& 
       {n, n * std::exp(minimum.at[0]), moving_ ? n * std::exp(minimum.at[1]) : 0.0}, deviance};
 }
 
+std::optional<NoiseEstimate> NoiseSearch::BestPlausible(const std::optional<NoiseModel>& start,
+                                                        double tolerance) {
+  std::optional<NoiseEstimate> best = Best(start, tolerance);
+  // What the noise was with such columns says nothing of what it is without.
+  while (best && LeaveOutImplausible(best->noise)) best = Best({}, tolerance);
+  return best;
+}
+
+// Whether there were any.
+bool NoiseSearch::LeaveOutImplausible(const NoiseModel& noise) {
+  constexpr double kImplausible = 3.0;  // largest coefficients
+  const double n = noise.angle_random_walk_deg_sqrt_s;
+  const Products products = At(noise.bias_random_walk_deg_s_sqrt_s / n, noise.reference_deg / n);
+  const std::optional<Solved> solved = Solve(products, n);
+  if (!solved) return false;
+  std::set<std::size_t> out;
+  for (Eigen::Index j = 0; j < products.columns(); ++j) {
+    const double value = bulk_(j) + solved->coefficients(j) * std::exp(products.log_scale(j)) /
+                                        products.output_scale();
+    if (std::fabs(value) * per_largest_(j) > kImplausible)
+      out.insert(came_with_[static_cast<std::size_t>(j)]);
+  }
+  if (!out.empty()) LeaveOut(out);
+  return !out.empty();
+}
+
+// Those that came with these. What was taken off the output in their name is put back.
+void NoiseSearch::LeaveOut(const std::set<std::size_t>& given) {
+  const auto columns = static_cast<Eigen::Index>(kept_.size());
+  std::vector<Eigen::Index> stay;
+  Eigen::VectorXd output = columns_.all().col(columns);
+  for (Eigen::Index j = 0; j < columns; ++j) {
+    if (given.contains(came_with_[static_cast<std::size_t>(j)])) {
+      output += bulk_(j) * columns_.all().col(j);
+    } else {
+      stay.push_back(j);
+    }
+  }
+  RowMajor left(columns_.all().rows(), static_cast<Eigen::Index>(stay.size()) + 1);
+  left << columns_.all()(Eigen::all, stay), output;
+  columns_ = ColumnsInChunks(std::move(left));
+  bulk_ = Eigen::VectorXd(bulk_(stay));
+  per_largest_ = Eigen::VectorXd(per_largest_(stay));
+  for (std::size_t j = 0; j < stay.size(); ++j) {
+    kept_[j] = kept_[static_cast<std::size_t>(stay[j])];
+    came_with_[j] = came_with_[static_cast<std::size_t>(stay[j])];
+  }
+  kept_.resize(stay.size());
+  came_with_.resize(stay.size());
+}
+
 NoiseEstimate NoiseSearch::WithoutUnseen(const NoiseEstimate& best) const {
   constexpr double kNoGain = 1e-3;  // of the deviance
   NoiseEstimate out = best;
@@ -404,34 +441,6 @@ std::vector<double> NoiseSearch::GainsOverNoise(
   }
   for (std::size_t g = 0; g < groups.size(); ++g)
     out[g] = std::max(least[g].without - least[g].with, 0.0);
-  return out;
-}
-
-std::vector<Eigen::Index> IndependentColumns(const Eigen::MatrixXd& gram, double tolerance) {
-  std::vector<Eigen::Index> out;
-  // Gram-Schmidt on the products: what is left of each column after those before it.
-  Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(gram.rows(), gram.rows());
-  for (Eigen::Index j = 0; j < gram.rows(); ++j) {
-    const auto kept = static_cast<Eigen::Index>(out.size());
-    double left = gram(j, j);
-    Eigen::VectorXd row(kept);
-    for (Eigen::Index k = 0; k < kept; ++k) {
-      const Eigen::Index column = out[static_cast<std::size_t>(k)];
-      row(k) = (gram(j, column) - row.head(k).dot(lower.row(k).head(k))) / lower(k, k);
-      left -= row(k) * row(k);
-    }
-    if (!(left > tolerance * gram(j, j)) || !(gram(j, j) > 0)) continue;
-    lower.row(kept).head(kept) = row;
-    lower(kept, kept) = std::sqrt(left);
-    out.push_back(j);
-  }
-  return out;
-}
-
-Eigen::VectorXd SolveIndependent(const Eigen::MatrixXd& gram, const Eigen::VectorXd& right) {
-  const std::vector<Eigen::Index> kept = IndependentColumns(gram);
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(gram.rows());
-  out(kept) = ScaledLdlt(gram(kept, kept)).Solve(Eigen::VectorXd(right(kept)));
   return out;
 }
 

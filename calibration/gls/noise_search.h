@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <limits>
 #include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -45,6 +46,11 @@ class NoiseSearch {
   // within `tolerance` of their logarithm. nullopt without a row more than columns.
   std::optional<NoiseEstimate> Best(const std::optional<NoiseModel>& start = {},
                                     double tolerance = 0.02) const;
+  // The same without what cannot be: limited columns whose coefficient comes out three times as large
+  // as the largest are left out from then on, with those that came with them. Over many rows what
+  // such a column takes from the noise outweighs any limit.
+  std::optional<NoiseEstimate> BestPlausible(const std::optional<NoiseModel>& start = {},
+                                             double tolerance = 0.02);
   // The best noise with the mean of the bias random walk that the likelihood leaves open, every
   // size from 0 being as likely before, in place of the likeliest one: that is 0 for many data in
   // which there is a walk, and slow effects would be known better than they are.
@@ -86,19 +92,16 @@ class NoiseSearch {
   Deviances Contest(const Products& products, const std::vector<Eigen::Index>& group) const;
   std::vector<double> Start(const NoiseModel& noise) const;
   void Prepare(RowMajor columns, const Eigen::VectorXd& per_largest, double tolerance);
+  bool LeaveOutImplausible(const NoiseModel& noise);
+  void LeaveOut(const std::set<std::size_t>& given);
 
-  std::vector<Interval> intervals_;  // merged
-  ColumnsInChunks columns_;          // the output last
-  Eigen::VectorXd bulk_;             // that was taken off the output, by columns
-  std::vector<Eigen::Index> kept_;   // their indices among those that were given
-  Eigen::VectorXd per_largest_;      // 1 / the largest coefficient of each
+  std::vector<Interval> intervals_;     // merged
+  ColumnsInChunks columns_;             // the output last
+  Eigen::VectorXd bulk_;                // that was taken off the output, by columns
+  std::vector<Eigen::Index> kept_;      // their indices among those that were given
+  Eigen::VectorXd per_largest_;         // 1 / the largest coefficient of each
+  std::vector<std::size_t> came_with_;  // of each: with which of those that were given
   bool moving_ = false, solvable_ = false;
 };
-
-// Those of the columns that are independent of the ones before them, `gram` being their products.
-std::vector<Eigen::Index> IndependentColumns(const Eigen::MatrixXd& gram,
-                                             double tolerance = kDependent);
-// Least squares from products; columns that depend on others get 0.
-Eigen::VectorXd SolveIndependent(const Eigen::MatrixXd& gram, const Eigen::VectorXd& right);
 
 }  // namespace gyrobench::calibration

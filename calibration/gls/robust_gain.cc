@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "calibration/gls/noise_search.h"
+#include "calibration/gls/independent_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
 
 namespace gyrobench::calibration {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "calibration/gls/noise_search.h"
+#include "calibration/gls/independent_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/gls/whitener.h"
 

@@ -233,9 +233,8 @@ class SamplingMend::State {
     if (correction_deg.isZero()) return {};
     std::vector<RawColumns> columns = {RawColumns(Eigen::MatrixXd(-correction_deg))};
     columns.insert(columns.end(), beside.begin(), beside.end());
-    const NoiseSearch search(problem_.intervals(), columns, problem_.output_deg(),
-                             kNearlyDependent);
-    const std::optional<NoiseEstimate> best = search.Best({}, kRough);
+    NoiseSearch search(problem_.intervals(), columns, problem_.output_deg(), kNearlyDependent);
+    const std::optional<NoiseEstimate> best = search.BestPlausible({}, kRough);
     if (!best) return {};
     const CoefficientEstimate share = search.FirstCoefficient(best->noise);
     Lack out{share.value, share.value / share.std_error, false, best->noise};

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/gls/noise_search.h"
+#include "calibration/gls/independent_columns.h"
 #include "calibration/gls/raw_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/refine.h"

@@ -62,7 +62,7 @@ class ChannelSearcher {
           problem_.history(i).name, problem_.begin_s(i), problem_.end_s(i)));
       return std::nullopt;
     }
-    const std::optional<NoiseEstimate> first = Everything().Best({}, Rough());
+    const std::optional<NoiseEstimate> first = Everything().BestPlausible({}, Rough());
     if (!first) {
       remarks_.push_back(fmt::format(
           "the noise cannot be estimated from {} intervals beside {} columns of the baseline and "
@@ -114,7 +114,7 @@ class ChannelSearcher {
       if (!found) return;
       plain_.push_back(Raw(*found));
       AddToEverything(plain_.back());
-      own_ = Everything().Best(own_.noise, Rough()).value_or(own_);
+      own_ = Everything().BestPlausible(own_.noise, Rough()).value_or(own_);
     }
   }
 
@@ -174,7 +174,7 @@ class ChannelSearcher {
     return model;
   }
 
-  const NoiseSearch& Everything() {
+  NoiseSearch& Everything() {
     if (!everything_) {
       everything_.emplace(problem_.intervals(), saturated_, problem_.output_deg(),
                           kNearlyDependent);
@@ -208,10 +208,10 @@ class ChannelSearcher {
       AddToEverything(Raw(member));
       outside = true;
     }
-    const NoiseSearch& everything = Everything();
+    NoiseSearch& everything = Everything();
     const NoiseSearch chosen(problem_.intervals(), ModelOf(found.selection), problem_.output_deg());
     std::optional<NoiseEstimate> better = chosen.Best(found.noise);
-    if (outside) own_ = everything.Best(found.noise, Rough()).value_or(own_);
+    if (outside) own_ = everything.BestPlausible(found.noise, Rough()).value_or(own_);
     if (!better) return std::nullopt;
     better = chosen.WithMeanWalk(*better);
     const bool agrees = everything.Deviance(better->noise) - own_.deviance < kOtherNoise;

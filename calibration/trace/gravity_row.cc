@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/gls/noise_search.h"
+#include "calibration/gls/independent_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/sensor/least_squares.h"
 #include "calibration/trace/channel_fit.h"

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "calibration/gls/foretold.h"
-#include "calibration/gls/noise_search.h"
+#include "calibration/gls/independent_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/held_out.h"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "calibration/gls/noise_search.h"
+#include "calibration/gls/independent_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/channel_search.h"

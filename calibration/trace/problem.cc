@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-#include "calibration/gls/noise_search.h"
+#include "calibration/gls/independent_columns.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -106,7 +106,8 @@ std::string AddTimingNoise(const Baseline& baseline, const CandidateSet& candida
   if (timing.empty()) return "";
   const std::vector<RawColumns> columns = EverythingThatMayAct(baseline, candidates);
   const std::optional<NoiseEstimate> none =
-      NoiseSearch(problem->intervals(), columns, problem->output_deg(), kNearlyDependent).Best();
+      NoiseSearch(problem->intervals(), columns, problem->output_deg(), kNearlyDependent)
+          .BestPlausible();
   if (!none) return "";
   const NoiseShare best = BestShare([&](double share) { return timing.With(share); }, columns,
                                     problem->output_deg(), none->noise, kLeastGain);

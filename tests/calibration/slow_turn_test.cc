@@ -230,5 +230,31 @@ TEST(ALimitedCoefficient, CostsNoDigitsWhereTheDataHardlyTellIt) {
               0.05 * kTrue.angle_random_walk_deg_sqrt_s);
 }
 
+// Over many rows what a column takes from the noise outweighs any limit: one whose coefficient can
+// not be is left out, and the noise is what it is without it. A column that says something true
+// stays.
+TEST(AColumnWhoseCoefficientCannotBe, IsLeftOutOfTheNoise) {
+  const OwnNoise data = WithOwnNoise(5);
+  const std::vector<RawColumns> without = {RawColumns(data.turned)};
+  std::vector<RawColumns> with = without;
+  // A hundred times the column is what the output has of it: the limit is a tenth of that.
+  with.push_back(RawColumns(data.column).Limited(10.0));
+  NoiseSearch alone(data.intervals, without, data.output, 1e-9);
+  NoiseSearch beside(data.intervals, with, data.output, 1e-9);
+  ASSERT_EQ(beside.independent(), alone.independent() + 1);
+  const auto expected = alone.BestPlausible({}, 1e-3), found = beside.BestPlausible({}, 1e-3);
+  ASSERT_TRUE(expected && found);
+  EXPECT_EQ(beside.independent(), alone.independent());
+  EXPECT_NEAR(found->noise.angle_random_walk_deg_sqrt_s,
+              expected->noise.angle_random_walk_deg_sqrt_s,
+              2e-3 * expected->noise.angle_random_walk_deg_sqrt_s);
+  EXPECT_NEAR(found->deviance, expected->deviance, 1e-3);
+
+  with.back() = RawColumns(data.column).Limited(100.0);
+  NoiseSearch stays(data.intervals, with, data.output, 1e-9);
+  ASSERT_TRUE(stays.BestPlausible({}, 1e-3));
+  EXPECT_EQ(stays.independent(), alone.independent() + 1);
+}
+
 }  // namespace
 }  // namespace gyrobench::testing
