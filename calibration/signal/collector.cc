@@ -218,7 +218,9 @@ class Collector::Impl {
     if (!job.moves && !done_.empty() && node.samples.t_s <= done_.back().samples.t_s) return;
     HalfIntegral(&node);
     WayIntegrals(&node);
-    if (!job.moves || !job.readings.AverageOutput(gyro_, &node.mean, &node.z_near))
+    // Also of what passes for rest: it may be a turn that is too slow for single readings.
+    const bool averaged = job.readings.AverageOutput(gyro_, &node.mean);
+    if (!job.moves || !averaged || !job.readings.AverageNear(gyro_, &node.z_near))
       NearIntegrals(&node);
     columns_.covariates.insert(columns_.covariates.end(), job.covariates.begin(),
                                job.covariates.end());
@@ -277,7 +279,7 @@ class Collector::Impl {
     rest_begin_known_ = false;
     IntegralMark end;
     if (!gyro_.IntegralAt(gyro_.RestEnd(job.coarse_s, job.moving_s), &end)) return;
-    if (end.t_s - rest_begin_.t_s < kShortestRest_s) return;
+    if (end.t_s - rest_begin_.t_s < kShortestRest_s || job.rest.Drifts()) return;
     finished_rests_.push_back(job.rest.Between(rest_begin_, end));
   }
 
@@ -327,7 +329,8 @@ Columns Collector::Impl::ColumnsSoFar() const {
     columns.rests = RestsWithoutReference(info_, columns);
     return columns;
   }
-  if (const OpenRest* rest = RestSoFar(); rest != nullptr && !columns.nodes.empty()) {
+  if (const OpenRest* rest = RestSoFar();
+      rest != nullptr && !rest->Drifts() && !columns.nodes.empty()) {
     // The newest reading may already belong to motion.
     const double limit_s = rest->last_at_rest_s - 0.15;
     const auto last = std::find_if(columns.nodes.rbegin(), columns.nodes.rend(),

@@ -72,15 +72,13 @@ ReadingsMean NodeReadings::Mean() const {
   return mean;
 }
 
-bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean, Near* near) const {
+bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean) const {
   if (empty()) return false;
   IntegralMark mark;
   Vector3 sum = {};
   AsMeans as_means = {}, as_means_later = {};
-  std::array<Vector3, kMost> at;
   for (std::size_t i = 0; i < size_; ++i) {
     if (!gyro.IntegralAt(groups_[i].t_s, &mark)) return false;
-    at[i] = mark.z;
     const AsMeans here = gyro.ring().AsMeansAt(groups_[i].t_s);
     const AsMeans later = gyro.ring().AsMeansHalfAfter(groups_[i].t_s);
     for (std::size_t c = 0; c < 3; ++c) {
@@ -94,19 +92,29 @@ bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean, Nea
     mean->as_means[c] = as_means[c] / readings_;
     mean->as_means_later[c] = as_means_later[c] / readings_;
   }
+  mean->output_known = true;
+  return true;
+}
+
+bool NodeReadings::AverageNear(const GyroStream& gyro, Near* near) const {
+  if (empty()) return false;
   const std::size_t shapes = std::min(size_, kShapes);
+  const auto group = [&](std::size_t k) { return groups_[(2 * k + 1) * size_ / (2 * shapes)]; };
+  std::array<IntegralMark, kShapes> at;
+  for (std::size_t k = 0; k < shapes; ++k) {
+    if (!gyro.IntegralAt(group(k).t_s, &at[k])) return false;
+  }
+  IntegralMark mark;
   for (std::size_t n = 0; n < kNear_s.size(); ++n) {
     Vector3 turned = {};
     double weights = 0.0;
     for (std::size_t k = 0; k < shapes; ++k) {
-      const std::size_t i = (2 * k + 1) * size_ / (2 * shapes);
-      if (!gyro.IntegralAt(groups_[i].t_s + kNear_s[n], &mark)) return false;
-      for (std::size_t c = 0; c < 3; ++c) turned[c] += groups_[i].weight * (mark.z[c] - at[i][c]);
-      weights += groups_[i].weight;
+      if (!gyro.IntegralAt(group(k).t_s + kNear_s[n], &mark)) return false;
+      for (std::size_t c = 0; c < 3; ++c) turned[c] += group(k).weight * (mark.z[c] - at[k].z[c]);
+      weights += group(k).weight;
     }
     for (std::size_t c = 0; c < 3; ++c) (*near)[n][c] = turned[c] / weights;
   }
-  mean->output_known = true;
   return true;
 }
 

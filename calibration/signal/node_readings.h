@@ -41,9 +41,11 @@ class NodeReadings {
 
   // What the reference says, and the times.
   ReadingsMean Mean() const;
-  // Fills the means of the output's integral and, relative to that, of the integral at kNear_s from
-  // the readings. False where there is no reading, or the gyro's samples do not reach.
-  bool AverageOutput(const GyroStream& gyro, ReadingsMean* mean, Near* near) const;
+  // Fills the means of the output's integral. False where there is no reading, or the gyro's samples
+  // do not reach; so does AverageNear.
+  bool AverageOutput(const GyroStream& gyro, ReadingsMean* mean) const;
+  // Means of the output's integral at kNear_s from the readings, less that at the readings.
+  bool AverageNear(const GyroStream& gyro, Near* near) const;
 
  private:
   static constexpr std::size_t kMost = 24;

@@ -27,15 +27,6 @@ constexpr double kNormTolerance = 0.05;
 
 double Length(const Vector3& v) { return std::hypot(v[0], v[1], v[2]); }
 
-void Append(OpenRest* rest, const Vector3& rotation_deg) {
-  ++rest->readings;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double offset = rotation_deg[c] - rest->origin_deg[c];
-    rest->sum_deg[c] += offset;
-    rest->square_deg2[c] += offset * offset;
-  }
-}
-
 }  // namespace
 
 void ReferenceTrack::Start(const MeasurementInfo& info) {
@@ -414,8 +405,10 @@ void ReferenceTrack::UpdateRest(std::size_t axis, double t_s, double angle_deg) 
     CloseRest();
   } else if (open_ && finder_[axis].within()) {
     // The reading before is at rest for certain: it was followed by another at rest.
-    if (pending_ && recent_count_ > 0)
-      Append(&*open_, recent_[(recent_count_ - 1) % kRecent].rotation_deg);
+    if (pending_ && recent_count_ > 0) {
+      const Recent& before = recent_[(recent_count_ - 1) % kRecent];
+      open_->Add(before.t_s, before.rotation_deg);
+    }
     open_->last_at_rest_s = t_s;
   }
   pending_ = finder_[axis].within();
@@ -426,12 +419,14 @@ void ReferenceTrack::UpdateRest(std::size_t axis, double t_s, double angle_deg) 
     for (std::size_t a = 0; a < 3; ++a) {
       if (watched_[a])
         rest.coarse_begin_s = std::max(rest.coarse_begin_s, finder_[a].rest_begin_s());
+      if (watched_[a] && std::isfinite(step_deg(a)))
+        rest.count_deg = std::max(rest.count_deg, step_deg(a));
     }
     const std::size_t kept = std::min(recent_count_, kRecent);
     for (std::size_t age = kept; age-- > 0;) {
       const Recent& reading = recent_[(recent_count_ - 1 - age) % kRecent];
       // The first readings within the tolerance may still creep.
-      if (reading.t_s > rest.coarse_begin_s + 0.05) Append(&rest, reading.rotation_deg);
+      if (reading.t_s > rest.coarse_begin_s + 0.05) rest.Add(reading.t_s, reading.rotation_deg);
     }
     open_ = rest;
     rest_began_ = true;

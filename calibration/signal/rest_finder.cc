@@ -137,18 +137,54 @@ constexpr std::size_t kMargin = 5;  // nodes on each side of a stretch at rest
 
 }  // namespace
 
+void OpenRest::Add(double t_s, const Vector3& rotation_deg) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (rotation[c].n > 0.0) change_square_deg2[c] += std::pow(rotation_deg[c] - newest_deg[c], 2);
+    rotation[c].Add(t_s - coarse_begin_s, rotation_deg[c] - origin_deg[c]);
+  }
+  newest_deg = rotation_deg;
+}
+
+bool OpenRest::Drifts() const { return Drifts(0) || Drifts(1) || Drifts(2); }
+
+// Of a step of h between two rests of the same length a line explains three quarters at most; where
+// noise of sigma is beside it the line moves by 1.5 h and leaves sqrt(sigma^2 + h^2 / 16), so that
+// one of 4 sigma and more leaves more than 1.2 sigma. The noise is that of neighbouring readings
+// (von Neumann, Ann. Math. Stat. 12, 1941), or rounding to counts.
+bool OpenRest::Drifts(std::size_t axis) const {
+  constexpr double kFewReadings = 8.0, kMostOfStep = 0.8;
+  constexpr double kClear = 4.5;       // standard errors of the slope
+  constexpr double kMovedNoise = 4.0;  // standard deviations of a reading
+  constexpr double kLeft = 1.1, kLeftOfFew = 1.3;
+  // Where noise does not carry the readings over it, a count up or down may be all that there is.
+  constexpr double kMovedCounts = 1.6, kCarried = 0.25;
+  const LineSums& line = rotation[axis];
+  if (!(line.n >= kFewReadings)) return false;
+  const double moved_deg = std::fabs(line.Slope()) * (last_at_rest_s - coarse_begin_s);
+  const double scatter_deg = std::sqrt(change_square_deg2[axis] / (2.0 * (line.n - 1.0)));
+  const bool carried = scatter_deg > kCarried * count_deg;
+  if (!(moved_deg > std::max(kFinestTolerance_deg, carried ? 0.0 : kMovedCounts * count_deg)))
+    return false;
+  if (line.Explained() > kMostOfStep) return true;
+  const double noise_deg = std::max(scatter_deg, count_deg / std::sqrt(12.0));
+  const double left_deg = std::sqrt(std::max(line.LeftOfY(), 0.0) / (line.n - 2.0));
+  return std::fabs(line.Slope()) * std::sqrt(line.SquareX()) > kClear * left_deg &&
+         moved_deg > kMovedNoise * noise_deg &&
+         left_deg < kLeft * (1.0 + kLeftOfFew / std::sqrt(line.n)) * noise_deg;
+}
+
 Rest OpenRest::Between(const IntegralMark& begin, const IntegralMark& end) const {
   Rest rest;
   rest.begin = begin;
   rest.end = end;
-  rest.readings = readings;
+  rest.readings = readings();
   rest.reference_begin_s = coarse_begin_s;
   rest.reference_end_s = last_at_rest_s;
-  const double n = std::max<double>(1.0, static_cast<double>(readings));
   for (std::size_t c = 0; c < 3; ++c) {
-    const double mean = sum_deg[c] / n;
+    const double n = std::max(1.0, rotation[c].n);
+    const double mean = rotation[c].y / n;
     rest.rotation_deg[c] = origin_deg[c] + mean;
-    const double variance = std::max(0.0, square_deg2[c] / n - mean * mean);
+    const double variance = std::max(0.0, rotation[c].yy / n - mean * mean);
     rest.scatter_deg = std::max(rest.scatter_deg, std::sqrt(variance));
   }
   return rest;

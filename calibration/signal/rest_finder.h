@@ -10,6 +10,7 @@
 
 #include "base/measurement.h"
 #include "calibration/signal/columns.h"
+#include "calibration/signal/line_sums.h"
 
 namespace gyrobench::calibration {
 
@@ -63,13 +64,23 @@ class RestFinder {
 struct OpenRest {
   double coarse_begin_s = 0.0;
   double last_at_rest_s = 0.0;
-  std::int64_t readings = 0;
-  Vector3 sum_deg = {};  // of the readings' rotation, relative to `origin_deg`
-  Vector3 square_deg2 = {};
   Vector3 origin_deg = {};
+  double count_deg = 0.0;                 // step of a coarse encoder, or something smaller
+  std::array<LineSums, 3> rotation = {};  // [deg] less `origin_deg`, over time since its begin [s]
+  Vector3 change_square_deg2 = {};        // sum of the squares from one reading to the next
+  Vector3 newest_deg = {};
 
+  void Add(double t_s, const Vector3& rotation_deg);
+  std::int64_t readings() const { return static_cast<std::int64_t>(rotation[0].n); }
+  // It is no rest: the readings go on evenly, by more than their noise, as where a table turns so
+  // slowly that it stays within their tolerance for half a second. A step between two rests is told
+  // from that by what a line leaves of it.
+  bool Drifts() const;
   // With the gyro's integral at its ends.
   Rest Between(const IntegralMark& begin, const IntegralMark& end) const;
+
+ private:
+  bool Drifts(std::size_t axis) const;
 };
 
 // Without a reference: the whole measurement is one rest, unless the accelerometer shows that the

@@ -15,7 +15,10 @@ namespace {
 class AngleSmoother {
  public:
   AngleSmoother(const Vector3& walk_deg_sqrt_s, StateHistory* history)
-      : history_(*history), nodes_(history->epochs), walk_deg_sqrt_s_(walk_deg_sqrt_s) {}
+      : history_(*history), nodes_(history->epochs), walk_deg_sqrt_s_(walk_deg_sqrt_s) {
+    for (const double walk : walk_deg_sqrt_s)
+      largest_walk_deg_sqrt_s_ = std::fmax(largest_walk_deg_sqrt_s_, walk);
+  }
 
   // Only where the gyro follows the table better than this: of a table that vibrates the gyro's
   // samples tell no more than one reading does.
@@ -100,12 +103,14 @@ class AngleSmoother {
     return std::clamp((1.0 - 2.0 * a / (1.0 + r)) / r, 0.0, 1.0);
   }
 
-  // The table turns, and the gyro neither speeds up nor slows down.
+  // The table turns, and the gyro neither speeds up nor slows down by more than its noise.
   bool IsSteady(std::size_t k, std::size_t axis) const {
     constexpr double kSteady = 0.1;
     if (!TurnsUpTo(history_, k, axis) || !TurnsUpTo(history_, k + 1, axis)) return false;
     const double before = RateByGyro(k, axis), after = RateByGyro(k + 1, axis);
-    return std::fabs(after - before) < kSteady * std::fabs(after);
+    const double length_s = nodes_[k].at.t_s - nodes_[k - 1].at.t_s;
+    const double noise = kNoiseSigmas * largest_walk_deg_sqrt_s_ * std::sqrt(2.0 / length_s);
+    return std::fabs(after - before) < std::max(kSteady * std::fabs(after), noise);
   }
 
   // In a term that depends on the angle the noise of its own reading would be found again, as a
@@ -153,6 +158,7 @@ class AngleSmoother {
   StateHistory& history_;
   const std::vector<Node>& nodes_;
   Vector3 walk_deg_sqrt_s_;
+  double largest_walk_deg_sqrt_s_ = 0.0;
 };
 
 }  // namespace

@@ -112,10 +112,12 @@ class RateMaker {
     for (std::size_t i = kReach; i + kReach < rates.size(); ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
         double sum = 0.0, count = 0.0;
-        const double alike =
-            std::max({kAlike_deg_s, kAlikeShare * std::fabs(rates[i][c]), RateNoise(history_, i)});
+        const double alike = std::max(kAlike_deg_s, kAlikeShare * std::fabs(rates[i][c]));
         for (std::size_t j = i - kReach; j <= i + kReach; ++j) {
-          if (history_.still[j] || std::fabs(rates[j][c] - rates[i][c]) > alike) break;
+          const double noise = std::hypot(RateNoise(history_, i), RateNoise(history_, j));
+          if (history_.still[j] || std::fabs(rates[j][c] - rates[i][c]) > std::max(alike, noise) ||
+              FeltToDiffer(i, j, c, alike))
+            break;
           if (j + 1 >= i && j <= i + 1) continue;  // they share a reading with it
           sum += rates[j][c];
           count += 1.0;
@@ -196,6 +198,17 @@ class RateMaker {
   }
   bool Shapes(std::size_t i, std::size_t c) const {
     return history_.usable[i][c] && std::isfinite(units_[c]);
+  }
+
+  // The gyro, whose noise may be far less than that of the readings, says that the rates over two
+  // intervals differ by more than `alike` and its noise.
+  bool FeltToDiffer(std::size_t i, std::size_t j, std::size_t c, double alike) const {
+    if (!Shapes(i, c) || !Shapes(j, c)) return false;
+    const double rate = (nodes_[i + 1].at.z[c] - nodes_[i].at.z[c]) / (units_[c] * Length(i));
+    const double other = (nodes_[j + 1].at.z[c] - nodes_[j].at.z[c]) / (units_[c] * Length(j));
+    const double noise =
+        kNoiseSigmas * walk_deg_sqrt_s_[c] * std::sqrt(1.0 / Length(i) + 1.0 / Length(j));
+    return std::fabs(other - rate) > std::max(alike, noise);
   }
 
   // How far before node i + 1 the output's integral is known on the way [s].

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/robust.h"
+#include "calibration/signal/line_sums.h"
 #include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
@@ -101,6 +102,18 @@ std::vector<NodeRange> StillStretches(const std::vector<Node>& nodes, std::size_
   return out;
 }
 
+// Their angles go on evenly: the axis turns, too slowly to leave the tolerance. Where one steps a
+// line explains three quarters of the variance at most.
+bool Drifts(const std::vector<Node>& nodes, std::size_t axis, const NodeRange& range) {
+  constexpr double kExplained = 0.8, kLeast_deg = 0.03;
+  LineSums line;
+  for (std::size_t k = range.begin; k < range.end; ++k)
+    line.Add(nodes[k].at.t_s - nodes[range.begin].at.t_s,
+             Angle(nodes[k], axis) - Angle(nodes[range.begin], axis));
+  const double lasts_s = nodes[range.end - 1].at.t_s - nodes[range.begin].at.t_s;
+  return line.Explained() > kExplained && std::fabs(line.Slope()) * lasts_s > kLeast_deg;
+}
+
 // Where the reference steps there are two angles.
 void Settle(const std::vector<Node>& nodes, std::size_t axis, double error_deg,
             const StepLimits& limits, NodeRange range, SettledAngles* out) {
@@ -134,8 +147,8 @@ SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& no
   if (recording.info.reference != ReferenceKind::kStandAngles) return out;
   for (std::size_t a = 0; a < 3; ++a) {
     if (!recording.info.stand_axis_present[a]) continue;
-    const std::vector<NodeRange> still =
-        StillStretches(nodes, a, RestTolerance(nodes, a, error_deg[a]));
+    std::vector<NodeRange> still = StillStretches(nodes, a, RestTolerance(nodes, a, error_deg[a]));
+    std::erase_if(still, [&](const NodeRange& range) { return Drifts(nodes, a, range); });
     const StepLimits limits = {recording.reference_step_deg[a], ScatterAtRest(nodes, still, a)};
     for (const NodeRange& range : still) Settle(nodes, a, error_deg[a], limits, range, &out);
   }

@@ -106,8 +106,8 @@ class TableWays {
     double most = std::max(kLeastMotion_deg_s, RateNoise(history_, k - 1));
     for (std::size_t a = 0; a < 3; ++a) {
       const double rate = std::fabs(history_.nodes[k].table_rate_deg_s[a]);
-      if (!(rate > most)) continue;
-      most = rate;
+      if (!(rate > most || (axis == kNoAxis && history_.turns_slowly[k][a]))) continue;
+      most = std::max(most, rate);
       axis = a;
     }
     return axis;
@@ -199,7 +199,8 @@ class TableWays {
 
 bool TurnsUpTo(const StateHistory& history, std::size_t node, std::size_t axis) {
   return node < history.nodes.size() &&
-         std::fabs(history.nodes[node].table_rate_deg_s[axis]) > kLeastMotion_deg_s;
+         (history.turns_slowly[node][axis] ||
+          std::fabs(history.nodes[node].table_rate_deg_s[axis]) > kLeastMotion_deg_s);
 }
 
 double RateNoise(const StateHistory& history, std::size_t interval) {

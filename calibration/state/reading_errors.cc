@@ -1,10 +1,10 @@
 // What the mean of several readings of the reference is worth.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <vector>
 
-#include "base/robust.h"
 #include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
@@ -14,10 +14,18 @@ namespace {
 // Kollar, Quantization Noise, 2008).
 constexpr double kDither = 0.5;
 
-double MedianScatter(const std::vector<Rest>& rests) {
-  std::vector<double> scatter;
-  for (const Rest& rest : rests) scatter.push_back(rest.scatter_deg);
-  return Median(std::move(scatter));
+// Half of the readings are in rests that scatter no more than that: the turns that pass for rests
+// are many and short.
+double MedianScatter(std::vector<Rest> rests) {
+  std::ranges::sort(rests, {}, &Rest::scatter_deg);
+  std::int64_t left = 0;
+  for (const Rest& rest : rests) left += rest.readings;
+  left /= 2;
+  for (const Rest& rest : rests) {
+    left -= rest.readings;
+    if (left <= 0) return rest.scatter_deg;
+  }
+  return rests.back().scatter_deg;
 }
 
 }  // namespace

@@ -28,9 +28,8 @@ class TrailMaker {
         nodes_(history->epochs),
         rest_of_(RestsOfNodes(recording)) {
     SplitRestsAtSteps(recording, &rest_of_);
-    for (const std::size_t rest : rest_of_) {
-      if (rest != kNoRest) rests_ = std::max(rests_, rest + 1);
-    }
+    for (const std::size_t rest : rest_of_)
+      rests_ = rest == kNoRest ? rests_ : std::max(rests_, rest + 1);
   }
 
   void Make() {
@@ -52,7 +51,7 @@ class TrailMaker {
     Rotations();
     Tables();
     AxisErrors();
-    for (std::size_t k = 0; k < history_.nodes.size(); ++k) history_.nodes[k].still = AtRest(k);
+    MarkSlowTurns(settled_, &history_);
     FillGravity(recording_, rest_of_, &history_);
     FillRates(recording_, units_, Settled(), &history_);
     FillTemperature(recording_, &history_);
@@ -213,7 +212,8 @@ class TrailMaker {
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       SensorState& point = history_.nodes[k];
       point.t_s = point.since_power_on_s = nodes_[k].at.t_s;
-      if (AtRest(k)) continue;
+      point.still = AtRest(k);
+      if (point.still) continue;
       history_.reference_walk_s[k] = SharedSample_s(nodes_[k].mean);
       if (!nodes_[k].mean.output_known) continue;
       history_.reference_walk_s[k] += nodes_[k].mean.walk_s;

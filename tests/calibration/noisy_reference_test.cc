@@ -12,6 +12,7 @@
 #include "calibration/state/state_history.h"
 #include "calibration/trace/problem.h"
 #include "calibration/trace/scans.h"
+#include "tests/calibration/injected.h"
 #include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_once.h"
 #include "tests/calibration/trace_story.h"
@@ -291,6 +292,29 @@ TEST(NoRipple, IsMadeOfTheErrorsOfReadings) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const ChannelTrace channel = TraceOf(StoryOf(motion, seed).Collect());
     EXPECT_TRUE(channel.effects.empty()) << channel.summary << ", seed " << seed;
+  }
+}
+
+// So slowly that a node hardly moves by what it scatters: no rest, no step, no wave, and the scale
+// factor that is there.
+TEST(ATableThatTurnsSlowerThanItsReadingsTell, HasItsScaleFactorAndNothingElse) {
+  const double scale = BenchSensor().m_row[2];
+  for (const double reading_deg : {0.01, 0.02}) {
+    const Motion motion = Motion()
+                              .Rest(20)
+                              .ThereAndBack(kInnerAxis, 30, 0.25)
+                              .ThereAndBack(kInnerAxis, 40, 0.5)
+                              .ThereAndBack(kInnerAxis, 40, 1.0)
+                              .Rest(10);
+    BenchSensor sensor;
+    sensor.reading_deg = reading_deg;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      const ChannelTrace channel = TraceOf(SyntheticBench(motion, sensor).Measure({}, seed));
+      EXPECT_TRUE(channel.effects.empty()) << channel.summary;
+      EXPECT_NEAR(channel.baseline.whitened_rms, 1.0, 0.05) << channel.summary;
+      ExpectWithinItsInterval(channel.baseline.parameters, {"scale_factor", scale});
+      EXPECT_LT(channel.baseline.parameters[0].std_error, 2e-3 * scale);
+    }
   }
 }
 

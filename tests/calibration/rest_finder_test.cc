@@ -110,5 +110,78 @@ TEST(RestFinder, TakesNoReadingThatAgreesWithItsNeighboursForAnOutlier) {
   }
 }
 
+// Readings of one stretch, 50 a second.
+template <typename Angle>
+OpenRest Read(Angle angle, int readings, double count_deg) {
+  constexpr double kStep_s = 0.02;
+  OpenRest rest;
+  rest.count_deg = count_deg;
+  for (int i = 0; i < readings; ++i) {
+    const double deg = angle(kStep_s * i);
+    rest.Add(kStep_s * i,
+             {0.0, 0.0, count_deg > 0 ? count_deg * std::round(deg / count_deg) : deg});
+    rest.last_at_rest_s = kStep_s * i;
+  }
+  return rest;
+}
+
+// Of many stretches, how often one of this motion is told from a rest.
+template <typename Angle>
+double ShareThatDrifts(Angle angle, int readings, double noise_deg, double count_deg) {
+  constexpr int kStretches = 400;
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, noise_deg);
+  std::uniform_real_distribution<double> place(0.0, 1.0);
+  int drift = 0;
+  for (int k = 0; k < kStretches; ++k) {
+    const double from_deg = place(random);
+    const auto read = [&](double t_s) { return from_deg + angle(t_s) + noise(random); };
+    drift += Read(read, readings, count_deg).Drifts() ? 1 : 0;
+  }
+  return static_cast<double>(drift) / kStretches;
+}
+
+// Chance alone makes one in a few thousand a drift; two of 400 are less likely than one in a
+// hundred.
+constexpr double kHardlyEver = 0.005;
+
+TEST(OpenRest, ARestDoesNotDriftWhateverReadsIt) {
+  const auto still = [](double) { return 0.0; };
+  for (const int readings : {10, 40, 1000}) {
+    for (const double count_deg : {0.0, 0.022, 0.088}) {
+      for (const double noise_deg : {0.001, 0.01, 0.05})
+        EXPECT_LE(ShareThatDrifts(still, readings, noise_deg, count_deg), kHardlyEver)
+            << readings << " readings, counts of " << count_deg << ", noise of " << noise_deg;
+    }
+  }
+}
+
+// However large, and wherever in the rest.
+TEST(OpenRest, AStepBetweenTwoRestsIsNoDrift) {
+  for (const double noise_deg : {0.003, 0.03}) {
+    for (const double sigmas : {1.0, 2.0, 3.0, 4.0, 6.0, 20.0}) {
+      for (const double at_s : {4.0, 7.0, 10.0}) {
+        const auto step = [&](double t_s) { return t_s > at_s ? sigmas * noise_deg : 0.0; };
+        EXPECT_LE(ShareThatDrifts(step, 1000, noise_deg, 0.0), kHardlyEver)
+            << sigmas << " x " << noise_deg << " deg";
+      }
+    }
+  }
+}
+
+// By as much as brings it out of the tolerance of a rest: six times the noise on either side, or a
+// count and a tenth.
+TEST(OpenRest, ATableThatLeavesTheToleranceDrifts) {
+  for (const int readings : {20, 50, 200}) {
+    const double length_s = 0.02 * readings;
+    for (const double noise_deg : {0.005, 0.03}) {
+      const auto turn = [&](double t_s) { return 10.0 * noise_deg * t_s / length_s; };
+      EXPECT_GE(ShareThatDrifts(turn, readings, noise_deg, 0.0), 0.98) << readings;
+    }
+    const auto over_counts = [&](double t_s) { return 3.0 * 0.088 * t_s / length_s; };
+    EXPECT_GE(ShareThatDrifts(over_counts, readings, 0.002, 0.088), 0.98) << readings;
+  }
+}
+
 }  // namespace
 }  // namespace gyrobench::calibration

@@ -1,0 +1,81 @@
+// Turns that are too slow for one reading after the other to tell them from its noise.
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/signal/line_sums.h"
+#include "calibration/state/history_parts.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+// Of nodes on either side, and how many there have to be in all.
+constexpr std::size_t kAbout = 5, kLeastNodes = 6;
+// Slower is the creep of a table that holds, or Earth's rotation.
+constexpr double kLeastSlowTurn_deg_s = 0.02;
+// A turn is even where its two halves have the same rate within this share, or their noise.
+constexpr double kEven = 0.3;
+
+class SlowTurns {
+ public:
+  SlowTurns(const SettledAngles& settled, const StateHistory& history)
+      : settled_(settled), history_(history) {}
+
+  // The axis turns up to node k, as slowly before it as after it.
+  bool UpTo(std::size_t k, std::size_t axis) const {
+    if (k == 0 || !Moves(k, axis) || !Moves(k - 1, axis)) return false;
+    std::size_t begin = k - 1, end = k + 1;
+    while (begin > 0 && k - begin < kAbout && Moves(begin - 1, axis)) --begin;
+    while (end < history_.nodes.size() && end - k <= kAbout && Moves(end, axis)) ++end;
+    if (end - begin < kLeastNodes) return false;
+    const std::size_t middle = (begin + end) / 2;
+    const LineSums all = Angles(begin, end, axis);
+    const double rate = all.Slope(), noise = RateNoise(all, axis);
+    if (!(std::fabs(rate) > std::max(kLeastSlowTurn_deg_s, noise))) return false;
+    const LineSums first = Angles(begin, middle, axis), second = Angles(middle, end, axis);
+    const double change_noise = std::hypot(RateNoise(first, axis), RateNoise(second, axis));
+    return std::fabs(second.Slope() - first.Slope()) <
+           std::max(kEven * std::fabs(rate), change_noise);
+  }
+
+ private:
+  bool Moves(std::size_t k, std::size_t axis) const {
+    const bool rests =
+        k > 0 && history_.still[k - 1] && k < history_.still.size() && history_.still[k];
+    return !rests && !settled_.is_settled[k][axis] && std::isfinite(settled_.angle_deg[k][axis]);
+  }
+
+  LineSums Angles(std::size_t begin, std::size_t end, std::size_t axis) const {
+    LineSums out;
+    for (std::size_t k = begin; k < end; ++k) {
+      out.Add(history_.epochs[k].at.t_s - history_.epochs[begin].at.t_s,
+              settled_.angle_deg[k][axis] - settled_.angle_deg[begin][axis]);
+    }
+    return out;
+  }
+
+  // So many standard deviations of the slope.
+  double RateNoise(const LineSums& line, std::size_t axis) const {
+    const double error_deg = std::max(history_.axis_error_deg[axis], history_.angle_error_deg);
+    return kNoiseSigmas * error_deg / std::sqrt(line.SquareX());
+  }
+
+  const SettledAngles& settled_;
+  const StateHistory& history_;
+};
+
+}  // namespace
+
+void MarkSlowTurns(const SettledAngles& settled, StateHistory* history) {
+  history->turns_slowly.assign(history->nodes.size(), {});
+  if (history->recording->info.reference != ReferenceKind::kStandAngles) return;
+  const SlowTurns turns(settled, *history);
+  for (std::size_t k = 1; k < history->nodes.size(); ++k) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      const bool fast = std::fabs(history->nodes[k].table_rate_deg_s[a]) > kLeastMotion_deg_s;
+      if (!fast && history->recording->info.stand_axis_present[a])
+        history->turns_slowly[k][a] = turns.UpTo(k, a);
+    }
+  }
+}
+
+}  // namespace gyrobench::calibration
