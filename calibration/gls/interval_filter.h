@@ -32,7 +32,7 @@ class FilterOf {
     if (interval.new_run) {
       bb_ = be_ = bc_ = Real(0.0);
     } else {
-      bb_ += k2_ * interval.gap_before_s;
+      bb_ += k2_ * interval.gap_before_s + n2_ * interval.bias_jump_per_s;
     }
     if (interval.new_reference) {
       ee_ = s2_ * interval.begin_reference_share - n2_ * interval.begin_reference_walk_s;

@@ -35,6 +35,8 @@ struct Interval {
   double duration_s = 0.0;
   // Since the end of the interval before: nothing was measured, the bias walked on.
   double gap_before_s = 0.0;
+  // The bias jumps before the interval, by a variance of that much more N^2 [1/s].
+  double bias_jump_per_s = 0.0;
   bool still = false;
   // The reference's error at the begin is not the one at the end of the interval before.
   bool new_reference = false;

@@ -7,8 +7,8 @@ std::vector<Eigen::Index> InPieces(std::span<const Interval> intervals, double p
   std::vector<Eigen::Index> piece(intervals.size());
   for (std::size_t i = 0; i < intervals.size(); ++i) {
     const Interval& interval = intervals[i];
-    const bool joins = interval.still && interval.GoesOn() && !pieces->empty() &&
-                       pieces->back().still &&
+    const bool joins = interval.still && interval.GoesOn() && interval.bias_jump_per_s == 0.0 &&
+                       !pieces->empty() && pieces->back().still &&
                        pieces->back().duration_s + interval.duration_s <= piece_s + 1e-6;
     if (joins) {
       pieces->back().duration_s += interval.duration_s;

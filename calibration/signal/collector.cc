@@ -368,6 +368,7 @@ Recording Collector::Impl::Take() const {
   out.median_interval_s = gyro_.median_interval_s();
   out.orientation_known = track_.orientation_known();
   for (std::size_t a = 0; a < 3; ++a) {
+    out.rounding[a] = gyro_.rounding(a);
     out.reference_step_deg[a] = track_.step_deg(a);
     if (track_.silent(a)) out.info.stand_axis_present[a] = false;
   }

@@ -11,6 +11,7 @@
 #include "base/tick_fit.h"
 #include "calibration/signal/columns.h"
 #include "calibration/signal/late_rows.h"
+#include "calibration/signal/output_digits.h"
 
 namespace gyrobench::calibration {
 
@@ -31,6 +32,7 @@ struct Recording {
   double packed_interval_s = kMissing, packed_scatter_s = kMissing;
   // Whether rows come as unevenly as their stamps, which is known at the end alone.
   RowTiming rows;
+  std::array<OutputRounding, 3> rounding;  // of each channel
   // Of the stand's axes (of a single-axis reference its one, of an orientation each of the
   // sensor's): the least difference of two readings in a row; infinite where there was none.
   Vector3 reference_step_deg = {};

@@ -113,6 +113,7 @@ void GyroStream::Accept(const MissingCells::Sample& sample) {
   for (std::size_t c = 0; c < 3; ++c) {
     const bool valid = info_.gyro_present[c] && std::isfinite(sample.as_it_came.xi[c]);
     watched_[c] = valid ? xi[c] : kMissing;
+    if (valid) digits_[c].Add(xi[c]);
   }
   ring_.Push(t_s, xi, gap);
   last_time_s_ = t_s;

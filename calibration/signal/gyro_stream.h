@@ -12,6 +12,7 @@
 #include "calibration/signal/gyro_ring.h"
 #include "calibration/signal/intake.h"
 #include "calibration/signal/missing_cells.h"
+#include "calibration/signal/output_digits.h"
 #include "calibration/signal/rest_edges.h"
 #include "calibration/signal/saturation.h"
 #include "calibration/signal/wrapped_counts.h"
@@ -58,6 +59,8 @@ class GyroStream {
   // So far: the output is in counts of an unsigned converter (base/unsigned_counts.h) whose zero
   // nobody gave, and which is in the integral.
   bool unsigned_counts() const { return saturation_.unsigned_counts(); }
+  // Of what came of a channel so far.
+  OutputRounding rounding(std::size_t channel) const { return digits_[channel].Rounding(); }
   // The latest samples, mended.
   const GyroRing& ring() const { return ring_; }
 
@@ -113,6 +116,7 @@ class GyroStream {
   SaturationWatch saturation_;
   FreezeWatch freeze_;
   WrappedCounts wrapped_;
+  std::array<OutputDigits, 3> digits_;
   std::optional<double> watched_t_s_;  // of the newest sample
   Vector3 watched_ = {};
 

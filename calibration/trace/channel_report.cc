@@ -20,6 +20,7 @@
 #include "calibration/trace/reference_angle_error.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/report_parts.h"
+#include "calibration/trace/rounding_noise.h"
 #include "calibration/trace/selection.h"
 #include "calibration/trace/split.h"
 #include "calibration/trace/timing_noise.h"
@@ -85,6 +86,8 @@ class ChannelTracer::State {
                       CandidatesOf(problem_, request_.told)));
     if (!Finite()) return;
     if (std::string says = AddTimingNoise(baseline_, *candidates_, &problem_); !says.empty())
+      trace_.remarks.push_back(std::move(says));
+    if (std::string says = AddRoundingNoise(baseline_, *candidates_, &problem_); !says.empty())
       trace_.remarks.push_back(std::move(says));
     sampling_mend_.emplace(baseline_, *candidates_, &problem_);
   }

@@ -185,8 +185,10 @@ ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const
     Interval interval = intervals_[static_cast<std::size_t>(row)];
     for (; next < row; ++next) {
       const Interval& left_out = intervals_[static_cast<std::size_t>(next)];
-      if (power_on(next) == power_on(row))
+      if (power_on(next) == power_on(row)) {
         interval.gap_before_s += left_out.gap_before_s + left_out.duration_s;
+        interval.bias_jump_per_s += left_out.bias_jump_per_s;
+      }
       interval.new_reference = interval.new_reference || left_out.new_reference || !left_out.still;
     }
     next = row + 1;
@@ -261,6 +263,13 @@ double ChannelProblem::rounding_deg() const {
     if (history.coarse_steps) rounding_deg = std::max(rounding_deg, history.angle_error_deg);
   }
   return rounding_deg;
+}
+
+double ChannelProblem::output_rounding_deg_s() const {
+  double wave = 0.0;
+  for (const StateHistory& history : histories_)
+    wave = std::max(wave, history.recording->rounding[channel_].wave);
+  return wave / std::fabs(units_per_deg_s_);
 }
 
 double ChannelProblem::rounding_wave_deg(std::size_t axis) const {

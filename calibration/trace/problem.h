@@ -168,6 +168,8 @@ class ChannelProblem {
   // What rounding errs by in motion where the steps of an encoder are coarser than its noise, the
   // largest; 0 where they are not [deg]. It is a function of the angle.
   double rounding_deg() const;
+  // The largest wave that rounding may make of this channel's rate (OutputRounding).
+  double output_rounding_deg_s() const;
   // Of the readings of one of the table's axes, the largest of the measurements' [deg].
   double rounding_wave_deg(std::size_t axis) const;
   // Of one of the table's axes at a node in motion, the largest of the measurements' [deg].

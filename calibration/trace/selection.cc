@@ -199,6 +199,7 @@ bool Selection::IsSpike(const Candidate& candidate) const {
 
 // Whether its coefficients may be what the effect says, among the others of a model.
 bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const {
+  if (MayBeRounding(candidate, others)) return false;
   if (candidate.effect == nullptr) return true;
   if (IsSpike(candidate)) return false;
   const Effect& effect = *candidate.effect;

@@ -88,6 +88,7 @@ class Selection {
   bool ToldFromMembers(const Candidate& candidate, const WhiteStore::Columns& model) const;
   bool IsSpike(const Candidate& candidate) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
+  bool MayBeRounding(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool AddBest();
   void TryPool(const WhiteStore::Columns& model, Best* best);
   std::vector<const Candidate*> NearlyFound(const WhiteStore::Columns& model) const;
