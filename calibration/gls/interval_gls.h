@@ -35,8 +35,6 @@ struct Interval {
   double duration_s = 0.0;
   // Since the end of the interval before: nothing was measured, the bias walked on.
   double gap_before_s = 0.0;
-  // The bias jumps before the interval, by a variance of that much more N^2 [1/s].
-  double bias_jump_per_s = 0.0;
   bool still = false;
   // The reference's error at the begin is not the one at the end of the interval before.
   bool new_reference = false;
@@ -50,6 +48,8 @@ struct Interval {
   double end_reference_walk_s = 0.0, begin_reference_walk_s = 0.0;
   // The output's variance is that much more N^2: the rate between the samples is not known.
   double more_walk_s = 0.0;
+  // The bias jumps before the interval, by a variance of that much N^2 [1/s].
+  double bias_jump_per_s = 0.0;
 
   // Begins where the interval before ended, with the same errors.
   bool GoesOn() const { return gap_before_s == 0.0 && !new_reference && !new_run; }

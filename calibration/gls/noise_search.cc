@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "calibration/gls/filled_columns.h"
 #include "calibration/gls/independent_columns.h"
@@ -67,6 +68,7 @@ struct NoiseSearch::Deviances {
 
 NoiseSearch::NoiseSearch(std::span<const Interval> intervals, std::span<const RawColumns> columns,
                          const Eigen::VectorXd& output, double tolerance, double piece_s) {
+  tolerance_ = tolerance;
   for (const Interval& interval : intervals) moving_ = moving_ || !interval.still;
   const std::vector<Eigen::Index> piece = InPieces(intervals, piece_s, &intervals_);
   Eigen::Index p = 0;
@@ -335,29 +337,25 @@ bool NoiseSearch::LeaveOutImplausible(const NoiseModel& noise) {
   return !out.empty();
 }
 
-// Those that came with these. What was taken off the output in their name is put back.
+// Those that came with these. What was taken off the output is put back and taken off anew by
+// those that stay.
 void NoiseSearch::LeaveOut(const std::set<std::size_t>& given) {
   const auto columns = static_cast<Eigen::Index>(kept_.size());
-  std::vector<Eigen::Index> stay;
-  Eigen::VectorXd output = columns_.all().col(columns);
+  std::vector<Eigen::Index> stay, index;
+  std::vector<std::size_t> came_with;
   for (Eigen::Index j = 0; j < columns; ++j) {
-    if (given.contains(came_with_[static_cast<std::size_t>(j)])) {
-      output += bulk_(j) * columns_.all().col(j);
-    } else {
-      stay.push_back(j);
-    }
+    const auto at = static_cast<std::size_t>(j);
+    if (given.contains(came_with_[at])) continue;
+    stay.push_back(j);
+    index.push_back(kept_[at]);
+    came_with.push_back(came_with_[at]);
   }
   RowMajor left(columns_.all().rows(), static_cast<Eigen::Index>(stay.size()) + 1);
-  left << columns_.all()(Eigen::all, stay), output;
-  columns_ = ColumnsInChunks(std::move(left));
-  bulk_ = Eigen::VectorXd(bulk_(stay));
-  per_largest_ = Eigen::VectorXd(per_largest_(stay));
-  for (std::size_t j = 0; j < stay.size(); ++j) {
-    kept_[j] = kept_[static_cast<std::size_t>(stay[j])];
-    came_with_[j] = came_with_[static_cast<std::size_t>(stay[j])];
-  }
-  kept_.resize(stay.size());
-  came_with_.resize(stay.size());
+  left << columns_.all()(Eigen::all, stay),
+      columns_.all().col(columns) + columns_.all().leftCols(columns) * bulk_;
+  came_with_ = std::move(came_with);
+  Prepare(std::move(left), Eigen::VectorXd(per_largest_(stay)), tolerance_);
+  for (Eigen::Index& kept : kept_) kept = index[static_cast<std::size_t>(kept)];
 }
 
 NoiseEstimate NoiseSearch::WithoutUnseen(const NoiseEstimate& best) const {

@@ -101,6 +101,7 @@ class NoiseSearch {
   std::vector<Eigen::Index> kept_;      // their indices among those that were given
   Eigen::VectorXd per_largest_;         // 1 / the largest coefficient of each
   std::vector<std::size_t> came_with_;  // of each: with which of those that were given
+  double tolerance_ = kDependent;
   bool moving_ = false, solvable_ = false;
 };
 

@@ -220,8 +220,10 @@ class Collector::Impl {
     WayIntegrals(&node);
     // Also of what passes for rest: it may be a turn that is too slow for single readings.
     const bool averaged = job.readings.AverageOutput(gyro_, &node.mean);
-    if (!job.moves || !averaged || !job.readings.AverageNear(gyro_, &node.z_near))
-      NearIntegrals(&node);
+    const bool about_readings =
+        averaged && job.moves && job.readings.AverageNear(gyro_, &node.z_near);
+    if (!about_readings) NearIntegrals(&node);
+    if (job.moves) node.mean.output_known = about_readings;
     columns_.covariates.insert(columns_.covariates.end(), job.covariates.begin(),
                                job.covariates.end());
     done_.push_back(node);

@@ -24,6 +24,8 @@ constexpr double kWrapWithin_s = 0.24;
 constexpr double kWaitForAngles_s = 5.0;
 constexpr std::int64_t kWaitForReadings = 20;  // of an axis that is read
 constexpr double kNormTolerance = 0.05;
+// A larger step is no count of an encoder, but a motion between readings.
+constexpr double kCoarsestCount_deg = 0.25;
 
 double Length(const Vector3& v) { return std::hypot(v[0], v[1], v[2]); }
 
@@ -405,10 +407,10 @@ void ReferenceTrack::UpdateRest(std::size_t axis, double t_s, double angle_deg) 
     CloseRest();
   } else if (open_ && finder_[axis].within()) {
     // The reading before is at rest for certain: it was followed by another at rest.
-    if (pending_ && recent_count_ > 0) {
-      const Recent& before = recent_[(recent_count_ - 1) % kRecent];
+    // Of axes that are read at once the last one's reading has them all.
+    const Recent& before = recent_[(recent_count_ + kRecent - 1) % kRecent];
+    if (pending_ && recent_count_ > 0 && before.t_s < t_s)
       open_->Add(before.t_s, before.rotation_deg);
-    }
     open_->last_at_rest_s = t_s;
   }
   pending_ = finder_[axis].within();
@@ -419,14 +421,17 @@ void ReferenceTrack::UpdateRest(std::size_t axis, double t_s, double angle_deg) 
     for (std::size_t a = 0; a < 3; ++a) {
       if (watched_[a])
         rest.coarse_begin_s = std::max(rest.coarse_begin_s, finder_[a].rest_begin_s());
-      if (watched_[a] && std::isfinite(step_deg(a)))
+      if (watched_[a] && step_deg(a) < kCoarsestCount_deg)
         rest.count_deg = std::max(rest.count_deg, step_deg(a));
     }
+    rest.axes = static_cast<int>(std::ranges::count(watched_, true));
     const std::size_t kept = std::min(recent_count_, kRecent);
     for (std::size_t age = kept; age-- > 0;) {
       const Recent& reading = recent_[(recent_count_ - 1 - age) % kRecent];
+      const double next_s = age > 0 ? recent_[(recent_count_ - age) % kRecent].t_s : t_s;
       // The first readings within the tolerance may still creep.
-      if (reading.t_s > rest.coarse_begin_s + 0.05) rest.Add(reading.t_s, reading.rotation_deg);
+      if (reading.t_s > rest.coarse_begin_s + 0.05 && reading.t_s < next_s)
+        rest.Add(reading.t_s, reading.rotation_deg);
     }
     open_ = rest;
     rest_began_ = true;

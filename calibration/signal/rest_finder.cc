@@ -148,9 +148,9 @@ void OpenRest::Add(double t_s, const Vector3& rotation_deg) {
 bool OpenRest::Drifts() const { return Drifts(0) || Drifts(1) || Drifts(2); }
 
 // Of a step of h between two rests of the same length a line explains three quarters at most; where
-// noise of sigma is beside it the line moves by 1.5 h and leaves sqrt(sigma^2 + h^2 / 16), so that
-// one of 4 sigma and more leaves more than 1.2 sigma. The noise is that of neighbouring readings
-// (von Neumann, Ann. Math. Stat. 12, 1941), or rounding to counts.
+// noise of sigma is beside it the line moves by 1.5 h and leaves sqrt(sigma^2 + h^2 / 16): where it
+// moves by 4 sigma it leaves 1.2 sigma and more. The noise is that of neighbouring readings (von
+// Neumann, Ann. Math. Stat. 12, 1941), or rounding to counts.
 bool OpenRest::Drifts(std::size_t axis) const {
   constexpr double kFewReadings = 8.0, kMostOfStep = 0.8;
   constexpr double kClear = 4.5;       // standard errors of the slope
@@ -159,7 +159,8 @@ bool OpenRest::Drifts(std::size_t axis) const {
   // Where noise does not carry the readings over it, a count up or down may be all that there is.
   constexpr double kMovedCounts = 1.6, kCarried = 0.25;
   const LineSums& line = rotation[axis];
-  if (!(line.n >= kFewReadings)) return false;
+  if (!(line.n >= kFewReadings * axes) || !(std::fabs(line.Slope()) > kSlowestTurn_deg_s))
+    return false;
   const double moved_deg = std::fabs(line.Slope()) * (last_at_rest_s - coarse_begin_s);
   const double scatter_deg = std::sqrt(change_square_deg2[axis] / (2.0 * (line.n - 1.0)));
   const bool carried = scatter_deg > kCarried * count_deg;

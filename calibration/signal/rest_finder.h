@@ -60,11 +60,15 @@ class RestFinder {
   int block_count_ = 0;
 };
 
+// Slower is the creep of a table that holds, or of what the readings are relative to.
+inline constexpr double kSlowestTurn_deg_s = 0.02;
+
 // A rest that has begun: its readings so far.
 struct OpenRest {
   double coarse_begin_s = 0.0;
   double last_at_rest_s = 0.0;
   Vector3 origin_deg = {};
+  int axes = 1;                           // that are read
   double count_deg = 0.0;                 // step of a coarse encoder, or something smaller
   std::array<LineSums, 3> rotation = {};  // [deg] less `origin_deg`, over time since its begin [s]
   Vector3 change_square_deg2 = {};        // sum of the squares from one reading to the next
@@ -72,9 +76,10 @@ struct OpenRest {
 
   void Add(double t_s, const Vector3& rotation_deg);
   std::int64_t readings() const { return static_cast<std::int64_t>(rotation[0].n); }
-  // It is no rest: the readings go on evenly, by more than their noise, as where a table turns so
-  // slowly that it stays within their tolerance for half a second. A step between two rests is told
-  // from that by what a line leaves of it.
+  // It is no rest: the readings go on evenly, by more than their noise and faster than
+  // kSlowestTurn_deg_s, as where a table turns so slowly that it stays within their tolerance for
+  // half a second. A step between two long rests is told from that by what a line leaves of it; of a
+  // hundred readings and fewer one may pass for a drift, and the rest for a motion.
   bool Drifts() const;
   // With the gyro's integral at its ends.
   Rest Between(const IntegralMark& begin, const IntegralMark& end) const;

@@ -110,7 +110,8 @@ class AngleSmoother {
     const double before = RateByGyro(k, axis), after = RateByGyro(k + 1, axis);
     const double length_s = nodes_[k].at.t_s - nodes_[k - 1].at.t_s;
     const double noise = kNoiseSigmas * largest_walk_deg_sqrt_s_ * std::sqrt(2.0 / length_s);
-    return std::fabs(after - before) < std::max(kSteady * std::fabs(after), noise);
+    return before * after > 0.0 &&
+           std::fabs(after - before) < std::max(kSteady * std::fabs(after), noise);
   }
 
   // In a term that depends on the angle the noise of its own reading would be found again, as a

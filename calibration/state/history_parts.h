@@ -98,7 +98,7 @@ void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
 // Rates below the first are no motion; less than so many standard deviations of what two readings
 // say is their noise.
 inline constexpr double kLeastMotion_deg_s = 0.3, kNoiseSigmas = 4.0;
-// Fills StateHistory::turns_slowly.
+// Fills StateHistory::slow_rate_deg_s.
 void MarkSlowTurns(const SettledAngles& settled, StateHistory* history);
 // The reference says that an axis of the table turned up to a node; not beyond the last.
 bool TurnsUpTo(const StateHistory& history, std::size_t node, std::size_t axis);

@@ -4,6 +4,7 @@
 
 #include "base/robust.h"
 #include "calibration/signal/line_sums.h"
+#include "calibration/signal/rest_finder.h"
 #include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
@@ -105,13 +106,14 @@ std::vector<NodeRange> StillStretches(const std::vector<Node>& nodes, std::size_
 // Their angles go on evenly: the axis turns, too slowly to leave the tolerance. Where one steps a
 // line explains three quarters of the variance at most.
 bool Drifts(const std::vector<Node>& nodes, std::size_t axis, const NodeRange& range) {
-  constexpr double kExplained = 0.8, kLeast_deg = 0.03;
+  constexpr double kExplained = 0.8, kLeast_deg = 0.03;  // as OpenRest::Drifts
   LineSums line;
   for (std::size_t k = range.begin; k < range.end; ++k)
     line.Add(nodes[k].at.t_s - nodes[range.begin].at.t_s,
              Angle(nodes[k], axis) - Angle(nodes[range.begin], axis));
   const double lasts_s = nodes[range.end - 1].at.t_s - nodes[range.begin].at.t_s;
-  return line.Explained() > kExplained && std::fabs(line.Slope()) * lasts_s > kLeast_deg;
+  const double rate = std::fabs(line.Slope());
+  return line.Explained() > kExplained && rate * lasts_s > kLeast_deg && rate > kSlowestTurn_deg_s;
 }
 
 // Where the reference steps there are two angles.

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "calibration/signal/line_sums.h"
+#include "calibration/signal/rest_finder.h"
 #include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
@@ -10,31 +11,33 @@ namespace {
 
 // Of nodes on either side, and how many there have to be in all.
 constexpr std::size_t kAbout = 5, kLeastNodes = 6;
-// Slower is the creep of a table that holds, or Earth's rotation.
-constexpr double kLeastSlowTurn_deg_s = 0.02;
-// A turn is even where its two halves have the same rate within this share, or their noise.
-constexpr double kEven = 0.3;
+// A turn is even where its two halves have the same rate within this share, or their noise, and a
+// line leaves no more than so many errors of a node.
+constexpr double kEven = 0.3, kLeft = 1.8;
 
 class SlowTurns {
  public:
   SlowTurns(const SettledAngles& settled, const StateHistory& history)
       : settled_(settled), history_(history) {}
 
-  // The axis turns up to node k, as slowly before it as after it.
-  bool UpTo(std::size_t k, std::size_t axis) const {
-    if (k == 0 || !Moves(k, axis) || !Moves(k - 1, axis)) return false;
+  // Of an axis that turns up to node k, as slowly before it as after it; else 0.
+  double RateUpTo(std::size_t k, std::size_t axis) const {
+    if (k == 0 || !Moves(k, axis) || !Moves(k - 1, axis)) return 0.0;
     std::size_t begin = k - 1, end = k + 1;
     while (begin > 0 && k - begin < kAbout && Moves(begin - 1, axis)) --begin;
     while (end < history_.nodes.size() && end - k <= kAbout && Moves(end, axis)) ++end;
-    if (end - begin < kLeastNodes) return false;
+    if (end - begin < kLeastNodes) return 0.0;
     const std::size_t middle = (begin + end) / 2;
     const LineSums all = Angles(begin, end, axis);
-    const double rate = all.Slope(), noise = RateNoise(all, axis);
-    if (!(std::fabs(rate) > std::max(kLeastSlowTurn_deg_s, noise))) return false;
+    const double rate = all.Slope(), noise = SlopeNoise(all);
+    if (!(std::fabs(rate) > std::max(kSlowestTurn_deg_s, noise))) return 0.0;
+    const double left_deg = std::sqrt(std::max(all.LeftOfY(), 0.0) / (all.n - 2.0));
+    if (left_deg > kLeft * history_.angle_error_deg) return 0.0;
     const LineSums first = Angles(begin, middle, axis), second = Angles(middle, end, axis);
-    const double change_noise = std::hypot(RateNoise(first, axis), RateNoise(second, axis));
-    return std::fabs(second.Slope() - first.Slope()) <
-           std::max(kEven * std::fabs(rate), change_noise);
+    const double change_noise = std::hypot(SlopeNoise(first), SlopeNoise(second));
+    const bool even =
+        std::fabs(second.Slope() - first.Slope()) < std::max(kEven * std::fabs(rate), change_noise);
+    return even ? rate : 0.0;
   }
 
  private:
@@ -54,9 +57,8 @@ class SlowTurns {
   }
 
   // So many standard deviations of the slope.
-  double RateNoise(const LineSums& line, std::size_t axis) const {
-    const double error_deg = std::max(history_.axis_error_deg[axis], history_.angle_error_deg);
-    return kNoiseSigmas * error_deg / std::sqrt(line.SquareX());
+  double SlopeNoise(const LineSums& line) const {
+    return kNoiseSigmas * history_.angle_error_deg / std::sqrt(line.SquareX());
   }
 
   const SettledAngles& settled_;
@@ -66,14 +68,14 @@ class SlowTurns {
 }  // namespace
 
 void MarkSlowTurns(const SettledAngles& settled, StateHistory* history) {
-  history->turns_slowly.assign(history->nodes.size(), {});
+  history->slow_rate_deg_s.assign(history->nodes.size(), Vector3{});
   if (history->recording->info.reference != ReferenceKind::kStandAngles) return;
   const SlowTurns turns(settled, *history);
   for (std::size_t k = 1; k < history->nodes.size(); ++k) {
     for (std::size_t a = 0; a < 3; ++a) {
       const bool fast = std::fabs(history->nodes[k].table_rate_deg_s[a]) > kLeastMotion_deg_s;
       if (!fast && history->recording->info.stand_axis_present[a])
-        history->turns_slowly[k][a] = turns.UpTo(k, a);
+        history->slow_rate_deg_s[k][a] = turns.RateUpTo(k, a);
     }
   }
 }

@@ -105,8 +105,9 @@ class TableWays {
     std::size_t axis = kNoAxis;
     double most = std::max(kLeastMotion_deg_s, RateNoise(history_, k - 1));
     for (std::size_t a = 0; a < 3; ++a) {
+      const double slow = std::fabs(history_.slow_rate_deg_s[k][a]);
       const double rate = std::fabs(history_.nodes[k].table_rate_deg_s[a]);
-      if (!(rate > most || (axis == kNoAxis && history_.turns_slowly[k][a]))) continue;
+      if (!(rate > most) && !(axis == kNoAxis && slow > 0.0)) continue;
       most = std::max(most, rate);
       axis = a;
     }
@@ -140,7 +141,9 @@ class TableWays {
     bool forward = false, backward = false;
     for (std::size_t j = k - 1; j <= k + 1; ++j) {
       if (!Turns(j, axis)) continue;
-      (history_.nodes[j].table_rate_deg_s[axis] > 0.0 ? forward : backward) = true;
+      const double slow = history_.slow_rate_deg_s[j][axis];
+      const double rate = slow != 0.0 ? slow : history_.nodes[j].table_rate_deg_s[axis];
+      (rate > 0.0 ? forward : backward) = true;
     }
     if (forward && backward) return 0;
     if (!forward && !backward) forward = felt_deg > 0.0;
@@ -199,7 +202,7 @@ class TableWays {
 
 bool TurnsUpTo(const StateHistory& history, std::size_t node, std::size_t axis) {
   return node < history.nodes.size() &&
-         (history.turns_slowly[node][axis] ||
+         (history.slow_rate_deg_s[node][axis] != 0.0 ||
           std::fabs(history.nodes[node].table_rate_deg_s[axis]) > kLeastMotion_deg_s);
 }
 

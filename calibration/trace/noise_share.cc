@@ -33,8 +33,9 @@ NoiseShare BestShare(const RowsWithShare& with, std::span<const RawColumns> colu
     std::optional<NoiseModel> noise;
   };
   const auto try_from = [&](const Tried& last, double share) -> Tried {
-    NoiseSearch search(with(share), columns, output_deg, kNearlyDependent);
-    const std::optional<NoiseEstimate> best = search.BestPlausible(last.noise, kRough);
+    // Likelihoods that are restricted by other columns cannot be compared: none is left out.
+    const NoiseSearch search(with(share), columns, output_deg, kNearlyDependent);
+    const std::optional<NoiseEstimate> best = search.Best(last.noise, kRough);
     if (!best) return {share, std::numeric_limits<double>::infinity(), last.noise};
     return {share, best->deviance, best->noise};
   };

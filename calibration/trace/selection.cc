@@ -92,6 +92,7 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
       candidates_(&candidates),
       options_(options),
       whitener_(problem.intervals(), noise),
+      walk_deg_sqrt_s_(noise.angle_random_walk_deg_sqrt_s),
       store_(
           [&] {
             Eigen::MatrixXd output = problem.output_deg();
@@ -404,6 +405,7 @@ void Selection::Run() {
   constexpr int kMostRounds = 5;
   constexpr double kHardly = 0.05;  // of -2 log L
   for (int i = 0; i < kMostRounds && PlaceAgain() > kHardly;) ++i;
+  SeeWhatShapesLeave();
 }
 
 double Selection::PValue(std::size_t member) const {

@@ -146,6 +146,7 @@ class Selection {
   const CandidateSet* candidates_;
   SelectionOptions options_;
   Whitener whitener_;
+  double walk_deg_sqrt_s_ = 0.0;  // of the noise
   WhiteStore store_;
   WhiteStore::Columns base_;
   std::vector<WhiteStore::Columns> cells_;  // of candidates_->cells

@@ -184,8 +184,9 @@ void Selection::PlaceStep(const WhiteStore::Columns& others, Candidate* candidat
   SetNonlinear({best_s}, candidate);
 }
 
-// Each member among the others, which what has been added since may have moved. By how much that
-// lowers the cost. Not ripples: a scan sees them sharply, beside whatever is slower.
+// Each member that is searched, and play, among the others: what has been added since may have
+// moved it. By how much that lowers the cost. Not ripples: a scan sees them sharply, beside
+// whatever is slower.
 double Selection::PlaceAgain() {
   if (members_.size() < 2) return 0.0;
   const double before = Cost(ModelColumns());
@@ -200,10 +201,14 @@ double Selection::PlaceAgain() {
     } else {
       Refine(&placed, others);
     }
-    if (placed.context.nonlinear == members_[i].context.nonlinear) continue;
+    if (placed.context.nonlinear == members_[i].context.nonlinear &&
+        placed.context.start_sides == members_[i].context.start_sides)
+      continue;
     const Eigen::Index mark = store_.used();
     placed.columns = store_.Add(White(placed));
-    if (CostWith(placed, others) < CostWith(members_[i], others) && Plausible(placed, others)) {
+    // Plausible would take a step for a spike beside itself.
+    if (CostWith(placed, others) < CostWith(members_[i], others) &&
+        (is_step || Plausible(placed, others))) {
       members_[i] = std::move(placed);
     } else {
       store_.DropFrom(mark);

@@ -156,8 +156,8 @@ TEST(OpenRest, ARestDoesNotDriftWhateverReadsIt) {
   }
 }
 
-// However large, and wherever in the rest.
-TEST(OpenRest, AStepBetweenTwoRestsIsNoDrift) {
+// However large, and wherever in the rest, where there are many readings.
+TEST(OpenRest, AStepBetweenTwoLongRestsIsNoDrift) {
   for (const double noise_deg : {0.003, 0.03}) {
     for (const double sigmas : {1.0, 2.0, 3.0, 4.0, 6.0, 20.0}) {
       for (const double at_s : {4.0, 7.0, 10.0}) {
@@ -169,10 +169,18 @@ TEST(OpenRest, AStepBetweenTwoRestsIsNoDrift) {
   }
 }
 
+// However exactly it is read.
+TEST(OpenRest, ATableThatCreepsRests) {
+  for (const double rate_deg_s : {1e-4, 0.003, 0.01}) {
+    const auto creep = [&](double t_s) { return rate_deg_s * t_s; };
+    EXPECT_EQ(ShareThatDrifts(creep, 5000, 0.001, 0.0), 0.0) << rate_deg_s;
+  }
+}
+
 // By as much as brings it out of the tolerance of a rest: six times the noise on either side, or a
 // count and a tenth.
 TEST(OpenRest, ATableThatLeavesTheToleranceDrifts) {
-  for (const int readings : {20, 50, 200}) {
+  for (const int readings : {20, 50, 100}) {
     const double length_s = 0.02 * readings;
     for (const double noise_deg : {0.005, 0.03}) {
       const auto turn = [&](double t_s) { return 10.0 * noise_deg * t_s / length_s; };
