@@ -11,7 +11,6 @@
 #include "calibration/gls/filled_columns.h"
 #include "calibration/gls/independent_columns.h"
 #include "calibration/gls/minimize.h"
-#include "calibration/gls/rest_pieces.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/gls/white_products.h"
 

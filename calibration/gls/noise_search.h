@@ -26,6 +26,11 @@ struct CoefficientEstimate {
   double std_error = std::numeric_limits<double>::quiet_NaN();
 };
 
+// Appends the pieces that intervals become, of at most `piece_s` at rest, each moving one as it is.
+// Of each interval: index of the one that it has become a part of.
+std::vector<Eigen::Index> InPieces(std::span<const Interval> intervals, double piece_s,
+                                   std::vector<Interval>* pieces);
+
 class NoiseSearch {
  public:
   // `columns`: rows x p together, everything that may act; a missing effect would otherwise pass

@@ -1,4 +1,4 @@
-#include "calibration/gls/rest_pieces.h"
+#include "calibration/gls/noise_search.h"
 
 namespace gyrobench::calibration {
 

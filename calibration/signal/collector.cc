@@ -218,12 +218,12 @@ class Collector::Impl {
     if (!job.moves && !done_.empty() && node.samples.t_s <= done_.back().samples.t_s) return;
     HalfIntegral(&node);
     WayIntegrals(&node);
-    // Also of what passes for rest: it may be a turn that is too slow for single readings.
-    const bool averaged = job.readings.AverageOutput(gyro_, &node.mean);
-    const bool about_readings =
-        averaged && job.moves && job.readings.AverageNear(gyro_, &node.z_near);
-    if (!about_readings) NearIntegrals(&node);
-    if (job.moves) node.mean.output_known = about_readings;
+    node.mean.passed_for_rest = !job.moves;
+    if (!job.readings.AverageOutput(gyro_, &node.mean) || !job.moves ||
+        !job.readings.AverageNear(gyro_, &node.z_near)) {
+      NearIntegrals(&node);
+      if (job.moves) node.mean.output_known = false;
+    }
     columns_.covariates.insert(columns_.covariates.end(), job.covariates.begin(),
                                job.covariates.end());
     done_.push_back(node);
@@ -281,6 +281,8 @@ class Collector::Impl {
     rest_begin_known_ = false;
     IntegralMark end;
     if (!gyro_.IntegralAt(gyro_.RestEnd(job.coarse_s, job.moving_s), &end)) return;
+    if (job.rest.Drifts())
+      columns_.slow_turns.push_back({job.rest.coarse_begin_s, job.rest.last_at_rest_s});
     if (end.t_s - rest_begin_.t_s < kShortestRest_s || job.rest.Drifts()) return;
     finished_rests_.push_back(job.rest.Between(rest_begin_, end));
   }

@@ -74,7 +74,8 @@ struct ReadingsMean {
   // axis is read more often, table_deg holds the last reading in between.
   Vector3 own_readings = {}, own_deg = {};
   bool output_known = false;
-  Vector3 z = {};  // as IntegralMark's
+  bool passed_for_rest = false;  // when it came
+  Vector3 z = {};                // as IntegralMark's
   AsMeans as_means = {}, as_means_later = {};
   // Half the mean distance in time of two of the readings: the random walk of the angle is averaged
   // with them, and makes the covariance of the rotation before with the one after larger by
@@ -132,13 +133,18 @@ struct BadStretch {
   std::array<bool, 3> channel = {true, true, true};
 };
 
+struct TimeSpan {
+  double begin_s = 0.0, end_s = 0.0;
+};
+
 struct Columns {
   std::vector<Node> nodes;
   // Covariates, node by node in the order of MeasurementInfo::covariates: means since the node
   // before.
   std::vector<double> covariates;
   std::vector<Rest> rests;
-  std::vector<BadStretch> bad;  // in order of begin_s
+  std::vector<TimeSpan> slow_turns;  // that passed for rest at first, in order
+  std::vector<BadStretch> bad;       // in order of begin_s
 };
 
 }  // namespace gyrobench::calibration

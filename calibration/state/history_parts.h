@@ -98,6 +98,9 @@ void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
 // Rates below the first are no motion; less than so many standard deviations of what two readings
 // say is their noise.
 inline constexpr double kLeastMotion_deg_s = 0.3, kNoiseSigmas = 4.0;
+// The mean of a node's readings, whose output is known, is one of a motion: also of a slow turn
+// that passed for rest.
+bool IsOfMotion(const ReadingsMean& mean, const Columns& columns);
 // Fills StateHistory::slow_rate_deg_s.
 void MarkSlowTurns(const SettledAngles& settled, StateHistory* history);
 // The reference says that an axis of the table turned up to a node; not beyond the last.

@@ -1,6 +1,7 @@
 // Turns that are too slow for one reading after the other to tell them from its noise.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "calibration/signal/line_sums.h"
 #include "calibration/signal/rest_finder.h"
@@ -66,6 +67,12 @@ class SlowTurns {
 };
 
 }  // namespace
+
+bool IsOfMotion(const ReadingsMean& mean, const Columns& columns) {
+  if (!mean.output_known || !mean.passed_for_rest) return mean.output_known;
+  const auto after = std::ranges::upper_bound(columns.slow_turns, mean.t_s, {}, &TimeSpan::begin_s);
+  return after != columns.slow_turns.begin() && mean.t_s <= std::prev(after)->end_s;
+}
 
 void MarkSlowTurns(const SettledAngles& settled, StateHistory* history) {
   history->slow_rate_deg_s.assign(history->nodes.size(), Vector3{});

@@ -129,7 +129,7 @@ class TrailMaker {
   // Its epoch is the mean of its readings.
   bool MeansReadings(std::size_t k) const {
     const ReadingsMean& mean = recording_.columns.nodes[k].mean;
-    return !AtRest(k) && mean.output_known && mean.readings > 0.0;
+    return !AtRest(k) && mean.readings > 0.0 && IsOfMotion(mean, recording_.columns);
   }
 
   // The mark of the output's integral that is nearest to the middle of the interval: that half way

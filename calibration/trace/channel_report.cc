@@ -20,7 +20,6 @@
 #include "calibration/trace/reference_angle_error.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/report_parts.h"
-#include "calibration/trace/rounding_noise.h"
 #include "calibration/trace/selection.h"
 #include "calibration/trace/split.h"
 #include "calibration/trace/timing_noise.h"

@@ -1,4 +1,3 @@
-#include "calibration/trace/rounding_noise.h"
 
 #include <fmt/format.h>
 
@@ -11,6 +10,7 @@
 #include "calibration/trace/candidate.h"
 #include "calibration/trace/noise_share.h"
 #include "calibration/trace/problem.h"
+#include "calibration/trace/timing_noise.h"
 
 namespace gyrobench::calibration {
 namespace {

@@ -1,4 +1,5 @@
-// Readings whose times are not known: a noise of the reference that grows with the rate.
+// Noises of some rows beside those of gyro and reference: of readings whose times are not known,
+// and of a last digit that is coarser than the noise.
 #pragma once
 
 #include <string>
@@ -16,5 +17,12 @@ class ChannelProblem;
 // it, empty where there is none.
 std::string AddTimingNoise(const Baseline& baseline, const CandidateSet& candidates,
                            ChannelProblem* problem);
+
+// What rounding makes of the mean at a steady rate (OutputRounding) is another from rate to rate:
+// it passes for a nonlinearity, or for a resonance at the one speed that it is largest at. As much
+// of it as the data want beside everything that may act becomes noise: a jump of the bias from one
+// steady rate to the next. A sentence on it, empty where there is none.
+std::string AddRoundingNoise(const Baseline& baseline, const CandidateSet& candidates,
+                             ChannelProblem* problem);
 
 }  // namespace gyrobench::calibration
