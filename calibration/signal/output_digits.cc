@@ -11,6 +11,8 @@ constexpr double kPi = std::numbers::pi;
 constexpr std::int64_t kFewPairs = 100;
 // Noise in steps: less passes for none, more leaves nothing of the wave.
 constexpr double kLeastNoise = 0.02, kMostNoise = 2.0;
+// In steps: less is lost in the noise that makes it so small.
+constexpr double kLeastWave = 0.01;
 
 // That the next sample is the same.
 double ChanceOfSame(double noise_in_steps) {
@@ -46,8 +48,9 @@ OutputRounding OutputDigits::Rounding() const {
   if (pairs_ < kFewPairs || same_ == 0 || least_ == 0.0) return {};
   const double noise = NoiseInSteps(static_cast<double>(same_) / static_cast<double>(pairs_));
   const double surely = 0.5 * noise;
-  return {least_, least_ / kPi * std::exp(-2.0 * kPi * kPi * surely * surely),
-          least_ * std::sqrt(noise * noise + 1.0 / 12.0)};
+  const double wave_in_steps = std::exp(-2.0 * kPi * kPi * surely * surely) / kPi;
+  if (wave_in_steps < kLeastWave) return {};
+  return {least_, least_ * wave_in_steps, least_ * std::sqrt(noise * noise + 1.0 / 12.0)};
 }
 
 }  // namespace gyrobench::calibration

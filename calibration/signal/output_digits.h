@@ -10,7 +10,8 @@ namespace gyrobench::calibration {
 //   (q / pi) exp(-2 pi^2 sigma^2 / q^2) sin(2 pi w / q)
 // (Widrow and Kollar, Quantization Noise, 2008, 4.2), whose phase at a rate nobody knows. `wave` is
 // what its amplitude may be at most, `scatter` the standard deviation of a sample, rounded as it
-// is; in units of the output. All 0 where no two samples in a row were the same.
+// is; in units of the output. All 0 where no two samples in a row were the same, or noise leaves
+// less than a hundredth of a step of the wave.
 struct OutputRounding {
   double step = 0.0, wave = 0.0, scatter = 0.0;
 };

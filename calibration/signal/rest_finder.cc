@@ -145,6 +145,13 @@ void OpenRest::Add(double t_s, const Vector3& rotation_deg) {
   newest_deg = rotation_deg;
 }
 
+bool IsSlowTurn(const LineSums& angles, double lasts_s) {
+  constexpr double kMostOfStep = 0.8;
+  const double rate = std::fabs(angles.Slope());
+  return angles.Explained() > kMostOfStep && rate > kSlowestTurn_deg_s &&
+         rate * lasts_s > kFinestTolerance_deg;
+}
+
 bool OpenRest::Drifts() const { return Drifts(0) || Drifts(1) || Drifts(2); }
 
 // Of a step of h between two rests of the same length a line explains three quarters at most; where
@@ -152,7 +159,7 @@ bool OpenRest::Drifts() const { return Drifts(0) || Drifts(1) || Drifts(2); }
 // moves by 4 sigma it leaves 1.2 sigma and more. The noise is that of neighbouring readings (von
 // Neumann, Ann. Math. Stat. 12, 1941), or rounding to counts.
 bool OpenRest::Drifts(std::size_t axis) const {
-  constexpr double kFewReadings = 8.0, kMostOfStep = 0.8;
+  constexpr double kFewReadings = 8.0;
   constexpr double kClear = 4.5;       // standard errors of the slope
   constexpr double kMovedNoise = 4.0;  // standard deviations of a reading
   constexpr double kLeft = 1.1, kLeftOfFew = 1.3;
@@ -161,12 +168,13 @@ bool OpenRest::Drifts(std::size_t axis) const {
   const LineSums& line = rotation[axis];
   if (!(line.n >= kFewReadings * axes) || !(std::fabs(line.Slope()) > kSlowestTurn_deg_s))
     return false;
-  const double moved_deg = std::fabs(line.Slope()) * (last_at_rest_s - coarse_begin_s);
+  const double lasts_s = last_at_rest_s - coarse_begin_s;
+  const double moved_deg = std::fabs(line.Slope()) * lasts_s;
   const double scatter_deg = std::sqrt(change_square_deg2[axis] / (2.0 * (line.n - 1.0)));
   const bool carried = scatter_deg > kCarried * count_deg;
   if (!(moved_deg > std::max(kFinestTolerance_deg, carried ? 0.0 : kMovedCounts * count_deg)))
     return false;
-  if (line.Explained() > kMostOfStep) return true;
+  if (IsSlowTurn(line, lasts_s)) return true;
   const double noise_deg = std::max(scatter_deg, count_deg / std::sqrt(12.0));
   const double left_deg = std::sqrt(std::max(line.LeftOfY(), 0.0) / (line.n - 2.0));
   return std::fabs(line.Slope()) * std::sqrt(line.SquareX()) > kClear * left_deg &&

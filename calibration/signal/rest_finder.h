@@ -63,6 +63,10 @@ class RestFinder {
 // Slower is the creep of a table that holds, or of what the readings are relative to.
 inline constexpr double kSlowestTurn_deg_s = 0.02;
 
+// Angles over time [deg, s] that go on evenly for `lasts_s`: a line explains more of them than of a
+// step between two rests, of which it explains three quarters at most.
+bool IsSlowTurn(const LineSums& angles, double lasts_s);
+
 // A rest that has begun: its readings so far.
 struct OpenRest {
   double coarse_begin_s = 0.0;

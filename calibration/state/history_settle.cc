@@ -103,17 +103,13 @@ std::vector<NodeRange> StillStretches(const std::vector<Node>& nodes, std::size_
   return out;
 }
 
-// Their angles go on evenly: the axis turns, too slowly to leave the tolerance. Where one steps a
-// line explains three quarters of the variance at most.
+// The axis turns, too slowly to leave the tolerance.
 bool Drifts(const std::vector<Node>& nodes, std::size_t axis, const NodeRange& range) {
-  constexpr double kExplained = 0.8, kLeast_deg = 0.03;  // as OpenRest::Drifts
   LineSums line;
   for (std::size_t k = range.begin; k < range.end; ++k)
     line.Add(nodes[k].at.t_s - nodes[range.begin].at.t_s,
              Angle(nodes[k], axis) - Angle(nodes[range.begin], axis));
-  const double lasts_s = nodes[range.end - 1].at.t_s - nodes[range.begin].at.t_s;
-  const double rate = std::fabs(line.Slope());
-  return line.Explained() > kExplained && rate * lasts_s > kLeast_deg && rate > kSlowestTurn_deg_s;
+  return IsSlowTurn(line, nodes[range.end - 1].at.t_s - nodes[range.begin].at.t_s);
 }
 
 // Where the reference steps there are two angles.

@@ -1,10 +1,9 @@
-
+// As much of what rounding makes of a steady rate as the data want, as jumps of the bias.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 #include <vector>
 
 #include "calibration/trace/candidate.h"
@@ -14,9 +13,6 @@
 
 namespace gyrobench::calibration {
 namespace {
-
-// A wave that is less than that of a step's rounding is lost in the noise that makes it so small.
-constexpr double kLeastWave = 0.01;
 
 class RoundingNoise {
  public:
@@ -65,7 +61,7 @@ class RoundingNoise {
   double JumpPerS(std::size_t row) const {
     constexpr double kOtherRate = 0.5;  // steps
     const OutputRounding& rounding = RoundingOf(row);
-    if (!(rounding.wave > kLeastWave * rounding.step)) return 0.0;
+    if (!(rounding.wave > 0.0)) return 0.0;
     const double passed = std::fabs(Rate(row) - Rate(row - 1)) / rounding.step;
     if (!(passed > kOtherRate)) return 0.0;
     const double averaged = std::min(1.0, 1.0 / (std::numbers::pi * passed));
