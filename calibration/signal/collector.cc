@@ -281,9 +281,6 @@ class Collector::Impl {
     rest_begin_known_ = false;
     IntegralMark end;
     if (!gyro_.IntegralAt(gyro_.RestEnd(job.coarse_s, job.moving_s), &end)) return;
-    if (job.rest.Drifts())
-      columns_.slow_turns.push_back({job.rest.coarse_begin_s, job.rest.last_at_rest_s});
-    if (end.t_s - rest_begin_.t_s < kShortestRest_s || job.rest.Drifts()) return;
     finished_rests_.push_back(job.rest.Between(rest_begin_, end));
   }
 
@@ -300,8 +297,6 @@ class Collector::Impl {
 
   Columns ColumnsSoFar() const;
   DefectLog Defects() const;
-
-  static constexpr double kShortestRest_s = 0.25;
 
   double node_interval_s_;
   MeasurementInfo info_;
@@ -333,16 +328,14 @@ Columns Collector::Impl::ColumnsSoFar() const {
     columns.rests = RestsWithoutReference(info_, columns);
     return columns;
   }
-  if (const OpenRest* rest = RestSoFar();
-      rest != nullptr && !rest->Drifts() && !columns.nodes.empty()) {
+  if (const OpenRest* rest = RestSoFar(); rest != nullptr && !columns.nodes.empty()) {
     // The newest reading may already belong to motion.
     const double limit_s = rest->last_at_rest_s - 0.15;
     const auto last = std::find_if(columns.nodes.rbegin(), columns.nodes.rend(),
                                    [&](const Node& node) { return node.at.t_s <= limit_s; });
-    if (last != columns.nodes.rend() && last->at.t_s - rest_begin_.t_s >= kShortestRest_s) {
-      columns.rests.push_back(rest->Between(rest_begin_, last->at));
-    }
+    if (last != columns.nodes.rend()) columns.rests.push_back(rest->Between(rest_begin_, last->at));
   }
+  PartSlowTurns(&columns);
   return columns;
 }
 

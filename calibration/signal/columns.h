@@ -124,6 +124,8 @@ struct Rest {
   // `begin` and `end` say is the gyro's word, which a turn about another axis can escape.
   double reference_begin_s = -std::numeric_limits<double>::infinity();
   double reference_end_s = std::numeric_limits<double>::infinity();
+  // It is none: the axis turns, so slowly that it stayed within the tolerance for a while.
+  bool turns = false;
 };
 
 // A stretch that must not be used.

@@ -189,6 +189,7 @@ Rest OpenRest::Between(const IntegralMark& begin, const IntegralMark& end) const
   rest.readings = readings();
   rest.reference_begin_s = coarse_begin_s;
   rest.reference_end_s = last_at_rest_s;
+  rest.turns = Drifts();
   for (std::size_t c = 0; c < 3; ++c) {
     const double n = std::max(1.0, rotation[c].n);
     const double mean = rotation[c].y / n;
@@ -197,6 +198,45 @@ Rest OpenRest::Between(const IntegralMark& begin, const IntegralMark& end) const
     rest.scatter_deg = std::max(rest.scatter_deg, std::sqrt(variance));
   }
   return rest;
+}
+
+namespace {
+
+double Middle(const Rest& rest) { return 0.5 * (rest.reference_begin_s + rest.reference_end_s); }
+
+// Mean rate about an axis of the sensor from one rest to the next; 0 where there is a pause between
+// them.
+double RateBetween(const Rest& before, const Rest& after, std::size_t axis) {
+  if (!(after.reference_begin_s - before.reference_end_s < kShortestRest_s)) return 0.0;
+  const double rate =
+      (after.rotation_deg[axis] - before.rotation_deg[axis]) / (Middle(after) - Middle(before));
+  return std::fabs(rate) > kSlowestTurn_deg_s ? rate : 0.0;
+}
+
+void FindStairs(std::vector<Rest>* rests) {
+  constexpr double kEven = 3.0;  // of one rate to the next
+  for (std::size_t i = 1; i + 1 < rests->size(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double before = RateBetween((*rests)[i - 1], (*rests)[i], axis);
+      const double after = RateBetween((*rests)[i], (*rests)[i + 1], axis);
+      const double ratio = after / before;
+      if (!(ratio > 1.0 / kEven && ratio < kEven)) continue;
+      for (std::size_t j = i - 1; j <= i + 1; ++j) (*rests)[j].turns = true;
+    }
+  }
+}
+
+}  // namespace
+
+void PartSlowTurns(Columns* columns) {
+  constexpr double kLeastOfGyro_s = 0.25;
+  FindStairs(&columns->rests);
+  for (const Rest& rest : columns->rests) {
+    if (rest.turns) columns->slow_turns.push_back({rest.reference_begin_s, rest.reference_end_s});
+  }
+  std::erase_if(columns->rests, [](const Rest& rest) {
+    return rest.turns || rest.end.t_s - rest.begin.t_s < kLeastOfGyro_s;
+  });
 }
 
 std::vector<Rest> RestsWithoutReference(const MeasurementInfo& info, const Columns& columns) {

@@ -92,6 +92,11 @@ struct OpenRest {
   bool Drifts(std::size_t axis) const;
 };
 
+// Takes out of the rests, which are in order, what turns, and what the gyro leaves next to nothing
+// of. Also those turn that follow each other without a pause, evenly and in one direction, as the
+// counts of a coarse encoder do: in each alone there may be a count or none.
+void PartSlowTurns(Columns* columns);
+
 // Without a reference: the whole measurement is one rest, unless the accelerometer shows that the
 // sensor was handled; then the stretches of 2 s and more in which neither it nor the gyro changes.
 std::vector<Rest> RestsWithoutReference(const MeasurementInfo& info, const Columns& columns);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "calibration/state/even_turns.h"
 #include "calibration/state/history_parts.h"
 #include "calibration/state/timing_error.h"
 
@@ -49,8 +50,13 @@ class AngleSmoother {
     }
     if (count == 0.0 || std::sqrt(square / count) > kFollows_deg) return;
     const double own_share = OwnShare(axis);
+    const std::vector<std::optional<double>> of_slow_turns = SlowTurns(axis);
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       SensorState& point = history_.nodes[k];
+      if (of_slow_turns[k]) {
+        point.table_deg[axis] = *of_slow_turns[k];
+        continue;
+      }
       const double off_deg = std::exchange(point.table_deg[axis], angles[k]) - angles[k];
       const bool steady = k > 0 && k + 1 < nodes_.size() && IsSteady(k, axis);
       if (steady && std::isfinite(off_deg)) point.own_part_deg[axis] = own_share * off_deg;
@@ -112,6 +118,27 @@ class AngleSmoother {
     const double noise = kNoiseSigmas * largest_walk_deg_sqrt_s_ * std::sqrt(2.0 / length_s);
     return before * after > 0.0 &&
            std::fabs(after - before) < std::max(kSteady * std::fabs(after), noise);
+  }
+
+  // Of the nodes in slow and even turns the angle by a line through many.
+  std::vector<std::optional<double>> SlowTurns(std::size_t axis) const {
+    std::vector<double> t_s, read_deg, felt_deg;
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      t_s.push_back(nodes_[k].at.t_s);
+      read_deg.push_back(history_.nodes[k].table_deg[axis]);
+      felt_deg.push_back(history_.nodes[k].table_by_gyro_deg[axis]);
+    }
+    const AngleSeries series = {t_s, read_deg, felt_deg, history_.axis_error_deg[axis],
+                                largest_walk_deg_sqrt_s_};
+    std::vector<std::optional<double>> out(nodes_.size());
+    std::size_t end = 0;
+    for (std::size_t begin = 0; begin < nodes_.size(); begin = end) {
+      for (end = begin + 1; end < nodes_.size() && TurnsUpTo(history_, end, axis);) ++end;
+      for (std::size_t k = begin; k < end; ++k) {
+        if (const auto turn = FindEvenTurn(series, k, t_s[k], begin, end)) out[k] = turn->angle_deg;
+      }
+    }
+    return out;
   }
 
   // In a term that depends on the angle the noise of its own reading would be found again, as a

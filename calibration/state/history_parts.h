@@ -13,6 +13,9 @@ namespace gyrobench::calibration {
 
 inline constexpr std::size_t kNoRest = static_cast<std::size_t>(-1);
 
+// Axes whose angle is read as such: the stand's, or the one of the sensor.
+std::array<bool, 3> AnglesRead(const MeasurementInfo& info);
+
 // Of each node: index of the rest that it is in, or kNoRest. A rest ends where the gyro feels the
 // motion, or the reference shows it, less the time for which neither would.
 // A short one in which the rate changes or the readings go on, or of half a second, is none: a

@@ -27,10 +27,10 @@ bool Read(const ReadingsMean& mean, std::size_t axis) {
 class RestSplitter {
  public:
   RestSplitter(const Recording& recording, std::vector<std::size_t>* rest_of)
-      : recording_(recording),
-        nodes_(recording.columns.nodes),
+      : nodes_(recording.columns.nodes),
         rest_of_(*rest_of),
-        next_(recording.columns.rests.size()) {
+        next_(recording.columns.rests.size()),
+        present_(AnglesRead(recording.info)) {
     for (std::size_t a = 0; a < 3; ++a)
       limits_[a] = {recording.reference_step_deg[a],
                     ScatterAtRest(nodes_, RangesOfRests(*rest_of), a)};
@@ -51,26 +51,21 @@ class RestSplitter {
   }
 
  private:
-  bool Present(std::size_t axis) const {
-    return recording_.info.reference == ReferenceKind::kStandAngles &&
-           recording_.info.stand_axis_present[axis];
-  }
-
   // First node after the clearest step of an axis.
   std::optional<std::size_t> StepIn(const NodeRange& rest) const {
     std::optional<ReferenceStep> clearest;
     for (std::size_t a = 0; a < 3; ++a) {
-      if (!Present(a)) continue;
+      if (!present_[a]) continue;
       const std::optional<ReferenceStep> step = LargestStep(nodes_, rest, a, limits_[a]);
       if (step && (!clearest || step->sigmas > clearest->sigmas)) clearest = step;
     }
     return clearest ? std::optional(clearest->at) : std::nullopt;
   }
 
-  const Recording& recording_;
   const std::vector<Node>& nodes_;
   std::vector<std::size_t>& rest_of_;
   std::size_t next_;
+  std::array<bool, 3> present_;
   std::array<StepLimits, 3> limits_;  // of each axis
 };
 

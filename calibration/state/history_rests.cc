@@ -1,5 +1,6 @@
 // Which nodes are at rest.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -25,7 +26,7 @@ constexpr double kLeastRest_s = 0.55;
 constexpr double kLongerBeside = 3.0;
 // A short rest in which the readings of an axis go on evenly by more than that is the slow part of
 // a motion; in counts of the encoder, and at least.
-constexpr double kDriftCounts = 1.5, kLeastDrift_deg = 0.005;
+constexpr double kDriftCounts = 1.5, kLeastDrift_deg = 0.005, kLeastAway_deg = 0.0005;
 constexpr std::size_t kLeastQuiet = 3, kMostQuiet = 30;
 
 // Of values over time by least squares, each with a weight: its inverse variance over one's.
@@ -54,7 +55,11 @@ class RestTrimmer {
       : recording_(recording),
         nodes_(recording.columns.nodes),
         rest_of_(*rest_of),
-        sigma_(Scatter()) {}
+        read_(AnglesRead(recording.info)),
+        sigma_(Scatter()) {
+    for (std::size_t a = 0; a < 3; ++a)
+      reading_deg_[a] = ScatterAtRest(nodes_, RangesOfRests(rest_of_), a);
+  }
 
   void Run() {
     for (const NodeRange& rest : RangesOfRests(rest_of_)) Trim(rest.begin, rest.end);
@@ -90,13 +95,11 @@ class RestTrimmer {
   // sensor shows at rest. Of a few nodes no rate is known well enough.
   void DropThoseThatTurn() {
     const std::vector<NodeRange> rests = RangesOfRests(rest_of_);
-    Vector3 scatter_deg;
-    for (std::size_t a = 0; a < 3; ++a) scatter_deg[a] = ScatterAtRest(nodes_, rests, a);
     for (std::size_t r = 0; r < rests.size(); ++r) {
       if (Length(rests[r]) > kShortRest_s) continue;
       const bool turns = rests[r].end - rests[r].begin <= kLeastQuiet ||
                          Length(rests[r]) < kLeastRest_s || TurnsWithin(rests[r]) ||
-                         ReadingsDrift(rests[r], scatter_deg) ||
+                         ReadingsDrift(rests[r]) ||
                          (r > 0 && TurnsBeside(rests[r], rests[r - 1])) ||
                          (r + 1 < rests.size() && TurnsBeside(rests[r], rests[r + 1]));
       for (std::size_t k = rests[r].begin; turns && k < rests[r].end; ++k) rest_of_[k] = kNoRest;
@@ -131,12 +134,15 @@ class RestTrimmer {
     return false;
   }
 
-  // By the slope of the nodes' mean readings over time, `scatter_deg` that of one reading at rest.
-  bool ReadingsDrift(const NodeRange& rest, const Vector3& scatter_deg) const {
+  double Count_deg(std::size_t axis) const {
+    return std::fmax(0.0, recording_.reference_step_deg[axis]);
+  }
+
+  // By the slope of the nodes' mean readings over time.
+  bool ReadingsDrift(const NodeRange& rest) const {
     for (std::size_t a = 0; a < 3; ++a) {
-      if (!recording_.info.stand_axis_present[a] || !std::isfinite(scatter_deg[a])) continue;
-      const double step_deg = recording_.reference_step_deg[a];
-      const double count_deg = std::isfinite(step_deg) ? step_deg : 0.0;
+      if (!read_[a] || !std::isfinite(reading_deg_[a])) continue;
+      const double count_deg = Count_deg(a);
       WeightedSlope slope;
       for (std::size_t k = rest.begin; k < rest.end; ++k) {
         const ReadingsMean& mean = nodes_[k].mean;
@@ -144,7 +150,7 @@ class RestTrimmer {
           slope.Add(nodes_[k].at.t_s - nodes_[rest.begin].at.t_s, mean.own_deg[a],
                     mean.own_readings[a]);
       }
-      const double noise_deg = std::max(scatter_deg[a], count_deg / std::sqrt(12.0));
+      const double noise_deg = std::max(reading_deg_[a], count_deg / std::sqrt(12.0));
       const double least_deg = std::max(kDriftCounts * count_deg, kLeastDrift_deg);
       if (slope.InStandardErrors(noise_deg) > kTurnSigmas &&
           slope.Size() * Length(rest) > least_deg)
@@ -155,11 +161,11 @@ class RestTrimmer {
 
   bool SamePose(const NodeRange& rest, const NodeRange& beside) const {
     for (std::size_t a = 0; a < 3; ++a) {
-      if (!recording_.info.stand_axis_present[a]) continue;
+      if (!read_[a]) continue;
       const double off_deg = nodes_[rest.begin].table_deg[a] - nodes_[beside.begin].table_deg[a];
       if (!(std::fabs(off_deg) < kSamePose_deg)) return false;
     }
-    return recording_.info.reference == ReferenceKind::kStandAngles;
+    return read_[0] || read_[1] || read_[2];
   }
 
   // Nodes [begin, end) of one rest.
@@ -181,17 +187,66 @@ class RestTrimmer {
     return mean;
   }
 
-  bool Turns(std::size_t i, const Vector3& quiet) const {
+  // By how many standard deviations the output over interval i differs from that at rest.
+  double Sigmas(std::size_t i, const Vector3& quiet) const {
+    double most = 0.0;
     for (std::size_t c = 0; c < 3; ++c) {
-      if (sigma_[c] > 0.0 && std::fabs(Rate(i, c) - quiet[c]) > kTurnSigmas * sigma_[c])
-        return true;
+      if (sigma_[c] > 0.0) most = std::fmax(most, std::fabs(Rate(i, c) - quiet[c]) / sigma_[c]);
+    }
+    return most;
+  }
+  bool Turns(std::size_t i, const Vector3& quiet) const { return Sigmas(i, quiet) > kTurnSigmas; }
+
+  // Mean of the readings of an axis over nodes [from, to); NaN without any.
+  double Level_deg(std::size_t from, std::size_t to, std::size_t axis) const {
+    double sum = 0.0, count = 0.0;
+    for (std::size_t k = from; k < to; ++k) {
+      const ReadingsMean& mean = nodes_[k].mean;
+      if (!(mean.own_readings[axis] > 0.0) || !std::isfinite(mean.own_deg[axis])) continue;
+      sum += mean.own_readings[axis] * mean.own_deg[axis];
+      count += mean.own_readings[axis];
+    }
+    return count > 0.0 ? sum / count : kMissing;
+  }
+
+  // The readings of a node are off what they are in the quiet part of the rest: it still turns, or
+  // already, too slowly for the gyro to say so.
+  bool IsAway(std::size_t k, const Vector3& level_deg) const {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (!read_[a] || !std::isfinite(reading_deg_[a])) continue;
+      const double noise_deg =
+          kTurnSigmas * reading_deg_[a] / std::sqrt(std::max(1.0, nodes_[k].mean.own_readings[a]));
+      const double off_deg = std::fabs(Level_deg(k, k + 1, a) - level_deg[a]);
+      if (off_deg > std::max({noise_deg, kDriftCounts * Count_deg(a), kLeastAway_deg})) return true;
     }
     return false;
+  }
+
+  Vector3 Levels_deg(std::size_t from, std::size_t to) const {
+    return {Level_deg(from, to, 0), Level_deg(from, to, 1), Level_deg(from, to, 2)};
   }
 
   // Of a short rest a part is left between its edges.
   double EdgeOf(std::size_t begin, std::size_t end) const {
     return std::min(kEdge_s, kMostOfRest * (nodes_[end - 1].at.t_s - nodes_[begin].at.t_s));
+  }
+
+  // For how long a motion that ends softly goes on after the gyro has felt it last: the rate goes to
+  // nothing with the square of the time that is left, so that it falls by a factor of four in as long
+  // as it then lasts. Looked for from interval `i`, on the side where it turns; a motion that begins
+  // softly is the same the other way round. 0 where it is not felt that clearly, or too far off.
+  double GoesOnFor_s(std::size_t i, bool before, const Vector3& quiet) const {
+    constexpr double kLongest_s = 3.0, kClearly = 4.0 * kTurnSigmas;
+    const double from_s = nodes_[i].at.t_s;
+    double felt_s = kMissing;
+    for (; i + 1 < nodes_.size() && std::fabs(nodes_[i].at.t_s - from_s) < kLongest_s;) {
+      const double sigmas = Sigmas(i, quiet);
+      if (sigmas > kTurnSigmas && !std::isfinite(felt_s)) felt_s = nodes_[i].at.t_s;
+      if (sigmas > kClearly) return std::fabs(nodes_[i].at.t_s - felt_s);
+      if (before && i == 0) break;
+      i = before ? i - 1 : i + 1;
+    }
+    return 0.0;
   }
 
   // The first node that does not count as rest because a motion follows, in it or next to it.
@@ -200,14 +255,14 @@ class RestTrimmer {
     const double edge_s = EdgeOf(begin, end);
     while (edge > begin && nodes_[end - 1].at.t_s - nodes_[edge - 1].at.t_s < edge_s) --edge;
     if (edge < begin + kLeastQuiet + 1) return end;
-    const Vector3 quiet = Quiet(edge > begin + kMostQuiet ? edge - kMostQuiet : begin, edge);
-    for (std::size_t i = edge; i < end; ++i) {
-      if (!Turns(i, quiet)) continue;
-      const double begin_s = nodes_[i].at.t_s - kCreep_s;
-      while (i > edge && nodes_[i].at.t_s > begin_s) --i;
-      return i;
-    }
-    return end;
+    const std::size_t from = edge > begin + kMostQuiet ? edge - kMostQuiet : begin;
+    const Vector3 quiet = Quiet(from, edge), level_deg = Levels_deg(from, edge);
+    std::size_t last = edge;
+    while (last < end && !IsAway(last, level_deg) && !Turns(last, quiet)) ++last;
+    const double soft_s = last < nodes_.size() ? GoesOnFor_s(last, false, quiet) : 0.0;
+    const double begin_s = nodes_[last].at.t_s - (last < end ? std::max(kCreep_s, soft_s) : soft_s);
+    while (last > edge && nodes_[last].at.t_s > begin_s) --last;
+    return last;
   }
 
   // The first node that counts as rest after a motion.
@@ -216,23 +271,33 @@ class RestTrimmer {
     const double edge_s = EdgeOf(begin, end);
     while (edge < end && nodes_[edge].at.t_s - nodes_[begin].at.t_s < edge_s) ++edge;
     if (edge + kLeastQuiet >= end) return begin;
-    const Vector3 quiet = Quiet(edge, std::min(edge + kMostQuiet, end - 1));
-    for (std::size_t i = edge; i-- > begin;) {
-      if (!Turns(i, quiet)) continue;
-      const double end_s = nodes_[i + 1].at.t_s + kCreep_s;
-      for (++i; i < edge && nodes_[i].at.t_s < end_s;) ++i;
-      return i;
-    }
-    return begin;
+    const std::size_t to = std::min(edge + kMostQuiet, end - 1);
+    const Vector3 quiet = Quiet(edge, to), level_deg = Levels_deg(edge, to);
+    std::size_t first = edge;
+    while (first > begin && !IsAway(first - 1, level_deg) && !Turns(first - 1, quiet)) --first;
+    const double soft_s = first > 0 ? GoesOnFor_s(first - 1, true, quiet) : 0.0;
+    const double end_s =
+        nodes_[first].at.t_s + (first > begin ? std::max(kCreep_s, soft_s) : soft_s);
+    while (first < edge && nodes_[first].at.t_s < end_s) ++first;
+    return first;
   }
 
   const Recording& recording_;
   const std::vector<Node>& nodes_;
   std::vector<std::size_t>& rest_of_;
-  Vector3 sigma_;
+  std::array<bool, 3> read_;     // axes
+  Vector3 sigma_, reading_deg_;  // scatter at rest: of the output, of one reading
 };
 
 }  // namespace
+
+std::array<bool, 3> AnglesRead(const MeasurementInfo& info) {
+  std::array<bool, 3> axes = {};
+  if (info.reference == ReferenceKind::kStandAngles) axes = info.stand_axis_present;
+  if (info.reference == ReferenceKind::kSensorAngle)
+    axes[static_cast<std::size_t>(info.reference_axis)] = true;
+  return axes;
+}
 
 std::vector<NodeRange> RangesOfRests(const std::vector<std::size_t>& rest_of) {
   std::vector<NodeRange> out;

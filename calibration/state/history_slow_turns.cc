@@ -76,13 +76,12 @@ bool IsOfMotion(const ReadingsMean& mean, const Columns& columns) {
 
 void MarkSlowTurns(const SettledAngles& settled, StateHistory* history) {
   history->slow_rate_deg_s.assign(history->nodes.size(), Vector3{});
-  if (history->recording->info.reference != ReferenceKind::kStandAngles) return;
+  const std::array<bool, 3> axes = AnglesRead(history->recording->info);
   const SlowTurns turns(settled, *history);
   for (std::size_t k = 1; k < history->nodes.size(); ++k) {
     for (std::size_t a = 0; a < 3; ++a) {
       const bool fast = std::fabs(history->nodes[k].table_rate_deg_s[a]) > kLeastMotion_deg_s;
-      if (!fast && history->recording->info.stand_axis_present[a])
-        history->slow_rate_deg_s[k][a] = turns.RateUpTo(k, a);
+      if (!fast && axes[a]) history->slow_rate_deg_s[k][a] = turns.RateUpTo(k, a);
     }
   }
 }
