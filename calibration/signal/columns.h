@@ -126,6 +126,7 @@ struct Rest {
   double reference_end_s = std::numeric_limits<double>::infinity();
   // It is none: the axis turns, so slowly that it stayed within the tolerance for a while.
   bool turns = false;
+  double count_deg = 0.0;  // step of a coarse encoder, or something smaller
 };
 
 // A stretch that must not be used.

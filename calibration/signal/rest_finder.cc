@@ -190,6 +190,7 @@ Rest OpenRest::Between(const IntegralMark& begin, const IntegralMark& end) const
   rest.reference_begin_s = coarse_begin_s;
   rest.reference_end_s = last_at_rest_s;
   rest.turns = Drifts();
+  rest.count_deg = count_deg;
   for (std::size_t c = 0; c < 3; ++c) {
     const double n = std::max(1.0, rotation[c].n);
     const double mean = rotation[c].y / n;
@@ -205,11 +206,15 @@ namespace {
 double Middle(const Rest& rest) { return 0.5 * (rest.reference_begin_s + rest.reference_end_s); }
 
 // Mean rate about an axis of the sensor from one rest to the next; 0 where there is a pause between
-// them.
+// them, or more than the counts of a turn that passes for rests: a table that is moved by small
+// steps does rest between them.
 double RateBetween(const Rest& before, const Rest& after, std::size_t axis) {
-  if (!(after.reference_begin_s - before.reference_end_s < kShortestRest_s)) return 0.0;
-  const double rate =
-      (after.rotation_deg[axis] - before.rotation_deg[axis]) / (Middle(after) - Middle(before));
+  constexpr double kCounts = 3.0;
+  const double turned_deg = after.rotation_deg[axis] - before.rotation_deg[axis];
+  if (!(after.reference_begin_s - before.reference_end_s < kShortestRest_s) ||
+      !(std::fabs(turned_deg) < kCounts * after.count_deg))
+    return 0.0;
+  const double rate = turned_deg / (Middle(after) - Middle(before));
   return std::fabs(rate) > kSlowestTurn_deg_s ? rate : 0.0;
 }
 

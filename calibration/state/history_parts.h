@@ -62,22 +62,33 @@ struct SettledAngles {
 SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& epochs,
                          const Vector3& error_deg);
 
+// The rests of a recording: index of each node's, or kNoRest, and how often each rest was read, and
+// where it is.
+struct RestReadings {
+  const std::vector<std::size_t>& rest_of;
+  const std::vector<double>& readings;
+  const std::vector<Vector3>& angle_deg;
+};
+
 // How the error of several readings' mean compares with one reading's, as variances. Noise
 // averages; the rounding to the steps of a coarse encoder does not, where neither noise nor motion
 // carries the readings over several steps.
 class ReadingErrors {
  public:
   explicit ReadingErrors(const Recording& recording);
-  double ShareAtRest(double readings) const;
   bool CoarseSteps() const { return rounded_ > 0.5; }
   // Of the mean of so many while the table moves [deg].
   double ErrorInMotion_deg(double readings) const;
-  // Of the readings of an axis since the node before; the tables' angles there and here. Where the
-  // axis was not read since then, of the last one before.
-  double ShareInMotion(const ReadingsMean& mean, std::size_t axis, const Vector3& from_deg,
-                       const Vector3& to_deg) const;
+  // Of each node and axis: the readings since the node before, or in the rest that it is in. Where
+  // an axis was not read since then, of the last one before. On a coarse encoder nodes within half a
+  // count misread alike, and so do all rests on one count: each of so many is worth as much less.
+  std::vector<Vector3> Shares(const std::vector<Node>& epochs, const RestReadings& rests) const;
 
  private:
+  std::vector<double> Alike(const std::vector<Node>& epochs, const RestReadings& rests,
+                            std::size_t axis) const;
+  double ShareInMotion(const std::vector<Node>& epochs, std::size_t k, std::size_t axis,
+                       double alike) const;
   Vector3 step_deg_ = {};
   double largest_step_deg_ = 0.0, scatter_deg_ = 0.0;
   double rounded_ = 0.0;  // 0: noise carries the readings over many steps, 1: not at all

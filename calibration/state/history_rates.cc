@@ -117,7 +117,7 @@ class RateMaker {
         for (std::size_t j = i - kReach; j <= i + kReach; ++j) {
           const double noise = std::hypot(RateNoise(history_, i), RateNoise(history_, j));
           if (history_.still[j] || std::fabs(rates[j][c] - rates[i][c]) > std::max(alike, noise) ||
-              FeltToDiffer(i, j, c, alike))
+              FeltToDiffer(i, j, c, kAlikeShare * std::fabs(rates[i][c])))
             break;
           if (j + 1 >= i && j <= i + 1) continue;  // they share a reading with it
           sum += rates[j][c];

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numbers>
 #include <vector>
 
@@ -46,22 +47,86 @@ double ReadingErrors::ErrorInMotion_deg(double readings) const {
   return std::max(scatter_deg_ / std::sqrt(readings), rounded_ * 0.5 * largest_step_deg_);
 }
 
-double ReadingErrors::ShareAtRest(double readings) const {
-  return rounded_ + (1.0 - rounded_) / readings;
+// Of each node: at how many in a row the axis is within half a count of what it is there. Where a
+// rest is among them, as many as there are beside all rests on its count, which are one each. Of
+// those that move over the harmonic mean of that: what readings next to each other show of their
+// errors is then as large as it is.
+std::vector<double> ReadingErrors::Alike(const std::vector<Node>& epochs, const RestReadings& rests,
+                                         std::size_t axis) const {
+  constexpr std::size_t kMost = 50;  // either way
+  std::vector<double> alike(epochs.size(), 1.0);
+  const double step_deg = step_deg_[axis];
+  if (!(rounded_ > 0.0) || !std::isfinite(step_deg)) return alike;
+  const auto moves = [&](std::size_t k) { return rests.rest_of[k] == kNoRest; };
+  const auto near = [&](std::size_t k, std::size_t j) {
+    return std::fabs(epochs[j].table_deg[axis] - epochs[k].table_deg[axis]) < 0.5 * step_deg;
+  };
+  const auto count_of = [&](std::size_t k) {
+    return std::round(rests.angle_deg[rests.rest_of[k]][axis] / step_deg);
+  };
+  std::map<double, double> on_count;
+  std::vector<double> beside(epochs.size(), kMissing);  // count of a rest
+  for (std::size_t k = 0; k < epochs.size(); ++k) {
+    if (!moves(k)) {
+      beside[k] = count_of(k);
+      if (!std::isfinite(beside[k])) continue;
+      on_count[beside[k]] += k == 0 || rests.rest_of[k - 1] != rests.rest_of[k] ? 1.0 : 0.0;
+      continue;
+    }
+    std::size_t begin = k, end = k;
+    while (begin > 0 && k - begin < kMost && moves(begin) && near(k, begin - 1)) --begin;
+    while (end + 1 < epochs.size() && end - k < kMost && moves(end) && near(k, end + 1)) ++end;
+    alike[k] = static_cast<double>(end + 1 - begin);
+    if (!moves(begin)) beside[k] = count_of(begin);
+    if (!moves(end)) beside[k] = count_of(end);
+    if (std::isfinite(beside[k])) on_count[beside[k]] += 1.0;
+  }
+  double inverse = 0.0, count = 0.0;
+  for (std::size_t k = 0; k < epochs.size(); ++k) {
+    if (std::isfinite(beside[k])) alike[k] = on_count[beside[k]];
+    inverse += moves(k) ? 1.0 / alike[k] : 0.0;
+    count += moves(k) ? 1.0 : 0.0;
+  }
+  for (std::size_t k = 0; k < epochs.size(); ++k) {
+    if (moves(k)) alike[k] *= inverse / count;
+  }
+  return alike;
 }
 
-double ReadingErrors::ShareInMotion(const ReadingsMean& mean, std::size_t axis,
-                                    const Vector3& from_deg, const Vector3& to_deg) const {
-  const Vector3& own = mean.own_readings;
-  // Of an orientation there are no readings of one axis.
-  const bool of_axes = own[0] + own[1] + own[2] > 0.0;
-  const double readings = of_axes ? std::max(own[axis], 1.0) : mean.readings;
-  double steps = 0.0;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const double passed = std::fabs(to_deg[a] - from_deg[a]) / step_deg_[a];
-    if (std::isfinite(passed)) steps = std::max(steps, passed);
+double ReadingErrors::ShareInMotion(const std::vector<Node>& epochs, std::size_t k,
+                                    std::size_t axis, double alike) const {
+  double readings = 1.0, steps = 0.0;
+  if (const ReadingsMean& mean = epochs[k].mean; mean.output_known) {
+    const Vector3& own = mean.own_readings;
+    // Of an orientation there are no readings of one axis.
+    const bool of_axes = own[0] + own[1] + own[2] > 0.0;
+    readings = of_axes ? std::max(own[axis], 1.0) : mean.readings;
+    const Vector3& from_deg = epochs[k > 0 ? k - 1 : k].table_deg;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double passed = std::fabs(epochs[k].table_deg[a] - from_deg[a]) / step_deg_[a];
+      if (std::isfinite(passed)) steps = std::max(steps, passed);
+    }
   }
-  return rounded_ / std::min(readings, 1.0 + steps) + (1.0 - rounded_) / readings;
+  return rounded_ * alike / std::min(readings, 1.0 + steps) + (1.0 - rounded_) / readings;
+}
+
+std::vector<Vector3> ReadingErrors::Shares(const std::vector<Node>& epochs,
+                                           const RestReadings& rests) const {
+  // The error of a mean over a rest does not fall for ever: what is not noise stays.
+  constexpr double kLeastShare = 0.005;
+  std::vector<Vector3> shares(epochs.size());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::vector<double> alike = Alike(epochs, rests, axis);
+    for (std::size_t k = 0; k < epochs.size(); ++k) {
+      if (const std::size_t rest = rests.rest_of[k]; rest == kNoRest) {
+        shares[k][axis] = ShareInMotion(epochs, k, axis, alike[k]);
+      } else {
+        const double of_noise = (1.0 - rounded_) / rests.readings[rest];
+        shares[k][axis] = std::max(kLeastShare, rounded_ * alike[k] + of_noise);
+      }
+    }
+  }
+  return shares;
 }
 
 // The first harmonic of the rounding's error (Widrow and Kollar, Quantization Noise, 2008, 4.2):

@@ -8,8 +8,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-// The error of a mean over a rest does not fall for ever: what is not noise stays.
-constexpr double kLeastShare = 0.005;
 // What is left of a reading's error, as a variance, where the channel does not feel the axis.
 constexpr double kLeastFelt = 1e-6;
 
@@ -40,7 +38,6 @@ class TrailMaker {
     history_.still.assign(intervals, false);
     history_.usable.assign(intervals, {true, true, true});
     history_.rotation_deg.assign(intervals, Vector3{});
-    history_.reading_share.assign(nodes_.size(), {1.0, 1.0, 1.0});
     history_.axis_errs.assign(nodes_.size(), {});
     history_.reference_walk_s.assign(nodes_.size(), 0.0);
     Points();
@@ -322,17 +319,9 @@ class TrailMaker {
       for (double& angle : rest_angle_[rest]) angle /= count[rest];
       for (double& angle : rest_rotation_[rest]) angle /= count[rest];
     }
-    const ReadingErrors errors(recording_);
+    history_.reading_share =
+        ReadingErrors(recording_).Shares(nodes_, {rest_of_, count, rest_angle_});
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      if (AtRest(k)) {
-        const double share = errors.ShareAtRest(count[rest_of_[k]]);
-        history_.reading_share[k].fill(std::max(kLeastShare, share));
-      } else if (nodes_[k].mean.output_known) {
-        const Vector3& to = nodes_[k].table_deg;
-        const Vector3& from = nodes_[k > 0 ? k - 1 : k].table_deg;
-        for (std::size_t a = 0; a < 3; ++a)
-          history_.reading_share[k][a] = errors.ShareInMotion(nodes_[k].mean, a, from, to);
-      }
       for (std::size_t a = 0; a < 3; ++a) {
         if (AtRest(k) && !settled_.is_settled[k][a])
           settled_.angle_deg[k][a] = rest_angle_[rest_of_[k]][a];
@@ -345,8 +334,9 @@ class TrailMaker {
   // for. What depends on the angle keeps the mean: with a reading's noise in it, it would be found
   // there.
   double TurnedTo(std::size_t k, std::size_t a) const {
-    return AllSettled(k) && !AtRest(k) ? nodes_[k].table_deg[a] : settled_.angle_deg[k][a];
+    return SpeaksForItself(k) ? nodes_[k].table_deg[a] : settled_.angle_deg[k][a];
   }
+  bool SpeaksForItself(std::size_t k) const { return AllSettled(k) && !AtRest(k); }
 
   bool IsRead(std::size_t a) const { return recording_.info.stand_axis_present[a]; }
   bool AllSettled(std::size_t k) const {
@@ -360,17 +350,19 @@ class TrailMaker {
   // after.
   bool Errs(std::size_t k, std::size_t a) const {
     if (!AtRest(k)) return !settled_.is_settled[k][a];
-    const double angle = settled_.angle_deg[k][a];
-    return (k > 0 && TurnedTo(k - 1, a) != angle) ||
-           (k + 1 < nodes_.size() && TurnedTo(k + 1, a) != angle);
+    // A reading of its own may be the same by rounding.
+    const auto differs = [&](std::size_t j) {
+      const bool own = !AtRest(j) && (SpeaksForItself(j) || !settled_.is_settled[j][a]);
+      return own || TurnedTo(j, a) != settled_.angle_deg[k][a];
+    };
+    return (k > 0 && differs(k - 1)) || (k + 1 < nodes_.size() && differs(k + 1));
   }
 
   void AxisErrors() {
     if (recording_.info.reference != ReferenceKind::kStandAngles) return;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      const bool readings = AllSettled(k) && !AtRest(k);
       for (std::size_t a = 0; a < 3; ++a)
-        history_.axis_errs[k][a] = IsRead(a) && (readings || Errs(k, a));
+        history_.axis_errs[k][a] = IsRead(a) && (SpeaksForItself(k) || Errs(k, a));
     }
   }
 

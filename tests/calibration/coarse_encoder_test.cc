@@ -9,6 +9,7 @@
 #include <functional>
 #include <string>
 
+#include "calibration/state/state_history.h"
 #include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_once.h"
 #include "tests/calibration/trace_story.h"
@@ -59,6 +60,36 @@ ErrorOf Wave(double wave_deg, double periods) {
   return [=](const AngleSample& reading) {
     return wave_deg * std::sin(periods * reading.angle_deg * std::acos(-1.0) / 180.0);
   };
+}
+
+// All readings of a rest are the same count: their mean errs as one of them, and so do the readings
+// next to it that are on the same count, and the next rest there. The table is six times where it
+// began: all that is read there knows no more of that pose than one reading each time.
+TEST(ACoarseEncoder, SaysNoMoreOfAPoseTheOftenerItIsRead) {
+  Story story;
+  story.Follow(ManyTurns());
+  story.gyro_hz = 200.0;
+  story.reference_hz = 50.0;
+  story.reading_deg = 0.0;
+  story.spoil_angle = [](AngleSample* reading) {
+    reading->angle_deg = kStep_deg * std::round(reading->angle_deg / kStep_deg);
+    return true;
+  };
+  const calibration::Recording recording = story.Collect();
+  const calibration::StateHistory history =
+      calibration::MakeStateHistory(recording, calibration::RoughSensitivity(recording), true, {});
+  double information = 0.0, rests = 0.0;
+  for (std::size_t k = 1; k + 1 < history.nodes.size(); ++k) {
+    if (std::fabs(history.epochs[k].table_deg[kInnerAxis]) > 0.1 * kStep_deg) continue;
+    const bool rested = history.still[k - 1], rests_on = history.still[k];
+    if (rested && rests_on) continue;  // the same angle as before
+    rests += rests_on ? 1.0 : 0.0;
+    if (rested) continue;  // of a rest its begin stands for it
+    information += 1.0 / history.ReferenceShare(k, {0.0, 0.0, 1.0});
+  }
+  EXPECT_GE(rests, 3.0);
+  EXPECT_GT(information, 0.2);
+  EXPECT_LT(information, 6.0);
 }
 
 TEST(ACoarseEncoder, LeavesNothingThatHasACause) {

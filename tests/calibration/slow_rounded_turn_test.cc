@@ -123,6 +123,25 @@ TEST(ASlowTurnOfACoarseEncoder, HasTheScaleFactorOfTheGyro) {
   }
 }
 
+// By a twentieth of a degree once a second, there and back: within the tolerance of a rest. The
+// neighbours' rates say the opposite of what such a motion does.
+TEST(ATableThatIsMovedBySmallSteps, HasTheScaleFactorOfTheGyro) {
+  std::vector<Stretch> steps = {{0.0, 20.0}};
+  for (int i = 0; i < 300; ++i) {
+    steps.push_back({i / 40 % 2 == 0 ? 0.2 : -0.2, 0.125});
+    steps.push_back({0.0, 0.625});
+  }
+  const SoftTurns turns(steps, 0.125);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Story story = TellOf(turns, {kSixteenBits_deg / 4.0, 0.0}, seed);
+    story.UseTurningChannelAlone();
+    const ChannelTrace channel = TraceOf(story.Collect());
+    const auto& scale = channel.baseline.parameters.at(0);
+    EXPECT_NEAR(scale.value, story.scale[2], 0.03) << channel.summary;
+    EXPECT_NEAR(scale.value, story.scale[2], 5.0 * scale.std_error) << channel.summary;
+  }
+}
+
 // Nothing that rests has turned by more than its readings can tell, and hardly more than a tenth of
 // the rests is lost by that.
 TEST(ASoftRamp, IsNoPartOfARest) {
@@ -149,6 +168,7 @@ Rest From(double begin_s, double end_s, double angle_deg) {
   rest.begin.t_s = rest.reference_begin_s = begin_s;
   rest.end.t_s = rest.reference_end_s = end_s;
   rest.rotation_deg = {0.0, 0.0, angle_deg};
+  rest.count_deg = 0.088;
   return rest;
 }
 
@@ -165,13 +185,14 @@ TEST(RestsThatFollowEachOtherLikeStairs, AreATurn) {
   }
 }
 
-// A count to and fro, steps far apart, a pause between them, or creep.
+// A count to and fro, counts far apart, a pause between them, uneven ones, or steps of the table.
 TEST(RestsThatFollowEachOtherLikeStairs, AreTheOnlyOnesThatTurn) {
   const std::vector<std::vector<Rest>> many = {
       {From(0, 1, 0.0), From(1, 2, 0.09), From(2, 3, 0.0), From(3, 4, 0.09), From(4, 5, 0.0)},
       {From(0, 20, 0.0), From(20, 40, 0.09), From(40, 60, 0.18)},
       {From(0, 1, 0.0), From(2, 3, 0.09), From(4, 5, 0.18)},
-      {From(0, 1, 0.0), From(1, 2, 0.9), From(2, 3, 0.95)}};
+      {From(0, 1, 0.0), From(1, 2, 0.25), From(2, 3, 0.3)},
+      {From(0, 1, 0.0), From(1, 2, 0.4), From(2, 3, 0.8), From(3, 4, 1.2)}};
   for (const std::vector<Rest>& rests : many) {
     Columns columns;
     columns.rests = rests;
