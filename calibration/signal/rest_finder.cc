@@ -219,8 +219,14 @@ double RateBetween(const Rest& before, const Rest& after, std::size_t axis) {
 }
 
 void FindStairs(std::vector<Rest>* rests) {
-  constexpr double kEven = 3.0;  // of one rate to the next
+  constexpr double kEven = 3.0;    // of one rate to the next
+  constexpr double kAsLong = 2.5;  // of the longest to the shortest: next to a turn a table rests
+  const auto lasts_s = [&](std::size_t i) {
+    return (*rests)[i].reference_end_s - (*rests)[i].reference_begin_s;
+  };
   for (std::size_t i = 1; i + 1 < rests->size(); ++i) {
+    const auto [shortest_s, longest_s] = std::minmax({lasts_s(i - 1), lasts_s(i), lasts_s(i + 1)});
+    if (!(longest_s < kAsLong * shortest_s)) continue;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double before = RateBetween((*rests)[i - 1], (*rests)[i], axis);
       const double after = RateBetween((*rests)[i], (*rests)[i + 1], axis);

@@ -94,7 +94,8 @@ struct OpenRest {
 
 // Takes out of the rests, which are in order, what turns, and what the gyro leaves next to nothing
 // of. Also those turn that follow each other without a pause, evenly and in one direction, as the
-// counts of a coarse encoder do: in each alone there may be a count or none.
+// counts of a coarse encoder do: in each alone there may be a count or none. In a measurement that
+// goes on, what passed for rests may turn out to be such when the next one ends.
 void PartSlowTurns(Columns* columns);
 
 // Without a reference: the whole measurement is one rest, unless the accelerometer shows that the

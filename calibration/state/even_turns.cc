@@ -12,10 +12,10 @@ constexpr std::size_t kLongestReach = 64, kShortestReach = 8;  // nodes before a
 constexpr std::size_t kFewest = 2 * kShortestReach;
 
 // By the readings about a node alone: not where their noise makes more than a thousandth of the
-// mean rate of six intervals, of which only the readings at the ends count.
+// mean rate of six intervals, three on either side of it, by the readings at their ends.
 bool ReadingsTell(const AngleSeries& series, std::size_t k, std::size_t begin, std::size_t end) {
   constexpr std::size_t kAbout = 4;
-  constexpr double kPart = 1.4142 / 6.0, kTold = 1e-3;
+  constexpr double kPart = 2.0 / 6.0, kTold = 1e-3;
   const auto tells = [&](std::size_t from, std::size_t to) {
     const double noise_deg = kPart * series.error_deg * static_cast<double>(to - from);
     return kTold * std::fabs(series.read_deg[to] - series.read_deg[from]) > noise_deg;
@@ -48,14 +48,17 @@ class Fit {
     left_deg_ = ((square - explained).cwiseMax(0.0) / freedom).cwiseSqrt();
   }
 
-  // Of a random walk of N polynomials are left N^2 T / ((n + 1) (2 n + 1)), n their number.
+  // Of a random walk of unit variance a second, over a time T, the polynomials below degree n leave
+  // the mean square T n / (2 (4 n^2 - 1)), as its parts by Legendre polynomials add up.
   bool IsEven(const AngleSeries& series) const {
-    constexpr double kErrors = 1.8, kWalks = 2.0, kOfWalk = 1.0 / ((N + 1.0) * (2.0 * N + 1.0));
+    constexpr double kErrors = 1.8, kWalks = 2.0, kOfWalk = N / (2.0 * (4.0 * N * N - 1.0));
     const double walk_deg = series.walk_deg_sqrt_s * std::sqrt(kOfWalk * 2.0 * half_s_);
     return left_deg_(0) < kErrors * series.error_deg && left_deg_(1) < kWalks * walk_deg;
   }
   EvenTurn Turn(const AngleSeries& series) const {
-    return {series.read_deg[begin_] + coefficients_(0, 0), coefficients_(1, 0) / half_s_};
+    const double bend = N > 2 ? coefficients_(N > 2 ? 2 : 0, 0) : 0.0;
+    return {series.read_deg[begin_] + coefficients_(0, 0), coefficients_(1, 0) / half_s_,
+            2.0 * bend / (half_s_ * half_s_)};
   }
 
  private:

@@ -18,7 +18,8 @@ struct AngleSeries {
 };
 
 struct EvenTurn {
-  double angle_deg = 0.0, rate_deg_s = 0.0;  // at the time that was asked for
+  // At the time that was asked for.
+  double angle_deg = 0.0, rate_deg_s = 0.0, acceleration_deg_s2 = 0.0;
 };
 
 // By the line through the nodes about `t_s`, which lies between nodes `before` and `before` + 1 or

@@ -50,11 +50,11 @@ class AngleSmoother {
     }
     if (count == 0.0 || std::sqrt(square / count) > kFollows_deg) return;
     const double own_share = OwnShare(axis);
-    const std::vector<std::optional<double>> of_slow_turns = SlowTurns(axis);
+    const std::vector<std::optional<double>> of_even_turns = EvenTurns(axis);
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       SensorState& point = history_.nodes[k];
-      if (of_slow_turns[k]) {
-        point.table_deg[axis] = *of_slow_turns[k];
+      if (of_even_turns[k]) {
+        point.table_deg[axis] = *of_even_turns[k];
         continue;
       }
       const double off_deg = std::exchange(point.table_deg[axis], angles[k]) - angles[k];
@@ -121,7 +121,7 @@ class AngleSmoother {
   }
 
   // Of the nodes in slow and even turns the angle by a line through many.
-  std::vector<std::optional<double>> SlowTurns(std::size_t axis) const {
+  std::vector<std::optional<double>> EvenTurns(std::size_t axis) const {
     std::vector<double> t_s, read_deg, felt_deg;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       t_s.push_back(nodes_[k].at.t_s);

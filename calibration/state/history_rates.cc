@@ -132,13 +132,14 @@ class RateMaker {
 
   // In slow turns the neighbours' rates are no better than a reading's noise, and rounding to counts
   // errs from one to the next alike: a line through many nodes has next to none of it.
-  void SlowTurns() {
+  void EvenTurns() {
     std::vector<double> t_s, read_deg(nodes_.size(), 0.0), felt_deg(nodes_.size(), 0.0);
     for (const calibration::Node& node : nodes_) t_s.push_back(node.at.t_s);
     for (std::size_t c = 0; c < 3; ++c) {
       if (!(walk_deg_sqrt_s_[c] > 0.0) || !std::isfinite(units_[c])) continue;
       for (std::size_t k = 0; k + 1 < nodes_.size(); ++k) {
-        read_deg[k + 1] = read_deg[k] + history_.rotation_deg[k][c];
+        const double turned_deg = history_.rotation_deg[k][c];
+        read_deg[k + 1] = read_deg[k] + (std::isfinite(turned_deg) ? turned_deg : 0.0);
         felt_deg[k + 1] = (nodes_[k + 1].at.z[c] - nodes_[0].at.z[c]) / units_[c];
       }
       const AngleSeries series = {t_s, read_deg, felt_deg, history_.angle_error_deg,
@@ -146,15 +147,17 @@ class RateMaker {
       std::size_t end = 0;
       for (std::size_t i = 0; i < history_.still.size(); i = std::max(end, i + 1)) {
         const auto goes_on = [&](std::size_t j) {
-          return j < history_.still.size() && !history_.still[j] && Shapes(j, c);
+          return j < history_.still.size() && !history_.still[j] && Shapes(j, c) &&
+                 std::isfinite(history_.rotation_deg[j][c]);
         };
         for (end = i; goes_on(end);) ++end;
         for (std::size_t j = i; j < end; ++j) {
           const double middle_s = 0.5 * (t_s[j] + t_s[j + 1]);
           const std::optional<EvenTurn> turn = FindEvenTurn(series, j, middle_s, i, end + 1);
           if (!turn) continue;
-          for (std::size_t h = 0; h < 2; ++h)
-            history_.midpoints[2 * j + h].rate_deg_s[c] = turn->rate_deg_s;
+          const double change = 0.25 * Length(j) * turn->acceleration_deg_s2;
+          history_.midpoints[2 * j].rate_deg_s[c] = turn->rate_deg_s - change;
+          history_.midpoints[2 * j + 1].rate_deg_s[c] = turn->rate_deg_s + change;
         }
       }
     }
@@ -414,7 +417,7 @@ void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
   RateMaker maker(history->epochs, units_per_deg_s, settled_deg, history);
   maker.Halves();
   maker.Steady();
-  maker.SlowTurns();
+  maker.EvenTurns();
   maker.Nodes(recording.columns.nodes);
   maker.Spans();
   const std::vector<Vector3> next =

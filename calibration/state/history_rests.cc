@@ -238,9 +238,10 @@ class RestTrimmer {
   double GoesOnFor_s(std::size_t i, bool before, const Vector3& quiet) const {
     constexpr double kLongest_s = 3.0, kClearly = 4.0 * kTurnSigmas;
     const double from_s = nodes_[i].at.t_s;
-    double felt_s = kMissing;
+    double felt_s = kMissing;  // in a row
     for (; i + 1 < nodes_.size() && std::fabs(nodes_[i].at.t_s - from_s) < kLongest_s;) {
       const double sigmas = Sigmas(i, quiet);
+      if (!(sigmas > kTurnSigmas)) felt_s = kMissing;
       if (sigmas > kTurnSigmas && !std::isfinite(felt_s)) felt_s = nodes_[i].at.t_s;
       if (sigmas > kClearly) return std::fabs(nodes_[i].at.t_s - felt_s);
       if (before && i == 0) break;
@@ -248,6 +249,9 @@ class RestTrimmer {
     }
     return 0.0;
   }
+
+  // At the ends of what the reference calls a rest so much is left out already.
+  static double LeftToLeave_s(double soft_s) { return std::max(0.0, soft_s - kCreep_s); }
 
   // The first node that does not count as rest because a motion follows, in it or next to it.
   std::size_t MotionFrom(std::size_t begin, std::size_t end) const {
@@ -259,8 +263,9 @@ class RestTrimmer {
     const Vector3 quiet = Quiet(from, edge), level_deg = Levels_deg(from, edge);
     std::size_t last = edge;
     while (last < end && !IsAway(last, level_deg) && !Turns(last, quiet)) ++last;
-    const double soft_s = last < nodes_.size() ? GoesOnFor_s(last, false, quiet) : 0.0;
-    const double begin_s = nodes_[last].at.t_s - (last < end ? std::max(kCreep_s, soft_s) : soft_s);
+    const double soft_s = GoesOnFor_s(last, false, quiet);
+    const double left_s = last < end ? std::max(kCreep_s, soft_s) : LeftToLeave_s(soft_s);
+    const double begin_s = nodes_[last].at.t_s - left_s;
     while (last > edge && nodes_[last].at.t_s > begin_s) --last;
     return last;
   }
@@ -275,9 +280,9 @@ class RestTrimmer {
     const Vector3 quiet = Quiet(edge, to), level_deg = Levels_deg(edge, to);
     std::size_t first = edge;
     while (first > begin && !IsAway(first - 1, level_deg) && !Turns(first - 1, quiet)) --first;
-    const double soft_s = first > 0 ? GoesOnFor_s(first - 1, true, quiet) : 0.0;
-    const double end_s =
-        nodes_[first].at.t_s + (first > begin ? std::max(kCreep_s, soft_s) : soft_s);
+    const double soft_s = GoesOnFor_s(first - 1, true, quiet);
+    const double left_s = first > begin ? std::max(kCreep_s, soft_s) : LeftToLeave_s(soft_s);
+    const double end_s = nodes_[first].at.t_s + left_s;
     while (first < edge && nodes_[first].at.t_s < end_s) ++first;
     return first;
   }

@@ -36,8 +36,8 @@ struct StateHistory {
   // Of interval i: the reference stood still; may be used, channel by channel.
   std::vector<bool> still;
   std::vector<std::array<bool, 3>> usable;
-  // Of each node: rates of the stand's axes that turn up to it too slowly for two of its readings to
-  // say so, evenly from five nodes before it to five after [deg/s]; 0 of all others.
+  // Of each node: rates of the axes that are read as an angle and turn up to it too slowly for two of
+  // its readings to say so, evenly from five nodes before it to five after [deg/s]; 0 of all others.
   std::vector<Vector3> slow_rate_deg_s;
   // Rotation of the reference about the sensor's axes over interval i, Earth's included [deg]; 0
   // at rest but for Earth's.
