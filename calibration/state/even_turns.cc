@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace gyrobench::calibration {
@@ -56,9 +55,9 @@ class Fit {
     return left_deg_(0) < kErrors * series.error_deg && left_deg_(1) < kWalks * walk_deg;
   }
   EvenTurn Turn(const AngleSeries& series) const {
-    const double bend = N > 2 ? coefficients_(N > 2 ? 2 : 0, 0) : 0.0;
-    return {series.read_deg[begin_] + coefficients_(0, 0), coefficients_(1, 0) / half_s_,
-            2.0 * bend / (half_s_ * half_s_)};
+    EvenTurn turn = {series.read_deg[begin_] + coefficients_(0, 0), coefficients_(1, 0) / half_s_};
+    if constexpr (N > 2) turn.acceleration_deg_s2 = 2.0 * coefficients_(2, 0) / (half_s_ * half_s_);
+    return turn;
   }
 
  private:

@@ -28,6 +28,8 @@ struct ReferenceStep {
   std::size_t at = 0;   // first node after it
   double sigmas = 0.0;  // of the two means' difference
 };
+// The axis was read since the node before.
+bool HasReading(const ReadingsMean& mean, std::size_t axis);
 // Standard deviation of one reading of an axis [deg], from its changes between nodes that follow
 // each other, in all stretches in which it stands still. NaN where there are too few to tell.
 double ScatterAtRest(const std::vector<Node>& nodes, const std::vector<NodeRange>& rests,

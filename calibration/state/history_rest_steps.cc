@@ -20,10 +20,6 @@ constexpr double kLeastStep_deg = 0.005, kLeastScatter_deg = 1e-4;
 
 constexpr std::size_t kLeastChanges = 15;
 
-bool Read(const ReadingsMean& mean, std::size_t axis) {
-  return mean.own_readings[axis] > 0.0 && std::isfinite(mean.own_deg[axis]);
-}
-
 class RestSplitter {
  public:
   RestSplitter(const Recording& recording, std::vector<std::size_t>* rest_of)
@@ -71,6 +67,10 @@ class RestSplitter {
 
 }  // namespace
 
+bool HasReading(const ReadingsMean& mean, std::size_t axis) {
+  return mean.own_readings[axis] > 0.0 && std::isfinite(mean.own_deg[axis]);
+}
+
 // Of the median size of the changes: a step or two do not matter. 0.954: of a normal difference of
 // two, in standard deviations of one.
 double ScatterAtRest(const std::vector<Node>& nodes, const std::vector<NodeRange>& rests,
@@ -80,7 +80,7 @@ double ScatterAtRest(const std::vector<Node>& nodes, const std::vector<NodeRange
     const ReadingsMean* last = nullptr;
     for (std::size_t k = rest.begin; k < rest.end; ++k) {
       const ReadingsMean& mean = nodes[k].mean;
-      if (!Read(mean, axis)) continue;
+      if (!HasReading(mean, axis)) continue;
       if (last != nullptr) {
         const double variances = 1.0 / last->own_readings[axis] + 1.0 / mean.own_readings[axis];
         changes.push_back(std::fabs(mean.own_deg[axis] - last->own_deg[axis]) *
@@ -100,7 +100,7 @@ std::optional<ReferenceStep> LargestStep(const std::vector<Node>& nodes, const N
   double sum = 0.0, count = 0.0;
   for (std::size_t k = rest.begin; k < rest.end; ++k) {
     const ReadingsMean& mean = nodes[k].mean;
-    if (!Read(mean, axis)) continue;
+    if (!HasReading(mean, axis)) continue;
     sum += mean.own_readings[axis] * mean.own_deg[axis];
     count += mean.own_readings[axis];
   }
@@ -109,7 +109,7 @@ std::optional<ReferenceStep> LargestStep(const std::vector<Node>& nodes, const N
   double sum_before = 0.0, before = 0.0, off_deg = 0.0, most = 0.0;
   for (std::size_t k = rest.begin; k + kLeastSide < rest.end; ++k) {
     const ReadingsMean& mean = nodes[k].mean;
-    if (Read(mean, axis)) {
+    if (HasReading(mean, axis)) {
       sum_before += mean.own_readings[axis] * mean.own_deg[axis];
       before += mean.own_readings[axis];
     }

@@ -146,7 +146,7 @@ class RestTrimmer {
       WeightedSlope slope;
       for (std::size_t k = rest.begin; k < rest.end; ++k) {
         const ReadingsMean& mean = nodes_[k].mean;
-        if (mean.own_readings[a] > 0.0 && std::isfinite(mean.own_deg[a]))
+        if (HasReading(mean, a))
           slope.Add(nodes_[k].at.t_s - nodes_[rest.begin].at.t_s, mean.own_deg[a],
                     mean.own_readings[a]);
       }
@@ -202,7 +202,7 @@ class RestTrimmer {
     double sum = 0.0, count = 0.0;
     for (std::size_t k = from; k < to; ++k) {
       const ReadingsMean& mean = nodes_[k].mean;
-      if (!(mean.own_readings[axis] > 0.0) || !std::isfinite(mean.own_deg[axis])) continue;
+      if (!HasReading(mean, axis)) continue;
       sum += mean.own_readings[axis] * mean.own_deg[axis];
       count += mean.own_readings[axis];
     }
@@ -238,12 +238,15 @@ class RestTrimmer {
   double GoesOnFor_s(std::size_t i, bool before, const Vector3& quiet) const {
     constexpr double kLongest_s = 3.0, kClearly = 4.0 * kTurnSigmas;
     const double from_s = nodes_[i].at.t_s;
-    double felt_s = kMissing;  // in a row
-    for (; i + 1 < nodes_.size() && std::fabs(nodes_[i].at.t_s - from_s) < kLongest_s;) {
-      const double sigmas = Sigmas(i, quiet);
-      if (!(sigmas > kTurnSigmas)) felt_s = kMissing;
-      if (sigmas > kTurnSigmas && !std::isfinite(felt_s)) felt_s = nodes_[i].at.t_s;
-      if (sigmas > kClearly) return std::fabs(nodes_[i].at.t_s - felt_s);
+    double felt_s = kMissing;  // where it began to be felt without a break
+    while (i + 1 < nodes_.size() && std::fabs(nodes_[i].at.t_s - from_s) < kLongest_s) {
+      const double t_s = nodes_[i].at.t_s, sigmas = Sigmas(i, quiet);
+      if (!(sigmas > kTurnSigmas)) {
+        felt_s = kMissing;
+      } else if (!std::isfinite(felt_s)) {
+        felt_s = t_s;
+      }
+      if (sigmas > kClearly) return std::fabs(t_s - felt_s);
       if (before && i == 0) break;
       i = before ? i - 1 : i + 1;
     }
