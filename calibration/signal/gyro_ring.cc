@@ -42,7 +42,8 @@ std::int64_t GyroRing::FirstNotBefore(double t_s) const {
 }
 
 void GyroRing::Push(double t_s, const Vector3& xi, bool gap) {
-  point(count_++) = {t_s, {}, xi, {}, gap};
+  point(count_++) = {.t_s = t_s, .xi = xi, .gap = gap};
+  SetChord(count_ - 1);
   // The slope at the sample before the newest is new, and with it the intervals on its both sides.
   for (std::int64_t i = std::max<std::int64_t>(1, count_ - 3); i < count_; ++i) {
     Point& end = point(i);
@@ -65,17 +66,19 @@ void GyroRing::AddBetween(std::int64_t next) {
     end.between.steps[c] += kStep * tau4_s4 * std::max(0.0, -first * last);
     const double cut = first * last > 0.0 ? first * last / (2.0 * (first + last)) : 0.0;
     end.between.bends[c] +=
-        tau_s * tau_s * (kStep * (SlopeAt(next, c) - SlopeAt(next - 1, c)) - cut);
+        tau_s * tau_s * (kStep * (at(next).slope[c] - at(next - 1).slope[c]) - cut);
   }
 }
 
 // Of the slope from one side of a sample to the other; 0 where one of them is not known.
 double GyroRing::Jump(std::int64_t i, std::size_t c) const {
-  const std::optional<double> before = Chord(i - 1, c), after = Chord(i, c);
-  return before && after ? *after - *before : 0.0;
+  return HasChordFrom(i - 1) && HasChordFrom(i) ? at(i + 1).chord[c] - at(i).chord[c] : 0.0;
 }
 
-void GyroRing::Replace(std::size_t channel, double xi) { point(count_ - 1).xi[channel] = xi; }
+void GyroRing::Replace(std::size_t channel, double xi) {
+  point(count_ - 1).xi[channel] = xi;
+  SetChord(count_ - 1);
+}
 
 double GyroRing::settled_time_s() const {
   return count_ > 2 ? at(count_ - 3).t_s : -std::numeric_limits<double>::infinity();
@@ -112,7 +115,7 @@ AsMeans GyroRing::AsMeansAt(double t_s) const {
   AsMeans out;
   for (std::size_t c = 0; c < 3; ++c) {
     const double first = AsMeansAtSample(next - 1, c), last = AsMeansAtSample(next, c);
-    const double sum = interval_s * (0.5 * a.xi[c] + interval_s * SlopeAt(next - 1, c) / 12.0);
+    const double sum = interval_s * (0.5 * a.xi[c] + interval_s * at(next - 1).slope[c] / 12.0);
     const double half_way = lost ? std::midpoint(first, last) : sum - SplineIntegral(next, c, 0.5);
     out[c] = half < 1.0 ? std::lerp(first, half_way, half) : std::lerp(half_way, last, half - 1.0);
   }
@@ -156,7 +159,7 @@ double GyroRing::ShorterIntervalAt(std::int64_t i) const {
 // neighbours by 1 / 16 of their shares. Jumps that take each other back are no corner, but a ramp
 // shorter than an interval, or noise.
 double GyroRing::AsMeansAtSample(std::int64_t i, std::size_t c) const {
-  if (!Chord(i - 1, c) || !Chord(i, c)) return 0.0;
+  if (!HasChordFrom(i - 1) || !HasChordFrom(i)) return 0.0;
   const Point &before = at(i - 1), &after = at(i + 1);
   const double tau_s = ShorterIntervalAt(i),
                slope = (after.xi[c] - before.xi[c]) / (after.t_s - before.t_s);
@@ -167,7 +170,7 @@ double GyroRing::AsMeansAtSample(std::int64_t i, std::size_t c) const {
     off = jump * f * (0.25 * std::fabs(f) - 3.0 / 16.0);
   else if (std::fabs(f) >= 0.5 && std::fabs(f) < kNoCorner)
     off = std::copysign(here / 16.0, -here * f);
-  return tau_s * tau_s * (SlopeAt(i, c) / 12.0 - slope / 8.0 - off);
+  return tau_s * tau_s * (at(i).slope[c] / 12.0 - slope / 8.0 - off);
 }
 
 SampleSum GyroRing::SumUpTo(double t_s) const {
@@ -179,7 +182,7 @@ SampleSum GyroRing::SumUpTo(double t_s) const {
   for (std::size_t c = 0; c < 3; ++c) {
     // The slopes of a spline shift its integral from one interval to the next; what they did to the
     // last one is taken back.
-    sum.z[c] += half_s * last.xi[c] + before_s * before_s * SlopeAt(after - 1, c) / 12.0;
+    sum.z[c] += half_s * last.xi[c] + before_s * before_s * at(after - 1).slope[c] / 12.0;
   }
   return sum;
 }
@@ -187,32 +190,48 @@ SampleSum GyroRing::SumUpTo(double t_s) const {
 // Of the spline from sample `next` - 1 over the part x (0..1) of the interval to `next`.
 double GyroRing::SplineIntegral(std::int64_t next, std::size_t c, double x) const {
   const Point &a = at(next - 1), &b = at(next);
-  const double h = b.t_s - a.t_s, ma = SlopeAt(next - 1, c), mb = SlopeAt(next, c);
+  const double h = b.t_s - a.t_s, ma = a.slope[c], mb = b.slope[c];
   const double x2 = x * x, x3 = x2 * x, x4 = x2 * x2;
   return h * (a.xi[c] * (x - x3 + 0.5 * x4) + b.xi[c] * (x3 - 0.5 * x4)) +
          h * h * (ma * (0.5 * x2 - 2.0 / 3.0 * x3 + 0.25 * x4) + mb * (0.25 * x4 - x3 / 3.0));
 }
 
-// Slope of the straight line to the next sample; none across a gap.
-std::optional<double> GyroRing::Chord(std::int64_t from, std::size_t c) const {
-  if (from < oldest() || from + 1 >= count_) return std::nullopt;
-  const Point &a = at(from), &b = at(from + 1);
-  if (b.gap || !(b.t_s > a.t_s)) return std::nullopt;
-  return (b.xi[c] - a.xi[c]) / (b.t_s - a.t_s);
+// Whether the slope of the straight line to the next sample is known; it is not across a gap.
+bool GyroRing::HasChordFrom(std::int64_t from) const {
+  return from >= oldest() && from + 1 < count_ && at(from + 1).has_chord;
+}
+
+// And the slopes on its both sides.
+void GyroRing::SetChord(std::int64_t to) {
+  Point& end = point(to);
+  end.has_chord = to > 0 && !end.gap && end.t_s > at(to - 1).t_s;
+  for (std::size_t c = 0; c < 3 && end.has_chord; ++c)
+    end.chord[c] = (end.xi[c] - at(to - 1).xi[c]) / (end.t_s - at(to - 1).t_s);
+  if (to > 0) SetSlope(to - 1);
+  SetSlope(to);
 }
 
 // Of the spline at a sample: the harmonic mean of the slopes on both sides, the nearer one weighing
 // more, which does not overshoot where the rate jumps (Fritsch and Butland 1984; no more than three
 // times the smaller slope keeps a cubic monotone, Fritsch and Carlson 1980). One side's where the
 // other is not known.
-double GyroRing::SlopeAt(std::int64_t i, std::size_t c) const {
-  const std::optional<double> before = Chord(i - 1, c), after = Chord(i, c);
-  if (!before || !after) return before.value_or(after.value_or(0.0));
-  if (!(*before * *after > 0.0)) return 0.0;
-  const double h1 = at(i).t_s - at(i - 1).t_s, h2 = at(i + 1).t_s - at(i).t_s;
-  const double mean = (h1 + h2) / (h2 / *before + h1 / *after);
-  const double limit = 3.0 * std::min(std::fabs(*before), std::fabs(*after));
-  return std::clamp(mean, -limit, limit);
+void GyroRing::SetSlope(std::int64_t i) {
+  Point& here = point(i);
+  const bool has_before = HasChordFrom(i - 1), has_after = HasChordFrom(i);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double before = has_before ? here.chord[c] : 0.0;
+    const double after = has_after ? at(i + 1).chord[c] : 0.0;
+    if (!has_before || !has_after) {
+      here.slope[c] = before + after;
+    } else if (!(before * after > 0.0)) {
+      here.slope[c] = 0.0;
+    } else {
+      const double h1 = here.t_s - at(i - 1).t_s, h2 = at(i + 1).t_s - here.t_s;
+      const double mean = (h1 + h2) / (h2 / before + h1 / after);
+      const double limit = 3.0 * std::min(std::fabs(before), std::fabs(after));
+      here.slope[c] = std::clamp(mean, -limit, limit);
+    }
+  }
 }
 
 }  // namespace gyrobench::calibration

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "calibration/signal/columns.h"
@@ -18,8 +17,11 @@ class GyroRing {
     double t_s = 0.0;
     Vector3 z = {};   // since the first sample
     Vector3 xi = {};  // output
-    BetweenSamples between;
-    bool gap = false;  // between the sample before and this one
+    BetweenSamples between = {};
+    bool gap = false;    // between the sample before and this one
+    Vector3 chord = {};  // slope of the straight line from the sample before, where it is known
+    Vector3 slope = {};  // of the spline
+    bool has_chord = false;
   };
   static constexpr std::size_t kSize = 4096;  // a power of two
 
@@ -66,8 +68,9 @@ class GyroRing {
   double ShorterIntervalAt(std::int64_t i) const;
   double ShortestBeside(std::int64_t next) const;
   double SlowIntervalBefore(std::int64_t next) const;
-  std::optional<double> Chord(std::int64_t from, std::size_t c) const;
-  double SlopeAt(std::int64_t i, std::size_t c) const;
+  void SetChord(std::int64_t to);
+  void SetSlope(std::int64_t i);
+  bool HasChordFrom(std::int64_t from) const;
   double SplineIntegral(std::int64_t next, std::size_t c, double x) const;
 
   std::vector<Point> points_;

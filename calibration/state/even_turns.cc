@@ -76,6 +76,18 @@ class Fit {
 
 }  // namespace
 
+bool HasPartIn(const std::array<std::vector<double>, 3>& read_deg, std::size_t axis,
+               std::size_t begin, std::size_t end) {
+  constexpr double kSmallPart = 0.05;
+  std::array<double, 3> turned_deg = {};
+  for (std::size_t i = 0; i < turned_deg.size(); ++i) {
+    const auto [least, most] =
+        std::ranges::minmax(std::span(read_deg[i]).subspan(begin, end + 1 - begin));
+    turned_deg[i] = most - least;
+  }
+  return turned_deg[axis] > kSmallPart * std::ranges::max(turned_deg);
+}
+
 std::optional<EvenTurn> FindEvenTurn(const AngleSeries& series, std::size_t before, double t_s,
                                      std::size_t begin, std::size_t end) {
   if (end < begin + kFewest || ReadingsTell(series, before, begin, end)) return std::nullopt;

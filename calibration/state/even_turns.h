@@ -2,9 +2,11 @@
 // many readings says where the table is, without the noise of each, and without the gyro's.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace gyrobench::calibration {
 
@@ -16,6 +18,12 @@ struct AngleSeries {
   double error_deg = 0.0;            // of a node of `read_deg`: noise, or rounding to counts
   double walk_deg_sqrt_s = 0.0;      // of `felt_deg`: its angle random walk
 };
+
+// Whether the turns about one axis from node `begin` to `end`, both inclusive, are no small part of
+// those about any: what is left of the readings' noise in a small part is nothing beside the rest.
+// `read_deg`: about each axis, node by node.
+bool HasPartIn(const std::array<std::vector<double>, 3>& read_deg, std::size_t axis,
+               std::size_t begin, std::size_t end);
 
 struct EvenTurn {
   // At the time that was asked for.

@@ -133,16 +133,15 @@ class RateMaker {
   // In slow turns the neighbours' rates are no better than a reading's noise, and rounding to counts
   // errs from one to the next alike: a line through many nodes has next to none of it.
   void EvenTurns() {
-    std::vector<double> t_s, read_deg(nodes_.size(), 0.0), felt_deg(nodes_.size(), 0.0);
+    std::vector<double> t_s, felt_deg(nodes_.size(), 0.0);
+    std::array<std::vector<double>, 3> read_deg;
     for (const calibration::Node& node : nodes_) t_s.push_back(node.at.t_s);
+    for (std::size_t c = 0; c < 3; ++c) read_deg[c] = Read_deg(c);
     for (std::size_t c = 0; c < 3; ++c) {
       if (!(walk_deg_sqrt_s_[c] > 0.0) || !std::isfinite(units_[c])) continue;
-      for (std::size_t k = 0; k + 1 < nodes_.size(); ++k) {
-        const double turned_deg = history_.rotation_deg[k][c];
-        read_deg[k + 1] = read_deg[k] + (std::isfinite(turned_deg) ? turned_deg : 0.0);
-        felt_deg[k + 1] = (nodes_[k + 1].at.z[c] - nodes_[0].at.z[c]) / units_[c];
-      }
-      const AngleSeries series = {t_s, read_deg, felt_deg, history_.angle_error_deg,
+      for (std::size_t k = 1; k < nodes_.size(); ++k)
+        felt_deg[k] = (nodes_[k].at.z[c] - nodes_[0].at.z[c]) / units_[c];
+      const AngleSeries series = {t_s, read_deg[c], felt_deg, history_.angle_error_deg,
                                   walk_deg_sqrt_s_[c]};
       std::size_t end = 0;
       for (std::size_t i = 0; i < history_.still.size(); i = std::max(end, i + 1)) {
@@ -151,6 +150,7 @@ class RateMaker {
                  std::isfinite(history_.rotation_deg[j][c]);
         };
         for (end = i; goes_on(end);) ++end;
+        if (!HasPartIn(read_deg, c, i, end)) continue;
         for (std::size_t j = i; j < end; ++j) {
           const double middle_s = 0.5 * (t_s[j] + t_s[j + 1]);
           const std::optional<EvenTurn> turn = FindEvenTurn(series, j, middle_s, i, end + 1);
@@ -222,6 +222,16 @@ class RateMaker {
       walks.push_back(std::fabs(change_deg_s) / std::sqrt(1.0 / Length(i - 1) + 1.0 / Length(i)));
     }
     return walks.empty() ? 0.0 : Median(std::move(walks)) / kMedianOfNormal;
+  }
+
+  // How far the reference turned about the channel's axis up to each node.
+  std::vector<double> Read_deg(std::size_t c) const {
+    std::vector<double> out(nodes_.size(), 0.0);
+    for (std::size_t k = 0; k + 1 < nodes_.size(); ++k) {
+      const double turned_deg = history_.rotation_deg[k][c];
+      out[k + 1] = out[k] + (std::isfinite(turned_deg) ? turned_deg : 0.0);
+    }
+    return out;
   }
 
   double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
