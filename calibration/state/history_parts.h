@@ -1,6 +1,7 @@
 // The parts that a history is made of. Its rests come first.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -59,6 +60,9 @@ void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s,
 struct SettledAngles {
   std::vector<Vector3> angle_deg;
   std::vector<std::array<bool, 3>> is_settled;
+  // All axes are settled, and this one has another angle before or after them, into which it may
+  // creep already.
+  std::vector<std::array<bool, 3>> may_creep;
 };
 // `error_deg`: of each axis's angle at one node while it rests and others turn.
 SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& epochs,
@@ -77,8 +81,11 @@ struct RestReadings {
 // carries the readings over several steps.
 class ReadingErrors {
  public:
-  explicit ReadingErrors(const Recording& recording);
-  bool CoarseSteps() const { return rounded_ > 0.5; }
+  // `rest_of`: index of each node's rest, or kNoRest.
+  ReadingErrors(const Recording& recording, const std::vector<Node>& nodes,
+                const std::vector<std::size_t>& rest_of);
+  // Noise is a fifth of a step or less.
+  bool CoarseSteps() const { return std::ranges::max(rounded_) > 0.2; }
   // Of the mean of so many while the table moves [deg].
   double ErrorInMotion_deg(double readings) const;
   // Of each node and axis: the readings since the node before, or in the rest that it is in. Where
@@ -92,8 +99,8 @@ class ReadingErrors {
   double ShareInMotion(const std::vector<Node>& epochs, std::size_t k, std::size_t axis,
                        double alike) const;
   Vector3 step_deg_ = {};
-  double largest_step_deg_ = 0.0, scatter_deg_ = 0.0;
-  double rounded_ = 0.0;  // 0: noise carries the readings over many steps, 1: not at all
+  double rounding_deg_ = 0.0, scatter_deg_ = 0.0;
+  Vector3 rounded_ = {};  // 0: noise carries the readings over many steps, 1: not at all
 };
 
 // Amplitude of the wave that rounding to steps of so much adds to an angle at even speed, of which

@@ -135,6 +135,30 @@ void Settle(const std::vector<Node>& nodes, std::size_t axis, double error_deg,
   }
 }
 
+// `of_stand`: the axes that are read.
+void MarkCreeping(const std::array<bool, 3>& of_stand, SettledAngles* out) {
+  const std::size_t nodes = out->angle_deg.size();
+  out->may_creep.assign(nodes, {});
+  const auto all_settled = [&](std::size_t k) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (of_stand[a] && !out->is_settled[k][a]) return false;
+    }
+    return true;
+  };
+  std::size_t end = 0;
+  for (std::size_t begin = 0; begin < nodes; begin = std::max(end, begin + 1)) {
+    for (end = begin; end < nodes && all_settled(end);) ++end;
+    const std::size_t from = begin - std::min<std::size_t>(begin, 1), to = std::min(end + 1, nodes);
+    for (std::size_t a = 0; a < 3 && end > begin; ++a) {
+      bool stays = true;
+      for (std::size_t k = from; k < to; ++k) {
+        stays = stays && out->is_settled[k][a] && out->angle_deg[k][a] == out->angle_deg[begin][a];
+      }
+      for (std::size_t k = begin; k < end; ++k) out->may_creep[k][a] = of_stand[a] && !stays;
+    }
+  }
+}
+
 }  // namespace
 
 SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& nodes,
@@ -142,6 +166,7 @@ SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& no
   SettledAngles out;
   for (const Node& node : nodes) out.angle_deg.push_back(node.table_deg);
   out.is_settled.assign(nodes.size(), {});
+  out.may_creep = out.is_settled;
   if (recording.info.reference != ReferenceKind::kStandAngles) return out;
   for (std::size_t a = 0; a < 3; ++a) {
     if (!recording.info.stand_axis_present[a]) continue;
@@ -150,6 +175,7 @@ SettledAngles SettleAxes(const Recording& recording, const std::vector<Node>& no
     const StepLimits limits = {recording.reference_step_deg[a], ScatterAtRest(nodes, still, a)};
     for (const NodeRange& range : still) Settle(nodes, a, error_deg[a], limits, range, &out);
   }
+  MarkCreeping(recording.info.stand_axis_present, &out);
   return out;
 }
 

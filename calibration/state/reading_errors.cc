@@ -4,16 +4,13 @@
 #include <cstdint>
 #include <map>
 #include <numbers>
+#include <set>
 #include <vector>
 
 #include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
 namespace {
-
-// Noise of half a step spreads the readings so evenly that rounding is noise as well (Widrow and
-// Kollar, Quantization Noise, 2008).
-constexpr double kDither = 0.5;
 
 // Half of the readings are in rests that scatter no more than that: the turns that pass for rests
 // are many and short.
@@ -29,22 +26,73 @@ double MedianScatter(std::vector<Rest> rests) {
   return rests.back().scatter_deg;
 }
 
+// Of one reading of an axis that stands still, from its changes between nodes: the mean over all
+// rests, in squares of a step, and at how many places it rested. NaN where it never did.
+struct Flicker {
+  double square = kMissing;
+  std::size_t places = 0;
+};
+
+Flicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::size_t>& rest_of,
+                      std::size_t axis, double step_deg) {
+  constexpr double kMostSquare =
+      1.0;  // beyond that noise carries the readings, or the rest is none
+  std::set<double> places;
+  double sum = 0.0, rests = 0.0;
+  for (const NodeRange& rest : RangesOfRests(rest_of)) {
+    const ReadingsMean* last = nullptr;
+    double square_deg2 = 0.0, changes = 0.0;
+    for (std::size_t k = rest.begin; k < rest.end; ++k) {
+      const ReadingsMean& mean = nodes[k].mean;
+      if (!HasReading(mean, axis)) continue;
+      if (last != nullptr) {
+        const double change_deg = mean.own_deg[axis] - last->own_deg[axis];
+        square_deg2 += change_deg * change_deg /
+                       (1.0 / last->own_readings[axis] + 1.0 / mean.own_readings[axis]);
+        changes += 1.0;
+      }
+      last = &mean;
+    }
+    if (!(changes > 0.0)) continue;
+    sum += std::min(square_deg2 / changes / (step_deg * step_deg), kMostSquare);
+    rests += 1.0;
+    places.insert(std::round(last->own_deg[axis] / step_deg));
+  }
+  return {sum / rests, places.size()};
+}
+
+// What noise leaves of the rounding's error, as a variance: exp(-4 pi^2 s^2), with noise of s steps
+// (Widrow and Kollar, Quantization Noise, 2008, 4.2). Over evenly spread places the readings
+// scatter by the square pi^(-1/2) s of a step as long as s is below 0.3, and by s^2 + 1/12 above. At
+// few places they may lie on the edges between two steps, where the least
+// noise makes them flicker, or on none: the least that the noise may be counts.
+double LeftOfRounding(const Flicker& flicker) {
+  constexpr double kOfPlaces = 0.11;  // standard deviation from place to place
+  constexpr double kFlickers = 0.17;
+  if (!std::isfinite(flicker.square)) return 1.0;
+  const double least =
+      std::max(0.0, flicker.square - kOfPlaces / std::sqrt(static_cast<double>(flicker.places)));
+  const double noise2 = least < kFlickers ? std::numbers::pi * least * least : least - 1.0 / 12.0;
+  return std::exp(-4.0 * std::numbers::pi * std::numbers::pi * noise2);
+}
+
 }  // namespace
 
-ReadingErrors::ReadingErrors(const Recording& recording) : step_deg_(recording.reference_step_deg) {
-  for (const double step : step_deg_) {
-    if (std::isfinite(step)) largest_step_deg_ = std::max(largest_step_deg_, step);
-  }
+ReadingErrors::ReadingErrors(const Recording& recording, const std::vector<Node>& nodes,
+                             const std::vector<std::size_t>& rest_of)
+    : step_deg_(recording.reference_step_deg) {
   const std::vector<Rest>& rests = recording.columns.rests;
   if (rests.empty()) return;
   scatter_deg_ = MedianScatter(rests);
-  if (!(largest_step_deg_ > 0.0)) return;
-  const double dither = scatter_deg_ / (kDither * largest_step_deg_);
-  rounded_ = std::clamp(1.0 - dither * dither, 0.0, 1.0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!std::isfinite(step_deg_[axis]) || !(step_deg_[axis] > 0.0)) continue;
+    rounded_[axis] = LeftOfRounding(FlickerAtRest(nodes, rest_of, axis, step_deg_[axis]));
+    rounding_deg_ = std::max(rounding_deg_, 0.5 * rounded_[axis] * step_deg_[axis]);
+  }
 }
 
 double ReadingErrors::ErrorInMotion_deg(double readings) const {
-  return std::max(scatter_deg_ / std::sqrt(readings), rounded_ * 0.5 * largest_step_deg_);
+  return std::max(scatter_deg_ / std::sqrt(readings), rounding_deg_);
 }
 
 // Of each node: at how many in a row the axis is within half a count of what it is there. Where a
@@ -56,7 +104,7 @@ std::vector<double> ReadingErrors::Alike(const std::vector<Node>& epochs, const 
   constexpr std::size_t kMost = 50;  // either way
   std::vector<double> alike(epochs.size(), 1.0);
   const double step_deg = step_deg_[axis];
-  if (!(rounded_ > 0.0) || !std::isfinite(step_deg)) return alike;
+  if (!(rounded_[axis] > 0.0) || !std::isfinite(step_deg)) return alike;
   const auto moves = [&](std::size_t k) { return rests.rest_of[k] == kNoRest; };
   const auto near = [&](std::size_t k, std::size_t j) {
     return std::fabs(epochs[j].table_deg[axis] - epochs[k].table_deg[axis]) < 0.5 * step_deg;
@@ -107,7 +155,8 @@ double ReadingErrors::ShareInMotion(const std::vector<Node>& epochs, std::size_t
       if (std::isfinite(passed)) steps = std::max(steps, passed);
     }
   }
-  return rounded_ * alike / std::min(readings, 1.0 + steps) + (1.0 - rounded_) / readings;
+  const double rounded = rounded_[axis];
+  return rounded * alike / std::min(readings, 1.0 + steps) + (1.0 - rounded) / readings;
 }
 
 std::vector<Vector3> ReadingErrors::Shares(const std::vector<Node>& epochs,
@@ -121,8 +170,8 @@ std::vector<Vector3> ReadingErrors::Shares(const std::vector<Node>& epochs,
       if (const std::size_t rest = rests.rest_of[k]; rest == kNoRest) {
         shares[k][axis] = ShareInMotion(epochs, k, axis, alike[k]);
       } else {
-        const double of_noise = (1.0 - rounded_) / rests.readings[rest];
-        shares[k][axis] = std::max(kLeastShare, rounded_ * alike[k] + of_noise);
+        const double of_noise = (1.0 - rounded_[axis]) / rests.readings[rest];
+        shares[k][axis] = std::max(kLeastShare, rounded_[axis] * alike[k] + of_noise);
       }
     }
   }

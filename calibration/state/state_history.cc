@@ -145,7 +145,7 @@ class TrailMaker {
       readings += node.mean.readings;
       moving += 1.0;
     }
-    const ReadingErrors errors(recording_);
+    const ReadingErrors errors(recording_, nodes_, rest_of_);
     history_.coarse_steps = errors.CoarseSteps();
     const double averaged = moving > 0.0 ? readings / moving : 1.0;
     history_.angle_error_deg = errors.ErrorInMotion_deg(averaged);
@@ -166,7 +166,7 @@ class TrailMaker {
   // An axis that rests may be read less often than the one that turns.
   Vector3 ErrorsAtRest_deg() const {
     constexpr std::size_t kFew = 20;  // one node in so many
-    const ReadingErrors errors(recording_);
+    const ReadingErrors errors(recording_, nodes_, rest_of_);
     Vector3 error_deg;
     error_deg.fill(history_.angle_error_deg);
     for (std::size_t a = 0; a < 3; ++a) {
@@ -320,7 +320,7 @@ class TrailMaker {
       for (double& angle : rest_rotation_[rest]) angle /= count[rest];
     }
     history_.reading_share =
-        ReadingErrors(recording_).Shares(nodes_, {rest_of_, count, rest_angle_});
+        ReadingErrors(recording_, nodes_, rest_of_).Shares(nodes_, {rest_of_, count, rest_angle_});
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       for (std::size_t a = 0; a < 3; ++a) {
         if (AtRest(k) && !settled_.is_settled[k][a])
@@ -329,22 +329,17 @@ class TrailMaker {
     }
   }
 
-  // Angle that goes into the rotation. Where no axis turns, but it is too near to a motion to count
-  // as rest, each reading speaks for itself: a mean would look more exact than the noise allows
-  // for. What depends on the angle keeps the mean: with a reading's noise in it, it would be found
-  // there.
+  // Angle that goes into the rotation. Where no axis turns, but one is too near to its motion to
+  // count as at rest, each of its readings speaks for itself: a mean would look more exact than the
+  // noise allows for. What depends on the angle keeps the mean: with a reading's noise in it, it
+  // would be found there.
   double TurnedTo(std::size_t k, std::size_t a) const {
-    return SpeaksForItself(k) ? nodes_[k].table_deg[a] : settled_.angle_deg[k][a];
+    return SpeaksForItself(k, a) ? nodes_[k].table_deg[a] : settled_.angle_deg[k][a];
   }
-  bool SpeaksForItself(std::size_t k) const { return AllSettled(k) && !AtRest(k); }
-
+  bool SpeaksForItself(std::size_t k, std::size_t a) const {
+    return settled_.may_creep[k][a] && !AtRest(k);
+  }
   bool IsRead(std::size_t a) const { return recording_.info.stand_axis_present[a]; }
-  bool AllSettled(std::size_t k) const {
-    for (std::size_t a = 0; a < 3; ++a) {
-      if (IsRead(a) && !settled_.is_settled[k][a]) return false;
-    }
-    return true;
-  }
 
   // The angle that goes into the rotation has an error of its own: it is not the same before or
   // after.
@@ -352,7 +347,7 @@ class TrailMaker {
     if (!AtRest(k)) return !settled_.is_settled[k][a];
     // A reading of its own may be the same by rounding.
     const auto differs = [&](std::size_t j) {
-      const bool own = !AtRest(j) && (SpeaksForItself(j) || !settled_.is_settled[j][a]);
+      const bool own = !AtRest(j) && (SpeaksForItself(j, a) || !settled_.is_settled[j][a]);
       return own || TurnedTo(j, a) != settled_.angle_deg[k][a];
     };
     return (k > 0 && differs(k - 1)) || (k + 1 < nodes_.size() && differs(k + 1));
@@ -362,7 +357,7 @@ class TrailMaker {
     if (recording_.info.reference != ReferenceKind::kStandAngles) return;
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       for (std::size_t a = 0; a < 3; ++a)
-        history_.axis_errs[k][a] = IsRead(a) && (SpeaksForItself(k) || Errs(k, a));
+        history_.axis_errs[k][a] = IsRead(a) && (SpeaksForItself(k, a) || Errs(k, a));
     }
   }
 

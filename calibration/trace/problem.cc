@@ -87,8 +87,10 @@ void ChannelProblem::TakeOffNominalTurn() {
   for (Eigen::Index i = 0; i < rows(); ++i) {
     const std::vector<Node>& nodes = history(i).epochs;
     const std::uint32_t interval = ref(i).interval;
-    output_(i) -= nodes[interval + 1].earth_deg[channel_] - nodes[interval].earth_deg[channel_];
-    if (turns) output_(i) -= Rotation(i)[channel_];
+    // The Earth's rotation is a part of all that turned.
+    output_(i) -=
+        turns ? Rotation(i)[channel_]
+              : nodes[interval + 1].earth_deg[channel_] - nodes[interval].earth_deg[channel_];
   }
 }
 
