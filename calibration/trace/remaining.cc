@@ -51,12 +51,21 @@ double LogPOf(double q, double degrees, double n) {
   return q - degrees > kLeastShare * n ? LogChiSquareTail(q, degrees) : 0.0;
 }
 
+// Over so many rows each, less their mean.
+Eigen::VectorXd SumsOver(Eigen::Index pool, const Eigen::VectorXd& values) {
+  Eigen::VectorXd out(values.size() / pool);
+  for (Eigen::Index i = 0; i < out.size(); ++i) out(i) = values.segment(i * pool, pool).sum();
+  out.array() -= out.mean();
+  return out;
+}
+
 // Portmanteau statistic of the serial correlations of sums over `pool` rows, Ljung and Box.
-Test Whiteness(const Eigen::VectorXd& residual, Eigen::Index pool) {
-  const Eigen::Index n = residual.size() / pool;
-  Eigen::VectorXd v(n);
-  for (Eigen::Index i = 0; i < n; ++i) v(i) = residual.segment(i * pool, pool).sum();
-  v.array() -= v.mean();
+// `residual_deg`: before whitening; the readings at both ends of a sum misread it by `rounding_deg`
+// at most, however many rows it has.
+Test Whiteness(const Eigen::VectorXd& residual, const Eigen::VectorXd& residual_deg,
+               double rounding_deg, Eigen::Index pool) {
+  const Eigen::VectorXd v = SumsOver(pool, residual);
+  const Eigen::Index n = v.size();
   const double square = v.squaredNorm();
   double q = 0.0;
   Eigen::Index strongest = 1;
@@ -73,7 +82,9 @@ Test Whiteness(const Eigen::VectorXd& residual, Eigen::Index pool) {
   Test test;
   test.log_p = LogPOf(count * (count + 2.0) * q, static_cast<double>(kLags), count);
   test.finding.test = "whiteness";
-  test.rounding_does_it = pool == 1;
+  const double alike_deg =
+      std::sqrt(std::fabs(largest) * SumsOver(pool, residual_deg).squaredNorm() / count);
+  test.rounding_does_it = pool == 1 || alike_deg < rounding_deg;
   test.finding.says =
       pool == 1 ? fmt::format(
                       "residuals of neighbouring intervals correlate, {:+.3f} at a distance of {}",
@@ -174,10 +185,12 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
   ChannelTrace::Remaining out;
   if (problem.rows() < kLeastTestedRows) return out;
   const Eigen::VectorXd residual = fit.WhiteResidual();
-  const bool rounds = problem.rounding_deg() > 0.0;
+  const Eigen::VectorXd residual_deg = problem.output_deg() - fit.raw * fit.linear;
+  const double rounding_deg = problem.rounding_deg();
   std::vector<Test> tests;
   for (const Eigen::Index block : kWhitenessBlocks) {
-    if (WhitenessIsTested(problem, block)) tests.push_back(Whiteness(residual, block));
+    if (WhitenessIsTested(problem, block))
+      tests.push_back(Whiteness(residual, residual_deg, rounding_deg, block));
   }
   const std::size_t c = problem.channel();
   const Eigen::MatrixXd gram = fit.white.transpose() * fit.white;
@@ -218,7 +231,7 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
     if (tests[k].log_p > std::log(kLevel / left)) break;
     tests[k].finding.p_value = std::min(1.0, std::exp(tests[k].log_p) * left);
     out.white = out.white && tests[k].finding.test != "whiteness";
-    if (rounds && tests[k].rounding_does_it) {
+    if (rounding_deg > 0.0 && tests[k].rounding_does_it) {
       out.white = false;
       continue;
     }

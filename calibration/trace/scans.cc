@@ -200,6 +200,31 @@ std::pair<Eigen::Index, Eigen::Index> LongestPowerOn(const ChannelProblem& probl
   return longest;
 }
 
+// Of a spectrum, up to half of its frequencies.
+std::vector<double> PowerOf(const std::vector<double>& grid) {
+  Eigen::FFT<double> fft;
+  std::vector<Complex> spectrum;
+  fft.fwd(spectrum, grid);
+  std::vector<double> power;
+  for (std::size_t f = 0; f < grid.size() / 2; ++f) power.push_back(std::norm(spectrum[f]));
+  return power;
+}
+
+// Number of the frequency, from `slowest` on; `power`: of the rests at it. Short rests far from each
+// other show several tones as clearly as the true one: of these it is the one that all rows show.
+std::size_t StrongestTone(const std::vector<double>& at_rest, const std::vector<double>& all,
+                          std::size_t slowest, double* power) {
+  constexpr double kAsClear = 0.6;
+  double most = 0.0;
+  for (std::size_t f = slowest; f < at_rest.size(); ++f) most = std::max(most, at_rest[f]);
+  std::size_t strongest = 0;
+  for (std::size_t f = slowest; f < at_rest.size(); ++f) {
+    if (at_rest[f] > kAsClear * most && (strongest == 0 || all[f] > all[strongest])) strongest = f;
+  }
+  *power = strongest > 0 ? at_rest[strongest] : 0.0;
+  return strongest;
+}
+
 // The residual on a grid of the rows' usual length, its spectrum; all measurements add up.
 ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   ScanPeak peak;
@@ -230,26 +255,20 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   const auto slots = static_cast<std::size_t>((problem.end_s(end - 1) - origin) / step_s) + 2;
   if (slots > (1u << 22)) return peak;
   const std::size_t size = PowerOfTwo(2 * slots);
-  std::vector<double> grid(size, 0.0);
+  std::vector<double> at_rest(size, 0.0), all(size, 0.0);
   double square = 0.0;
   for (Eigen::Index i = first; i < end; ++i) {
+    const auto slot = static_cast<std::size_t>(std::lround((problem.begin_s(i) - origin) / step_s));
+    all[slot] += residual(i);
     if (!rests(i)) continue;
-    grid[static_cast<std::size_t>(std::lround((problem.begin_s(i) - origin) / step_s))] +=
-        residual(i);
+    at_rest[slot] += residual(i);
     square += residual(i) * residual(i);
   }
-  Eigen::FFT<double> fft;
-  std::vector<Complex> spectrum;
-  fft.fwd(spectrum, grid);
-  const double mean = square / 2.0;
   // Slower than five periods a measurement is drift.
   const auto slowest = static_cast<std::size_t>(5 * size / slots);
-  for (std::size_t f = slowest; f < size / 2; ++f) {
-    const double gain = std::norm(spectrum[f]) / mean;
-    if (gain <= peak.gain) continue;
-    peak.gain = gain;
-    peak.nonlinear = static_cast<double>(f) / (static_cast<double>(size) * step_s);
-  }
+  const std::size_t f = StrongestTone(PowerOf(at_rest), PowerOf(all), slowest, &peak.gain);
+  if (f > 0) peak.nonlinear = static_cast<double>(f) / (static_cast<double>(size) * step_s);
+  peak.gain /= square / 2.0;
   // Relative to white noise of unit variance.
   peak.gain *= square / static_cast<double>(resting);
   peak.tried = static_cast<double>(slots);

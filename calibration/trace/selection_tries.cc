@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "calibration/gls/independent_columns.h"
 #include "calibration/gls/ramp_search.h"
 #include "calibration/gls/robust_gain.h"
 #include "calibration/gls/scaled_ldlt.h"
@@ -104,9 +105,11 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
   const auto scanned = std::count_if(members_.begin(), members_.end(),
                                      [](const Candidate& member) { return member.scanned(); });
   if (scanned >= kMostScanned) return;
+  constexpr double kFarLess = 2.0;
   const Eigen::Index begin = store_.used();
   for (const ScanPeak& peak : Scan(*problem_, whitener_, store_.Take(model), Residual())) {
-    if (peak.last_resort && best->candidate) continue;
+    // A tone that few rests show takes the place of what explains far less alone.
+    const double behind = peak.last_resort && best->candidate ? kFarLess : 1.0;
     // By the count of tests at the scan's own gain, which is not counted again when the noise is
     // estimated anew: a step's neighbours differ the more, the larger the gain is.
     const double level = std::log(options_.false_discovery * kShareOfScan / peak.tried);
@@ -124,7 +127,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
       Place(&candidate);
       evidence_margin = level - LogP(candidate, model);
     }
-    if (evidence_margin > best->evidence_margin && ToldFromMembers(candidate, model) &&
+    if (evidence_margin > behind * best->evidence_margin && ToldFromMembers(candidate, model) &&
         Plausible(candidate, model)) {
       if (mark > begin) {  // in the place of the best before
         store_.DropFrom(begin);
@@ -176,10 +179,19 @@ void Selection::TryProducts(Best* best) const {
   for (const Candidate* product : open) raw.push_back(*product->raw);
   whitener_.Whiten(raw, columns);
   const Eigen::VectorXd whole = columns.colwise().squaredNorm();
-  columns = Projection(store_.Take(ModelColumns())).Off(columns);
+  const Eigen::MatrixXd model = store_.Take(ModelColumns());
+  const Eigen::MatrixXd gram = model.transpose() * model, shares = model.transpose() * columns;
+  columns = Projection(model).Off(columns);
   const Eigen::VectorXd residual = Residual();
   const double level = std::log(options_.false_discovery * kShareOfProducts /
                                 static_cast<double>(candidates_->products.size()));
+  // Most of a product that nearly does what turns do would stand for the scale factor, which no
+  // part can have then.
+  const auto moves_scale_factor = [&](Eigen::Index k, double size) {
+    constexpr double kMost = 0.2;
+    const double share = turns_itself_ ? SolveIndependent(gram, shares.col(k))(0) : 0.0;
+    return std::fabs(size * share) > kMost * std::fabs(own_scale_);
+  };
   Eigen::Index chosen = -1;
   double most = kClearly * best->evidence_margin;
   for (Eigen::Index k = 0; k < columns.cols(); ++k) {
@@ -188,9 +200,9 @@ void Selection::TryProducts(Best* best) const {
       columns.col(k).setZero();
       continue;
     }
-    const double gain = std::pow(columns.col(k).dot(residual), 2) / left;
-    const double evidence_margin = level - LogChiSquareTail(gain, 1.0);
-    if (evidence_margin <= most) continue;
+    const double size = columns.col(k).dot(residual) / left;
+    const double evidence_margin = level - LogChiSquareTail(size * size * left, 1.0);
+    if (evidence_margin <= most || moves_scale_factor(k, size)) continue;
     most = evidence_margin;
     chosen = k;
   }
