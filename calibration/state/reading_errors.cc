@@ -63,9 +63,9 @@ Flicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::siz
 
 // What noise leaves of the rounding's error, as a variance: exp(-4 pi^2 s^2), with noise of s steps
 // (Widrow and Kollar, Quantization Noise, 2008, 4.2). Over evenly spread places the readings
-// scatter by the square pi^(-1/2) s of a step as long as s is below 0.3, and by s^2 + 1/12 above. At
-// few places they may lie on the edges between two steps, where the least
-// noise makes them flicker, or on none: the least that the noise may be counts.
+// scatter by the square s / pi^(1/2) as long as s is below 0.3, and by s^2 + 1/12 above. At few
+// places they may lie on the edges between two steps, where the least noise makes them flicker, or
+// on none: the least that the noise may be counts.
 double LeftOfRounding(const Flicker& flicker) {
   constexpr double kOfPlaces = 0.11;  // standard deviation from place to place
   constexpr double kFlickers = 0.17;

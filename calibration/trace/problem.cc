@@ -80,17 +80,18 @@ ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::siz
 
 // Where the axis turned by itself its scale factor has a column, and Earth's rotation is in that;
 // where it did not, Earth still turns it, by the nominal scale factor, and so does what it turned
-// together with another axis.
+// together with another axis: an axis of the stand that is not quite where it was tilts it a little
+// more or less. Of an orientation all that is little is its noise.
 void ChannelProblem::TakeOffNominalTurn() {
   if (TurnsByItself()) return;
   const bool turns = TurnsWithOthersAlone();
   for (Eigen::Index i = 0; i < rows(); ++i) {
     const std::vector<Node>& nodes = history(i).epochs;
     const std::uint32_t interval = ref(i).interval;
-    // The Earth's rotation is a part of all that turned.
-    output_(i) -=
-        turns ? Rotation(i)[channel_]
-              : nodes[interval + 1].earth_deg[channel_] - nodes[interval].earth_deg[channel_];
+    const bool of_axes = history(i).recording->info.reference == ReferenceKind::kStandAngles;
+    const double earth_deg =
+        nodes[interval + 1].earth_deg[channel_] - nodes[interval].earth_deg[channel_];
+    output_(i) -= turns || of_axes ? Rotation(i)[channel_] : earth_deg;
   }
 }
 

@@ -210,8 +210,9 @@ std::vector<double> PowerOf(const std::vector<double>& grid) {
   return power;
 }
 
-// Number of the frequency, from `slowest` on; `power`: of the rests at it. Short rests far from each
-// other show several tones as clearly as the true one: of these it is the one that all rows show.
+// Number of the frequency, from `slowest` on; `power`: of the rests at it. Short rests far from
+// each other show several tones as clearly as the true one: of these it is the one that all rows
+// show.
 std::size_t StrongestTone(const std::vector<double>& at_rest, const std::vector<double>& all,
                           std::size_t slowest, double* power) {
   constexpr double kAsClear = 0.6;
