@@ -84,10 +84,13 @@ class ReadingErrors {
   // `rest_of`: index of each node's rest, or kNoRest.
   ReadingErrors(const Recording& recording, const std::vector<Node>& nodes,
                 const std::vector<std::size_t>& rest_of);
-  // Noise is a fifth of a step or less.
-  bool CoarseSteps() const { return std::ranges::max(rounded_) > 0.2; }
-  // Of the mean of so many while the table moves [deg].
+  double LeftOfRoundingOf(std::size_t axis) const { return rounded_[axis]; }
+  // Standard deviation of the mean of so many while the table moves [deg].
   double ErrorInMotion_deg(double readings) const;
+  // The same, or what rounding errs by at most.
+  double MostInMotion_deg(double readings) const;
+  // Of rounding alone; 0 where noise is a fifth of a step and more.
+  double RoundingInMotion_deg(double readings) const;
   // Of each node and axis: the readings since the node before, or in the rest that it is in. Where
   // an axis was not read since then, of the last one before. On a coarse encoder nodes within half a
   // count misread alike, and so do all rests on one count: each of so many is worth as much less.
@@ -103,11 +106,15 @@ class ReadingErrors {
   Vector3 rounded_ = {};  // 0: noise carries the readings over many steps, 1: not at all
 };
 
+// What noise leaves of the rounding's error, as a part of its variance. `flicker`: mean square of one
+// reading, rounded as it is, while the axis rests, in squares of a step; NaN: not known. At few
+// `places` it may rest on the edges between two steps, where the least noise makes the readings
+// flicker, or on none: the least that the noise may be counts.
+double LeftOfRounding(double flicker, std::size_t places);
 // Amplitude of the wave that rounding to steps of so much adds to an angle at even speed, of which
-// readings at even times may make one of any number of periods a turn. Noise of the readings makes
-// it smaller: `scatter_deg` is that of one reading while the axis stands, rounded as it is. 0 where
-// nothing is rounded.
-double WaveOfRounding_deg(double step_deg, double scatter_deg);
+// readings at even times may make one of any number of periods a turn. 0 where nothing is rounded.
+// `left`: LeftOfRounding.
+double WaveOfRounding_deg(double step_deg, double left);
 
 // Gravity and heading in the sensor's frame: by the reference where it gives an orientation, by the
 // accelerometer where one axis turns or none. `rest_of`: index of each node's rest, or kNoRest.

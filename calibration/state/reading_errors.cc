@@ -61,22 +61,19 @@ Flicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::siz
   return {sum / rests, places.size()};
 }
 
-// What noise leaves of the rounding's error, as a variance: exp(-4 pi^2 s^2), with noise of s steps
-// (Widrow and Kollar, Quantization Noise, 2008, 4.2). Over evenly spread places the readings
-// scatter by the square s / pi^(1/2) as long as s is below 0.3, and by s^2 + 1/12 above. At few
-// places they may lie on the edges between two steps, where the least noise makes them flicker, or
-// on none: the least that the noise may be counts.
-double LeftOfRounding(const Flicker& flicker) {
-  constexpr double kOfPlaces = 0.11;  // standard deviation from place to place
+}  // namespace
+
+// exp(-4 pi^2 s^2), with noise of s steps (Widrow and Kollar, Quantization Noise, 2008, 4.2). Over
+// evenly spread places the readings scatter by the square s / pi^(1/2) as long as s is below 0.3,
+// and by s^2 + 1/12 above.
+double LeftOfRounding(double flicker, std::size_t places) {
+  constexpr double kOfPlaces = 0.22;  // two standard deviations from place to place
   constexpr double kFlickers = 0.17;
-  if (!std::isfinite(flicker.square)) return 1.0;
-  const double least =
-      std::max(0.0, flicker.square - kOfPlaces / std::sqrt(static_cast<double>(flicker.places)));
+  if (!std::isfinite(flicker)) return 1.0;
+  const double least = std::max(0.0, flicker - kOfPlaces / std::sqrt(static_cast<double>(places)));
   const double noise2 = least < kFlickers ? std::numbers::pi * least * least : least - 1.0 / 12.0;
   return std::exp(-4.0 * std::numbers::pi * std::numbers::pi * noise2);
 }
-
-}  // namespace
 
 ReadingErrors::ReadingErrors(const Recording& recording, const std::vector<Node>& nodes,
                              const std::vector<std::size_t>& rest_of)
@@ -86,13 +83,24 @@ ReadingErrors::ReadingErrors(const Recording& recording, const std::vector<Node>
   scatter_deg_ = MedianScatter(rests);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(step_deg_[axis]) || !(step_deg_[axis] > 0.0)) continue;
-    rounded_[axis] = LeftOfRounding(FlickerAtRest(nodes, rest_of, axis, step_deg_[axis]));
+    const Flicker flicker = FlickerAtRest(nodes, rest_of, axis, step_deg_[axis]);
+    rounded_[axis] = LeftOfRounding(flicker.square, flicker.places);
     rounding_deg_ = std::max(rounding_deg_, 0.5 * rounded_[axis] * step_deg_[axis]);
   }
 }
 
+// Rounding errs by half a step at most, evenly.
 double ReadingErrors::ErrorInMotion_deg(double readings) const {
-  return std::max(scatter_deg_ / std::sqrt(readings), rounding_deg_);
+  return std::max(scatter_deg_ / std::sqrt(readings), rounding_deg_ / std::numbers::sqrt3);
+}
+
+double ReadingErrors::MostInMotion_deg(double readings) const {
+  return std::max(ErrorInMotion_deg(readings), rounding_deg_);
+}
+
+double ReadingErrors::RoundingInMotion_deg(double readings) const {
+  constexpr double kCoarse = 0.2;
+  return std::ranges::max(rounded_) > kCoarse ? MostInMotion_deg(readings) : 0.0;
 }
 
 // Of each node: at how many in a row the axis is within half a count of what it is there. Where a
@@ -179,13 +187,10 @@ std::vector<Vector3> ReadingErrors::Shares(const std::vector<Node>& epochs,
 }
 
 // The first harmonic of the rounding's error (Widrow and Kollar, Quantization Noise, 2008, 4.2):
-// q / pi exp(-2 pi^2 sigma^2 / q^2). Rounding scatters by q^2 / 12 more at most.
-double WaveOfRounding_deg(double step_deg, double scatter_deg) {
-  if (!(step_deg > 0.0)) return 0.0;
-  const double scatter_in_steps = std::fmax(0.0, scatter_deg) / step_deg;
-  const double noise_square = std::max(0.0, scatter_in_steps * scatter_in_steps - 1.0 / 12.0);
-  return step_deg / std::numbers::pi *
-         std::exp(-2.0 * std::numbers::pi * std::numbers::pi * noise_square);
+// q / pi exp(-2 pi^2 sigma^2 / q^2).
+double WaveOfRounding_deg(double step_deg, double left) {
+  if (!(step_deg > 0.0) || !std::isfinite(step_deg)) return 0.0;
+  return step_deg / std::numbers::pi * std::sqrt(left);
 }
 
 }  // namespace gyrobench::calibration

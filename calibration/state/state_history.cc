@@ -146,15 +146,15 @@ class TrailMaker {
       moving += 1.0;
     }
     const ReadingErrors errors(recording_, nodes_, rest_of_);
-    history_.coarse_steps = errors.CoarseSteps();
     const double averaged = moving > 0.0 ? readings / moving : 1.0;
     history_.angle_error_deg = errors.ErrorInMotion_deg(averaged);
+    history_.rounding_deg = errors.RoundingInMotion_deg(averaged);
     history_.axis_error_deg.fill(history_.angle_error_deg);
     const std::vector<NodeRange> rests = RangesOfRests(rest_of_);
     for (std::size_t a = 0; a < 3; ++a) {
       const double scatter_deg = ScatterAtRest(nodes_, rests, a);
       history_.rounding_wave_deg[a] =
-          WaveOfRounding_deg(recording_.reference_step_deg[a], scatter_deg);
+          WaveOfRounding_deg(recording_.reference_step_deg[a], errors.LeftOfRoundingOf(a));
       if (!std::isfinite(scatter_deg)) continue;
       // Readings that hardly ever change hide noise of half a step.
       const double least_deg = 0.5 * std::fmax(0.0, recording_.reference_step_deg[a]);
@@ -177,7 +177,7 @@ class TrailMaker {
       if (own.empty()) continue;
       const auto few = own.begin() + static_cast<std::ptrdiff_t>(own.size() / kFew);
       std::nth_element(own.begin(), few, own.end());
-      error_deg[a] = std::max(error_deg[a], errors.ErrorInMotion_deg(std::max(*few, 1.0)));
+      error_deg[a] = std::max(error_deg[a], errors.MostInMotion_deg(std::max(*few, 1.0)));
     }
     return error_deg;
   }

@@ -50,11 +50,11 @@ struct StateHistory {
   // Variance of what the channel with this row of M makes of the rotation's error up to a node,
   // relative to one reading's: by each axis as much as the channel feels of it.
   double ReferenceShare(std::size_t node, const Vector3& m_row) const;
-  // Error of a table angle at a moving node: noise of the readings averaged, or half a step of a
-  // coarse encoder [deg].
+  // Standard deviation of a table angle at a moving node: noise of the readings averaged, or the
+  // rounding to the steps of a coarse encoder [deg].
   double angle_error_deg = 0.0;
-  // The same of each axis of the stand by what it is read as while it rests: the scatter of a short
-  // rest, of which the above is made, may have the end of a motion in it.
+  // The error of each axis of the stand by what it is read as while it rests: the scatter of a
+  // short rest, of which the above is made, may have the end of a motion in it.
   Vector3 axis_error_deg = {};
   // Amplitude of the wave that the rounding of each axis's readings makes of its angle [deg].
   Vector3 rounding_wave_deg = {};
@@ -63,8 +63,9 @@ struct StateHistory {
   double timing_error_s = 0.0;
   // What it may be at most where it is 0 [s].
   double timing_at_most_s = std::numeric_limits<double>::infinity();
-  // The steps of the encoder are coarser than its noise: its error is a function of the angle.
-  bool coarse_steps = false;
+  // What the steps of an encoder that are coarser than its noise make of an angle in motion, at most:
+  // an error that is a function of the angle. 0 where they are not.
+  double rounding_deg = 0.0;
   // Of each node: what the random walk of the angle makes the covariance of the rotations before and
   // after larger by, over N^2: ReadingsMean::walk_s, and a share of the sample at which it ends. 0
   // at rest.

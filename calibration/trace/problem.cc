@@ -144,15 +144,22 @@ bool ChannelProblem::TurnsWithOthersAlone() const {
 // Axes that turn by more than a tenth of their motion apart from the others: of those that always
 // turn together the one that turns most stands for all, and this channel's own where it turns at
 // least half as much. What is left of the rest is the noise of readings, which would make up a
-// scale factor.
+// scale factor. So would a small part of every turn, as an axis has that another tilts: it is no
+// better known than the angle of the tilt.
 void ChannelProblem::SurveyTurns() {
   constexpr double kApart = 0.01;  // of the square
+  constexpr double kTilt = 0.1;
+  Vector3 beyond_tilt_deg = {};
   constexpr double kOwnCounts = 2.0;
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
   for (Eigen::Index i = 0; i < rows(); ++i) {
     if (half(i, 0).still) continue;
     const Eigen::Vector3d turn_deg(Rotation(i).data());
     squares += turn_deg * turn_deg.transpose();
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double turned_deg = std::fabs(Rotation(i)[c]);
+      if (turned_deg > kTilt * turn_deg.norm()) beyond_tilt_deg[c] += turned_deg;
+    }
   }
   std::array<std::size_t, 3> axes = {channel_, (channel_ + 1) % 3, (channel_ + 2) % 3};
   const auto counts = [&](std::size_t c) { return (c == channel_ ? kOwnCounts : 1.0) * path_[c]; };
@@ -163,7 +170,7 @@ void ChannelProblem::SurveyTurns() {
   std::array<bool, 3> turned = {};
   for (const std::size_t c : axes) {
     const auto k = static_cast<Eigen::Index>(c);
-    if (!(path_[c] > kLeastPath_deg) || !(left(k, k) > kApart * squares(k, k))) continue;
+    if (!(beyond_tilt_deg[c] > kLeastPath_deg) || !(left(k, k) > kApart * squares(k, k))) continue;
     turned[c] = true;
     const Eigen::Vector3d column = left.col(k);
     left -= column * column.transpose() / column(k);
@@ -262,9 +269,8 @@ std::vector<bool> ChannelProblem::turns_in_run() const {
 
 double ChannelProblem::rounding_deg() const {
   double rounding_deg = 0.0;
-  for (const StateHistory& history : histories_) {
-    if (history.coarse_steps) rounding_deg = std::max(rounding_deg, history.angle_error_deg);
-  }
+  for (const StateHistory& history : histories_)
+    rounding_deg = std::max(rounding_deg, history.rounding_deg);
   return rounding_deg;
 }
 

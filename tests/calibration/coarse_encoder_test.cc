@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <random>
 #include <string>
 
 #include "calibration/state/state_history.h"
@@ -150,6 +151,28 @@ TEST(ACoarseEncoder, HasNoPlayOfAPartOfAStep) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const ChannelTrace channel = TraceRounded(motion, seed, NoError);
     EXPECT_THAT(channel.effects, ::testing::IsEmpty()) << channel.summary << ", seed " << seed;
+  }
+}
+
+// Where a place lies near the edge of a step its readings flicker between two, by up to half a step,
+// with next to no noise: that is no noise that would carry them over the steps, and each rest there
+// misreads the place as the one before did.
+TEST(ACoarseEncoder, ThatFlickersAtRestMisreadsAPlaceAlike) {
+  constexpr double kFourteenBits_deg = 360.0 / 16384.0;
+  Motion motion;
+  motion.Rest(20.0);
+  for (int turn = 0; turn < 8; ++turn) motion.ThereAndBack(kInnerAxis, 340.0, 39.0);
+  for (const double beside : {0.08, 0.35, 0.42, 0.5}) {
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+      std::mt19937_64 random(seed);
+      std::normal_distribution<double> noise(beside * kFourteenBits_deg, 0.15 * kFourteenBits_deg);
+      const ChannelTrace channel = TraceRounded(
+          motion, seed, [&](const AngleSample&) { return noise(random); }, kFourteenBits_deg);
+      EXPECT_THAT(channel.effects, ::testing::IsEmpty())
+          << channel.summary << ", " << beside << " of a step, seed " << seed;
+      const auto& scale = channel.baseline.parameters.at(0);
+      EXPECT_NEAR(scale.value, 1.012, 4.0 * scale.std_error) << beside << ", seed " << seed;
+    }
   }
 }
 

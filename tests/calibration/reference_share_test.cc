@@ -211,7 +211,8 @@ TEST(RoundingOfNoisyReadings, MakesNoLargerWaveThanIsSaid) {
         before = reading;
       }
     }
-    const double said = calibration::WaveOfRounding_deg(1.0, std::sqrt(changes));
+    const double left = calibration::LeftOfRounding(changes, kReadings / kAtRest);
+    const double said = calibration::WaveOfRounding_deg(1.0, left);
     const double made = std::fabs(in_phase);
     EXPECT_GT(said, 0.97 * made - 0.003) << noise;
     EXPECT_LT(said, 2.0 * made + 0.01) << noise;
@@ -220,7 +221,16 @@ TEST(RoundingOfNoisyReadings, MakesNoLargerWaveThanIsSaid) {
 
 TEST(RoundingOfNoisyReadings, IsNothingWhereNothingIsRounded) {
   for (const double step_deg : {0.0, std::numeric_limits<double>::quiet_NaN()})
-    EXPECT_EQ(calibration::WaveOfRounding_deg(step_deg, 0.001), 0.0);
+    EXPECT_EQ(calibration::WaveOfRounding_deg(step_deg, 1.0), 0.0);
+}
+
+// At two places between two steps least noise makes half of the readings another than the rest.
+TEST(RoundingOfNoisyReadings, IsBelievedToBeNoiseAtManyPlacesAlone) {
+  constexpr double kHalfAndHalf = 0.25;
+  EXPECT_LT(calibration::LeftOfRounding(kHalfAndHalf, 1000), 0.01);
+  EXPECT_GT(calibration::LeftOfRounding(kHalfAndHalf, 1), 0.4);
+  EXPECT_EQ(calibration::LeftOfRounding(0.0, 1000), 1.0);
+  EXPECT_EQ(calibration::LeftOfRounding(std::numeric_limits<double>::quiet_NaN(), 0), 1.0);
 }
 
 }  // namespace

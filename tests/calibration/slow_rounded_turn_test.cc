@@ -116,7 +116,8 @@ TEST(ASlowTurnOfACoarseEncoder, HasTheScaleFactorOfTheGyro) {
         ASSERT_NE(channel, nullptr);
         EXPECT_NE(channel->verdict, calibration::Verdict::kCannotBe) << channel->summary;
         const auto& scale = channel->baseline.parameters.at(0);
-        EXPECT_NEAR(scale.value, story.scale[2], 0.003) << channel->summary;
+        EXPECT_NEAR(scale.value, story.scale[2], 0.003)
+            << channel->summary << " step " << step_deg << " deg, seed " << seed << of_stand;
         EXPECT_NEAR(scale.value, story.scale[2], 5.0 * scale.std_error) << channel->summary;
       }
     }

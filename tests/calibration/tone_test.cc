@@ -1,6 +1,7 @@
 // A tone of the gyro's output is found between turns.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -55,6 +56,49 @@ TEST(ATone, IsFoundInRestsOfASecondOrTwoBetweenTurns) {
       }
     }
     EXPECT_LT(trace.fitted_whitened_rms.after, 1.1) << seed;
+  }
+}
+
+// To and fro without a rest, but 20 s before and after: these two show several tones as clearly.
+constexpr double kBefore_s = 20.0, kSweeps_s = 200.0, kSweep_s = 10.0,
+                 kSweep_rad_s = 0.1 * std::numbers::pi;
+double SweepsFor(double t_s) { return std::clamp(t_s - kBefore_s, 0.0, kSweeps_s); }
+double SweepRate(double t_s) {
+  const double u = SweepsFor(t_s);
+  const double sign = std::fmod(std::floor(u / kSweep_s), 2.0) == 0.0 ? 1.0 : -1.0;
+  return sign * kRate_deg_s * (1.0 - std::cos(2.0 * kSweep_rad_s * u));
+}
+double SweepAngle(double t_s) {
+  const double u = std::fmod(SweepsFor(t_s), 2.0 * kSweep_s);
+  const auto turned_deg = [](double s) {
+    return kRate_deg_s * (s - std::sin(2.0 * kSweep_rad_s * s) / (2.0 * kSweep_rad_s));
+  };
+  return u < kSweep_s ? turned_deg(u) : turned_deg(kSweep_s) - turned_deg(u - kSweep_s);
+}
+
+TEST(ATone, IsTheOneOfAllThatRestsFarFromEachOtherShowAlike) {
+  for (const double tone_hz : {0.13, 0.31, 0.77}) {
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+      Story story;
+      story.UseTurningChannelAlone();
+      story.seed = seed;
+      story.white_deg_s = 0.01;
+      story.duration_s = kSweeps_s + 2.0 * kBefore_s;
+      story.rate_deg_s = SweepRate;
+      story.angle_deg = SweepAngle;
+      story.spoil_gyro = [=](GyroSample* sample) {
+        sample->xi[2] += 131.0 * 0.01 * std::sin(2.0 * std::numbers::pi * tone_hz * sample->t_s);
+        return true;
+      };
+      const ChannelTrace trace = TraceOf(story.Collect());
+      ASSERT_EQ(trace.effects.size(), 1U) << tone_hz << ", " << seed << ": " << trace.summary;
+      EXPECT_EQ(trace.effects[0].id, "bias.tone") << tone_hz;
+      for (const calibration::ModelParameter& parameter : trace.effects[0].parameters) {
+        if (parameter.name == "f") {
+          EXPECT_NEAR(parameter.value, tone_hz, 1e-3) << seed;
+        }
+      }
+    }
   }
 }
 

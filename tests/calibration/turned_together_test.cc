@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <string>
 
 #include "calibration/trace/trace.h"
@@ -48,6 +49,35 @@ TEST(AxesThatTurnOnlyTogether, HaveOneScaleFactorThatIsTheirOwn) {
       const Value part = ParameterOf(channel, c == 0 ? "cross_axis_xz" : "cross_axis_yz");
       EXPECT_NEAR(part.value, (kScale - 1.0) * felt[c][2] / felt[2][2], 4.0 * part.std_error)
           << mount_deg;
+    }
+  }
+}
+
+// The Earth turns it as well, by the same scale factor, and once.
+TEST(AxesThatTurnOnlyTogether, AreTurnedByTheEarthOnce) {
+  constexpr double kEarth_deg_s = 15.041 / 3600.0, kLatitude_rad = 0.9, kRadPerDeg = 0.0174532925;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Story story;
+    story.seed = seed;
+    story.duration_s = 400.0;
+    story.white_deg_s = 0.005;
+    story.info.site_latitude_deg = kLatitude_rad / kRadPerDeg;
+    story.info.geometry.mount_deg[0] = 0.5;
+    story.info.geometry.mount_deg[1] = -0.3;
+    const Matrix3 felt = kinematics::StandFrame(story.info.geometry).Rates({0.0, 0.0, 0.0});
+    for (std::size_t c = 0; c < 3; ++c) story.scale[c] = felt[c][2];
+    // World x points north, and the tilt is too small to matter.
+    story.spoil_gyro = [angle_deg = story.angle_deg](GyroSample* sample) {
+      const double turned_rad = kRadPerDeg * angle_deg(sample->t_s);
+      const double north_deg_s = kEarth_deg_s * std::cos(kLatitude_rad);
+      sample->xi[0] += 131.0 * north_deg_s * std::cos(turned_rad);
+      sample->xi[1] -= 131.0 * north_deg_s * std::sin(turned_rad);
+      sample->xi[2] += 131.0 * kEarth_deg_s * std::sin(kLatitude_rad);
+      return true;
+    };
+    for (const calibration::ChannelTrace& channel : TraceAll(story.Collect()).channels) {
+      EXPECT_EQ(channel.verdict, calibration::Verdict::kNone) << channel.summary << seed;
+      EXPECT_LT(channel.fitted_whitened_rms.after, 1.05) << channel.summary << seed;
     }
   }
 }

@@ -35,7 +35,9 @@ DEFAULT = dict(
     # A serial adapter hands over what it has so often [s]; 0: each row at once.
     packets_s=0.0,
     # Its clock runs by another part than the sensor's.
-    packets_off=0.0)
+    packets_off=0.0,
+    # Each axis of the stand begins a table so far beside its pose, at most.
+    off_zero_deg=0.0)
 
 CLASSES = {
     # The bench on which the tracer was found wanting.
@@ -111,6 +113,11 @@ CLASSES = {
     "slow_turns": dict(reference="single", programme="slow", gyro_axes=["z", "xyz"], site=False, thermal="warm_up",
                        gyro_rate_hz=[50.0, 100.0, 200.0], reference_rate_hz=[50.0, 100.0, 200.0],
                        reference_noise_deg=("log", 3e-4, 0.01), encoder_bits=[18, 19, 20], accelerometer="absent"),
+    # One axis goes to and fro between the same places, and the others stand a little beside zero: what turns them is
+    # small, and a coarse encoder rests in the same part of its step again and again.
+    "beside_zero": dict(off_zero_deg=(0.02, 0.5), programme="to_and_fro", encoder_bits=[12, 13, 14, 16, 17],
+                        reference_noise_deg=("log", 2e-4, 0.02), reference_rate_hz=[20.0, 50.0, 100.0],
+                        gyro_rate_hz=[50.0, 100.0, 200.0], thermal=["warm_up", "constant"]),
 }
 
 

@@ -38,6 +38,9 @@ class Plan:
             start_s = self.tables[-1].end_s + self.bench["gap_s"]
         if target_degC is not None and self.bench["thermal"] != "constant":
             self.targets[-1].append((start_s, target_degC))
+        beside_deg = self.bench["off_zero_deg"]
+        if beside_deg:
+            pose_deg = np.asarray(pose_deg) + self.rng.uniform(-beside_deg, beside_deg, 3)
         self.tables.append(Table(start_s, pose_deg, 1.0 / self.bench["gyro_rate_hz"],
                                  self.bench["straight_ramps_deg_s2"]))
         self.power_on.append(len(self.targets) - 1)
@@ -141,6 +144,23 @@ def slow(plan):
         plan.speeds(table, INNER, [(angle_deg, speed) for speed in speeds])
 
 
+def to_and_fro(plan):
+    """One to three tables, each of one axis at one to three speeds, with rests between the turns or without."""
+    rng = plan.rng
+    for i in range(rng.integers(1, 4)):
+        table = plan.table(((0, 0, 0), (0, 90, 0), (0, 0, 0))[i], target_degC=(None, 30.0, None)[i])
+        axis = (INNER, OUTER, MIDDLE)[rng.integers(3)] if i else INNER
+        table.rest(rng.uniform(20, 90))
+        rest_s = rng.choice([0.0, rng.uniform(3, 10)])
+        for speed in rng.uniform(4, 60, rng.integers(1, 4)):
+            for _ in range(rng.integers(4, 9)):
+                for sign in (1.0, -1.0):
+                    table.turn((axis, sign * 6.0 * speed, speed))
+                    if rest_s:
+                        table.rest(rest_s)
+            table.rest(rng.uniform(5, 20))
+
+
 def hand(plan):
     """A hand: rests, and smooth random motion about all axes, in one to three tables."""
     rng = plan.rng
@@ -183,7 +203,7 @@ def poses(plan):
         table.rest(rng.uniform(60, 360))
 
 
-PROGRAMMES = dict(poses=poses, full=full, medium=medium, short=short, single=single, slow=slow, hand=hand,
+PROGRAMMES = dict(poses=poses, full=full, medium=medium, short=short, single=single, slow=slow, to_and_fro=to_and_fro, hand=hand,
                   several=several)
 
 
