@@ -106,8 +106,8 @@ class ReadingErrors {
   Vector3 rounded_ = {};  // 0: noise carries the readings over many steps, 1: not at all
 };
 
-// What noise leaves of the rounding's error, as a part of its variance. `flicker`: mean square of one
-// reading, rounded as it is, while the axis rests, in squares of a step; NaN: not known. At few
+// What noise leaves of the rounding's error, as a part of its variance. `flicker`: mean square of
+// one reading, rounded as it is, while the axis rests, in squares of a step; NaN: not known. At few
 // `places` it may rest on the edges between two steps, where the least noise makes the readings
 // flicker, or on none: the least that the noise may be counts.
 double LeftOfRounding(double flicker, std::size_t places);

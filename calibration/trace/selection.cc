@@ -298,11 +298,15 @@ double Selection::LogP(const Candidate& candidate, const WhiteStore::Columns& ot
     if (store_.Left(column, with) > kAbsorbed) with.push_back(column);
   }
   const WhiteStore::Fit after = store_.FitTo(with);
-  double by_shapes = 0.0;
-  for (std::size_t i = 0; i < left_by_shape_.size(); ++i)
-    if (i != beside) by_shapes = std::max(by_shapes, left_by_shape_[i]);
   const double gain = before.residual_square - after.residual_square;
-  return candidate.LogChance(std::max(gain - by_shapes, 0.0), after.rank - before.rank);
+  return candidate.LogChance(std::max(gain - LeftByShapes(beside), 0.0), after.rank - before.rank);
+}
+
+double Selection::LeftByShapes(std::size_t beside) const {
+  double most = 0.0;
+  for (std::size_t i = 0; i < left_by_shape_.size(); ++i)
+    if (i != beside) most = std::max(most, left_by_shape_[i]);
+  return most;
 }
 
 void Selection::Place(Candidate* candidate) {

@@ -141,6 +141,8 @@ class Selection {
   double LogP(const Candidate& candidate, const WhiteStore::Columns& others,
               std::size_t beside = kNoMember) const;
   void SeeWhatShapesLeave();
+  // Of -2 log L, the largest of the members but `beside`.
+  double LeftByShapes(std::size_t beside = kNoMember) const;
 
   const ChannelProblem* problem_;
   const CandidateSet* candidates_;

@@ -20,10 +20,6 @@ constexpr double kRivalGain = 10.0;
 // Motion, filter and reference are known to a hundredth: of two shapes that are as near to each
 // other, no gain says which it is.
 constexpr double kAlike = 1e-4;  // of what a member explains of -2 log L
-// A play is crossed between two readings, of which each is known to some milliseconds: of what it
-// explains a hundredth was left in swings of 1 Hz and more, of which a scale factor of temperature
-// and rate explained a fifth.
-constexpr double kPlayAlike = 3e-3;
 // What a point of a grid explains, of what a refined one may.
 constexpr double kNearOnGrid = 0.5;
 
@@ -131,7 +127,9 @@ void Selection::SeeWhatShapesLeave() {
   const double all = Cost(ModelColumns());
   for (std::size_t i = 0; i < members_.size(); ++i) {
     const double gain = Cost(ModelWithout(i)) - all;
-    left_by_shape_.push_back((members_[i].is_play() ? kPlayAlike : kAlike) * gain);
+    const Effect* const effect = members_[i].effect;
+    left_by_shape_.push_back(gain *
+                             (effect != nullptr ? std::pow(effect->shape_error, 2) : kAlike));
   }
 }
 

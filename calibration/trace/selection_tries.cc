@@ -201,7 +201,8 @@ void Selection::TryProducts(Best* best) const {
       continue;
     }
     const double size = columns.col(k).dot(residual) / left;
-    const double evidence_margin = level - LogChiSquareTail(size * size * left, 1.0);
+    const double gain = std::max(size * size * left - LeftByShapes(), 0.0);
+    const double evidence_margin = level - LogChiSquareTail(gain, 1.0);
     if (evidence_margin <= most || moves_scale_factor(k, size)) continue;
     most = evidence_margin;
     chosen = k;

@@ -154,9 +154,9 @@ TEST(ACoarseEncoder, HasNoPlayOfAPartOfAStep) {
   }
 }
 
-// Where a place lies near the edge of a step its readings flicker between two, by up to half a step,
-// with next to no noise: that is no noise that would carry them over the steps, and each rest there
-// misreads the place as the one before did.
+// Where a place lies near the edge of a step its readings flicker between two, by up to half a
+// step, with next to no noise: that is no noise that would carry them over the steps, and each rest
+// there misreads the place as the one before did.
 TEST(ACoarseEncoder, ThatFlickersAtRestMisreadsAPlaceAlike) {
   constexpr double kFourteenBits_deg = 360.0 / 16384.0;
   Motion motion;
