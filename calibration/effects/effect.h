@@ -136,9 +136,10 @@ struct Effect {
   bool positive = false;
   // What it must gain in -2 log L over an effect that does nearly the same, to be named before it.
   double complexity_penalty = 0.0;
-  // To which part of itself its shape is known, as by motion, filter and reference: what is less of
-  // what it explains, as a square, another effect beside it is not named for.
-  double shape_error = 0.01;
+  // Relative error of its regressor: motion, filter and reference are known to a hundredth. Beside it
+  // another effect is named only for more than the square of that of what it explains itself.
+  static constexpr double kShapeError = 0.01;
+  double shape_error = kShapeError;
   // Changes slowly enough for a curve of the temperature or the time to describe it as well.
   bool slow = false;
   // A shape of the gyro's filter: where that is free in the baseline, all such effects are one.

@@ -7,7 +7,7 @@
 namespace gyrobench::calibration {
 namespace {
 
-constexpr std::size_t kLongestReach = 64, kShortestReach = 8;  // nodes before and after
+constexpr std::size_t kShortestReach = 8;  // nodes before and after
 constexpr std::size_t kFewest = 2 * kShortestReach;
 
 // By the readings about a node alone: not where their noise makes more than a thousandth of the

@@ -19,6 +19,9 @@ struct AngleSeries {
   double walk_deg_sqrt_s = 0.0;      // of `felt_deg`: its angle random walk
 };
 
+// A line goes through so many nodes before a time and after it, at most.
+inline constexpr std::size_t kLongestReach = 64;
+
 // Whether the turns about one axis from node `begin` to `end`, both inclusive, are no small part of
 // those about any: what is left of the readings' noise in a small part is nothing beside the rest.
 // `read_deg`: about each axis, node by node.

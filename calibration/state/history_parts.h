@@ -60,8 +60,8 @@ void MarkUnusable(const Recording& recording, const Vector3& units_per_deg_s,
 struct SettledAngles {
   std::vector<Vector3> angle_deg;
   std::vector<std::array<bool, 3>> is_settled;
-  // All axes are settled, and this one has another angle before or after them, into which it may
-  // creep already.
+  // All axes are settled, and this one is not, or has another angle, just before or after: it may
+  // creep there already.
   std::vector<std::array<bool, 3>> may_creep;
 };
 // `error_deg`: of each axis's angle at one node while it rests and others turn.
@@ -84,13 +84,14 @@ class ReadingErrors {
   // `rest_of`: index of each node's rest, or kNoRest.
   ReadingErrors(const Recording& recording, const std::vector<Node>& nodes,
                 const std::vector<std::size_t>& rest_of);
-  double LeftOfRoundingOf(std::size_t axis) const { return rounded_[axis]; }
+  // LeftOfRounding of the axis; 1 where it never rests, and 0 where nothing is rounded.
+  double LeftOfRoundingOf(std::size_t axis) const { return left_[axis]; }
   // Standard deviation of the mean of so many while the table moves [deg].
   double ErrorInMotion_deg(double readings) const;
   // The same, or what rounding errs by at most.
   double MostInMotion_deg(double readings) const;
-  // Of rounding alone; 0 where noise is a fifth of a step and more.
-  double RoundingInMotion_deg(double readings) const;
+  // What rounding errs by at most, of the axes of which noise leaves more than that part.
+  double LargestRounding_deg(double least_left = 0.0) const;
   // Of each node and axis: the readings since the node before, or in the rest that it is in. Where
   // an axis was not read since then, of the last one before. On a coarse encoder nodes within half a
   // count misread alike, and so do all rests on one count: each of so many is worth as much less.
@@ -102,8 +103,10 @@ class ReadingErrors {
   double ShareInMotion(const std::vector<Node>& epochs, std::size_t k, std::size_t axis,
                        double alike) const;
   Vector3 step_deg_ = {};
-  double rounding_deg_ = 0.0, scatter_deg_ = 0.0;
-  Vector3 rounded_ = {};  // 0: noise carries the readings over many steps, 1: not at all
+  double RoundingOf_deg(std::size_t axis) const;
+  double scatter_deg_ = 0.0;
+  Vector3 left_ = {};     // LeftOfRounding of each axis
+  Vector3 rounded_ = {};  // the same, or 0 without a rest, where the errors are not known
 };
 
 // What noise leaves of the rounding's error, as a part of its variance. `flicker`: mean square of

@@ -134,9 +134,8 @@ class RateMaker {
   // errs from one to the next alike: a line through many nodes has next to none of it.
   void EvenTurns() {
     std::vector<double> t_s, felt_deg(nodes_.size(), 0.0);
-    std::array<std::vector<double>, 3> read_deg;
+    const std::array<std::vector<double>, 3> read_deg = {Read_deg(0), Read_deg(1), Read_deg(2)};
     for (const calibration::Node& node : nodes_) t_s.push_back(node.at.t_s);
-    for (std::size_t c = 0; c < 3; ++c) read_deg[c] = Read_deg(c);
     for (std::size_t c = 0; c < 3; ++c) {
       if (!(walk_deg_sqrt_s_[c] > 0.0) || !std::isfinite(units_[c])) continue;
       for (std::size_t k = 1; k < nodes_.size(); ++k)
@@ -150,14 +149,10 @@ class RateMaker {
                  std::isfinite(history_.rotation_deg[j][c]);
         };
         for (end = i; goes_on(end);) ++end;
-        if (!HasPartIn(read_deg, c, i, end)) continue;
-        for (std::size_t j = i; j < end; ++j) {
-          const double middle_s = 0.5 * (t_s[j] + t_s[j + 1]);
-          const std::optional<EvenTurn> turn = FindEvenTurn(series, j, middle_s, i, end + 1);
-          if (!turn) continue;
-          const double change = 0.25 * Length(j) * turn->acceleration_deg_s2;
-          history_.midpoints[2 * j].rate_deg_s[c] = turn->rate_deg_s - change;
-          history_.midpoints[2 * j + 1].rate_deg_s[c] = turn->rate_deg_s + change;
+        for (std::size_t part = i; part < end; part += kLongestReach) {
+          const std::size_t from = part - std::min(part - i, kLongestReach);
+          if (HasPartIn(read_deg, c, from, std::min(part + 2 * kLongestReach, end)))
+            TakeEvenTurns(series, c, {i, end + 1}, {part, std::min(part + kLongestReach, end)});
         }
       }
     }
@@ -204,6 +199,19 @@ class RateMaker {
   const Vector3& walk_deg_sqrt_s() const { return walk_deg_sqrt_s_; }
 
  private:
+  // Of the intervals `here`, by nodes of the stretch.
+  void TakeEvenTurns(const AngleSeries& series, std::size_t c, const NodeRange& stretch,
+                     const NodeRange& here) {
+    for (std::size_t j = here.begin; j < here.end; ++j) {
+      const double middle_s = 0.5 * (series.t_s[j] + series.t_s[j + 1]);
+      const auto turn = FindEvenTurn(series, j, middle_s, stretch.begin, stretch.end);
+      if (!turn) continue;
+      const double change = 0.25 * Length(j) * turn->acceleration_deg_s2;
+      history_.midpoints[2 * j].rate_deg_s[c] = turn->rate_deg_s - change;
+      history_.midpoints[2 * j + 1].rate_deg_s[c] = turn->rate_deg_s + change;
+    }
+  }
+
   // Angle random walk of the channel [deg/sqrt(s)], by how its mean output changes from one interval
   // at rest to the next; where it never rests, of those in which the reference hardly turns. 0 where
   // it always does.

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <numbers>
-#include <set>
+#include <utility>
 #include <vector>
 
 #include "calibration/state/history_parts.h"
@@ -26,39 +26,57 @@ double MedianScatter(std::vector<Rest> rests) {
   return rests.back().scatter_deg;
 }
 
-// Of one reading of an axis that stands still, from its changes between nodes: the mean over all
-// rests, in squares of a step, and at how many places it rested. NaN where it never did.
+// Of one reading of an axis that stands still, from its changes between nodes, in squares of a
+// step: the mean over the places where it rested, and how many these are. NaN where it never did.
 struct Flicker {
   double square = kMissing;
   std::size_t places = 0;
 };
 
+// Of one rest; NaN where it has no change.
+double FlickerIn(const NodeRange& rest, const std::vector<Node>& nodes, std::size_t axis,
+                 double step_deg) {
+  const ReadingsMean* last = nullptr;
+  double square_deg2 = 0.0, changes = 0.0;
+  for (std::size_t k = rest.begin; k < rest.end; ++k) {
+    const ReadingsMean& mean = nodes[k].mean;
+    if (!HasReading(mean, axis)) continue;
+    if (last != nullptr) {
+      const double change_deg = mean.own_deg[axis] - last->own_deg[axis];
+      square_deg2 += change_deg * change_deg /
+                     (1.0 / last->own_readings[axis] + 1.0 / mean.own_readings[axis]);
+      changes += 1.0;
+    }
+    last = &mean;
+  }
+  return square_deg2 / changes / (step_deg * step_deg);
+}
+
+// Where in its step an axis rests: poses that are an eighth of a turn apart are so by a whole
+// number of the steps of an encoder of some bits, and count as one place.
+double PlaceOf(double angle_deg, double step_deg) {
+  constexpr double kEighth_deg = 45.0;
+  const double within_deg = angle_deg - kEighth_deg * std::floor(angle_deg / kEighth_deg);
+  return std::fmod(std::round(within_deg / step_deg), std::round(kEighth_deg / step_deg));
+}
+
 Flicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::size_t>& rest_of,
                       std::size_t axis, double step_deg) {
-  constexpr double kMostSquare =
-      1.0;  // beyond that noise carries the readings, or the rest is none
-  std::set<double> places;
-  double sum = 0.0, rests = 0.0;
+  // Noise that carries the readings over the steps scatters them by that much; what is more, as of
+  // a slow turn that passes for a rest, says nothing else.
+  constexpr double kMostSquare = 0.35;
+  std::map<double, std::pair<double, double>> places;  // sum and number of the rests at each
   for (const NodeRange& rest : RangesOfRests(rest_of)) {
-    const ReadingsMean* last = nullptr;
-    double square_deg2 = 0.0, changes = 0.0;
-    for (std::size_t k = rest.begin; k < rest.end; ++k) {
-      const ReadingsMean& mean = nodes[k].mean;
-      if (!HasReading(mean, axis)) continue;
-      if (last != nullptr) {
-        const double change_deg = mean.own_deg[axis] - last->own_deg[axis];
-        square_deg2 += change_deg * change_deg /
-                       (1.0 / last->own_readings[axis] + 1.0 / mean.own_readings[axis]);
-        changes += 1.0;
-      }
-      last = &mean;
-    }
-    if (!(changes > 0.0)) continue;
-    sum += std::min(square_deg2 / changes / (step_deg * step_deg), kMostSquare);
+    const double square = FlickerIn(rest, nodes, axis, step_deg);
+    const double angle_deg = nodes[rest.begin].table_deg[axis];
+    if (!std::isfinite(square) || !std::isfinite(angle_deg)) continue;
+    auto& [sum, rests] = places[PlaceOf(angle_deg, step_deg)];
+    sum += std::min(square, kMostSquare);
     rests += 1.0;
-    places.insert(std::round(last->own_deg[axis] / step_deg));
   }
-  return {sum / rests, places.size()};
+  double sum = 0.0;
+  for (const auto& [place, of_rests] : places) sum += of_rests.first / of_rests.second;
+  return {sum / static_cast<double>(places.size()), places.size()};
 }
 
 }  // namespace
@@ -67,7 +85,7 @@ Flicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::siz
 // evenly spread places the readings scatter by the square s / pi^(1/2) as long as s is below 0.3,
 // and by s^2 + 1/12 above.
 double LeftOfRounding(double flicker, std::size_t places) {
-  constexpr double kOfPlaces = 0.22;  // two standard deviations from place to place
+  constexpr double kOfPlaces = 0.22;  // two standard deviations from place to place, and more
   constexpr double kFlickers = 0.17;
   if (!std::isfinite(flicker)) return 1.0;
   const double least = std::max(0.0, flicker - kOfPlaces / std::sqrt(static_cast<double>(places)));
@@ -78,29 +96,35 @@ double LeftOfRounding(double flicker, std::size_t places) {
 ReadingErrors::ReadingErrors(const Recording& recording, const std::vector<Node>& nodes,
                              const std::vector<std::size_t>& rest_of)
     : step_deg_(recording.reference_step_deg) {
-  const std::vector<Rest>& rests = recording.columns.rests;
-  if (rests.empty()) return;
-  scatter_deg_ = MedianScatter(rests);
+  const bool rests = !recording.columns.rests.empty();
+  if (rests) scatter_deg_ = MedianScatter(recording.columns.rests);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(step_deg_[axis]) || !(step_deg_[axis] > 0.0)) continue;
     const Flicker flicker = FlickerAtRest(nodes, rest_of, axis, step_deg_[axis]);
-    rounded_[axis] = LeftOfRounding(flicker.square, flicker.places);
-    rounding_deg_ = std::max(rounding_deg_, 0.5 * rounded_[axis] * step_deg_[axis]);
+    left_[axis] = LeftOfRounding(flicker.square, flicker.places);
+    if (rests) rounded_[axis] = left_[axis];
   }
+}
+
+double ReadingErrors::RoundingOf_deg(std::size_t axis) const {
+  return rounded_[axis] > 0.0 ? 0.5 * std::sqrt(rounded_[axis]) * step_deg_[axis] : 0.0;
 }
 
 // Rounding errs by half a step at most, evenly.
 double ReadingErrors::ErrorInMotion_deg(double readings) const {
-  return std::max(scatter_deg_ / std::sqrt(readings), rounding_deg_ / std::numbers::sqrt3);
+  return std::max(scatter_deg_ / std::sqrt(readings), LargestRounding_deg() / std::numbers::sqrt3);
 }
 
 double ReadingErrors::MostInMotion_deg(double readings) const {
-  return std::max(ErrorInMotion_deg(readings), rounding_deg_);
+  return std::max(ErrorInMotion_deg(readings), LargestRounding_deg());
 }
 
-double ReadingErrors::RoundingInMotion_deg(double readings) const {
-  constexpr double kCoarse = 0.2;
-  return std::ranges::max(rounded_) > kCoarse ? MostInMotion_deg(readings) : 0.0;
+double ReadingErrors::LargestRounding_deg(double least_left) const {
+  double most_deg = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (rounded_[axis] > least_left) most_deg = std::max(most_deg, RoundingOf_deg(axis));
+  }
+  return most_deg;
 }
 
 // Of each node: at how many in a row the axis is within half a count of what it is there. Where a

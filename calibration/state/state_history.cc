@@ -148,7 +148,8 @@ class TrailMaker {
     const ReadingErrors errors(recording_, nodes_, rest_of_);
     const double averaged = moving > 0.0 ? readings / moving : 1.0;
     history_.angle_error_deg = errors.ErrorInMotion_deg(averaged);
-    history_.rounding_deg = errors.RoundingInMotion_deg(averaged);
+    constexpr double kCoarse = 0.2;  // noise is a fifth of a step or less
+    history_.rounding_deg = errors.LargestRounding_deg(kCoarse);
     history_.axis_error_deg.fill(history_.angle_error_deg);
     const std::vector<NodeRange> rests = RangesOfRests(rest_of_);
     for (std::size_t a = 0; a < 3; ++a) {

@@ -81,7 +81,7 @@ ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::siz
 // Where the axis turned by itself its scale factor has a column, and Earth's rotation is in that;
 // where it did not, Earth still turns it, by the nominal scale factor, and so does what it turned
 // together with another axis: an axis of the stand that is not quite where it was tilts it a little
-// more or less. Of an orientation all that is little is its noise.
+// more or less. Other references than the angles of a stand's axes say nothing of such small turns.
 void ChannelProblem::TakeOffNominalTurn() {
   if (TurnsByItself()) return;
   const bool turns = TurnsWithOthersAlone();
@@ -148,9 +148,9 @@ bool ChannelProblem::TurnsWithOthersAlone() const {
 // better known than the angle of the tilt.
 void ChannelProblem::SurveyTurns() {
   constexpr double kApart = 0.01;  // of the square
-  constexpr double kTilt = 0.1;
-  Vector3 beyond_tilt_deg = {};
+  constexpr double kTilt = 0.1;    // of the turn, as by a tilt of 6 deg
   constexpr double kOwnCounts = 2.0;
+  Vector3 beyond_tilt_deg = {};
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
   for (Eigen::Index i = 0; i < rows(); ++i) {
     if (half(i, 0).still) continue;

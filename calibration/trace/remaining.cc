@@ -60,8 +60,8 @@ Eigen::VectorXd SumsOver(Eigen::Index pool, const Eigen::VectorXd& values) {
 }
 
 // Portmanteau statistic of the serial correlations of sums over `pool` rows, Ljung and Box.
-// `residual_deg`: before whitening; the readings at both ends of a sum misread it by `rounding_deg`
-// at most, however many rows it has.
+// `residual_deg`: before whitening. However many rows a sum has, only the readings at its two ends
+// misread it: by less than `rounding_deg`, half a step, in the root mean square.
 Test Whiteness(const Eigen::VectorXd& residual, const Eigen::VectorXd& residual_deg,
                double rounding_deg, Eigen::Index pool) {
   const Eigen::VectorXd v = SumsOver(pool, residual);

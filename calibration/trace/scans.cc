@@ -215,7 +215,7 @@ std::vector<double> PowerOf(const std::vector<double>& grid) {
 // show.
 std::size_t StrongestTone(const std::vector<double>& at_rest, const std::vector<double>& all,
                           std::size_t slowest, double* power) {
-  constexpr double kAsClear = 0.6;
+  constexpr double kAsClear = 0.8;
   double most = 0.0;
   for (std::size_t f = slowest; f < at_rest.size(); ++f) most = std::max(most, at_rest[f]);
   std::size_t strongest = 0;

@@ -23,8 +23,8 @@ struct ScanPeak {
   // What a single row decides is as likely as the tails of all rows say: degrees of freedom of
   // their Student's distribution.
   double tail_freedom = std::numeric_limits<double>::infinity();
-  // Whether it counts only where nothing else is found, and then stands behind all others: a tone
-  // of few rests, which many a residual seems to have that is not understood yet.
+  // Whether it stands behind all others that do not explain far less: a tone of few rests, which
+  // many a residual seems to have that is not understood yet.
   bool last_resort = false;
 
   // Whether it is worth to be worked out against a level (logarithm of a chance): the scan's own

@@ -19,7 +19,7 @@ namespace {
 constexpr double kRivalGain = 10.0;
 // Motion, filter and reference are known to a hundredth: of two shapes that are as near to each
 // other, no gain says which it is.
-constexpr double kAlike = 1e-4;  // of what a member explains of -2 log L
+constexpr double kAlike = Effect::kShapeError * Effect::kShapeError;  // of what one explains
 // What a point of a grid explains, of what a refined one may.
 constexpr double kNearOnGrid = 0.5;
 

@@ -203,7 +203,11 @@ void Selection::TryProducts(Best* best) const {
     const double size = columns.col(k).dot(residual) / left;
     const double gain = std::max(size * size * left - LeftByShapes(), 0.0);
     const double evidence_margin = level - LogChiSquareTail(gain, 1.0);
-    if (evidence_margin <= most || moves_scale_factor(k, size)) continue;
+    if (evidence_margin <= most) continue;
+    if (moves_scale_factor(k, size)) {
+      columns.col(k).setZero();
+      continue;
+    }
     most = evidence_margin;
     chosen = k;
   }

@@ -228,7 +228,7 @@ TEST(RoundingOfNoisyReadings, IsNothingWhereNothingIsRounded) {
 TEST(RoundingOfNoisyReadings, IsBelievedToBeNoiseAtManyPlacesAlone) {
   constexpr double kHalfAndHalf = 0.25;
   EXPECT_LT(calibration::LeftOfRounding(kHalfAndHalf, 1000), 0.01);
-  EXPECT_GT(calibration::LeftOfRounding(kHalfAndHalf, 1), 0.4);
+  EXPECT_GT(calibration::LeftOfRounding(kHalfAndHalf, 1), 0.8);
   EXPECT_EQ(calibration::LeftOfRounding(0.0, 1000), 1.0);
   EXPECT_EQ(calibration::LeftOfRounding(std::numeric_limits<double>::quiet_NaN(), 0), 1.0);
 }

@@ -203,8 +203,8 @@ def poses(plan):
         table.rest(rng.uniform(60, 360))
 
 
-PROGRAMMES = dict(poses=poses, full=full, medium=medium, short=short, single=single, slow=slow, to_and_fro=to_and_fro, hand=hand,
-                  several=several)
+PROGRAMMES = dict(poses=poses, full=full, medium=medium, short=short, single=single, slow=slow,
+                  to_and_fro=to_and_fro, hand=hand, several=several)
 
 
 def draw_plan(rng, bench):
