@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/robust.h"
 #include "calibration/state/history_parts.h"
 
 namespace gyrobench::calibration {
@@ -27,7 +28,8 @@ double MedianScatter(std::vector<Rest> rests) {
 }
 
 // Of one reading of an axis that stands still, from its changes between nodes, in squares of a
-// step: the mean over the places where it rested, and how many these are. NaN where it never did.
+// step: the median over the places where it rested, of which one may be a slow turn that passes for
+// a rest, and how many these are. NaN where it never rested.
 struct Flicker {
   double square = kMissing;
   std::size_t places = 0;
@@ -62,21 +64,31 @@ double PlaceOf(double angle_deg, double step_deg) {
 
 Flicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::size_t>& rest_of,
                       std::size_t axis, double step_deg) {
-  // Noise that carries the readings over the steps scatters them by that much; what is more, as of
-  // a slow turn that passes for a rest, says nothing else.
-  constexpr double kMostSquare = 0.35;
   std::map<double, std::pair<double, double>> places;  // sum and number of the rests at each
   for (const NodeRange& rest : RangesOfRests(rest_of)) {
     const double square = FlickerIn(rest, nodes, axis, step_deg);
     const double angle_deg = nodes[rest.begin].table_deg[axis];
     if (!std::isfinite(square) || !std::isfinite(angle_deg)) continue;
     auto& [sum, rests] = places[PlaceOf(angle_deg, step_deg)];
-    sum += std::min(square, kMostSquare);
+    sum += square;
     rests += 1.0;
   }
-  double sum = 0.0;
-  for (const auto& [place, of_rests] : places) sum += of_rests.first / of_rests.second;
-  return {sum / static_cast<double>(places.size()), places.size()};
+  // Between two steps a rest is at either of them.
+  std::vector<double> squares;
+  double last = kMissing;
+  std::pair<double, double> here;
+  for (const auto& [place, of_rests] : places) {
+    if (!(place - last < 1.5)) {
+      here = {};
+      squares.push_back(0.0);
+    }
+    here = {here.first + of_rests.first, here.second + of_rests.second};
+    squares.back() = here.first / here.second;
+    last = place;
+  }
+  if (squares.empty()) return {};
+  const double square = squares.size() == 2 ? 0.5 * (squares[0] + squares[1]) : Median(squares);
+  return {square, squares.size()};
 }
 
 }  // namespace
@@ -85,10 +97,15 @@ Flicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::siz
 // evenly spread places the readings scatter by the square s / pi^(1/2) as long as s is below 0.3,
 // and by s^2 + 1/12 above.
 double LeftOfRounding(double flicker, std::size_t places) {
-  constexpr double kOfPlaces = 0.22;  // two standard deviations from place to place, and more
+  // From place to place: two standard deviations and more. Two steps alone scatter by 1/4 at most,
+  // and some rests seem to by more;
+  // beyond that the readings are on three and more, and the place makes little of it.
+  constexpr double kOfPlaces = 0.22, kOfManySteps = 0.05, kManySteps = 0.4;
   constexpr double kFlickers = 0.17;
   if (!std::isfinite(flicker)) return 1.0;
-  const double least = std::max(0.0, flicker - kOfPlaces / std::sqrt(static_cast<double>(places)));
+  const double doubt =
+      (flicker > kManySteps ? kOfManySteps : kOfPlaces) / std::sqrt(static_cast<double>(places));
+  const double least = std::max(0.0, flicker - doubt);
   const double noise2 = least < kFlickers ? std::numbers::pi * least * least : least - 1.0 / 12.0;
   return std::exp(-4.0 * std::numbers::pi * std::numbers::pi * noise2);
 }

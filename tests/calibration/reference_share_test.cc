@@ -230,6 +230,9 @@ TEST(RoundingOfNoisyReadings, IsBelievedToBeNoiseAtManyPlacesAlone) {
   EXPECT_LT(calibration::LeftOfRounding(kHalfAndHalf, 1000), 0.01);
   EXPECT_GT(calibration::LeftOfRounding(kHalfAndHalf, 1), 0.8);
   EXPECT_EQ(calibration::LeftOfRounding(0.0, 1000), 1.0);
+  // Readings on many steps are so at one place as well.
+  EXPECT_LT(calibration::LeftOfRounding(0.5, 1), 1e-6);
+  EXPECT_LT(calibration::LeftOfRounding(9.0, 1), 1e-6);
   EXPECT_EQ(calibration::LeftOfRounding(std::numeric_limits<double>::quiet_NaN(), 0), 1.0);
 }
 
