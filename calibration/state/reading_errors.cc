@@ -98,8 +98,8 @@ Flicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::siz
 // and by s^2 + 1/12 above.
 double LeftOfRounding(double flicker, std::size_t places) {
   // From place to place: two standard deviations and more. Two steps alone scatter by 1/4 at most,
-  // and some rests seem to by more;
-  // beyond that the readings are on three and more, and the place makes little of it.
+  // and a short rest may seem to by more; where the readings are on three steps and more the place
+  // makes little of it.
   constexpr double kOfPlaces = 0.22, kOfManySteps = 0.05, kManySteps = 0.4;
   constexpr double kFlickers = 0.17;
   if (!std::isfinite(flicker)) return 1.0;
