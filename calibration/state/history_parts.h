@@ -31,6 +31,10 @@ struct ReferenceStep {
 };
 // The axis was read since the node before.
 bool HasReading(const ReadingsMean& mean, std::size_t axis);
+// How far the readings of an axis change between nodes of a rest that follow each other, each as
+// much as single readings would [deg].
+std::vector<double> ChangesAtRest(const std::vector<Node>& nodes, const NodeRange& rest,
+                                  std::size_t axis);
 // Standard deviation of one reading of an axis [deg], from its changes between nodes that follow
 // each other, in all stretches in which it stands still. NaN where there are too few to tell.
 double ScatterAtRest(const std::vector<Node>& nodes, const std::vector<NodeRange>& rests,

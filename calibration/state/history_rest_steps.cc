@@ -71,26 +71,34 @@ bool HasReading(const ReadingsMean& mean, std::size_t axis) {
   return mean.own_readings[axis] > 0.0 && std::isfinite(mean.own_deg[axis]);
 }
 
+std::vector<double> ChangesAtRest(const std::vector<Node>& nodes, const NodeRange& rest,
+                                  std::size_t axis) {
+  std::vector<double> changes_deg;
+  const ReadingsMean* last = nullptr;
+  for (std::size_t k = rest.begin; k < rest.end; ++k) {
+    const ReadingsMean& mean = nodes[k].mean;
+    if (!HasReading(mean, axis)) continue;
+    if (last != nullptr) {
+      const double variances = 1.0 / last->own_readings[axis] + 1.0 / mean.own_readings[axis];
+      changes_deg.push_back(std::fabs(mean.own_deg[axis] - last->own_deg[axis]) *
+                            std::sqrt(2.0 / variances));
+    }
+    last = &mean;
+  }
+  return changes_deg;
+}
+
 // Of the median size of the changes: a step or two do not matter. 0.954: of a normal difference of
 // two, in standard deviations of one.
 double ScatterAtRest(const std::vector<Node>& nodes, const std::vector<NodeRange>& rests,
                      std::size_t axis) {
-  std::vector<double> changes;
+  std::vector<double> changes_deg;
   for (const NodeRange& rest : rests) {
-    const ReadingsMean* last = nullptr;
-    for (std::size_t k = rest.begin; k < rest.end; ++k) {
-      const ReadingsMean& mean = nodes[k].mean;
-      if (!HasReading(mean, axis)) continue;
-      if (last != nullptr) {
-        const double variances = 1.0 / last->own_readings[axis] + 1.0 / mean.own_readings[axis];
-        changes.push_back(std::fabs(mean.own_deg[axis] - last->own_deg[axis]) *
-                          std::sqrt(2.0 / variances));
-      }
-      last = &mean;
-    }
+    const std::vector<double> more_deg = ChangesAtRest(nodes, rest, axis);
+    changes_deg.insert(changes_deg.end(), more_deg.begin(), more_deg.end());
   }
-  if (changes.size() < kLeastChanges) return kMissing;
-  return Median(std::move(changes)) / 0.954;
+  if (changes_deg.size() < kLeastChanges) return kMissing;
+  return Median(std::move(changes_deg)) / 0.954;
 }
 
 // The place that leaves the least square.

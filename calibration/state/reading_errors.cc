@@ -38,20 +38,10 @@ struct Flicker {
 // Of one rest; NaN where it has no change.
 double FlickerIn(const NodeRange& rest, const std::vector<Node>& nodes, std::size_t axis,
                  double step_deg) {
-  const ReadingsMean* last = nullptr;
-  double square_deg2 = 0.0, changes = 0.0;
-  for (std::size_t k = rest.begin; k < rest.end; ++k) {
-    const ReadingsMean& mean = nodes[k].mean;
-    if (!HasReading(mean, axis)) continue;
-    if (last != nullptr) {
-      const double change_deg = mean.own_deg[axis] - last->own_deg[axis];
-      square_deg2 += change_deg * change_deg /
-                     (1.0 / last->own_readings[axis] + 1.0 / mean.own_readings[axis]);
-      changes += 1.0;
-    }
-    last = &mean;
-  }
-  return square_deg2 / changes / (step_deg * step_deg);
+  double square_deg2 = 0.0;
+  const std::vector<double> changes_deg = ChangesAtRest(nodes, rest, axis);
+  for (const double change_deg : changes_deg) square_deg2 += 0.5 * change_deg * change_deg;
+  return square_deg2 / static_cast<double>(changes_deg.size()) / (step_deg * step_deg);
 }
 
 // Where in its step an axis rests: poses that are an eighth of a turn apart are so by a whole

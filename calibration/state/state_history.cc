@@ -42,9 +42,10 @@ class TrailMaker {
     history_.reference_walk_s.assign(nodes_.size(), 0.0);
     Points();
     MarkUnusable(recording_, units_, &history_);
-    AngleErrors();
-    settled_ = SettleAxes(recording_, nodes_, ErrorsAtRest_deg());
-    RestAngles();
+    const ReadingErrors errors(recording_, nodes_, rest_of_);
+    AngleErrors(errors);
+    settled_ = SettleAxes(recording_, nodes_, ErrorsAtRest_deg(errors));
+    RestAngles(errors);
     Rotations();
     Tables();
     AxisErrors();
@@ -138,14 +139,13 @@ class TrailMaker {
     epoch->z_half = before.at.z;
   }
 
-  void AngleErrors() {
+  void AngleErrors(const ReadingErrors& errors) {
     double readings = 0.0, moving = 0.0;
     for (const Node& node : nodes_) {
       if (!node.mean.output_known) continue;
       readings += node.mean.readings;
       moving += 1.0;
     }
-    const ReadingErrors errors(recording_, nodes_, rest_of_);
     const double averaged = moving > 0.0 ? readings / moving : 1.0;
     history_.angle_error_deg = errors.ErrorInMotion_deg(averaged);
     constexpr double kCoarse = 0.2;  // noise is a fifth of a step or less
@@ -165,9 +165,8 @@ class TrailMaker {
   }
 
   // An axis that rests may be read less often than the one that turns.
-  Vector3 ErrorsAtRest_deg() const {
+  Vector3 ErrorsAtRest_deg(const ReadingErrors& errors) const {
     constexpr std::size_t kFew = 20;  // one node in so many
-    const ReadingErrors errors(recording_, nodes_, rest_of_);
     Vector3 error_deg;
     error_deg.fill(history_.angle_error_deg);
     for (std::size_t a = 0; a < 3; ++a) {
@@ -299,7 +298,7 @@ class TrailMaker {
     return AtRest(k) ? rest_angle_[rest_of_[k]][a] : nodes_[k].table_deg[a];
   }
 
-  void RestAngles() {
+  void RestAngles(const ReadingErrors& errors) {
     rest_angle_.assign(rests_, Vector3{});
     rest_rotation_ = rest_angle_;
     std::vector<double> count(rest_angle_.size(), 0.0);
@@ -320,8 +319,7 @@ class TrailMaker {
       for (double& angle : rest_angle_[rest]) angle /= count[rest];
       for (double& angle : rest_rotation_[rest]) angle /= count[rest];
     }
-    history_.reading_share =
-        ReadingErrors(recording_, nodes_, rest_of_).Shares(nodes_, {rest_of_, count, rest_angle_});
+    history_.reading_share = errors.Shares(nodes_, {rest_of_, count, rest_angle_});
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       for (std::size_t a = 0; a < 3; ++a) {
         if (AtRest(k) && !settled_.is_settled[k][a])

@@ -257,21 +257,17 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
   if (slots > (1u << 22)) return peak;
   const std::size_t size = PowerOfTwo(2 * slots);
   std::vector<double> at_rest(size, 0.0), all(size, 0.0);
-  double square = 0.0;
   for (Eigen::Index i = first; i < end; ++i) {
     const auto slot = static_cast<std::size_t>(std::lround((problem.begin_s(i) - origin) / step_s));
     all[slot] += residual(i);
-    if (!rests(i)) continue;
-    at_rest[slot] += residual(i);
-    square += residual(i) * residual(i);
+    if (rests(i)) at_rest[slot] += residual(i);
   }
   // Slower than five periods a measurement is drift.
   const auto slowest = static_cast<std::size_t>(5 * size / slots);
   const std::size_t f = StrongestTone(PowerOf(at_rest), PowerOf(all), slowest, &peak.gain);
   if (f > 0) peak.nonlinear = static_cast<double>(f) / (static_cast<double>(size) * step_s);
-  peak.gain /= square / 2.0;
   // Relative to white noise of unit variance.
-  peak.gain *= square / static_cast<double>(resting);
+  peak.gain *= 2.0 / static_cast<double>(resting);
   peak.tried = static_cast<double>(slots);
   peak.row = first;
   return peak;
