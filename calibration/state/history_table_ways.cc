@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "calibration/state/history_parts.h"
 
@@ -11,65 +12,42 @@ namespace {
 
 constexpr std::size_t kNoAxis = 3;  // of the table's
 
+// A turn that begins so long before a time, and rises with a power of the time since: at once, with
+// an acceleration, or with one that rises itself.
+struct SoftBegin {
+  double power = 1.0, before_s = 0.0, size = 0.0;
+  // At so long after that time, for a size of 1.
+  double Grown(double after_s) const { return std::pow(std::max(0.0, after_s + before_s), power); }
+};
+
 class TableWays {
  public:
-  TableWays(const FeltByGyro& gyro, StateHistory* history)
-      : gyro_(gyro), history_(*history), nodes_(history->epochs) {}
+  // `recording`: its nodes are instants, with the ways between them.
+  TableWays(const Recording& recording, const FeltByGyro& gyro, StateHistory* history)
+      : info_(recording.info),
+        recorded_(recording.columns.nodes),
+        gyro_(gyro),
+        history_(*history),
+        nodes_(history->epochs),
+        next_(NextToTurn()),
+        last_(LastToTurn()) {}
 
-  // Turns of the table's axes, summed up, and the way there. `recorded`: the nodes as they were,
-  // which are instants, with the ways between them.
-  void Fill(const MeasurementInfo& info, const std::vector<Node>& recorded) {
-    const std::vector<std::size_t> next = NextToTurn(), last = LastToTurn();
+  // Turns of the table's axes, summed up, and the way there.
+  void Fill() {
     Vector3 sum = {}, end = {};
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       GyroTurn& turn = history_.gyro_turns[k];
       Vector3 by_gyro_deg = {};  // NaN where the gyro was not followed up to here
       turn.table_way_deg.fill(end);
       if (k > 0 && !history_.still[k - 1]) {
-        const Matrix3 directions = DirectionsAt(k);
-        auto felt = [&](const Vector3& z, double since_s) {
-          return AboutAxes(info, directions, Turned(k, z, since_s), since_s, k);
-        };
-        const Vector3 doubt_deg_s = Doubt(k, directions);
-        // What the gyro shows without a turn: its noise, and what its offset may be off by.
-        auto noise_deg = [&](std::size_t a, double length_s) {
-          return kNoiseSigmas * gyro_.walk_deg_sqrt_s * std::sqrt(length_s) +
-                 doubt_deg_s[a] * length_s;
-        };
-        // What is felt of the turns of other axes is misalignment. While the play of an axis is
-        // crossed its reference stands; what the gyro's noise says then, which is in the output as
-        // well, must not pass for it: there would be a play in every bench.
-        auto turns = [&](std::size_t a, double turned_deg, double length_s) {
-          return Turns(k, a) || ((Turns(k + 1, a) || a == next[k] || a == last[k]) &&
-                                 !(std::fabs(turned_deg) < noise_deg(a, length_s)));
-        };
-        const Vector3 turned = felt(Minus(nodes_[k].at.z, nodes_[k - 1].at.z), Length(k - 1));
+        const Vector3 turned =
+            Felt(k, Minus(nodes_[k].at.z, nodes_[k - 1].at.z), Length(k - 1), Directions(k));
+        const Vector3 doubt_deg_s = Doubt(k);
         for (std::size_t a = 0; a < 3; ++a) {
-          if (!turns(a, turned[a], Length(k - 1))) continue;
+          if (!Turns(k, a, turned[a], Noise_deg(doubt_deg_s[a], Length(k - 1)))) continue;
           (std::isfinite(turned[a]) ? sum[a] : by_gyro_deg[a]) += turned[a];
         }
-        const IntegralMark& from = recorded[k - 1].at;
-        const double length_s = recorded[k].at.t_s - from.t_s;
-        turn.way_step_s = length_s / static_cast<double>(kWaySteps);
-        const Vector3 whole = felt(Minus(recorded[k].at.z, from.z), length_s);
-        Vector3 gone = {};
-        for (std::size_t i = 0; i < kWaySteps; ++i) {
-          const Vector3 way = felt(Minus(recorded[k].z_way[i], from.z),
-                                   static_cast<double>(i + 1) * turn.way_step_s);
-          for (std::size_t a = 0; a < 3; ++a) {
-            if (!turns(a, whole[a], length_s)) continue;
-            const int direction = Direction(k, a, whole[a], noise_deg(a, length_s));
-            // Not known from here on: a play of this axis goes by its reference.
-            if (!std::isfinite(way[a])) {
-              gone[a] = kMissing;
-            } else {
-              gone[a] = direction == 0
-                            ? way[a]
-                            : direction * std::max(direction * gone[a], direction * way[a]);
-            }
-            turn.table_way_deg[i][a] += gone[a];
-          }
-        }
+        AddWay(k, &turn);
         end = turn.table_way_deg.back();
       }
       for (std::size_t a = 0; a < 3; ++a)
@@ -78,6 +56,117 @@ class TableWays {
   }
 
  private:
+  // How far each axis is felt to turn on the way to the last of a node's readings, whether it does
+  // turn, and what is felt without a turn at most.
+  struct Along {
+    Way felt_deg;
+    double length_s = 0.0;
+    std::array<bool, 3> turns = {};
+    Vector3 noise_deg = {};
+    Vector3 Whole_deg() const { return felt_deg.back(); }
+    double StepEnd_s(std::size_t i) const {
+      return static_cast<double>(i + 1) * length_s / static_cast<double>(kWaySteps);
+    }
+  };
+
+  Along WayTo(std::size_t k) const {
+    Along out;
+    const IntegralMark& from = recorded_[k - 1].at;
+    out.length_s = recorded_[k].at.t_s - from.t_s;
+    const Matrix3 directions = Directions(k);
+    for (std::size_t i = 0; i < kWaySteps; ++i)
+      out.felt_deg[i] = Felt(k, Minus(recorded_[k].z_way[i], from.z), out.StepEnd_s(i), directions);
+    const Vector3 doubt_deg_s = Doubt(k);
+    // The last step of the way is where the integral is taken at the node, to rounding.
+    const Vector3 whole = Felt(k, Minus(recorded_[k].at.z, from.z), out.length_s, directions);
+    for (std::size_t a = 0; a < 3; ++a) {
+      out.noise_deg[a] = Noise_deg(doubt_deg_s[a], out.length_s);
+      out.turns[a] = Turns(k, a, whole[a], out.noise_deg[a]);
+    }
+    return out;
+  }
+
+  void AddWay(std::size_t k, GyroTurn* turn) const {
+    const Along along = WayTo(k);
+    turn->way_step_s = along.StepEnd_s(0);
+    std::optional<Along> after;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (along.turns[a]) {
+        AddTurn(k, a, along, turn);
+      } else if (a == next_[k] && k + 1 < nodes_.size() && !history_.still[k]) {
+        if (!after) after = WayTo(k + 1);
+        if (after->turns[a]) AddBegin(a, along, *after, turn);
+      }
+    }
+  }
+
+  void AddTurn(std::size_t k, std::size_t a, const Along& along, GyroTurn* turn) const {
+    const int direction = Direction(k, a, along.Whole_deg()[a], along.noise_deg[a]);
+    double gone_deg = 0.0;
+    for (std::size_t i = 0; i < kWaySteps; ++i) {
+      const double way_deg = along.felt_deg[i][a];
+      // Not known from here on: a play of this axis goes by its reference.
+      if (!std::isfinite(way_deg)) {
+        gone_deg = kMissing;
+      } else {
+        gone_deg = direction == 0 ? way_deg
+                                  : direction * std::max(direction * gone_deg, direction * way_deg);
+      }
+      turn->table_way_deg[i][a] += gone_deg;
+    }
+  }
+
+  // The axis is first felt to turn after this way, and may have begun to before: what the gyro shows
+  // of so little is mostly its noise, but how the turn goes on says when it began.
+  static void AddBegin(std::size_t a, const Along& along, const Along& after, GyroTurn* turn) {
+    const SoftBegin begin = BestBegin(a, along, after);
+    for (std::size_t i = 0; i < kWaySteps; ++i)
+      turn->table_way_deg[i][a] += begin.size * begin.Grown(along.StepEnd_s(i) - along.length_s);
+  }
+
+  // Of those that rise from a time of the first of two ways on, the one that leaves least of what
+  // the gyro felt from step to step, in which its noise is white.
+  static SoftBegin BestBegin(std::size_t a, const Along& along, const Along& after) {
+    SoftBegin best;
+    double most = 0.0;
+    for (const double power : {1.0, 2.0, 3.0}) {
+      for (std::size_t early = 0; early <= kWaySteps; ++early) {
+        SoftBegin begin{.power = power,
+                        .before_s = static_cast<double>(early) * along.StepEnd_s(0)};
+        double felt = 0.0, square = 0.0;
+        auto add = [&](const Along& way, double from_s) {
+          double before_deg = 0.0;
+          for (std::size_t i = 0; i < kWaySteps; ++i) {
+            const double end_s = from_s + way.StepEnd_s(i);
+            const double grown = begin.Grown(end_s) - begin.Grown(end_s - way.StepEnd_s(0));
+            felt += grown * (way.felt_deg[i][a] - before_deg);
+            square += grown * grown;
+            before_deg = way.felt_deg[i][a];
+          }
+        };
+        add(along, -along.length_s);
+        add(after, 0.0);
+        begin.size = felt / square;
+        if (!(felt * begin.size > most)) continue;
+        most = felt * begin.size;
+        best = begin;
+      }
+    }
+    return best;
+  }
+
+  // What the gyro shows without a turn: its noise, and what its offset may be off by.
+  double Noise_deg(double doubt_deg_s, double length_s) const {
+    return kNoiseSigmas * gyro_.walk_deg_sqrt_s * std::sqrt(length_s) + doubt_deg_s * length_s;
+  }
+  // What is felt of the turns of other axes is misalignment. While the play of an axis is crossed
+  // its reference stands; what the gyro's noise says then, which is in the output as well, must not
+  // pass for it: there would be a play in every bench.
+  bool Turns(std::size_t k, std::size_t a, double turned_deg, double noise_deg) const {
+    return Turns(k, a) || ((Turns(k + 1, a) || a == next_[k] || a == last_[k]) &&
+                           !(std::fabs(turned_deg) < noise_deg));
+  }
+
   static Vector3 Minus(const Vector3& a, const Vector3& b) {
     return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
   }
@@ -118,8 +207,9 @@ class TableWays {
 
   // What may be felt about each of the table's axes without a turn: an offset that is another after
   // a motion than before it changed at some time in it, and other axes are felt by misalignment.
-  Vector3 Doubt(std::size_t k, const Matrix3& directions) const {
+  Vector3 Doubt(std::size_t k) const {
     constexpr double kMisalignment = 0.03;
+    const Matrix3 directions = Directions(k);
     Vector3 doubt_deg_s = {};
     for (std::size_t a = 0; a < 3; ++a) {
       for (std::size_t c = 0; c < 3; ++c) {
@@ -151,8 +241,13 @@ class TableWays {
     return forward ? 1 : -1;
   }
 
-  // Change of the output's integral over `by_s` as rotation about the sensor's axes.
-  Vector3 Turned(std::size_t k, const Vector3& z, double by_s) const {
+  Matrix3 Directions(std::size_t k) const {
+    return history_.stand.Rates(history_.nodes[k].table_deg);
+  }
+
+  // A change of the output's integral over `by_s`, up to node k or on the way there, as rotation
+  // about the sensor's axes.
+  Vector3 AboutSensor(std::size_t k, const Vector3& z, double by_s) const {
     Vector3 turned;
     for (std::size_t c = 0; c < 3; ++c) {
       turned[c] = z[c] / gyro_.units_per_deg_s[c];
@@ -161,21 +256,17 @@ class TableWays {
     return turned;
   }
 
-  Matrix3 DirectionsAt(std::size_t k) const {
-    return history_.stand.Rates(history_.nodes[k].table_deg);
-  }
-
-  // Parts of a rotation about the sensor's axes over `by_s` up to node k that are about each of the
-  // table's, less what the reference says that the others turned.
-  Vector3 AboutAxes(const MeasurementInfo& info, const Matrix3& directions, const Vector3& turned,
-                    double by_s, std::size_t k) const {
+  // Its parts that are about each of the table's axes, which `directions` has, less what the
+  // reference says that the others turned.
+  Vector3 Felt(std::size_t k, const Vector3& z, double by_s, const Matrix3& directions) const {
+    const Vector3 turned = AboutSensor(k, z, by_s);
     Vector3 about = {};
-    if (info.reference == ReferenceKind::kSensorAngle) {
-      const auto axis = static_cast<std::size_t>(info.reference_axis);
+    if (info_.reference == ReferenceKind::kSensorAngle) {
+      const auto axis = static_cast<std::size_t>(info_.reference_axis);
       about[axis] = turned[axis];
       return about;
     }
-    if (info.reference != ReferenceKind::kStandAngles) return {kMissing, kMissing, kMissing};
+    if (info_.reference != ReferenceKind::kStandAngles) return {kMissing, kMissing, kMissing};
     for (std::size_t a = 0; a < 3; ++a) {
       for (std::size_t c = 0; c < 3; ++c) {
         // A channel that is not there is not missed where the axis does not turn it.
@@ -193,9 +284,14 @@ class TableWays {
 
   double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }
 
+  const MeasurementInfo& info_;
+  const std::vector<Node>& recorded_;
   const FeltByGyro& gyro_;
   StateHistory& history_;
   const std::vector<Node>& nodes_;
+  // Of each node: the axis that turns there or, before the next rest, after it; and the axis that
+  // turns there or, after the last rest, did before.
+  const std::vector<std::size_t> next_, last_;
 };
 
 }  // namespace
@@ -213,7 +309,7 @@ double RateNoise(const StateHistory& history, std::size_t interval) {
 }
 
 void FillTableWays(const Recording& recording, const FeltByGyro& gyro, StateHistory* history) {
-  TableWays(gyro, history).Fill(recording.info, recording.columns.nodes);
+  TableWays(recording, gyro, history).Fill();
 }
 
 }  // namespace gyrobench::calibration
