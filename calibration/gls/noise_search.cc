@@ -82,13 +82,16 @@ NoiseSearch::NoiseSearch(std::span<const Interval> intervals, std::span<const Ra
   RowMajor merged = RowMajor::Zero(static_cast<Eigen::Index>(intervals_.size()), p + 1);
   // A stretch at a time, while every column fills its place in it.
   const auto rows = static_cast<Eigen::Index>(intervals.size());
+  Eigen::VectorXd here(kStretchRows);
   for (Eigen::Index begin = 0; begin < rows; begin += kStretchRows) {
     const Eigen::Index end = std::min(begin + kStretchRows, rows);
     Eigen::Index place = 0;
     for (const RawColumns& some : columns) {
       for (Eigen::Index j = 0; j < some.cols(); ++j, ++place) {
+        some.CopyRows(j, begin, here.head(end - begin));
+        if (IsZero(here.head(end - begin))) continue;  // as what is of another power-on
         for (Eigen::Index i = begin; i < end; ++i)
-          merged(piece[static_cast<std::size_t>(i)], place) += some(i, j);
+          merged(piece[static_cast<std::size_t>(i)], place) += here(i - begin);
       }
     }
     for (Eigen::Index i = begin; i < end; ++i)
