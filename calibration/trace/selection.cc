@@ -39,20 +39,6 @@ bool AtTheEndOfItsRange(const Candidate& ripple) {
   return may_be_off < 0.5 && std::fabs(periods - whole) > kNearlyAll * may_be_off;
 }
 
-// The error e of a reading is in the output and in the angle that a wave is a function of: the mean
-// of e sin(k (phi + e)) is a wave of the size k e^2. The angle is known better than by one reading
-// where the gyro carries it: so much it is at most. What rounding makes is a wave as well, of as
-// many periods a turn as the encoder has steps; at even times it passes for one of fewer.
-double LeastRipple_deg(const ChannelProblem& problem, const Candidate& ripple) {
-  constexpr double kClearly = 3.0;
-  // Half a step, which rounding never errs by more than, is so many times the first harmonic.
-  constexpr double kAllHarmonics = 1.6;
-  const std::size_t axis = ripple.context.table_axis;
-  const double error_deg = problem.angle_error_deg(axis);
-  return std::max(kClearly * ripple.context.nonlinear[0] * error_deg * error_deg * kRadPerDeg,
-                  kAllHarmonics * problem.rounding_wave_deg(axis));
-}
-
 // What the gyro turns by within a delay beyond the samples about a node is known by its scale
 // factor, which may err by 6e-4 where the reference is late, and the ways between nodes: of 3 deg
 // within 0.15 s to 0.001 deg. A smaller wave of the angle would make up for that.
@@ -214,7 +200,7 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   const Eigen::VectorXd values = all.tail(static_cast<Eigen::Index>(candidate.columns.size()));
   const double scale = ScaleFactorOr(all(0));
   double least_deg = effect.made_by_rounding * problem_->rounding_deg();
-  if (effect.search == Search::kPeriods) least_deg = LeastRipple_deg(*problem_, candidate);
+  if (effect.search == Search::kPeriods) least_deg = LeastRipple_deg(candidate);
   if (effect.domain == EffectDomain::kAngle && (effect.needs & kNeedsTableAxis) != 0)
     least_deg = std::max(least_deg, LeastBesideDelay_deg(*problem_, longest_delay_s_));
   if (values.norm() < least_deg * std::fabs(scale)) return false;

@@ -34,13 +34,13 @@ Motion ManyTurns() {
 using ErrorOf = std::function<double(const AngleSample&)>;
 
 ChannelTrace TraceRounded(const Motion& motion, std::uint64_t seed, const ErrorOf& error_deg,
-                          double step_deg = kStep_deg) {
+                          double step_deg = kStep_deg, double reference_hz = 50.0) {
   Story story;
   story.Follow(motion);
   story.UseTurningChannelAlone();
   story.seed = seed;
   story.gyro_hz = 200.0;
-  story.reference_hz = 50.0;
+  story.reference_hz = reference_hz;
   story.white_deg_s = 0.057;
   story.reading_deg = 0.0;
   story.spoil_angle = [&](AngleSample* reading) {
@@ -138,6 +138,23 @@ TEST(ACoarseEncoder, ShowsNoWaveOfAQuarterOfAStep) {
   const Motion motion = ManyTurns();
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const ChannelTrace channel = TraceRounded(motion, seed, Wave(0.25 * kStep_deg, 36.0));
+    EXPECT_THAT(channel.effects, ::testing::IsEmpty()) << channel.summary << ", seed " << seed;
+  }
+}
+
+// At 18 deg/s each reading is 2.048 counts on from the one before, which beats at 4.8 Hz. A wave of
+// 896 periods a turn beats so as well where ten readings are one node, and the mean of them leaves
+// next to nothing of it at all other speeds: as large as one likes, it would pass for the rounding.
+TEST(ACoarseEncoder, ShowsNoWaveThatTheMeansOfReadingsLeaveOut) {
+  constexpr double kCount_deg = 360.0 / 4096.0;
+  Motion motion;
+  motion.Rest(20.0);
+  motion.ThereAndBack(kInnerAxis, 360.0, 18.0);
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> noise_deg(0.0, 0.14 * kCount_deg);
+    const ChannelTrace channel = TraceRounded(
+        motion, seed, [&](const AngleSample&) { return noise_deg(random); }, kCount_deg, 100.0);
     EXPECT_THAT(channel.effects, ::testing::IsEmpty()) << channel.summary << ", seed " << seed;
   }
 }
