@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "calibration/state/history_parts.h"
 
@@ -12,13 +14,42 @@ namespace {
 
 constexpr std::size_t kNoAxis = 3;  // of the table's
 
-// A turn that begins so long before a time, and rises with a power of the time since: at once, with
-// an acceleration, or with one that rises itself.
+// Model of how a turn begins: size (t + before_s)^power [deg], with t [s] from the end of a way on.
+// Power 1: at its full rate at once; 2: at an even acceleration; 3: at one that rises evenly.
 struct SoftBegin {
-  double power = 1.0, before_s = 0.0, size = 0.0;
-  // At so long after that time, for a size of 1.
-  double Grown(double after_s) const { return std::pow(std::max(0.0, after_s + before_s), power); }
+  double power = 1.0, before_s = 0.0, size = 0.0;  // size: deg/s^power
+  // The turn at t_s [deg], for a size of 1.
+  double Grown(double t_s) const { return std::pow(std::max(0.0, t_s + before_s), power); }
 };
+
+// What the gyro felt over a step of a way that ends at end_s, as t of SoftBegin.
+struct FeltStep {
+  double end_s = 0.0, length_s = 0.0, turned_deg = 0.0;
+};
+
+// The one that begins with one of the steps before t = 0, or there, and leaves least of what was
+// felt: in each step the gyro's noise is white. Of size 0 where nothing finite was felt.
+SoftBegin BestBegin(const std::vector<FeltStep>& steps) {
+  SoftBegin best;
+  double most = 0.0;
+  for (const double power : {1.0, 2.0, 3.0}) {
+    for (const FeltStep& first : steps) {
+      if (first.end_s - first.length_s > 0.0) break;
+      SoftBegin begin{.power = power, .before_s = first.length_s - first.end_s};
+      double felt_by_grown = 0.0, grown_square = 0.0;
+      for (const FeltStep& step : steps) {
+        const double grown = begin.Grown(step.end_s) - begin.Grown(step.end_s - step.length_s);
+        felt_by_grown += grown * step.turned_deg / step.length_s;
+        grown_square += grown * grown / step.length_s;
+      }
+      begin.size = felt_by_grown / grown_square;
+      if (!(felt_by_grown * begin.size > most)) continue;
+      most = felt_by_grown * begin.size;
+      best = begin;
+    }
+  }
+  return best;
+}
 
 class TableWays {
  public:
@@ -95,7 +126,7 @@ class TableWays {
         AddTurn(k, a, along, turn);
       } else if (a == next_[k] && k + 1 < nodes_.size() && !history_.still[k]) {
         if (!after) after = WayTo(k + 1);
-        if (after->turns[a]) AddBegin(a, along, *after, turn);
+        AddBegin(k, a, along, *after, turn);
       }
     }
   }
@@ -116,43 +147,43 @@ class TableWays {
     }
   }
 
-  // The axis is first felt to turn after this way, and may have begun to before: what the gyro shows
-  // of so little is mostly its noise, but how the turn goes on says when it began.
-  static void AddBegin(std::size_t a, const Along& along, const Along& after, GyroTurn* turn) {
-    const SoftBegin begin = BestBegin(a, along, after);
-    for (std::size_t i = 0; i < kWaySteps; ++i)
-      turn->table_way_deg[i][a] += begin.size * begin.Grown(along.StepEnd_s(i) - along.length_s);
+  // The axis is first felt to turn on the way after this one, and may have begun to on this one:
+  // what the gyro shows of so little is mostly its noise, but how the turn goes on says when it
+  // began. It is in the way alone, on which a play is crossed; that it adds to the sum is less than
+  // the sum's noise.
+  void AddBegin(std::size_t k, std::size_t a, const Along& along, const Along& after,
+                GyroTurn* turn) const {
+    const double whole_deg = after.Whole_deg()[a], noise_deg = after.noise_deg[a];
+    const int direction = Direction(k + 1, a, whole_deg, noise_deg);
+    if (!(direction * whole_deg > noise_deg)) return;
+    const SoftBegin begin = BestBegin(StepsUntilFelt(a, along, after));
+    const double gone_deg = begin.size * begin.Grown(0.0);
+    if (!(direction * gone_deg > 0.0)) return;
+    // More than its noise would have been felt.
+    const double part = std::min(1.0, along.noise_deg[a] / std::fabs(gone_deg));
+    for (std::size_t i = 0; i < kWaySteps; ++i) {
+      turn->table_way_deg[i][a] +=
+          part * begin.size * begin.Grown(along.StepEnd_s(i) - along.length_s);
+    }
   }
 
-  // Of those that rise from a time of the first of two ways on, the one that leaves least of what
-  // the gyro felt from step to step, in which its noise is white.
-  static SoftBegin BestBegin(std::size_t a, const Along& along, const Along& after) {
-    SoftBegin best;
-    double most = 0.0;
-    for (const double power : {1.0, 2.0, 3.0}) {
-      for (std::size_t early = 0; early <= kWaySteps; ++early) {
-        SoftBegin begin{.power = power,
-                        .before_s = static_cast<double>(early) * along.StepEnd_s(0)};
-        double felt = 0.0, square = 0.0;
-        auto add = [&](const Along& way, double from_s) {
-          double before_deg = 0.0;
-          for (std::size_t i = 0; i < kWaySteps; ++i) {
-            const double end_s = from_s + way.StepEnd_s(i);
-            const double grown = begin.Grown(end_s) - begin.Grown(end_s - way.StepEnd_s(0));
-            felt += grown * (way.felt_deg[i][a] - before_deg);
-            square += grown * grown;
-            before_deg = way.felt_deg[i][a];
-          }
-        };
-        add(along, -along.length_s);
-        add(after, 0.0);
-        begin.size = felt / square;
-        if (!(felt * begin.size > most)) continue;
-        most = felt * begin.size;
-        best = begin;
+  // Of both ways, up to where the turn stands clearly out of the noise: what it does from there on,
+  // as at the end of a steep ramp, says nothing of its begin.
+  static std::vector<FeltStep> StepsUntilFelt(std::size_t a, const Along& along,
+                                              const Along& after) {
+    constexpr double kClearly = 3.0;  // of Noise_deg
+    std::vector<FeltStep> steps;
+    auto add = [&](const Along& way, double from_s, double most_deg) {
+      double before_deg = 0.0;
+      for (std::size_t i = 0; i < kWaySteps && !(std::fabs(before_deg) > most_deg); ++i) {
+        steps.push_back(
+            {from_s + way.StepEnd_s(i), way.StepEnd_s(0), way.felt_deg[i][a] - before_deg});
+        before_deg = way.felt_deg[i][a];
       }
-    }
-    return best;
+    };
+    add(along, -along.length_s, std::numeric_limits<double>::infinity());
+    add(after, 0.0, kClearly * after.noise_deg[a]);
+    return steps;
   }
 
   // What the gyro shows without a turn: its noise, and what its offset may be off by.

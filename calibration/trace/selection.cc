@@ -7,7 +7,6 @@
 #include <map>
 #include <utility>
 
-#include "base/geometry.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/gls/statistics.h"
 #include "calibration/signal/columns.h"
@@ -200,10 +199,12 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   const Eigen::VectorXd values = all.tail(static_cast<Eigen::Index>(candidate.columns.size()));
   const double scale = ScaleFactorOr(all(0));
   double least_deg = effect.made_by_rounding * problem_->rounding_deg();
-  if (effect.search == Search::kPeriods) least_deg = LeastRipple_deg(candidate);
   if (effect.domain == EffectDomain::kAngle && (effect.needs & kNeedsTableAxis) != 0)
     least_deg = std::max(least_deg, LeastBesideDelay_deg(*problem_, longest_delay_s_));
   if (values.norm() < least_deg * std::fabs(scale)) return false;
+  if (effect.search == Search::kPeriods &&
+      MayBeOfReadings(candidate, values.norm() / std::fabs(scale)))
+    return false;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
     double value = values(static_cast<Eigen::Index>(j));
     if (effect.domain == EffectDomain::kAngle) value /= scale;

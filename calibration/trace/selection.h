@@ -89,8 +89,8 @@ class Selection {
   bool IsSpike(const Candidate& candidate) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool MayBeRounding(const Candidate& candidate, const WhiteStore::Columns& others) const;
-  // A smaller ripple may be an error of the readings.
-  double LeastRipple_deg(const Candidate& ripple) const;
+  // Whether a wave of the reference's angle of that size may be made by the errors of its readings.
+  bool MayBeOfReadings(const Candidate& ripple, double amplitude_deg) const;
   bool AddBest();
   void TryPool(const WhiteStore::Columns& model, Best* best);
   std::vector<const Candidate*> NearlyFound(const WhiteStore::Columns& model) const;

@@ -1,29 +1,32 @@
 // What the rounding of the gyro's output, and that of the reference's readings, may make.
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
+#include "base/geometry.h"
+#include "calibration/effects/basis.h"
 #include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {
 namespace {
 
-// Root mean square of what is left of a ripple in the means of a node's readings, over the nodes
-// at which its axis turns: of many periods between readings most may be gone.
+// What is left of a ripple of size 1 in the means of a node's readings: root mean square over the
+// way that its axis turns. Of many periods between readings most may be gone, but at the ends of a
+// motion nothing is.
 double LeftInMeans(const ChannelProblem& problem, const Candidate& ripple) {
   const std::size_t axis = ripple.context.table_axis;
-  double square = 0.0, nodes = 0.0;
+  double square = 0.0, way = 0.0;
   for (const StateHistory& history : problem.histories()) {
     for (const SensorState& node : history.nodes) {
-      if (!(std::fabs(node.table_rate_deg_s[axis]) > 0.0)) continue;
-      const auto readings = static_cast<double>(node.readings);
-      const double half_step =
-          0.5 * ripple.context.nonlinear[0] * node.reading_step_deg[axis] * kRadPerDeg;
-      const double one = std::sin(half_step);
-      square += one != 0.0 ? std::pow(std::sin(readings * half_step) / (readings * one), 2) : 1.0;
-      nodes += 1.0;
+      const double rate_deg_s = std::fabs(node.table_rate_deg_s[axis]);
+      if (!(rate_deg_s > 0.0)) continue;
+      const double left = MeanOfWave(
+          node.readings, ripple.context.nonlinear[0] * kRadPerDeg * node.reading_step_deg[axis]);
+      square += rate_deg_s * left * left;
+      way += rate_deg_s;
     }
   }
-  return nodes > 0.0 ? std::sqrt(square / nodes) : 1.0;
+  return way > 0.0 ? std::sqrt(square / way) : 1.0;
 }
 
 }  // namespace
@@ -33,15 +36,17 @@ double LeftInMeans(const ChannelProblem& problem, const Candidate& ripple) {
 // where the gyro carries it: so much it is at most. What rounding makes is a wave as well, of as
 // many periods a turn as the encoder has steps; at even times it passes for one of fewer, and for a
 // larger one where that would hardly be left in the means of readings.
-double Selection::LeastRipple_deg(const Candidate& ripple) const {
+bool Selection::MayBeOfReadings(const Candidate& ripple, double amplitude_deg) const {
   constexpr double kClearly = 3.0;
   // Half a step, which rounding never errs by more than, is so many times the first harmonic.
   constexpr double kAllHarmonics = 1.6;
   const std::size_t axis = ripple.context.table_axis;
   const double error_deg = problem_->angle_error_deg(axis);
-  const double wave_deg = problem_->rounding_wave_deg(axis);
-  return std::max(kClearly * ripple.context.nonlinear[0] * error_deg * error_deg * kRadPerDeg,
-                  wave_deg > 0.0 ? kAllHarmonics * wave_deg / LeftInMeans(*problem_, ripple) : 0.0);
+  const double of_error_deg =
+      kClearly * ripple.context.nonlinear[0] * error_deg * error_deg * kRadPerDeg;
+  const double of_rounding_deg = kAllHarmonics * problem_->rounding_wave_deg(axis);
+  if (amplitude_deg < std::max(of_error_deg, of_rounding_deg)) return true;
+  return of_rounding_deg > 0.0 && amplitude_deg * LeftInMeans(*problem_, ripple) < of_rounding_deg;
 }
 
 // What a candidate adds beside the others is nowhere larger than the wave which rounding makes of

@@ -255,42 +255,6 @@ TEST(TrailOfAMotionThatNoChannelCanTell, DoesNotSayThatTheAxisStood) {
   EXPECT_NEAR(way_deg[kInnerAxis], 90.0, 2.0);
 }
 
-// A play is crossed just there: were the first of it left out, it would seem smaller than it is.
-TEST(TrailOfAMotionThatBeginsSoftly, HasWhatTheGyrosNoiseHides) {
-  BenchSensor sensor;
-  sensor.m_row = {0.0, 0.0, 1.0};
-  sensor.angle_random_walk_deg_sqrt_s = 0.01;
-  const double hidden_deg = 4.0 * sensor.angle_random_walk_deg_sqrt_s * std::sqrt(0.1);
-  double gone_deg = 0.0, seen_deg = 0.0;
-  int found = 0;
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    Motion motion;
-    for (int turn = 0; turn < 15; ++turn)
-      motion.Rest(5.0 + 0.017 * turn).ThereAndBack(kInnerAxis, 60.0, 60.0);
-    const SyntheticBench bench(motion.Rest(5.0), sensor);
-    const StateHistory history =
-        MakeStateHistory(bench.Measure({}, seed), {1.0, 1.0, 1.0}, true, {});
-    const auto turned_at = [&](double t_s) { return motion.At(t_s).angle_deg[kInnerAxis]; };
-    for (std::size_t k = 10; k < history.nodes.size(); ++k) {
-      const auto way_deg = [&](std::size_t node) {
-        return history.gyro_turns[node].table_way_deg.back()[kInnerAxis];
-      };
-      // A second before, the table rested.
-      const double t_s = history.gyro_turns[k].t_s + history.gyro_turns[k].way_end_s,
-                   from_deg = turned_at(t_s - 1.0);
-      const double turned_deg = turned_at(t_s) - from_deg;
-      if (turned_at(t_s - 0.5) != from_deg || turned_deg == 0.0 ||
-          std::fabs(turned_deg) > hidden_deg)
-        continue;
-      gone_deg += std::fabs(turned_deg);
-      seen_deg += std::copysign(1.0, turned_deg) * (way_deg(k) - way_deg(k - 10));
-      ++found;
-    }
-  }
-  ASSERT_GT(found, 20);
-  EXPECT_NEAR(seen_deg, gone_deg, 0.35 * gone_deg);
-}
-
 TEST(TrailOfAMotionThatNoChannelCanTell, FollowsWhatIsFeltAfterIt) {
   constexpr double kTurned_deg = 40.0;
   Motion motion;

@@ -17,12 +17,12 @@ constexpr double kOtherScale = 0.99;  // of x and y
 constexpr double kVibration_hz = 20.0;
 
 // The way of a ramp from rest to `rate`, t into it.
-double RampWay(double rate, double t_s) {
-  const double r = Motion::kRamp_s;
+double RampWay(double rate, double t_s, double ramp_s) {
+  const double r = ramp_s;
   return 0.5 * rate * (t_s - r / kPi * std::sin(kPi * t_s / r));
 }
-double RampRate(double rate, double t_s) {
-  return 0.5 * rate * (1.0 - std::cos(kPi * t_s / Motion::kRamp_s));
+double RampRate(double rate, double t_s, double ramp_s) {
+  return 0.5 * rate * (1.0 - std::cos(kPi * t_s / ramp_s));
 }
 
 struct Warmth {
@@ -93,7 +93,7 @@ Motion& Motion::Rest(double duration_s) {
 }
 
 Motion& Motion::Turn(TableAxis axis, double angle_deg, double rate_deg_s) {
-  Add({.duration_s = std::fabs(angle_deg) / rate_deg_s + kRamp_s,
+  Add({.duration_s = std::fabs(angle_deg) / rate_deg_s + ramp_s_,
        .kind = Kind::kTurn,
        .axis = axis,
        .rate_deg_s = std::copysign(rate_deg_s, angle_deg)},
@@ -131,14 +131,14 @@ TablePose Motion::At(double t_s) const {
   } else if (piece.kind == Kind::kTurn) {
     const double left_s = piece.duration_s - since_s;
     const double w = piece.rate_deg_s;
-    if (since_s < kRamp_s) {
-      angle += RampWay(w, since_s);
-      rate = RampRate(w, since_s);
-    } else if (left_s < kRamp_s) {
-      angle += w * (piece.duration_s - kRamp_s) - RampWay(w, left_s);
-      rate = RampRate(w, left_s);
+    if (since_s < ramp_s_) {
+      angle += RampWay(w, since_s, ramp_s_);
+      rate = RampRate(w, since_s, ramp_s_);
+    } else if (left_s < ramp_s_) {
+      angle += w * (piece.duration_s - ramp_s_) - RampWay(w, left_s, ramp_s_);
+      rate = RampRate(w, left_s, ramp_s_);
     } else {
-      angle += w * (since_s - 0.5 * kRamp_s);
+      angle += w * (since_s - 0.5 * ramp_s_);
       rate = w;
     }
   }

@@ -27,8 +27,9 @@ struct TablePose {
 // One axis moves at a time, with a rate that is smooth enough to be sampled.
 class Motion {
  public:
+  explicit Motion(double ramp_s = kRamp_s) : ramp_s_(ramp_s) {}
   Motion& Rest(double duration_s);
-  // At a constant rate between ramps of kRamp_s, and a rest of kPause_s after it.
+  // At a constant rate between ramps of ramp_s, and a rest of kPause_s after it.
   Motion& Turn(TableAxis axis, double angle_deg, double rate_deg_s);
   Motion& ThereAndBack(TableAxis axis, double angle_deg, double rate_deg_s);
   // Whole periods of a sine between here and `amplitude_deg` on.
@@ -51,6 +52,7 @@ class Motion {
   };
   void Add(Piece piece, double way_deg);
 
+  double ramp_s_;
   std::vector<Piece> pieces_;
   std::array<double, 3> angle_deg_ = {};
   double end_s_ = 0.0;
