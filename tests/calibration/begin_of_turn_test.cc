@@ -79,7 +79,7 @@ TEST(TurnThatBeginsSoftly, HasWhatTheGyrosNoiseHides) {
   EXPECT_LT(errors.rms_deg, kWalk_deg_sqrt_s * std::sqrt(0.1));
 }
 
-// It is at its full rate soon, and goes on evenly: read as a turn whose rate grows all the while, it
+// It is soon at its full rate, and goes on evenly: read as one whose rate grows all the while, it
 // would have begun a good part of a node earlier.
 TEST(TurnThatBeginsSteeply, DoesNotBeginBeforeItDoes) {
   constexpr double kWalk_deg_sqrt_s = 0.002;
