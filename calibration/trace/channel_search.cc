@@ -79,6 +79,7 @@ class ChannelSearcher {
       found->selection.Run();
       found->selection.JoinOrigins();
       DropDoubtful(&*found);
+      found->selection.PlaceWhatIsLeft();
       const std::optional<NoiseModel> better = Reestimate(*found);
       if (!better || pass + 1 == kPasses) break;
       found.reset();  // its columns are the most of the memory: one store at a time
@@ -86,8 +87,10 @@ class ChannelSearcher {
     }
     DropCrowd(&found->selection);
     if (DropUseless(&found->selection)) DropWhereResidualsCorrelate(&*found);
+    found->selection.PlaceWhatIsLeft();
     DropUncertain(problem_, baseline_, &found->selection);
     DropWhatChanceMakes(&*found);
+    found->selection.PlaceWhatIsLeft();
     for (std::string& remark : RemarksOnHeldShapes(found->selection))
       remarks_.push_back(std::move(remark));
     return found;

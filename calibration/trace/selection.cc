@@ -217,6 +217,7 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
 }
 
 void Selection::Remove(std::size_t member) {
+  one_is_gone_ = true;
   members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(member));
   AddDelaysInTime();
 }
@@ -372,7 +373,7 @@ void Selection::Grow(bool (Selection::*add)()) {
     const std::multiset<std::string> before = Families();
     const std::size_t barred = implausible_.size();
     if (!(this->*add)()) return;
-    PlaceAgain();
+    if (members_.size() > 1) PlaceAgain();
     Exchange();
     DropWeak();
     if (Families() == before && implausible_.size() == barred) return;
@@ -393,9 +394,8 @@ void Selection::Run() {
     Grow(&Selection::AddCurve);
     if (Families() == before) break;
   }
-  constexpr int kMostRounds = 5;
-  constexpr double kHardly = 0.05;  // of -2 log L
-  for (int i = 0; i < kMostRounds && PlaceAgain() > kHardly;) ++i;
+  if (members_.size() > 1 || one_is_gone_) PlaceUntilItGainsNothing();
+  one_is_gone_ = false;
   SeeWhatShapesLeave();
 }
 

@@ -36,6 +36,8 @@ class Selection {
   // what the product's other factor does: the same product, counted from another value.
   void JoinOrigins();
   void Remove(std::size_t member);
+  // After members were removed: each that is left was placed beside them, and may belong elsewhere.
+  void PlaceWhatIsLeft();
   // Candidate::shape_held, with these non-linear parameters.
   void HoldShape(std::size_t member, const std::vector<double>& nonlinear);
   // Candidate::gain_over_noise
@@ -98,6 +100,7 @@ class Selection {
   void TryScans(const WhiteStore::Columns& model, Best* best);
   void PlaceStep(const WhiteStore::Columns& others, Candidate* candidate) const;
   double PlaceAgain();
+  void PlaceUntilItGainsNothing();
   void TryProducts(Best* best) const;
   void TryRamps(const WhiteStore::Columns& model, Best* best) const;
   std::vector<Ramp> BestRamps(const WhiteStore::Columns& model) const;
@@ -162,6 +165,7 @@ class Selection {
   double longest_delay_s_ = 0.0;  // of the members' together
   // Of -2 log L: what an error of each member's shape may leave for others to explain.
   std::vector<double> left_by_shape_;
+  bool one_is_gone_ = false;   // of the members, since the others were placed
   bool turns_itself_ = false;  // the baseline's first column is the channel's own turn
 };
 

@@ -188,12 +188,12 @@ void Selection::PlaceStep(const WhiteStore::Columns& others, Candidate* candidat
 // moved it. By how much that lowers the cost. Not ripples: a scan sees them sharply, beside
 // whatever is slower.
 double Selection::PlaceAgain() {
-  if (members_.size() < 2) return 0.0;
   const double before = Cost(ModelColumns());
   for (std::size_t i = 0; i < members_.size(); ++i) {
     const bool is_step = members_[i].search() == Search::kTime;
     const bool is_ripple = members_[i].search() == Search::kPeriods;
     if (is_ripple || !(is_step || members_[i].searched() || members_[i].is_play())) continue;
+    if (members_[i].shape_held) continue;
     Candidate placed = members_[i];
     const WhiteStore::Columns others = ModelWithout(i);
     if (is_step) {
@@ -215,6 +215,18 @@ double Selection::PlaceAgain() {
     }
   }
   return before - Cost(ModelColumns());
+}
+
+void Selection::PlaceWhatIsLeft() {
+  if (!one_is_gone_) return;
+  one_is_gone_ = false;
+  PlaceUntilItGainsNothing();
+}
+
+void Selection::PlaceUntilItGainsNothing() {
+  constexpr int kMostRounds = 5;
+  constexpr double kHardly = 0.05;  // of -2 log L
+  for (int i = 0; i < kMostRounds && PlaceAgain() > kHardly;) ++i;
 }
 
 }  // namespace gyrobench::calibration
