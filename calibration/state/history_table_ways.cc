@@ -94,7 +94,7 @@ class TableWays {
     double length_s = 0.0;
     std::array<bool, 3> turns = {};
     Vector3 noise_deg = {};
-    Vector3 Whole_deg() const { return felt_deg.back(); }
+    const Vector3& Whole_deg() const { return felt_deg.back(); }
     double StepEnd_s(std::size_t i) const {
       return static_cast<double>(i + 1) * length_s / static_cast<double>(kWaySteps);
     }
@@ -108,11 +108,9 @@ class TableWays {
     for (std::size_t i = 0; i < kWaySteps; ++i)
       out.felt_deg[i] = Felt(k, Minus(recorded_[k].z_way[i], from.z), out.StepEnd_s(i), directions);
     const Vector3 doubt_deg_s = Doubt(k);
-    // The last step of the way is where the integral is taken at the node, to rounding.
-    const Vector3 whole = Felt(k, Minus(recorded_[k].at.z, from.z), out.length_s, directions);
     for (std::size_t a = 0; a < 3; ++a) {
       out.noise_deg[a] = Noise_deg(doubt_deg_s[a], out.length_s);
-      out.turns[a] = Turns(k, a, whole[a], out.noise_deg[a]);
+      out.turns[a] = Turns(k, a, out.Whole_deg()[a], out.noise_deg[a]);
     }
     return out;
   }

@@ -18,8 +18,7 @@ constexpr double kVibration_hz = 20.0;
 
 // The way of a ramp from rest to `rate`, t into it.
 double RampWay(double rate, double t_s, double ramp_s) {
-  const double r = ramp_s;
-  return 0.5 * rate * (t_s - r / kPi * std::sin(kPi * t_s / r));
+  return 0.5 * rate * (t_s - ramp_s / kPi * std::sin(kPi * t_s / ramp_s));
 }
 double RampRate(double rate, double t_s, double ramp_s) {
   return 0.5 * rate * (1.0 - std::cos(kPi * t_s / ramp_s));
