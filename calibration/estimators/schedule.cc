@@ -94,7 +94,10 @@ Row MakeRow(const Columns& columns, const End& a, const End& b, bool still, std:
 class RowMaker {
  public:
   RowMaker(const Columns& columns, double piece_s)
-      : columns_(columns), piece_s_(piece_s), bad_(columns) {}
+      : columns_(columns), piece_s_(piece_s), bad_(columns), inner_(FindInnerRests(columns)) {}
+
+  End BeginOfRest(std::size_t index) const { return EndAt(index, inner_[index].begin); }
+  End EndOfRest(std::size_t index) const { return EndAt(index, inner_[index].end); }
 
   void Add(const End& a, const End& b, bool still, std::size_t rest) {
     if (!(b.at.t_s > a.at.t_s)) return;
@@ -103,10 +106,9 @@ class RowMaker {
     rows_.push_back(row);
   }
   void AddRest(std::size_t index) {
-    const Rest& rest = columns_.rests[index];
-    End begin{rest.begin, {}, EarthAt(columns_, rest.begin.t_s)};
-    const End end{rest.end, {}, EarthAt(columns_, rest.end.t_s)};
-    for (std::size_t i = FirstNodeAfter(columns_, rest.begin.t_s); i < columns_.nodes.size(); ++i) {
+    End begin = BeginOfRest(index);
+    const End end = EndOfRest(index);
+    for (std::size_t i = FirstNodeAfter(columns_, begin.at.t_s); i < columns_.nodes.size(); ++i) {
       const Node& node = columns_.nodes[i];
       if (node.at.t_s > end.at.t_s - 0.5 * piece_s_) break;
       if (node.at.t_s - begin.at.t_s < piece_s_ - 1e-3) continue;
@@ -118,9 +120,14 @@ class RowMaker {
   std::vector<Row> Take() { return std::move(rows_); }
 
  private:
+  End EndAt(std::size_t rest, const IntegralMark& at) const {
+    return {at, columns_.rests[rest].rotation_deg, EarthAt(columns_, at.t_s)};
+  }
+
   const Columns& columns_;
   double piece_s_;
   BadCursor bad_;
+  std::vector<InnerRest> inner_;
   std::vector<Row> rows_;
 };
 
@@ -171,12 +178,9 @@ std::vector<Row> RestRows(const Columns& columns, double piece_s) {
 std::vector<Row> StopRows(const Columns& columns, double piece_s) {
   RowMaker maker(columns, piece_s);
   for (std::size_t i = 0; i < columns.rests.size(); ++i) {
-    const Rest& rest = columns.rests[i];
     maker.AddRest(i);
     if (i + 1 == columns.rests.size()) break;
-    const Rest& next = columns.rests[i + 1];
-    maker.Add({rest.end, rest.rotation_deg, EarthAt(columns, rest.end.t_s)},
-              {next.begin, next.rotation_deg, EarthAt(columns, next.begin.t_s)}, false, i);
+    maker.Add(maker.EndOfRest(i), maker.BeginOfRest(i + 1), false, i);
   }
   return maker.Take();
 }

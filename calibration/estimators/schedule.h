@@ -41,6 +41,21 @@ struct Row {
   double duration_s() const { return end_s - begin_s; }
 };
 
+// A rest without what belongs to the turns before and after it.
+struct InnerRest {
+  IntegralMark begin, end;
+};
+
+// Rests end where the gyro sees motion begin, to a sample. Of a ramp that begins softly its noise
+// hides the first part, and of one that ends softly the last: the output over the turn lacks that
+// rotation, the reference does not, and the scale factor is wrong by the same in each turn. So a
+// turn is begun earlier and ended later, by 0.7 of the time in which its rate comes to half of its
+// largest from where it was seen, 0.5 s and a quarter of the rest at most. A rate that grows as t^2
+// (an even jerk) is hidden for no longer as long as noise hides less than an eighth of the largest
+// rate; where the rate is there at once nothing is added. The measurement's own ends, and rests
+// that no reference has shown, stay as they are. One entry for each of the rests.
+std::vector<InnerRest> FindInnerRests(const Columns& columns);
+
 // The rests, in pieces of about `piece_s` (never longer than 1.5 of it).
 std::vector<Row> RestRows(const Columns& columns, double piece_s);
 // The rests in pieces, and one moving row from each to the next: what the reference says in motion
