@@ -68,10 +68,11 @@ calibration::Calibration BeginCalibration(const std::string& sensor,
   return calibration;
 }
 
-void WriteCalibration(const calibration::Calibration& calibration, const Options& options) {
-  const std::string line = TargetLine("calibration", options.calibration);
-  recording::WriteJsonAtomically(options.calibration, calibration::ToJson(calibration));
-  if (!options.json && !options.quiet) fmt::print("{}\n", line);
+std::string WriteCalibration(const calibration::Calibration& calibration,
+                             const std::filesystem::path& file) {
+  std::string line = TargetLine("calibration", file);
+  recording::WriteJsonAtomically(file, calibration::ToJson(calibration));
+  return line;
 }
 
 }  // namespace gyrobench::cli

@@ -35,7 +35,8 @@ calibration::Calibration BeginCalibration(const std::string& sensor,
                                           const std::vector<HashedFile>& files,
                                           const std::vector<InputExtent>& extents);
 
-// To where the options say, and says so unless stdout is the machine's.
-void WriteCalibration(const calibration::Calibration& calibration, const Options& options);
+// Returns what is to be said of it.
+std::string WriteCalibration(const calibration::Calibration& calibration,
+                             const std::filesystem::path& file);
 
 }  // namespace gyrobench::cli

@@ -59,6 +59,10 @@ int Hold(const Options& options) {
   for (const calibration::HoldRecording& recording : recordings) all.push_back(&recording);
   const calibration::HoldResult result =
       calibration::CalibrateHold(all, {.g_sensitivity = options.g_sensitivity});
+  // Before the text, as who reads that may stop in the middle of it.
+  std::string written;
+  if (!options.calibration.empty() && result.missing.empty())
+    written = WriteCalibration(MakeCalibration(result, inputs, options), options.calibration);
   if (options.json) {
     fmt::print("{}\n", JsonText(calibration::ToJson(result), 2));
   } else if (!options.quiet) {
@@ -72,8 +76,7 @@ int Hold(const Options& options) {
         PrintError("hold", "no calibration: " + reason);
     return kFailed;
   }
-  if (!options.calibration.empty())
-    WriteCalibration(MakeCalibration(result, inputs, options), options);
+  if (!written.empty() && !options.json && !options.quiet) fmt::print("{}\n", written);
   return kDone;
 }
 

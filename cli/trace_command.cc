@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <exception>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
@@ -68,6 +69,28 @@ int Judge(const TracedInputs& inputs) {
   return kDone;
 }
 
+// Calibration and report, as far as they are wanted; `written` gets a line for each. Throws
+// DataError where the data permit no calibration.
+void WriteFiles(const TracedInputs& inputs, const Options& options,
+                std::vector<std::string>* written) {
+  for (const std::vector<std::string>* reasons : {&inputs.implausible, &inputs.two_clocks}) {
+    if (options.calibration.empty() || reasons->empty()) continue;
+    throw DataError(fmt::format("{}: no calibration is written; {}", options.calibration.string(),
+                                reasons->front()));
+  }
+  const bool traced = WhyNothingWasTraced(inputs.traced.result).empty();
+  const std::vector<HashedFile> hashed = options.calibration.empty() && options.report.empty()
+                                             ? std::vector<HashedFile>()
+                                             : HashFiles(inputs.inputs);
+  if (!options.calibration.empty() && traced)
+    written->push_back(
+        WriteCalibration(MakeCalibration(inputs, hashed, options), options.calibration));
+  if (options.report.empty()) return;
+  const std::string line = TargetLine("report", options.report);
+  presentation::WriteReport(MakeReportContent(inputs, hashed), options.report);
+  written->push_back(line);
+}
+
 // Where the report of one input goes when nobody says.
 fs::path ReportFile(const InputFiles& input, const Options& options) {
   if (!options.output.empty()) return options.output;
@@ -82,23 +105,18 @@ int Trace(const Options& options) {
   const std::vector<InputFiles> files = LocateInputs(options.inputs, options);
   CheckTargets(files, options);
   const TracedInputs inputs = TraceInputs(files, options);
+  // The files first, as who reads the text may stop in the middle of it; what keeps them from being
+  // written is said behind it.
+  std::exception_ptr failed;
+  std::vector<std::string> written;
+  try {
+    WriteFiles(inputs, options, &written);
+  } catch (const std::exception&) {
+    failed = std::current_exception();
+  }
   Print(inputs, options);
-  for (const std::vector<std::string>* reasons : {&inputs.implausible, &inputs.two_clocks}) {
-    if (options.calibration.empty() || reasons->empty()) continue;
-    throw DataError(fmt::format("{}: no calibration is written; {}", options.calibration.string(),
-                                reasons->front()));
-  }
-  const bool traced = WhyNothingWasTraced(inputs.traced.result).empty();
-  const std::vector<HashedFile> hashed = options.calibration.empty() && options.report.empty()
-                                             ? std::vector<HashedFile>()
-                                             : HashFiles(inputs.inputs);
-  if (!options.calibration.empty() && traced)
-    WriteCalibration(MakeCalibration(inputs, hashed, options), options);
-  if (!options.report.empty()) {
-    const std::string line = TargetLine("report", options.report);
-    presentation::WriteReport(MakeReportContent(inputs, hashed), options.report);
-    Say(options, line);
-  }
+  for (const std::string& line : written) Say(options, line);
+  if (failed) std::rethrow_exception(failed);
   return Judge(inputs);
 }
 

@@ -79,7 +79,8 @@ Section NoiseSection(const HoldResult& result) {
   const calibration::HoldNoiseResult& noise = result.noise;
   add("turn's end, nominal", result.angle_rms_nominal_deg, "deg rms",
       "gravity, against the accelerometer");
-  add("turn's end, calibrated", result.angle_rms_deg, "deg rms");
+  add("turn's end, calibrated", result.angle_rms_deg, "deg rms",
+      "of the data that it was fitted to");
   add("turns, whitened", result.turn_whitened_rms, "",
       "each as the others predict it; 1: as the noise explains");
   add("rests, whitened", result.accel_whitened_rms, "");

@@ -23,11 +23,16 @@ constexpr const char* kNominalFrame =
     "it rotates the sensor's vectors into the frame by Rz(z) Ry(y) Rx(x). Scale factors and "
     "non-orthogonality do not depend on it.";
 
+// Behind a figure of held-out data.
+std::string NotConfirmed(const ChannelTrace& channel) {
+  return channel.heldout_angle_rms_deg.confirms_nothing() ? ", which does not confirm it" : "";
+}
+
 Paragraph Headline(const ChannelTrace& channel) {
   Text text = Strong(Capitalized(GyroName(channel.axis)) + ":") + " " + VerdictSentence(channel);
   const std::string angle = BeforeAfter(channel.heldout_angle_rms_deg, FormatFigure);
   if (!channel.effects.empty() && angle != "-" && channel.verdict != Verdict::kCannotBe)
-    text += "; angle error of held-out data " + Quantity(angle, "deg");
+    text += "; angle error of held-out data " + Quantity(angle, "deg") + NotConfirmed(channel);
   return {text};
 }
 
@@ -67,9 +72,10 @@ Document Inputs(const TraceResult& trace) {
   for (const calibration::TraceInput& input : trace.inputs) {
     std::vector<std::string> defects;
     for (const Defect& defect : input.defects) {
-      const std::string at = std::isfinite(defect.first_t_s)
-                                 ? fmt::format(", first at {:.3f} s", defect.first_t_s)
-                                 : "";
+      std::string at = std::isfinite(defect.first_t_s)
+                           ? fmt::format(", first at {:.3f} s", defect.first_t_s)
+                           : "";
+      if (!defect.where.empty()) at += (at.empty() ? ", first " : ", ") + defect.where;
       defects.push_back(fmt::format("{} {}{}", FormatCount(defect.count), defect.kind, at));
     }
     Add(document, Paragraph{fmt::format(
@@ -128,6 +134,10 @@ Section VerdictCard(const ChannelTrace& channel) {
                {},
                std::string("verdict ") + look.role};
   Add(card.blocks, Paragraph{Sentence(channel, look), "summary"});
+  if (!channel.effects.empty() && channel.heldout_angle_rms_deg.confirms_nothing())
+    Add(card.blocks,
+        Paragraph{
+            "Data that the choice never saw do not confirm them: their error does not fall."});
   if (!channel.effects.empty() && channel.verdict != Verdict::kCannotBe)
     Add(card.blocks, Paragraph{"Found: " + NamesOfEffects(channel, true), "found"});
   Document errors = ErrorBlocks(channel);

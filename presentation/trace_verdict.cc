@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "calibration/effects/effect.h"
 #include "presentation/number.h"
 #include "presentation/sections.h"
 
@@ -120,6 +121,18 @@ std::string VerdictWords(const std::string& verdict) {
   return words;
 }
 
+namespace {
+
+// Not where what these data cannot tell from it is another's.
+bool IsOwnerCertain(const calibration::TracedEffect& effect) {
+  return std::ranges::all_of(effect.rivals, [&](const std::string& rival) {
+    const calibration::Effect* other = calibration::FindEffect(rival);
+    return other != nullptr && other->owner == effect.owner;
+  });
+}
+
+}  // namespace
+
 Text NamesOfEffects(const ChannelTrace& channel, bool owners) {
   struct Named {
     Text name;
@@ -137,7 +150,7 @@ Text NamesOfEffects(const ChannelTrace& channel, bool owners) {
     if (same != all.end()) {
       ++same->times;
     } else {
-      const bool own = effect.owner == calibration::EffectOwner::kGyro;
+      const bool own = effect.owner == calibration::EffectOwner::kGyro || !IsOwnerCertain(effect);
       all.push_back({name, 1, own ? "" : fmt::format("the {}'s", Name(effect.owner))});
     }
   }

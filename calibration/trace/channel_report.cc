@@ -171,8 +171,8 @@ class ChannelTracer::State {
                 : "no motion about this axis: scale factor, nonlinearity and every effect "
                   "that needs motion cannot be estimated");
     without(kNeedsTemperature,
-            "temperature is missing or constant within 1 degC: nothing that depends on it can be "
-            "estimated");
+            "temperature is missing or constant within 1 degC: no effect that depends on it is "
+            "looked for (a slope of the offset over less is the baseline's)");
     without(kNeedsGravity,
             "gravity in the sensor's frame is not known: no effect of it can be "
             "estimated");
@@ -357,7 +357,7 @@ class ChannelTracer::State {
     return fmt::format(
         "the angle error of {} goes from {:.3g} to {:.3g} deg{}",
         tried ? "held-out data" : "the data that it was fitted to", error.before, error.after,
-        tried && error.after >= error.before ? ", which does not confirm what is named" : "");
+        tried && error.confirms_nothing() ? ", which does not confirm what is named" : "");
   }
 
   std::string ChosenOnAllOnly() const {

@@ -44,6 +44,9 @@ struct HeldOut {
   double before = kMissing, after = kMissing;
   // Of the reduction, 1 - after / before; block or run bootstrap.
   std::array<double, 2> reduction_ci95 = {kMissing, kMissing};
+
+  // Both are known, and nothing got less: data that the choice never saw do not confirm it.
+  bool confirms_nothing() const { return after >= before; }
 };
 
 struct TracedEffect {

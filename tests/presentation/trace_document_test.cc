@@ -227,6 +227,34 @@ TEST(TraceText, ComparesTheErrorBeforeAndAfterWithItsInterval) {
   EXPECT_THAT(TraceText(trace, Terminal()), HasSubstr("(95 %: 3.0 to 8.0 % more)"));
 }
 
+TEST(TraceText, SaysInItsFirstLinesWhatHeldOutDataDoNotConfirm) {
+  TraceResult trace = ThreeAxes();
+  EXPECT_THAT(TraceText(trace, Terminal()), Not(HasSubstr("does not confirm")));
+  calibration::HeldOut& angle = trace.channels[2].heldout_angle_rms_deg;
+  angle.after = angle.before;
+  EXPECT_THAT(
+      Flat(TraceText(trace, Terminal())),
+      HasSubstr("angle error of held-out data 0.620 → 0.620 deg, which does not confirm it"));
+}
+
+TEST(TraceText, SaysWhereTheFirstDefectOfEachKindIs) {
+  TraceResult trace = ThreeAxes();
+  trace.inputs[0].defects = {{"gap", 3, 1.25, "line 57"}, {"no_gyro", 2, kMissing, "line 8"}};
+  const std::string text = Flat(TraceText(trace, Terminal()));
+  EXPECT_THAT(text, HasSubstr("3 gap, first at 1.250 s, line 57; 2 no_gyro, first line 8"));
+}
+
+TEST(TraceText, NamesTheOwnerOnlyWhereTheRivalsAreItsAsWell) {
+  TraceResult trace = ThreeAxes();
+  TracedEffect play = Ripple(1.0);
+  play.id = "angle.backlash";
+  play.rivals = {"angle.ripple"};
+  trace.channels[2].effects = {play};
+  EXPECT_THAT(NamesOfEffects(trace.channels[2], true).Plain(), HasSubstr("the bench's"));
+  trace.channels[2].effects[0].rivals = {"bias.hysteresis"};
+  EXPECT_THAT(NamesOfEffects(trace.channels[2], true).Plain(), Not(HasSubstr("bench")));
+}
+
 TEST(TraceText, SaysThatNothingWasAddedWhereNothingWas) {
   TraceResult trace = ThreeAxes();
   const std::string text = TraceText(trace, Terminal());
