@@ -1,0 +1,13 @@
+#include "ring.h"
+
+void ring_push(struct ring* ring, uint32_t tick, const uint8_t* bytes) {
+  const uint32_t number = ring->next;
+  struct sample* slot = &ring->slot[number & (RING_SLOTS - 1)];
+  slot->tick = tick;
+  for (uint8_t i = 0; i < SAMPLE_VALUES; ++i, bytes += 2)
+    slot->value[i] = (int16_t)((uint16_t)((uint16_t)bytes[0] << 8) | bytes[1]);
+  ring->next = number + 1;
+  if (ring->held < RING_CAPACITY) ring->held = (uint8_t)(ring->held + 1);
+}
+
+void ring_empty(struct ring* ring) { ring->held = 0; }
