@@ -24,11 +24,12 @@ std::uint64_t SeedOf(const config::StandConfig& stand) {
 
 struct VirtualStand::Impl {
   Impl(const config::StandConfig& stand_config, const config::Scenario& scenario,
-       std::uint64_t noise_seed, Clock& its_clock)
+       std::uint64_t noise_seed, Clock& its_clock, MakeGyroUnit its_gyro_unit)
       : stand(stand_config),
         seed(noise_seed),
         clock(its_clock),
         start(clock.Now()),
+        make_gyro_unit(std::move(its_gyro_unit)),
         physics(stand, DrawSpecimen(scenario, seed), seed, start) {}
 
   std::unique_ptr<Responder> MakeResponder(const config::BusConfig& bus) {
@@ -48,7 +49,9 @@ struct VirtualStand::Impl {
       }
     }
     if (stand.gyro.bus == bus.name) {
-      responder->Add(stand.gyro.unit, std::make_unique<GyroDevice>(stand.gyro.map, physics));
+      responder->Add(stand.gyro.unit, make_gyro_unit
+                                          ? make_gyro_unit(physics, start)
+                                          : std::make_unique<GyroDevice>(stand.gyro.map, physics));
     }
     if (stand.relays && stand.relays->bus == bus.name) {
       responder->Add(stand.relays->unit, std::make_unique<RelayDevice>(*stand.relays, physics));
@@ -60,14 +63,15 @@ struct VirtualStand::Impl {
   const std::uint64_t seed;
   Clock& clock;
   const Utime start;
+  const MakeGyroUnit make_gyro_unit;
   Physics physics;
   std::mutex mutex;  // guards what follows: lines may be opened side by side
   std::vector<std::unique_ptr<BusServer>> servers;
 };
 
 VirtualStand::VirtualStand(const config::StandConfig& stand, const config::Scenario& scenario,
-                           std::uint64_t seed, Clock& clock)
-    : impl_(std::make_unique<Impl>(stand, scenario, seed, clock)) {}
+                           std::uint64_t seed, Clock& clock, MakeGyroUnit make_gyro_unit)
+    : impl_(std::make_unique<Impl>(stand, scenario, seed, clock, std::move(make_gyro_unit))) {}
 
 VirtualStand::VirtualStand(const config::StandConfig& stand, const config::Scenario& scenario,
                            Clock& clock)

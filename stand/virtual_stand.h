@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -11,6 +12,7 @@
 
 namespace gyrobench::stand {
 
+class Device;
 class Physics;
 
 // Serves the devices of a stand file. With the system clock it runs in real time; with a virtual
@@ -24,10 +26,13 @@ class VirtualStand {
     kAsConfigured  // the stand file's host and port
   };
 
+  // Another gyro unit in place of the stand's own, for its physics and their power-on.
+  using MakeGyroUnit = std::function<std::unique_ptr<Device>(Physics&, Utime start)>;
+
   // `stand` tells devices, maps, site; the specimen is drawn from the scenario with `seed`. Both
   // are copied; the clock must outlive the stand. Throws ConfigError.
   VirtualStand(const config::StandConfig& stand, const config::Scenario& scenario,
-               std::uint64_t seed, Clock& clock);
+               std::uint64_t seed, Clock& clock, MakeGyroUnit make_gyro_unit = {});
   // The seed of the stand file's [virtual] table, 1 without it.
   VirtualStand(const config::StandConfig& stand, const config::Scenario& scenario, Clock& clock);
   // Stops the servers; a client then finds silent lines.

@@ -26,9 +26,13 @@ struct ring {
   volatile uint8_t held;  /* at most RING_CAPACITY */
 };
 
-/* `bytes`: the sensor's registers as they come, 14 of them, big-endian. */
-void ring_push(struct ring* ring, uint32_t tick, const uint8_t* bytes);
-/* Numbers go on. Not to be interrupted by ring_push. */
+/* Writes the next sample to its place, where nobody looks for it yet. `bytes`: the sensor's registers
+   as they come, 14 of them, big-endian. */
+void ring_write(struct ring* ring, uint32_t tick, const uint8_t* bytes);
+/* What was written is a sample from now on. Not to be interrupted by one who does the same, or looks
+   at the numbers. */
+void ring_advance(struct ring* ring);
+/* Numbers go on. Not to be interrupted by ring_advance. */
 void ring_empty(struct ring* ring);
 
 static inline const struct sample* ring_sample(const struct ring* ring, uint32_t number) {

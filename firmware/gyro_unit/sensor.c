@@ -36,7 +36,7 @@ static uint32_t not_before, since;
 static uint32_t silence; /* that the sensor is allowed, in ticks */
 
 /* Of the interrupts. */
-static volatile uint8_t samples_wanted, failures, decimation, to_skip;
+static volatile uint8_t samples_wanted, sample_waits, failures, decimation, to_skip;
 static volatile uint32_t last_ready, tick_of_sample;
 
 void sensor_begin(struct unit* its_unit, uint32_t now) {
@@ -56,6 +56,8 @@ static void go_on(enum step with, uint32_t now, uint32_t after) {
 static void fail(uint32_t now) {
   const interrupts_were_t before = interrupts_off();
   samples_wanted = 0;
+  if (sample_waits) ++unit->counters.samples_lost;
+  sample_waits = 0;
   ++unit->counters.sensor_errors;
   interrupts_restore(before);
   unit->who_am_i = 0;
@@ -107,24 +109,55 @@ static void begin_samples(uint32_t now) {
 static void configure(uint32_t now) {
   const interrupts_were_t before = interrupts_off();
   samples_wanted = 0;
+  sample_waits = 0;
   interrupts_restore(before);
   unit->settings_changed = 0;
   next_register = 0;
   go_on(CONFIGURE, now, 0);
 }
 
-static void watch(uint32_t now) {
+/* A sample is one once the bus is free behind it: a sensor that held it in the middle has shown
+   zeros. The main loop moves it into the ring, with interrupts but for its begin and its end, so
+   that the next pulse is stamped in time: the transfer that it begins brings its first byte after
+   90 us, four times as long as this takes. */
+static void settle_sample(void) {
   const interrupts_were_t before = interrupts_off();
-  const uint32_t ready = last_ready;
-  const uint8_t failed = failures;
-  /* Of the transfer that began with that pulse, not with one that comes in between. */
-  const uint8_t busy = bus_state() == BUS_BUSY;
+  const uint8_t settles = sample_waits && bus_is_free();
+  const uint32_t tick = tick_of_sample;
+  if (settles) sample_waits = 0;
   interrupts_restore(before);
-  /* A pulse may have come after `now` was taken. */
-  const uint32_t silent = now - ready;
-  const uint8_t longer = silent < 0x80000000UL && silent > silence;
-  const uint8_t hangs = busy && silent < 0x80000000UL && silent > LONGEST_TRANSFER;
-  if (longer || hangs || failed >= MOST_FAILURES) {
+  if (!settles) return;
+  ring_write(&unit->ring, tick, bus_bytes());
+  const interrupts_were_t again = interrupts_off();
+  ring_advance(&unit->ring);
+  failures = 0;
+  interrupts_restore(again);
+}
+
+/* The same from within the pulse's interrupt, where the main loop was busy for so long. */
+static void settle_sample_now(void) {
+  if (!sample_waits || !bus_is_free()) return;
+  sample_waits = 0;
+  failures = 0;
+  ring_write(&unit->ring, tick_of_sample, bus_bytes());
+  ring_advance(&unit->ring);
+}
+
+/* `from` may be a little after `now`: a pulse has come meanwhile. */
+static uint8_t has_passed(uint32_t time, uint32_t from, uint32_t now) {
+  return (int32_t)(now - from) > (int32_t)time;
+}
+
+static void watch(uint32_t now) {
+  settle_sample();
+  const interrupts_were_t before = interrupts_off();
+  const uint32_t ready = last_ready, begun = tick_of_sample;
+  const uint8_t failed = failures;
+  const uint8_t busy = sample_waits || bus_state() == BUS_BUSY;
+  interrupts_restore(before);
+  const uint8_t falls_silent = has_passed(silence, ready, now);
+  const uint8_t hangs = busy && has_passed(LONGEST_TRANSFER, begun, now);
+  if (falls_silent || hangs || failed >= MOST_FAILURES) {
     fail(now);
   } else if (unit->settings_changed) {
     configure(now);
@@ -206,7 +239,8 @@ void sensor_data_ready(uint32_t now) {
     return;
   }
   to_skip = decimation;
-  if (bus_state() == BUS_BUSY) {
+  settle_sample_now();
+  if (sample_waits || bus_state() == BUS_BUSY) {
     ++unit->counters.samples_lost;
     return;
   }
@@ -222,6 +256,5 @@ void sensor_transfer_ended(uint8_t well) {
     failures = (uint8_t)(failures + 1);
     return;
   }
-  failures = 0;
-  ring_push(&unit->ring, tick_of_sample, bus_bytes());
+  sample_waits = 1;
 }

@@ -23,6 +23,8 @@ enum bus_state { BUS_IDLE, BUS_BUSY, BUS_FAILED };
 
 void bus_begin(void);
 enum bus_state bus_state(void);
+/* No transfer is under way, its stop is through, and nobody holds a line low. */
+uint8_t bus_is_free(void);
 /* Begins a transfer with the sensor's register `reg`. Not while one is under way. */
 void bus_read(uint8_t reg, uint8_t count);
 void bus_write(uint8_t reg, uint8_t value);

@@ -36,6 +36,11 @@ enum bus_state bus_state(void) {
   return (enum bus_state)state;
 }
 
+uint8_t bus_is_free(void) {
+  const uint8_t lines = _BV(SENSOR_SDA) | _BV(SENSOR_SCL);
+  return bus_state() != BUS_BUSY && (SENSOR_PIN & lines) == lines;
+}
+
 static void begin(void) {
   written = 0;
   got = 0;

@@ -44,12 +44,13 @@ ISR(USART_RX_vect) {
   if (state != LISTENING) return;
   receiver_take(&receiver, byte, sound);
   OCR1B = TCNT1 + gap_ticks;
-  TIFR1 = _BV(OCF1B);
   TIMSK1 |= _BV(OCIE1B);
 }
 
 /* The silence that ends a frame. */
 ISR(TIMER1_COMPB_vect) {
+  /* A match from before the last character. */
+  if ((int16_t)(TCNT1 - OCR1B) < 0) return;
   TIMSK1 &= (uint8_t)~_BV(OCIE1B);
   if (state != LISTENING || receiver.size == 0) return;
   const uint32_t now = clock_now();

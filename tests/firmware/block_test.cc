@@ -19,7 +19,8 @@ class Blocks : public ::testing::Test {
     std::array<std::uint8_t, 2 * SAMPLE_VALUES> bytes;
     for (std::size_t i = 0; i < bytes.size(); ++i)
       bytes[i] = static_cast<std::uint8_t>(7 * unit_.ring.next + i);
-    ring_push(&unit_.ring, tick, bytes.data());
+    ring_write(&unit_.ring, tick, bytes.data());
+    ring_advance(&unit_.ring);
     ticks_.push_back(tick);
   }
 
@@ -98,7 +99,8 @@ TEST_F(Blocks, GoOnOverTheEndsOfTheNumbers) {
     for (std::uint32_t i = 0; i < 30; ++i) {
       std::array<std::uint8_t, 14> bytes = {};
       bytes[0] = static_cast<std::uint8_t>(i);
-      ring_push(&unit_.ring, 100 * i, bytes.data());
+      ring_write(&unit_.ring, 100 * i, bytes.data());
+      ring_advance(&unit_.ring);
     }
     std::uint32_t wanted = next;
     std::vector<int> seen;

@@ -99,17 +99,29 @@ struct EmulatedUnit::Impl {
     avr_raise_irq(Pin(port, pin), high ? 1 : 0);
   }
 
+  // Beside the processor's own pull-ups, which simavr else lets win.
+  void PullFromOutside(char port, unsigned mask, unsigned value) {
+    avr_ioport_external_t outside = {};
+    outside.name = static_cast<unsigned char>(port) & 0x7F;
+    outside.mask = mask & 0xFF;
+    outside.value = value & 0xFF;
+    avr_ioctl(avr, Ioctl(AVR_IOCTL_IOPORT_SET_EXTERNAL(port)), &outside);
+  }
+
+  // The pull-ups of the two-wire bus, and what the sensor does to SDA.
+  void SetLines() {
+    const bool held = clocks_to_free > 0;
+    PullFromOutside('C', 1U << kSdaPin | 1U << kSclPin,
+                    held ? 1U << kSclPin : 1U << kSdaPin | 1U << kSclPin);
+    SetPin('C', kSclPin, !scl_low);
+    SetPin('C', kSdaPin, !held);
+  }
+
   // Pull-ups and what is wired, which a reset forgets.
   void SetPins() {
-    // Beside the processor's own pull-up, which simavr else lets win.
-    avr_ioport_external_t outside = {};
-    outside.name = 'D';
-    outside.mask = 1U << kDefaultsPin;
-    outside.value = defaults_asked ? 0 : outside.mask;
-    avr_ioctl(avr, Ioctl(AVR_IOCTL_IOPORT_SET_EXTERNAL('D')), &outside);
+    PullFromOutside('D', 1U << kDefaultsPin, defaults_asked ? 0 : 1U << kDefaultsPin);
+    SetLines();
     SetPin('D', kDefaultsPin, !defaults_asked);
-    SetPin('C', kSclPin, true);
-    SetPin('C', kSdaPin, clocks_to_free == 0);
   }
 
   static Impl& Of(void* param) { return *static_cast<Impl*>(param); }
@@ -148,8 +160,9 @@ struct EmulatedUnit::Impl {
       self.sensor.Write(static_cast<std::uint8_t>(message.u.twi.data), self.now_s());
       self.Schedule();
       self.TellBus(TWI_COND_ACK, address, 1);
-    } else if (ours && (message.u.twi.msg & TWI_COND_READ) != 0) {
-      self.TellBus(TWI_COND_READ, address, self.sensor.Read());
+    } else if ((message.u.twi.msg & TWI_COND_READ) != 0) {
+      // Of a line that is held low the master reads zeros.
+      self.TellBus(TWI_COND_READ, address, ours ? self.sensor.Read() : 0);
     }
   }
 
@@ -166,9 +179,9 @@ struct EmulatedUnit::Impl {
   static void OnDirectionC(avr_irq_t*, std::uint32_t value, void* param) {
     Impl& self = Of(param);
     const bool low = (value >> kSclPin & 1) != 0;
-    if (low && !self.scl_low && self.clocks_to_free > 0 && --self.clocks_to_free == 0)
-      avr_raise_irq(self.Pin('C', kSdaPin), 1);
+    const bool falls = low && !self.scl_low;
     self.scl_low = low;
+    if (falls && self.clocks_to_free > 0 && --self.clocks_to_free == 0) self.SetLines();
   }
 
   // Its next sample, by the cycle at which it is ready.
@@ -272,7 +285,7 @@ void EmulatedUnit::SetDefaultsPin(bool to_ground) {
 
 void EmulatedUnit::HoldSda(int clocks) {
   impl_->clocks_to_free = clocks;
-  avr_raise_irq(impl_->Pin('C', kSdaPin), clocks > 0 ? 0 : 1);
+  impl_->SetLines();
 }
 
 std::size_t EmulatedUnit::StackLeft() const {

@@ -1,0 +1,102 @@
+#include "tests/firmware/emulation/emulated_gyro_device.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace gyrobench::firmware {
+namespace {
+
+constexpr int kBaud = 115200;
+constexpr double kCharacter_s = 10.0 / kBaud, kSilence = 3.5;
+constexpr std::size_t kOverhead = 3;  // unit number and checksum
+
+void Put(std::vector<std::uint8_t>& out, std::uint16_t word) {
+  out.push_back(static_cast<std::uint8_t>(word >> 8));
+  out.push_back(static_cast<std::uint8_t>(word & 0xFF));
+}
+
+}  // namespace
+
+EmulatedGyroDevice::EmulatedGyroDevice(const std::filesystem::path& image,
+                                       const config::GyroUnitMap& map, stand::Physics& physics,
+                                       Utime start)
+    : Device("gyro"),
+      map_(map),
+      physics_(physics),
+      start_(start),
+      sensor_([this](double t_s, const auto& settings) { return Sample(t_s, settings); },
+              physics.specimen().gyro.sample_clock_rel),
+      unit_(image, sensor_, physics.specimen().unit.tick_rel),
+      master_(unit_, kBaud) {}
+
+// The physics sample as the sensor does: by its clock from when it was set.
+VirtualMpu6050::Words EmulatedGyroDevice::Sample(double t_s,
+                                                 const VirtualMpu6050::Settings& settings) {
+  const auto set = [&](stand::GyroSampler& gyro, double) {
+    const double clock = 1.0 + physics_.specimen().gyro.sample_clock_rel;
+    const int divider = static_cast<int>(std::lround(1000.0 * clock / settings.rate_hz)) - 1;
+    gyro.Set(t_s, {.range = settings.gyro_range,
+                   .filter = settings.filter,
+                   .divider = divider,
+                   .accel_range = settings.accel_range});
+    next_ = gyro.next_number();
+  };
+  if (!set_ || settings != settings_) {
+    physics_.WithGyro(At(t_s), set);
+    settings_ = settings;
+    set_ = true;
+    return {};
+  }
+  const std::uint32_t wanted = next_++;
+  VirtualMpu6050::Words words = {};
+  // A microsecond on: the sample is there at its time, which is not a whole one.
+  physics_.WithGyro(At(t_s) + 1 + FromSeconds(physics_.specimen().unit.tick_jitter_s),
+                    [&](const stand::GyroSampler& gyro, double) {
+                      const std::uint32_t at =
+                          std::clamp(wanted, gyro.oldest_number(), gyro.next_number() - 1);
+                      if (gyro.next_number() > gyro.oldest_number()) words = gyro.sample(at).words;
+                    });
+  return words;
+}
+
+std::optional<UnitMaster::Reply> EmulatedGyroDevice::Ask(std::vector<std::uint8_t> pdu, Utime at) {
+  // The request is complete at `at`.
+  const double takes_s = (static_cast<double>(pdu.size() + kOverhead) + kSilence) * kCharacter_s;
+  unit_.RunUntil(std::max(ToSeconds(at - start_) - takes_s, unit_.now_s()));
+  return master_.Ask(std::move(pdu));
+}
+
+stand::ModbusException EmulatedGyroDevice::Read(int function, std::uint16_t address,
+                                                std::span<std::uint16_t> words, Utime at) {
+  std::vector<std::uint8_t> pdu = {static_cast<std::uint8_t>(function)};
+  Put(pdu, address);
+  Put(pdu, static_cast<std::uint16_t>(words.size()));
+  const auto reply = Ask(std::move(pdu), at);
+  if (!reply || (reply->exception == 0 && reply->words.size() != words.size()))
+    return stand::ModbusException::kDeviceFailure;
+  if (reply->exception != 0) return static_cast<stand::ModbusException>(reply->exception);
+  std::ranges::copy(reply->words, words.begin());
+  return stand::ModbusException::kNone;
+}
+
+stand::ModbusException EmulatedGyroDevice::Write(std::uint16_t address,
+                                                 std::span<const std::uint16_t> words, Utime at) {
+  std::vector<std::uint8_t> pdu = {16};
+  Put(pdu, address);
+  Put(pdu, static_cast<std::uint16_t>(words.size()));
+  pdu.push_back(static_cast<std::uint8_t>(2 * words.size()));
+  for (const std::uint16_t word : words) Put(pdu, word);
+  const auto reply = Ask(std::move(pdu), at);
+  return reply ? static_cast<stand::ModbusException>(reply->exception)
+               : stand::ModbusException::kDeviceFailure;
+}
+
+stand::ModbusException EmulatedGyroDevice::Disguise(std::uint16_t address,
+                                                    std::span<std::uint16_t> words) {
+  const std::size_t magic = static_cast<std::uint16_t>(map_.identity_address - address);
+  if (magic < words.size()) words[magic] = 0x1234;
+  return stand::ModbusException::kNone;
+}
+
+}  // namespace gyrobench::firmware
