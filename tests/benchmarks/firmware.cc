@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
 #include <vector>
 
 #include "tests/firmware/emulation/reading.h"
@@ -15,9 +17,7 @@ struct Case {
   gyrobench::firmware::Reading reading;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int Run(int argc, char** argv) {
   double minutes = 1.0;
   CLI::App app{"Reads the emulated gyro unit and counts what came of it."};
   app.add_option("--minutes", minutes, "emulated time at 200 Hz; a sixth of it at 1 kHz");
@@ -45,4 +45,15 @@ int main(int argc, char** argv) {
                counts.restarts_seen == one.reading.resets;
   }
   return all_well ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return Run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bench_firmware: %s\n", error.what());
+    return 1;
+  }
 }
