@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <exception>
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
@@ -61,8 +62,13 @@ int Hold(const Options& options) {
       calibration::CalibrateHold(all, {.g_sensitivity = options.g_sensitivity});
   // Before the text, as who reads that may stop in the middle of it.
   std::string written;
-  if (!options.calibration.empty() && result.missing.empty())
-    written = WriteCalibration(MakeCalibration(result, inputs, options), options.calibration);
+  std::exception_ptr failed;
+  try {
+    if (!options.calibration.empty() && result.missing.empty())
+      written = WriteCalibration(MakeCalibration(result, inputs, options), options.calibration);
+  } catch (const std::exception&) {
+    failed = std::current_exception();
+  }
   if (options.json) {
     fmt::print("{}\n", JsonText(calibration::ToJson(result), 2));
   } else if (!options.quiet) {
@@ -70,6 +76,7 @@ int Hold(const Options& options) {
                                               presentation::DescribeTerminal(fileno(stdout))));
   }
   std::fflush(stdout);
+  if (failed) std::rethrow_exception(failed);
   if (!result.missing.empty()) {
     if (options.json || options.quiet)
       for (const std::string& reason : result.missing)

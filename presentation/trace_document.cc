@@ -134,12 +134,12 @@ Section VerdictCard(const ChannelTrace& channel) {
                {},
                std::string("verdict ") + look.role};
   Add(card.blocks, Paragraph{Sentence(channel, look), "summary"});
-  if (!channel.effects.empty() && channel.heldout_angle_rms_deg.confirms_nothing())
-    Add(card.blocks,
-        Paragraph{
-            "Data that the choice never saw do not confirm them: their error does not fall."});
-  if (!channel.effects.empty() && channel.verdict != Verdict::kCannotBe)
+  if (!channel.effects.empty() && channel.verdict != Verdict::kCannotBe) {
     Add(card.blocks, Paragraph{"Found: " + NamesOfEffects(channel, true), "found"});
+    if (channel.heldout_angle_rms_deg.confirms_nothing())
+      Add(card.blocks, Paragraph{"Data that the choice never saw do not confirm this: their error "
+                                 "does not fall."});
+  }
   Document errors = ErrorBlocks(channel);
   if (errors.empty()) Add(errors, Paragraph{"There is no figure on held-out data.", "note"});
   Add(card.blocks, std::move(errors));

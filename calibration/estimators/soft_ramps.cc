@@ -18,6 +18,7 @@ class FineMarks {
   IntegralMark at(std::size_t i) const {
     if (i == 0) return nodes_.front().at;
     const std::size_t before = (i - 1) / kWaySteps, step = (i - 1) % kWaySteps;
+    if (step + 1 == kWaySteps) return nodes_[before + 1].at;
     const double from_s = nodes_[before].at.t_s, to_s = nodes_[before + 1].at.t_s;
     const double part = static_cast<double>(step + 1) / static_cast<double>(kWaySteps);
     return {from_s + part * (to_s - from_s), nodes_[before + 1].z_way[step]};
@@ -61,11 +62,12 @@ HalfRise HalfRiseOf(const FineMarks& marks, const Rest& before, const Rest& afte
   const Vector3 at_rest = RateOf(before.begin, before.end);
   const std::size_t first = marks.NotBefore(before.end.t_s);
   const std::size_t last = std::min(marks.NotBefore(after.begin.t_s), marks.count() - 1);
+  if (first >= last) return {};
   const auto rate = [&](std::size_t from, std::size_t to) {
     return Apart(RateOf(marks.at(from), marks.at(to)), at_rest);
   };
   // Over several samples, which their noise makes too large by less.
-  double largest = 0.0;
+  double largest = last - first < kWaySteps ? rate(first, last) : 0.0;
   for (std::size_t i = first; i + kWaySteps <= last; i += kWaySteps)
     largest = std::max(largest, rate(i, i + kWaySteps));
   std::size_t rise = first, fall = last;
@@ -75,9 +77,12 @@ HalfRise HalfRiseOf(const FineMarks& marks, const Rest& before, const Rest& afte
   return {marks.at(rise).t_s - before.end.t_s, after.begin.t_s - marks.at(fall).t_s};
 }
 
+double MostEdge_s(const Rest& rest) {
+  return std::max(0.0, std::min(kMostEdge_s, kMostOfRest * (rest.end.t_s - rest.begin.t_s)));
+}
+
 double Edge_s(double half_s, const Rest& rest) {
-  const double most_s = std::min(kMostEdge_s, kMostOfRest * (rest.end.t_s - rest.begin.t_s));
-  return std::clamp(kOfHalfRise * half_s, 0.0, most_s);
+  return std::clamp(kOfHalfRise * half_s, 0.0, MostEdge_s(rest));
 }
 
 }  // namespace
@@ -91,14 +96,14 @@ std::vector<InnerRest> FindInnerRests(const Columns& columns) {
     const Rest& after = columns.rests[i + 1];
     if (!std::isfinite(before.reference_end_s)) continue;
     const HalfRise half = HalfRiseOf(marks, before, after);
-    const std::size_t begun = marks.NotBefore(before.end.t_s - Edge_s(half.begin_s, before));
-    const std::size_t ended = marks.NotBefore(after.begin.t_s + Edge_s(half.end_s, after));
-    if (begun > 0 && marks.at(begun - 1).t_s > before.begin.t_s)
-      out[i].end = std::min(marks.at(begun - 1), before.end,
-                            [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
-    if (ended < marks.count() && marks.at(ended).t_s < after.end.t_s)
-      out[i + 1].begin = std::max(marks.at(ended), after.begin,
-                                  [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
+    // On a mark of the columns, not beyond what was found; where they lie far apart, as where the
+    // reference was silent, there may be none.
+    const double end_s = before.end.t_s - Edge_s(half.begin_s, before);
+    const double begin_s = after.begin.t_s + Edge_s(half.end_s, after);
+    const std::size_t begun = marks.NotBefore(end_s), ended = marks.NotBefore(begin_s);
+    if (begun < marks.count() && marks.at(begun).t_s < before.end.t_s) out[i].end = marks.at(begun);
+    if (ended > 0 && marks.at(ended - 1).t_s > after.begin.t_s)
+      out[i + 1].begin = marks.at(ended - 1);
   }
   return out;
 }

@@ -48,15 +48,21 @@ void sensor_begin(struct unit* its_unit, uint32_t now) {
   not_before = now;
 }
 
+/* `from` may be a little after `now`: a pulse has come meanwhile. */
+static uint8_t has_passed(uint32_t time, uint32_t from, uint32_t now) {
+  return (int32_t)(now - from) > (int32_t)time;
+}
+
 static void go_on(enum step with, uint32_t now, uint32_t after) {
   step = (uint8_t)with;
   not_before = now + after;
+  since = not_before;
 }
 
 static void fail(uint32_t now) {
   const interrupts_were_t before = interrupts_off();
   samples_wanted = 0;
-  if (sample_waits) ++unit->counters.samples_lost;
+  if (sample_waits || bus_state() == BUS_BUSY) ++unit->counters.samples_lost;
   sample_waits = 0;
   ++unit->counters.sensor_errors;
   interrupts_restore(before);
@@ -92,7 +98,6 @@ static uint8_t value_of(uint8_t index, uint8_t* reg) {
 
 static void begin_samples(uint32_t now) {
   const interrupts_were_t before = interrupts_off();
-  ring_empty(&unit->ring);
   decimation = unit->settings.filter == 0 ? unit->settings.divider : 0;
   to_skip = decimation;
   failures = 0;
@@ -111,6 +116,7 @@ static void configure(uint32_t now) {
   samples_wanted = 0;
   sample_waits = 0;
   interrupts_restore(before);
+  since = now; /* of a transfer that is under way, and may hang */
   unit->settings_changed = 0;
   next_register = 0;
   go_on(CONFIGURE, now, 0);
@@ -122,6 +128,8 @@ static void configure(uint32_t now) {
    90 us, four times as long as this takes. */
 static void settle_sample(void) {
   const interrupts_were_t before = interrupts_off();
+  /* One that was taken with the settings before is none any more. */
+  if (unit->settings_changed) sample_waits = 0;
   const uint8_t settles = sample_waits && bus_is_free();
   const uint32_t tick = tick_of_sample;
   if (settles) sample_waits = 0;
@@ -141,11 +149,6 @@ static void settle_sample_now(void) {
   failures = 0;
   ring_write(&unit->ring, tick_of_sample, bus_bytes());
   ring_advance(&unit->ring);
-}
-
-/* `from` may be a little after `now`: a pulse has come meanwhile. */
-static uint8_t has_passed(uint32_t time, uint32_t from, uint32_t now) {
-  return (int32_t)(now - from) > (int32_t)time;
 }
 
 static void watch(uint32_t now) {
@@ -219,7 +222,7 @@ void sensor_step(uint32_t now) {
   } else {
     const enum bus_state bus = bus_state();
     if (bus == BUS_BUSY) {
-      if (under_way && now - since > LONGEST_TRANSFER) fail(now);
+      if (has_passed(LONGEST_TRANSFER, since, now)) fail(now);
     } else if (!under_way) {
       begin_transfer(now);
     } else if (bus == BUS_FAILED) {
@@ -233,7 +236,7 @@ void sensor_step(uint32_t now) {
 
 void sensor_data_ready(uint32_t now) {
   last_ready = now;
-  if (!samples_wanted) return;
+  if (!samples_wanted || unit->settings_changed) return;
   if (to_skip > 0) {
     to_skip = (uint8_t)(to_skip - 1);
     return;

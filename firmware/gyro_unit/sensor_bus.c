@@ -31,9 +31,9 @@ void bus_begin(void) {
 }
 
 enum bus_state bus_state(void) {
-  /* The stop of the transfer before is still on the bus. */
-  if (state != BUS_BUSY && (TWCR & _BV(TWSTO))) return BUS_BUSY;
-  return (enum bus_state)state;
+  /* Read once, and before the stop that comes with its end. */
+  const enum bus_state now = (enum bus_state)state;
+  return now != BUS_BUSY && (TWCR & _BV(TWSTO)) ? BUS_BUSY : now;
 }
 
 uint8_t bus_is_free(void) {

@@ -19,8 +19,12 @@ static volatile uint16_t left;
 static uint16_t gap_ticks;
 static const volatile uint32_t* ring_next;
 
+/* What was written before is there for an interrupt that comes after it. */
+#define BARRIER() __asm__ volatile("" ::: "memory")
+
 static void listen(void) {
   receiver_begin(&receiver);
+  BARRIER();
   state = LISTENING;
   UCSR0B |= _BV(RXEN0) | _BV(RXCIE0);
 }
@@ -61,6 +65,7 @@ ISR(TIMER1_COMPB_vect) {
 
 const struct receiver* serial_request(struct moment* moment) {
   if (state != COMPLETE) return 0;
+  BARRIER();
   *moment = moment_complete;
   return &receiver;
 }
@@ -78,19 +83,20 @@ void serial_reply(uint16_t size) {
   left = size;
   state = SENDING;
   RS485_PORT |= _BV(RS485_DIRECTION);
+  BARRIER();
   UCSR0B |= _BV(UDRIE0);
 }
 
 ISR(USART_UDRE_vect) {
   const uint8_t* byte = to_send;
-  if (left == 1) {
-    UCSR0B = (uint8_t)((UCSR0B & ~_BV(UDRIE0)) | _BV(TXCIE0));
-    UCSR0A = _BV(U2X0) |
-             _BV(TXC0); /* written as 1, it is taken back: the end to come is the last byte's */
-  }
   UDR0 = *byte;
   to_send = byte + 1;
   left = left - 1;
+  if (left > 0) return;
+  /* Written as 1, TXC0 is taken back: the end to come is the last byte's. Not before that byte is in,
+     or the end of the one before could come in between. */
+  UCSR0A = _BV(U2X0) | _BV(TXC0);
+  UCSR0B = (uint8_t)((UCSR0B & ~_BV(UDRIE0)) | _BV(TXCIE0));
 }
 
 ISR(USART_TX_vect) {

@@ -25,6 +25,8 @@ struct job {
   uint16_t address;
   uint8_t bytes[LINE_BYTES];
   uint8_t size, done;
+  /* Written first, with a value that makes the record unsound, and last, with its own. */
+  uint8_t guard, unsound;
 };
 static struct job boot_job, line_job;
 static uint8_t line_sequence, line_copy;
@@ -78,7 +80,7 @@ static uint16_t last_boot(uint8_t* slot) {
 static void begin_job(struct job* job, uint16_t address, uint8_t size) {
   job->address = address;
   job->bytes[size - 1] = crc8(job->bytes, (uint8_t)(size - 1));
-  job->size = size;
+  job->size = (uint8_t)(size + 1);
   job->done = 0;
 }
 
@@ -87,15 +89,19 @@ void store_begin(struct unit* unit) {
   unit->line_wanted = unit->line;
   uint8_t slot = 0;
   unit->boot_count = (uint16_t)(last_boot(&slot) + 1);
+  boot_job.guard = BOOT_BYTES - 1;
   boot_job.bytes[0] = (uint8_t)unit->boot_count;
   boot_job.bytes[1] = (uint8_t)(unit->boot_count >> 8);
   begin_job(&boot_job, (uint16_t)(BOOT_ADDRESS + (slot + 1) % BOOT_SLOTS * BOOT_BYTES), BOOT_BYTES);
+  boot_job.unsound = (uint8_t)~boot_job.bytes[BOOT_BYTES - 1];
 }
 
 void store_keep_line(const struct line* line) {
   line_copy = !line_copy;
   line_job.bytes[0] = ++line_sequence;
   line_job.bytes[1] = line->unit;
+  line_job.guard = 1;
+  line_job.unsound = 0; /* no line has unit 0 */
   line_job.bytes[2] = (uint8_t)line->baud_hundreds;
   line_job.bytes[3] = (uint8_t)(line->baud_hundreds >> 8);
   for (uint8_t i = 0; i < 4; ++i) line_job.bytes[4 + i] = (uint8_t)(line->serial_number >> (8 * i));
@@ -105,9 +111,12 @@ void store_keep_line(const struct line* line) {
 void store_step(void) {
   struct job* job = boot_job.done < boot_job.size ? &boot_job : &line_job;
   if (job->done >= job->size || eeprom_is_writing()) return;
-  const uint16_t address = (uint16_t)(job->address + job->done);
-  const uint8_t byte = job->bytes[job->done++];
-  if (eeprom_byte(address) != byte) eeprom_begin_write(address, byte);
+  const uint8_t record = (uint8_t)(job->size - 1);
+  const uint8_t at = (uint8_t)((job->guard + job->done) % record);
+  const uint8_t byte = job->done == 0 ? job->unsound : job->bytes[at];
+  ++job->done;
+  if (eeprom_byte((uint16_t)(job->address + at)) != byte)
+    eeprom_begin_write((uint16_t)(job->address + at), byte);
 }
 
 uint8_t store_is_idle(void) {

@@ -1,11 +1,11 @@
 /* What the EEPROM keeps: how the unit is reached, and how often it has started.
 
-   The line has two records, written by turns, each with a sequence number and a check: a loss of
-   power spoils one at most, and the other one is in force then. The starts go round 64 slots, each
-   with its number and a check: every slot is written once in 64 starts, so that an EEPROM of
-   100,000 writes a byte lasts 6 million. One that was never written holds neither: the start is
-   number 1, and the line is that of unit_init. What is written goes out a byte at a time beside
-   all else. */
+   The line has two records, written by turns, each with a sequence number and a check; one byte of
+   a record is made unsound first and written last, so that a loss of power spoils one record at
+   most, and the other one is in force then. The starts go round 64 slots, each with its number and
+   a check: a byte is written twice in 64 starts at most, so that an EEPROM of 100,000 writes lasts
+   3 million. One that was never written holds neither: the start is number 1, and the line is that
+   of unit_init. What is written goes out a byte at a time beside all else. */
 #ifndef GYRO_UNIT_STORE_H
 #define GYRO_UNIT_STORE_H
 

@@ -36,9 +36,9 @@ struct unit {
   struct line line;        /* in force */
   struct line line_wanted; /* written, and not yet asked to be kept */
   uint16_t boot_count;
-  volatile uint8_t who_am_i; /* of the sensor; 0 while none answers */
-  uint8_t settings_changed;  /* for the sensor, who takes it back */
-  uint8_t keep_line;         /* for the main loop: store line_wanted, use it from the reply on */
+  volatile uint8_t who_am_i;         /* of the sensor; 0 while none answers */
+  volatile uint8_t settings_changed; /* for the sensor, who takes it back */
+  uint8_t keep_line; /* for the main loop: store line_wanted, use it from the reply on */
 };
 
 /* When a request was complete, and the number of the sample that was to come next. */
