@@ -81,8 +81,9 @@ static void block(const struct unit* unit, const struct moment* moment, uint16_t
   interrupts_restore(before);
   const uint8_t held = held_now > since ? (uint8_t)(held_now - since) : 0;
   const uint32_t first = first_of_block(wanted, moment->next, held);
-  const uint8_t room =
-      count > BLOCK_HEADER_WORDS ? (uint8_t)((count - BLOCK_HEADER_WORDS) / BLOCK_SAMPLE_WORDS) : 0;
+  uint8_t room = 0;
+  if (count > BLOCK_HEADER_WORDS)
+    room = (uint8_t)((count - BLOCK_HEADER_WORDS) / BLOCK_SAMPLE_WORDS);
   const uint8_t there = (uint8_t)(moment->next - first);
   uint32_t tick = there > 0 ? ring_sample(&unit->ring, first)->tick : 0;
   uint8_t* h = put_long(head, moment->tick);
