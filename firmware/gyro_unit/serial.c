@@ -53,8 +53,8 @@ ISR(USART_RX_vect) {
 
 /* The silence that ends a frame. */
 ISR(TIMER1_COMPB_vect) {
-  /* A match from before the last character. */
-  if ((int16_t)(TCNT1 - OCR1B) < 0) return;
+  /* A match from before the last character: the silence behind that has hardly begun. */
+  if ((int16_t)(OCR1B - TCNT1) > (int16_t)(gap_ticks / 2)) return;
   TIMSK1 &= (uint8_t)~_BV(OCIE1B);
   if (state != LISTENING || receiver.size == 0) return;
   const uint32_t now = clock_now();
