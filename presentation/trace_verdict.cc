@@ -83,6 +83,14 @@ std::string TrainingNote(const ChannelTrace& channel) {
               : fmt::format("{}, as two thirds of the data ask for", fmt::join(found, ", ")));
 }
 
+// Not where what these data cannot tell from it is another's.
+bool IsOwnerCertain(const calibration::TracedEffect& effect) {
+  return std::ranges::all_of(effect.rivals, [&effect](const std::string& rival) {
+    const calibration::Effect* other = calibration::FindEffect(rival);
+    return other != nullptr && other->owner == effect.owner;
+  });
+}
+
 }  // namespace
 
 std::string AxisName(SensorAxis axis) { return {"xyz"[static_cast<std::size_t>(axis)]}; }
@@ -120,18 +128,6 @@ std::string VerdictWords(const std::string& verdict) {
   std::ranges::replace(words, '_', ' ');
   return words;
 }
-
-namespace {
-
-// Not where what these data cannot tell from it is another's.
-bool IsOwnerCertain(const calibration::TracedEffect& effect) {
-  return std::ranges::all_of(effect.rivals, [&](const std::string& rival) {
-    const calibration::Effect* other = calibration::FindEffect(rival);
-    return other != nullptr && other->owner == effect.owner;
-  });
-}
-
-}  // namespace
 
 Text NamesOfEffects(const ChannelTrace& channel, bool owners) {
   struct Named {

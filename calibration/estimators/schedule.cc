@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "calibration/signal/intake.h"
 
@@ -93,8 +94,9 @@ Row MakeRow(const Columns& columns, const End& a, const End& b, bool still, std:
 
 class RowMaker {
  public:
-  RowMaker(const Columns& columns, double piece_s)
-      : columns_(columns), piece_s_(piece_s), bad_(columns), inner_(FindInnerRests(columns)) {}
+  // `inner`: one for each of the rests; none where they are not asked for.
+  RowMaker(const Columns& columns, double piece_s, std::vector<InnerRest> inner = {})
+      : columns_(columns), piece_s_(piece_s), bad_(columns), inner_(std::move(inner)) {}
 
   End BeginOfRest(std::size_t index) const { return EndAt(index, inner_[index].begin); }
   End EndOfRest(std::size_t index) const { return EndAt(index, inner_[index].end); }
@@ -170,13 +172,13 @@ std::vector<Vector3> GravityOver(const Columns& columns, const std::vector<Row>&
 }
 
 std::vector<Row> RestRows(const Columns& columns, double piece_s) {
-  RowMaker maker(columns, piece_s);
+  RowMaker maker(columns, piece_s, FindInnerRests(columns));
   for (std::size_t i = 0; i < columns.rests.size(); ++i) maker.AddRest(i);
   return maker.Take();
 }
 
 std::vector<Row> StopRows(const Columns& columns, double piece_s) {
-  RowMaker maker(columns, piece_s);
+  RowMaker maker(columns, piece_s, FindInnerRests(columns));
   for (std::size_t i = 0; i < columns.rests.size(); ++i) {
     maker.AddRest(i);
     if (i + 1 == columns.rests.size()) break;

@@ -77,12 +77,9 @@ HalfRise HalfRiseOf(const FineMarks& marks, const Rest& before, const Rest& afte
   return {marks.at(rise).t_s - before.end.t_s, after.begin.t_s - marks.at(fall).t_s};
 }
 
-double MostEdge_s(const Rest& rest) {
-  return std::max(0.0, std::min(kMostEdge_s, kMostOfRest * (rest.end.t_s - rest.begin.t_s)));
-}
-
 double Edge_s(double half_s, const Rest& rest) {
-  return std::clamp(kOfHalfRise * half_s, 0.0, MostEdge_s(rest));
+  const double most_s = std::min(kMostEdge_s, kMostOfRest * (rest.end.t_s - rest.begin.t_s));
+  return std::clamp(kOfHalfRise * half_s, 0.0, std::max(0.0, most_s));
 }
 
 }  // namespace

@@ -17,7 +17,6 @@
 #define DEFAULTS_BIT PD4
 
 /* The sensor: INT at PD2 (INT0), SDA at PC4, SCL at PC5. */
-#define SENSOR_INT_BIT PD2
 #define SENSOR_PORT PORTC
 #define SENSOR_DDR DDRC
 #define SENSOR_PIN PINC

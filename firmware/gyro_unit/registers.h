@@ -3,6 +3,8 @@
 #ifndef GYRO_UNIT_REGISTERS_H
 #define GYRO_UNIT_REGISTERS_H
 
+#include <stdint.h>
+
 /* Input registers, function 04. */
 #define REG_IDENTITY 0x0000
 #define REG_IDENTITY_WORDS 11
@@ -27,6 +29,11 @@
 
 #define TICK_RATE_HZ 250000UL
 #define DELTA_OVERFLOW 0xFFFFU
+
+/* A word as it goes over the line and comes from the sensor: high byte first. */
+static inline uint16_t word_of(const uint8_t* bytes) {
+  return (uint16_t)((uint16_t)((uint16_t)bytes[0] << 8) | bytes[1]);
+}
 
 #define DEFAULT_UNIT 21
 #define DEFAULT_BAUD_HUNDREDS 1152

@@ -3,8 +3,7 @@
 void ring_write(struct ring* ring, uint32_t tick, const uint8_t* bytes) {
   struct sample* slot = &ring->slot[ring->next & (RING_SLOTS - 1)];
   slot->tick = tick;
-  for (uint8_t i = 0; i < SAMPLE_VALUES; ++i, bytes += 2)
-    slot->value[i] = (int16_t)((uint16_t)((uint16_t)bytes[0] << 8) | bytes[1]);
+  for (uint8_t i = 0; i < SAMPLE_VALUES; ++i, bytes += 2) slot->value[i] = (int16_t)word_of(bytes);
 }
 
 void ring_advance(struct ring* ring) {

@@ -56,7 +56,7 @@ static uint8_t has_passed(uint32_t time, uint32_t from, uint32_t now) {
 static void go_on(enum step with, uint32_t now, uint32_t after) {
   step = (uint8_t)with;
   not_before = now + after;
-  since = not_before;
+  since = not_before; /* of a transfer that is under way, and may hang */
 }
 
 static void fail(uint32_t now) {
@@ -72,11 +72,12 @@ static void fail(uint32_t now) {
   go_on(FREE_BUS, now, HALF_CLOCK);
 }
 
+static const uint8_t kRegisters[] = {SMPLRT_DIV,   CONFIG,      GYRO_CONFIG,
+                                     ACCEL_CONFIG, INT_PIN_CFG, INT_ENABLE};
+
 /* With filter 0 the gyro runs at 8 kHz, and else at 1 kHz: there an eighth is taken, and of that
    what is wanted. */
 static uint8_t value_of(uint8_t index, uint8_t* reg) {
-  static const uint8_t kRegisters[] = {SMPLRT_DIV,   CONFIG,      GYRO_CONFIG,
-                                       ACCEL_CONFIG, INT_PIN_CFG, INT_ENABLE};
   const struct settings* settings = &unit->settings;
   *reg = kRegisters[index];
   switch (*reg) {
@@ -94,8 +95,6 @@ static uint8_t value_of(uint8_t index, uint8_t* reg) {
       return DATA_READY;
   }
 }
-#define CONFIGURED_REGISTERS 6
-
 static void begin_samples(uint32_t now) {
   const interrupts_were_t before = interrupts_off();
   decimation = unit->settings.filter == 0 ? unit->settings.divider : 0;
@@ -116,7 +115,6 @@ static void configure(uint32_t now) {
   samples_wanted = 0;
   sample_waits = 0;
   interrupts_restore(before);
-  since = now; /* of a transfer that is under way, and may hang */
   unit->settings_changed = 0;
   next_register = 0;
   go_on(CONFIGURE, now, 0);
@@ -183,7 +181,7 @@ static void take_over(uint32_t now) {
     default:
       if (unit->settings_changed) {
         configure(now);
-      } else if (++next_register == CONFIGURED_REGISTERS) {
+      } else if (++next_register == sizeof kRegisters) {
         begin_samples(now);
       }
       break;

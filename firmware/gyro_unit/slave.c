@@ -6,8 +6,8 @@ enum function { READ_HOLDING = 3, READ_INPUT = 4, WRITE_ONE = 6, WRITE_MANY = 16
 #define BROADCAST 0
 
 /* CRC-16 of Modbus (polynomial 0xA001, start 0xFFFF); over a frame with its own checksum behind it,
-   low byte first, it is 0. */
-/* Half a byte at a time: 32 bytes of table, a quarter of the time of single bits. */
+   low byte first, it is 0. Half a byte at a time: 32 bytes of table, a quarter of the time of single
+   bits. */
 static const uint16_t kHalf[16] = {0x0000, 0xCC01, 0xD801, 0x1400, 0xF001, 0x3C00, 0x2800, 0xE401,
                                    0xA001, 0x6C00, 0x7800, 0xB401, 0x5000, 0x9C01, 0x8801, 0x4400};
 
@@ -30,10 +30,6 @@ void receiver_take(struct receiver* receiver, uint8_t byte, uint8_t sound) {
   if (receiver->size < REQUEST_SIZE) receiver->bytes[receiver->size] = byte;
   if (receiver->size < UINT16_MAX) ++receiver->size;
   if (!sound) receiver->spoiled = 1;
-}
-
-static uint16_t word_at(const uint8_t* bytes) {
-  return (uint16_t)((uint16_t)((uint16_t)bytes[0] << 8) | bytes[1]);
 }
 
 static uint16_t close(uint8_t* reply, uint16_t size) {
@@ -65,7 +61,7 @@ static uint16_t size_of(const uint8_t* request) {
 
 static uint16_t read(const struct unit* unit, const uint8_t* request, const struct moment* moment,
                      uint8_t* reply) {
-  const uint16_t address = word_at(request + 2), count = word_at(request + 4);
+  const uint16_t address = word_of(request + 2), count = word_of(request + 4);
   if (count < 1 || count > MOST_REGISTERS) return refuse(reply, EXCEPTION_VALUE);
   const enum exception exception =
       request[1] == READ_INPUT ? unit_read_input(unit, moment, address, (uint8_t)count, reply + 3)
@@ -77,10 +73,10 @@ static uint16_t read(const struct unit* unit, const uint8_t* request, const stru
 
 static uint16_t write(struct unit* unit, const uint8_t* request, uint8_t* reply) {
   const uint8_t many = request[1] == WRITE_MANY;
-  const uint16_t count = many ? word_at(request + 4) : 1;
+  const uint16_t count = many ? word_of(request + 4) : 1;
   if (many && (count < 1 || request[6] != 2 * count)) return refuse(reply, EXCEPTION_VALUE);
   const enum exception exception =
-      unit_write(unit, word_at(request + 2), (uint8_t)count, request + (many ? 7 : 4));
+      unit_write(unit, word_of(request + 2), (uint8_t)count, request + (many ? 7 : 4));
   if (exception != EXCEPTION_NONE) return refuse(reply, exception);
   for (uint8_t i = 2; i < 6; ++i) reply[i] = request[i];
   return close(reply, 6);

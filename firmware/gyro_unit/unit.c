@@ -14,10 +14,6 @@ static uint8_t* put_long(uint8_t* out, uint32_t value) {
   return put(put(out, (uint16_t)(value >> 16)), (uint16_t)value);
 }
 
-static uint16_t word_of(const uint8_t* bytes) {
-  return (uint16_t)((uint16_t)((uint16_t)bytes[0] << 8) | bytes[1]);
-}
-
 /* 32 bits that an interrupt may change between their bytes. */
 static uint32_t now_of(const volatile uint32_t* value) {
   const interrupts_were_t before = interrupts_off();

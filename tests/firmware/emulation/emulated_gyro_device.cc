@@ -7,14 +7,8 @@
 namespace gyrobench::firmware {
 namespace {
 
-constexpr int kBaud = 115200;
-constexpr double kCharacter_s = 10.0 / kBaud, kSilence = 3.5;
-constexpr std::size_t kOverhead = 3;  // unit number and checksum
-
-void Put(std::vector<std::uint8_t>& out, std::uint16_t word) {
-  out.push_back(static_cast<std::uint8_t>(word >> 8));
-  out.push_back(static_cast<std::uint8_t>(word & 0xFF));
-}
+// Bytes of the request's frame beside the registers that it writes.
+constexpr std::size_t kReadFrame = 8, kWriteFrame = 9;
 
 }  // namespace
 
@@ -28,7 +22,7 @@ EmulatedGyroDevice::EmulatedGyroDevice(const std::filesystem::path& image,
       sensor_([this](double t_s, const auto& settings) { return Sample(t_s, settings); },
               physics.specimen().gyro.sample_clock_rel),
       unit_(image, sensor_, physics.specimen().unit.tick_rel),
-      master_(unit_, kBaud) {}
+      master_(unit_) {}
 
 // The physics sample as the sensor does: by its clock from when it was set.
 VirtualMpu6050::Words EmulatedGyroDevice::Sample(double t_s,
@@ -60,34 +54,20 @@ VirtualMpu6050::Words EmulatedGyroDevice::Sample(double t_s,
   return words;
 }
 
-std::optional<UnitMaster::Reply> EmulatedGyroDevice::Ask(std::vector<std::uint8_t> pdu, Utime at) {
-  // The request is complete at `at`.
-  const double takes_s = (static_cast<double>(pdu.size() + kOverhead) + kSilence) * kCharacter_s;
-  unit_.RunUntil(std::max(ToSeconds(at - start_) - takes_s, unit_.now_s()));
-  return master_.Ask(std::move(pdu));
-}
-
 stand::ModbusException EmulatedGyroDevice::Read(int function, std::uint16_t address,
                                                 std::span<std::uint16_t> words, Utime at) {
-  std::vector<std::uint8_t> pdu = {static_cast<std::uint8_t>(function)};
-  Put(pdu, address);
-  Put(pdu, static_cast<std::uint16_t>(words.size()));
-  const auto reply = Ask(std::move(pdu), at);
+  master_.WaitToComplete(kReadFrame, ToSeconds(at - start_));
+  const auto reply = master_.Read(function, address, static_cast<int>(words.size()));
   if (!reply || (reply->exception == 0 && reply->words.size() != words.size()))
     return stand::ModbusException::kDeviceFailure;
-  if (reply->exception != 0) return static_cast<stand::ModbusException>(reply->exception);
   std::ranges::copy(reply->words, words.begin());
-  return stand::ModbusException::kNone;
+  return static_cast<stand::ModbusException>(reply->exception);
 }
 
 stand::ModbusException EmulatedGyroDevice::Write(std::uint16_t address,
                                                  std::span<const std::uint16_t> words, Utime at) {
-  std::vector<std::uint8_t> pdu = {16};
-  Put(pdu, address);
-  Put(pdu, static_cast<std::uint16_t>(words.size()));
-  pdu.push_back(static_cast<std::uint8_t>(2 * words.size()));
-  for (const std::uint16_t word : words) Put(pdu, word);
-  const auto reply = Ask(std::move(pdu), at);
+  master_.WaitToComplete(kWriteFrame + 2 * words.size(), ToSeconds(at - start_));
+  const auto reply = master_.WriteMany(address, words);
   return reply ? static_cast<stand::ModbusException>(reply->exception)
                : stand::ModbusException::kDeviceFailure;
 }

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
-#include <vector>
 
 #include "config/device_maps.h"
 #include "stand/bench_physics.h"
@@ -32,7 +30,6 @@ class EmulatedGyroDevice final : public stand::Device {
  private:
   VirtualMpu6050::Words Sample(double t_s, const VirtualMpu6050::Settings& settings);
   Utime At(double t_s) const { return start_ + FromSeconds(t_s); }
-  std::optional<UnitMaster::Reply> Ask(std::vector<std::uint8_t> pdu, Utime at);
 
   const config::GyroUnitMap map_;
   stand::Physics& physics_;

@@ -45,7 +45,7 @@ class EmulatedUnit {
   void HoldSda(int clocks);
   // Bytes of memory that the stack has never reached.
   std::size_t StackLeft() const;
-  // Times that the transceiver was switched to sending, and whether it is now.
+  // Whether the transceiver is switched to sending.
   bool sends() const;
 
  private:

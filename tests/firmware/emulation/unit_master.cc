@@ -8,6 +8,8 @@
 namespace gyrobench::firmware {
 namespace {
 
+constexpr double kTimeout_s = 0.05;
+
 void Put(std::vector<std::uint8_t>& out, int word) {
   out.push_back(static_cast<std::uint8_t>(word >> 8 & 0xFF));
   out.push_back(static_cast<std::uint8_t>(word & 0xFF));
@@ -29,13 +31,6 @@ std::optional<UnitMaster::Reply> UnitMaster::Read(int function, int address, int
   return Ask(std::move(pdu), damage);
 }
 
-std::optional<UnitMaster::Reply> UnitMaster::WriteOne(int address, int value) {
-  std::vector<std::uint8_t> pdu = {6};
-  Put(pdu, address);
-  Put(pdu, value);
-  return Ask(std::move(pdu));
-}
-
 std::optional<UnitMaster::Reply> UnitMaster::WriteMany(int address,
                                                        std::span<const std::uint16_t> values) {
   std::vector<std::uint8_t> pdu = {16};
@@ -44,6 +39,15 @@ std::optional<UnitMaster::Reply> UnitMaster::WriteMany(int address,
   pdu.push_back(static_cast<std::uint8_t>(2 * values.size()));
   for (const std::uint16_t value : values) Put(pdu, value);
   return Ask(std::move(pdu));
+}
+
+double UnitMaster::Takes_s(std::size_t bytes) const {
+  constexpr double kSilence = 3.5;
+  return (static_cast<double>(bytes) + kSilence) * Character_s();
+}
+
+void UnitMaster::WaitToComplete(std::size_t bytes, double t_s) {
+  unit_.RunUntil(std::max(t_s - Takes_s(bytes), unit_.now_s()));
 }
 
 void UnitMaster::Send(std::vector<std::uint8_t> frame, Damage damage) {
@@ -56,7 +60,7 @@ void UnitMaster::Send(std::vector<std::uint8_t> frame, Damage damage) {
     frame.erase(frame.begin(), frame.begin() + half);
   }
   unit_.Send(frame, baud_);
-  request_complete_s_ = unit_.now_s() + (static_cast<double>(frame.size()) + 3.5) * Character_s();
+  request_complete_s_ = unit_.now_s() + Takes_s(frame.size());
 }
 
 std::optional<UnitMaster::Reply> UnitMaster::Ask(std::vector<std::uint8_t> pdu, Damage damage) {
@@ -68,7 +72,7 @@ std::optional<UnitMaster::Reply> UnitMaster::Ask(std::vector<std::uint8_t> pdu, 
   // The longest reply takes 255 characters.
   std::vector<EmulatedUnit::Byte> bytes;
   const double silence_s = 4.0 * Character_s();
-  const double give_up_s = request_complete_s_ + timeout_s_;
+  const double give_up_s = request_complete_s_ + kTimeout_s;
   for (double at_s = request_complete_s_; at_s < give_up_s; at_s += silence_s) {
     unit_.RunUntil(at_s);
     const auto more = unit_.TakeSent();

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "tests/firmware/emulation/emulated_unit.h"
@@ -21,7 +20,7 @@ enum class Damage {
   kReplyLost,
 };
 
-// One request after the other; a reply is waited for until `timeout_s` after the request's end.
+// One request after the other; a reply is waited for 50 ms after the request's end.
 class UnitMaster {
  public:
   struct Reply {
@@ -34,21 +33,23 @@ class UnitMaster {
       : unit_(unit), baud_(baud), number_(number) {}
 
   std::optional<Reply> Read(int function, int address, int count, Damage damage = Damage::kNone);
-  std::optional<Reply> WriteOne(int address, int value);
   std::optional<Reply> WriteMany(int address, std::span<const std::uint16_t> values);
   // Any PDU. Nothing where no sound reply of this unit came.
   std::optional<Reply> Ask(std::vector<std::uint8_t> pdu, Damage damage = Damage::kNone);
   // When the last request was complete: 3.5 characters behind its end.
   double request_complete_s() const { return request_complete_s_; }
-  void SetTimeout(double timeout_s) { timeout_s_ = timeout_s; }
+  // Lets time pass until a request of so many bytes, begun then, is complete at `t_s`.
+  void WaitToComplete(std::size_t bytes, double t_s);
 
  private:
   double Character_s() const { return 10.0 / baud_; }
+  // Of a request, with the silence that ends it.
+  double Takes_s(std::size_t bytes) const;
   void Send(std::vector<std::uint8_t> frame, Damage damage);
 
   EmulatedUnit& unit_;
   int baud_, number_;
-  double timeout_s_ = 0.05, request_complete_s_ = 0.0;
+  double request_complete_s_ = 0.0;
 };
 
 }  // namespace gyrobench::firmware

@@ -83,7 +83,6 @@ void VirtualMpu6050::MakeReady() {
     registers_[kFirstData + 2 * i] = static_cast<std::uint8_t>(value >> 8);
     registers_[kFirstData + 2 * i + 1] = static_cast<std::uint8_t>(value & 0xFF);
   }
-  ++samples_;
   next_s_ = t_s + Period_s();
 }
 

@@ -47,8 +47,6 @@ class VirtualMpu6050 {
   // raises no interrupt.
   std::optional<double> next_ready_s() const { return next_s_; }
   void MakeReady();
-  // Samples made ready so far.
-  std::int64_t samples() const { return samples_; }
   Settings settings() const;
 
  private:
@@ -63,7 +61,6 @@ class VirtualMpu6050 {
   std::uint8_t pointer_ = 0;
   bool pointer_given_ = false;
   std::optional<double> next_s_;
-  std::int64_t samples_ = 0;
 
   static std::array<std::uint8_t, 128> PowerOnRegisters();
 };
