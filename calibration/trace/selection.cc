@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "calibration/gls/scaled_ldlt.h"
@@ -120,13 +122,19 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   ShareLevels();
 }
 
-// Every family gets the same share, and its grid points as many parts of it as they are tests that
-// do not repeat each other: the eigenvalues of their correlation say how many (Li and Ji 2005).
+// Every id gets the same share, as do steps of the offset, of the angle, tones and ripples; of it
+// every family of the id, as of the axes of the stand, as much as any other; and its grid points as
+// many parts of that as they are tests that do not repeat each other: the eigenvalues of their
+// correlation say how many (Li and Ji 2005).
 void Selection::ShareLevels() {
   std::map<std::string, std::vector<Candidate*>> families;
-  for (Candidate& candidate : pool_) families[candidate.family].push_back(&candidate);
-  const double level =
-      options_.false_discovery * kShareOfCatalogue / static_cast<double>(families.size());
+  std::map<std::string, std::set<std::string>> families_of;  // of an id
+  for (Candidate& candidate : pool_) {
+    families[candidate.family].push_back(&candidate);
+    families_of[candidate.id].insert(candidate.family);
+  }
+  log_level_of_id_ = std::log(options_.false_discovery * kShareOfEffects /
+                              static_cast<double>(families_of.size() + kKindsOfScan));
   for (auto& [family, points] : families) {
     double tests = 1.0;
     if (points.size() > 1) {
@@ -144,7 +152,10 @@ void Selection::ShareLevels() {
         tests += value >= 1.0 ? 1.0 + value - std::floor(value) : std::max(value, 0.0);
       tests = std::clamp(tests, 1.0, static_cast<double>(points.size()));
     }
-    for (Candidate* point : points) point->log_level = std::log(level / tests);
+    for (Candidate* point : points) {
+      const auto own = static_cast<double>(families_of[point->id].size());
+      point->log_level = log_level_of_id_ - std::log(own * tests);
+    }
   }
 }
 
@@ -280,8 +291,8 @@ double Selection::Cost(const WhiteStore::Columns& columns) const {
 // errors of their shapes may leave.
 double Selection::LogP(const Candidate& candidate, const WhiteStore::Columns& others,
                        std::size_t beside) const {
-  const WhiteStore::Fit before = store_.FitTo(others);
-  WhiteStore::Columns with = others;
+  WhiteStore::Columns with = BesideShapes(others, beside);
+  const WhiteStore::Fit before = store_.FitTo(with);
   for (const Eigen::Index column : candidate.columns) {
     if (store_.Left(column, with) > kAbsorbed) with.push_back(column);
   }

@@ -65,9 +65,9 @@ class Selection {
   // What a column must bring for an exchange of candidates of different size to be fair.
   static constexpr double kCostOfColumn = 8.0;
 
-  // How the chance of a false discovery is shared out; there may be a scan of ripple for each axis.
-  static constexpr double kShareOfCatalogue = 0.65, kShareOfProducts = 0.1, kShareOfCurves = 0.05,
-                          kShareOfScan = 0.016;
+  // How the chance of a false discovery is shared out: effects of the catalogue, products, curves.
+  static constexpr double kShareOfEffects = 0.85, kShareOfProducts = 0.1, kShareOfCurves = 0.05;
+  static constexpr std::size_t kKindsOfScan = 4;
   // The best so far of what may be added.
   struct Best {
     std::optional<Candidate> candidate;
@@ -146,6 +146,10 @@ class Selection {
   double LogP(const Candidate& candidate, const WhiteStore::Columns& others,
               std::size_t beside = kNoMember) const;
   void SeeWhatShapesLeave();
+  // Columns that take in what errors of the members' shapes leave, but that of `beside`.
+  WhiteStore::Columns BesideShapes(WhiteStore::Columns model,
+                                   std::size_t beside = kNoMember) const;
+  bool TakeInShapeOf(const Candidate& member, WhiteStore::Columns* columns);
   // Of -2 log L, the largest of the members but `beside`.
   double LeftByShapes(std::size_t beside = kNoMember) const;
 
@@ -165,6 +169,9 @@ class Selection {
   double longest_delay_s_ = 0.0;  // of the members' together
   // Of -2 log L: what an error of each member's shape may leave for others to explain.
   std::vector<double> left_by_shape_;
+  std::vector<WhiteStore::Columns> of_shape_;  // of each member: what takes in errors of its shape
+  WhiteStore::Columns of_filter_;              // the same of any filter, once it is wanted
+  double log_level_of_id_ = 0.0;
   bool one_is_gone_ = false;   // of the members, since the others were placed
   bool turns_itself_ = false;  // the baseline's first column is the channel's own turn
 };

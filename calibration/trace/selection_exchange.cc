@@ -20,6 +20,8 @@ constexpr double kRivalGain = 10.0;
 // Motion, filter and reference are known to a hundredth: of two shapes that are as near to each
 // other, no gain says which it is.
 constexpr double kAlike = Effect::kShapeError * Effect::kShapeError;  // of what one explains
+// Of -2 log L: what an error of a shape may leave matters from here on.
+constexpr double kWorthTakingIn = 1.0;
 // What a point of a grid explains, of what a refined one may.
 constexpr double kNearOnGrid = 0.5;
 
@@ -123,14 +125,48 @@ std::optional<Candidate> Selection::InTheOtherShape(const Candidate& member,
 }
 
 void Selection::SeeWhatShapesLeave() {
+  // Of what a delay or a lag explains, once all that is of the second and third order is taken in.
+  constexpr double kBeyondThirdOrder = 1e-6;
   left_by_shape_.clear();
+  of_shape_.assign(members_.size(), {});
   const double all = Cost(ModelColumns());
   for (std::size_t i = 0; i < members_.size(); ++i) {
     const double gain = Cost(ModelWithout(i)) - all;
     const Effect* const effect = members_[i].effect;
-    left_by_shape_.push_back(gain *
-                             (effect != nullptr ? std::pow(effect->shape_error, 2) : kAlike));
+    double left = gain * (effect != nullptr ? std::pow(effect->shape_error, 2) : kAlike);
+    if (left > kWorthTakingIn && TakeInShapeOf(members_[i], &of_shape_[i]))
+      left = gain * kBeyondThirdOrder;
+    left_by_shape_.push_back(left);
   }
+}
+
+// Whatever the filter is, a gyro that is late by tau shows Phi(t - tau), a share of the second and
+// of the third derivative of Phi, and what is of higher order: so much do a delay, a lag and any
+// other filter differ.
+bool Selection::TakeInShapeOf(const Candidate& member, WhiteStore::Columns* columns) {
+  constexpr double kStep_s = 0.02;
+  if (member.effect == nullptr || !member.effect->filter_shape) return false;
+  if (of_filter_.empty()) {
+    const auto late_by = [&](double tau_s) {
+      return White(PlacedCandidate(*problem_, *FindEffect("angle.latency"), 0, {tau_s}, {}));
+    };
+    const Eigen::MatrixXd after = late_by(kStep_s), before = late_by(-kStep_s);
+    Eigen::MatrixXd shapes(after.rows(), 2);
+    shapes << after - before, after - 2.0 * late_by(0.0) + before;
+    of_filter_ = store_.Add(shapes);
+  }
+  *columns = of_filter_;
+  return true;
+}
+
+WhiteStore::Columns Selection::BesideShapes(WhiteStore::Columns model, std::size_t beside) const {
+  for (std::size_t i = 0; i < of_shape_.size(); ++i) {
+    if (i == beside) continue;
+    for (const Eigen::Index column : of_shape_[i]) {
+      if (std::ranges::find(model, column) == model.end()) model.push_back(column);
+    }
+  }
+  return model;
 }
 
 double Selection::CostWith(const Candidate& candidate, const WhiteStore::Columns& others) const {

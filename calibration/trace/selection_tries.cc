@@ -112,7 +112,10 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     const double behind = peak.last_resort && best->candidate ? kFarLess : 1.0;
     // By the count of tests at the scan's own gain, which is not counted again when the noise is
     // estimated anew: a step's neighbours differ the more, the larger the gain is.
-    const double level = std::log(options_.false_discovery * kShareOfScan / peak.tried);
+    // There is a scan of ripples for each axis.
+    const bool of_axis = peak.effect->search == Search::kPeriods;
+    const auto scans = static_cast<double>(of_axis ? problem_->table_axes().size() : 1);
+    const double level = log_level_of_id_ - std::log(scans * peak.tried);
     if (!peak.ComesNear(level)) continue;
     Candidate candidate = ScannedCandidate(*problem_, peak);
     candidate.log_level = level;
@@ -179,7 +182,7 @@ void Selection::TryProducts(Best* best) const {
   for (const Candidate* product : open) raw.push_back(*product->raw);
   whitener_.Whiten(raw, columns);
   const Eigen::VectorXd whole = columns.colwise().squaredNorm();
-  const Eigen::MatrixXd model = store_.Take(ModelColumns());
+  const Eigen::MatrixXd model = store_.Take(BesideShapes(ModelColumns()));
   const Eigen::MatrixXd gram = model.transpose() * model, shares = model.transpose() * columns;
   columns = Projection(model).Off(columns);
   const Eigen::VectorXd residual = Residual();

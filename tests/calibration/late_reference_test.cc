@@ -1,6 +1,7 @@
 // Clocks of gyro and reference that part by more than the samples that a reading lies among.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -151,6 +152,42 @@ TEST(ALateReference, OfShortTurnsIsADelayAndNothingElse) {
       EXPECT_EQ(effect.id, "angle.latency") << channel.summary << ", " << delay_s << " s";
       EXPECT_NEAR(effect.parameters.at(0).value, delay_s, 3e-4);
     }
+  }
+}
+
+// What a delay explains is 1e6 of -2 log L and more here: a ten-thousandth of that would hide what
+// stands at seven standard errors.
+TEST(ALateReference, HidesNoSmallEffectAndNamesNoneForTheShapeOfItsFilter) {
+  const Motion motion = ManySpeeds();
+  constexpr double kDelay_s = 0.025, kAsymmetry = 2e-4;
+  const auto late_deg_s = [&](double t_s, double by_s) {
+    return motion.At(t_s - by_s).rate_deg_s[kInnerAxis];
+  };
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Story story;
+    story.Follow(motion);
+    story.UseTurningChannelAlone();
+    story.seed = seed;
+    story.rate_deg_s = [&](double t_s) {
+      const double rate_deg_s = late_deg_s(t_s, kDelay_s);
+      return rate_deg_s + kAsymmetry * std::fabs(rate_deg_s);
+    };
+    const ChannelTrace hidden = TraceOf(story.Collect());
+    EXPECT_TRUE(std::ranges::any_of(hidden.effects,
+                                    [](const TracedEffect& effect) {
+                                      return effect.id == "scale.asymmetry" ||
+                                             std::ranges::find(effect.rivals, "scale.asymmetry") !=
+                                                 effect.rivals.end();
+                                    }))
+        << hidden.summary << ", seed " << seed;
+    // As late in the mean, by 15 ms more and less: neither a delay nor a lag of first order.
+    story.rate_deg_s = [&](double t_s) {
+      return 0.5 * (late_deg_s(t_s, kDelay_s - 0.015) + late_deg_s(t_s, kDelay_s + 0.015));
+    };
+    const ChannelTrace filtered = TraceOf(story.Collect());
+    for (const TracedEffect& effect : filtered.effects)
+      EXPECT_TRUE(effect.id == "angle.latency" || effect.id == "bandwidth.first_order")
+          << filtered.summary << ", seed " << seed;
   }
 }
 
