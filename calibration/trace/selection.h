@@ -147,8 +147,7 @@ class Selection {
               std::size_t beside = kNoMember) const;
   void SeeWhatShapesLeave();
   // Columns that take in what errors of the members' shapes leave, but that of `beside`.
-  WhiteStore::Columns BesideShapes(WhiteStore::Columns model,
-                                   std::size_t beside = kNoMember) const;
+  WhiteStore::Columns BesideShapes(WhiteStore::Columns model, std::size_t beside = kNoMember) const;
   bool TakeInShapeOf(const Candidate& member, WhiteStore::Columns* columns);
   // Of -2 log L, the largest of the members but `beside`.
   double LeftByShapes(std::size_t beside = kNoMember) const;
