@@ -147,8 +147,11 @@ bool Selection::TakeInShapeOf(const Candidate& member, WhiteStore::Columns* colu
   constexpr double kStep_s = 0.02;
   if (member.effect == nullptr || !member.effect->filter_shape) return false;
   if (of_filter_.empty()) {
+    const Effect& delay = *std::ranges::find_if(EffectCatalogue(), [](const Effect& effect) {
+      return effect.filter_shape && effect.delay_s != nullptr;
+    });
     const auto late_by = [&](double tau_s) {
-      return White(PlacedCandidate(*problem_, *FindEffect("angle.latency"), 0, {tau_s}, {}));
+      return White(PlacedCandidate(*problem_, delay, 0, {tau_s}, {}));
     };
     const Eigen::MatrixXd after = late_by(kStep_s), before = late_by(-kStep_s);
     Eigen::MatrixXd shapes(after.rows(), 2);
