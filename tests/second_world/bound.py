@@ -17,6 +17,7 @@ import numpy as np
 import catalogue
 import defects
 import geometry
+import places
 import unknown_walk
 from whitening import Whitener
 
@@ -100,14 +101,31 @@ class Bound:
 
     def __init__(self, scene, channel, noise, candidates):
         self.candidates = candidates
-        self.places = [max(1.0, catalogue.places(scene, c, channel)) for c in candidates]
         self.false_discovery = FALSE_DISCOVERY / len(scene.bench["gyro_axes"])
         groups = [catalogue.responses(scene, channel, c) for c in candidates]
         sizes = np.cumsum([0] + [len(g) for g in groups])
         self.columns = [np.arange(a, b) for a, b in zip(sizes[:-1], sizes[1:])]
         self.whiten = whitener_of(scene, channel, noise)
-        self.given = [*nuisance(scene, channel), *(column for group in groups for column in group)]
-        self.gram, self.kept = self._left(self.given, len(self.given) - sizes[-1])
+        free = nuisance(scene, channel)
+        self.given = [*free, *(column for group in groups for column in group)]
+        steps = [i for i, c in enumerate(candidates) if places.beside(scene, c)]
+        beside = [catalogue.responses(scene, channel, c)[0] for i in steps for c in places.beside(scene, candidates[i])]
+        gram, kept = self._left([*self.given, *beside], len(free))
+        self.gram, self.kept = gram[:sizes[-1], :sizes[-1]], kept[:sizes[-1]]
+        self.places = self._places(scene, channel, gram, steps)
+
+    def _places(self, scene, channel, gram, steps):
+        """Of each candidate. gram: of the columns of all, and those of the steps beside the candidates `steps`."""
+        correlations = {}
+        for n, i in enumerate(steps):
+            j, step = self.columns[i][0], self.candidates[i]
+            if self.kept[j] > 1e-7:
+                others = len(self.gram) + n * len(places.SPACINGS) + np.arange(len(places.SPACINGS))
+                sizes = np.sqrt(gram[j, j] * np.maximum(gram[others, others], 1e-300))
+                correlations.setdefault((step.effect, step.axis), []).append(gram[j, others] / sizes)
+        return [max(1.0, places.of_steps(scene, c, correlations[c.effect, c.axis])
+                    if (c.effect, c.axis) in correlations else places.count(scene, c, channel))
+                for c in self.candidates]
 
     def _left(self, columns, free):
         """Gram matrix of all but the first `free` columns, those projected out; and the share left of each column."""
@@ -181,11 +199,22 @@ class Bound:
         scores = (mean * unit)[:, None] + root @ rng.standard_normal((unit.size, draws))
         ids, gains = self._gains(scores, correlation, unit)
         mine = ids.index(self.candidates[i].effect)
-        best = gains.max(axis=0)
-        found = (gains > self._thresholds(ids)).any(axis=0)
-        near = (gains > best - ALONE) & found
+        near = self._near(ids, gains)
         alone = near[mine] & (near.sum(axis=0) == 1)
         return float(alone.mean()), float(near[mine].mean())
+
+    def named(self, residual_deg):
+        """Ids that an ideal tracer names on this residual, (readings,): the best one and all that are as likely; none
+        where none passes its threshold."""
+        gram, _ = self._left([*self.given, residual_deg], len(self.given) - len(self.gram))
+        unit, correlation = self._correlation()
+        ids, gains = self._gains((gram[:-1, -1] * unit)[:, None], correlation, unit)
+        return [effect for effect, near in zip(ids, self._near(ids, gains)[:, 0]) if near]
+
+    def _near(self, ids, gains):
+        """Which ids (ids, draws) are within ALONE of the best, where any passes its threshold."""
+        found = (gains > self._thresholds(ids)).any(axis=0)
+        return (gains > gains.max(axis=0) - ALONE) & found
 
     def kept_by_an_unknown_walk(self, rng, scene, channel, noise, truth):
         """Of how often candidate truth[0] passes its threshold, the share that is left where the tracer has to
@@ -212,14 +241,14 @@ class Bound:
 
     def _thresholds(self, ids):
         """Of the gain of each id, (ids, 1)."""
-        places, axes, freedom = {}, {}, {}
+        counts, axes, freedom = {}, {}, {}
         for candidate, own, columns in zip(self.candidates, self.places, self.columns):
             effect = candidate.effect
-            places[effect] = max(places.get(effect, 1.0), own)
+            counts[effect] = max(counts.get(effect, 1.0), own)
             axes.setdefault(effect, set()).add(candidate.axis)
             freedom[effect] = max(freedom.get(effect, 1), int((self.kept[columns] > 1e-7).sum()))
         looked_for = [i for i in ids if i != catalogue.EARTH]
-        return np.array([[threshold(len(looked_for) * places[i] * len(axes[i]), freedom[i], self.false_discovery)
+        return np.array([[threshold(len(looked_for) * counts[i] * len(axes[i]), freedom[i], self.false_discovery)
                           if i in looked_for else math.inf] for i in ids])
 
     def _gains(self, scores, correlation, unit):

@@ -226,19 +226,6 @@ TONES_HZ = (math.exp(-3.0), math.exp(1.2))
 RIPPLES = (3, 120)
 
 
-def places(scene, candidate, channel):
-    """At how many places a tracer has to look for an effect of which it does not know where it is: frequencies that a
-    measurement tells apart, periods of a turn, times, speeds. Of an offset's step, whose neighbours in time are nearly
-    the same, one in 10 s; of an angle's, one in a tenth of a second of motion; of resonances, one in twice a usual
-    width. Shapes of one parameter, which overlap widely, count as the few that are tried."""
-    duration_s = sum(table.end_s - table.start_s for table in scene.plan.tables)
-    turning_s = sum(table.end_s - table.start_s for table in scene.plan.tables if any(table.turning_axes()))
-    top_deg_s = np.abs(scene.w_deg_s[channel]).max()
-    return {"bias.tone": duration_s * (TONES_HZ[1] - TONES_HZ[0]), "angle.ripple": RIPPLES[1] - RIPPLES[0],
-            "bias.step": duration_s / 10.0, "angle.step": turning_s / 0.1, "bias.vibration": top_deg_s / 6.5,
-            "bias.hysteresis": 3.0, "bias.warm_up": 3.0}.get(candidate.effect, 1.0)
-
-
 def instant(rng, scene, axis=None):
     """A table and a time well inside it; for an axis's angle a table in which the axis turns."""
     fitting = [i for i, t in enumerate(scene.plan.tables) if axis is None or t.turning_axes()[axis]]

@@ -36,7 +36,8 @@ def hidden(records):
 def by_kind(records):
     print("\n(a) by kind and level, percent; 'among' counts exact ones too")
     print(f"{'kind':8}{'level':>6}{'sets':>6}  {'exact':19} {'among':19}" +
-          "".join(f"{w:>9}" for w in SINGLE_WORDS[2:]) + "   permitted exact, among; walk unknown")
+          "".join(f"{w:>9}" for w in SINGLE_WORDS[2:]) + "   permitted exact, among; walk unknown; "
+          "an ideal tracer on these data")
     for (kind, level), group in grouped(hidden(records), lambda r: (r["kind"], r["level"])).items():
         print(f"{kind:8}{level:6g}{len(group):6}  " + words(group))
     for level, group in grouped([r for r in records if r["kind"] == "unknown" and r["truth"]],
@@ -58,6 +59,10 @@ def words(group):
         kept = [r["kept_by_walk"] for r in group]
         if None not in kept:
             text += "   {:5.1f} {:5.1f}".format(*100 * (np.array(kept) @ np.array(permitted)) / n)
+        ideal = [r["ideal"] for r in group]
+        if None not in ideal:
+            found = [ideal.count("exact"), ideal.count("exact") + ideal.count("among")]
+            text += "   {:5.1f} {:5.1f}".format(*(100 * k / n for k in found))
     return text
 
 

@@ -105,7 +105,7 @@ def score(truth, answer):
     answer: the tracer's JSON, or None when it failed.
     """
     record = {key: truth[key] for key in ("bench_class", "kind", "level", "seed", "channel", "permitted_alone",
-                                          "permitted_among", "kept_by_walk", "cannot_show")}
+                                          "permitted_among", "kept_by_walk", "cannot_show", "ideal", "ideal_named")}
     record["truth"] = [e["id"] for e in truth["effects"]]
     channels = {c["gyro"]: c for c in (answer or {}).get("channels", [])}
     record.update(word="refused", said=[], errors=[], silent=[], heldout=[], remarks=[])

@@ -9,6 +9,7 @@ import bound
 import catalogue
 import classes
 import defects
+import ideal
 import programmes
 import scene as scenes
 import simulate
@@ -40,6 +41,7 @@ class World:
         if self.bench["stamped_late"]:  # the bench has one already
             self.candidates = [c for c in self.candidates if c.effect != "angle.latency"]
         self.bound = bound.Bound(self.scene, self.channel, self.sensor.noise(self.bench), self.candidates)
+        self.asked = None
         self.hidden, self.truth = self._hide()
 
     def _draw_channel(self):
@@ -63,18 +65,18 @@ class World:
                      m=self.sensor.m.tolist(), b=[b.tolist() for b in self.sensor.b],
                      permitted_alone=None, permitted_among=None, kept_by_walk=None, copies=[],
                      cannot_show=self._cannot_show(),
-                     tolerated=classes.tolerated(self.bench))
+                     tolerated=classes.tolerated(self.bench), ideal=None, ideal_named=[])
         if self.kind == "single" and chosen:
             permitted = self.bound.permitted(self.rng, chosen[0])
             if self._earth_may_pass_for(chosen[0]):  # draws of its own, as below
-                permitted = self._beside_earth().permitted(np.random.default_rng([self.seed, 2]), chosen[0])
+                self.asked = self._beside_earth()
+                permitted = self.asked.permitted(np.random.default_rng([self.seed, 2]), chosen[0])
             truth["permitted_alone"], truth["permitted_among"] = permitted
             if self.level <= WALK_MATTERS_BELOW:  # draws of its own: the sets stay as they were
                 truth["kept_by_walk"] = self.bound.kept_by_an_unknown_walk(
                     np.random.default_rng([self.seed, 1]), self.scene, self.channel, truth["noise"], chosen[0])
         if self.kind == "unknown" and chosen:
             truth["copies"] = self.bound.copies(*chosen[0])
-        self.bound.given = None  # a hundred megabytes, of no more use
         return hidden, truth
 
     def _earth_may_pass_for(self, chosen):
@@ -161,6 +163,7 @@ class World:
             reads = simulate.reference_quaternions(rng, scene, self.hidden)
         else:
             reads = simulate.reference_angles(rng, scene, self.hidden)
+        self._ask_the_ideal(gyro, reads)
         common = self._common_columns(rng)
         paths = []
         for i, (part, read_part) in enumerate(zip(scene.parts(), scene.reading_parts())):
@@ -177,6 +180,15 @@ class World:
             paths.append(os.path.join(folder, f"run_{i + 1:02d}.csv"))
             write_table(paths[-1], self._keys(i), columns)
         return paths
+
+    def _ask_the_ideal(self, gyro, reads):
+        """Writes into the truth what an ideal tracer says of one effect in these data."""
+        if self.truth["permitted_alone"] is not None:
+            residual = ideal.residual_deg(self.scene, self.channel, gyro, reads)
+            named = (self.asked or self.bound).named(residual)
+            self.truth["ideal"] = ideal.word(named, self.truth["effects"][0]["id"])
+            self.truth["ideal_named"] = named
+        self.bound.given = self.asked = None  # hundreds of megabytes, of no more use
 
     def _keys(self, i):
         bench, plan = self.bench, self.scene.plan
