@@ -188,6 +188,15 @@ def draw_candidates(rng, scene, channel):
     return found
 
 
+def between(scene, channel):
+    """Rivals at more values of what nobody tells a tracer: the play, the time constant, where a resonance is."""
+    top_deg_s = np.abs(scene.w_deg_s[channel]).max()
+    found = [Candidate("bias.hysteresis", r_degC=r) for r in (0.3, 0.8, 1.1, 2.0, 3.0)]
+    found += [Candidate("bias.warm_up", tau_s=t) for t in (60.0, 180.0, 450.0, 1100.0)]
+    return found + [Candidate("bias.vibration", f0_deg_s=f, width_deg_s=3.0)
+                    for f in np.linspace(0.1, 1.0, 10) * top_deg_s if f > 2.0]
+
+
 def axes_felt(scene, channel):
     """Stand axes that turn by 90 deg or more while the channel feels them, that which is felt most first."""
     travel = [np.abs(scene.directions[a, channel, 1:] * np.diff(scene.angles_deg[a])

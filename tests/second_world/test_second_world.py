@@ -227,7 +227,7 @@ class Bounds(unittest.TestCase):
         for size_deg_s_per_g, share in ((0.5 * geometry.EARTH_RATE_DEG_S, 0.0), (5.0 * geometry.EARTH_RATE_DEG_S, 1.0)):
             truth = (at, size_deg_s_per_g * along)
             self.assertGreater(world.bound.permitted(rng, truth)[0], 0.95)
-            alone, among = world._beside_earth().permitted(rng, truth)
+            alone, among = world._beside_rivals(truth).permitted(rng, truth)
             self.assertAlmostEqual(alone, share, delta=0.05)
             self.assertGreater(among, 0.95)
 

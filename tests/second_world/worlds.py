@@ -67,10 +67,9 @@ class World:
                      cannot_show=self._cannot_show(),
                      tolerated=classes.tolerated(self.bench), ideal=None, ideal_named=[])
         if self.kind == "single" and chosen:
-            permitted = self.bound.permitted(self.rng, chosen[0])
-            if self._earth_may_pass_for(chosen[0]):  # draws of its own, as below
-                self.asked = self._beside_earth()
-                permitted = self.asked.permitted(np.random.default_rng([self.seed, 2]), chosen[0])
+            self.bound.permitted(self.rng, chosen[0])  # takes its draws: the sets stay as they were
+            self.asked = self._beside_rivals(chosen[0])
+            permitted = self.asked.permitted(np.random.default_rng([self.seed, 2]), chosen[0])
             truth["permitted_alone"], truth["permitted_among"] = permitted
             if self.level <= WALK_MATTERS_BELOW:  # draws of its own: the sets stay as they were
                 truth["kept_by_walk"] = self.bound.kept_by_an_unknown_walk(
@@ -83,9 +82,12 @@ class World:
         """What depends on gravity, where the tables do not say where they were measured."""
         return not self.bench["site"] and self.candidates[chosen[0]].effect.startswith("bias.g_")
 
-    def _beside_earth(self):
-        earth = catalogue.Candidate(catalogue.EARTH)
-        return bound.Bound(self.scene, self.channel, self.sensor.noise(self.bench), [*self.candidates, earth])
+    def _beside_rivals(self, chosen):
+        """The bound with all rivals that a tracer has to rule out."""
+        rivals = catalogue.between(self.scene, self.channel)
+        if self._earth_may_pass_for(chosen):
+            rivals.append(catalogue.Candidate(catalogue.EARTH))
+        return bound.Bound(self.scene, self.channel, self.sensor.noise(self.bench), [*self.candidates, *rivals])
 
     def _feasible(self, unknown):
         """First candidates of each id that can show `level` sigmas within the sizes that parts have."""
@@ -185,7 +187,7 @@ class World:
         """Writes into the truth what an ideal tracer says of one effect in these data."""
         if self.truth["permitted_alone"] is not None:
             residual = ideal.residual_deg(self.scene, self.channel, gyro, reads)
-            named = (self.asked or self.bound).named(residual)
+            named = self.asked.named(residual)
             self.truth["ideal"] = ideal.word(named, self.truth["effects"][0]["id"])
             self.truth["ideal_named"] = named
         self.bound.given = self.asked = None  # hundreds of megabytes, of no more use
