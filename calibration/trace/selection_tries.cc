@@ -169,7 +169,7 @@ void Selection::TryRamps(const WhiteStore::Columns& model, Best* best) const {
   }
 }
 
-// A product must be clearly ahead: the others may still be refined.
+// A product must be clearly ahead, and by what a description costs: the others may still be refined.
 void Selection::TryProducts(Best* best) const {
   constexpr double kClearly = 1.1;
   std::vector<const Candidate*> open;
@@ -197,6 +197,7 @@ void Selection::TryProducts(Best* best) const {
   };
   Eigen::Index chosen = -1;
   double most = kClearly * best->evidence_margin;
+  if (best->candidate) most += 0.5 * open.front()->complexity_penalty();
   for (Eigen::Index k = 0; k < columns.cols(); ++k) {
     const double left = columns.col(k).squaredNorm();
     if (!(left > kAbsorbed * whole(k))) {
