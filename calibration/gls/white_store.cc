@@ -63,6 +63,7 @@ class WhiteStore::Elimination {
 
 WhiteStore::WhiteStore(const Eigen::VectorXd& output, Eigen::Index capacity)
     : white_(output.size(), capacity + 1),
+      more_(static_cast<std::size_t>(capacity + 1)),
       gram_(capacity + 1, capacity + 1),
       known_(Known::Constant(capacity + 1, capacity + 1, false)) {
   white_.col(0) = output;
@@ -73,11 +74,14 @@ Eigen::Ref<Eigen::MatrixXd> WhiteStore::Places(Eigen::Index count) {
   if (first + count > white_.cols()) {
     const Eigen::Index size = 2 * (first + count);
     white_.conservativeResize(Eigen::NoChange, size);
+    more_.resize(static_cast<std::size_t>(size));
     gram_.conservativeResize(size, size);
     Known known = Known::Constant(size, size, false);
     known.topLeftCorner(first, first) = known_.topLeftCorner(first, first);
     known_ = std::move(known);
   }
+  for (Eigen::Index place = first; place < first + count; ++place)
+    more_[static_cast<std::size_t>(place)].resize(0);
   known_.middleCols(first, count).setConstant(false);
   known_.middleRows(first, count).setConstant(false);
   return white_.middleCols(first, count);
@@ -93,6 +97,44 @@ WhiteStore::Columns WhiteStore::Add(Eigen::Index count) {
   for (Eigen::Index j = 0; j < count; ++j) out.push_back(used_ + j);
   used_ += count;
   return out;
+}
+
+void WhiteStore::SetMoreOfOutput(Eigen::VectorXd more) {
+  more_[0] = std::move(more);
+  known_(0, 0) = false;
+}
+
+void WhiteStore::SetMore(const Columns& columns, const Eigen::MatrixXd& more) {
+  for (std::size_t j = 0; j < columns.size(); ++j) {
+    const Eigen::Index place = columns[j] + 1;
+    more_[static_cast<std::size_t>(place)] = more.col(static_cast<Eigen::Index>(j));
+    known_.row(place).setConstant(false);
+    known_.col(place).setConstant(false);
+  }
+}
+
+double WhiteStore::ProductOfMore(Eigen::Index i, Eigen::Index j) const {
+  const Eigen::VectorXd& a = more_[static_cast<std::size_t>(i)];
+  const Eigen::VectorXd& b = more_[static_cast<std::size_t>(j)];
+  return a.size() > 0 && b.size() > 0 ? a.dot(b) : 0.0;
+}
+
+Eigen::VectorXd WhiteStore::MoreOfResidual(std::span<const Eigen::Index> model) const {
+  Eigen::VectorXd out = more_[0];
+  const Eigen::VectorXd coefficients = Solve(model);
+  for (std::size_t j = 0; j < model.size(); ++j) {
+    const Eigen::VectorXd& more = more_[static_cast<std::size_t>(model[j] + 1)];
+    if (more.size() > 0 && out.size() > 0) out -= coefficients(static_cast<Eigen::Index>(j)) * more;
+  }
+  return out;
+}
+
+Eigen::MatrixXd WhiteStore::ProductsOfMore(std::span<const Eigen::Index> columns) const {
+  const auto count = static_cast<Eigen::Index>(columns.size());
+  return Eigen::MatrixXd::NullaryExpr(count, count, [&](Eigen::Index i, Eigen::Index j) {
+    return ProductOfMore(columns[static_cast<std::size_t>(i)] + 1,
+                         columns[static_cast<std::size_t>(j)] + 1);
+  });
 }
 
 void WhiteStore::MultiplyFirst(Eigen::Index count) { Multiply(0, count + 1, 0, used_ + 1); }
@@ -116,7 +158,7 @@ void WhiteStore::Multiply(Eigen::Index row, Eigen::Index row_end, Eigen::Index c
 
 double WhiteStore::Product(Eigen::Index i, Eigen::Index j) const {
   if (!known_(i, j)) {
-    gram_(i, j) = gram_(j, i) = white_.col(i).dot(white_.col(j));
+    gram_(i, j) = gram_(j, i) = white_.col(i).dot(white_.col(j)) + ProductOfMore(i, j);
     known_(i, j) = known_(j, i) = true;
   }
   return gram_(i, j);

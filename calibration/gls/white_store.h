@@ -31,6 +31,15 @@ class WhiteStore {
   Eigen::Index rows() const { return white_.rows(); }
   auto column(Eigen::Index j) const { return white_.col(j + 1); }
   auto output() const { return white_.col(0); }
+  // Further white rows, which the output has and only some columns are not zero in.
+  void SetMoreOfOutput(Eigen::VectorXd more);
+  void SetMore(const Columns& columns, const Eigen::MatrixXd& more);
+  // What the model leaves of the output there.
+  Eigen::VectorXd MoreOfResidual(std::span<const Eigen::Index> model) const;
+  // Products of columns there; all zero where none has any.
+  Eigen::MatrixXd ProductsOfMore(std::span<const Eigen::Index> columns) const;
+  // Of a column, all rows.
+  double Square(Eigen::Index column) const { return Product(column + 1, column + 1); }
   Eigen::MatrixXd Take(std::span<const Eigen::Index> columns) const {
     return Take(columns, 0, rows());
   }
@@ -61,6 +70,7 @@ class WhiteStore {
   class Elimination;
   using Known = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
 
+  double ProductOfMore(Eigen::Index i, Eigen::Index j) const;
   // By places, of which the output has the first.
   void Multiply(Eigen::Index row, Eigen::Index row_end, Eigen::Index column,
                 Eigen::Index column_end);
@@ -68,7 +78,8 @@ class WhiteStore {
   Eigen::MatrixXd Products(const std::vector<Eigen::Index>& rows,
                            const std::vector<Eigen::Index>& columns) const;
 
-  Eigen::MatrixXd white_;  // the output is column 0
+  Eigen::MatrixXd white_;              // the output is column 0
+  std::vector<Eigen::VectorXd> more_;  // of each place; empty: zero
   mutable Eigen::MatrixXd gram_;
   mutable Known known_;  // of `gram_`
   Eigen::Index used_ = 0;

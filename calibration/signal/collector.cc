@@ -219,11 +219,17 @@ class Collector::Impl {
     HalfIntegral(&node);
     WayIntegrals(&node);
     node.mean.passed_for_rest = !job.moves;
-    if (!job.readings.AverageOutput(gyro_, &node.mean) || !job.moves ||
+    within_.clear();
+    if (!job.readings.AverageOutput(gyro_, &node.mean, &within_) || !job.moves ||
         !job.readings.AverageNear(gyro_, &node.z_near)) {
       NearIntegrals(&node);
       if (job.moves) node.mean.output_known = false;
     }
+    node.within_begin = static_cast<std::uint32_t>(done_within_.size());
+    if (job.moves && node.mean.output_known) {
+      for (const ReadingWithin& reading : within_) done_within_.push_back(reading);
+    }
+    node.within_count = static_cast<std::uint32_t>(done_within_.size()) - node.within_begin;
     columns_.covariates.insert(columns_.covariates.end(), job.covariates.begin(),
                                job.covariates.end());
     done_.push_back(node);
@@ -304,6 +310,8 @@ class Collector::Impl {
   ReferenceTrack track_;
   TickFit ticks_;
   SharedSequence<Node> done_;
+  SharedSequence<ReadingWithin> done_within_;
+  std::vector<ReadingWithin> within_;  // of the newest node; emptied for each
   SharedSequence<Rest> finished_rests_;
   Columns columns_;  // without the nodes and rests
   PendingQueue nodes_, rests_;
@@ -319,6 +327,7 @@ class Collector::Impl {
 Columns Collector::Impl::ColumnsSoFar() const {
   Columns columns = columns_;
   columns.nodes = done_.ToVector();
+  columns.within = done_within_.ToVector();
   columns.rests = finished_rests_.ToVector();
   const std::vector<BadStretch> bad = gyro_.bad();
   columns.bad.insert(columns.bad.end(), bad.begin(), bad.end());

@@ -86,6 +86,14 @@ struct ReadingsMean {
   double step_s = 0.0;
 };
 
+// What a reading of a moving node, or some that are close together, says beyond the mean of all.
+struct ReadingWithin {
+  float after_s = 0.0F;   // that mean's time
+  float readings = 1.0F;  // of how many it is the mean
+  // The output's integral [output unit s] and the rotation of the reference, less their means.
+  std::array<float, 3> z = {}, rotation_deg = {};
+};
+
 // One node. Rotations are sums since the start.
 struct Node {
   IntegralMark at;
@@ -95,6 +103,8 @@ struct Node {
   Vector3 accel_g = {kMissing, kMissing, kMissing};  // mean since the node before
   double vibration_g2 = kMissing;  // mean square of the specific force about that mean
   ReadingsMean mean;
+  // Of `mean` where the table moves: which of Columns::within.
+  std::uint32_t within_begin = 0, within_count = 0;
   SampleSum samples;            // up to the node's time; counted as `at` is
   BetweenSamples between;       // up to the last sample not after the node's time
   AsMeans as_means = {};        // at the node's time
@@ -142,6 +152,7 @@ struct TimeSpan {
 
 struct Columns {
   std::vector<Node> nodes;
+  std::vector<ReadingWithin> within;  // of all nodes
   // Covariates, node by node in the order of MeasurementInfo::covariates: means since the node
   // before.
   std::vector<double> covariates;

@@ -29,6 +29,7 @@ void NodeReadings::Add(const Reading& reading) {
     AddTo(&sum_.table_deg, newest_.table_deg);
     AddTo(&sum_.world_x, newest_.world_x);
     AddTo(&sum_.world_z, newest_.world_z);
+    AddTo(&groups_[size_ - 1].rotation_deg, newest_.rotation_deg);
   }
   newest_ = reading;
   readings_ += 1.0;
@@ -43,7 +44,7 @@ void NodeReadings::Count() {
     last->weight += 1.0;
     return;
   }
-  groups_[size_++] = {t_s, 1.0};
+  groups_[size_++] = {t_s, 1.0, {}};
 }
 
 ReadingsMean NodeReadings::Mean() const {
@@ -72,17 +73,18 @@ ReadingsMean NodeReadings::Mean() const {
   return mean;
 }
 
-bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean) const {
+bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean,
+                                 std::vector<ReadingWithin>* within) const {
   if (empty()) return false;
-  IntegralMark mark;
+  std::array<IntegralMark, kMost> at;
   Vector3 sum = {};
   AsMeans as_means = {}, as_means_later = {};
   for (std::size_t i = 0; i < size_; ++i) {
-    if (!gyro.IntegralAt(groups_[i].t_s, &mark)) return false;
+    if (!gyro.IntegralAt(groups_[i].t_s, &at[i])) return false;
     const AsMeans here = gyro.ring().AsMeansAt(groups_[i].t_s);
     const AsMeans later = gyro.ring().AsMeansHalfAfter(groups_[i].t_s);
     for (std::size_t c = 0; c < 3; ++c) {
-      sum[c] += groups_[i].weight * mark.z[c];
+      sum[c] += groups_[i].weight * at[i].z[c];
       as_means[c] += groups_[i].weight * here[c];
       as_means_later[c] += groups_[i].weight * later[c];
     }
@@ -93,7 +95,26 @@ bool NodeReadings::AverageOutput(const GyroStream& gyro, ReadingsMean* mean) con
     mean->as_means_later[c] = as_means_later[c] / readings_;
   }
   mean->output_known = true;
+  AppendWithin(at, *mean, within);
   return true;
+}
+
+void NodeReadings::AppendWithin(const std::array<IntegralMark, kMost>& at, const ReadingsMean& mean,
+                                std::vector<ReadingWithin>* within) const {
+  if (size_ < 2) return;
+  for (std::size_t i = 0; i < size_; ++i) {
+    const Group& group = groups_[i];
+    const Vector3 last = i + 1 == size_ ? newest_.rotation_deg : Vector3{};
+    ReadingWithin reading;
+    reading.after_s = static_cast<float>(group.t_s - mean.t_s);
+    reading.readings = static_cast<float>(group.weight);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double rotation_deg = (group.rotation_deg[c] + last[c]) / group.weight;
+      reading.z[c] = static_cast<float>(at[i].z[c] - mean.z[c]);
+      reading.rotation_deg[c] = static_cast<float>(rotation_deg - mean.rotation_deg[c]);
+    }
+    within->push_back(reading);
+  }
 }
 
 bool NodeReadings::AverageNear(const GyroStream& gyro, Near* near) const {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <vector>
 
 #include "calibration/signal/columns.h"
 #include "calibration/signal/gyro_stream.h"
@@ -41,9 +42,11 @@ class NodeReadings {
 
   // What the reference says, and the times.
   ReadingsMean Mean() const;
-  // Fills the means of the output's integral. False where there is no reading, or the gyro's samples
-  // do not reach; so does AverageNear.
-  bool AverageOutput(const GyroStream& gyro, ReadingsMean* mean) const;
+  // Fills the means of the output's integral; `within`: what the readings say beyond the means goes
+  // to its end. False where there is no reading, or the gyro's samples do not reach; so does
+  // AverageNear.
+  bool AverageOutput(const GyroStream& gyro, ReadingsMean* mean,
+                     std::vector<ReadingWithin>* within) const;
   // Means of the output's integral at kNear_s from the readings, less that at the readings.
   bool AverageNear(const GyroStream& gyro, Near* near) const;
 
@@ -53,8 +56,11 @@ class NodeReadings {
   struct Group {
     double t_s = 0.0;  // mean
     double weight = 0.0;
+    Vector3 rotation_deg = {};  // sum over all but the newest
   };
   void Count();
+  void AppendWithin(const std::array<IntegralMark, kMost>& at, const ReadingsMean& mean,
+                    std::vector<ReadingWithin>* within) const;
 
   Reading sum_;  // of all but the newest
   Reading newest_;

@@ -78,6 +78,22 @@ void AddMisread(const ChannelProblem& problem, const Selection& selection,
   fit->covariance += fit->by_misread * fit->by_misread.transpose();
 }
 
+// Products of the members' columns by single readings, at their places among the parameters.
+Eigen::MatrixXd ByReadings(const Selection& selection, const ChannelFit& fit, Eigen::Index all) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(all, all);
+  WhiteStore::Columns columns;
+  std::vector<Eigen::Index> places;
+  for (std::size_t i = 0; i < selection.members().size(); ++i) {
+    Eigen::Index place = fit.member_begin[i];
+    for (const Eigen::Index column : selection.members()[i].columns) {
+      columns.push_back(column);
+      places.push_back(place++);
+    }
+  }
+  out(places, places) = selection.store().ProductsOfMore(columns);
+  return out;
+}
+
 // From the begin of one member to that of the next.
 std::vector<Eigen::Index> Owned(const std::vector<Eigen::Index>& begin, std::size_t member,
                                 Eigen::Index all) {
@@ -168,7 +184,8 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
     }
   }
   fit.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-  fit.covariance = CovarianceOf(tangent.transpose() * tangent);
+  fit.covariance =
+      CovarianceOf(tangent.transpose() * tangent + ByReadings(selection, fit, tangent.cols()));
   AddMisread(problem, selection, tangent, &fit);
   StateInReferenceScale(problem, baseline, selection, &fit);
   return fit;

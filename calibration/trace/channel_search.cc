@@ -274,7 +274,11 @@ class ChannelSearcher {
 
   void SetGainsByAnyNoise(SearchedChannel* found) const {
     const std::vector<double> worth = GainsOverNoise(*found);
-    for (std::size_t i = 0; i < worth.size(); ++i) found->selection.SetGainByAnyNoise(i, worth[i]);
+    for (std::size_t i = 0; i < worth.size(); ++i) {
+      // Single readings know nothing of the gyro's noise.
+      const double gain = worth[i] + found->selection.GainByReadings(i);
+      found->selection.SetGainByAnyNoise(i, gain);
+    }
   }
 
   // What each member gains when each of both models has the noise that suits it.
@@ -331,7 +335,9 @@ class ChannelSearcher {
     std::size_t worst = selection->members().size();
     double harm = 0.0;
     for (std::size_t i = 0; i < selection->members().size(); ++i) {
-      const double own = harm_of(HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed));
+      // What single readings have confirmed is not in the rows that are held out.
+      const double own = harm_of(HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed)) -
+                         selection->GainByReadings(i);
       if (!(own >= harm)) continue;
       harm = own;
       worst = i;

@@ -250,6 +250,10 @@ const SensorState& ChannelProblem::end_node(Eigen::Index row) const {
   return history(row).nodes[ref(row).interval + 1];
 }
 
+const Node& ChannelProblem::end_epoch(Eigen::Index row) const {
+  return history(row).epochs[ref(row).interval + 1];
+}
+
 double ChannelProblem::gear_ratio() const {
   for (const StateHistory& history : histories_) {
     if (history.recording->info.gear_ratio) return *history.recording->info.gear_ratio;

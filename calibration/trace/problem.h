@@ -107,6 +107,8 @@ class ChannelProblem {
   double end_s(Eigen::Index row) const;
   const SensorState& half(Eigen::Index row, std::size_t h) const;
   const SensorState& end_node(Eigen::Index row) const;
+  const Node& end_epoch(Eigen::Index row) const;
+  double units_per_deg_s() const { return units_per_deg_s_; }
   // Rows at which another measurement begins.
   const std::vector<Eigen::Index>& run_begins() const { return run_begins_; }
   // Rows at which another power-on begins, and with it another zero-rate offset. Measurements of

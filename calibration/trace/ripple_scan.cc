@@ -119,12 +119,28 @@ std::vector<double> VarianceOfRipple(const std::vector<TurnedRow>& rows) {
   return out;
 }
 
+// What single readings say of a wave: sums of exp(i k phi), and of the squares of its columns.
+struct ByReadings {
+  std::vector<Wave> waves;
+  std::vector<double> squares;
+};
+
+ByReadings OfReadings(const SingleReadings* readings, std::size_t axis, int most) {
+  if (readings == nullptr) return {};
+  OverTurn sum;
+  readings->within.ForEachReading(axis, [&](Eigen::Index i, double angle_turns, double felt) {
+    sum.Add(angle_turns, felt * readings->residual(i));
+  });
+  return {sum.Waves(), readings->within.SquaresOfWaves(axis, static_cast<std::size_t>(most))};
+}
+
 }  // namespace
 
 // Sums sum_i u_i (f(phi_i+1) - f(phi_i)) for all harmonics at once: the weights go into bins of the
 // table's angle, and the bins through one Fourier transform.
 std::vector<ScanPeak> ScanRipple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
-                                 std::size_t axis, std::size_t most_peaks) {
+                                 const SingleReadings* readings, std::size_t axis,
+                                 std::size_t most_peaks) {
   constexpr double kShowsNothing = 1e-9;
   constexpr double kApart = 3.0;  // periods a turn
   const std::vector<TurnedRow> rows = TurnedRows(problem, output_score, axis);
@@ -139,6 +155,7 @@ std::vector<ScanPeak> ScanRipple(const ChannelProblem& problem, const Eigen::Vec
   const std::vector<Wave> waves = sum.Waves();
   const std::vector<double> variance = VarianceOfRipple(rows);
   const int most = MostPeriods(problem, axis);
+  const ByReadings more = OfReadings(readings, axis, most);
   const double span = TurnsSpanned(problem, axis);
   struct Place {
     double worth = 0.0;
@@ -149,7 +166,13 @@ std::vector<ScanPeak> ScanRipple(const ChannelProblem& problem, const Eigen::Vec
     const auto k = static_cast<std::size_t>(periods);
     // A turn in steps of whole periods shows none of them.
     if (!(variance[k] > kShowsNothing * square)) continue;
-    const double gain = 2.0 * std::norm(waves[k]) / variance[k];
+    double gain = 2.0 * std::norm(waves[k]) / variance[k];
+    // Of many periods the nodes' angles say nothing of their means, and readings alone speak.
+    if (readings != nullptr && more.squares[k] > 0.0) {
+      const double both =
+          2.0 * std::norm(waves[k] + more.waves[k]) / (variance[k] + more.squares[k]);
+      gain = std::max({gain, both, 2.0 * std::norm(more.waves[k]) / more.squares[k]});
+    }
     const double tried = PlacesOfRipple(periods, most, span);
     ScanPeak peak;
     peak.effect = &ScannedEffect(Search::kPeriods, EffectDomain::kAngle);

@@ -274,9 +274,10 @@ ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
 }
 
 void AddRipples(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
-                std::size_t most_of_an_axis, std::vector<ScanPeak>* peaks) {
+                const SingleReadings* readings, std::size_t most_of_an_axis,
+                std::vector<ScanPeak>* peaks) {
   for (const std::size_t axis : problem.table_axes()) {
-    for (const ScanPeak& peak : ScanRipple(problem, output_score, axis, most_of_an_axis))
+    for (const ScanPeak& peak : ScanRipple(problem, output_score, readings, axis, most_of_an_axis))
       peaks->push_back(peak);
   }
 }
@@ -314,19 +315,21 @@ std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener
   const Steps steps(problem, whitener, model, residual);
   std::vector<ScanPeak> peaks = {steps.Bias(), Tone(problem, residual)};
   if (!problem.table_axes().empty()) peaks.push_back(steps.Angle());
-  AddRipples(problem, steps.Output(), 1, &peaks);
+  AddRipples(problem, steps.Output(), nullptr, 1, &peaks);
   return Found(std::move(peaks));
 }
 
 std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whitener,
-                           const Eigen::MatrixXd& model, const Eigen::VectorXd& residual) {
+                           const Eigen::MatrixXd& model, const Eigen::VectorXd& residual,
+                           const SingleReadings& readings) {
   if (TooShort(problem)) return {};
   std::vector<ScanPeak> peaks;
   const Steps steps(problem, whitener, model, residual);
   peaks.push_back(steps.Bias());
   if (!problem.table_axes().empty()) peaks.push_back(steps.Angle());
   peaks.push_back(Tone(problem, residual));
-  AddRipples(problem, steps.Output(), kMostRipples, &peaks);
+  AddRipples(problem, steps.Output(), readings.within.empty() ? nullptr : &readings, kMostRipples,
+             &peaks);
   return Found(std::move(peaks));
 }
 

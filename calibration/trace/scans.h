@@ -8,6 +8,7 @@
 
 #include "calibration/gls/whitener.h"
 #include "calibration/trace/problem.h"
+#include "calibration/trace/within_nodes.h"
 
 namespace gyrobench::calibration {
 
@@ -32,10 +33,17 @@ struct ScanPeak {
   bool ComesNear(double log_level) const;
 };
 
+// What single readings say beyond the nodes' means, and what is left of it.
+struct SingleReadings {
+  const WithinNodes& within;
+  Eigen::VectorXd residual;
+};
+
 // The highest peak of each kind in the white residual. `model`: white columns that were fitted
 // (their share of a shock is taken off).
 std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whitener,
-                           const Eigen::MatrixXd& model, const Eigen::VectorXd& residual);
+                           const Eigen::MatrixXd& model, const Eigen::VectorXd& residual,
+                           const SingleReadings& readings);
 // The same of what makes the noise look larger than it is: a step or a tone of the bias, a step or
 // a ripple of the angle.
 std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener& whitener,
@@ -43,9 +51,11 @@ std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener
 
 // Part of Scan: the highest peaks of a ripple of one axis of the table, the highest first. A
 // ripple is not always at the highest: the scan goes by the angle at the nodes, and not by the mean
-// over the readings of each. `output_score`: of each row's output, of the white residual.
+// over the readings of each. `output_score`: of each row's output, of the white residual. `readings`:
+// null where the nodes' means alone are to be looked at.
 std::vector<ScanPeak> ScanRipple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
-                                 std::size_t axis, std::size_t most_peaks);
+                                 const SingleReadings* readings, std::size_t axis,
+                                 std::size_t most_peaks);
 
 // From the least to the largest angle of an axis of the table [turns].
 double TurnsSpanned(const ChannelProblem& problem, std::size_t axis);

@@ -120,6 +120,7 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
     return true;
   });
   ShareLevels();
+  TakeInReadings(baseline);
 }
 
 // Every id gets the same share, as do steps of the offset, of the angle, tones and ripples; of it
@@ -163,7 +164,7 @@ void Selection::ShareLevels() {
 bool Selection::Visible(const Candidate& candidate) const {
   if (candidate.effect == nullptr || !(candidate.effect->typical_size > 0)) return true;
   for (const Eigen::Index column : candidate.columns) {
-    const double square = store_.Left(column, base_) * store_.column(column).squaredNorm();
+    const double square = store_.Left(column, base_) * store_.Square(column);
     if (square > std::pow(candidate.effect->typical_size, -2)) return true;
   }
   return false;
@@ -174,7 +175,7 @@ double Selection::StdError(const Candidate& candidate, std::size_t j,
                            WhiteStore::Columns model) const {
   const Eigen::Index column = candidate.columns[j];
   std::erase(model, column);
-  return 1.0 / std::sqrt(store_.Left(column, model) * store_.column(column).squaredNorm());
+  return 1.0 / std::sqrt(store_.Left(column, model) * store_.Square(column));
 }
 
 double Selection::ScaleFactorOr(double first_of_model) const {
@@ -236,7 +237,7 @@ void Selection::Remove(std::size_t member) {
 void Selection::HoldShape(std::size_t member, const std::vector<double>& nonlinear) {
   Candidate& held = members_[member];
   SetNonlinear(nonlinear, &held);
-  held.columns = store_.Add(White(held));
+  Store(&held);
   held.shape_held = true;
 }
 
@@ -309,7 +310,7 @@ double Selection::LeftByShapes(std::size_t beside) const {
 }
 
 void Selection::Place(Candidate* candidate) {
-  if (candidate->columns.empty()) candidate->columns = store_.Add(White(*candidate));
+  if (candidate->columns.empty()) Store(candidate);
 }
 
 void Selection::Insert(Candidate candidate) {

@@ -12,6 +12,7 @@
 #include "calibration/gls/whitener.h"
 #include "calibration/trace/candidate.h"
 #include "calibration/trace/problem.h"
+#include "calibration/trace/within_nodes.h"
 
 namespace gyrobench::calibration {
 
@@ -60,6 +61,8 @@ class Selection {
   // White columns of a candidate.
   Eigen::MatrixXd White(const Candidate& candidate) const;
   Eigen::VectorXd Residual() const;
+  // Of -2 log L: what a member gains by single readings, beyond what it does by the nodes' means.
+  double GainByReadings(std::size_t member);
 
  private:
   // What a column must bring for an exchange of candidates of different size to be fair.
@@ -122,6 +125,10 @@ class Selection {
   WhiteStore::Columns FirstWithout(std::size_t count, std::size_t without) const;
   // Its columns are in the store; those that refinement has changed come anew.
   void Place(Candidate* candidate);
+  void Store(Candidate* candidate);
+  void TakeInReadings(const Baseline& baseline);
+  // Rows of single readings, of columns that are in the store.
+  void SetMore(const Candidate& candidate);
   std::vector<Delay> DelaysBeside(const Candidate& candidate, std::size_t without) const;
   void SetDelaysBeside(std::size_t without, Candidate* candidate) const;
   static void TellEachOther(std::vector<Candidate>* delays);
@@ -158,6 +165,7 @@ class Selection {
   Whitener whitener_;
   double walk_deg_sqrt_s_ = 0.0;  // of the noise
   WhiteStore store_;
+  WithinNodes within_;
   WhiteStore::Columns base_;
   std::vector<WhiteStore::Columns> cells_;  // of candidates_->cells
   std::vector<Candidate> pool_, unseen_;

@@ -158,6 +158,8 @@ void Selection::PlaceStep(const WhiteStore::Columns& others, Candidate* candidat
   const Eigen::MatrixXd own = store_.Take(others, first, rows);
   const Eigen::VectorXd residual =
       store_.output().segment(first, rows) - own * store_.Solve(others);
+  const bool by_readings = !within_.empty() && candidate->effect->of_each_reading;
+  const Eigen::VectorXd readings_left = store_.MoreOfResidual(others);
   double best_s = candidate->context.nonlinear[0];
   const double row_s = LongestRowAt(*problem_, best_s, first, first + rows);
   Eigen::MatrixXd columns(rows, 2 * kPlaces + 1);
@@ -173,9 +175,17 @@ void Selection::PlaceStep(const WhiteStore::Columns& others, Candidate* candidat
     double most = 0.0;
     for (int place = -kPlaces; place <= kPlaces; ++place) {
       const auto column = columns.col(place + kPlaces);
-      const double left = column.squaredNorm() - products.Square(with.col(place + kPlaces));
+      double left = column.squaredNorm() - products.Square(with.col(place + kPlaces));
       if (!(left > kAbsorbed * column.squaredNorm())) continue;
-      const double gain = std::pow(column.dot(residual), 2) / left;
+      double score = column.dot(residual);
+      if (by_readings) {
+        SetNonlinear({place_s(place)}, candidate);
+        const Eigen::VectorXd more =
+            within_.Columns(*candidate->effect, candidate->context, power_on).col(0);
+        left += more.squaredNorm();
+        score += more.dot(readings_left);
+      }
+      const double gain = score * score / left;
       if (!(gain > most)) continue;
       most = gain;
       best_s = place_s(place);
@@ -205,7 +215,7 @@ double Selection::PlaceAgain() {
         placed.context.start_sides == members_[i].context.start_sides)
       continue;
     const Eigen::Index mark = store_.used();
-    placed.columns = store_.Add(White(placed));
+    Store(&placed);
     // Plausible would take a step for a spike beside itself.
     if (CostWith(placed, others) < CostWith(members_[i], others) &&
         (is_step || Plausible(placed, others))) {

@@ -107,7 +107,9 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
   if (scanned >= kMostScanned) return;
   constexpr double kFarLess = 2.0;
   const Eigen::Index begin = store_.used();
-  for (const ScanPeak& peak : Scan(*problem_, whitener_, store_.Take(model), Residual())) {
+  const SingleReadings readings = {within_, store_.MoreOfResidual(model)};
+  for (const ScanPeak& peak :
+       Scan(*problem_, whitener_, store_.Take(model), Residual(), readings)) {
     // A tone that few rests show takes the place of what explains far less alone.
     const double behind = peak.last_resort && best->candidate ? kFarLess : 1.0;
     // By the count of tests at the scan's own gain, which is not counted again when the noise is
@@ -123,7 +125,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     if (Barred(candidate.family)) continue;
     if (candidate.search() == Search::kTime) PlaceStep(model, &candidate);
     const Eigen::Index mark = store_.used();
-    candidate.columns = store_.Add(White(candidate));
+    Store(&candidate);
     double evidence_margin = level - LogP(candidate, model);
     if (evidence_margin > -kNearLevel && evidence_margin + kNearLevel > best->evidence_margin) {
       Refine(&candidate, model);
@@ -134,7 +136,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
         Plausible(candidate, model)) {
       if (mark > begin) {  // in the place of the best before
         store_.DropFrom(begin);
-        candidate.columns = store_.Add(White(candidate));
+        Store(&candidate);
       }
       *best = {candidate, evidence_margin, true};
     } else {

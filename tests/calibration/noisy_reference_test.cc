@@ -105,7 +105,9 @@ class DrawnTails {
     return residual;
   }
   bool AreWide(const Eigen::VectorXd& residual) const {
-    for (const calibration::ScanPeak& peak : Scan(problem_, whitener_, model_, residual)) {
+    const calibration::WithinNodes no_readings;
+    for (const calibration::ScanPeak& peak :
+         Scan(problem_, whitener_, model_, residual, {no_readings, {}})) {
       if (peak.effect->id == "angle.step") return std::isfinite(peak.tail_freedom);
     }
     ADD_FAILURE() << "no step of the angle was looked for";

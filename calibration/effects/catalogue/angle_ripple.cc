@@ -30,6 +30,7 @@ Effect AngleRipple() {
           .search = Search::kPeriods,
           .typical_size = 0.5,
           .size_source = "experience with stands of this class: 0.001 to 0.5",
+          .of_each_reading = true,
           .basis = Make<RippleBasis>};
 }
 

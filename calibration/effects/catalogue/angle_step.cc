@@ -39,6 +39,7 @@ Effect AngleStep() {
           .size_source = "experience with stands of this class: 0.01 to 0.5",
           .may_be_larger = true,
           .made_by_rounding = kRoundingInStep,
+          .of_each_reading = true,
           .basis = Make<AngleStepBasis>};
 }
 

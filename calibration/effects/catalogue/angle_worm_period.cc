@@ -39,6 +39,7 @@ Effect AngleWormPeriod() {
               "0.025 deg",
           .made_by_rounding = kRoundingInWave,
           .wave_of_angle = true,
+          .of_each_reading = true,
           .basis = Make<ShaftPeriodBasis>};
 }
 

@@ -1,0 +1,48 @@
+// What single readings say beside the nodes' means, as further rows of the least squares.
+#include <algorithm>
+
+#include "calibration/trace/selection.h"
+
+namespace gyrobench::calibration {
+namespace {
+
+bool IsOfEachReading(const Candidate& candidate) {
+  return candidate.effect != nullptr && candidate.effect->of_each_reading;
+}
+
+}  // namespace
+
+void Selection::TakeInReadings(const Baseline& baseline) {
+  within_ = WithinNodes(*problem_, baseline, store_.Solve(base_));
+  if (within_.empty()) return;
+  store_.SetMoreOfOutput(within_.output());
+  for (const Candidate& candidate : pool_) SetMore(candidate);
+}
+
+void Selection::SetMore(const Candidate& candidate) {
+  if (!within_.empty() && IsOfEachReading(candidate))
+    store_.SetMore(candidate.columns,
+                   within_.Columns(*candidate.effect, candidate.context, candidate.power_on));
+}
+
+void Selection::Store(Candidate* candidate) {
+  candidate->columns = store_.Add(White(*candidate));
+  SetMore(*candidate);
+}
+
+// Gain of all rows less that of the nodes' alone.
+double Selection::GainByReadings(std::size_t member) {
+  if (within_.empty() || !IsOfEachReading(members_[member])) return 0.0;
+  const WhiteStore::Columns others = ModelWithout(member);
+  const auto gain = [&](const WhiteStore::Columns& own) {
+    WhiteStore::Columns with = others;
+    with.insert(with.end(), own.begin(), own.end());
+    return store_.FitTo(others).residual_square - store_.FitTo(with).residual_square;
+  };
+  const Eigen::Index mark = store_.used();
+  const double by_nodes = gain(store_.Add(White(members_[member])));
+  store_.DropFrom(mark);
+  return std::max(gain(members_[member].columns) - by_nodes, 0.0);
+}
+
+}  // namespace gyrobench::calibration
