@@ -239,10 +239,12 @@ class ChannelTracer::State {
     for (int k = 0; k < baseline_.filter_shapes; ++k)
       parameters.push_back(Parameter(fit, j++, "filter_shape", "s^2", grow));
     if (baseline_.temperature_order > 0) trace_.baseline.reference_degC = baseline_.reference_degC;
-    const WhiteStore::Fit alone = selection.store().FitTo(selection.baseline_columns());
+    const WhiteStore& store = selection.store();
+    const Eigen::VectorXd coefficients = store.Solve(selection.baseline_columns());
+    const Eigen::VectorXd left =
+        store.output() - store.Take(selection.baseline_columns()) * coefficients;
     trace_.baseline.whitened_rms =
-        std::sqrt(alone.residual_square / static_cast<double>(problem_.rows()));
-    const Eigen::VectorXd coefficients = selection.store().Solve(selection.baseline_columns());
+        std::sqrt(left.squaredNorm() / static_cast<double>(problem_.rows()));
     trace_.baseline.angle_rms_deg = AngleRms(baseline_.columns * coefficients);
   }
 

@@ -128,8 +128,8 @@ struct ByReadings {
 ByReadings OfReadings(const SingleReadings* readings, std::size_t axis, int most) {
   if (readings == nullptr) return {};
   OverTurn sum;
-  readings->within.ForEachReading(axis, [&](Eigen::Index i, double angle_turns, double felt) {
-    sum.Add(angle_turns, felt * readings->residual(i));
+  readings->within.ForEachReading(axis, readings->residual, [&](double angle_turns, double score) {
+    sum.Add(angle_turns, score);
   });
   return {sum.Waves(), readings->within.SquaresOfWaves(axis, static_cast<std::size_t>(most))};
 }

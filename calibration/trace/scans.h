@@ -51,8 +51,8 @@ std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener
 
 // Part of Scan: the highest peaks of a ripple of one axis of the table, the highest first. A
 // ripple is not always at the highest: the scan goes by the angle at the nodes, and not by the mean
-// over the readings of each. `output_score`: of each row's output, of the white residual. `readings`:
-// null where the nodes' means alone are to be looked at.
+// over the readings of each. `output_score`: of each row's output, of the white residual.
+// `readings`: null where the nodes' means alone are to be looked at.
 std::vector<ScanPeak> ScanRipple(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
                                  const SingleReadings* readings, std::size_t axis,
                                  std::size_t most_peaks);

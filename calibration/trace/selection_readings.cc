@@ -13,7 +13,7 @@ bool IsOfEachReading(const Candidate& candidate) {
 }  // namespace
 
 void Selection::TakeInReadings(const Baseline& baseline) {
-  within_ = WithinNodes(*problem_, baseline, store_.Solve(base_));
+  within_ = WithinNodes(*problem_, baseline, store_.Solve(base_), walk_deg_sqrt_s_);
   if (within_.empty()) return;
   store_.SetMoreOfOutput(within_.output());
   for (const Candidate& candidate : pool_) SetMore(candidate);

@@ -171,7 +171,8 @@ void Selection::TryRamps(const WhiteStore::Columns& model, Best* best) const {
   }
 }
 
-// A product must be clearly ahead, and by what a description costs: the others may still be refined.
+// A product must be clearly ahead, and by what a description costs: the others may still be
+// refined.
 void Selection::TryProducts(Best* best) const {
   constexpr double kClearly = 1.1;
   std::vector<const Candidate*> open;

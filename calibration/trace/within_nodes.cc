@@ -12,9 +12,12 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr std::uint32_t kLeastReadings = 3;
-constexpr Eigen::Index kLeastOfRun = 100;  // readings, of which a standard deviation is known
+constexpr double kLeastFreedom = 100.0;  // of a standard deviation that counts as known
 // In standard deviations: a node with such a reading has a wild one.
 constexpr double kWild = 6.0;
+// Of the least step of the readings, in which errors that come of less noise go by the angle:
+// sqrt(0.4^2 + 1/12), of noise of 0.4 of a step, of which rounding leaves a wave of 1.4 % of it.
+constexpr double kDithered = 0.49;
 
 // What the baseline has of a row beside its turns [deg].
 double BesideTurns(const Baseline& baseline, const Eigen::VectorXd& fit, Eigen::Index row) {
@@ -26,89 +29,130 @@ double BesideTurns(const Baseline& baseline, const Eigen::VectorXd& fit, Eigen::
 }  // namespace
 
 WithinNodes::WithinNodes(const ChannelProblem& problem, const Baseline& baseline,
-                         const Eigen::VectorXd& fit)
-    : problem_(&problem) {
-  Collect(baseline, fit);
-  Weigh();
+                         const Eigen::VectorXd& fit, double walk_deg_sqrt_s)
+    : problem_(&problem), walk_deg_sqrt_s_(walk_deg_sqrt_s) {
+  std::vector<double> output;
+  Collect(baseline, fit, &output);
+  const std::vector<double> sigma_deg = ErrorsOfReadings(output);
+  // Rows of what is left, in order.
+  std::vector<double> after_s;
+  std::vector<double> kept;
+  std::vector<MovingNode> nodes;
+  for (MovingNode node : nodes_) {
+    const double sigma = sigma_deg[problem.row_refs()[static_cast<std::size_t>(node.row)].history];
+    const double* own = output.data() + node.begin;
+    const bool wild = std::any_of(own, own + node.count,
+                                  [&](double off) { return std::fabs(off) > kWild * sigma; });
+    if (!(sigma > 0.0) || wild) continue;
+    const auto begin = static_cast<Eigen::Index>(kept.size());
+    kept.insert(kept.end(), own, own + node.count);
+    after_s.insert(after_s.end(), after_s_.begin() + node.begin,
+                   after_s_.begin() + node.begin + node.count);
+    node.begin = begin;
+    node.white = WhiteningOf(node.count,
+                             (after_s.back() - after_s[static_cast<std::size_t>(begin)]) /
+                                 static_cast<double>(node.count - 1),
+                             sigma);
+    nodes.push_back(node);
+  }
+  nodes_ = std::move(nodes);
+  after_s_ = std::move(after_s);
+  output_.resize(static_cast<Eigen::Index>(kept.size()));
+  for (const MovingNode& node : nodes_) {
+    output_.segment(node.begin, node.count) =
+        White(node) * Eigen::Map<const Eigen::VectorXd>(kept.data() + node.begin, node.count);
+  }
 }
 
-void WithinNodes::Collect(const Baseline& baseline, const Eigen::VectorXd& fit) {
+void WithinNodes::Collect(const Baseline& baseline, const Eigen::VectorXd& fit,
+                          std::vector<double>* output) {
   Vector3 m = {};
   m[problem_->channel()] = 1.0;
   for (std::size_t j = 0; j < baseline.turned.size(); ++j)
     m[baseline.turned[j]] = fit(static_cast<Eigen::Index>(j));
-  std::vector<double> output;
   const double units = problem_->units_per_deg_s();
   for (Eigen::Index i = 0; i < problem_->rows(); ++i) {
     const StateHistory& history = problem_->history(i);
     const Interval& interval = problem_->intervals()[static_cast<std::size_t>(i)];
     const Node& epoch = problem_->end_epoch(i);
     if (interval.still || !problem_->FeelsTable(i) || epoch.within_count < kLeastReadings ||
-        history.rounding_deg > 0.0 || epoch.at.t_s != epoch.mean.t_s)
+        epoch.at.t_s != epoch.mean.t_s)
       continue;
     const double offset_deg_s = BesideTurns(baseline, fit, i) / interval.duration_s;
     const ReadingWithin* reading = history.recording->columns.within.data() + epoch.within_begin;
-    nodes_.push_back({i, static_cast<Eigen::Index>(output.size()), epoch.within_count});
+    nodes_.push_back({i, static_cast<Eigen::Index>(output->size()), epoch.within_count, 0});
     for (std::uint32_t k = 0; k < epoch.within_count; ++k, ++reading) {
-      const auto turned = [&](std::size_t c) {
-        return static_cast<double>(reading->rotation_deg[c]);
-      };
       const double after_s = static_cast<double>(reading->after_s);
       double off_deg =
           static_cast<double>(reading->z[problem_->channel()]) / units - offset_deg_s * after_s;
-      for (std::size_t c = 0; c < 3; ++c) off_deg -= m[c] * turned(c);
-      output.push_back(off_deg);
+      for (std::size_t c = 0; c < 3; ++c)
+        off_deg -= m[c] * static_cast<double>(reading->rotation_deg[c]);
+      output->push_back(off_deg);
       after_s_.push_back(after_s);
-      per_sigma_.push_back(std::sqrt(static_cast<double>(reading->readings)));
     }
   }
-  output_ =
-      Eigen::Map<const Eigen::VectorXd>(output.data(), static_cast<Eigen::Index>(output.size()));
 }
 
-// By the scatter of each measurement: twice, the second time without wild ones.
-void WithinNodes::Weigh() {
-  const auto history_of = [&](const MovingNode& node) { return &problem_->history(node.row); };
-  std::map<const StateHistory*, double> sigma_deg;
+// Of each measurement, by the scatter about the nodes' means less what the gyro's walk makes of it:
+// twice, the second time without wild ones. 0 where nothing is to be had: of few readings, where
+// rounding is no noise, and where the walk is as large as the errors.
+std::vector<double> WithinNodes::ErrorsOfReadings(const std::vector<double>& output) const {
+  struct Scatter {
+    double square = 0.0, by_walk = 0.0, freedom = 0.0, span_s = 0.0;
+  };
+  const std::size_t runs = problem_->histories().size();
+  std::vector<double> scatter_deg(runs, 0.0), out(runs, 0.0);
   for (int round = 0; round < 2; ++round) {
-    struct Scatter {
-      double square = 0.0, freedom = 0.0;
-      Eigen::Index readings = 0;
-    };
-    std::map<const StateHistory*, Scatter> scatter;
+    std::vector<Scatter> scatter(runs);
     for (const MovingNode& node : nodes_) {
-      double square = 0.0, largest = 0.0;
-      for (Eigen::Index r = node.begin; r < node.begin + node.count; ++r) {
-        const double own = std::pow(output_(r) * per_sigma_[static_cast<std::size_t>(r)], 2);
-        square += own;
-        largest = std::max(largest, own);
-      }
-      const auto known = sigma_deg.find(history_of(node));
-      if (known != sigma_deg.end() && largest > std::pow(kWild * known->second, 2)) continue;
-      Scatter& of_run = scatter[history_of(node)];
-      of_run.square += square;
-      of_run.freedom += static_cast<double>(node.count - 1);
-      of_run.readings += node.count;
+      const std::size_t run = problem_->row_refs()[static_cast<std::size_t>(node.row)].history;
+      const Eigen::Map<const Eigen::VectorXd> own(output.data() + node.begin, node.count);
+      if (round > 0 && own.cwiseAbs().maxCoeff() > kWild * scatter_deg[run]) continue;
+      const auto first = static_cast<std::size_t>(node.begin);
+      const double span_s =
+          after_s_[first + static_cast<std::size_t>(node.count) - 1] - after_s_[first];
+      const auto n = static_cast<double>(node.count);
+      scatter[run].square += own.squaredNorm();
+      // Sum over all pairs of their distance, of even ones, over n.
+      scatter[run].by_walk += std::pow(walk_deg_sqrt_s_, 2) * span_s * (n + 1.0) / 6.0;
+      scatter[run].freedom += n - 1.0;
+      scatter[run].span_s = std::max(scatter[run].span_s, span_s);
     }
-    sigma_deg.clear();
-    for (const auto& [history, of_run] : scatter) {
-      if (of_run.readings >= kLeastOfRun && of_run.square > 0.0)
-        sigma_deg[history] = std::sqrt(of_run.square / of_run.freedom);
-    }
-  }
-  for (const MovingNode& node : nodes_) {
-    const auto known = sigma_deg.find(history_of(node));
-    double weight = known == sigma_deg.end() ? 0.0 : 1.0 / known->second;
-    for (Eigen::Index r = node.begin; r < node.begin + node.count; ++r) {
-      const double own = output_(r) * per_sigma_[static_cast<std::size_t>(r)];
-      if (weight > 0.0 && std::fabs(own) > kWild * known->second) weight = 0.0;
-    }
-    for (Eigen::Index r = node.begin; r < node.begin + node.count; ++r) {
-      double& per_sigma = per_sigma_[static_cast<std::size_t>(r)];
-      per_sigma *= weight;
-      output_(r) *= per_sigma;
+    for (std::size_t run = 0; run < runs; ++run) {
+      const Scatter& own = scatter[run];
+      scatter_deg[run] = own.freedom > 0.0 ? std::sqrt(own.square / own.freedom) : 0.0;
+      const double square =
+          own.freedom >= kLeastFreedom ? (own.square - own.by_walk) / own.freedom : 0.0;
+      const bool by_errors = square > std::pow(walk_deg_sqrt_s_, 2) * own.span_s;
+      out[run] = by_errors ? std::sqrt(square) : 0.0;
     }
   }
+  for (std::size_t run = 0; run < runs; ++run) {
+    for (const std::size_t axis : problem_->table_axes()) {
+      const double step_deg = problem_->histories()[run].recording->reference_step_deg[axis];
+      if (std::isfinite(step_deg) && out[run] < kDithered * step_deg) out[run] = 0.0;
+    }
+  }
+  return out;
+}
+
+// Of errors and the walk within one node, of readings that come evenly; what is the same for all of
+// them is taken off.
+std::size_t WithinNodes::WhiteningOf(Eigen::Index readings, double step_s, double sigma_deg) {
+  constexpr double kSame_s = 1e-4;
+  const auto [place, is_new] = known_whitening_.try_emplace(
+      {readings, std::lround(step_s / kSame_s), sigma_deg}, whitening_.size());
+  if (!is_new) return place->second;
+  const double walk = std::pow(walk_deg_sqrt_s_, 2) * step_s;
+  const Eigen::MatrixXd covariance =
+      Eigen::MatrixXd::NullaryExpr(readings, readings, [&](Eigen::Index i, Eigen::Index j) {
+        return (i == j ? sigma_deg * sigma_deg : 0.0) + walk * static_cast<double>(std::min(i, j));
+      });
+  const Eigen::MatrixXd white =
+      covariance.llt().matrixL().solve(Eigen::MatrixXd::Identity(readings, readings));
+  const Eigen::VectorXd all = white.rowwise().sum().normalized();
+  whitening_.push_back(white - all * (all.transpose() * white));
+  return place->second;
 }
 
 // Of the axis of the table, at the reading, beyond the angle at the node.
@@ -152,34 +196,27 @@ Eigen::MatrixXd WithinNodes::Columns(const Effect& effect, const BasisContext& c
       basis->At(point, at.data());
       for (Eigen::Index j = 0; j < terms; ++j) values(r, j) = at[static_cast<std::size_t>(j)];
     }
-    const Eigen::Map<const Eigen::VectorXd> per_sigma(per_sigma_.data() + node.begin, node.count);
-    const Eigen::VectorXd weights = per_sigma;
-    const double all = weights.squaredNorm();
-    if (!(all > 0.0)) continue;
-    for (Eigen::Index j = 0; j < terms; ++j) {
-      const double mean = weights.cwiseAbs2().dot(values.col(j)) / all;
-      out.col(j).segment(node.begin, node.count) =
-          felt * weights.array() * (values.col(j).array() - mean);
-    }
+    out.middleRows(node.begin, node.count) = felt * (White(node) * values);
   }
   return out;
 }
 
 void WithinNodes::ForEachReading(
-    std::size_t axis, const std::function<void(Eigen::Index, double, double)>& visit) const {
+    std::size_t axis, const Eigen::VectorXd& residual,
+    const std::function<void(double angle_turns, double score)>& visit) const {
+  Eigen::VectorXd score;
   for (const MovingNode& node : nodes_) {
     const double felt = problem_->AxisProjection(node.row, axis);
     const double angle_deg = StateAt(node).table_deg[axis];
     if (felt == 0.0 || !std::isfinite(angle_deg)) continue;
-    for (Eigen::Index r = 0; r < node.count; ++r) {
-      visit(node.begin + r, (angle_deg + OffMean_deg(node, axis, r)) / kFullTurn_deg,
-            felt * per_sigma_[static_cast<std::size_t>(node.begin + r)]);
-    }
+    score = White(node).transpose() * residual.segment(node.begin, node.count);
+    for (Eigen::Index r = 0; r < node.count; ++r)
+      visit((angle_deg + OffMean_deg(node, axis, r)) / kFullTurn_deg, felt * score(r));
   }
 }
 
 // Readings that follow each other by even steps of the angle have a mean of waves that is
-// MeanOfWave; nodes with nearly the same step count together.
+// MeanOfWave; nodes with nearly the same step count together. Without the gyro's walk.
 const std::vector<double>& WithinNodes::SquaresOfWaves(std::size_t axis,
                                                        std::size_t most_periods) const {
   constexpr double kSame_deg = 0.02;
@@ -191,10 +228,9 @@ const std::vector<double>& WithinNodes::SquaresOfWaves(std::size_t axis,
     const double step_deg = (OffMean_deg(node, axis, node.count - 1) - OffMean_deg(node, axis, 0)) /
                             static_cast<double>(node.count - 1);
     if (felt == 0.0 || !std::isfinite(step_deg)) continue;
-    double square = 0.0;
-    for (Eigen::Index r = node.begin; r < node.begin + node.count; ++r)
-      square += std::pow(felt * per_sigma_[static_cast<std::size_t>(r)], 2);
-    alike[{node.count, std::lround(std::fabs(step_deg) / kSame_deg)}] += square;
+    alike[{node.count, std::lround(std::fabs(step_deg) / kSame_deg)}] +=
+        felt * felt * White(node).squaredNorm() * static_cast<double>(node.count) /
+        static_cast<double>(node.count - 1);
   }
   out.assign(most_periods, 0.0);
   for (const auto& [node, square] : alike) {

@@ -5,7 +5,9 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "calibration/effects/effect.h"
@@ -17,15 +19,18 @@ namespace gyrobench::calibration {
 // within it, as a wave of many periods a turn or a step, the rest is in how the readings lie about
 // that mean: of reading r, less the mean over the node,
 //   z_r / s0 - M rotation_r - b (t_r - t)  =  felt * f(angle_r, t_r) - M error_r
-// with the baseline as fitted to the nodes. The gyro's own noise is next to none over so short a
-// time, the errors are white, and independent of their mean. Each reading is a further row of the
-// least squares, divided by their standard deviation, which the rows of each measurement show.
+// with the baseline as fitted to the nodes. The errors are independent of each other and of their
+// mean; the gyro's angle random walk is small beside them over so short a time, and whitened with
+// them. Each reading is a further row of the least squares. How large the errors are the rows of
+// each measurement show.
 class WithinNodes {
  public:
   WithinNodes() = default;
-  // `fit`: coefficients of the baseline. `problem` must outlive this. Measurements whose readings
-  // are rounded to steps coarser than their noise, whose errors are not independent, have no rows.
-  WithinNodes(const ChannelProblem& problem, const Baseline& baseline, const Eigen::VectorXd& fit);
+  // `fit`: coefficients of the baseline. `problem` must outlive this. There are no rows of
+  // measurements whose readings are rounded to steps coarser than their noise, as those errors go by
+  // the angle, nor of those in which the gyro's walk is no smaller than the errors.
+  WithinNodes(const ChannelProblem& problem, const Baseline& baseline, const Eigen::VectorXd& fit,
+              double walk_deg_sqrt_s);
 
   bool empty() const { return output_.size() == 0; }
   // White, one a reading.
@@ -34,11 +39,10 @@ class WithinNodes {
   // (Effect::of_each_reading): readings x terms.
   Eigen::MatrixXd Columns(const Effect& effect, const BasisContext& context,
                           std::optional<std::size_t> power_on) const;
-  // Of each reading that feels the axis of the table: its angle [turns], and what a unit of its row
-  // there is.
-  void ForEachReading(std::size_t axis,
-                      const std::function<void(Eigen::Index reading, double angle_turns,
-                                               double felt_per_sigma)>& visit) const;
+  // Of each reading of the axis of the table: its angle [turns], and what the white residual says of
+  // an error of the angle there [1/deg].
+  void ForEachReading(std::size_t axis, const Eigen::VectorXd& residual,
+                      const std::function<void(double angle_turns, double score)>& visit) const;
   // By periods a turn, from 0: sum of squares of a sine's and a cosine's columns.
   const std::vector<double>& SquaresOfWaves(std::size_t axis, std::size_t most_periods) const;
 
@@ -46,18 +50,25 @@ class WithinNodes {
   struct MovingNode {
     Eigen::Index row = 0;  // of the problem: it ends at the node
     Eigen::Index begin = 0, count = 0;
+    std::size_t white = 0;  // of whitening_
   };
 
-  void Collect(const Baseline& baseline, const Eigen::VectorXd& fit);
-  void Weigh();
+  void Collect(const Baseline& baseline, const Eigen::VectorXd& fit, std::vector<double>* output);
+  std::vector<double> ErrorsOfReadings(const std::vector<double>& output) const;
+  std::size_t WhiteningOf(Eigen::Index readings, double step_s, double sigma_deg);
+  const Eigen::MatrixXd& White(const MovingNode& node) const { return whitening_[node.white]; }
   bool Contains(const MovingNode& node, double t_s) const;
   double OffMean_deg(const MovingNode& node, std::size_t axis, Eigen::Index reading) const;
   const SensorState& StateAt(const MovingNode& node) const { return problem_->end_node(node.row); }
 
   const ChannelProblem* problem_ = nullptr;
+  double walk_deg_sqrt_s_ = 0.0;
   std::vector<MovingNode> nodes_;
-  std::vector<double> after_s_, per_sigma_;  // of each reading; sqrt(readings) / sigma [1/deg]
+  std::vector<double> after_s_;  // of each reading
   Eigen::VectorXd output_;
+  std::vector<Eigen::MatrixXd> whitening_;
+  // By number of readings, their distance and their error: which of them.
+  std::map<std::tuple<Eigen::Index, long, double>, std::size_t> known_whitening_;
   mutable std::array<std::vector<double>, 3> squares_;
 };
 
