@@ -23,9 +23,10 @@ class OutputDigits {
   // The step is the least difference of two samples in a row that is one. Of noise sigma, and levels
   // that lie anywhere between two steps, the next sample is the same with the probability
   //   P = E max(0, 1 - |d| / q),  d ~ N(0, 2 sigma^2),
-  // from which sigma is worked out. A table that rests where its output lies between two steps makes
-  // it look up to twice as large, of which the wave is worked out with half of it; samples that come
-  // twice make it look smaller.
+  // from which sigma is worked out. A table that rests where its output lies on the edge between two
+  // steps makes it look up to twice as large. The wave is worked out with the least that sigma may
+  // be: half of it or, where P is clearly below 1/2, that of which levels that all lie on an edge
+  // give P. Samples that come twice make sigma look smaller.
   OutputRounding Rounding() const;
 
  private:

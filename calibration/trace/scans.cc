@@ -71,11 +71,12 @@ class Steps {
     });
     return tests;
   }
-  ScanPeak Angle() const {
+  // `readings`: between which it is placed as well.
+  ScanPeak Angle(Eigen::Index readings) const {
     const Eigen::VectorXd left = Left(shocks_.output, shocks_.output_information);
     ScanPeak peak = Best(shocks_.output, shocks_.output_information, left, true);
     peak.effect = &ScannedEffect(Search::kTime, EffectDomain::kAngle);
-    peak.tried = static_cast<double>(problem_.rows());
+    peak.tried = static_cast<double>(problem_.rows() + readings);
     peak.tail_freedom = TailFreedom();
     peak.table_axis = AxisThatStepped();
     return peak;
@@ -314,7 +315,7 @@ std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener
   if (TooShort(problem)) return {};
   const Steps steps(problem, whitener, model, residual);
   std::vector<ScanPeak> peaks = {steps.Bias(), Tone(problem, residual)};
-  if (!problem.table_axes().empty()) peaks.push_back(steps.Angle());
+  if (!problem.table_axes().empty()) peaks.push_back(steps.Angle(0));
   AddRipples(problem, steps.Output(), nullptr, 1, &peaks);
   return Found(std::move(peaks));
 }
@@ -326,7 +327,8 @@ std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whiten
   std::vector<ScanPeak> peaks;
   const Steps steps(problem, whitener, model, residual);
   peaks.push_back(steps.Bias());
-  if (!problem.table_axes().empty()) peaks.push_back(steps.Angle());
+  if (!problem.table_axes().empty())
+    peaks.push_back(steps.Angle(readings.within.output().size()));
   peaks.push_back(Tone(problem, residual));
   AddRipples(problem, steps.Output(), readings.within.empty() ? nullptr : &readings, kMostRipples,
              &peaks);

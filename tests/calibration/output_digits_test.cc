@@ -38,22 +38,23 @@ OutputRounding RoundingOf(double noise_in_steps, std::uint64_t seed) {
   return digits.Rounding();
 }
 
-// How far the mean of rounded samples is from their level, at most over the levels within a step.
+// How far the mean of rounded samples is from their level, at most over the levels within a step:
+// the sum over the steps of their chances.
 double WaveOf(double noise_in_steps) {
-  std::mt19937_64 random(1);
-  std::normal_distribution<double> normal(0.0, kStep * noise_in_steps);
+  const auto below = [&](double edge) {
+    return 0.5 * std::erfc(-edge / (std::numbers::sqrt2 * noise_in_steps));
+  };
   double largest = 0.0;
-  for (double level = 0.0; level < kStep; level += kStep / 16.0) {
-    constexpr int kSamples = 40000;
-    double sum = 0.0;
-    for (int i = 0; i < kSamples; ++i) sum += Rounded(level + normal(random)) - level;
-    largest = std::max(largest, std::fabs(sum) / kSamples);
+  for (double level = 0.0; level < 1.0; level += 1.0 / 64.0) {
+    double mean = 0.0;
+    for (int k = -20; k <= 20; ++k) mean += k * (below(k + 0.5 - level) - below(k - 0.5 - level));
+    largest = std::max(largest, std::fabs(mean - level));
   }
-  return largest;
+  return kStep * largest;
 }
 
 TEST(OutputDigits, TheWaveIsABoundOfWhatRoundingMakesOfAMean) {
-  for (const double noise_in_steps : {0.15, 0.25, 0.4, 0.6}) {
+  for (const double noise_in_steps : {0.15, 0.25, 0.4, 0.45}) {
     const OutputRounding rounding = RoundingOf(noise_in_steps, 2);
     EXPECT_NEAR(rounding.step, kStep, 1e-12);
     EXPECT_GT(rounding.wave, WaveOf(noise_in_steps)) << noise_in_steps;
@@ -61,7 +62,28 @@ TEST(OutputDigits, TheWaveIsABoundOfWhatRoundingMakesOfAMean) {
     const double scatter = kStep * std::sqrt(noise_in_steps * noise_in_steps + 1.0 / 12.0);
     EXPECT_NEAR(rounding.scatter, scatter, 0.1 * scatter) << noise_in_steps;
   }
-  EXPECT_LT(RoundingOf(1.0, 3).wave, 0.01 * kStep);
+}
+
+// Nothing is stated of noise that leaves less than a hundredth of a step, as that of 0.43 does.
+TEST(OutputDigits, NoiseOfMoreThanHalfAStepLeavesNoWave) {
+  EXPECT_LT(WaveOf(0.43), 0.01 * kStep);
+  for (const double noise_in_steps : {0.6, 0.8, 1.0})
+    EXPECT_EQ(RoundingOf(noise_in_steps, 3).wave, 0.0) << noise_in_steps;
+}
+
+// A rest on an edge between two steps, beside turns with ramps of eight steps from sample to sample.
+TEST(OutputDigits, ARestOnAnEdgeHidesNoWave) {
+  for (const double noise_in_steps : {0.3, 0.4}) {
+    std::mt19937_64 random(5);
+    std::normal_distribution<double> normal(0.0, kStep * noise_in_steps);
+    OutputDigits digits;
+    for (int i = 0; i < 20000; ++i) {
+      const int phase = i % 500;
+      const double ramp = phase < 100 ? phase : phase < 200 ? 200 - phase : 0.0;
+      digits.Add(Rounded(kStep * (3.5 + 8.0 * ramp) + normal(random)));
+    }
+    EXPECT_GT(digits.Rounding().wave, WaveOf(noise_in_steps)) << noise_in_steps;
+  }
 }
 
 TEST(OutputDigits, SamplesThatAreNotRoundedHaveNone) {
