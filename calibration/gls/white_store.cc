@@ -101,7 +101,8 @@ WhiteStore::Columns WhiteStore::Add(Eigen::Index count) {
 
 void WhiteStore::SetMoreOfOutput(Eigen::VectorXd more) {
   more_[0] = std::move(more);
-  known_(0, 0) = false;
+  known_.row(0).setConstant(false);
+  known_.col(0).setConstant(false);
 }
 
 void WhiteStore::SetMore(const Columns& columns, const Eigen::MatrixXd& more) {
@@ -129,14 +130,6 @@ Eigen::VectorXd WhiteStore::MoreOfResidual(std::span<const Eigen::Index> model) 
   return out;
 }
 
-Eigen::MatrixXd WhiteStore::ProductsOfMore(std::span<const Eigen::Index> columns) const {
-  const auto count = static_cast<Eigen::Index>(columns.size());
-  return Eigen::MatrixXd::NullaryExpr(count, count, [&](Eigen::Index i, Eigen::Index j) {
-    return ProductOfMore(columns[static_cast<std::size_t>(i)] + 1,
-                         columns[static_cast<std::size_t>(j)] + 1);
-  });
-}
-
 void WhiteStore::MultiplyFirst(Eigen::Index count) { Multiply(0, count + 1, 0, used_ + 1); }
 
 void WhiteStore::MultiplyEachOther(const Columns& columns) {
@@ -150,6 +143,9 @@ void WhiteStore::Multiply(Eigen::Index row, Eigen::Index row_end, Eigen::Index c
   const Eigen::Index rows = row_end - row, columns = column_end - column;
   gram_.block(row, column, rows, columns) =
       TransposeTimes(white_.middleCols(row, rows), white_.middleCols(column, columns));
+  for (Eigen::Index i = row; i < row_end; ++i) {
+    for (Eigen::Index j = column; j < column_end; ++j) gram_(i, j) += ProductOfMore(i, j);
+  }
   gram_.block(column, row, columns, rows) =
       gram_.block(row, column, rows, columns).transpose().eval();
   known_.block(row, column, rows, columns).setConstant(true);

@@ -36,8 +36,7 @@ class WhiteStore {
   void SetMore(const Columns& columns, const Eigen::MatrixXd& more);
   // What the model leaves of the output there.
   Eigen::VectorXd MoreOfResidual(std::span<const Eigen::Index> model) const;
-  // Products of columns there; all zero where none has any.
-  Eigen::MatrixXd ProductsOfMore(std::span<const Eigen::Index> columns) const;
+  const Eigen::VectorXd& more_of_output() const { return more_[0]; }
   // Of a column, all rows.
   double Square(Eigen::Index column) const { return Product(column + 1, column + 1); }
   Eigen::MatrixXd Take(std::span<const Eigen::Index> columns) const {

@@ -225,13 +225,11 @@ class Collector::Impl {
       NearIntegrals(&node);
       if (job.moves) node.mean.output_known = false;
     }
+    if (!job.moves || !node.mean.output_known) within_.clear();
     node.within_begin = static_cast<std::uint32_t>(done_within_.size());
-    if (job.moves && node.mean.output_known) {
-      for (const ReadingWithin& reading : within_) done_within_.push_back(reading);
-    }
-    node.within_count = static_cast<std::uint32_t>(done_within_.size()) - node.within_begin;
-    columns_.covariates.insert(columns_.covariates.end(), job.covariates.begin(),
-                               job.covariates.end());
+    node.within_count = static_cast<std::uint32_t>(within_.size());
+    for (const ReadingWithin& reading : within_) done_within_.push_back(reading);
+    for (const double value : job.covariates) columns_.covariates.push_back(value);
     done_.push_back(node);
   }
 

@@ -1,5 +1,6 @@
-// What the analysis keeps of a measurement: columns at about 10 Hz, the rests, and the stretches
-// that must not be used. No sample is kept.
+// What the analysis keeps of a measurement: columns at about 10 Hz, in motion each reading of the
+// reference about its node's mean, the rests, and the stretches that must not be used. No sample is
+// kept.
 #pragma once
 
 #include <array>
@@ -88,8 +89,7 @@ struct ReadingsMean {
 
 // What a reading of a moving node, or some that are close together, says beyond the mean of all.
 struct ReadingWithin {
-  float after_s = 0.0F;   // that mean's time
-  float readings = 1.0F;  // of how many it is the mean
+  float after_s = 0.0F;  // time after that of the mean
   // The output's integral [output unit s] and the rotation of the reference, less their means.
   std::array<float, 3> z = {}, rotation_deg = {};
 };

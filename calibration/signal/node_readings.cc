@@ -107,7 +107,6 @@ void NodeReadings::AppendWithin(const std::array<IntegralMark, kMost>& at, const
     const Vector3 last = i + 1 == size_ ? newest_.rotation_deg : Vector3{};
     ReadingWithin reading;
     reading.after_s = static_cast<float>(group.t_s - mean.t_s);
-    reading.readings = static_cast<float>(group.weight);
     for (std::size_t c = 0; c < 3; ++c) {
       const double rotation_deg = (group.rotation_deg[c] + last[c]) / group.weight;
       reading.z[c] = static_cast<float>(at[i].z[c] - mean.z[c]);

@@ -15,7 +15,7 @@ namespace gyrobench::calibration {
 // output's integral is averaged over the very same times:
 //   mean_r(rotation(t_r)) - mean_r(z(t_r)) / s0 = mean_r(error_r) + what an effect does there
 // Readings within a few milliseconds of each other count as one at their mean time, with the weight
-// of all. Bounded; nothing is allocated.
+// of all. Bounded; nothing is allocated but what `within` grows by.
 class NodeReadings {
  public:
   struct Reading {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "calibration/gls/independent_columns.h"
 #include "calibration/gls/raw_columns.h"
@@ -78,20 +79,48 @@ void AddMisread(const ChannelProblem& problem, const Selection& selection,
   fit->covariance += fit->by_misread * fit->by_misread.transpose();
 }
 
-// Products of the members' columns by single readings, at their places among the parameters.
-Eigen::MatrixXd ByReadings(const Selection& selection, const ChannelFit& fit, Eigen::Index all) {
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(all, all);
-  WhiteStore::Columns columns;
+// The same of the rows of single readings.
+Eigen::MatrixXd SlopesOfReadings(const Selection& selection, const ChannelProblem& problem,
+                                 const Candidate& member, const Eigen::VectorXd& coefficients) {
+  if (!member.shape_is_free()) return Eigen::MatrixXd(selection.store().more_of_output().size(), 0);
+  const RefineRange range = *RangeOf(problem, member);
+  Eigen::MatrixXd out(selection.store().more_of_output().size(),
+                      static_cast<Eigen::Index>(range.start.size()));
+  for (std::size_t k = 0; k < range.start.size(); ++k) {
+    Candidate above = member, below = member;
+    const double step = kSlopeStep * (range.high[k] - range.low[k]);
+    std::vector<double> theta = range.start;
+    theta[k] += step;
+    SetNonlinear(theta, &above);
+    theta[k] -= 2.0 * step;
+    SetNonlinear(theta, &below);
+    out.col(static_cast<Eigen::Index>(k)) =
+        (selection.ColumnsOfReadings(above) - selection.ColumnsOfReadings(below)) * coefficients /
+        (2.0 * step);
+  }
+  return out;
+}
+
+void AddReadings(const ChannelProblem& problem, const Selection& selection, ChannelFit* fit) {
+  const Eigen::Index linear = fit->white.cols(), all = linear + fit->white_slopes.cols();
+  fit->readings_products = Eigen::MatrixXd::Zero(all, all);
+  fit->readings_with_output = Eigen::VectorXd::Zero(all);
+  Eigen::MatrixXd rows(selection.store().more_of_output().size(), 0);
   std::vector<Eigen::Index> places;
   for (std::size_t i = 0; i < selection.members().size(); ++i) {
-    Eigen::Index place = fit.member_begin[i];
-    for (const Eigen::Index column : selection.members()[i].columns) {
-      columns.push_back(column);
-      places.push_back(place++);
-    }
+    const Candidate& member = selection.members()[i];
+    const Eigen::MatrixXd columns = selection.ColumnsOfReadings(member);
+    if (columns.cols() == 0) continue;
+    AppendColumns(&rows, columns);
+    AppendColumns(&rows,
+                  SlopesOfReadings(selection, problem, member,
+                                   fit->linear.segment(fit->column_begin[i], columns.cols())));
+    const std::vector<Eigen::Index> own =
+        fit->PlacesInReadings(fit->ColumnsOf(i), fit->SlopesOf(i));
+    places.insert(places.end(), own.begin(), own.end());
   }
-  out(places, places) = selection.store().ProductsOfMore(columns);
-  return out;
+  fit->readings_products(places, places) = rows.transpose() * rows;
+  fit->readings_with_output(places) = rows.transpose() * selection.store().more_of_output();
 }
 
 // From the begin of one member to that of the next.
@@ -115,6 +144,13 @@ std::vector<Eigen::Index> ChannelFit::ColumnsOf(std::size_t member) const {
 
 std::vector<Eigen::Index> ChannelFit::SlopesOf(std::size_t member) const {
   return Owned(slope_begin, member, raw_slopes.cols());
+}
+
+std::vector<Eigen::Index> ChannelFit::PlacesInReadings(
+    const std::vector<Eigen::Index>& columns, const std::vector<Eigen::Index>& slopes) const {
+  std::vector<Eigen::Index> out = columns;
+  for (const Eigen::Index j : slopes) out.push_back(white.cols() + j);
+  return out;
 }
 
 std::vector<Eigen::Index> ChannelFit::ColumnsBut(const std::vector<Eigen::Index>& without) const {
@@ -166,6 +202,8 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
   fit.column_begin = std::move(raw.column_begin);
   fit.slope_begin = std::move(raw.slope_begin);
   Eigen::MatrixXd tangent = fit.white.leftCols(fit.baseline_columns);
+  std::vector<Eigen::Index> places_in_readings(static_cast<std::size_t>(fit.baseline_columns));
+  std::iota(places_in_readings.begin(), places_in_readings.end(), Eigen::Index{0});
   std::vector<double> values(fit.linear.data(), fit.linear.data() + fit.baseline_columns);
   for (std::size_t i = 0; i < selection.members().size(); ++i) {
     const Candidate& member = selection.members()[i];
@@ -178,14 +216,17 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
       std::fill_n(fit.local.begin() + column, count, true);
     AppendColumns(&tangent, fit.white.middleCols(column, count));
     AppendColumns(&tangent, fit.white_slopes(Eigen::all, slopes));
+    for (const Eigen::Index place : fit.PlacesInReadings(fit.ColumnsOf(i), slopes))
+      places_in_readings.push_back(place);
     for (Eigen::Index j = 0; j < count; ++j) values.push_back(fit.linear(column + j));
     if (!slopes.empty()) {
       values.insert(values.end(), member.context.nonlinear.begin(), member.context.nonlinear.end());
     }
   }
   fit.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-  fit.covariance =
-      CovarianceOf(tangent.transpose() * tangent + ByReadings(selection, fit, tangent.cols()));
+  AddReadings(problem, selection, &fit);
+  const Eigen::MatrixXd by_readings = fit.readings_products(places_in_readings, places_in_readings);
+  fit.covariance = CovarianceOf(tangent.transpose() * tangent + by_readings);
   AddMisread(problem, selection, tangent, &fit);
   StateInReferenceScale(problem, baseline, selection, &fit);
   return fit;

@@ -44,12 +44,19 @@ struct ChannelFit {
   std::vector<bool> local;
   Eigen::VectorXd white_output;
   Eigen::Index baseline_columns = 0;
+  // Products of the linear columns, then of the slopes, in the rows of single readings, with each
+  // other and with the output there (trace/within_nodes.h). No column of the baseline has any.
+  Eigen::MatrixXd readings_products;
+  Eigen::VectorXd readings_with_output;
 
   Eigen::VectorXd WhiteResidual() const { return white_output - white * linear; }
   double whitened_rms() const;
   // Columns of raw and white, and of their slopes, that belong to a member.
   std::vector<Eigen::Index> ColumnsOf(std::size_t member) const;
   std::vector<Eigen::Index> SlopesOf(std::size_t member) const;
+  // Of linear columns and slopes: their places in readings_products.
+  std::vector<Eigen::Index> PlacesInReadings(const std::vector<Eigen::Index>& columns,
+                                             const std::vector<Eigen::Index>& slopes) const;
   // Columns of raw and white that are not in `without`.
   std::vector<Eigen::Index> ColumnsBut(const std::vector<Eigen::Index>& without) const;
 };

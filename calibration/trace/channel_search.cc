@@ -329,15 +329,15 @@ class ChannelSearcher {
   // What does not help on data that the fit did not see is not kept, whatever its p-value: what
   // makes nothing better is no finding either.
   template <typename HarmOf>
-  bool DropMostHarmful(Selection* selection, HarmOf harm_of) const {
+  bool DropMostHarmful(Selection* selection, HarmOf harm_of, bool readings_tell = false) const {
     if (selection->members().empty()) return false;
     const ChannelFit fit = FitChannel(problem_, baseline_, *selection);
     std::size_t worst = selection->members().size();
     double harm = 0.0;
     for (std::size_t i = 0; i < selection->members().size(); ++i) {
-      // What single readings have confirmed is not in the rows that are held out.
-      const double own = harm_of(HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed)) -
-                         selection->GainByReadings(i);
+      // Of what single readings have confirmed the means that are held out may know nothing.
+      if (readings_tell && selection->ReadingsConfirm(i)) continue;
+      const double own = harm_of(HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed));
       if (!(own >= harm)) continue;
       harm = own;
       worst = i;
@@ -349,7 +349,7 @@ class ChannelSearcher {
 
   // Whether structure is left.
   bool DropUseless(Selection* selection) const {
-    while (DropMostHarmful(selection, Harm)) {
+    while (DropMostHarmful(selection, Harm, true)) {
     }
     if (selection->members().empty()) return false;
     // Where structure is left an effect may have been fitted to a part of it.
@@ -374,6 +374,8 @@ class ChannelSearcher {
       for (std::size_t i = 0; i < selection.members().size(); ++i) {
         const Candidate& member = selection.members()[i];
         CorrelatedGain least = LeastWhereCorrelated(problem_, fit, fit.ColumnsOf(i));
+        // Single readings are independent of each other.
+        least.gain += selection.GainByReadings(i);
         least.gain = std::min(least.gain, member.gain_over_noise);
         gains.push_back(least.gain);
         const double over = member.LogChance(least.gain, least.rank) - member.log_level;

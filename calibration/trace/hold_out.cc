@@ -45,8 +45,9 @@ class Splitter {
     white_ << fit.white(Eigen::all, columns), fit.white_slopes(Eigen::all, slopes);
     raw_.resize(rows, count);
     raw_ << fit.raw(Eigen::all, columns), fit.raw_slopes(Eigen::all, slopes);
-    gram_ = white_.transpose() * white_;
-    right_ = white_.transpose() * output_;
+    const std::vector<Eigen::Index> by_readings = fit.PlacesInReadings(columns, slopes);
+    gram_ = white_.transpose() * white_ + fit.readings_products(by_readings, by_readings);
+    right_ = white_.transpose() * output_ + fit.readings_with_output(by_readings);
     independent_ = IndependentColumns(gram_);
   }
 

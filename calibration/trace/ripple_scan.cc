@@ -165,10 +165,13 @@ std::vector<ScanPeak> ScanRipple(const ChannelProblem& problem, const Eigen::Vec
   for (int periods = kLeastPeriods; periods < most; ++periods) {
     const auto k = static_cast<std::size_t>(periods);
     // A turn in steps of whole periods shows none of them.
-    if (!(variance[k] > kShowsNothing * square)) continue;
-    double gain = 2.0 * std::norm(waves[k]) / variance[k];
-    // Of many periods the nodes' angles say nothing of their means, and readings alone speak.
-    if (readings != nullptr && more.squares[k] > 0.0) {
+    const bool nodes_show = variance[k] > kShowsNothing * square;
+    const bool readings_show = readings != nullptr && more.squares[k] > 0.0;
+    if (!nodes_show && !readings_show) continue;
+    double gain = nodes_show ? 2.0 * std::norm(waves[k]) / variance[k] : 0.0;
+    // Where a node spans many periods its angle is not where the mean of the wave is 1: then the
+    // readings alone speak.
+    if (readings_show) {
       const double both =
           2.0 * std::norm(waves[k] + more.waves[k]) / (variance[k] + more.squares[k]);
       gain = std::max({gain, both, 2.0 * std::norm(more.waves[k]) / more.squares[k]});

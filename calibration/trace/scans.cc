@@ -327,8 +327,7 @@ std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whiten
   std::vector<ScanPeak> peaks;
   const Steps steps(problem, whitener, model, residual);
   peaks.push_back(steps.Bias());
-  if (!problem.table_axes().empty())
-    peaks.push_back(steps.Angle(readings.within.output().size()));
+  if (!problem.table_axes().empty()) peaks.push_back(steps.Angle(readings.within.output().size()));
   peaks.push_back(Tone(problem, residual));
   AddRipples(problem, steps.Output(), readings.within.empty() ? nullptr : &readings, kMostRipples,
              &peaks);

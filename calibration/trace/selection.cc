@@ -114,13 +114,13 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
     turns_itself_ = std::fabs(scale) > kLeastScaleFactor;
     if (turns_itself_) own_scale_ = scale;
   }
+  TakeInReadings(baseline);
   std::erase_if(pool_, [&](const Candidate& candidate) {
     if (Visible(candidate)) return false;
     unseen_.push_back(candidate);
     return true;
   });
   ShareLevels();
-  TakeInReadings(baseline);
 }
 
 // Every id gets the same share, as do steps of the offset, of the angle, tones and ripples; of it

@@ -63,6 +63,10 @@ class Selection {
   Eigen::VectorXd Residual() const;
   // Of -2 log L: what a member gains by single readings, beyond what it does by the nodes' means.
   double GainByReadings(std::size_t member);
+  // Single readings alone confirm it, at its level.
+  bool ReadingsConfirm(std::size_t member);
+  // Columns of a candidate in the rows of single readings; none where it has none there.
+  Eigen::MatrixXd ColumnsOfReadings(const Candidate& candidate) const;
 
  private:
   // What a column must bring for an exchange of candidates of different size to be fair.

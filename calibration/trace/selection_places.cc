@@ -159,7 +159,8 @@ void Selection::PlaceStep(const WhiteStore::Columns& others, Candidate* candidat
   const Eigen::VectorXd residual =
       store_.output().segment(first, rows) - own * store_.Solve(others);
   const bool by_readings = !within_.empty() && candidate->effect->of_each_reading;
-  const Eigen::VectorXd readings_left = store_.MoreOfResidual(others);
+  const Eigen::VectorXd readings_left =
+      by_readings ? store_.MoreOfResidual(others) : Eigen::VectorXd();
   double best_s = candidate->context.nonlinear[0];
   const double row_s = LongestRowAt(*problem_, best_s, first, first + rows);
   Eigen::MatrixXd columns(rows, 2 * kPlaces + 1);

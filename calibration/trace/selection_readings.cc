@@ -19,10 +19,15 @@ void Selection::TakeInReadings(const Baseline& baseline) {
   for (const Candidate& candidate : pool_) SetMore(candidate);
 }
 
+Eigen::MatrixXd Selection::ColumnsOfReadings(const Candidate& candidate) const {
+  return within_.empty() || !IsOfEachReading(candidate)
+             ? Eigen::MatrixXd(within_.output().size(), 0)
+             : within_.Columns(*candidate.effect, candidate.context, candidate.power_on);
+}
+
 void Selection::SetMore(const Candidate& candidate) {
-  if (!within_.empty() && IsOfEachReading(candidate))
-    store_.SetMore(candidate.columns,
-                   within_.Columns(*candidate.effect, candidate.context, candidate.power_on));
+  const Eigen::MatrixXd columns = ColumnsOfReadings(candidate);
+  if (columns.cols() > 0) store_.SetMore(candidate.columns, columns);
 }
 
 void Selection::Store(Candidate* candidate) {
@@ -43,6 +48,13 @@ double Selection::GainByReadings(std::size_t member) {
   const double by_nodes = gain(store_.Add(White(members_[member])));
   store_.DropFrom(mark);
   return std::max(gain(members_[member].columns) - by_nodes, 0.0);
+}
+
+bool Selection::ReadingsConfirm(std::size_t member) {
+  const Candidate& candidate = members_[member];
+  const double gain = GainByReadings(member);
+  return gain > 0.0 && candidate.LogChance(gain, static_cast<double>(candidate.columns.size())) <
+                           candidate.log_level;
 }
 
 }  // namespace gyrobench::calibration

@@ -46,7 +46,9 @@ bool Selection::MayBeOfReadings(const Candidate& ripple, double amplitude_deg) c
       kClearly * ripple.context.nonlinear[0] * error_deg * error_deg * kRadPerDeg;
   const double of_rounding_deg = kAllHarmonics * problem_->rounding_wave_deg(axis);
   if (amplitude_deg < std::max(of_error_deg, of_rounding_deg)) return true;
-  return of_rounding_deg > 0.0 && amplitude_deg * LeftInMeans(*problem_, ripple) < of_rounding_deg;
+  // Single readings have rows only where noise hides the steps, and means leave nothing out.
+  return of_rounding_deg > 0.0 && within_.empty() &&
+         amplitude_deg * LeftInMeans(*problem_, ripple) < of_rounding_deg;
 }
 
 // What a candidate adds beside the others is nowhere larger than the wave which rounding makes of

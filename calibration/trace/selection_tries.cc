@@ -128,9 +128,16 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     Store(&candidate);
     double evidence_margin = level - LogP(candidate, model);
     if (evidence_margin > -kNearLevel && evidence_margin + kNearLevel > best->evidence_margin) {
+      // Refinement goes by the nodes alone.
+      const Candidate unrefined = candidate;
+      const double before = evidence_margin;
       Refine(&candidate, model);
       Place(&candidate);
       evidence_margin = level - LogP(candidate, model);
+      if (evidence_margin < before) {
+        candidate = unrefined;
+        evidence_margin = before;
+      }
     }
     if (evidence_margin > behind * best->evidence_margin && ToldFromMembers(candidate, model) &&
         Plausible(candidate, model)) {

@@ -12,18 +12,53 @@ namespace gyrobench::calibration {
 namespace {
 
 constexpr std::uint32_t kLeastReadings = 3;
-constexpr double kLeastFreedom = 100.0;  // of a standard deviation that counts as known
-// In standard deviations: a node with such a reading has a wild one.
+constexpr double kLeastKnown = 100.0;  // second differences, for a standard deviation to be known
+// In standard deviations: a node with such a second difference has a wild reading.
 constexpr double kWild = 6.0;
-// Of the least step of the readings, in which errors that come of less noise go by the angle:
-// sqrt(0.4^2 + 1/12), of noise of 0.4 of a step, of which rounding leaves a wave of 1.4 % of it.
+// Of the variance of the walk over a node. Beside a larger walk the readings of a node are no longer
+// independent of the rows of the nodes about it.
+constexpr double kLeastOfWalk = 1.0;
+// Noise of 0.4 of an encoder's step, of which rounding leaves a wave of 1.4 % of the step, scatters
+// by sqrt(0.4^2 + 1/12) of it: the errors of less noise go by the angle.
 constexpr double kDithered = 0.49;
+
+bool IsWild(const double* off_deg, Eigen::Index count, double sigma_deg) {
+  const double most_deg = kWild * std::sqrt(6.0) * sigma_deg;
+  for (Eigen::Index r = 1; r + 1 < count; ++r) {
+    if (std::fabs(off_deg[r - 1] - 2.0 * off_deg[r] + off_deg[r + 1]) > most_deg) return true;
+  }
+  return false;
+}
 
 // What the baseline has of a row beside its turns [deg].
 double BesideTurns(const Baseline& baseline, const Eigen::VectorXd& fit, Eigen::Index row) {
   const auto turned = static_cast<Eigen::Index>(baseline.turned.size());
   const Eigen::Index rest = baseline.columns.cols() - turned;
   return baseline.columns.row(row).tail(rest).dot(fit.tail(rest));
+}
+
+// Of each row the rate that the baseline leaves of the rows about it [deg/s]: what is slow against
+// the nodes, as the Earth's rotation, an eccentricity or a scale factor of the rate, goes evenly
+// within a node. Rows of one motion that follow each other.
+std::vector<double> SlowRates(const ChannelProblem& problem, const Eigen::VectorXd& left_deg) {
+  constexpr Eigen::Index kAbout = 5;  // on either side
+  const std::vector<ProblemRow>& rows = problem.row_refs();
+  const auto follows = [&](Eigen::Index row) {
+    const auto i = static_cast<std::size_t>(row);
+    return rows[i].history == rows[i - 1].history && rows[i].interval == rows[i - 1].interval + 1 &&
+           !problem.intervals()[i - 1].still && !problem.intervals()[i].still;
+  };
+  std::vector<double> out(rows.size(), 0.0);
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    Eigen::Index begin = i, end = i + 1;
+    while (begin > 0 && i - begin < kAbout && follows(begin)) --begin;
+    while (end < problem.rows() && end - i <= kAbout && follows(end)) ++end;
+    double duration_s = 0.0;
+    for (Eigen::Index k = begin; k < end; ++k)
+      duration_s += problem.intervals()[static_cast<std::size_t>(k)].duration_s;
+    out[static_cast<std::size_t>(i)] = left_deg.segment(begin, end - begin).sum() / duration_s;
+  }
+  return out;
 }
 
 }  // namespace
@@ -33,26 +68,22 @@ WithinNodes::WithinNodes(const ChannelProblem& problem, const Baseline& baseline
     : problem_(&problem), walk_deg_sqrt_s_(walk_deg_sqrt_s) {
   std::vector<double> output;
   Collect(baseline, fit, &output);
-  const std::vector<double> sigma_deg = ErrorsOfReadings(output);
+  std::map<Alike, double> sigma_deg = ErrorsOfReadings(output);
   // Rows of what is left, in order.
   std::vector<double> after_s;
   std::vector<double> kept;
   std::vector<MovingNode> nodes;
   for (MovingNode node : nodes_) {
-    const double sigma = sigma_deg[problem.row_refs()[static_cast<std::size_t>(node.row)].history];
+    const double sigma = sigma_deg[AlikeOf(node)];
     const double* own = output.data() + node.begin;
-    const bool wild = std::any_of(own, own + node.count,
-                                  [&](double off) { return std::fabs(off) > kWild * sigma; });
-    if (!(sigma > 0.0) || wild) continue;
+    if (!(sigma > 0.0) || IsWild(own, node.count, sigma)) continue;
+    const double step_s = SpanOf(node) / static_cast<double>(node.count - 1);
     const auto begin = static_cast<Eigen::Index>(kept.size());
     kept.insert(kept.end(), own, own + node.count);
     after_s.insert(after_s.end(), after_s_.begin() + node.begin,
                    after_s_.begin() + node.begin + node.count);
     node.begin = begin;
-    node.white = WhiteningOf(node.count,
-                             (after_s.back() - after_s[static_cast<std::size_t>(begin)]) /
-                                 static_cast<double>(node.count - 1),
-                             sigma);
+    node.white = WhiteningOf(node.count, step_s, sigma);
     nodes.push_back(node);
   }
   nodes_ = std::move(nodes);
@@ -71,6 +102,8 @@ void WithinNodes::Collect(const Baseline& baseline, const Eigen::VectorXd& fit,
   for (std::size_t j = 0; j < baseline.turned.size(); ++j)
     m[baseline.turned[j]] = fit(static_cast<Eigen::Index>(j));
   const double units = problem_->units_per_deg_s();
+  const std::vector<double> slow_deg_s =
+      SlowRates(*problem_, problem_->output_deg() - baseline.columns * fit);
   for (Eigen::Index i = 0; i < problem_->rows(); ++i) {
     const StateHistory& history = problem_->history(i);
     const Interval& interval = problem_->intervals()[static_cast<std::size_t>(i)];
@@ -78,7 +111,8 @@ void WithinNodes::Collect(const Baseline& baseline, const Eigen::VectorXd& fit,
     if (interval.still || !problem_->FeelsTable(i) || epoch.within_count < kLeastReadings ||
         epoch.at.t_s != epoch.mean.t_s)
       continue;
-    const double offset_deg_s = BesideTurns(baseline, fit, i) / interval.duration_s;
+    const double offset_deg_s = BesideTurns(baseline, fit, i) / interval.duration_s +
+                                slow_deg_s[static_cast<std::size_t>(i)];
     const ReadingWithin* reading = history.recording->columns.within.data() + epoch.within_begin;
     nodes_.push_back({i, static_cast<Eigen::Index>(output->size()), epoch.within_count, 0});
     for (std::uint32_t k = 0; k < epoch.within_count; ++k, ++reading) {
@@ -93,47 +127,63 @@ void WithinNodes::Collect(const Baseline& baseline, const Eigen::VectorXd& fit,
   }
 }
 
-// Of each measurement, by the scatter about the nodes' means less what the gyro's walk makes of it:
-// twice, the second time without wild ones. 0 where nothing is to be had: of few readings, where
-// rounding is no noise, and where the walk is as large as the errors.
-std::vector<double> WithinNodes::ErrorsOfReadings(const std::vector<double>& output) const {
+// Readings that turn at about one speed, and are felt by about as much, in one measurement: their
+// errors grow with the speed where times are off.
+WithinNodes::Alike WithinNodes::AlikeOf(const MovingNode& node) const {
+  double rate_deg_s = 0.0, felt = 0.0;
+  for (const std::size_t axis : problem_->table_axes()) {
+    rate_deg_s = std::max(rate_deg_s, std::fabs(StateAt(node).table_rate_deg_s[axis]));
+    felt = std::max(felt, std::fabs(problem_->AxisProjection(node.row, axis)));
+  }
+  const auto octave = [](double value) { return std::ilogb(std::max(value, 1e-3)); };
+  return {problem_->row_refs()[static_cast<std::size_t>(node.row)].history, octave(rate_deg_s),
+          octave(felt)};
+}
+
+// By the second differences of readings that follow each other, in which the gyro's walk and what is
+// slow against the readings are next to nothing: their variance is 6 sigma^2. Twice, the second time
+// without wild ones.
+std::map<WithinNodes::Alike, double> WithinNodes::ErrorsOfReadings(
+    const std::vector<double>& output) const {
   struct Scatter {
-    double square = 0.0, by_walk = 0.0, freedom = 0.0, span_s = 0.0;
+    double square = 0.0, count = 0.0, span_s = 0.0;
   };
-  const std::size_t runs = problem_->histories().size();
-  std::vector<double> scatter_deg(runs, 0.0), out(runs, 0.0);
+  std::map<Alike, double> sigma_deg;
   for (int round = 0; round < 2; ++round) {
-    std::vector<Scatter> scatter(runs);
+    std::map<Alike, Scatter> scatter;
     for (const MovingNode& node : nodes_) {
-      const std::size_t run = problem_->row_refs()[static_cast<std::size_t>(node.row)].history;
-      const Eigen::Map<const Eigen::VectorXd> own(output.data() + node.begin, node.count);
-      if (round > 0 && own.cwiseAbs().maxCoeff() > kWild * scatter_deg[run]) continue;
-      const auto first = static_cast<std::size_t>(node.begin);
-      const double span_s =
-          after_s_[first + static_cast<std::size_t>(node.count) - 1] - after_s_[first];
-      const auto n = static_cast<double>(node.count);
-      scatter[run].square += own.squaredNorm();
-      // Sum over all pairs of their distance, of even ones, over n.
-      scatter[run].by_walk += std::pow(walk_deg_sqrt_s_, 2) * span_s * (n + 1.0) / 6.0;
-      scatter[run].freedom += n - 1.0;
-      scatter[run].span_s = std::max(scatter[run].span_s, span_s);
+      const Alike alike = AlikeOf(node);
+      if (round > 0 && IsWild(output.data() + node.begin, node.count, sigma_deg[alike])) continue;
+      Scatter& own = scatter[alike];
+      const double* at = output.data() + node.begin;
+      for (Eigen::Index r = 1; r + 1 < node.count; ++r)
+        own.square += std::pow(at[r - 1] - 2.0 * at[r] + at[r + 1], 2) / 6.0;
+      own.count += static_cast<double>(node.count - 2);
+      own.span_s = std::max(own.span_s, SpanOf(node));
     }
-    for (std::size_t run = 0; run < runs; ++run) {
-      const Scatter& own = scatter[run];
-      scatter_deg[run] = own.freedom > 0.0 ? std::sqrt(own.square / own.freedom) : 0.0;
-      const double square =
-          own.freedom >= kLeastFreedom ? (own.square - own.by_walk) / own.freedom : 0.0;
-      const bool by_errors = square > std::pow(walk_deg_sqrt_s_, 2) * own.span_s;
-      out[run] = by_errors ? std::sqrt(square) : 0.0;
+    sigma_deg.clear();
+    for (const auto& [alike, own] : scatter) {
+      const double square = own.count >= kLeastKnown ? own.square / own.count : 0.0;
+      const bool by_errors = square > kLeastOfWalk * std::pow(walk_deg_sqrt_s_, 2) * own.span_s;
+      sigma_deg[alike] = by_errors && !GoesByTheAngle(std::get<0>(alike), std::sqrt(square))
+                             ? std::sqrt(square)
+                             : 0.0;
     }
   }
-  for (std::size_t run = 0; run < runs; ++run) {
-    for (const std::size_t axis : problem_->table_axes()) {
-      const double step_deg = problem_->histories()[run].recording->reference_step_deg[axis];
-      if (std::isfinite(step_deg) && out[run] < kDithered * step_deg) out[run] = 0.0;
-    }
-  }
-  return out;
+  return sigma_deg;
+}
+
+double WithinNodes::SpanOf(const MovingNode& node) const {
+  const auto first = static_cast<std::size_t>(node.begin);
+  return after_s_[first + static_cast<std::size_t>(node.count) - 1] - after_s_[first];
+}
+
+// Errors of so little noise beside the steps in which the readings come.
+bool WithinNodes::GoesByTheAngle(std::size_t run, double sigma_deg) const {
+  return std::ranges::any_of(problem_->table_axes(), [&](std::size_t axis) {
+    const double step_deg = problem_->histories()[run].recording->reference_step_deg[axis];
+    return std::isfinite(step_deg) && sigma_deg < kDithered * step_deg;
+  });
 }
 
 // Of errors and the walk within one node, of readings that come evenly; what is the same for all of
@@ -160,9 +210,14 @@ double WithinNodes::OffMean_deg(const MovingNode& node, std::size_t axis,
                                 Eigen::Index reading) const {
   const SensorState& point = StateAt(node);
   const auto& known = point.readings_off_mean_deg[axis];
-  if (static_cast<Eigen::Index>(known.size()) == node.count)
-    return known[static_cast<std::size_t>(reading)];
-  return point.table_rate_deg_s[axis] * after_s_[static_cast<std::size_t>(node.begin + reading)];
+  const double after_s = after_s_[static_cast<std::size_t>(node.begin + reading)];
+  if (known.size() < 2 || !(point.reading_step_s > 0.0))
+    return point.table_rate_deg_s[axis] * after_s;
+  // Known at even times, and between them by straight lines.
+  const double place = (after_s - point.reading_after_s(0)) / point.reading_step_s;
+  const double below = std::clamp(std::floor(place), 0.0, static_cast<double>(known.size() - 2));
+  const auto i = static_cast<std::size_t>(below);
+  return known[i] + (place - below) * (known[i + 1] - known[i]);
 }
 
 // A step elsewhere changes nothing within the node.
@@ -219,7 +274,7 @@ void WithinNodes::ForEachReading(
 // MeanOfWave; nodes with nearly the same step count together. Without the gyro's walk.
 const std::vector<double>& WithinNodes::SquaresOfWaves(std::size_t axis,
                                                        std::size_t most_periods) const {
-  constexpr double kSame_deg = 0.02;
+  constexpr double kSame_deg = 0.005;
   std::vector<double>& out = squares_[axis];
   if (out.size() == most_periods) return out;
   std::map<std::pair<Eigen::Index, long>, double> alike;

@@ -19,16 +19,16 @@ namespace gyrobench::calibration {
 // within it, as a wave of many periods a turn or a step, the rest is in how the readings lie about
 // that mean: of reading r, less the mean over the node,
 //   z_r / s0 - M rotation_r - b (t_r - t)  =  felt * f(angle_r, t_r) - M error_r
-// with the baseline as fitted to the nodes. The errors are independent of each other and of their
-// mean; the gyro's angle random walk is small beside them over so short a time, and whitened with
-// them. Each reading is a further row of the least squares. How large the errors are the rows of
-// each measurement show.
+// with the baseline as fitted to the nodes, b with what the nodes about this one say of the rate.
+// The errors are independent of each other and of their mean; the gyro's angle random walk within
+// the node, which is no larger, is whitened with them. Each reading is a further row of the least
+// squares. How large the errors are the readings themselves show.
 class WithinNodes {
  public:
   WithinNodes() = default;
   // `fit`: coefficients of the baseline. `problem` must outlive this. There are no rows of
   // measurements whose readings are rounded to steps coarser than their noise, as those errors go by
-  // the angle, nor of those in which the gyro's walk is no smaller than the errors.
+  // the angle, nor of those in which the gyro's walk over a node is larger than the errors.
   WithinNodes(const ChannelProblem& problem, const Baseline& baseline, const Eigen::VectorXd& fit,
               double walk_deg_sqrt_s);
 
@@ -54,7 +54,13 @@ class WithinNodes {
   };
 
   void Collect(const Baseline& baseline, const Eigen::VectorXd& fit, std::vector<double>* output);
-  std::vector<double> ErrorsOfReadings(const std::vector<double>& output) const;
+  // Measurement, octave of the rate, octave of how much of a turn is felt.
+  using Alike = std::tuple<std::size_t, int, int>;
+  Alike AlikeOf(const MovingNode& node) const;
+  // 0 where nothing is to be had of them.
+  std::map<Alike, double> ErrorsOfReadings(const std::vector<double>& output) const;
+  double SpanOf(const MovingNode& node) const;
+  bool GoesByTheAngle(std::size_t run, double sigma_deg) const;
   std::size_t WhiteningOf(Eigen::Index readings, double step_s, double sigma_deg);
   const Eigen::MatrixXd& White(const MovingNode& node) const { return whitening_[node.white]; }
   bool Contains(const MovingNode& node, double t_s) const;

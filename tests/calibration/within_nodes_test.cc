@@ -92,6 +92,27 @@ TEST(AWaveOfManyPeriods, IsNotMadeOfTheErrorsOfReadings) {
   }
 }
 
+// At 36 deg/s each node begins where a wave of a hundred periods a turn begins anew: what goes evenly
+// within every node would be one.
+TEST(AWaveOfManyPeriods, IsNotMadeOfWhatGoesEvenlyWithinNodes) {
+  constexpr double kEccentric_deg = 0.05;
+  Motion motion;
+  motion.Rest(10.0);
+  for (int round = 0; round < 4; ++round) motion.Turn(kInnerAxis, 720.0, 36.0);
+  for (std::uint64_t seed = 21; seed <= 24; ++seed) {
+    Story story = FineStory(seed);
+    story.Follow(motion);
+    story.spoil_angle = [&](AngleSample* reading) {
+      const double turned_rad = story.angle_deg(reading->t_s) * std::numbers::pi / 180.0;
+      reading->angle_deg -= kEccentric_deg * std::sin(turned_rad);
+      return true;
+    };
+    const ChannelTrace channel = TraceOf(story.Collect());
+    ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", seed " << seed;
+    EXPECT_EQ(channel.effects[0].id, "angle.eccentricity_1") << channel.summary;
+  }
+}
+
 // Six errors of a reading, between two readings in the middle of a node or at its edge.
 TEST(AStepOfTheAngle, IsPlacedBetweenTheReadingsThatItIsBetween) {
   for (const double at_s : {20.02, 20.055, 20.09}) {

@@ -184,8 +184,8 @@ class World:
         return paths
 
     def _ask_the_ideal(self, gyro, reads):
-        """Writes into the truth what an ideal tracer says of one effect in these data."""
-        if self.truth["permitted_alone"] is not None:
+        """Writes into the truth what an ideal tracer says of one effect in these data, before a logger damages them."""
+        if self.asked is not None and self.truth["permitted_alone"] is not None:
             residual = ideal.residual_deg(self.scene, self.channel, gyro, reads)
             named = self.asked.named(residual)
             self.truth["ideal"] = ideal.word(named, self.truth["effects"][0]["id"])
