@@ -92,8 +92,8 @@ TEST(AWaveOfManyPeriods, IsNotMadeOfTheErrorsOfReadings) {
   }
 }
 
-// At 36 deg/s each node begins where a wave of a hundred periods a turn begins anew: what goes evenly
-// within every node would be one.
+// At 36 deg/s each node begins where a wave of a hundred periods a turn begins anew: what goes
+// evenly within every node would be one.
 TEST(AWaveOfManyPeriods, IsNotMadeOfWhatGoesEvenlyWithinNodes) {
   constexpr double kEccentric_deg = 0.05;
   Motion motion;
