@@ -71,7 +71,8 @@ TEST(OutputDigits, NoiseOfMoreThanHalfAStepLeavesNoWave) {
     EXPECT_EQ(RoundingOf(noise_in_steps, 3).wave, 0.0) << noise_in_steps;
 }
 
-// A rest on an edge between two steps, beside turns with ramps of eight steps from sample to sample.
+// A rest on an edge between two steps, beside turns with ramps of eight steps from one sample to
+// the next.
 TEST(OutputDigits, ARestOnAnEdgeHidesNoWave) {
   for (const double noise_in_steps : {0.3, 0.4}) {
     std::mt19937_64 random(5);
