@@ -15,8 +15,8 @@ constexpr std::uint32_t kLeastReadings = 3;
 constexpr double kLeastKnown = 100.0;  // second differences, for a standard deviation to be known
 // In standard deviations: a node with such a second difference has a wild reading.
 constexpr double kWild = 6.0;
-// Of the variance of the walk over a node. Beside a larger walk the readings of a node are no longer
-// independent of the rows of the nodes about it.
+// Of the variance of the walk over a node. Beside a larger walk the readings of a node are no
+// longer independent of the rows of the nodes about it.
 constexpr double kLeastOfWalk = 1.0;
 // Noise of 0.4 of an encoder's step, of which rounding leaves a wave of 1.4 % of the step, scatters
 // by sqrt(0.4^2 + 1/12) of it: the errors of less noise go by the angle.
@@ -140,9 +140,9 @@ WithinNodes::Alike WithinNodes::AlikeOf(const MovingNode& node) const {
           octave(felt)};
 }
 
-// By the second differences of readings that follow each other, in which the gyro's walk and what is
-// slow against the readings are next to nothing: their variance is 6 sigma^2. Twice, the second time
-// without wild ones.
+// By the second differences of readings that follow each other, in which the gyro's walk and what
+// is slow against the readings are next to nothing: their variance is 6 sigma^2. Twice, the second
+// time without wild ones.
 std::map<WithinNodes::Alike, double> WithinNodes::ErrorsOfReadings(
     const std::vector<double>& output) const {
   struct Scatter {
