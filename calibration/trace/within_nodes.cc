@@ -37,22 +37,46 @@ double BesideTurns(const Baseline& baseline, const Eigen::VectorXd& fit, Eigen::
   return baseline.columns.row(row).tail(rest).dot(fit.tail(rest));
 }
 
+// Rows of one motion, of which this one follows the one before.
+bool Follows(const ChannelProblem& problem, Eigen::Index row) {
+  if (row == 0) return false;
+  const auto i = static_cast<std::size_t>(row);
+  const std::vector<ProblemRow>& rows = problem.row_refs();
+  return rows[i].history == rows[i - 1].history && rows[i].interval == rows[i - 1].interval + 1 &&
+         !problem.intervals()[i - 1].still && !problem.intervals()[i].still;
+}
+
+// Where the speed changes within a node a delay, a filter and a scale factor that goes by the rate
+// change within it as well, and would pass for what they are not.
+bool IsSteady(const ChannelProblem& problem, Eigen::Index row) {
+  constexpr double kShare = 0.005, kNoise_deg_s = 0.2;
+  const auto rates = [&](Eigen::Index i) -> const Vector3& {
+    return problem.half(i, 1).table_rate_deg_s;
+  };
+  const auto same = [&](Eigen::Index a, Eigen::Index b) {
+    return std::ranges::all_of(problem.table_axes(), [&](std::size_t axis) {
+      const double most = kShare * std::fabs(rates(a)[axis]) + kNoise_deg_s;
+      return std::fabs(rates(a)[axis] - rates(b)[axis]) < most;
+    });
+  };
+  return Follows(problem, row) && row + 1 < problem.rows() && Follows(problem, row + 1) &&
+         same(row, row - 1) && same(row, row + 1);
+}
+
 // Of each row the rate that the baseline leaves of the rows about it [deg/s]: what is slow against
 // the nodes, as the Earth's rotation, an eccentricity or a scale factor of the rate, goes evenly
-// within a node. Rows of one motion that follow each other.
-std::vector<double> SlowRates(const ChannelProblem& problem, const Eigen::VectorXd& left_deg) {
+// within a node. Of steady rows that follow each other.
+std::vector<double> SlowRates(const ChannelProblem& problem, const std::vector<bool>& steady,
+                              const Eigen::VectorXd& left_deg) {
   constexpr Eigen::Index kAbout = 5;  // on either side
-  const std::vector<ProblemRow>& rows = problem.row_refs();
-  const auto follows = [&](Eigen::Index row) {
-    const auto i = static_cast<std::size_t>(row);
-    return rows[i].history == rows[i - 1].history && rows[i].interval == rows[i - 1].interval + 1 &&
-           !problem.intervals()[i - 1].still && !problem.intervals()[i].still;
+  const auto goes_on = [&](Eigen::Index to, Eigen::Index row) {
+    return Follows(problem, to) && steady[static_cast<std::size_t>(row)];
   };
-  std::vector<double> out(rows.size(), 0.0);
+  std::vector<double> out(steady.size(), 0.0);
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
     Eigen::Index begin = i, end = i + 1;
-    while (begin > 0 && i - begin < kAbout && follows(begin)) --begin;
-    while (end < problem.rows() && end - i <= kAbout && follows(end)) ++end;
+    while (begin > 0 && i - begin < kAbout && goes_on(begin, begin - 1)) --begin;
+    while (end < problem.rows() && end - i <= kAbout && goes_on(end, end)) ++end;
     double duration_s = 0.0;
     for (Eigen::Index k = begin; k < end; ++k)
       duration_s += problem.intervals()[static_cast<std::size_t>(k)].duration_s;
@@ -102,14 +126,16 @@ void WithinNodes::Collect(const Baseline& baseline, const Eigen::VectorXd& fit,
   for (std::size_t j = 0; j < baseline.turned.size(); ++j)
     m[baseline.turned[j]] = fit(static_cast<Eigen::Index>(j));
   const double units = problem_->units_per_deg_s();
+  std::vector<bool> steady;
+  for (Eigen::Index i = 0; i < problem_->rows(); ++i) steady.push_back(IsSteady(*problem_, i));
   const std::vector<double> slow_deg_s =
-      SlowRates(*problem_, problem_->output_deg() - baseline.columns * fit);
+      SlowRates(*problem_, steady, problem_->output_deg() - baseline.columns * fit);
   for (Eigen::Index i = 0; i < problem_->rows(); ++i) {
     const StateHistory& history = problem_->history(i);
     const Interval& interval = problem_->intervals()[static_cast<std::size_t>(i)];
     const Node& epoch = problem_->end_epoch(i);
     if (interval.still || !problem_->FeelsTable(i) || epoch.within_count < kLeastReadings ||
-        epoch.at.t_s != epoch.mean.t_s)
+        epoch.at.t_s != epoch.mean.t_s || !steady[static_cast<std::size_t>(i)])
       continue;
     const double offset_deg_s = BesideTurns(baseline, fit, i) / interval.duration_s +
                                 slow_deg_s[static_cast<std::size_t>(i)];
