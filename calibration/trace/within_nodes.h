@@ -26,9 +26,10 @@ namespace gyrobench::calibration {
 class WithinNodes {
  public:
   WithinNodes() = default;
-  // Of nodes at a steady speed. `fit`: coefficients of the baseline. `problem` must outlive this. There are no rows of
-  // measurements whose readings are rounded to steps coarser than their noise, as those errors go by
-  // the angle, nor of those in which the gyro's walk over a node is larger than the errors.
+  // Of nodes at a steady speed. `fit`: coefficients of the baseline. `problem` must outlive this.
+  // There are no rows of measurements whose readings are rounded to steps coarser than their noise,
+  // as those errors go by the angle, nor of those in which the gyro's walk over a node is larger
+  // than the errors.
   WithinNodes(const ChannelProblem& problem, const Baseline& baseline, const Eigen::VectorXd& fit,
               double walk_deg_sqrt_s);
 
