@@ -15,12 +15,15 @@ namespace {
 
 constexpr double kSlopeStep = 1e-4;  // of a parameter's range
 
-// d(columns c) / d theta of each non-linear parameter: rows x parameters.
-Eigen::MatrixXd Slopes(const ChannelProblem& problem, const std::vector<std::string>& covariates,
-                       const Candidate& member, const Eigen::VectorXd& coefficients) {
-  if (!member.shape_is_free()) return Eigen::MatrixXd(problem.rows(), 0);
+// d(columns c) / d theta of each non-linear parameter: rows x parameters. `columns_of`: of a
+// candidate, such rows.
+template <typename ColumnsOfCandidate>
+Eigen::MatrixXd Slopes(const ChannelProblem& problem, const Candidate& member,
+                       const Eigen::VectorXd& coefficients, Eigen::Index rows,
+                       ColumnsOfCandidate columns_of) {
+  if (!member.shape_is_free()) return Eigen::MatrixXd(rows, 0);
   const RefineRange range = *RangeOf(problem, member);
-  Eigen::MatrixXd out(problem.rows(), static_cast<Eigen::Index>(range.start.size()));
+  Eigen::MatrixXd out(rows, static_cast<Eigen::Index>(range.start.size()));
   for (std::size_t k = 0; k < range.start.size(); ++k) {
     Candidate above = member, below = member;
     const double step = kSlopeStep * (range.high[k] - range.low[k]);
@@ -30,8 +33,7 @@ Eigen::MatrixXd Slopes(const ChannelProblem& problem, const std::vector<std::str
     theta[k] -= 2.0 * step;
     SetNonlinear(theta, &below);
     out.col(static_cast<Eigen::Index>(k)) =
-        (ColumnsOf(problem, above, covariates) - ColumnsOf(problem, below, covariates)) *
-        coefficients / (2.0 * step);
+        (columns_of(above) - columns_of(below)) * coefficients / (2.0 * step);
   }
   return out;
 }
@@ -79,28 +81,7 @@ void AddMisread(const ChannelProblem& problem, const Selection& selection,
   fit->covariance += fit->by_misread * fit->by_misread.transpose();
 }
 
-// The same of the rows of single readings.
-Eigen::MatrixXd SlopesOfReadings(const Selection& selection, const ChannelProblem& problem,
-                                 const Candidate& member, const Eigen::VectorXd& coefficients) {
-  if (!member.shape_is_free()) return Eigen::MatrixXd(selection.store().more_of_output().size(), 0);
-  const RefineRange range = *RangeOf(problem, member);
-  Eigen::MatrixXd out(selection.store().more_of_output().size(),
-                      static_cast<Eigen::Index>(range.start.size()));
-  for (std::size_t k = 0; k < range.start.size(); ++k) {
-    Candidate above = member, below = member;
-    const double step = kSlopeStep * (range.high[k] - range.low[k]);
-    std::vector<double> theta = range.start;
-    theta[k] += step;
-    SetNonlinear(theta, &above);
-    theta[k] -= 2.0 * step;
-    SetNonlinear(theta, &below);
-    out.col(static_cast<Eigen::Index>(k)) =
-        (selection.ColumnsOfReadings(above) - selection.ColumnsOfReadings(below)) * coefficients /
-        (2.0 * step);
-  }
-  return out;
-}
-
+// What the rows of single readings say of the members.
 void AddReadings(const ChannelProblem& problem, const Selection& selection, ChannelFit* fit) {
   const Eigen::Index linear = fit->white.cols(), all = linear + fit->white_slopes.cols();
   fit->readings_products = Eigen::MatrixXd::Zero(all, all);
@@ -113,8 +94,9 @@ void AddReadings(const ChannelProblem& problem, const Selection& selection, Chan
     if (columns.cols() == 0) continue;
     AppendColumns(&rows, columns);
     AppendColumns(&rows,
-                  SlopesOfReadings(selection, problem, member,
-                                   fit->linear.segment(fit->column_begin[i], columns.cols())));
+                  Slopes(problem, member, fit->linear.segment(fit->column_begin[i], columns.cols()),
+                         rows.rows(),
+                         [&](const Candidate& near) { return selection.ColumnsOfReadings(near); }));
     const std::vector<Eigen::Index> own =
         fit->PlacesInReadings(fit->ColumnsOf(i), fit->SlopesOf(i));
     places.insert(places.end(), own.begin(), own.end());
@@ -175,8 +157,10 @@ ModelColumns ColumnsOfModel(const ChannelProblem& problem, const Baseline& basel
     out.column_begin.push_back(column);
     out.slope_begin.push_back(out.slopes.cols());
     out.linear.middleCols(column, count) = ColumnsOf(problem, member, covariates);
-    AppendColumns(&out.slopes,
-                  Slopes(problem, covariates, member, coefficients.segment(column, count)));
+    AppendColumns(&out.slopes, Slopes(problem, member, coefficients.segment(column, count),
+                                      problem.rows(), [&](const Candidate& near) {
+                                        return ColumnsOf(problem, near, covariates);
+                                      }));
     column += count;
   }
   return out;

@@ -131,6 +131,8 @@ class Selection {
   void Place(Candidate* candidate);
   void Store(Candidate* candidate);
   void TakeInReadings(const Baseline& baseline);
+  // Single readings have rows, and it has columns in them.
+  bool HasReadings(const Candidate& candidate) const;
   // Rows of single readings, of columns that are in the store.
   void SetMore(const Candidate& candidate);
   std::vector<Delay> DelaysBeside(const Candidate& candidate, std::size_t without) const;

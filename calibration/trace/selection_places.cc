@@ -158,7 +158,7 @@ void Selection::PlaceStep(const WhiteStore::Columns& others, Candidate* candidat
   const Eigen::MatrixXd own = store_.Take(others, first, rows);
   const Eigen::VectorXd residual =
       store_.output().segment(first, rows) - own * store_.Solve(others);
-  const bool by_readings = !within_.empty() && candidate->effect->of_each_reading;
+  const bool by_readings = HasReadings(*candidate);
   const Eigen::VectorXd readings_left =
       by_readings ? store_.MoreOfResidual(others) : Eigen::VectorXd();
   double best_s = candidate->context.nonlinear[0];
@@ -181,8 +181,7 @@ void Selection::PlaceStep(const WhiteStore::Columns& others, Candidate* candidat
       double score = column.dot(residual);
       if (by_readings) {
         SetNonlinear({place_s(place)}, candidate);
-        const Eigen::VectorXd more =
-            within_.Columns(*candidate->effect, candidate->context, power_on).col(0);
+        const Eigen::VectorXd more = ColumnsOfReadings(*candidate).col(0);
         left += more.squaredNorm();
         score += more.dot(readings_left);
       }

@@ -4,13 +4,10 @@
 #include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {
-namespace {
 
-bool IsOfEachReading(const Candidate& candidate) {
-  return candidate.effect != nullptr && candidate.effect->of_each_reading;
+bool Selection::HasReadings(const Candidate& candidate) const {
+  return !within_.empty() && candidate.effect != nullptr && candidate.effect->of_each_reading;
 }
-
-}  // namespace
 
 void Selection::TakeInReadings(const Baseline& baseline) {
   within_ = WithinNodes(*problem_, baseline, store_.Solve(base_), walk_deg_sqrt_s_);
@@ -20,14 +17,13 @@ void Selection::TakeInReadings(const Baseline& baseline) {
 }
 
 Eigen::MatrixXd Selection::ColumnsOfReadings(const Candidate& candidate) const {
-  return within_.empty() || !IsOfEachReading(candidate)
-             ? Eigen::MatrixXd(within_.output().size(), 0)
-             : within_.Columns(*candidate.effect, candidate.context, candidate.power_on);
+  return HasReadings(candidate)
+             ? within_.Columns(*candidate.effect, candidate.context, candidate.power_on)
+             : Eigen::MatrixXd(within_.output().size(), 0);
 }
 
 void Selection::SetMore(const Candidate& candidate) {
-  const Eigen::MatrixXd columns = ColumnsOfReadings(candidate);
-  if (columns.cols() > 0) store_.SetMore(candidate.columns, columns);
+  if (HasReadings(candidate)) store_.SetMore(candidate.columns, ColumnsOfReadings(candidate));
 }
 
 void Selection::Store(Candidate* candidate) {
@@ -37,7 +33,7 @@ void Selection::Store(Candidate* candidate) {
 
 // Gain of all rows less that of the nodes' alone.
 double Selection::GainByReadings(std::size_t member) {
-  if (within_.empty() || !IsOfEachReading(members_[member])) return 0.0;
+  if (!HasReadings(members_[member])) return 0.0;
   const WhiteStore::Columns others = ModelWithout(member);
   const auto gain = [&](const WhiteStore::Columns& own) {
     WhiteStore::Columns with = others;

@@ -90,6 +90,7 @@ std::vector<double> SlowRates(const ChannelProblem& problem, const std::vector<b
 WithinNodes::WithinNodes(const ChannelProblem& problem, const Baseline& baseline,
                          const Eigen::VectorXd& fit, double walk_deg_sqrt_s)
     : problem_(&problem), walk_deg_sqrt_s_(walk_deg_sqrt_s) {
+  if (problem.table_axes().empty()) return;
   std::vector<double> output;
   Collect(baseline, fit, &output);
   std::map<Alike, double> sigma_deg = ErrorsOfReadings(output);
