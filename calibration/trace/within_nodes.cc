@@ -1,5 +1,6 @@
 #include "calibration/trace/within_nodes.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
