@@ -47,11 +47,11 @@ def trace(program, tables):
 
 def run_set(job):
     """Makes, traces, scores and deletes one set."""
-    program, name, kind, level, seed, keep, among = job
+    program, name, kind, level, seed, keep, among, judged = job
     begin = time.monotonic()
     folder = tempfile.mkdtemp(prefix="second_world_")
     try:
-        world = worlds.World(name, kind, level, seed, among=among)
+        world = worlds.World(name, kind, level, seed, among=among, judged=judged)
         tables = world.write(folder)
         made_s = time.monotonic() - begin
         answer, why, traced_s = trace(program, tables)
@@ -88,7 +88,7 @@ def jobs_of(options):
         turn = i // len(options.classes) + i % len(options.classes)
         kind, level = wishes[turn % len(wishes)]
         found.append((options.gyrobench, name, kind, level, options.seed + i, options.keep,
-                      options.effects))
+                      options.effects, True))
     return found
 
 

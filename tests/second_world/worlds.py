@@ -24,10 +24,12 @@ class World:
     """A set before it is written. kind: single, pair, silent, unknown; level: sigmas of the bound.
 
     among: ids that the hidden effect is chosen from; a bench that can show none of them hides nothing.
+    judged: whether the truth says what the bound permits and what an ideal tracer finds, which takes most of the time.
     """
 
-    def __init__(self, name, kind, level, seed, overrides=None, among=()):
+    def __init__(self, name, kind, level, seed, overrides=None, among=(), judged=True):
         self.name, self.kind, self.level, self.seed, self.among = name, kind, level, seed, among
+        self.judged = judged
         self.rng = np.random.default_rng([seed, zlib.crc32(f"{name}:{kind}:{level:g}".encode())])
         self.bench = classes.draw_bench(name, self.rng, overrides)
         self.bench["latitude_deg"] = round(float(self.rng.uniform(-65, 65)), 3)
@@ -68,15 +70,20 @@ class World:
                      tolerated=classes.tolerated(self.bench), ideal=None, ideal_named=[])
         if self.kind == "single" and chosen:
             self.bound.permitted(self.rng, chosen[0])  # takes its draws: the sets stay as they were
-            self.asked = self._beside_rivals(chosen[0])
-            permitted = self.asked.permitted(np.random.default_rng([self.seed, 2]), chosen[0])
-            truth["permitted_alone"], truth["permitted_among"] = permitted
-            if self.level <= WALK_MATTERS_BELOW:  # draws of its own: the sets stay as they were
-                truth["kept_by_walk"] = self.bound.kept_by_an_unknown_walk(
-                    np.random.default_rng([self.seed, 1]), self.scene, self.channel, truth["noise"], chosen[0])
+            if self.judged:
+                self._ask_the_bound(chosen[0], truth)
         if self.kind == "unknown" and chosen:
             truth["copies"] = self.bound.copies(*chosen[0])
         return hidden, truth
+
+    def _ask_the_bound(self, chosen, truth):
+        """Writes into the truth how often one effect of this size can be found; draws of its own."""
+        self.asked = self._beside_rivals(chosen)
+        permitted = self.asked.permitted(np.random.default_rng([self.seed, 2]), chosen)
+        truth["permitted_alone"], truth["permitted_among"] = permitted
+        if self.level <= WALK_MATTERS_BELOW:
+            truth["kept_by_walk"] = self.bound.kept_by_an_unknown_walk(
+                np.random.default_rng([self.seed, 1]), self.scene, self.channel, truth["noise"], chosen)
 
     def _earth_may_pass_for(self, chosen):
         """What depends on gravity, where the tables do not say where they were measured."""
