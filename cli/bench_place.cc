@@ -38,6 +38,13 @@ std::filesystem::path BenchPlace::Socket() const {
   return config::LoadStandConfig(stand_file_).control_socket;
 }
 
+config::StandConfig BenchPlace::Stand() const {
+  if (stand_file_.empty()) {
+    throw UsageError("which bench? name its stand file with --config FILE or $GYROBENCH_CONFIG");
+  }
+  return config::LoadStandConfig(stand_file_);
+}
+
 std::filesystem::path BenchPlace::Records() const {
   if (!options_.records.empty()) return options_.records;
   if (stand_file_.empty()) {

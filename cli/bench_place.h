@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "config/stand_config.h"
+
 namespace gyrobench::cli {
 
 // As given on the command line; empty where not given.
@@ -24,6 +26,7 @@ class BenchPlace {
   // UsageError when neither option nor stand file says it; ConfigError when the file cannot be
   // used.
   std::filesystem::path Socket() const;
+  config::StandConfig Stand() const;
   std::filesystem::path Records() const;
   // With neither option nor stand file: the defaults of config::LcmConfig.
   std::string LcmUrl() const;

@@ -21,7 +21,7 @@ struct Command {
   int (*run)(const Options&);
 };
 
-constexpr std::array<Command, 20> kCommands = {{{"procedures", Procedures},
+constexpr std::array<Command, 21> kCommands = {{{"procedures", Procedures},
                                                 {"check", Check},
                                                 {"run", Run},
                                                 {"status", Status},
@@ -32,6 +32,7 @@ constexpr std::array<Command, 20> kCommands = {{{"procedures", Procedures},
                                                 {"answer", Answer},
                                                 {"stop", Stop},
                                                 {"reset", Reset},
+                                                {"devices", Devices},
                                                 {"runs", Runs},
                                                 {"show", Show},
                                                 {"analyze", Analyze},

@@ -3,19 +3,63 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <iostream>
+#include <optional>
+#include <set>
+#include <string_view>
 
 #include "base/nearest_word.h"
 #include "base/version.h"
 #include "cli/exit_status.h"
 #include "cli/terminal_text.h"
+#include "config/bus_load.h"
 #include "export/exporter.h"
 
 namespace gyrobench::cli {
 namespace {
 
+// Of Modbus.
+constexpr int kFirstUnit = 1, kLastUnit = 247;
 constexpr const char* kExample = "Example:\n  ";
+
+std::optional<int> WholeNumber(std::string_view text) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+// Of "1-31,40", in order and each once.
+std::optional<std::vector<int>> UnitNumbers(const std::string& text) {
+  std::set<int> units;
+  for (const std::string& range : CLI::detail::split(text, ',')) {
+    const std::size_t dash = std::min(range.find('-'), range.size());
+    const auto first = WholeNumber(std::string_view(range).substr(0, dash));
+    const auto last =
+        dash == range.size() ? first : WholeNumber(std::string_view(range).substr(dash + 1));
+    if (!first || !last || *first < kFirstUnit || *last < *first || *last > kLastUnit)
+      return std::nullopt;
+    for (int unit = *first; unit <= *last; ++unit) units.insert(unit);
+  }
+  return std::vector<int>(units.begin(), units.end());
+}
+
+// CLI11 validators return what is wrong.
+std::string CheckUnits(const std::string& text) {
+  if (UnitNumbers(text)) return "";
+  return fmt::format("expected unit numbers of {} to {}, as 1-31,40; found '{}'", kFirstUnit,
+                     kLastUnit, text);
+}
+
+std::string CheckBaud(const std::string& text) {
+  const std::vector<int>& bauds = config::SettableBauds();
+  const auto baud = WholeNumber(text);
+  if (baud && std::ranges::find(bauds, *baud) != bauds.end()) return "";
+  return fmt::format("{} is no baud rate that can be set here; such as 9600, 115200 or 500000",
+                     text);
+}
 
 void AddCommon(CLI::App& app, Options& options) {
   app.add_flag("--json", options.json, "Print JSON for machines");
@@ -52,6 +96,7 @@ class CommandLine {
     AddCommon(app_, options_);
     AddBenchCommands();
     AddRunCommands();
+    AddDevicesCommand();
     AddRecordCommands();
     AddTraceCommand();
     AddEffectsCommand();
@@ -77,6 +122,7 @@ class CommandLine {
       }
       options_.parameters.emplace_back(text.substr(0, equals), text.substr(equals + 1));
     }
+    options_.units = UnitNumbers(units_text_).value_or(std::vector<int>{});
     return options_;
   }
 
@@ -203,6 +249,28 @@ class CommandLine {
                   "Print nothing but errors and what --json asks for");
   }
 
+  void AddDevicesCommand() {
+    CLI::App& devices = Add(
+        "devices",
+        "Ask every unit number on the stand's Modbus lines what it is, by reading alone, while no "
+        "daemon runs; exit status 1 where the stand file says otherwise",
+        "gyrobench devices --bus a\n  gyrobench devices --bus a --units 1-31 --baud 9600,115200");
+    devices.add_option("--bus", options_.buses, "Lines to ask, by their names; default all")
+        ->type_name("NAME");
+    devices.add_option("--units", units_text_, "Unit numbers to ask, as 1-31,40; default 1-247")
+        ->type_name("LIST")
+        ->check(CheckUnits);
+    devices
+        .add_option(
+            "--baud", options_.baud_rates,
+            "Baud rates to ask all of them at. Default: the stand file's, and for its devices "
+            "that do not answer there all usual rates and formats")
+        ->type_name("LIST")
+        ->delimiter(',')
+        ->check(CheckBaud);
+    devices.add_flag("-q,--quiet", options_.quiet, "Show no bar");
+  }
+
   void AddApplyCommand() {
     CLI::App& apply =
         Add("apply", "Correct a table's rates by a calibration, without any reference",
@@ -293,6 +361,7 @@ class CommandLine {
   CLI::App app_;
   Options options_;
   std::vector<std::string> parameter_texts_;
+  std::string units_text_ = fmt::format("{}-{}", kFirstUnit, kLastUnit);
 };
 
 }  // namespace

@@ -33,6 +33,9 @@ struct Options {
   bool any_sensor = false;            // apply
   bool g_sensitivity = false;         // hold
   bool markdown = false;              // effects
+  std::vector<std::string> buses;     // devices; empty: all
+  std::vector<int> units;             // devices: unit numbers to ask
+  std::vector<int> baud_rates;        // devices: to ask at, in place of the stand file's
   std::string format;                 // export, of a calibration
 };
 

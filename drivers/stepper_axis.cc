@@ -112,7 +112,7 @@ std::uint16_t StepperAxis::ReadWord(std::uint16_t address, const char* what) {
 }
 
 bool StepperAxis::IsMoving() {
-  return StatusBit(ReadWord(map_.status_address, "status"), map_.running_bit);
+  return IsBitSet(ReadWord(map_.status_address, "status"), map_.running_bit);
 }
 
 AxisState StepperAxis::Open() {
@@ -148,7 +148,7 @@ void StepperAxis::Enable() {
   std::uint16_t status = 0;
   for (int reads = 0; reads < kSettleReads; ++reads) {
     status = ReadWord(map_.status_address, "status");
-    if (StatusBit(status, map_.enabled_bit)) return;
+    if (IsBitSet(status, map_.enabled_bit)) return;
     if (bus_.hurries()) break;
     bus_.Wait(kSettlePause_us);
   }
@@ -162,9 +162,9 @@ void StepperAxis::Enable() {
 AxisState StepperAxis::Read() {
   AxisState state;
   const std::uint16_t status = ReadWord(map_.status_address, "status");
-  state.enabled = StatusBit(status, map_.enabled_bit);
-  state.moving = StatusBit(status, map_.running_bit);
-  state.fault = StatusBit(status, map_.fault_bit);
+  state.enabled = IsBitSet(status, map_.enabled_bit);
+  state.moving = IsBitSet(status, map_.running_bit);
+  state.fault = IsBitSet(status, map_.fault_bit);
 
   std::array<std::uint16_t, 2> words = {};
   const Timing timing = bus_.ReadHolding(unit_, map_.position_address, words, "command position");
@@ -186,7 +186,7 @@ void StepperAxis::ReadInputs(AxisState* state) {
   const config::DriveInputs& inputs = *map_.inputs;
   const std::uint16_t word = ReadWord(inputs.address, "inputs");
   const auto acts = [&](const std::optional<int>& bit) {
-    return bit && StatusBit(word, *bit) == (inputs.active_level == 1);
+    return bit && IsBitSet(word, *bit) == (inputs.active_level == 1);
   };
   state->emergency_stop = acts(inputs.emergency_stop_bit);
   state->limit_plus = acts(inputs.limit_plus_bit);

@@ -48,7 +48,6 @@ class StepperAxis final : public Axis {
 
  private:
   std::uint16_t ReadWord(std::uint16_t address, const char* what);
-  bool StatusBit(std::uint16_t status, int bit) const { return (status >> bit & 1) != 0; }
   // Into the state; nothing where the map has none.
   void ReadInputs(AxisState* state);
   void Enable();

@@ -7,6 +7,8 @@
 
 namespace gyrobench::drivers {
 
+constexpr bool IsBitSet(std::uint16_t word, int bit) { return (word >> bit & 1) != 0; }
+
 // Two registers as one number.
 constexpr std::uint32_t FromWords(std::uint16_t first, std::uint16_t second,
                                   config::WordOrder order = config::WordOrder::kHighFirst) {

@@ -31,6 +31,13 @@ void Append(Bytes& bytes, std::uint16_t word) {
   bytes.push_back(static_cast<std::uint8_t>(word & 0xFF));
 }
 
+// 0 for a rate that no test uses.
+speed_t SpeedOf(int baud) {
+  if (baud == 9600) return B9600;
+  if (baud == 19200) return B19200;
+  return baud == 115200 ? B115200 : speed_t{0};
+}
+
 }  // namespace
 
 std::uint16_t ModbusCrc(const Bytes& bytes) {
@@ -143,9 +150,20 @@ void FakeLine::OpenTcp() {
   config_.port = ntohs(address.sin_port);
 }
 
-void FakeLine::Connect(int unit, FakeUnit& device) {
+void FakeLine::Connect(int unit, FakeUnit& device, int baud) {
   const std::lock_guard lock(mutex_);
-  units_[unit] = &device;
+  units_[unit] = {&device, baud};
+}
+
+FakeUnit* FakeLine::Listener(int unit) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = units_.find(unit);
+  if (found == units_.end()) return nullptr;
+  const auto [device, baud] = found->second;
+  if (baud == 0 || transport_ == Transport::kTcp) return device;
+  termios settings = {};
+  tcgetattr(slave_fd_, &settings);
+  return cfgetospeed(&settings) == SpeedOf(baud) ? device : nullptr;
 }
 
 void FakeLine::SetDelay(std::function<void(Utime)> delay) {
@@ -228,12 +246,7 @@ std::size_t FakeLine::RequestLength(const Bytes& bytes) const {
 
 // The answer of the unit itself, without faults of the line.
 Bytes FakeLine::Pdu(int unit, const Bytes& pdu, bool& silent) {
-  FakeUnit* device = nullptr;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto found = units_.find(unit);
-    if (found != units_.end()) device = found->second;
-  }
+  FakeUnit* device = Listener(unit);
   silent = device == nullptr;
   if (silent) return {};
   const int function = pdu[0];
@@ -313,6 +326,7 @@ void FakeLine::SpoilFrame(const LineFault& fault, Bytes& frame) const {
 }
 
 bool FakeLine::Answer(Client& client, const Bytes& request) {
+  if (echoes_) Send(client.fd, request);
   const bool rtu = transport_ == Transport::kRtu;
   const Bytes body(request.begin() + (rtu ? 0 : 6), request.end());
   Bytes pdu(body.begin() + 1, body.end() - (rtu ? 2 : 0));

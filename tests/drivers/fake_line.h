@@ -2,6 +2,7 @@
 // without libmodbus, that answers as its devices say, or as badly as it is told.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -89,10 +90,13 @@ class FakeLine {
 
   // A bus named A that leads here.
   config::BusConfig Config() const { return config_; }
-  // `device` outlives the line; units without a device are silent.
-  void Connect(int unit, FakeUnit& device);
+  // `device` outlives the line; units without a device are silent. `baud`: the device is set to this
+  // rate, and hears nothing while the serial line has another; 0: it follows the line.
+  void Connect(int unit, FakeUnit& device, int baud = 0);
   // How a late reply lets bench time pass.
   void SetDelay(std::function<void(Utime)> delay);
+  // Every request comes back to who sent it, before the answer, as by an adapter that hears itself.
+  void Echo() { echoes_ = true; }
   // What happens to the next requests, one each, in this order.
   void Inject(LineFault::Kind kind, int value = 0, int times = 1);
   void ReleaseHeld();
@@ -125,8 +129,16 @@ class FakeLine {
   void Send(int fd, const Bytes& bytes);
 
   const Transport transport_;
+  std::atomic<bool> echoes_ = false;
   config::BusConfig config_;
-  std::map<int, FakeUnit*> units_;
+  struct Connected {
+    FakeUnit* device = nullptr;
+    int baud = 0;
+  };
+  // nullptr where nobody hears.
+  FakeUnit* Listener(int unit) const;
+
+  std::map<int, Connected> units_;
   std::function<void(Utime)> delay_ = [](Utime) {};
   int master_fd_ = -1, slave_fd_ = -1, listen_fd_ = -1, wake_fd_ = -1;
   mutable std::mutex mutex_;

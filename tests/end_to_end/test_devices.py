@@ -1,0 +1,58 @@
+"""`gyrobench devices` on the lines of a virtual stand that is a process of its own."""
+import json
+import unittest
+
+from bench import ROOT
+from outside_stand import OutsideStand, RELAYS
+
+UNITS = "1-3,11-13,21,22,31"
+
+
+class Devices(unittest.TestCase):
+    def scan(self, bench, *arguments, status=0):
+        done = bench.run("devices", "--units", UNITS, "--json", *arguments)
+        self.assertEqual(done.returncode, status, done.stderr)
+        return {line["bus"]: line for line in json.loads(done.stdout)["lines"]}
+
+    def test_what_the_stand_file_has_answers_as_that(self):
+        with OutsideStand() as bench:
+            found = [(line["bus"], unit["unit"], unit["kind"], unit["expected"])
+                     for line in self.scan(bench).values() for unit in line["found"]]
+            axes = ("outer", "middle", "inner")
+            self.assertEqual(found, [("a", i + 1, "drive", f"axis.{name} drive") for i, name in enumerate(axes)]
+                             + [("a", i + 11, "encoder", f"axis.{name} encoder") for i, name in enumerate(axes)]
+                             + [("a", RELAYS, "relay unit", "relays"), ("b", 21, "gyro unit", "gyro")])
+
+    def test_one_line_alone_is_asked_where_it_is_named(self):
+        with OutsideStand() as bench:
+            self.assertEqual(list(self.scan(bench, "--bus", "b")), ["b"])
+
+    def test_swapped_numbers_and_a_missing_device_are_named(self):
+        with OutsideStand() as bench:
+            wrong = bench.folder / "wrong.toml"
+            wrong.write_text(f'include = "{bench.config}"\n[axis.inner.drive]\nunit = 13\n'
+                             '[axis.inner.encoder]\nunit = 3\n[gyro]\nunit = 22\n')
+            lines = self.scan(bench, "--config", wrong, "--baud", "115200", status=1)
+            told = " ".join(lines["a"]["advice"])
+            self.assertIn("Unit 3 is to be axis.inner encoder and answers as drive", told)
+            self.assertIn("Unit 13 is to be axis.inner drive and answers as encoder", told)
+            self.assertEqual(lines["b"]["missing"], [{"unit": 22, "device": "gyro"}])
+            self.assertEqual([(u["unit"], u["expected"]) for u in lines["b"]["found"]], [(21, "")])
+
+    def test_nothing_is_asked_beside_a_daemon(self):
+        with OutsideStand() as bench:
+            bench.start()
+            done = bench.run("devices")
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("gyrobenchd runs on this stand", done.stderr)
+            self.assertEqual(bench.status()["state"], "idle")
+
+    def test_a_stand_that_is_virtual_has_no_lines(self):
+        with OutsideStand() as bench:
+            done = bench.run("devices", "--config", ROOT / "config/virtual.toml")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("gyrobench-stand --config", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
