@@ -98,6 +98,9 @@ class Selection {
   bool IsSpike(const Candidate& candidate) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool MayBeRounding(const Candidate& candidate, const WhiteStore::Columns& others) const;
+  double GainOfWave(double wave_deg_s, const Candidate& candidate, const Eigen::VectorXd& values,
+                    const WhiteStore::Columns& others) const;
+  double DurationOf(Eigen::Index row) const;  // [s]
   // Whether a wave of the reference's angle of that size may be made by the errors of its readings.
   bool MayBeOfReadings(const Candidate& ripple, double amplitude_deg) const;
   bool AddBest();

@@ -5,6 +5,7 @@
 
 #include "base/geometry.h"
 #include "calibration/effects/basis.h"
+#include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/selection.h"
 
 namespace gyrobench::calibration {
@@ -52,8 +53,8 @@ bool Selection::MayBeOfReadings(const Candidate& ripple, double amplitude_deg) c
 }
 
 // What a candidate adds beside the others is nowhere larger than the wave which rounding makes of
-// the rate, or, where it follows the rate, explains no more than such a wave in all rows would: at
-// the few speeds and offsets of a table the wave passes for any of them.
+// the rate, or, where it follows the rate, explains no more than such a wave would, with whatever
+// signs suit the candidate best: at the few speeds and offsets of a table it passes for any of them.
 bool Selection::MayBeRounding(const Candidate& candidate, const WhiteStore::Columns& others) const {
   const double wave_deg_s = problem_->output_rounding_deg_s();
   const bool of_angle =
@@ -66,16 +67,30 @@ bool Selection::MayBeRounding(const Candidate& candidate, const WhiteStore::Colu
   const Eigen::VectorXd turned_deg =
       (candidate.raw ? candidate.raw->Copy() : ColumnsOf(*problem_, candidate, covariates())) *
       values;
-  double largest_deg_s = 0.0, all_s = 0.0;
-  for (Eigen::Index i = 0; i < turned_deg.size(); ++i) {
-    const double duration_s = problem_->intervals()[static_cast<std::size_t>(i)].duration_s;
-    largest_deg_s = std::max(largest_deg_s, std::fabs(turned_deg(i)) / duration_s);
-    all_s += duration_s;
-  }
+  double largest_deg_s = 0.0;
+  for (Eigen::Index i = 0; i < turned_deg.size(); ++i)
+    largest_deg_s = std::max(largest_deg_s, std::fabs(turned_deg(i)) / DurationOf(i));
   if (largest_deg_s < wave_deg_s) return true;
   const bool of_rate = candidate.effect == nullptr || (candidate.effect->needs & kNeedsRate) != 0;
-  const double of_wave = 0.5 * std::pow(wave_deg_s / walk_deg_sqrt_s_, 2) * all_s;
-  return of_rate && Cost(others) - Cost(model) < of_wave;
+  return of_rate && Cost(others) - Cost(model) < GainOfWave(wave_deg_s, candidate, values, others);
+}
+
+// The most that a wave of the rate can make a candidate with these coefficients explain beside the
+// others, in its mean over all phases: a row that it moves by w is worth |r| w, where r is what the
+// candidate does in that row and the others do not.
+double Selection::GainOfWave(double wave_deg_s, const Candidate& candidate,
+                             const Eigen::VectorXd& values,
+                             const WhiteStore::Columns& others) const {
+  const Eigen::VectorXd own =
+      Projection(store_.Take(others)).Off(store_.Take(candidate.columns) * values);
+  double along = 0.0;
+  for (Eigen::Index i = 0; i < own.size(); ++i)
+    along += std::fabs(own(i)) * wave_deg_s * std::sqrt(DurationOf(i)) / walk_deg_sqrt_s_;
+  return 0.5 * along * along / own.squaredNorm();
+}
+
+double Selection::DurationOf(Eigen::Index row) const {
+  return problem_->intervals()[static_cast<std::size_t>(row)].duration_s;
 }
 
 }  // namespace gyrobench::calibration

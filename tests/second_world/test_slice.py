@@ -50,6 +50,7 @@ MENDED = {
     "quaternion_hand:single:100:91052": "an even scale: no resonance was looked for beyond 40 deg/s",
     "rounded_stamps:silent:0:62": "ripples: the beat of a clock with the milliseconds of its stamps",
     "seldom_logged:silent:0:50": "a delay of one run: ramps began between samples, and nobody knew where",
+    "seldom_logged:single:20:7800058": "no curve of the scale: a wave that rounding makes was counted while nothing turned, too",
     "seldom_logged:single:5:7200092": "a product of rate and warming for a scale factor that depends on gravity",
     "short_run:single:5:62083": "g-sensitivity: Earth's rotation stayed on channels whose axis did not turn",
     "short_run:single:20:91193": "no step of the bias: it passed for bias random walk",
