@@ -21,6 +21,8 @@ int Run(const Options& options);
 int TakeUp(const Options& options);
 // watch_command.cc
 int Watch(const Options& options);
+// bus_command.cc
+int Bus(const Options& options);
 // devices_command.cc
 int Devices(const Options& options);
 // record_commands.cc

@@ -21,7 +21,7 @@ struct Command {
   int (*run)(const Options&);
 };
 
-constexpr std::array<Command, 21> kCommands = {{{"procedures", Procedures},
+constexpr std::array<Command, 22> kCommands = {{{"procedures", Procedures},
                                                 {"check", Check},
                                                 {"run", Run},
                                                 {"status", Status},
@@ -33,6 +33,7 @@ constexpr std::array<Command, 21> kCommands = {{{"procedures", Procedures},
                                                 {"stop", Stop},
                                                 {"reset", Reset},
                                                 {"devices", Devices},
+                                                {"bus", Bus},
                                                 {"runs", Runs},
                                                 {"show", Show},
                                                 {"analyze", Analyze},

@@ -157,6 +157,11 @@ class CommandLine {
             "gyrobench run scale -p turns=20 -p rate_deg_s=9");
     AddParameters(run);
     run.add_flag("--detach", options_.detach, "Return as soon as the run has started");
+    Add("bus", "How busy the stand's lines are, and how fast and how well each device answers",
+        "gyrobench bus\n  gyrobench bus --every 2")
+        .add_option("--every", options_.every_s, "Show it again and again, until Ctrl-C")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.1, 3600.0));
     Add("status", "What the bench is doing, and how its devices are", "gyrobench status");
     CLI::App& watch = Add("watch", "Print live state and results as they come over LCM",
                           "gyrobench watch --until-stop");

@@ -22,7 +22,8 @@ struct Options {
   std::string answer;
   std::int64_t count = 0;  // watch: messages to print, 0 = no end
   bool until_stop = false;
-  bool data = false;  // watch: samples too
+  double every_s = 0.0;  // bus: again and again, 0 = once
+  bool data = false;     // watch: samples too
   std::vector<std::string> inputs;
   std::filesystem::path output;
   bool overwrite = false;

@@ -64,6 +64,8 @@ class Acquisition {
   // Of every axis and of the gyro; asked for when something went wrong.
   LastSamples Last() const;
   MeasurementInfo Info() const;
+  // How the lines do.
+  std::vector<drivers::LineFigures> Lines() const { return maker_.Lines(); }
 
   // Axes whose reference is read at its full rate; the others at their idle rate.
   void SetActiveAxes(const std::set<std::string>& names);

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/version.h"
+#include "daemon/bus_status.h"
 #include "daemon/run_record.h"
 #include "procedures/engine/engine.h"
 
@@ -268,6 +269,8 @@ Route Request(Right right, json (*act)(Context&, const json& body)) {
           right};
 }
 
+json Lines(Context& c) { return BusStatus(c.stand, c.acquisition.Lines()); }
+
 json StateOf(const Context& c) { return {{"state", Name(c.control.state())}}; }
 
 // Answers with the state. It needs no body: what ends a motion does so whatever stands there.
@@ -288,6 +291,7 @@ json Answer(Context& c, const json& body) {
 const std::map<std::pair<std::string, std::string>, Route>& Routes() {
   static const std::map<std::pair<std::string, std::string>, Route> routes = {
       {{"GET", "/v1/status"}, Query(Status)},
+      {{"GET", "/v1/bus"}, Query(Lines)},
       {{"GET", "/v1/procedures"}, Query(Procedures)},
       {{"POST", "/v1/check"}, Request(Right::kConnect, Check)},
       {{"POST", "/v1/runs"},

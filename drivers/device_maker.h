@@ -3,12 +3,14 @@
 
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "base/clock.h"
 #include "config/stand_config.h"
 #include "drivers/angle_sensor.h"
 #include "drivers/axis.h"
 #include "drivers/gyro.h"
+#include "drivers/line_figures.h"
 #include "drivers/relays.h"
 
 namespace gyrobench::drivers {
@@ -27,6 +29,9 @@ class DeviceMaker {
   virtual std::unique_ptr<AngleSensor> MakeAngleSensor(const config::AxisConfig& config) = 0;
   virtual std::unique_ptr<Gyro> MakeGyro(const config::GyroConfig& config) = 0;
   virtual std::unique_ptr<Relays> MakeRelays(const config::RelaysConfig& config) = 0;
+  // How the lines do, in the order of their names; nothing where there are none. From any thread,
+  // once all buses were added.
+  virtual std::vector<LineFigures> Lines() const { return {}; }
 };
 
 }  // namespace gyrobench::drivers

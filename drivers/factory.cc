@@ -59,6 +59,12 @@ std::unique_ptr<Relays> ModbusDevices::MakeRelays(const config::RelaysConfig& co
   return drivers::MakeRelays(config, BusOf(config.bus));
 }
 
+std::vector<LineFigures> ModbusDevices::Lines() const {
+  std::vector<LineFigures> lines;
+  for (const auto& [name, bus] : buses_) lines.push_back(bus->Figures());
+  return lines;
+}
+
 std::int64_t ModbusDevices::Transactions() const {
   std::int64_t sum = 0;
   for (const auto& [name, bus] : buses_) sum += bus->statistics().transactions;

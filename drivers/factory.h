@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "config/stand_config.h"
 #include "drivers/angle_sensor.h"
@@ -37,6 +38,7 @@ class ModbusDevices final : public DeviceMaker {
   std::unique_ptr<AngleSensor> MakeAngleSensor(const config::AxisConfig& config) override;
   std::unique_ptr<Gyro> MakeGyro(const config::GyroConfig& config) override;
   std::unique_ptr<Relays> MakeRelays(const config::RelaysConfig& config) override;
+  std::vector<LineFigures> Lines() const override;
 
   // Modbus transactions so far, all buses. Only while no thread uses them.
   std::int64_t Transactions() const;

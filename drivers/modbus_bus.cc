@@ -144,7 +144,8 @@ ModbusBus::ModbusBus(const config::BusConfig& config, Clock& clock, Clock::Parti
       clock_(clock),
       participant_(participant),
       hurries_(std::move(hurries)),
-      line_(std::make_unique<Line>()) {}
+      line_(std::make_unique<Line>()),
+      recorder_(clock.Now()) {}
 
 ModbusBus::~ModbusBus() = default;
 
@@ -204,22 +205,57 @@ Timing ModbusBus::WriteRegisters(const ModbusUnit& unit, std::uint16_t address,
 Timing ModbusBus::Transact(const Request& request) {
   CheckUnit(request.unit);
   ++statistics_.transactions;
+  const Utime begin = clock_.Now();
+  LineRecorder::Transaction outcome;
   const int most_tries = request.repeat == Repeat::kNever ? 1 : 1 + std::max(0, config_.retries);
   for (int tries = 1;; ++tries) {
     Timing timing;
     timing.tries = tries;
     const Failure failure = Try(request, timing);
-    if (failure.error == 0) return timing;
+    outcome.tries = tries;
+    if (failure.error == 0) {
+      outcome.latency_us = timing.utime_reply - timing.utime_request;
+      Record(request, begin, outcome);
+      return timing;
+    }
+    Count(failure, outcome);
     if (failure.again && tries < most_tries && !hurries()) {
       ++statistics_.retries;
       continue;
     }
     ++statistics_.failures;
+    outcome.given_up = true;
+    Record(request, begin, outcome);
     const std::string message = Message(request, failure, tries);
     const DeviceFailure fields = FieldsOf(request, failure);
     if (IsException(failure.error)) throw RefusedByDevice(message, fields);
     throw NoAnswer(message, fields);
   }
+}
+
+void ModbusBus::Count(const Failure& failure, LineRecorder::Transaction& outcome) {
+  if (IsException(failure.error)) {
+    ++outcome.refused;
+  } else if (failure.connecting || IsLinkLost(failure.error)) {
+    ++outcome.line_lost;
+  } else if (failure.error == ETIMEDOUT) {
+    ++outcome.silent;
+  } else {
+    ++outcome.unreadable;
+  }
+}
+
+void ModbusBus::Record(const Request& request, Utime begin, LineRecorder::Transaction outcome) {
+  const Utime now = clock_.Now();
+  outcome.busy_us = now - begin;
+  recorder_.Add(request.unit.name, request.unit.unit, now, outcome);
+}
+
+LineFigures ModbusBus::Figures() const {
+  LineFigures figures = recorder_.Figures(clock_.Now());
+  figures.bus = config_.name;
+  figures.description = description_;
+  return figures;
 }
 
 // libmodbus would refuse the number and go on with that of the request before. Unit 0 is everybody.

@@ -21,6 +21,7 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "config/stand_config.h"
+#include "drivers/line_figures.h"
 
 namespace gyrobench::drivers {
 
@@ -110,6 +111,8 @@ class ModbusBus {
   // "bus A (/dev/ttyUSB0, 115200 baud 8N1)", for messages.
   const std::string& description() const { return description_; }
   const BusStatistics& statistics() const { return statistics_; }
+  // From any thread.
+  LineFigures Figures() const;
 
  private:
   struct Line;
@@ -118,6 +121,8 @@ class ModbusBus {
 
   Timing Transact(const Request& request);
   Failure Try(const Request& request, Timing& timing);
+  static void Count(const Failure& failure, LineRecorder::Transaction& outcome);
+  void Record(const Request& request, Utime begin, LineRecorder::Transaction outcome);
   void CheckUnit(const ModbusUnit& unit) const;
   bool Connect(Failure& failure);
   void AfterFailure(const Failure& failure, Utime utime_deadline);
@@ -140,6 +145,7 @@ class ModbusBus {
   bool suspect_ = false;
   Utime suspect_until_ = 0;
   BusStatistics statistics_;
+  LineRecorder recorder_;
 };
 
 }  // namespace gyrobench::drivers

@@ -51,6 +51,12 @@ class ControlApiTest : public testing::Test {
   FakeBench bench_;
 };
 
+TEST_F(ControlApiTest, DevicesWithoutALineHaveNoFiguresOfOne) {
+  const HttpReply reply = bench_.Ask("GET", "/v1/bus");
+  EXPECT_EQ(reply.status, 200u);
+  EXPECT_EQ(BodyOf(reply), (json{{"buses", json::array()}}));
+}
+
 TEST_F(ControlApiTest, StatusOfAnIdleBenchNamesItsDevicesAndNoRun) {
   const HttpReply reply = bench_.Ask("GET", "/v1/status");
   EXPECT_EQ(reply.status, 200u);

@@ -1,0 +1,126 @@
+// How the stand's lines do, as the daemon counts it.
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/json_text.h"
+#include "cli/commands.h"
+#include "cli/control_client.h"
+#include "cli/exit_status.h"
+#include "cli/interrupt_watch.h"
+#include "cli/json_field.h"
+#include "presentation/document.h"
+#include "presentation/number.h"
+#include "presentation/text_layout.h"
+
+namespace gyrobench::cli {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string Percent(double share) {
+  return std::isfinite(share) ? fmt::format("{:.1f} %", 100.0 * share) : "-";
+}
+
+std::string Milliseconds(double seconds) {
+  return std::isfinite(seconds) ? presentation::FormatNumber(1e3 * seconds, 2) : "-";
+}
+
+// "2 without a reply, 1 refused"; "-" where none failed.
+std::string FailedText(const Json& unit) {
+  std::string text;
+  for (const auto& [key, words] : {std::pair{"silent", "without a reply"},
+                                   {"unreadable", "with a bad reply"},
+                                   {"refused", "refused"},
+                                   {"line_lost", "on a lost line"}}) {
+    const std::int64_t count = Integer(unit, key);
+    if (count == 0) continue;
+    text +=
+        fmt::format("{}{} {}", text.empty() ? "" : ", ", presentation::FormatCount(count), words);
+  }
+  return text.empty() ? "-" : text;
+}
+
+std::string TitleOf(const Json& bus) {
+  const Json& recent = Field(bus, "recent");
+  std::string title = fmt::format("{}: {} busy in the last {:.0f} s", Text(bus, "line"),
+                                  Percent(Number(recent, "load")), Number(recent, "seconds"));
+  const double expected = Number(bus, "expected_load");
+  if (std::isfinite(expected)) title += fmt::format(", {} expected in a run", Percent(expected));
+  return title;
+}
+
+// Load and times of late, counts since the daemon started.
+presentation::Table TableOf(const Json& bus) {
+  using Kind = presentation::Column::Kind;
+  presentation::Table table{{{"device"},
+                             {"unit", Kind::kCount},
+                             {"busy", Kind::kCount},
+                             {"median, ms", Kind::kCount},
+                             {"99 %, ms", Kind::kCount},
+                             {"asked", Kind::kCount},
+                             {"retries", Kind::kCount},
+                             {"given up", Kind::kCount},
+                             {"tries that failed", Kind::kNote}},
+                            {}};
+  const Json& all = Field(Field(bus, "all"), "units");
+  const Json& recent = Field(Field(bus, "recent"), "units");
+  for (std::size_t i = 0; i < all.size() && i < recent.size(); ++i) {
+    std::vector<presentation::Text> row = {Text(all[i], "device"), Plain(Field(all[i], "unit")),
+                                           Percent(Number(recent[i], "load")),
+                                           Milliseconds(Number(recent[i], "latency_median_s")),
+                                           Milliseconds(Number(recent[i], "latency_99_s"))};
+    for (const char* count : {"transactions", "retries", "given_up"})
+      row.emplace_back(presentation::FormatCount(Integer(all[i], count)));
+    row.emplace_back(FailedText(all[i]));
+    table.Add(std::move(row));
+  }
+  return table;
+}
+
+std::string TextOf(const Json& status, const presentation::Terminal& terminal) {
+  presentation::Document document;
+  for (const Json& bus : Field(status, "buses")) {
+    presentation::Section section;
+    section.title = presentation::Strong(TitleOf(bus));
+    Add(section.blocks, TableOf(bus));
+    if (section.blocks.empty())
+      Add(section.blocks, presentation::Paragraph{"Nobody was asked yet."});
+    Add(document, std::move(section));
+  }
+  Add(document,
+      presentation::Paragraph{"Busy and the times from request to reply are of late, the counts of "
+                              "all since the daemon started."});
+  return RenderText(document, terminal);
+}
+
+}  // namespace
+
+int Bus(const Options& options) {
+  const BenchPlace place(options.bench);
+  const ControlClient client(place.Socket(), place.DaemonCommand());
+  InterruptWatch interrupt;
+  const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
+  while (true) {
+    const Json status = client.Get("/v1/bus");
+    if (options.json) {
+      fmt::print("{}\n", JsonText(status, options.every_s > 0.0 ? -1 : 2));
+    } else {
+      const bool redraws = options.every_s > 0.0 && terminal.redraws;
+      fmt::print("{}{}", redraws ? "\x1b[H\x1b[J" : "", TextOf(status, terminal));
+    }
+    std::fflush(stdout);
+    if (!(options.every_s > 0.0)) return kDone;
+    pollfd wait = {interrupt.descriptor(), POLLIN, 0};
+    poll(&wait, 1, static_cast<int>(1e3 * options.every_s));
+    if (interrupt.Take()) return kDone;
+  }
+}
+
+}  // namespace gyrobench::cli
