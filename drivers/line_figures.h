@@ -51,8 +51,8 @@ struct LineFigures {
   std::vector<UnitFigures> all, recent;  // in the order in which they were first asked
 };
 
-// Counts what happens on a line. Written by the line's thread, asked from any. Allocates when a unit
-// is asked for the first time, and not after that.
+// Counts what happens on a line. Written by the line's thread, asked from any. Allocates when a
+// unit is asked for the first time, and not after that.
 class LineRecorder {
  public:
   struct Transaction {

@@ -54,7 +54,8 @@ bool Selection::MayBeOfReadings(const Candidate& ripple, double amplitude_deg) c
 
 // What a candidate adds beside the others is nowhere larger than the wave which rounding makes of
 // the rate, or, where it follows the rate, explains no more than such a wave would, with whatever
-// signs suit the candidate best: at the few speeds and offsets of a table it passes for any of them.
+// signs suit the candidate best: at the few speeds and offsets of a table the wave passes for any
+// of them.
 bool Selection::MayBeRounding(const Candidate& candidate, const WhiteStore::Columns& others) const {
   const double wave_deg_s = problem_->output_rounding_deg_s();
   const bool of_angle =
