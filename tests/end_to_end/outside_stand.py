@@ -24,10 +24,18 @@ def checksum(frame):
 
 
 class OutsideStand(Bench):
-    """A bench on a stand with relays, in real time. `stand` is its process; the daemon starts with start()."""
+    """A bench on a stand with relays, in real time. `stand` is its process; the daemon starts with start().
 
-    def __init__(self, **options):
+    program: what serves the stand. stand_scenario: text of its scenario, with {root} for the source tree.
+    """
+
+    def __init__(self, program=BIN / "gyrobench-stand", stand_scenario=None, **options):
         super().__init__(base="stand.toml", start=False, **options)
+        self.program = program
+        self.stand_scenario = ROOT / "config/scenarios/typical.toml"
+        if stand_scenario:
+            self.stand_scenario = self.folder / "stand-scenario.toml"
+            self.stand_scenario.write_text(stand_scenario.replace("{root}", str(ROOT)))
         text = self.config.read_text()
         buses = "".join(f'[bus.{name}]\ndevice = "{self.folder}/bus-{name}"\n' for name in "ab")
         relays = f'[relays]\nbus = "a"\nunit = {RELAYS}\nmap = "{ROOT}/config/devices/relay-unit.toml"\nfan = 0\nheater = 1\n'
@@ -36,8 +44,8 @@ class OutsideStand(Bench):
 
     def __enter__(self):
         self.stand = subprocess.Popen(
-            [BIN / "gyrobench-stand", "--config", self.config, "--link", self.folder,
-             "--scenario", ROOT / "config/scenarios/typical.toml"], stdout=subprocess.PIPE, text=True)
+            [self.program, "--config", self.config, "--link", self.folder, "--scenario", self.stand_scenario],
+            stdout=subprocess.PIPE, text=True)
         for _ in "ab":
             self.stand.stdout.readline()
         return super().__enter__()

@@ -9,6 +9,8 @@ namespace {
 
 // Bytes of the request's frame beside the registers that it writes.
 constexpr std::size_t kReadFrame = 8, kWriteFrame = 9;
+// A request begins so long before the device has it: 250 bytes at 115200 baud.
+constexpr double kLongestFrame_s = 0.025;
 
 }  // namespace
 
@@ -56,6 +58,7 @@ VirtualMpu6050::Words EmulatedGyroDevice::Sample(double t_s,
 
 stand::ModbusException EmulatedGyroDevice::Read(int function, std::uint16_t address,
                                                 std::span<std::uint16_t> words, Utime at) {
+  const std::lock_guard lock(mutex_);
   master_.WaitToComplete(kReadFrame, ToSeconds(at - start_));
   const auto reply = master_.Read(function, address, static_cast<int>(words.size()));
   if (!reply || (reply->exception == 0 && reply->words.size() != words.size()))
@@ -66,10 +69,17 @@ stand::ModbusException EmulatedGyroDevice::Read(int function, std::uint16_t addr
 
 stand::ModbusException EmulatedGyroDevice::Write(std::uint16_t address,
                                                  std::span<const std::uint16_t> words, Utime at) {
+  const std::lock_guard lock(mutex_);
   master_.WaitToComplete(kWriteFrame + 2 * words.size(), ToSeconds(at - start_));
   const auto reply = master_.WriteMany(address, words);
   return reply ? static_cast<stand::ModbusException>(reply->exception)
                : stand::ModbusException::kDeviceFailure;
+}
+
+void EmulatedGyroDevice::CatchUp(Utime now) {
+  const std::lock_guard lock(mutex_);
+  const double t_s = ToSeconds(now - start_) - kLongestFrame_s;
+  if (t_s > unit_.now_s()) unit_.RunUntil(t_s);
 }
 
 stand::ModbusException EmulatedGyroDevice::Disguise(std::uint16_t address,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <mutex>
 
 #include "config/device_maps.h"
 #include "stand/bench_physics.h"
@@ -27,12 +28,17 @@ class EmulatedGyroDevice final : public stand::Device {
                                Utime at) override;
   stand::ModbusException Disguise(std::uint16_t address, std::span<std::uint16_t> words) override;
 
+  // Lets the processor run up to shortly before `now`, so that the next request finds it there: in
+  // real time what passed since the last one would make its reply late. From any thread.
+  void CatchUp(Utime now);
+
  private:
   VirtualMpu6050::Words Sample(double t_s, const VirtualMpu6050::Settings& settings);
   Utime At(double t_s) const { return start_ + FromSeconds(t_s); }
 
   const config::GyroUnitMap map_;
   stand::Physics& physics_;
+  std::mutex mutex_;  // guards what follows `start_`
   const Utime start_;
   VirtualMpu6050 sensor_;
   EmulatedUnit unit_;
