@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +24,9 @@ namespace gyrobench::cli {
 namespace {
 
 using Json = nlohmann::json;
+
+// What was counted is at hand: a daemon that takes longer hangs.
+constexpr double kPatience_s = 5.0;
 
 std::string Percent(double share) {
   return std::isfinite(share) ? fmt::format("{:.1f} %", 100.0 * share) : "-";
@@ -56,7 +60,7 @@ std::string TitleOf(const Json& bus) {
   return title;
 }
 
-// Load and times of late, counts since the daemon started.
+// Load and times are those of the last seconds, counts those since the daemon started.
 presentation::Table TableOf(const Json& bus) {
   using Kind = presentation::Column::Kind;
   presentation::Table table{{{"device"},
@@ -94,9 +98,9 @@ std::string TextOf(const Json& status, const presentation::Terminal& terminal) {
       Add(section.blocks, presentation::Paragraph{"Nobody was asked yet."});
     Add(document, std::move(section));
   }
-  Add(document,
-      presentation::Paragraph{"Busy and the times from request to reply are of late, the counts of "
-                              "all since the daemon started."});
+  Add(document, presentation::Paragraph{
+                    "How busy a device keeps its line, and the times from request to reply, "
+                    "are of the last seconds; the counts are since the daemon started."});
   return RenderText(document, terminal);
 }
 
@@ -104,8 +108,10 @@ std::string TextOf(const Json& status, const presentation::Terminal& terminal) {
 
 int Bus(const Options& options) {
   const BenchPlace place(options.bench);
-  const ControlClient client(place.Socket(), place.DaemonCommand());
-  InterruptWatch interrupt;
+  const ControlClient client(place.Socket(), place.DaemonCommand(), kPatience_s);
+  // Once, Ctrl-C ends the program as ever.
+  std::optional<InterruptWatch> interrupt;
+  if (options.every_s > 0.0) interrupt.emplace();
   const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   while (true) {
     const Json status = client.Get("/v1/bus");
@@ -116,10 +122,10 @@ int Bus(const Options& options) {
       fmt::print("{}{}", redraws ? "\x1b[H\x1b[J" : "", TextOf(status, terminal));
     }
     std::fflush(stdout);
-    if (!(options.every_s > 0.0)) return kDone;
-    pollfd wait = {interrupt.descriptor(), POLLIN, 0};
+    if (!interrupt) return kDone;
+    pollfd wait = {interrupt->descriptor(), POLLIN, 0};
     poll(&wait, 1, static_cast<int>(1e3 * options.every_s));
-    if (interrupt.Take()) return kDone;
+    if (interrupt->Take()) return kDone;
   }
 }
 

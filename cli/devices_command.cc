@@ -14,12 +14,12 @@
 #include "base/json_text.h"
 #include "base/nearest_word.h"
 #include "cli/commands.h"
-#include "cli/control_client.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
 #include "config/stand_config.h"
 #include "drivers/line_scan.h"
 #include "drivers/modbus_line.h"
+#include "drivers/stand_lock.h"
 #include "presentation/document.h"
 #include "presentation/text_layout.h"
 
@@ -35,41 +35,35 @@ bool IsSerial(const config::BusConfig& bus) {
   return bus.transport == config::BusConfig::Transport::kRtu;
 }
 
-// A line has one master. A serial one is locked by who opens it; of the others the daemon knows.
-void RefuseBesideDaemon(const BenchPlace& bench) {
-  try {
-    ControlClient(bench.Socket(), bench.DaemonCommand(), 5.0).Get("/v1/status");
-  } catch (const UnreachableError&) {
-    return;
-  }
-  throw Error(
-      fmt::format("gyrobenchd runs on this stand (control socket {}) and has its lines: end "
-                  "it first; what it knows of its devices says: gyrobench status",
-                  bench.Socket().string()));
+drivers::LineSetting SettingOf(const config::BusConfig& bus) {
+  return {bus.baud, bus.parity, bus.stop_bits};
 }
 
+// Each once, in the order of the stand file.
 std::vector<config::BusConfig> ChosenBuses(const config::StandConfig& stand,
                                            const std::vector<std::string>& names) {
   if (names.empty()) return stand.buses;
-  std::vector<config::BusConfig> chosen;
+  std::vector<std::string> known;
+  for (const config::BusConfig& bus : stand.buses) known.push_back(bus.name);
   for (const std::string& name : names) {
-    const auto found = std::ranges::find(stand.buses, name, &config::BusConfig::name);
-    if (found == stand.buses.end()) {
-      std::vector<std::string> known;
-      for (const config::BusConfig& bus : stand.buses) known.push_back(bus.name);
-      throw UsageError(
-          fmt::format("no bus '{}' in {}: {}", name, stand.file.string(), Suggestion(name, known)));
-    }
-    chosen.push_back(*found);
+    if (std::ranges::find(known, name) != known.end()) continue;
+    throw UsageError(
+        fmt::format("no bus '{}' in {}: {}", name, stand.file.string(), Suggestion(name, known)));
+  }
+  std::vector<config::BusConfig> chosen;
+  for (const config::BusConfig& bus : stand.buses) {
+    if (std::ranges::find(names, bus.name) != names.end()) chosen.push_back(bus);
   }
   return chosen;
 }
 
 drivers::ScanOptions ScanOf(const Options& options, const config::BusConfig& bus) {
   drivers::ScanOptions scan{options.units, {}};
-  for (const int baud : options.baud_rates)
-    scan.settings.push_back({baud, bus.parity, bus.stop_bits});
-  if (!IsSerial(bus)) scan.settings.clear();
+  for (const int baud : options.baud_rates) {
+    const drivers::LineSetting setting{baud, bus.parity, bus.stop_bits};
+    const bool known = std::ranges::find(scan.settings, setting) != scan.settings.end();
+    if (IsSerial(bus) && !known) scan.settings.push_back(setting);
+  }
   return scan;
 }
 
@@ -84,40 +78,88 @@ std::string NameText(const FoundUnit& found) {
   return found.identity.model.empty() ? name : fmt::format("{} ({})", name, found.identity.model);
 }
 
-// What is to be done about a line, one sentence or two each.
-std::vector<std::string> AdviceOn(const LineReport& report) {
+bool HasOtherSetting(const LineReport& report, const FoundUnit& found) {
+  return IsSerial(report.bus) && !(found.setting == SettingOf(report.bus));
+}
+
+// What is to be done about one that answers; empty where nothing is.
+std::vector<std::string> AdviceOn(const LineReport& report, const FoundUnit& found) {
   std::vector<std::string> advice;
-  const drivers::LineSetting own{report.bus.baud, report.bus.parity, report.bus.stop_bits};
+  if (found.identity.kind == UnitKind::kUnreadable) {
+    return {
+        fmt::format("Unit {}: {}, each time. Do two devices have this number, or is it set to "
+                    "another parity? Disconnect all but one, and ask again.",
+                    found.unit, found.identity.says)};
+  }
+  if (found.expected.empty()) return {};
+  if (HasOtherSetting(report, found)) {
+    advice.push_back(fmt::format(
+        "{} (unit {}) answers at {}, and the line is set to {}: change "
+        "one of them.",
+        found.expected, found.unit, Describe(found.setting), Describe(SettingOf(report.bus))));
+  }
+  for (const std::string& wrong : found.identity.wrong)
+    advice.push_back(fmt::format("{} (unit {}): {}.", found.expected, found.unit, wrong));
+  if (found.as_expected || !advice.empty()) return advice;
+  if (found.identity.kind == UnitKind::kUnknown) {
+    return {
+        fmt::format("Unit {} is to be {}, and does not answer as its register map says: check "
+                    "the model, and the map against the device's manual.",
+                    found.unit, found.expected)};
+  }
+  return {fmt::format("Unit {} is to be {}, and answers as {}: correct the unit numbers.",
+                      found.unit, found.expected, NameOf(found.identity.kind))};
+}
+
+// Devices of this kind that answer, and that no stand file's number speaks of.
+std::string UnclaimedText(const std::vector<LineReport>& reports, UnitKind kind) {
+  std::string text;
+  for (const LineReport& report : reports) {
+    for (const FoundUnit& found : report.found) {
+      if (found.identity.kind != kind || !found.expected.empty() || report.all_answer) continue;
+      text += fmt::format("{}unit {} of bus {}", text.empty() ? "" : " and ", found.unit,
+                          report.bus.name);
+    }
+  }
+  return text;
+}
+
+// What is to be done about a line.
+std::vector<std::string> AdviceOn(const LineReport& report, const std::vector<LineReport>& all) {
   if (report.all_unreadable) {
     return {
         "Every unit number that was asked gives replies that cannot be read: the adapter hears "
         "what it sends itself (switch off its echo), or the line is disturbed."};
   }
+  std::vector<std::string> advice;
+  if (report.all_answer) {
+    advice.push_back(
+        "Every unit number that was asked gives an answer: the device at the other end "
+        "does not look at the number. Only what the stand file has is shown.");
+  }
   for (const FoundUnit& found : report.found) {
-    if (found.identity.kind == UnitKind::kUnreadable) {
-      advice.push_back(fmt::format(
-          "Unit {}: do two devices have this number? Disconnect one, and give it another.",
-          found.unit));
-    } else if (!found.expected.empty() && IsSerial(report.bus) && !(found.setting == own)) {
-      advice.push_back(fmt::format("{} (unit {}) is set to {}, the line to {}: change one of them.",
-                                   found.expected, found.unit, Describe(found.setting),
-                                   Describe(own)));
-    } else if (!found.expected.empty() && !found.as_expected) {
-      advice.push_back(
-          fmt::format("Unit {} is to be {} and answers as {}: correct the unit numbers.",
-                      found.unit, found.expected, NameOf(found.identity.kind)));
-    }
+    for (std::string& one : AdviceOn(report, found)) advice.push_back(std::move(one));
   }
   for (const drivers::MissingUnit& missing : report.missing) {
+    const std::string unclaimed = UnclaimedText(all, missing.kind);
     advice.push_back(
-        fmt::format("{} (unit {}) does not answer: check its power, the cable, its unit number and "
-                    "its baud rate.",
-                    missing.device, missing.unit));
+        unclaimed.empty()
+            ? fmt::format("{} (unit {}) does not answer: check its power, the cable, its unit "
+                          "number and its baud rate.",
+                          missing.device, missing.unit)
+            : fmt::format("{} (unit {}) does not answer, and a {} answers as {}, which is not in "
+                          "the stand file: correct one of the numbers.",
+                          missing.device, missing.unit, NameOf(missing.kind), unclaimed));
   }
   return advice;
 }
 
-presentation::Section SectionOf(const LineReport& report) {
+std::string RegistersText(const LineReport& report, const FoundUnit& found) {
+  if (!HasOtherSetting(report, found)) return found.identity.says;
+  return fmt::format("at {}: {}", Describe(found.setting), found.identity.says);
+}
+
+presentation::Section SectionOf(const LineReport& report, const std::vector<LineReport>& all) {
   presentation::Section section;
   section.title = presentation::Strong(
       fmt::format("{}: {} unit numbers asked", drivers::DescribeBus(report.bus), report.asked));
@@ -125,23 +167,28 @@ presentation::Section SectionOf(const LineReport& report) {
   presentation::Table table{
       {{"unit", Kind::kCount}, {"answers as"}, {"stand file"}, {"its registers", Kind::kNote}}, {}};
   for (const FoundUnit& found : report.found) {
-    if (report.all_unreadable) break;
-    table.Add(
-        {std::to_string(found.unit), NameText(found), StandFileText(found), found.identity.says});
+    if (report.all_unreadable || (report.all_answer && found.expected.empty())) continue;
+    table.Add({std::to_string(found.unit), NameText(found), StandFileText(found),
+               RegistersText(report, found)});
   }
   Add(section.blocks, std::move(table));
-  if (report.found.empty()) Add(section.blocks, presentation::Paragraph{"Nothing answers."});
-  Add(section.blocks, presentation::ListOf(AdviceOn(report)));
+  if (!report.error.empty()) {
+    Add(section.blocks, presentation::Paragraph{report.error});
+  } else if (report.found.empty()) {
+    Add(section.blocks, presentation::Paragraph{"Nothing answers."});
+  }
+  Add(section.blocks, presentation::ListOf(AdviceOn(report, all)));
   return section;
 }
 
-OrderedJson ToJson(const LineReport& report) {
+OrderedJson ToJson(const LineReport& report, const std::vector<LineReport>& all) {
   OrderedJson found = OrderedJson::array();
   for (const FoundUnit& one : report.found) {
     OrderedJson unit = {{"unit", one.unit},
                         {"kind", NameOf(one.identity.kind)},
                         {"model", one.identity.model},
                         {"registers", one.identity.says},
+                        {"wrong", one.identity.wrong},
                         {"expected", one.expected},
                         {"as_expected", one.as_expected}};
     if (IsSerial(report.bus)) unit["setting"] = Describe(one.setting);
@@ -156,8 +203,10 @@ OrderedJson ToJson(const LineReport& report) {
           {"found", found},
           {"missing", missing},
           {"all_unreadable", report.all_unreadable},
+          {"all_answer", report.all_answer},
+          {"error", report.error},
           {"as_expected", report.IsAsExpected()},
-          {"advice", AdviceOn(report)}};
+          {"advice", AdviceOn(report, all)}};
 }
 
 std::vector<LineReport> ScanAll(const config::StandConfig& stand, const Options& options) {
@@ -184,19 +233,20 @@ int Devices(const Options& options) {
         "machine is served by: gyrobench-stand --config {}",
         stand.file.string(), stand.file.string()));
   }
-  RefuseBesideDaemon(bench);
+  // A line has one master: no daemon starts meanwhile.
+  const drivers::StandLock lock(stand, "gyrobench devices");
   const std::vector<LineReport> reports = ScanAll(stand, options);
   const bool as_expected = std::ranges::all_of(reports, &LineReport::IsAsExpected);
   if (options.json) {
     OrderedJson lines = OrderedJson::array();
-    for (const LineReport& report : reports) lines.push_back(ToJson(report));
+    for (const LineReport& report : reports) lines.push_back(ToJson(report, reports));
     fmt::print("{}\n", JsonText(OrderedJson{{"format", "gyrobench.devices/1"},
                                             {"as_expected", as_expected},
                                             {"lines", lines}},
                                 2));
   } else {
     presentation::Document document;
-    for (const LineReport& report : reports) Add(document, SectionOf(report));
+    for (const LineReport& report : reports) Add(document, SectionOf(report, reports));
     fmt::print("{}", RenderText(document, presentation::DescribeTerminal(fileno(stdout))));
   }
   return as_expected ? kDone : kFailed;

@@ -1,5 +1,3 @@
-#include "daemon/bus_status.h"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -7,6 +5,7 @@
 #include "base/clock.h"
 #include "base/json_text.h"
 #include "config/bus_load.h"
+#include "daemon/control_api.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -15,8 +14,10 @@ using drivers::LineFigures;
 using drivers::UnitFigures;
 using nlohmann::json;
 
-double Share(Utime busy_us, Utime span_us) {
-  return span_us > 0 ? static_cast<double>(busy_us) / static_cast<double>(span_us) : 0.0;
+// null where no time has passed yet.
+json Share(Utime busy_us, Utime span_us) {
+  if (span_us <= 0) return nullptr;
+  return static_cast<double>(busy_us) / static_cast<double>(span_us);
 }
 
 json ToJson(const UnitFigures& unit, Utime span_us) {

@@ -12,7 +12,6 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/version.h"
-#include "daemon/bus_status.h"
 #include "daemon/run_record.h"
 #include "procedures/engine/engine.h"
 

@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
 
 #include "base/clock.h"
 #include "config/stand_config.h"
@@ -14,8 +16,14 @@
 #include "daemon/request_log.h"
 #include "daemon/run_control.h"
 #include "daemon/run_engine.h"
+#include "drivers/line_figures.h"
 
 namespace gyrobench::daemon {
+
+// {"buses": [...]}: of each line how busy it is and what is expected of it, of each unit how often
+// it was asked, how it answered, and how fast; since the daemon started, and of late.
+nlohmann::json BusStatus(const config::StandConfig& stand,
+                         const std::vector<drivers::LineFigures>& lines);
 
 class ControlApi {
  public:

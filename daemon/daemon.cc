@@ -21,12 +21,12 @@
 #include "daemon/run_engine.h"
 #include "daemon/run_record.h"
 #include "daemon/simulated_buses.h"
-#include "daemon/stand_lock.h"
 #include "daemon/status_publisher.h"
 #include "daemon/stranger_watch.h"
 #include "daemon/supervisor.h"
 #include "daemon/telemetry.h"
 #include "drivers/factory.h"
+#include "drivers/stand_lock.h"
 
 namespace gyrobench::daemon {
 namespace {
@@ -175,7 +175,7 @@ struct Daemon::Parts {
   }
 
   config::StandConfig stand;
-  const StandLock lock{stand};  // before anything is opened
+  const drivers::StandLock lock{stand, "gyrobenchd"};  // before anything is opened
   LcmPublisher publisher;
   std::unique_ptr<Clock> clock;
   VirtualClock* virtual_clock = nullptr;

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "base/error.h"
 #include "drivers/modbus_line.h"
@@ -21,28 +22,60 @@ using CodeKind = DeviceFailure::CodeKind;
 // Of a gateway: it has no way to the device, and its device did not answer.
 constexpr int kNoPath = 10, kNoDeviceBehind = 11;
 // A disturbance spoils one reply, a wrong setting or a second device all of them.
-constexpr int kUnreadableReplies = 3;
+constexpr int kTries = 3;
+// A reply may be lost: of a device that is expected, or has answered before.
+constexpr int kSilences = 2;
 
-bool IsGatewaysSilence(const DeviceFailure& failure) {
-  return failure.code_kind == CodeKind::kModbusException &&
-         (failure.code == kNoPath || failure.code == kNoDeviceBehind);
+enum class End { kAnswered, kRefused, kSilent, kUnreadable };
+
+// How one request ended, and what is said of it where it failed.
+struct Outcome {
+  End end = End::kAnswered;
+  std::string words = {};
+};
+
+Outcome OutcomeOf(const DeviceFailure& failure) {
+  const bool exception = failure.code_kind == CodeKind::kModbusException;
+  if (exception && (failure.code == kNoPath || failure.code == kNoDeviceBehind))
+    return {End::kSilent, "the gateway's device did not answer"};
+  if (failure.code_kind == CodeKind::kSystemError) return {End::kSilent, "no reply"};
+  const int error = failure.code + MODBUS_ENOBASE;
+  // A sound frame: the code is the vendor's own.
+  if (exception || error == EMBBADEXC) return {End::kRefused, DescribeFault(error)};
+  return {End::kUnreadable, DescribeFault(error)};
+}
+
+// Asks again after a reply that cannot be read, and after silence `silences` times in all. What
+// ends in silence was silent: so is a server that closes the connection of a unit that it does not
+// know.
+template <typename Ask>
+Outcome AskUntilReadable(int silences, Ask&& ask) {
+  Outcome outcome;
+  for (int tries = 0; tries < kTries; ++tries) {
+    try {
+      ask();
+      return {};
+    } catch (const LineClosed&) {
+      throw;
+    } catch (const DeviceError& error) {
+      outcome = OutcomeOf(error.failure());
+    }
+    if (outcome.end == End::kRefused) break;
+    if (outcome.end == End::kSilent && --silences <= 0) break;
+  }
+  return outcome;
 }
 
 ModbusUnit UnitOf(int unit) { return {fmt::format("unit {}", unit), unit}; }
 
-template <typename Map>
-void AddModel(std::vector<Map>& maps, const Map& map) {
-  const auto same = [&map](const Map& other) { return other.model == map.model; };
-  if (std::none_of(maps.begin(), maps.end(), same)) maps.push_back(map);
-}
-
 // Registers of a unit, where it has them.
 class Registers {
  public:
-  Registers(ModbusBus& bus, int unit) : bus_(bus), unit_(UnitOf(unit)) {}
+  Registers(ModbusBus& bus, int unit, int silences)
+      : bus_(bus), unit_(UnitOf(unit)), silences_(silences) {}
 
-  bool Read(int function, int address, std::span<std::uint16_t> words) {
-    return Answers([&] {
+  Outcome Read(int function, int address, std::span<std::uint16_t> words) {
+    return AskUntilReadable(silences_, [&] {
       const auto at = static_cast<std::uint16_t>(address);
       if (function == 4) {
         bus_.ReadInput(unit_, at, words, "what it is");
@@ -51,85 +84,97 @@ class Registers {
       }
     });
   }
+  bool Has(int function, int address, std::span<std::uint16_t> words) {
+    return Read(function, address, words).end == End::kAnswered;
+  }
   std::optional<std::uint16_t> Holding(int address) {
     std::array<std::uint16_t, 1> word = {};
-    return Read(3, address, word) ? std::optional(word[0]) : std::nullopt;
+    return Has(3, address, word) ? std::optional(word[0]) : std::nullopt;
   }
-  bool ReadCoils(int address, std::span<std::uint8_t> coils) {
-    return Answers(
-        [&] { bus_.ReadCoils(unit_, static_cast<std::uint16_t>(address), coils, "what it is"); });
+  bool HasCoils(int address, std::span<std::uint8_t> coils) {
+    const auto at = static_cast<std::uint16_t>(address);
+    return AskUntilReadable(silences_, [&] {
+             bus_.ReadCoils(unit_, at, coils, "what it is");
+           }).end == End::kAnswered;
   }
 
  private:
-  // A unit that is there and silent to a request does not know its function.
-  template <typename Ask>
-  static bool Answers(Ask&& ask) {
-    try {
-      ask();
-      return true;
-    } catch (const DeviceError&) {
-      return false;
-    }
-  }
-
   ModbusBus& bus_;
   ModbusUnit unit_;
+  int silences_;
 };
 
-std::optional<UnitIdentity> AsGyroUnit(Registers& registers, const config::GyroUnitMap& map) {
-  std::array<std::uint16_t, 6> words = {};
-  if (!registers.Read(4, map.identity_address, words) || words[0] != map.magic) return std::nullopt;
-  return UnitIdentity{
-      UnitKind::kGyroUnit, map.model,
-      fmt::format("serial number {}, firmware {}.{}, protocol {}{}", FromWords(words[3], words[4]),
-                  words[2] >> 8, words[2] & 0xFF, words[1],
-                  words[1] == map.protocol_version
-                      ? ""
-                      : fmt::format(" (expected {}: load the firmware of this "
-                                    "version of gyrobench)",
-                                    map.protocol_version))};
+// docs/gyro-unit.md, identity.
+std::optional<UnitIdentity> As(Registers& registers, const config::GyroUnitMap& map,
+                               const ExpectedUnit* expected) {
+  std::array<std::uint16_t, 7> words = {};
+  if (!registers.Has(4, map.identity_address, words) || words[0] != map.magic) return std::nullopt;
+  const std::uint32_t serial = FromWords(words[3], words[4]);
+  UnitIdentity unit{UnitKind::kGyroUnit, map.model,
+                    fmt::format("serial number {}, firmware {}.{}, protocol {}", serial,
+                                words[2] >> 8, words[2] & 0xFF, words[1])};
+  if (words[1] != map.protocol_version)
+    unit.wrong.push_back(
+        fmt::format("protocol {} is expected: load the firmware of this version of gyrobench",
+                    map.protocol_version));
+  if (words[6] != map.who_am_i)
+    unit.wrong.push_back(
+        fmt::format("WHO_AM_I of its sensor is 0x{:02X}, expected 0x{:02X}: check the sensor's "
+                    "supply and its I2C lines, or the map",
+                    words[6], map.who_am_i));
+  if (expected != nullptr && expected->serial_number.value_or(serial) != serial)
+    unit.wrong.push_back(fmt::format("serial number {} is expected: is this the right sensor?",
+                                     *expected->serial_number));
+  return unit;
 }
 
-std::optional<UnitIdentity> AsDrive(Registers& registers, const config::DriveMap& map) {
-  std::array<std::uint16_t, 8> path = {};
+std::optional<UnitIdentity> As(Registers& registers, const config::DriveMap& map,
+                               const ExpectedUnit*) {
   std::array<std::uint16_t, 2> position = {};
   const auto pulses = registers.Holding(map.pulses_per_turn_address);
   const auto status = pulses ? registers.Holding(map.status_address) : std::nullopt;
-  if (!status || !registers.Read(3, map.position_address, position) ||
-      !registers.Read(3, map.path_address, path)) {
-    return std::nullopt;
-  }
+  if (!status || !registers.Has(3, map.position_address, position)) return std::nullopt;
   const auto at = static_cast<std::int32_t>(FromWords(position[0], position[1], map.word_order));
-  std::string says =
-      fmt::format("{} pulses a turn, at pulse {}, status 0x{:04X}", *pulses, at, *status);
-  if (*pulses != map.pulses_per_turn) says += fmt::format("; expected {}", map.pulses_per_turn);
-  if (IsBitSet(*status, map.fault_bit)) says += "; reports a fault";
-  return UnitIdentity{UnitKind::kDrive, map.model, says};
+  UnitIdentity unit{
+      UnitKind::kDrive, map.model,
+      fmt::format("{} pulses a turn, at pulse {}, status 0x{:04X}", *pulses, at, *status)};
+  if (*pulses != map.pulses_per_turn)
+    unit.wrong.push_back(fmt::format(
+        "{} pulses a turn are expected: set the drive, or correct its map", map.pulses_per_turn));
+  if (IsBitSet(*status, map.fault_bit))
+    unit.wrong.push_back("it reports a fault: remove its cause and clear the alarm");
+  return unit;
 }
 
-std::optional<UnitIdentity> AsEncoder(Registers& registers, const config::EncoderMap& map) {
+std::optional<UnitIdentity> As(Registers& registers, const config::EncoderMap& map,
+                               const ExpectedUnit*) {
   std::array<std::uint16_t, 2> words = {};
   const std::span<std::uint16_t> wanted(words.data(), map.words == 2 ? 2 : 1);
-  if (!registers.Read(map.function, map.address, wanted)) return std::nullopt;
+  if (!registers.Has(map.function, map.address, wanted)) return std::nullopt;
   const std::uint32_t value =
       map.words == 1 ? words[0] : FromWords(words[0], words[1], map.word_order);
-  if (value >= map.range_counts) {
-    return UnitIdentity{UnitKind::kEncoder, map.model,
-                        fmt::format("{} counts, expected below {}: check words and word order",
-                                    value, map.range_counts)};
-  }
-  return UnitIdentity{
-      UnitKind::kEncoder, map.model,
-      fmt::format("{} counts, {:.2f} deg", value, value * 360.0 / map.counts_per_turn)};
+  UnitIdentity unit{UnitKind::kEncoder, map.model,
+                    fmt::format("{} counts, {:.2f} deg", value,
+                                static_cast<double>(value) * 360.0 / map.counts_per_turn)};
+  if (value >= map.range_counts)
+    unit.wrong.push_back(
+        fmt::format("{} counts, below {} are expected: check words, word order "
+                    "and range of the map",
+                    value, map.range_counts));
+  return unit;
 }
 
-std::optional<UnitIdentity> AsRelayUnit(Registers& registers, const config::RelayMap& map) {
+std::optional<UnitIdentity> As(Registers& registers, const config::RelayMap& map,
+                               const ExpectedUnit*) {
   std::vector<std::uint8_t> coils(static_cast<std::size_t>(map.channels));
-  if (!registers.ReadCoils(map.first_coil, coils)) return std::nullopt;
-  const auto on =
-      std::count_if(coils.begin(), coils.end(), [](std::uint8_t coil) { return coil != 0; });
+  if (!registers.HasCoils(map.first_coil, coils)) return std::nullopt;
+  const auto on = std::ranges::count_if(coils, [](std::uint8_t coil) { return coil != 0; });
   return UnitIdentity{UnitKind::kRelayUnit, map.model,
                       fmt::format("{} of {} channels on", on, coils.size())};
+}
+
+std::optional<UnitIdentity> AsExpected(Registers& registers, const ExpectedUnit& expected) {
+  return std::visit([&](const auto& map) { return As(registers, map, &expected); }, expected.map);
 }
 
 }  // namespace
@@ -141,7 +186,7 @@ const char* NameOf(UnitKind kind) {
     case UnitKind::kUnreadable:
       return "unreadable replies";
     case UnitKind::kUnknown:
-      return "device of no known map";
+      return "unknown device";
     case UnitKind::kDrive:
       return "drive";
     case UnitKind::kEncoder:
@@ -154,55 +199,68 @@ const char* NameOf(UnitKind kind) {
   return "?";
 }
 
-KnownMaps MapsOf(const config::StandConfig& stand) {
-  KnownMaps maps;
+std::vector<ExpectedUnit> ExpectedOn(const config::StandConfig& stand, const std::string& bus) {
+  std::vector<ExpectedUnit> expected;
+  const auto add = [&](const std::string& on, ExpectedUnit unit) {
+    if (on == bus) expected.push_back(std::move(unit));
+  };
   for (const config::AxisConfig& axis : stand.axes) {
-    AddModel(maps.drives, axis.drive.map);
-    AddModel(maps.encoders, axis.encoder.map);
+    add(axis.drive.bus,
+        {axis.drive.unit, "axis." + axis.name + " drive", UnitKind::kDrive, axis.drive.map});
+    add(axis.encoder.bus, {axis.encoder.unit, "axis." + axis.name + " encoder", UnitKind::kEncoder,
+                           axis.encoder.map});
   }
-  maps.gyro_unit = stand.gyro.map;
-  if (stand.relays) maps.relays = stand.relays->map;
-  return maps;
+  add(stand.gyro.bus,
+      {stand.gyro.unit, "gyro", UnitKind::kGyroUnit, stand.gyro.map, stand.gyro.serial_number});
+  if (stand.relays)
+    add(stand.relays->bus, {stand.relays->unit, "relays", UnitKind::kRelayUnit, stand.relays->map});
+  return expected;
 }
 
 UnitIdentity Hail(ModbusBus& bus, int unit) {
   std::array<std::uint16_t, 1> word = {};
-  UnitIdentity identity;
-  for (int replies = 0; replies < kUnreadableReplies; ++replies) {
-    try {
-      bus.ReadHolding(UnitOf(unit), 0, word, "whether it answers");
-      return {UnitKind::kUnknown, "", fmt::format("register 0x0000 holds {}", word[0])};
-    } catch (const RefusedByDevice& refusal) {
-      if (IsGatewaysSilence(refusal.failure())) return {};
-      return {UnitKind::kUnknown, "",
-              fmt::format("register 0x0000: {}",
-                          DescribeFault(refusal.failure().code + MODBUS_ENOBASE))};
-    } catch (const NoAnswer& failed) {
-      const DeviceFailure& failure = failed.failure();
-      if (failure.code_kind == CodeKind::kSystemError && failure.code == ETIMEDOUT) return identity;
-      if (IsGatewaysSilence(failure)) return {};
-      if (failure.code_kind != CodeKind::kBadReply) throw;
-      identity = {UnitKind::kUnreadable, "", DescribeFault(failure.code + MODBUS_ENOBASE)};
-    }
+  const Outcome outcome = Registers(bus, unit, 1).Read(3, 0, word);
+  switch (outcome.end) {
+    case End::kSilent:
+      return {};
+    case End::kUnreadable:
+      return {UnitKind::kUnreadable, "", outcome.words};
+    case End::kRefused:
+      return {UnitKind::kUnknown, "", "register 0x0000: " + outcome.words};
+    case End::kAnswered:
+      break;
   }
-  return identity;
+  return {UnitKind::kUnknown, "", fmt::format("register 0x0000 holds {}", word[0])};
 }
 
-UnitIdentity Identify(ModbusBus& bus, int unit, const KnownMaps& maps) {
-  const UnitIdentity answer = Hail(bus, unit);
+UnitIdentity Identify(ModbusBus& bus, int unit, const ExpectedUnit* expected,
+                      const std::vector<ExpectedUnit>& known) {
+  Registers registers(bus, unit, kSilences);
+  if (expected != nullptr) {
+    if (auto found = AsExpected(registers, *expected)) return *found;
+  }
+  UnitIdentity answer = Hail(bus, unit);
   if (answer.kind != UnitKind::kUnknown) return answer;
-  Registers registers(bus, unit);
-  if (maps.gyro_unit) {
-    if (const auto found = AsGyroUnit(registers, *maps.gyro_unit)) return *found;
+  // Of several that fit the first whose settings are as its map says. Where a device is expected
+  // another one of the stand is likely; else an encoder's few registers say nothing.
+  std::optional<UnitIdentity> fits;
+  for (const ExpectedUnit& one : known) {
+    const bool tells = one.kind == UnitKind::kDrive || one.kind == UnitKind::kGyroUnit;
+    if (!tells && expected == nullptr) continue;
+    if (!tells && fits) continue;
+    auto found = std::visit([&](const auto& map) { return As(registers, map, nullptr); }, one.map);
+    if (!found) continue;
+    if (!fits || found->wrong.size() < fits->wrong.size()) fits = std::move(found);
+    if (fits->wrong.empty()) break;
   }
-  for (const config::DriveMap& map : maps.drives) {
-    if (const auto found = AsDrive(registers, map)) return *found;
-  }
-  for (const config::EncoderMap& map : maps.encoders) {
-    if (const auto found = AsEncoder(registers, map)) return *found;
-  }
-  if (maps.relays) {
-    if (const auto found = AsRelayUnit(registers, *maps.relays)) return *found;
+  if (fits) return *fits;
+  for (const UnitKind kind : {UnitKind::kEncoder, UnitKind::kRelayUnit}) {
+    for (const ExpectedUnit& one : known) {
+      if (one.kind != kind || !AsExpected(registers, one)) continue;
+      answer.says +=
+          kind == UnitKind::kEncoder ? "; it may be an encoder" : "; it may be a relay unit";
+      break;
+    }
   }
   return answer;
 }

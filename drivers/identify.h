@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "config/stand_config.h"
@@ -13,14 +14,14 @@ namespace gyrobench::drivers {
 enum class UnitKind {
   kSilent,
   kUnreadable,  // something answers, and no reply is a sound frame
-  kUnknown,     // it answers, and no known register map fits
+  kUnknown,     // it answers, and its registers do not say as what
   kDrive,
   kEncoder,
   kGyroUnit,
   kRelayUnit
 };
 
-// "drive", "encoder", "gyro unit", "relay unit", "device of no known map" ...
+// "drive", "encoder", "gyro unit", "relay unit", "unknown device" ...
 const char* NameOf(UnitKind kind);
 
 struct UnitIdentity {
@@ -28,26 +29,32 @@ struct UnitIdentity {
   std::string model = {};  // of the register map that fits
   // In words: what its registers hold; of kUnreadable what is wrong with the replies.
   std::string says = {};
+  // Why the daemon would refuse it, each with what was expected and found, and what to do.
+  std::vector<std::string> wrong = {};
 };
 
-// The register maps that units are held against, one of each model.
-struct KnownMaps {
-  std::vector<config::DriveMap> drives;
-  std::vector<config::EncoderMap> encoders;
-  std::optional<config::GyroUnitMap> gyro_unit;
-  std::optional<config::RelayMap> relays;
+// A device of the stand file.
+struct ExpectedUnit {
+  int unit = 0;
+  std::string device = {};  // "axis.inner drive"
+  UnitKind kind = UnitKind::kUnknown;
+  std::variant<config::DriveMap, config::EncoderMap, config::GyroUnitMap, config::RelayMap> map;
+  std::optional<std::uint32_t> serial_number = {};  // of a gyro unit, where the file says it
 };
 
-KnownMaps MapsOf(const config::StandConfig& stand);
+std::vector<ExpectedUnit> ExpectedOn(const config::StandConfig& stand, const std::string& bus);
 
-// Asks whether a unit is there. A gateway's word that its device was silent counts as silence, any
-// other exception as an answer. The identity is kSilent, kUnreadable, or kUnknown for one that
-// answers. Throws NoAnswer where the line itself cannot be opened.
+// Whether a unit is there, by its holding register 0x0000: an exception is an answer as well, but
+// that of a gateway, whose device was silent. kSilent, kUnreadable, or kUnknown for one that
+// answers. A unit that ignores requests of this function seems silent. Throws NoAnswer where the
+// line itself is lost.
 UnitIdentity Hail(ModbusBus& bus, int unit);
 
-// What a unit that answers is: that of whose map it answers every register that the driver reads.
-// The gyro unit is told by its magic number, a drive before an encoder, since an encoder's few
-// registers may be a part of a drive's. Throws as Hail does.
-UnitIdentity Identify(ModbusBus& bus, int unit, const KnownMaps& maps);
+// What the unit is by the map of the device that is expected there: it answers all that the driver
+// reads by it at first. Where it does not, and for all others, it is hailed, and told by the
+// `known` maps. Where nothing is expected those of drives and gyro units alone say what it is: a
+// register of so many parts fits that of an encoder. Throws as Hail does.
+UnitIdentity Identify(ModbusBus& bus, int unit, const ExpectedUnit* expected,
+                      const std::vector<ExpectedUnit>& known);
 
 }  // namespace gyrobench::drivers

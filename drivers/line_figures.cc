@@ -61,10 +61,10 @@ UnitFigures& UnitFigures::operator+=(const UnitFigures& more) {
 
 LineRecorder::LineRecorder(Utime begin) : begin_(begin) { before_.begin = current_.begin = begin; }
 
-void LineRecorder::BeginSpan(Utime now) {
-  std::swap(before_, current_);
-  current_.begin = now;
-  for (UnitFigures& one : current_.units) {  // the names stay, so that nothing is allocated
+// The names stay, so that nothing is allocated.
+void LineRecorder::Empty(Span& span, Utime begin) {
+  span.begin = begin;
+  for (UnitFigures& one : span.units) {
     UnitFigures fresh;
     fresh.device.swap(one.device);
     fresh.unit = one.unit;
@@ -72,10 +72,17 @@ void LineRecorder::BeginSpan(Utime now) {
   }
 }
 
+void LineRecorder::BeginSpan(Utime now) {
+  std::swap(before_, current_);
+  if (now - before_.begin >= 2 * kSpan) Empty(before_, now - kSpan);  // nobody asked for long
+  Empty(current_, now);
+}
+
 void LineRecorder::Add(std::string_view device, int unit, Utime now,
                        const Transaction& transaction) {
   const std::lock_guard lock(mutex_);
   if (now - current_.begin >= kSpan) BeginSpan(now);
+  Of(before_.units, device, unit);
   for (std::vector<UnitFigures>* units : {&all_, &current_.units}) {
     UnitFigures& figures = Of(*units, device, unit);
     ++figures.transactions;

@@ -33,12 +33,12 @@ struct UnitFigures {
   std::int64_t transactions = 0;  // asked for, whatever their end
   std::int64_t retries = 0;       // tries beyond the first
   std::int64_t given_up = 0;      // transactions without an answer that can be used
-  std::int64_t silent = 0;        // no reply in time
+  std::int64_t silent = 0;        // no whole reply in time, or a gateway's word that there was none
   std::int64_t unreadable = 0;    // a reply that is no sound frame, or not of this request
   std::int64_t refused = 0;       // a Modbus exception
   std::int64_t line_lost = 0;     // the line could not be opened, or was gone
-  Utime busy_us = 0;              // for so long the line did nothing else
-  Latencies latencies;            // from request to reply
+  Utime busy_us = 0;    // for so long the line did nothing else: waiting after a failure is in it
+  Latencies latencies;  // from request to reply
 
   UnitFigures& operator+=(const UnitFigures& more);
 };
@@ -74,6 +74,7 @@ class LineRecorder {
     Utime begin = 0;
     std::vector<UnitFigures> units;
   };
+  static void Empty(Span& span, Utime begin);
   void BeginSpan(Utime now);
 
   mutable std::mutex mutex_;

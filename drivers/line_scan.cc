@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
+#include <cstddef>
+#include <utility>
 
 #include "drivers/modbus_bus.h"
 
@@ -13,80 +14,58 @@ namespace {
 
 using Transport = config::BusConfig::Transport;
 
-// Long enough for a device at the bench; one that is expected and silent is asked again with all
-// the time that the stand file gives it.
-constexpr double kHailTimeout_s = 0.05;
 // Rates that drives, encoders and microcontrollers are sold with or set to.
 constexpr std::array<int, 9> kUsualBauds = {9600,   19200,  38400,  57600,  115200,
                                             230400, 460800, 500000, 1000000};
-// Of one unit number alone nothing can be said about the line.
-constexpr int kLeastUnreadable = 3;
-
-struct ExpectedUnit {
-  int unit;
-  std::string device;
-  UnitKind kind;
-};
-
-std::vector<ExpectedUnit> ExpectedOn(const config::StandConfig& stand, const std::string& bus) {
-  std::vector<ExpectedUnit> expected;
-  const auto add = [&](const std::string& on, int unit, std::string device, UnitKind kind) {
-    if (on == bus) expected.push_back({unit, std::move(device), kind});
-  };
-  for (const config::AxisConfig& axis : stand.axes) {
-    add(axis.drive.bus, axis.drive.unit, "axis." + axis.name + " drive", UnitKind::kDrive);
-    add(axis.encoder.bus, axis.encoder.unit, "axis." + axis.name + " encoder", UnitKind::kEncoder);
-  }
-  add(stand.gyro.bus, stand.gyro.unit, "gyro", UnitKind::kGyroUnit);
-  if (stand.relays) add(stand.relays->bus, stand.relays->unit, "relays", UnitKind::kRelayUnit);
-  return expected;
-}
+// Of fewer unit numbers nothing can be said about the line.
+constexpr int kLeastUnreadable = 3, kLeastAnswers = 10;
 
 LineSetting SettingOf(const config::BusConfig& bus) {
   return {bus.baud, bus.parity, bus.stop_bits};
 }
 
 std::vector<LineSetting> UsualSettings(const config::BusConfig& bus) {
-  std::vector<LineSetting> settings = {SettingOf(bus)};
+  std::vector<LineSetting> settings;
   if (bus.transport == Transport::kTcp) return settings;
   for (const int baud : kUsualBauds) {
     for (const LineSetting& setting : {LineSetting{baud, 'N', 1}, LineSetting{baud, 'E', 1},
                                        LineSetting{baud, 'O', 1}, LineSetting{baud, 'N', 2}}) {
-      if (!(setting == settings.front())) settings.push_back(setting);
+      if (!(setting == SettingOf(bus))) settings.push_back(setting);
     }
   }
   return settings;
 }
+
+bool IsUnreadable(const FoundUnit& found) { return found.identity.kind == UnitKind::kUnreadable; }
 
 class LineScan {
  public:
   LineScan(const config::StandConfig& stand, const config::BusConfig& bus,
            const ScanOptions& options, Clock& clock, Clock::Participant& participant,
            const ScanProgress& progress)
-      : maps_(MapsOf(stand)),
-        expected_(ExpectedOn(stand, bus.name)),
-        options_(options),
-        clock_(clock),
-        participant_(participant),
-        progress_(progress) {
+      : options_(options), clock_(clock), participant_(participant), progress_(progress) {
     report_.bus = bus;
+    for (const config::BusConfig& one : stand.buses) {
+      for (ExpectedUnit& unit : ExpectedOn(stand, one.name)) known_.push_back(std::move(unit));
+    }
+    for (ExpectedUnit& unit : ExpectedOn(stand, bus.name)) {
+      if (std::ranges::find(options.units, unit.unit) != options.units.end())
+        expected_.push_back(std::move(unit));
+    }
   }
 
   LineReport Run() {
-    std::vector<LineSetting> settings = options_.settings;
-    if (settings.empty()) settings.push_back(SettingOf(report_.bus));
-    to_ask_ = options_.units.size() * settings.size();
-    for (const LineSetting& setting : settings) AskAll(options_.units, setting, kHailTimeout_s);
     report_.asked = static_cast<int>(options_.units.size());
-    report_.all_unreadable = report_.asked >= kLeastUnreadable &&
-                             static_cast<int>(report_.found.size()) ==
-                                 report_.asked * static_cast<int>(settings.size()) &&
-                             std::ranges::all_of(report_.found, [](const FoundUnit& found) {
-                               return found.identity.kind == UnitKind::kUnreadable;
-                             });
-    if (options_.settings.empty() && !report_.all_unreadable) SeekSilent();
+    try {
+      AskAtSettings();
+      JudgeLine();
+      if (options_.settings.empty() && !report_.all_unreadable) SeekUnheard();
+    } catch (const LineClosed& error) {
+      report_.error = error.what();
+    }
     for (const ExpectedUnit& expected : expected_) {
-      if (!Answered(expected.unit)) report_.missing.push_back({expected.unit, expected.device});
+      if (report_.error.empty() && !Answered(expected.unit))
+        report_.missing.push_back({expected.unit, expected.device, expected.kind});
     }
     std::ranges::stable_sort(report_.found, {}, &FoundUnit::unit);
     return std::move(report_);
@@ -97,57 +76,85 @@ class LineScan {
     return std::ranges::any_of(report_.found,
                                [unit](const FoundUnit& found) { return found.unit == unit; });
   }
+  bool IsOwn(const LineSetting& setting) const {
+    return report_.bus.transport == Transport::kTcp || setting == SettingOf(report_.bus);
+  }
 
-  // Replies that cannot be read are what another setting looks like: they do not end the search.
-  void SeekSilent() {
-    std::vector<int> silent;
+  void AskAtSettings() {
+    std::vector<LineSetting> settings = options_.settings;
+    if (settings.empty()) settings.push_back(SettingOf(report_.bus));
+    to_ask_ = options_.units.size() * settings.size();
+    for (const LineSetting& setting : settings) AskAll(options_.units, setting);
+  }
+
+  // By the line's own setting, which a scan for others need not have.
+  void JudgeLine() {
+    const auto heard = std::ranges::count_if(
+        report_.found, [this](const FoundUnit& found) { return IsOwn(found.setting); });
+    if (heard < report_.asked) return;
+    const bool unreadable = std::ranges::all_of(report_.found, IsUnreadable);
+    report_.all_unreadable = unreadable && report_.asked >= kLeastUnreadable;
+    report_.all_answer = !unreadable && report_.asked >= kLeastAnswers;
+  }
+
+  // What is silent, or cannot be read, may be set otherwise.
+  void SeekUnheard() {
+    std::vector<int> unheard;
     for (const ExpectedUnit& expected : expected_) {
-      if (!Answered(expected.unit)) silent.push_back(expected.unit);
+      const bool readable = std::ranges::any_of(report_.found, [&](const FoundUnit& found) {
+        return found.unit == expected.unit && !IsUnreadable(found);
+      });
+      if (!readable) unheard.push_back(expected.unit);
     }
     const std::vector<LineSetting> settings = UsualSettings(report_.bus);
     asked_ = 0;
-    to_ask_ = silent.size() * settings.size();
-    const LineSetting own = SettingOf(report_.bus);
+    to_ask_ = unheard.size() * settings.size();
     for (const LineSetting& setting : settings) {
-      if (silent.empty()) return;
-      AskAll(silent, setting, setting == own ? report_.bus.response_timeout_s : kHailTimeout_s);
-      std::erase_if(silent, [this](int unit) { return Answered(unit); });
+      if (unheard.empty()) return;
+      AskAll(unheard, setting);
+      std::erase_if(unheard, [&](int unit) {
+        return std::ranges::any_of(report_.found, [&](const FoundUnit& found) {
+          return found.unit == unit && found.setting == setting;
+        });
+      });
     }
   }
 
-  void AskAll(const std::vector<int>& units, const LineSetting& setting, double timeout_s) {
+  void AskAll(const std::vector<int>& units, const LineSetting& setting) {
     config::BusConfig config = report_.bus;
     config.baud = setting.baud;
     config.parity = setting.parity;
     config.stop_bits = setting.stop_bits;
-    config.response_timeout_s = std::min(timeout_s, config.response_timeout_s);
     config.retries = 0;
-    const bool seeks = !(setting == SettingOf(report_.bus)) && options_.settings.empty();
     ModbusBus bus(config, clock_, participant_);
     for (const int unit : units) {
-      progress_(
-          static_cast<double>(asked_++) / static_cast<double>(std::max<std::size_t>(to_ask_, 1)),
-          fmt::format("bus {}, {}, unit {}", config.name, Describe(setting), unit));
-      const UnitIdentity identity = Identify(bus, unit, maps_);
+      const auto to_ask = static_cast<double>(std::max<std::size_t>(to_ask_, 1));
+      progress_(static_cast<double>(asked_++) / to_ask,
+                fmt::format("bus {}, {}, unit {}", config.name, Describe(setting), unit));
+      const auto expected = std::ranges::find(expected_, unit, &ExpectedUnit::unit);
+      const ExpectedUnit* device = expected != expected_.end() ? &*expected : nullptr;
+      const UnitIdentity identity = Identify(bus, unit, device, known_);
       if (identity.kind == UnitKind::kSilent) continue;
-      if (seeks && identity.kind == UnitKind::kUnreadable) continue;
-      Add({.unit = unit, .setting = setting, .identity = identity});
+      // That is what a device looks like that is set otherwise.
+      if (identity.kind == UnitKind::kUnreadable && !IsOwn(setting)) continue;
+      Add({.unit = unit, .setting = setting, .identity = identity}, device);
     }
   }
 
-  void Add(FoundUnit found) {
-    const auto expected = std::ranges::find(expected_, found.unit, &ExpectedUnit::unit);
-    if (expected != expected_.end()) {
+  // One that is heard at another setting was no other device at its own.
+  void Add(FoundUnit found, const ExpectedUnit* expected) {
+    std::erase_if(report_.found, [&](const FoundUnit& before) {
+      return before.unit == found.unit && IsUnreadable(before);
+    });
+    if (expected != nullptr) {
       found.expected = expected->device;
-      found.as_expected =
-          found.identity.kind == expected->kind &&
-          (report_.bus.transport == Transport::kTcp || found.setting == SettingOf(report_.bus));
+      found.as_expected = found.identity.kind == expected->kind && found.identity.wrong.empty() &&
+                          IsOwn(found.setting);
     }
     report_.found.push_back(std::move(found));
   }
 
-  const KnownMaps maps_;
-  const std::vector<ExpectedUnit> expected_;
+  std::vector<ExpectedUnit> known_, expected_;  // of the stand; of this line, and asked for
   const ScanOptions& options_;
   Clock& clock_;
   Clock::Participant& participant_;
@@ -163,9 +170,9 @@ std::string Describe(const LineSetting& setting) {
 }
 
 bool LineReport::IsAsExpected() const {
-  return missing.empty() && !all_unreadable && std::ranges::all_of(found, [](const FoundUnit& one) {
-           return one.expected.empty() || one.as_expected;
-         });
+  return error.empty() && missing.empty() && !all_unreadable &&
+         std::ranges::all_of(
+             found, [](const FoundUnit& one) { return one.expected.empty() || one.as_expected; });
 }
 
 LineReport ScanLine(const config::StandConfig& stand, const config::BusConfig& bus,

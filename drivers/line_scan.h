@@ -28,13 +28,14 @@ struct FoundUnit {
   LineSetting setting;
   UnitIdentity identity;
   std::string expected = {};  // device of the stand file with this number: "axis.inner drive"
-  bool as_expected = false;   // it is one of that kind; false where the stand file has none
+  bool as_expected = false;   // it is that device, as the daemon wants it, at the line's setting
 };
 
-// A device of the stand file that did not answer.
+// A device of the stand file that was asked and did not answer.
 struct MissingUnit {
   int unit = 0;
   std::string device;
+  UnitKind kind = UnitKind::kUnknown;
 };
 
 struct LineReport {
@@ -44,24 +45,27 @@ struct LineReport {
   std::vector<MissingUnit> missing;
   // Each unit number that was asked gave replies that are none: the line itself is not in order.
   bool all_unreadable = false;
+  // Each unit number that was asked gave an answer: whoever answers does not look at the number.
+  bool all_answer = false;
+  std::string error = {};  // why the line could not be asked, or not to the end; empty: it was
 
-  // Everything that the stand file has on this line answers, as what it is to be.
+  // Everything that was asked for and that the stand file has on this line answers, as it is to.
   bool IsAsExpected() const;
 };
 
 struct ScanOptions {
   std::vector<int> units;  // to be asked at each of the settings
-  // The first one to begin with. Empty: that of the stand file, and for the devices of the stand
-  // file that do not answer there the usual ones (9600 to 1000000 baud; 8N1, 8E1, 8O1, 8N2).
+  // Empty: that of the stand file, and for its devices among the units that do not answer there the
+  // usual ones (9600 to 1000000 baud; 8N1, 8E1, 8O1, 8N2).
   std::vector<LineSetting> settings;
 };
 
 // Of 0 to 1, and what is asked at the moment.
 using ScanProgress = std::function<void(double fraction, const std::string& doing)>;
 
-// Reads only. One unit takes a tenth of a second where nothing answers, and `participant` waits as
-// long. Throws NoAnswer where the line cannot be opened, as while a daemon has it, and ConfigError
-// for a rate that cannot be set.
+// Reads only. Where nothing answers a unit takes twice the bus's response timeout, and
+// `participant` waits as long. A line that cannot be opened is told in the report. Throws
+// ConfigError for a rate that cannot be set.
 LineReport ScanLine(const config::StandConfig& stand, const config::BusConfig& bus,
                     const ScanOptions& options, Clock& clock, Clock::Participant& participant,
                     const ScanProgress& progress);

@@ -229,12 +229,15 @@ Timing ModbusBus::Transact(const Request& request) {
     const std::string message = Message(request, failure, tries);
     const DeviceFailure fields = FieldsOf(request, failure);
     if (IsException(failure.error)) throw RefusedByDevice(message, fields);
+    if (failure.connecting) throw LineClosed(message, fields);
     throw NoAnswer(message, fields);
   }
 }
 
 void ModbusBus::Count(const Failure& failure, LineRecorder::Transaction& outcome) {
-  if (IsException(failure.error)) {
+  if (failure.error == EMBXGPATH || failure.error == EMBXGTAR) {
+    ++outcome.silent;
+  } else if (IsException(failure.error)) {
     ++outcome.refused;
   } else if (failure.connecting || IsLinkLost(failure.error)) {
     ++outcome.line_lost;

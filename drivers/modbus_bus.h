@@ -47,6 +47,12 @@ class NoAnswer : public DeviceError {
   using DeviceError::DeviceError;
 };
 
+// The line itself could not be opened: it is not known whether a device is there.
+class LineClosed : public NoAnswer {
+ public:
+  using NoAnswer::NoAnswer;
+};
+
 // The device answered with a Modbus exception: it is there, and will not do what was asked.
 class RefusedByDevice : public DeviceError {
  public:

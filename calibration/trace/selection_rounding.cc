@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "base/geometry.h"
 #include "calibration/effects/basis.h"
@@ -77,8 +78,8 @@ bool Selection::MayBeRounding(const Candidate& candidate, const WhiteStore::Colu
 }
 
 // The most that a wave of the rate can make a candidate with these coefficients explain beside the
-// others, in its mean over all phases: a row that it moves by w is worth |r| w, where r is what the
-// candidate does in that row and the others do not.
+// others: a row that it moves by w is worth |r| w, where r is what the candidate does in that row
+// and the others do not. The noise of the readings, which makes w smaller, is left aside.
 double Selection::GainOfWave(double wave_deg_s, const Candidate& candidate,
                              const Eigen::VectorXd& values,
                              const WhiteStore::Columns& others) const {
@@ -87,7 +88,8 @@ double Selection::GainOfWave(double wave_deg_s, const Candidate& candidate,
   double along = 0.0;
   for (Eigen::Index i = 0; i < own.size(); ++i)
     along += std::fabs(own(i)) * wave_deg_s * std::sqrt(DurationOf(i)) / walk_deg_sqrt_s_;
-  return 0.5 * along * along / own.squaredNorm();
+  const double square = own.squaredNorm();
+  return square > 0.0 ? along * along / square : std::numeric_limits<double>::infinity();
 }
 
 double Selection::DurationOf(Eigen::Index row) const {

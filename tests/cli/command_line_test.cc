@@ -140,6 +140,19 @@ TEST(Gyrobench, SaysWhatASeedIs) {
   }
 }
 
+TEST(Gyrobench, SaysWhatUnitNumbersAndBaudRatesAre) {
+  for (const char* units : {"0", "248", "5-1", "1-", "-3", "1-31,x", "1 2"}) {
+    const Finished finished = Gyrobench({"devices", std::string("--units=") + units});
+    EXPECT_EQ(finished.status, 2) << units;
+    EXPECT_THAT(finished.err, HasSubstr("expected unit numbers of 1 to 247")) << units;
+  }
+  for (const char* baud : {"31", "250000", "x", "9600,7"}) {
+    const Finished finished = Gyrobench({"devices", std::string("--baud=") + baud});
+    EXPECT_EQ(finished.status, 2) << baud;
+    EXPECT_THAT(finished.err, HasSubstr("is no baud rate that can be set here")) << baud;
+  }
+}
+
 TEST(Gyrobench, SaysWhatIsNoTableAndNoRun) {
   const Finished no_file = Gyrobench({"analyze", "absent.csv"});
   EXPECT_EQ(no_file.status, 1);

@@ -214,6 +214,15 @@ TEST_F(GyroUnitTest, AReplyHeldUpOverAFailedReadLosesAndRepeatsNothing) {
   EXPECT_EQ(expected, 12);
 }
 
+TEST(LineRecorder, AllocatesNothingForAUnitThatItKnows) {
+  LineRecorder recorder(kStart);
+  const char* const device = "a name that no short string holds";
+  recorder.Add(device, 21, kStart, {});
+  const std::int64_t before = AllocationsOfThisThread();
+  for (int i = 0; i < 60; ++i) recorder.Add(device, 21, kStart + i * kMicrosecondsPerSecond, {});
+  EXPECT_EQ(AllocationsOfThisThread(), before);
+}
+
 TEST_F(GyroUnitTest, AReadAllocatesNothingOnceItsBlockHasGrown) {
   gyro_->Open();
   GyroBlock block;

@@ -66,6 +66,11 @@ TEST(LineRecorder, WhatIsLongAgoIsNotRecent) {
   EXPECT_EQ(figures.recent[0].given_up, 0);
   EXPECT_EQ(figures.recent[0].transactions, 2);
   EXPECT_EQ(recorder.Figures(kStart + 500 * kSecond).recent[0].transactions, 0);
+  // One more after a long pause: what was before it is as long ago.
+  recorder.Add("gyro", 21, kStart + 600 * kSecond, {});
+  const LineFigures later = recorder.Figures(kStart + 601 * kSecond);
+  EXPECT_EQ(later.recent[0].transactions, 1);
+  EXPECT_LE(later.utime_now - later.utime_recent, 30 * kSecond);
 }
 
 TEST(LineRecorder, UnitsAreApartByNumberAndName) {

@@ -6,7 +6,6 @@
 #include <memory>
 #include <vector>
 
-#include "base/error.h"
 #include "tests/drivers/fake_line.h"
 #include "tests/drivers/manual_clock.h"
 
@@ -16,6 +15,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 constexpr int kBaud = 115200;
 
@@ -39,9 +39,9 @@ config::EncoderMap AnEncoderMap() {
 }
 
 // A line with the devices of a stand: axis.inner with drive 3 and encoder 13, gyro 21.
-class LineScanTest : public testing::Test {
+class LineScanTest : public testing::TestWithParam<Transport> {
  protected:
-  LineScanTest() : line_(Transport::kRtu) {
+  explicit LineScanTest(Transport transport = GetParam()) : line_(transport) {
     bus_ = line_.Config();
     bus_.baud = kBaud;
     bus_.response_timeout_s = 0.02;
@@ -63,7 +63,7 @@ class LineScanTest : public testing::Test {
     drive_.SetHolding(0x602A, {0xFFFF, 0xFFFE});
     drive_.SetHolding(0x6200, {0, 0, 0, 0, 0, 0, 0, 0});
     encoder_.SetHolding(0x0000, {0x0001, 0x0000});
-    gyro_.SetInput(0x0000, {0x4742, 1, 0x0102, 0, 17, 4, 0, 0, 0, 0, 0});
+    gyro_.SetInput(0x0000, {0x4742, 1, 0x0102, 0, 17, 4, 0x68, 0, 0, 0, 0});
   }
 
   // At the line's own setting alone: each that is tried takes its time.
@@ -72,6 +72,12 @@ class LineScanTest : public testing::Test {
     return ScanLine(
         stand_, bus_, {std::move(units), std::move(settings)}, clock_, *participant_,
         [this](double fraction, const std::string&) { fractions_.push_back(fraction); });
+  }
+
+  void ConnectAll() {
+    line_.Connect(3, drive_);
+    line_.Connect(13, encoder_);
+    line_.Connect(21, gyro_);
   }
 
   ManualClock clock_;
@@ -83,10 +89,13 @@ class LineScanTest : public testing::Test {
   std::vector<double> fractions_;
 };
 
-TEST_F(LineScanTest, EachDeviceIsToldByItsRegisters) {
-  line_.Connect(3, drive_);
-  line_.Connect(13, encoder_);
-  line_.Connect(21, gyro_);
+class SerialScanTest : public LineScanTest {
+ protected:
+  SerialScanTest() : LineScanTest(Transport::kRtu) {}
+};
+
+TEST_P(LineScanTest, EachDeviceIsToldByItsRegisters) {
+  ConnectAll();
   const LineReport report = Scan({1, 3, 13, 14, 21});
   ASSERT_EQ(report.found.size(), 3U);
   EXPECT_EQ(report.found[0].identity.kind, UnitKind::kDrive);
@@ -100,15 +109,13 @@ TEST_F(LineScanTest, EachDeviceIsToldByItsRegisters) {
   EXPECT_EQ(report.asked, 5);
 }
 
-TEST_F(LineScanTest, NothingIsWritten) {
-  line_.Connect(3, drive_);
-  line_.Connect(13, encoder_);
-  line_.Connect(21, gyro_);
+TEST_P(LineScanTest, NothingIsWritten) {
+  ConnectAll();
   Scan({3, 13, 21, 22});
   for (const Bytes& request : line_.requests()) EXPECT_TRUE(request[1] <= 4) << int{request[1]};
 }
 
-TEST_F(LineScanTest, ADeviceInAnothersPlaceIsSaidWithWhatItIs) {
+TEST_P(LineScanTest, ADeviceInAnothersPlaceIsSaidWithWhatItIs) {
   line_.Connect(3, encoder_);
   line_.Connect(13, drive_);
   line_.Connect(21, gyro_);
@@ -122,7 +129,7 @@ TEST_F(LineScanTest, ADeviceInAnothersPlaceIsSaidWithWhatItIs) {
   EXPECT_FALSE(report.IsAsExpected());
 }
 
-TEST_F(LineScanTest, ADeviceWithAnotherRateIsFoundAtThatRate) {
+TEST_F(SerialScanTest, ADeviceWithAnotherRateIsFoundAtThatRate) {
   line_.Connect(3, drive_, 9600);
   line_.Connect(13, encoder_, kBaud);
   line_.Connect(21, gyro_, kBaud);
@@ -136,18 +143,17 @@ TEST_F(LineScanTest, ADeviceWithAnotherRateIsFoundAtThatRate) {
   EXPECT_THAT(report.missing, IsEmpty());
 }
 
-TEST_F(LineScanTest, AtRatesThatAreAskedForNoOtherIsTried) {
+TEST_F(SerialScanTest, AtRatesThatAreAskedForNoOtherIsTried) {
   line_.Connect(3, drive_, 9600);
   line_.Connect(13, encoder_, 19200);
   const LineReport report = Scan({3, 13}, {{19200, 'N', 1}, {kBaud, 'N', 1}});
   ASSERT_EQ(report.found.size(), 1U);
   EXPECT_EQ(report.found[0].unit, 13);
-  ASSERT_EQ(report.missing.size(), 2U);
+  ASSERT_EQ(report.missing.size(), 1U);
   EXPECT_EQ(report.missing[0].device, "axis.inner drive");
-  EXPECT_EQ(report.missing[1].device, "gyro");
 }
 
-TEST_F(LineScanTest, ADeviceThatIsNowhereIsMissing) {
+TEST_F(SerialScanTest, ADeviceThatIsNowhereIsMissing) {
   line_.Connect(3, drive_);
   line_.Connect(21, gyro_);
   const LineReport report = Scan({3, 13, 21});
@@ -157,30 +163,65 @@ TEST_F(LineScanTest, ADeviceThatIsNowhereIsMissing) {
   EXPECT_FALSE(report.IsAsExpected());
 }
 
-TEST_F(LineScanTest, TwoDevicesOnOneNumberAreUnreadable) {
+TEST_P(LineScanTest, OfADeviceThatWasNotAskedNothingIsSaid) {
+  ConnectAll();
+  const LineReport report = Scan({3});
+  EXPECT_EQ(report.found.size(), 1U);
+  EXPECT_THAT(report.missing, IsEmpty());
+  EXPECT_TRUE(report.IsAsExpected());
+}
+
+TEST_P(LineScanTest, TwoDevicesOnOneNumberAreUnreadable) {
   line_.Connect(3, drive_);
-  line_.Inject(LineFault::kBadChecksum, 0, 3);
+  line_.Inject(LineFault::kBadChecksum, 0, 6);
   const LineReport report = Scan({3});
   ASSERT_EQ(report.found.size(), 1U);
   EXPECT_EQ(report.found[0].identity.kind, UnitKind::kUnreadable);
-  EXPECT_THAT(report.found[0].identity.says, HasSubstr("checksum"));
+  EXPECT_THAT(report.found[0].identity.says, HasSubstr("a reply"));
 }
 
-TEST_F(LineScanTest, OneDisturbedReplyIsAskedForAgain) {
-  line_.Connect(3, drive_);
+// Whichever of its replies it is.
+TEST_P(LineScanTest, OneDisturbedOrLostReplyMakesNoOtherDevice) {
+  ConnectAll();
+  for (const LineFault::Kind fault : {LineFault::kBadChecksum, LineFault::kLostReply}) {
+    for (int before = 0; before < 3; ++before) {
+      line_.Inject(LineFault::kNone, 0, before);
+      line_.Inject(fault);
+      const LineReport report = Scan({3, 13, 21});
+      EXPECT_TRUE(report.IsAsExpected()) << fault << " after " << before;
+      EXPECT_EQ(report.found.size(), 3U);
+    }
+  }
+}
+
+TEST_P(LineScanTest, ADisturbanceWhereNobodyIsMakesNoDevice) {
+  line_.Connect(5, drive_);
   line_.Inject(LineFault::kBadChecksum);
-  EXPECT_EQ(Scan({3}).found.at(0).identity.kind, UnitKind::kDrive);
+  line_.Inject(LineFault::kLostReply);
+  EXPECT_THAT(Scan({5}).found, IsEmpty());
 }
 
-TEST_F(LineScanTest, AnAdapterThatHearsItselfIsNotTakenForDevices) {
+TEST_P(LineScanTest, AGatewaysWordThatNobodyIsThereIsSilence) {
+  line_.Connect(7, encoder_);
+  for (const int code : {10, 11}) {
+    line_.Inject(LineFault::kException, code);
+    EXPECT_THAT(Scan({7}).found, IsEmpty()) << code;
+  }
+}
+
+TEST_F(SerialScanTest, AnAdapterThatHearsItselfIsNotTakenForDevices) {
   line_.Connect(3, drive_);
   line_.Echo();
-  const LineReport report = Scan({1, 2, 3, 4});
+  // The rest of an echo takes its time on a pseudo-terminal, and must be waited for.
+  const auto clock = MakeSystemClock();
+  const auto participant = clock->Join("scan");
+  const LineReport report = ScanLine(stand_, bus_, {{1, 2, 3, 4}, {{kBaud, 'N', 1}}}, *clock,
+                                     *participant, [](double, const std::string&) {});
   EXPECT_TRUE(report.all_unreadable);
   EXPECT_FALSE(report.IsAsExpected());
 }
 
-TEST_F(LineScanTest, ADeviceOfNoMapIsShownByItsAnswer) {
+TEST_P(LineScanTest, ADeviceOfNoMapIsShownByItsAnswer) {
   RegisterUnit stranger;
   line_.Connect(3, drive_);
   line_.Connect(7, stranger);
@@ -191,14 +232,88 @@ TEST_F(LineScanTest, ADeviceOfNoMapIsShownByItsAnswer) {
   EXPECT_EQ(report.found[1].expected, "");
 }
 
-TEST_F(LineScanTest, ADriveThatIsSetOtherwiseSaysSo) {
+// The daemon would refuse each.
+TEST_P(LineScanTest, WhatIsSetOtherwiseIsNotAsExpected) {
+  stand_.gyro.serial_number = 18;
   drive_.SetHolding(0x0001, {4000});
-  line_.Connect(3, drive_);
-  EXPECT_THAT(Scan({3}).found.at(0).identity.says, HasSubstr("4000 pulses a turn"));
-  EXPECT_THAT(Scan({3}).found.at(0).identity.says, HasSubstr("expected 10000"));
+  encoder_.SetHolding(0x0000, {0xFFFF, 0});
+  ConnectAll();
+  const LineReport report = Scan({3, 13, 21});
+  ASSERT_EQ(report.found.size(), 3U);
+  EXPECT_THAT(report.found[0].identity.wrong,
+              ElementsAre(HasSubstr("10000 pulses a turn are expected")));
+  EXPECT_THAT(report.found[1].identity.wrong, ElementsAre(HasSubstr("below 536870912")));
+  EXPECT_THAT(report.found[2].identity.wrong, ElementsAre(HasSubstr("serial number 18")));
+  for (const FoundUnit& found : report.found) EXPECT_FALSE(found.as_expected) << found.unit;
 }
 
-TEST_F(LineScanTest, ProgressNeverFallsBelowZeroOrBeyondOne) {
+TEST_P(LineScanTest, AGyroUnitOfAnotherProtocolOrSensorIsNotAsExpected) {
+  gyro_.SetInput(0x0000, {0x4742, 2, 0x0102, 0, 17, 4, 0x70, 0, 0, 0, 0});
+  line_.Connect(21, gyro_);
+  EXPECT_THAT(Scan({21}).found.at(0).identity.wrong,
+              ElementsAre(HasSubstr("protocol 1 is expected"), HasSubstr("WHO_AM_I")));
+}
+
+// A device that does not know function 03 at all.
+class InputsOnly final : public FakeUnit {
+ public:
+  Words Read(int function, std::uint16_t, std::uint16_t count) override {
+    if (function != 4) throw ModbusException{1};
+    return Words(count, 5);
+  }
+  void Write(std::uint16_t, const Words&) override { throw ModbusException{1}; }
+};
+
+TEST_P(LineScanTest, AnEncoderIsAskedByTheFunctionOfItsMap) {
+  stand_.axes[0].encoder.map.function = 4;
+  InputsOnly encoder;
+  line_.Connect(13, encoder);
+  const LineReport report = Scan({13});
+  ASSERT_EQ(report.found.size(), 1U);
+  EXPECT_EQ(report.found[0].identity.kind, UnitKind::kEncoder);
+  EXPECT_TRUE(report.found[0].as_expected);
+}
+
+// So many parts have a register of that address that it says nothing of what they are.
+TEST_P(LineScanTest, AStrangerWithAnEncodersRegisterIsGivenNoAngle) {
+  line_.Connect(9, encoder_);
+  const UnitIdentity identity = Scan({9}).found.at(0).identity;
+  EXPECT_EQ(identity.kind, UnitKind::kUnknown);
+  EXPECT_THAT(identity.says, HasSubstr("may be an encoder"));
+  EXPECT_THAT(identity.says, Not(HasSubstr("deg")));
+}
+
+TEST_P(LineScanTest, EachDriveIsHeldAgainstItsOwnMap) {
+  config::AxisConfig outer = stand_.axes[0];
+  outer.name = "outer";
+  outer.drive.unit = 1;
+  outer.drive.map.model = "model D4";
+  outer.drive.map.pulses_per_turn = 4000;
+  outer.encoder.unit = 11;
+  stand_.axes.push_back(outer);
+  RegisterUnit of_4000;
+  of_4000.SetHolding(0x0001, {4000});
+  of_4000.SetHolding(0x1003, {0x0032});
+  of_4000.SetHolding(0x602A, {0, 0});
+  line_.Connect(1, of_4000);
+  line_.Connect(3, drive_);
+  EXPECT_TRUE(Scan({1, 3}).IsAsExpected());
+  line_.Connect(1, drive_);
+  line_.Connect(3, of_4000);
+  const LineReport swapped = Scan({1, 3});
+  EXPECT_FALSE(swapped.found.at(0).as_expected);
+  EXPECT_FALSE(swapped.found.at(1).as_expected);
+}
+
+TEST_P(LineScanTest, WhoAnswersToEveryNumberIsNoCrowd) {
+  for (int unit = 1; unit <= 21; ++unit) line_.Connect(unit, drive_);
+  std::vector<int> units;
+  for (int unit = 1; unit <= 21; ++unit) units.push_back(unit);
+  EXPECT_TRUE(Scan(units).all_answer);
+  EXPECT_FALSE(Scan({3}).all_answer);
+}
+
+TEST_P(LineScanTest, ProgressNeverFallsBelowZeroOrBeyondOne) {
   line_.Connect(3, drive_);
   Scan({1, 2, 3});
   ASSERT_GE(fractions_.size(), 3U);
@@ -208,10 +323,16 @@ TEST_F(LineScanTest, ProgressNeverFallsBelowZeroOrBeyondOne) {
   }
 }
 
-TEST_F(LineScanTest, ALineThatCannotBeOpenedIsAnErrorAndNotSilence) {
+TEST_P(LineScanTest, ALineThatCannotBeOpenedIsAnErrorAndNotSilence) {
+  line_.Unplug();
   bus_.device = "/dev/does-not-exist";
-  EXPECT_THROW(Scan({1, 2, 3}), DeviceError);
+  const LineReport report = Scan({1, 2, 3});
+  EXPECT_THAT(report.error, HasSubstr("cannot open"));
+  EXPECT_THAT(report.missing, IsEmpty());
+  EXPECT_FALSE(report.IsAsExpected());
 }
+
+INSTANTIATE_TEST_SUITE_P(OnEach, LineScanTest, testing::Values(Transport::kRtu, Transport::kTcp));
 
 }  // namespace
 }  // namespace gyrobench::drivers

@@ -34,9 +34,10 @@ class Devices(unittest.TestCase):
                              '[axis.inner.encoder]\nunit = 3\n[gyro]\nunit = 22\n')
             lines = self.scan(bench, "--config", wrong, "--baud", "115200", status=1)
             told = " ".join(lines["a"]["advice"])
-            self.assertIn("Unit 3 is to be axis.inner encoder and answers as drive", told)
-            self.assertIn("Unit 13 is to be axis.inner drive and answers as encoder", told)
+            self.assertIn("Unit 3 is to be axis.inner encoder, and answers as drive", told)
+            self.assertIn("Unit 13 is to be axis.inner drive, and answers as encoder", told)
             self.assertEqual(lines["b"]["missing"], [{"unit": 22, "device": "gyro"}])
+            self.assertIn("a gyro unit answers as unit 21 of bus b", lines["b"]["advice"][0])
             self.assertEqual([(u["unit"], u["expected"]) for u in lines["b"]["found"]], [(21, "")])
 
     def test_nothing_is_asked_beside_a_daemon(self):
@@ -44,7 +45,7 @@ class Devices(unittest.TestCase):
             bench.start()
             done = bench.run("devices")
             self.assertEqual(done.returncode, 1)
-            self.assertIn("gyrobenchd runs on this stand", done.stderr)
+            self.assertIn("in use by gyrobenchd", done.stderr)
             self.assertEqual(bench.status()["state"], "idle")
 
     def test_a_stand_that_is_virtual_has_no_lines(self):

@@ -39,7 +39,7 @@ class TheNextRun(unittest.TestCase):
 class AnotherDaemon(unittest.TestCase):
     def check_refused(self, bench, second, what):
         self.assertEqual(second.returncode, 1, second.stderr)
-        for word in (what, "in use by another gyrobenchd", f"process {bench.daemon.pid}", f"{bench.folder}/control.sock"):
+        for word in (what, "in use by gyrobenchd", f"process {bench.daemon.pid}", f"{bench.folder}/control.sock"):
             self.assertIn(word, second.stderr)
         self.assertIsNone(bench.daemon.poll())
 

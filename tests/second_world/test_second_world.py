@@ -343,11 +343,14 @@ class Tables(unittest.TestCase):
         self.assertTrue((gyro != read).all())
         self.assertGreater(np.diff(rows[:, 0]).min(), 0.0)
 
+    def test_a_set_is_the_same_whether_the_bound_is_asked_or_not(self):
+        self.assertEqual(self.text_of("short_run", 12), self.text_of("short_run", 12, judged=True))
+
     @staticmethod
-    def text_of(name, seed):
+    def text_of(name, seed, judged=False):
         with tempfile.TemporaryDirectory() as folder:
             text = b""
-            for path in worlds.World(name, "single", 20.0, seed, judged=False).write(folder):
+            for path in worlds.World(name, "single", 20.0, seed, judged=judged).write(folder):
                 with open(path, "rb") as file:
                     text += os.path.basename(path).encode() + file.read()
         return text.replace(b"run_01.csv", b"").replace(b"run_02.csv", b"")

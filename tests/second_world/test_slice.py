@@ -50,7 +50,7 @@ MENDED = {
     "quaternion_hand:single:100:91052": "an even scale: no resonance was looked for beyond 40 deg/s",
     "rounded_stamps:silent:0:62": "ripples: the beat of a clock with the milliseconds of its stamps",
     "seldom_logged:silent:0:50": "a delay of one run: ramps began between samples, and nobody knew where",
-    "seldom_logged:single:20:7800058": "no curve of the scale: a wave that rounding makes was counted while nothing turned, too",
+    "seldom_logged:single:20:7800058": "no curve of the scale: it was less than rounding makes of rests",
     "seldom_logged:single:5:7200092": "a product of rate and warming for a scale factor that depends on gravity",
     "short_run:single:5:62083": "g-sensitivity: Earth's rotation stayed on channels whose axis did not turn",
     "short_run:single:20:91193": "no step of the bias: it passed for bias random walk",
@@ -61,6 +61,14 @@ MENDED = {
 }
 
 
+def traced(job):
+    """The record of one set; an error names it."""
+    try:
+        return campaign.run_set(job)
+    except Exception as error:
+        raise RuntimeError(":".join(str(part) for part in job[1:5])) from error
+
+
 def mended(program):
     """What the sets of MENDED show that they must not."""
     jobs, failures = [], []
@@ -68,7 +76,7 @@ def mended(program):
         bench, kind, level, seed = name.split(":")
         jobs.append((program, bench, kind, float(level), int(seed), None, (), False))
     with multiprocessing.Pool(2) as pool:
-        records = pool.map(campaign.run_set, jobs, chunksize=1)
+        records = pool.map(traced, jobs, chunksize=1)
     for (name, what), record in zip(MENDED.items(), records):
         false = [f"{c['channel']}: {', '.join(c['false'])}" for c in record["silent"] if c["false"]]
         false += [f"{e['id']} with the wrong sign" for e in record["errors"] if e["wrong_sign"]]

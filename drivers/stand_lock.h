@@ -1,4 +1,4 @@
-// One daemon a stand: what two must not share is locked before anything of it is opened.
+// One program a stand: what two must not share is locked before anything of it is opened.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 #include "config/stand_config.h"
 
-namespace gyrobench::daemon {
+namespace gyrobench::drivers {
 
 // Holds the stand's lines (a serial line by its device, whatever link names it; Modbus TCP by its
 // addresses and port), its control socket and its folder of records, until destroyed or the process
@@ -19,7 +19,8 @@ class StandLock {
  public:
   // Throws Error that names what is held, by whom (process and control socket), and what to do;
   // nothing of the stand was touched then.
-  explicit StandLock(const config::StandConfig& stand);
+  // `program`: what others are told of who holds them.
+  StandLock(const config::StandConfig& stand, const std::string& program);
   ~StandLock();
   StandLock(const StandLock&) = delete;
   StandLock& operator=(const StandLock&) = delete;
@@ -36,4 +37,4 @@ class StandLock {
   std::vector<Held> held_;
 };
 
-}  // namespace gyrobench::daemon
+}  // namespace gyrobench::drivers

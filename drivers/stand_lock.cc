@@ -1,4 +1,4 @@
-#include "daemon/stand_lock.h"
+#include "drivers/stand_lock.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -17,7 +17,7 @@
 
 #include "base/error.h"
 
-namespace gyrobench::daemon {
+namespace gyrobench::drivers {
 namespace {
 
 namespace fs = std::filesystem;
@@ -102,9 +102,9 @@ std::string HolderOf(int fd) {
 
 }  // namespace
 
-StandLock::StandLock(const config::StandConfig& stand) {
-  const std::string holder =
-      fmt::format("process {}, control socket {}", ::getpid(), PlaceOf(stand.control_socket));
+StandLock::StandLock(const config::StandConfig& stand, const std::string& program) {
+  const std::string holder = fmt::format("{}, process {}, control socket {}", program, ::getpid(),
+                                         PlaceOf(stand.control_socket));
   try {
     if (!stand.virtual_stand) {
       for (const config::BusConfig& bus : stand.buses) {
@@ -148,7 +148,7 @@ void StandLock::Take(const std::string& what, const std::string& key, const std:
     const int fd = OpenLock(file);
     if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
       const std::string message = fmt::format(
-          "{} is in use by another gyrobenchd ({}). End that one first, or give this "
+          "{} is in use by {}. End that one first, or give this "
           "stand file lines, a control socket and records of its own",
           what, HolderOf(fd));
       ::close(fd);
@@ -167,4 +167,4 @@ void StandLock::Take(const std::string& what, const std::string& key, const std:
   }
 }
 
-}  // namespace gyrobench::daemon
+}  // namespace gyrobench::drivers
