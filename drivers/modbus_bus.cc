@@ -235,14 +235,13 @@ Timing ModbusBus::Transact(const Request& request) {
 }
 
 void ModbusBus::Count(const Failure& failure, LineRecorder::Transaction& outcome) {
-  if (failure.error == EMBXGPATH || failure.error == EMBXGTAR) {
+  const bool gateways_silence = failure.error == EMBXGPATH || failure.error == EMBXGTAR;
+  if (gateways_silence || (failure.error == ETIMEDOUT && !failure.connecting)) {
     ++outcome.silent;
   } else if (IsException(failure.error)) {
     ++outcome.refused;
   } else if (failure.connecting || IsLinkLost(failure.error)) {
     ++outcome.line_lost;
-  } else if (failure.error == ETIMEDOUT) {
-    ++outcome.silent;
   } else {
     ++outcome.unreadable;
   }
