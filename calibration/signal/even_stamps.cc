@@ -34,7 +34,16 @@ double EvenStamps::Mend(double stamp_s) {
   if (digits_ > kMostDigits || !std::isfinite(stamp_s)) return stamp_s;
   if (count_ > 0 && stamp_s == last_s_) return last_mended_s_;
   FindDigits(stamp_s);
+  if (stamp_s == known_.first_stamp_s) {
+    Begin(stamp_s);
+    held_ = true;
+  }
+  if (double line_s = 0.0; held_ && IsOnKnownLine(stamp_s, &line_s)) {
+    last_s_ = stamp_s;
+    return last_mended_s_ = std::max(line_s, JustAfter(last_mended_s_));
+  }
   const double step_s = stamp_s - last_s_;
+  if (held_) Begin(last_s_);
   if (count_ == 0 || digits_ > kMostDigits || !Follows(stamp_s, step_s)) {
     const bool goes_on = count_ > 0 && step_s > 0.0;
     const double begin_s = goes_on ? std::max(stamp_s, JustAfter(last_mended_s_)) : stamp_s;
@@ -72,6 +81,23 @@ void EvenStamps::Begin(double stamp_s) {
   long_is_right_ = false;
   share_of_long_ = 0.0;
   short_ = long_ = {};
+  whole_.Begin(stamp_s);
+  held_ = false;
+}
+
+// Rounded, it is half a digit from its place on the line at most.
+bool EvenStamps::IsOnKnownLine(double stamp_s, double* line_s) const {
+  constexpr double kMostOff = 0.75;  // digits
+  const double first_s = known_.first_stamp_s + known_.line_less_first_s;
+  const double place = std::round((stamp_s - first_s) / known_.interval_s);
+  *line_s = first_s + place * known_.interval_s;
+  return std::fabs(stamp_s - *line_s) < kMostOff * digit_s_;
+}
+
+KnownClock EvenStamps::Clock() const {
+  constexpr double kCoarse = 0.1;  // of the interval
+  if (exact_ || digits_ > kMostDigits || digit_s_ < kCoarse * Slope() || MayBeJitter()) return {};
+  return whole_.Clock(std::sqrt(kSurelyRounded) * digit_s_);
 }
 
 // Whole digits all lie on a line of one digit a place, and on one of which many places are empty:
@@ -133,6 +159,7 @@ void EvenStamps::Add(double stamp_s) {
   const double coarser = std::max(digit_s_ / kLongMemoryDigit_s, 1.0);
   const double long_memory = kLongMemory_s * std::pow(coarser, kLongMemoryPower) / first_step_s_;
   ++count_;
+  whole_.Add(place_, stamp_s - first_s_);
   short_.Add(place_, stamp_s - first_s_, ShortMemory());
   long_.Add(place_, stamp_s - first_s_, std::max(long_memory, ShortMemory()));
   if (count_ < kLeastCount || !std::has_single_bit(static_cast<std::uint64_t>(count_))) return;

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "calibration/signal/stamp_line.h"
+#include "calibration/signal/whole_line.h"
 
 namespace gyrobench::calibration {
 
@@ -16,20 +17,26 @@ inline constexpr double kLeastDigitsOfInterval = 1.25;
 // the clock with the milliseconds that passes for a ripple of the angle. Stamps that lie about a
 // straight line as rounding alone makes them are put on that line, by least squares of the last
 // hundreds, and of a minute and more where the beat is as slow. Those of a clock that jitters stay
-// as they are, and so do the first of a stretch and exact ones. Constant memory; what it gives
-// depends on the stamps so far alone.
+// as they are, and so do the first of a stretch and exact ones. Where the line of the whole is
+// known from a first reading, all are put on that. Constant memory; what it gives depends on the
+// stamps so far alone.
 class EvenStamps {
  public:
+  explicit EvenStamps(const KnownClock& known = {}) : known_(known) {}
   // In order; the same stamp again is given the same time again.
   double Mend(double stamp_s);
   // Last digit of the stamps; 0 where it is too fine to matter, or nothing came yet.
   double digit_s() const { return digits_ > kMostDigits ? 0.0 : digit_s_; }
+  // The line of all stamps so far, where they lie about it as rounding alone makes them, and digits
+  // are so coarse that it matters; unknown else.
+  KnownClock Clock() const;
 
  private:
   // Stamps of more digits need no mending: 10 us at 100 deg/s are a thousandth of a degree.
   static constexpr int kMostDigits = 4;
 
   void Begin(double stamp_s);
+  bool IsOnKnownLine(double stamp_s, double* line_s) const;
   void FindDigits(double stamp_s);
   double Slope() const { return short_.square > 0.0 ? short_.slope_s() : first_step_s_; }
   double LineAt(double place) const;
@@ -39,6 +46,8 @@ class EvenStamps {
   bool MayBeJitter() const;
   void Add(double stamp_s);
 
+  KnownClock known_;
+  bool held_ = false;       // on the known line
   int digits_ = 0;          // behind the point, of all stamps so far
   double digit_s_ = 1.0;    // the last of them
   std::int64_t count_ = 0;  // of this stretch
@@ -47,6 +56,7 @@ class EvenStamps {
   bool exact_ = true;   // every step is the same
   double place_ = 0.0;  // of the last stamp, in intervals from the first one
   StampLine short_, long_;
+  LongestLine whole_;
   bool long_is_right_ = false;
   double share_of_long_ = 0.0;  // goes over slowly: a change of lines is no step
 };

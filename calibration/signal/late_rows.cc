@@ -81,7 +81,7 @@ double LateRows::StdError(const Sums& sums) const {
 }
 
 bool LateRows::only_stamps() const {
-  constexpr double kSure = 0.05, kMatters_deg = 1e-3;
+  constexpr double kSure = 0.1, kMatters_deg = 1e-3;
   const Sums& near = sums_[0];
   return near.count >= kEnoughWindows && near.square > near.count * kMatters_deg * kMatters_deg &&
          share_std_error() < kSure && std::fabs(share()) < kHardly && !of_their_stamps();
@@ -112,9 +112,9 @@ void LateRows::Join(const LateRows& other) {
 }
 
 bool EvenRows::any() const {
-  return gyro_is_polled || std::isfinite(gyro.interval_s) ||
-         std::ranges::any_of(reference,
-                             [](const KnownClock& axis) { return std::isfinite(axis.interval_s); });
+  const auto known = [](const KnownClock& clock) { return std::isfinite(clock.interval_s); };
+  return gyro_is_polled || known(gyro) || known(rounded_gyro) ||
+         std::ranges::any_of(reference, known) || std::ranges::any_of(rounded_reference, known);
 }
 
 std::vector<EvenRows> RowsThatComeEvenly(std::span<const RowTiming> timings) {
@@ -126,6 +126,8 @@ std::vector<EvenRows> RowsThatComeEvenly(std::span<const RowTiming> timings) {
   std::vector<EvenRows> even(timings.size());
   for (std::size_t i = 0; i < timings.size(); ++i) {
     const RowTiming& each = timings[i];
+    even[i].rounded_gyro = each.clocks.rounded_gyro;
+    even[i].rounded_reference = each.clocks.rounded_reference;
     // Rows that are lost count for the stamps there, and not where nothing is missing.
     even[i].gyro_is_polled =
         each.put_on_line > 0 && each.by_stamps.of_their_stamps() && !each.shared.only_stamps();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/measurement.h"
+#include "calibration/signal/whole_line.h"
 
 namespace gyrobench::calibration {
 
@@ -59,17 +60,14 @@ class LateRows {
   double digit_deg_ = 360.0;  // the least difference of two readings in a row that is one
 };
 
-// A clock whose interval [s] is known as well as a line through so many stamps tells it; NaN where
-// nobody knows, or there is none.
-struct KnownClock {
-  double interval_s = kMissing, told_by = 0.0;
-};
-
 // The clocks of what comes evenly though its stamps do not: of the rows with samples of the gyro,
 // and of each axis that is read in rows of its own.
 struct EvenRows {
   KnownClock gyro;
   std::array<KnownClock, 3> reference;
+  // Of stamps that are rounded to much of their interval, by the line of the whole recording.
+  KnownClock rounded_gyro;
+  std::array<KnownClock, 3> rounded_reference;
   // Samples that come as in packets are of their stamps: a loop that catches up asks as quickly.
   bool gyro_is_polled = false;
   bool any() const;

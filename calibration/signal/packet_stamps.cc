@@ -33,7 +33,7 @@ double PacketStamps::TimeOf(double stamp_s, bool of_other_axes) {
   if (!goes_on || !mends() || !on_ || IsEarlyGap(step_s)) {
     on_ = mends();
     if (on_) Begin(stamp_s);
-    return last_s_ = stamp_s;
+    return last_s_ = held_ ? first_s_ + LineAt() : stamp_s;
   }
   if (watch_.BeginsPacket(step_s)) {
     EndPacket();
@@ -68,7 +68,13 @@ void PacketStamps::Begin(double stamp_s) {
   short_ = long_ = {};
   short_.step_s = long_.step_s = step_s;
   short_.square = long_.square = std::pow(even_.told_by, 3) / 12.0;
+  held_ = stamp_s == even_.first_stamp_s;
+  if (held_) {
+    short_.step_s = long_.step_s = even_.interval_s;
+    short_.mean_s = long_.mean_s = even_.line_less_first_s;
+  }
   share_of_long_ = 1.0;
+  whole_.Begin(stamp_s);
   samples_ = packets_ = windows_ = 0;
   packet_begin_s_ = packet_end_s_ = stamp_s;
   window_before_s_ = window_s_ = stamp_s;
@@ -89,6 +95,8 @@ void PacketStamps::Add(double stamp_s) {
       return;
     since_first_s = std::min(since_first_s, latest_s);
   }
+  whole_.Add(place_, since_first_s);
+  if (held_) return;
   const double memory = std::max(kShortMemory_s / RoughInterval_s(), kSureFrom);
   short_.Add(place_, since_first_s, memory);
   long_.Add(place_, since_first_s, kLongMemory_s / kShortMemory_s * memory);
@@ -143,6 +151,9 @@ KnownClock PacketStamps::Clock() const {
   if (static_cast<double>(of_other_axes_) > kMostOfOtherAxes * static_cast<double>(stamps_))
     return {};
   if (!std::isfinite(interval_s_)) return {watch_.mean_step_s(), 0.0};
+  // What is farther from the line than packets and intervals are long is no beat of theirs.
+  const KnownClock whole = whole_.Clock(0.5 * std::max(interval_s_, watch_.packet_s()));
+  if (std::isfinite(whole.interval_s)) return whole;
   const double memory_s = share_of_long_ > 0.5 ? kLongMemory_s : kShortMemory_s;
   return {interval_s_, std::min(static_cast<double>(on_line_), kAsMany * memory_s / interval_s_)};
 }

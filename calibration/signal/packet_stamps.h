@@ -8,6 +8,7 @@
 #include "calibration/signal/late_rows.h"
 #include "calibration/signal/packet_watch.h"
 #include "calibration/signal/stamp_line.h"
+#include "calibration/signal/whole_line.h"
 
 namespace gyrobench::calibration {
 
@@ -15,9 +16,10 @@ namespace gyrobench::calibration {
 // stamped a few at once, each late by another part of that, and at 40 deg/s each angle is off by up
 // to 0.6 deg, in a beat of the clock with the packets that passes for ripples of the angle. Where
 // stamps come so (PacketWatch), or are known to come evenly, they are put on a straight line
-// through them, by least squares of the last 100 s, or 20 s of a clock that drifts. Such times are
-// late by the mean delay. Else stamps that come one by one stay as they are, and so do the first
-// ones. Constant memory; what it gives depends on the stamps so far alone.
+// through them, by least squares of the last 100 s, or 20 s of a clock that drifts; or on that of
+// the whole recording, where this is known. Such times are late by the mean delay. Else stamps that
+// come one by one stay as they are, and so do the first ones. Constant memory; what it gives
+// depends on the stamps so far alone.
 class PacketStamps {
  public:
   // `even`: where it is known, what comes one by one is put on the line as well, from the begin on.
@@ -54,6 +56,7 @@ class PacketStamps {
   PacketWatch watch_;
   KnownClock even_;
   bool on_ = false;
+  bool held_ = false;  // on the line that is known for this stretch
   std::int64_t on_line_ = 0, lost_ = 0, stamps_ = 0, of_other_axes_ = 0;
   double wrong_since_s_ = kMissing;
   double interval_s_ = kMissing, scatter_s_ = kMissing;
@@ -62,6 +65,7 @@ class PacketStamps {
   std::int64_t count_ = 0;
   double first_s_ = 0.0, place_ = 0.0;
   StampLine short_, long_;
+  LongestLine whole_;
   double share_of_long_ = 1.0;  // goes over slowly: a change of lines is no step
   // By how much the last sample is behind the line; the least of the last sample of each packet in
   // a window, and what that usually is [s].

@@ -13,8 +13,14 @@ double Next(double t_s) { return std::nextafter(t_s, std::numeric_limits<double>
 }  // namespace
 
 SampleTimes::SampleTimes(const EvenRows& even)
-    : gyro_packets_(even.gyro), gyro_is_polled_(even.gyro_is_polled) {
-  for (std::size_t a = 0; a < 3; ++a) reference_[a].packets = PacketStamps(even.reference[a]);
+    : gyro_(even.rounded_gyro),
+      covariates_(even.rounded_gyro),
+      gyro_packets_(even.gyro),
+      gyro_is_polled_(even.gyro_is_polled) {
+  for (std::size_t a = 0; a < 3; ++a) {
+    reference_[a].clock = EvenStamps(even.rounded_reference[a]);
+    reference_[a].packets = PacketStamps(even.reference[a]);
+  }
 }
 
 void SampleTimes::BeginAnew(const EvenRows& even) {
@@ -62,6 +68,7 @@ double SampleTimes::OfReference(std::size_t axis, double stamp_s, double angle_d
 RowTiming SampleTimes::Rows() const {
   RowTiming rows{.shared = shared_rows_, .own = own_rows_, .by_stamps = by_stamps_, .clocks = {}};
   rows.clocks.gyro = gyro_packets_.Clock();
+  rows.clocks.rounded_gyro = gyro_.Clock();
   rows.in_packets = 2 * gyro_packets_.on_line() > samples_;
   rows.put_on_line = gyro_is_polled_ ? 0 : gyro_packets_.on_line();
   rows.lost = gyro_is_polled_ ? 0 : gyro_packets_.lost();
@@ -69,6 +76,7 @@ RowTiming SampleTimes::Rows() const {
     if (reference_[a].share_rows) continue;
     const PacketStamps& packets = reference_[a].packets;
     rows.clocks.reference[a] = packets.Clock();
+    rows.clocks.rounded_reference[a] = reference_[a].clock.Clock();
     rows.put_on_line += packets.on_line();
     rows.lost += packets.lost();
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <vector>
 
 #include "calibration/signal/collector.h"
 
@@ -268,6 +269,67 @@ double WorstNode_s(double gyro_hz, double reference_hz) {
 TEST(EvenStamps, AReadingWithTheStampOfASampleKeepsTheTimeOfItsOwnClock) {
   for (const double gyro_hz : {61.7, 199.3, 200.0, 401.0})
     EXPECT_LT(WorstNode_s(gyro_hz, 10.03), 5e-5) << gyro_hz;
+}
+
+KnownClock ClockOf(const std::vector<double>& stamps_s) {
+  EvenStamps stamps;
+  for (const double stamp_s : stamps_s) stamps.Mend(stamp_s);
+  return stamps.Clock();
+}
+
+std::vector<double> StampsOf(double hz, double digit_s, double length_s) {
+  std::vector<double> stamps_s;
+  for (double i = 0.0; i / hz < length_s; ++i) stamps_s.push_back(Rounded(3.0 + i / hz, digit_s));
+  return stamps_s;
+}
+
+// Hundredths of a second beat with these rates once in 1.5 s to more than a minute.
+TEST(EvenStamps, ReadOnceMoreAllStampsAreOnTheLineOfTheWhole) {
+  constexpr double kDigit_s = 1e-2;
+  for (const double hz : {50.34, 40.028, 33.482, 35.715, 50.653}) {
+    const std::vector<double> stamps_s = StampsOf(hz, kDigit_s, 200.0);
+    const KnownClock clock = ClockOf(stamps_s);
+    ASSERT_EQ(clock.first_stamp_s, stamps_s.front()) << hz;
+    EvenStamps again(clock);
+    double low_s = 1e9, high_s = -1e9, last_s = -1e9;
+    for (std::size_t i = 0; i < stamps_s.size(); ++i) {
+      const double mended_s = again.Mend(stamps_s[i]);
+      EXPECT_GT(mended_s, last_s);
+      EXPECT_EQ(again.Mend(stamps_s[i]), mended_s);
+      last_s = mended_s;
+      const double error_s = mended_s - (3.0 + static_cast<double>(i) / hz);
+      low_s = std::min(low_s, error_s);
+      high_s = std::max(high_s, error_s);
+    }
+    EXPECT_LT(high_s - low_s, 0.1 * kDigit_s) << hz;
+  }
+}
+
+// Where another clock takes over, the known line ends.
+TEST(EvenStamps, ALineThatStampsLeaveIsHeldNoLonger) {
+  std::vector<double> stamps_s = StampsOf(40.028, 1e-2, 200.0);
+  EvenStamps again(ClockOf(stamps_s));
+  for (const double stamp_s : stamps_s) again.Mend(stamp_s);
+  double worst_s = 0.0;
+  for (double i = 1.0; i < 4000.0; ++i) {
+    const double t_s = stamps_s.back() + i / 43.7, mended_s = again.Mend(Rounded(t_s, 1e-2));
+    ASSERT_TRUE(std::isfinite(mended_s));
+    if (i > 500.0) worst_s = std::max(worst_s, std::fabs(mended_s - t_s));
+  }
+  EXPECT_LT(worst_s, 0.5e-2);
+}
+
+TEST(EvenStamps, JitterExactAndFineStampsHaveNoLineOfTheirWhole) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> jitter_s(0.0, 4e-3);
+  std::vector<double> jittered_s;
+  for (double i = 0.0; i < 8000.0; ++i)
+    jittered_s.push_back(Rounded(i / 40.028 + jitter_s(random), 1e-2));
+  std::ranges::sort(jittered_s);
+  EXPECT_TRUE(std::isnan(ClockOf(jittered_s).interval_s));
+  EXPECT_TRUE(std::isnan(ClockOf(StampsOf(50.0, 1e-2, 200.0)).interval_s));
+  EXPECT_TRUE(std::isnan(ClockOf(StampsOf(54.77, 1e-3, 200.0)).interval_s));
+  EXPECT_TRUE(std::isnan(ClockOf(StampsOf(40.028, 1e-2, 10.0)).interval_s));
 }
 
 TEST(EvenStamps, TheSameStampHasTheSameTimeAndAStepBackBeginsAnew) {

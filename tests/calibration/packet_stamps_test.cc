@@ -168,6 +168,67 @@ TEST(PacketStamps, AClockThatDriftsIsFollowed) {
   EXPECT_LT(Rms(ErrorsOfEvenRows(samples, 100.0)), 0.3e-3);
 }
 
+KnownClock ClockOf(const std::vector<Sample>& samples, double rate_hz) {
+  PacketStamps rows({1.0 / rate_hz, 0.0});
+  for (const Sample& sample : samples) rows.TimeOf(sample.stamp_s);
+  return rows.Clock();
+}
+
+// Read once more, the rows are on one line, which errs by less than a packet from end to end, and
+// is as late as the stamps are in the mean.
+TEST(PacketStamps, ABeatAsLongAsTheRecordingDoesNotMoveTheLineOfItsWhole) {
+  for (const double rate_hz : {50.0, 62.5, 100.0}) {
+    for (const double packet_s : {0.004, 0.008, 0.016}) {
+      if (rate_hz * packet_s > 1.0) continue;
+      for (const double length_s : {120.0, 250.0}) {
+        const std::vector<Sample> samples = Sampled(rate_hz / (1.0 + 40e-6), packet_s, length_s);
+        const KnownClock clock = ClockOf(samples, rate_hz);
+        ASSERT_EQ(clock.first_stamp_s, samples.front().stamp_s);
+        PacketStamps again(clock);
+        double bend_s = 0.0, late_s = 0.0, of_line_s = 0.0;
+        std::vector<double> errors_s;
+        for (const Sample& sample : samples) {
+          const double t_s = again.TimeOf(sample.stamp_s);
+          errors_s.push_back(t_s - sample.t_s);
+          late_s += sample.stamp_s - sample.t_s;
+          of_line_s += errors_s.back();
+        }
+        const double first_s = errors_s.front(), last_s = errors_s.back();
+        const auto count = static_cast<double>(samples.size());
+        for (std::size_t i = 0; i < errors_s.size(); ++i) {
+          const double line_s =
+              first_s + (last_s - first_s) * static_cast<double>(i) / (count - 1.0);
+          bend_s = std::max(bend_s, std::fabs(errors_s[i] - line_s));
+        }
+        SCOPED_TRACE(::testing::Message() << rate_hz << " Hz, " << packet_s << " s, " << length_s);
+        EXPECT_LT(bend_s, 1e-6);
+        EXPECT_LT(std::fabs(last_s - first_s), packet_s);
+        EXPECT_NEAR(of_line_s / count, late_s / count, 0.25 * packet_s);
+      }
+    }
+  }
+}
+
+TEST(PacketStamps, AGapInTheRowsLeavesTheLineToTheLongerPart) {
+  std::vector<Sample> samples = Sampled(50.0 / (1.0 + 40e-6), 0.004, 300.0);
+  std::erase_if(samples, [](const Sample& one) { return one.t_s > 60.0 && one.t_s < 70.0; });
+  const KnownClock clock = ClockOf(samples, 50.0);
+  EXPECT_GT(clock.first_stamp_s, 70.0 - 1e-9);
+  EXPECT_LT(clock.first_stamp_s, 70.1);
+}
+
+// As that of resistor and capacitor which warms up.
+TEST(PacketStamps, AClockThatDriftsHasNoLineOfItsWhole) {
+  constexpr double kDrift = 600e-6, kTime_s = 250.0;
+  Host host(0.004);
+  std::vector<Sample> samples;
+  for (double i = 0.0; i < 30000.0; ++i) {
+    const double t_s = i / 100.3 - kDrift * kTime_s * (1.0 - std::exp(-i / 100.3 / kTime_s)) + 1.0;
+    samples.push_back({t_s, host.StampOf(t_s)});
+  }
+  EXPECT_TRUE(std::isnan(ClockOf(samples, 100.0).first_stamp_s));
+}
+
 // Errors are those of the last 100 s less the median of the 10 s before the loss, at 100 s.
 TEST(PacketStamps, AfterALossTheTimesAreRightAgainSoonAndSayFromWhenTheyWereNot) {
   constexpr double kLoss_s = 100.0;

@@ -1,0 +1,67 @@
+// The straight line of an even clock through the stamps of a whole recording.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "base/measurement.h"
+#include "calibration/signal/stamp_line.h"
+
+namespace gyrobench::calibration {
+
+// A clock whose interval [s] is known as well as a line through so many stamps tells it; NaN where
+// nobody knows, or there is none.
+struct KnownClock {
+  double interval_s = kMissing, told_by = 0.0;
+  // Of stamps that all lie about one line of this interval: the first of them, and where the line
+  // is there less that [s]. NaN where there are none.
+  double first_stamp_s = kMissing, line_less_first_s = kMissing;
+};
+
+// A line through the last minutes goes along with a beat that is slower than that. One through all
+// stamps does not, and is right where one even clock gave them: what some hundreds of them, the more
+// thinned out the more there are, show.
+class WholeLine {
+ public:
+  struct Line {
+    double interval_s = 0.0;
+    double at_first_s = 0.0;  // at place 0
+    double scatter_s = 0.0;   // standard deviation of the stamps about it
+  };
+
+  // `place`: in intervals from the first stamp, growing; `s`: the stamp less the first one.
+  void Add(double place, double s);
+  std::int64_t count() const { return count_; }
+  // Nothing of too few stamps, and of a clock that drifts: a parabola explains most of what a line
+  // leaves of its stamps. Of a few sawteeth of a beat it explains less.
+  std::optional<Line> Evenly() const;
+
+ private:
+  static constexpr std::size_t kMost = 512;
+  struct Point {
+    double place, s;
+  };
+  StampLine all_;
+  std::vector<Point> points_;
+  std::int64_t count_ = 0, every_ = 1;
+};
+
+// The line of the longest stretch of stamps.
+class LongestLine {
+ public:
+  void Begin(double first_stamp_s);
+  void Add(double place, double s) { now_.line.Add(place, s); }
+  // `most_scatter_s`: about the line. Without one that is as near to all its stamps: unknown.
+  KnownClock Clock(double most_scatter_s) const;
+
+ private:
+  struct Stretch {
+    WholeLine line;
+    double first_stamp_s = kMissing;
+  };
+  Stretch now_, longest_;
+};
+
+}  // namespace gyrobench::calibration
