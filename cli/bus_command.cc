@@ -36,19 +36,22 @@ std::string Milliseconds(double seconds) {
   return std::isfinite(seconds) ? presentation::FormatNumber(1e3 * seconds, 2) : "-";
 }
 
-// "2 without a reply, 1 refused"; "-" where none failed.
-std::string FailedText(const Json& unit) {
+// "2 without a reply, 1 refused, 1 given up, silent now"; nothing where no try failed.
+std::string FailedText(const Json& unit, const Json& recent) {
   std::string text;
   for (const auto& [key, words] : {std::pair{"silent", "without a reply"},
                                    {"unreadable", "with a bad reply"},
                                    {"refused", "refused"},
-                                   {"line_lost", "on a lost line"}}) {
+                                   {"line_lost", "on a lost line"},
+                                   {"given_up", "given up"}}) {
     const std::int64_t count = Integer(unit, key);
     if (count == 0) continue;
     text +=
         fmt::format("{}{} {}", text.empty() ? "" : ", ", presentation::FormatCount(count), words);
   }
-  return text.empty() ? "-" : text;
+  if (Integer(recent, "given_up") > 0 && std::isnan(Number(recent, "latency_median_s")))
+    text += ", silent now";
+  return text;
 }
 
 std::string TitleOf(const Json& bus) {
@@ -66,12 +69,11 @@ presentation::Table TableOf(const Json& bus) {
   presentation::Table table{{{"device"},
                              {"unit", Kind::kCount},
                              {"busy", Kind::kCount},
-                             {"median, ms", Kind::kCount},
-                             {"99 %, ms", Kind::kCount},
+                             {"ms", Kind::kCount},
+                             {"99 %", Kind::kCount},
                              {"asked", Kind::kCount},
                              {"retries", Kind::kCount},
-                             {"given up", Kind::kCount},
-                             {"tries that failed", Kind::kNote}},
+                             {"failures", Kind::kNote}},
                             {}};
   const Json& all = Field(Field(bus, "all"), "units");
   const Json& recent = Field(Field(bus, "recent"), "units");
@@ -80,9 +82,9 @@ presentation::Table TableOf(const Json& bus) {
                                            Percent(Number(recent[i], "load")),
                                            Milliseconds(Number(recent[i], "latency_median_s")),
                                            Milliseconds(Number(recent[i], "latency_99_s"))};
-    for (const char* count : {"transactions", "retries", "given_up"})
+    for (const char* count : {"transactions", "retries"})
       row.emplace_back(presentation::FormatCount(Integer(all[i], count)));
-    row.emplace_back(FailedText(all[i]));
+    row.emplace_back(FailedText(all[i], recent[i]));
     table.Add(std::move(row));
   }
   return table;
@@ -98,9 +100,11 @@ std::string TextOf(const Json& status, const presentation::Terminal& terminal) {
       Add(section.blocks, presentation::Paragraph{"Nobody was asked yet."});
     Add(document, std::move(section));
   }
-  Add(document, presentation::Paragraph{
-                    "How busy a device keeps its line, and the times from request to reply, "
-                    "are of the last seconds; the counts are since the daemon started."});
+  Add(document,
+      presentation::Paragraph{
+          "busy, ms (median from request to reply) and 99 % are of the last seconds; counts are "
+          "since the daemon started. A line is busy as well while it waits for a device that does "
+          "not answer."});
   return RenderText(document, terminal);
 }
 

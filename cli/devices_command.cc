@@ -99,7 +99,7 @@ std::vector<std::string> AdviceOn(const LineReport& report, const FoundUnit& fou
         found.expected, found.unit, Describe(found.setting), Describe(SettingOf(report.bus))));
   }
   for (const std::string& wrong : found.identity.wrong)
-    advice.push_back(fmt::format("{} (unit {}): {}.", found.expected, found.unit, wrong));
+    advice.push_back(fmt::format("{} (unit {}): {}", found.expected, found.unit, wrong));
   if (found.as_expected || !advice.empty()) return advice;
   if (found.identity.kind == UnitKind::kUnknown) {
     return {
@@ -111,17 +111,40 @@ std::vector<std::string> AdviceOn(const LineReport& report, const FoundUnit& fou
                       found.unit, found.expected, NameOf(found.identity.kind))};
 }
 
-// Devices of this kind that answer, and that no stand file's number speaks of.
-std::string UnclaimedText(const std::vector<LineReport>& reports, UnitKind kind) {
-  std::string text;
-  for (const LineReport& report : reports) {
+// Whether one that answers, and that no number of the stand file speaks of, may be of this kind.
+bool MayBe(const FoundUnit& found, UnitKind kind) {
+  const std::vector<UnitKind>& may_be = found.identity.may_be;
+  return found.expected.empty() &&
+         (found.identity.kind == kind || std::ranges::find(may_be, kind) != may_be.end());
+}
+
+// "unit 21 of bus b"; that of another line with the same number where there is one: the lines may
+// have been exchanged. Empty where none may be it.
+std::string StandInFor(const drivers::MissingUnit& missing, const LineReport& own,
+                       const std::vector<LineReport>& all) {
+  std::string text, same_number;
+  for (const LineReport& report : all) {
     for (const FoundUnit& found : report.found) {
-      if (found.identity.kind != kind || !found.expected.empty() || report.all_answer) continue;
-      text += fmt::format("{}unit {} of bus {}", text.empty() ? "" : " and ", found.unit,
-                          report.bus.name);
+      if (report.all_answer || !MayBe(found, missing.kind)) continue;
+      const std::string name = fmt::format("unit {} of bus {}", found.unit, report.bus.name);
+      if (text.empty()) text = name;
+      if (found.unit == missing.unit && report.bus.name != own.bus.name) same_number = name;
     }
   }
-  return text;
+  return same_number.empty() ? text : same_number;
+}
+
+std::string AdviceOn(const drivers::MissingUnit& missing, const LineReport& report,
+                     const std::vector<LineReport>& all) {
+  const std::string stand_in = StandInFor(missing, report, all);
+  const std::string silent =
+      fmt::format("{} (unit {}) does not answer", missing.device, missing.unit);
+  if (stand_in.empty())
+    return silent + ": check its power, the cable, its unit number and its baud rate.";
+  return fmt::format(
+      "{}, and {}, which is not in the stand file, may be it: correct its number or "
+      "its bus, or exchange the lines.",
+      silent, stand_in);
 }
 
 // What is to be done about a line.
@@ -140,17 +163,20 @@ std::vector<std::string> AdviceOn(const LineReport& report, const std::vector<Li
   for (const FoundUnit& found : report.found) {
     for (std::string& one : AdviceOn(report, found)) advice.push_back(std::move(one));
   }
-  for (const drivers::MissingUnit& missing : report.missing) {
-    const std::string unclaimed = UnclaimedText(all, missing.kind);
-    advice.push_back(
-        unclaimed.empty()
-            ? fmt::format("{} (unit {}) does not answer: check its power, the cable, its unit "
-                          "number and its baud rate.",
-                          missing.device, missing.unit)
-            : fmt::format("{} (unit {}) does not answer, and a {} answers as {}, which is not in "
-                          "the stand file: correct one of the numbers.",
-                          missing.device, missing.unit, NameOf(missing.kind), unclaimed));
+  if (report.found.empty() && report.missing.size() > 1) {
+    const bool elsewhere = std::ranges::any_of(report.missing, [&](const auto& missing) {
+      return !StandInFor(missing, report, all).empty();
+    });
+    if (!elsewhere) {
+      return {
+          fmt::format("None of the {} devices that the stand file has on this line answers at "
+                      "any setting that was tried: is it the right adapter, are its wires A "
+                      "and B exchanged, have the devices power?",
+                      report.missing.size())};
+    }
   }
+  for (const drivers::MissingUnit& missing : report.missing)
+    advice.push_back(AdviceOn(missing, report, all));
   return advice;
 }
 
@@ -161,8 +187,11 @@ std::string RegistersText(const LineReport& report, const FoundUnit& found) {
 
 presentation::Section SectionOf(const LineReport& report, const std::vector<LineReport>& all) {
   presentation::Section section;
-  section.title = presentation::Strong(
-      fmt::format("{}: {} unit numbers asked", drivers::DescribeBus(report.bus), report.asked));
+  const std::string line = drivers::DescribeBus(report.bus);
+  section.title = presentation::Strong(report.error.empty()
+                                           ? fmt::format("{}: {} unit number{} asked", line,
+                                                         report.asked, report.asked == 1 ? "" : "s")
+                                           : line + ": not asked to the end");
   using Kind = presentation::Column::Kind;
   presentation::Table table{
       {{"unit", Kind::kCount}, {"answers as"}, {"stand file"}, {"its registers", Kind::kNote}}, {}};
@@ -179,6 +208,29 @@ presentation::Section SectionOf(const LineReport& report, const std::vector<Line
   }
   Add(section.blocks, presentation::ListOf(AdviceOn(report, all)));
   return section;
+}
+
+// What was asked of the stand file, in a sentence or two at the end.
+std::string ClosingText(const config::StandConfig& stand, const std::vector<LineReport>& reports,
+                        bool as_expected) {
+  std::size_t devices = 0, answer = 0;
+  for (const config::BusConfig& bus : stand.buses)
+    devices += drivers::ExpectedOn(stand, bus.name).size();
+  for (const LineReport& report : reports)
+    answer +=
+        static_cast<std::size_t>(std::ranges::count_if(report.found, &FoundUnit::as_expected));
+  if (!as_expected)
+    return fmt::format("{} of the {} devices of the stand file answer as expected.", answer,
+                       devices);
+  if (answer < devices)
+    return fmt::format(
+        "The {} devices of the stand file that were asked answer as expected; {} "
+        "were not asked.",
+        answer, devices - answer);
+  return fmt::format(
+      "All {} devices of the stand file answer as expected. Devices of one model "
+      "are alike here: which axis is which a small move shows.",
+      devices);
 }
 
 OrderedJson ToJson(const LineReport& report, const std::vector<LineReport>& all) {
@@ -247,6 +299,7 @@ int Devices(const Options& options) {
   } else {
     presentation::Document document;
     for (const LineReport& report : reports) Add(document, SectionOf(report, reports));
+    Add(document, presentation::Paragraph{ClosingText(stand, reports, as_expected)});
     fmt::print("{}", RenderText(document, presentation::DescribeTerminal(fileno(stdout))));
   }
   return as_expected ? kDone : kFailed;

@@ -53,6 +53,14 @@ std::string CheckUnits(const std::string& text) {
                      kLastUnit, text);
 }
 
+std::string CheckSeconds(const std::string& text) {
+  double seconds = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  if (whole && seconds >= 0.1 && seconds <= 3600.0) return "";
+  return fmt::format("expected seconds, 0.1 to 3600, found '{}'; such as --every 2", text);
+}
+
 std::string CheckBaud(const std::string& text) {
   const std::vector<int>& bauds = config::SettableBauds();
   const auto baud = WholeNumber(text);
@@ -161,7 +169,7 @@ class CommandLine {
         "gyrobench bus\n  gyrobench bus --every 2")
         .add_option("--every", options_.every_s, "Show it again and again, until Ctrl-C")
         ->type_name("SECONDS")
-        ->check(CLI::Range(0.1, 3600.0));
+        ->check(CheckSeconds);
     Add("status", "What the bench is doing, and how its devices are", "gyrobench status");
     CLI::App& watch = Add("watch", "Print live state and results as they come over LCM",
                           "gyrobench watch --until-stop");

@@ -99,7 +99,15 @@ std::vector<BusConfig> ReadBuses(const TomlTable& root) {
   const TomlTable tables = root.Table("bus");
   std::vector<BusConfig> buses;
   for (const std::string& name : tables.Keys()) {
-    buses.push_back(ReadBus(tables.Table(name), name));
+    const TomlTable table = tables.Table(name);
+    BusConfig bus = ReadBus(table, name);
+    const bool serial = bus.transport == BusConfig::Transport::kRtu;
+    for (const BusConfig& other : buses) {
+      if (serial && other.device == bus.device)
+        table.Fail("device",
+                   fmt::format("expected a line of its own: it is that of bus {} too", other.name));
+    }
+    buses.push_back(std::move(bus));
   }
   if (buses.empty()) tables.FailTable("expected at least one table [bus.NAME]");
   return buses;

@@ -1,7 +1,11 @@
 #include "daemon/polled_device.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <utility>
+
+#include "base/error.h"
 
 namespace gyrobench::daemon {
 
@@ -43,6 +47,8 @@ Utime PolledDevice::Poll() {
 }
 
 void PolledDevice::Succeeded(Utime now) {
+  if (reported_)
+    spdlog::info("{}: answers again, after {:.1f} s", status_.name, ToSeconds(now - last_answer_));
   last_answer_ = now;
   reported_ = false;
   const std::lock_guard lock(mutex_);
@@ -63,6 +69,7 @@ void PolledDevice::Failed(Utime now, const std::exception& error) {
   const bool changed = dynamic_cast<const MustBeOpenedAgain*>(&error) != nullptr;
   if (!open_ || reported_ || (!changed && now - last_answer_ < silence_)) return;
   reported_ = true;
+  spdlog::warn("{}", WithSource(fault.source, fault.message));
   fault.may_pass = !changed;
   open_ = false;  // it may have been exchanged or restarted: check its identity again
   on_silence_(fault);

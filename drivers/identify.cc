@@ -115,16 +115,19 @@ std::optional<UnitIdentity> As(Registers& registers, const config::GyroUnitMap& 
                                 words[2] >> 8, words[2] & 0xFF, words[1])};
   if (words[1] != map.protocol_version)
     unit.wrong.push_back(
-        fmt::format("protocol {} is expected: load the firmware of this version of gyrobench",
-                    map.protocol_version));
+        fmt::format("Its protocol is {}, and {} is expected: load the firmware of this version of "
+                    "gyrobench.",
+                    words[1], map.protocol_version));
   if (words[6] != map.who_am_i)
     unit.wrong.push_back(
-        fmt::format("WHO_AM_I of its sensor is 0x{:02X}, expected 0x{:02X}: check the sensor's "
-                    "supply and its I2C lines, or the map",
+        fmt::format("WHO_AM_I of its sensor is 0x{:02X}, and 0x{:02X} is expected: check the "
+                    "sensor's supply and its I2C lines, or the map.",
                     words[6], map.who_am_i));
   if (expected != nullptr && expected->serial_number.value_or(serial) != serial)
-    unit.wrong.push_back(fmt::format("serial number {} is expected: is this the right sensor?",
-                                     *expected->serial_number));
+    unit.wrong.push_back(
+        fmt::format("Its serial number is {}, and {} is expected: connect that unit, or correct "
+                    "gyro.serial_number.",
+                    serial, *expected->serial_number));
   return unit;
 }
 
@@ -142,7 +145,7 @@ std::optional<UnitIdentity> As(Registers& registers, const config::DriveMap& map
     unit.wrong.push_back(fmt::format(
         "{} pulses a turn are expected: set the drive, or correct its map", map.pulses_per_turn));
   if (IsBitSet(*status, map.fault_bit))
-    unit.wrong.push_back("it reports a fault: remove its cause and clear the alarm");
+    unit.wrong.push_back("It reports a fault: remove its cause and clear the alarm.");
   return unit;
 }
 
@@ -154,12 +157,12 @@ std::optional<UnitIdentity> As(Registers& registers, const config::EncoderMap& m
   const std::uint32_t value =
       map.words == 1 ? words[0] : FromWords(words[0], words[1], map.word_order);
   UnitIdentity unit{UnitKind::kEncoder, map.model,
-                    fmt::format("{} counts, {:.2f} deg", value,
+                    fmt::format("value {}, {:.2f} deg", value,
                                 static_cast<double>(value) * 360.0 / map.counts_per_turn)};
   if (value >= map.range_counts)
     unit.wrong.push_back(
-        fmt::format("{} counts, below {} are expected: check words, word order "
-                    "and range of the map",
+        fmt::format("Its value is {}, and less than {} is expected: check words, word order and "
+                    "range of the map.",
                     value, map.range_counts));
   return unit;
 }
@@ -255,12 +258,13 @@ UnitIdentity Identify(ModbusBus& bus, int unit, const ExpectedUnit* expected,
   }
   if (fits) return *fits;
   for (const UnitKind kind : {UnitKind::kEncoder, UnitKind::kRelayUnit}) {
-    for (const ExpectedUnit& one : known) {
-      if (one.kind != kind || !AsExpected(registers, one)) continue;
-      answer.says +=
-          kind == UnitKind::kEncoder ? "; it may be an encoder" : "; it may be a relay unit";
-      break;
-    }
+    const bool fits_one = std::ranges::any_of(known, [&](const ExpectedUnit& one) {
+      return one.kind == kind && AsExpected(registers, one);
+    });
+    if (!fits_one) continue;
+    answer.may_be.push_back(kind);
+    answer.says +=
+        fmt::format("; it may be {} {}", kind == UnitKind::kEncoder ? "an" : "a", NameOf(kind));
   }
   return answer;
 }

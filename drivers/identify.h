@@ -29,8 +29,11 @@ struct UnitIdentity {
   std::string model = {};  // of the register map that fits
   // In words: what its registers hold; of kUnreadable what is wrong with the replies.
   std::string says = {};
-  // Why the daemon would refuse it, each with what was expected and found, and what to do.
+  // Why the daemon would refuse it: each a sentence with what was expected and found, and what to
+  // do.
   std::vector<std::string> wrong = {};
+  // Of kUnknown: what has such registers.
+  std::vector<UnitKind> may_be = {};
 };
 
 // A device of the stand file.

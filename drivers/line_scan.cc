@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <utility>
 
 #include "drivers/modbus_bus.h"
@@ -76,6 +77,11 @@ class LineScan {
     return std::ranges::any_of(report_.found,
                                [unit](const FoundUnit& found) { return found.unit == unit; });
   }
+  bool AnswersAtOwn(int unit) const {
+    return std::ranges::any_of(report_.found, [&](const FoundUnit& found) {
+      return found.unit == unit && IsOwn(found.setting) && !IsUnreadable(found);
+    });
+  }
   bool IsOwn(const LineSetting& setting) const {
     return report_.bus.transport == Transport::kTcp || setting == SettingOf(report_.bus);
   }
@@ -84,6 +90,10 @@ class LineScan {
     std::vector<LineSetting> settings = options_.settings;
     if (settings.empty()) settings.push_back(SettingOf(report_.bus));
     to_ask_ = options_.units.size() * settings.size();
+    // Its own first: what answers there is asked no more.
+    std::ranges::stable_sort(settings, std::greater<>(), [this](const LineSetting& setting) {
+      return setting == SettingOf(report_.bus);
+    });
     for (const LineSetting& setting : settings) AskAll(options_.units, setting);
   }
 
@@ -137,6 +147,7 @@ class LineScan {
       if (identity.kind == UnitKind::kSilent) continue;
       // That is what a device looks like that is set otherwise.
       if (identity.kind == UnitKind::kUnreadable && !IsOwn(setting)) continue;
+      if (!IsOwn(setting) && AnswersAtOwn(unit)) continue;  // one that follows the line, as by USB
       Add({.unit = unit, .setting = setting, .identity = identity}, device);
     }
   }

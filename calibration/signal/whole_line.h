@@ -21,8 +21,8 @@ struct KnownClock {
 };
 
 // A line through the last minutes goes along with a beat that is slower than that. One through all
-// stamps does not, and is right where one even clock gave them: what some hundreds of them, the more
-// thinned out the more there are, show.
+// stamps does not, and is right where one even clock gave them: what some hundreds of them show,
+// the more thinned out the more there are.
 class WholeLine {
  public:
   struct Line {

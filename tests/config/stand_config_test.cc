@@ -414,6 +414,11 @@ TEST_F(StandFile, RefusesASignThatIsNone) {
               HasSubstr("expected 1 or -1"));
 }
 
+TEST_F(StandFile, RefusesOneLineForTwoBuses) {
+  EXPECT_THAT(ErrorAfter("[bus.b]", "/dev/ttyUSB1", "/dev/ttyUSB0"),
+              HasSubstr("it is that of bus a too"));
+}
+
 TEST_F(StandFile, NeedsABusAndAnAxis) {
   EXPECT_THAT(
       ErrorOf([&] { Load("name = \"n\"\nprocedures = [\"p\"]\ncontrol_socket = \"s\"\n"); }),

@@ -102,7 +102,7 @@ TEST_P(LineScanTest, EachDeviceIsToldByItsRegisters) {
   EXPECT_EQ(report.found[0].identity.model, "model D");
   EXPECT_THAT(report.found[0].identity.says, HasSubstr("10000 pulses a turn, at pulse -2"));
   EXPECT_EQ(report.found[1].identity.kind, UnitKind::kEncoder);
-  EXPECT_THAT(report.found[1].identity.says, HasSubstr("65536 counts, 180.00 deg"));
+  EXPECT_THAT(report.found[1].identity.says, HasSubstr("value 65536, 180.00 deg"));
   EXPECT_EQ(report.found[2].identity.kind, UnitKind::kGyroUnit);
   EXPECT_THAT(report.found[2].identity.says, HasSubstr("serial number 17, firmware 1.2"));
   EXPECT_TRUE(report.IsAsExpected());
@@ -161,6 +161,14 @@ TEST_F(SerialScanTest, ADeviceThatIsNowhereIsMissing) {
   EXPECT_EQ(report.missing[0].unit, 13);
   EXPECT_EQ(report.missing[0].device, "axis.inner encoder");
   EXPECT_FALSE(report.IsAsExpected());
+}
+
+// A part at the end of a USB cable, that takes any rate.
+TEST_F(SerialScanTest, WhatAnswersAtItsOwnSettingIsShownAtNoOther) {
+  line_.Connect(3, drive_);
+  const LineReport report = Scan({3}, {{9600, 'N', 1}, {kBaud, 'N', 1}});
+  ASSERT_EQ(report.found.size(), 1U);
+  EXPECT_TRUE(report.found[0].as_expected);
 }
 
 TEST_P(LineScanTest, OfADeviceThatWasNotAskedNothingIsSaid) {
@@ -241,9 +249,10 @@ TEST_P(LineScanTest, WhatIsSetOtherwiseIsNotAsExpected) {
   const LineReport report = Scan({3, 13, 21});
   ASSERT_EQ(report.found.size(), 3U);
   EXPECT_THAT(report.found[0].identity.wrong,
-              ElementsAre(HasSubstr("10000 pulses a turn are expected")));
-  EXPECT_THAT(report.found[1].identity.wrong, ElementsAre(HasSubstr("below 536870912")));
-  EXPECT_THAT(report.found[2].identity.wrong, ElementsAre(HasSubstr("serial number 18")));
+              ElementsAre(HasSubstr("4000 pulses a turn, and 10000 are expected")));
+  EXPECT_THAT(report.found[1].identity.wrong,
+              ElementsAre(HasSubstr("less than 536870912 is expected")));
+  EXPECT_THAT(report.found[2].identity.wrong, ElementsAre(HasSubstr("is 17, and 18 is expected")));
   for (const FoundUnit& found : report.found) EXPECT_FALSE(found.as_expected) << found.unit;
 }
 
@@ -251,7 +260,7 @@ TEST_P(LineScanTest, AGyroUnitOfAnotherProtocolOrSensorIsNotAsExpected) {
   gyro_.SetInput(0x0000, {0x4742, 2, 0x0102, 0, 17, 4, 0x70, 0, 0, 0, 0});
   line_.Connect(21, gyro_);
   EXPECT_THAT(Scan({21}).found.at(0).identity.wrong,
-              ElementsAre(HasSubstr("protocol 1 is expected"), HasSubstr("WHO_AM_I")));
+              ElementsAre(HasSubstr("is 2, and 1 is expected"), HasSubstr("WHO_AM_I")));
 }
 
 // A device that does not know function 03 at all.
@@ -280,6 +289,7 @@ TEST_P(LineScanTest, AStrangerWithAnEncodersRegisterIsGivenNoAngle) {
   const UnitIdentity identity = Scan({9}).found.at(0).identity;
   EXPECT_EQ(identity.kind, UnitKind::kUnknown);
   EXPECT_THAT(identity.says, HasSubstr("may be an encoder"));
+  EXPECT_THAT(identity.may_be, ElementsAre(UnitKind::kEncoder));
   EXPECT_THAT(identity.says, Not(HasSubstr("deg")));
 }
 

@@ -33,7 +33,7 @@ class Bus(unittest.TestCase):
                     self.assertLessEqual(recent["transactions"], unit["transactions"])
             shown = bench.run("bus").stdout
             self.assertIn("axis.inner encoder", shown)
-            self.assertIn("tries that failed", shown)
+            self.assertIn("failures", shown)
 
     def test_a_silent_device_is_counted_as_silent(self):
         with OutsideStand() as bench:

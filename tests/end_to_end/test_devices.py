@@ -37,8 +37,16 @@ class Devices(unittest.TestCase):
             self.assertIn("Unit 3 is to be axis.inner encoder, and answers as drive", told)
             self.assertIn("Unit 13 is to be axis.inner drive, and answers as encoder", told)
             self.assertEqual(lines["b"]["missing"], [{"unit": 22, "device": "gyro"}])
-            self.assertIn("a gyro unit answers as unit 21 of bus b", lines["b"]["advice"][0])
+            self.assertIn("unit 21 of bus b, which is not in the stand file, may be it", lines["b"]["advice"][0])
             self.assertEqual([(u["unit"], u["expected"]) for u in lines["b"]["found"]], [(21, "")])
+
+    def test_what_was_not_asked_is_said_at_the_end(self):
+        with OutsideStand() as bench:
+            some = bench.run("devices", "--units", "1-3", "--bus", "a")
+            self.assertIn("The 3 devices of the stand file that were asked answer as expected; 5 were not asked.",
+                          " ".join(some.stdout.split()))
+            every = bench.run("devices", "--units", UNITS)
+            self.assertIn("All 8 devices of the stand file answer as expected.", every.stdout)
 
     def test_nothing_is_asked_beside_a_daemon(self):
         with OutsideStand() as bench:
