@@ -142,8 +142,10 @@ std::optional<UnitIdentity> As(Registers& registers, const config::DriveMap& map
       UnitKind::kDrive, map.model,
       fmt::format("{} pulses a turn, at pulse {}, status 0x{:04X}", *pulses, at, *status)};
   if (*pulses != map.pulses_per_turn)
-    unit.wrong.push_back(fmt::format(
-        "{} pulses a turn are expected: set the drive, or correct its map", map.pulses_per_turn));
+    unit.wrong.push_back(
+        fmt::format("It is set to {} pulses a turn, and {} are expected: set the drive, or correct "
+                    "its map.",
+                    *pulses, map.pulses_per_turn));
   if (IsBitSet(*status, map.fault_bit))
     unit.wrong.push_back("It reports a fault: remove its cause and clear the alarm.");
   return unit;
