@@ -30,6 +30,8 @@ MENDED = {
     "fast_gyro:single:5:1200305": "no eccentricity: the only turn was held out by an extrapolation",
     "fast_gyro:single:20:91327": "no tone: it passed for bias random walk",
     "fast_reference:single:20:61047": "a step of the angle at rest: as two halves at the rest's ends",
+    "coarse_stamps:silent:0:7800128": "steps of the angle: a line of rounded stamps began by few of them",
+    "late_rows:single:20:7800437": "steps of the angle: stamps jumped by a packet once in a minute",
     "late_rows:single:100:3000034": "no step of the bias but of the angle: rows that came late were taken to be made then",
     "means_before:silent:0:82": "a filter: samples were means over the interval before, and late by half of it",
     "means_before:silent:0:1960013": "a filter: each channel judged by itself what the samples of the sensor are",
