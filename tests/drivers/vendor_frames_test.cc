@@ -19,7 +19,8 @@ namespace {
 using testing::ElementsAre;
 using testing::IsSupersetOf;
 
-// A drive as unit 1 and an encoder on a serial line, as their files in config/devices describe them.
+// A drive as unit 1 and an encoder on a serial line, as their files in config/devices describe
+// them.
 class VendorFrames : public testing::Test {
  protected:
   VendorFrames() {
@@ -109,7 +110,8 @@ TEST_F(VendorFrames, StatusWordsOfALeadshineDriveMeanWhatTheySay) {
   EXPECT_EQ(state.alarm, 0x00E0);
 }
 
-// High word at the lower address: 5 turns and a quarter of the table, of 40 turns of the shaft each.
+// High word at the lower address: 5 turns and a quarter of the table, of 40 turns of the shaft
+// each.
 TEST_F(VendorFrames, PositionOfALeadshineDriveIsInPulsesOfTheShaft) {
   const auto axis = Drive();
   constexpr std::uint32_t kPulses = 2'100'000;
