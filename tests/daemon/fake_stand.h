@@ -1,6 +1,7 @@
 // A stand whose devices are in memory: for tests of what is above the drivers, without a bus.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
@@ -32,7 +33,7 @@ class FakeStand final : public drivers::DeviceMaker {
   std::map<std::string, drivers::FakeAxis*> drives;  // by the name of the axis
   std::map<std::string, drivers::FakeAngleSensor*> encoders;
   std::map<std::string, double> off_deg;
-  double temperature_degC = 25.0;
+  std::atomic<double> temperature_degC = 25.0;  // read by the bus of the gyro
   drivers::FakeGyro* gyro = nullptr;
   drivers::FakeRelays* relays = nullptr;
 
