@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/measurement.h"
-#include "calibration/signal/whole_line.h"
+#include "calibration/signal/stamp_line.h"
 
 namespace gyrobench::calibration {
 

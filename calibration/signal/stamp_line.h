@@ -1,7 +1,18 @@
 // The straight line of an even clock through stamps, by least squares of the last of them.
 #pragma once
 
+#include "base/measurement.h"
+
 namespace gyrobench::calibration {
+
+// A clock whose interval [s] is known as well as a line through so many stamps tells it; NaN where
+// nobody knows, or there is none.
+struct KnownClock {
+  double interval_s = kMissing, told_by = 0.0;
+  // Of stamps that all lie about one line of this interval: the first of them, and where the line
+  // is there less that [s]. NaN where there are none.
+  double first_stamp_s = kMissing, line_less_first_s = kMissing;
+};
 
 // Through places (in intervals from the first stamp) and stamps less the first one [s]. By how much
 // stamps are beyond `step_s` a place: weight, means, sums about these. Steps are made those of the

@@ -11,15 +11,6 @@
 
 namespace gyrobench::calibration {
 
-// A clock whose interval [s] is known as well as a line through so many stamps tells it; NaN where
-// nobody knows, or there is none.
-struct KnownClock {
-  double interval_s = kMissing, told_by = 0.0;
-  // Of stamps that all lie about one line of this interval: the first of them, and where the line
-  // is there less that [s]. NaN where there are none.
-  double first_stamp_s = kMissing, line_less_first_s = kMissing;
-};
-
 // A line through the last minutes goes along with a beat that is slower than that. One through all
 // stamps does not, and is right where one even clock gave them: what some hundreds of them show,
 // the more thinned out the more there are.
