@@ -26,7 +26,7 @@ class StandFile : public testing::Test {
   std::string ErrorAfter(const std::string& section, const std::string& from,
                          const std::string& to) const {
     const std::string text = Replace(Shipped(), section, from, to);
-    const std::string error = ErrorOf([&] { Load(text); });
+    std::string error = ErrorOf([&] { Load(text); });
     EXPECT_THAT(error, HasSubstr(fmt::format("edited.toml:{}: ", LineOf(text, section, to))));
     return error;
   }

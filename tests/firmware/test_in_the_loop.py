@@ -34,12 +34,12 @@ class FirmwareInTheLoop(unittest.TestCase):
             bench.start()
             while bench.json("status")["state"] != "idle":  # each try is a process, so no busy loop
                 pass
-            bench.json("run", "scale", "-p", "turns=2", "-p", "initial_rest_s=5", "-p", "rest_s=1")
+            bench.json("run", "scale", "-p", "turns=4", "-p", "initial_rest_s=10", "-p", "rest_s=1")
             result = bench.json("show", "latest")["result"]
         self.assertEqual(result["defects"], [])
         self.assertAlmostEqual(result["samples"], 200 * result["duration_s"], delta=2)
         (scale,) = result["scale"]
-        self.assertEqual(scale["turns"], 4)
+        self.assertEqual(scale["turns"], 8)
         # Rate over output: what the part gives too much.
         nominal = 1.0 / 131.0
         self.assertLess(abs(scale["alpha"] - nominal / (1.0 + SCALE_REL)), 4.0 * scale["alpha_std_error"])
