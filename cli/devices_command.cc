@@ -35,10 +35,6 @@ bool IsSerial(const config::BusConfig& bus) {
   return bus.transport == config::BusConfig::Transport::kRtu;
 }
 
-drivers::LineSetting SettingOf(const config::BusConfig& bus) {
-  return {bus.baud, bus.parity, bus.stop_bits};
-}
-
 // Each once, in the order of the stand file.
 std::vector<config::BusConfig> ChosenBuses(const config::StandConfig& stand,
                                            const std::vector<std::string>& names) {
@@ -78,10 +74,6 @@ std::string NameText(const FoundUnit& found) {
   return found.identity.model.empty() ? name : fmt::format("{} ({})", name, found.identity.model);
 }
 
-bool HasOtherSetting(const LineReport& report, const FoundUnit& found) {
-  return IsSerial(report.bus) && !(found.setting == SettingOf(report.bus));
-}
-
 // What is to be done about one that answers; empty where nothing is.
 std::vector<std::string> AdviceOn(const LineReport& report, const FoundUnit& found) {
   std::vector<std::string> advice;
@@ -92,11 +84,12 @@ std::vector<std::string> AdviceOn(const LineReport& report, const FoundUnit& fou
                     found.unit, found.identity.says)};
   }
   if (found.expected.empty()) return {};
-  if (HasOtherSetting(report, found)) {
-    advice.push_back(fmt::format(
-        "{} (unit {}) answers at {}, and the line is set to {}: change "
-        "one of them.",
-        found.expected, found.unit, Describe(found.setting), Describe(SettingOf(report.bus))));
+  if (!report.IsOwn(found.setting)) {
+    advice.push_back(
+        fmt::format("{} (unit {}) answers at {}, and the line is set to {}: change "
+                    "one of them.",
+                    found.expected, found.unit, Describe(found.setting),
+                    Describe(drivers::SettingOf(report.bus))));
   }
   for (const std::string& wrong : found.identity.wrong)
     advice.push_back(fmt::format("{} (unit {}): {}", found.expected, found.unit, wrong));
@@ -181,7 +174,7 @@ std::vector<std::string> AdviceOn(const LineReport& report, const std::vector<Li
 }
 
 std::string RegistersText(const LineReport& report, const FoundUnit& found) {
-  if (!HasOtherSetting(report, found)) return found.identity.says;
+  if (report.IsOwn(found.setting)) return found.identity.says;
   return fmt::format("at {}: {}", Describe(found.setting), found.identity.says);
 }
 

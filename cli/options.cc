@@ -24,8 +24,10 @@ namespace {
 constexpr int kFirstUnit = 1, kLastUnit = 247;
 constexpr const char* kExample = "Example:\n  ";
 
-std::optional<int> WholeNumber(std::string_view text) {
-  int value = 0;
+// Nothing where not the whole text is one.
+template <typename Number>
+std::optional<Number> ReadNumber(std::string_view text) {
+  Number value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
@@ -36,9 +38,9 @@ std::optional<std::vector<int>> UnitNumbers(const std::string& text) {
   std::set<int> units;
   for (const std::string& range : CLI::detail::split(text, ',')) {
     const std::size_t dash = std::min(range.find('-'), range.size());
-    const auto first = WholeNumber(std::string_view(range).substr(0, dash));
+    const auto first = ReadNumber<int>(std::string_view(range).substr(0, dash));
     const auto last =
-        dash == range.size() ? first : WholeNumber(std::string_view(range).substr(dash + 1));
+        dash == range.size() ? first : ReadNumber<int>(std::string_view(range).substr(dash + 1));
     if (!first || !last || *first < kFirstUnit || *last < *first || *last > kLastUnit)
       return std::nullopt;
     for (int unit = *first; unit <= *last; ++unit) units.insert(unit);
@@ -54,16 +56,14 @@ std::string CheckUnits(const std::string& text) {
 }
 
 std::string CheckSeconds(const std::string& text) {
-  double seconds = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
-  const bool whole = error == std::errc() && end == text.data() + text.size();
-  if (whole && seconds >= 0.1 && seconds <= 3600.0) return "";
+  const auto seconds = ReadNumber<double>(text);
+  if (seconds && *seconds >= 0.1 && *seconds <= 3600.0) return "";
   return fmt::format("expected seconds, 0.1 to 3600, found '{}'; such as --every 2", text);
 }
 
 std::string CheckBaud(const std::string& text) {
   const std::vector<int>& bauds = config::SettableBauds();
-  const auto baud = WholeNumber(text);
+  const auto baud = ReadNumber<int>(text);
   if (baud && std::ranges::find(bauds, *baud) != bauds.end()) return "";
   return fmt::format("{} is no baud rate that can be set here; such as 9600, 115200 or 500000",
                      text);
@@ -324,9 +324,7 @@ class CommandLine {
 
   // CLI11 validators return what is wrong.
   static std::string IsWholeNumber(const std::string& text) {
-    std::uint64_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc() && end == text.data() + text.size()) return "";
+    if (ReadNumber<std::uint64_t>(text)) return "";
     return fmt::format("expected a whole number from 0 on, found '{}'; such as --seed 7", text);
   }
 

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <functional>
 #include <limits>
 #include <mutex>
 #include <numeric>
@@ -231,7 +232,7 @@ class Reader {
         fractions_(inputs.size()) {}
 
   std::vector<calibration::Recording> ReadAll() {
-    ReadSideBySide();
+    ReadSideBySide([](std::size_t) { return true; });
     std::vector<calibration::RowTiming> timings;
     for (const calibration::Recording& recording : recordings_) timings.push_back(recording.rows);
     even_ = calibration::RowsThatComeEvenly(timings);
@@ -240,17 +241,26 @@ class Reader {
   }
 
  private:
-  // On even clocks; then with the intervals that these had at the end from the begin on. Where the
-  // angle says that the times are no better for it, they stay as they were.
+  // On even clocks; then, where rows are on a line, with the interval that it had at the end from
+  // the begin on. Where the angle says that the times are no better for it, they stay as they were.
   void ReadAgain() {
     std::vector<calibration::Recording> first(recordings_.size());
     first.swap(recordings_);
-    ReadSideBySide();
+    std::vector<bool> on_line;
+    for (const calibration::EvenRows& even : even_) on_line.push_back(HasLine(even));
+    ReadSideBySide([this](std::size_t file) { return even_[file].any(); });
     for (std::size_t i = 0; i < even_.size(); ++i) UseClocksOf(recordings_[i].rows, &even_[i]);
-    ReadSideBySide();
+    ReadSideBySide([&](std::size_t file) { return on_line[file] && even_[file].any(); });
     for (std::size_t i = 0; i < even_.size(); ++i)
       if (!even_[i].any() || !calibration::IsAsEvenAs(recordings_[i].rows, first[i].rows))
         recordings_[i] = std::move(first[i]);
+  }
+
+  static bool HasLine(const calibration::EvenRows& even) {
+    const auto known = [](const calibration::KnownClock& clock) {
+      return std::isfinite(clock.interval_s);
+    };
+    return known(even.gyro) || std::ranges::any_of(even.reference, known);
   }
 
   static void UseClocksOf(const calibration::RowTiming& rows, calibration::EvenRows* even) {
@@ -261,28 +271,26 @@ class Reader {
     for (std::size_t a = 0; a < 3; ++a) use(rows.clocks.reference[a], &even->reference[a]);
   }
 
-  void ReadSideBySide() {
+  using IsWanted = std::function<bool(std::size_t file)>;
+  void ReadSideBySide(const IsWanted& is_wanted) {
     next_ = 0;
     std::ranges::fill(fractions_, 0.0);
     const std::size_t cores = std::max(std::thread::hardware_concurrency(), 1U);
     {
       std::vector<std::jthread> others;
       for (std::size_t i = 1; i < std::min(cores, inputs_.size()); ++i)
-        others.emplace_back([this] { ReadNext(); });
-      ReadNext();
+        others.emplace_back([&] { ReadNext(is_wanted); });
+      ReadNext(is_wanted);
     }
     for (const std::exception_ptr& failure : failures_)
       if (failure) std::rethrow_exception(failure);
   }
 
-  void ReadNext() {
+  void ReadNext(const IsWanted& is_wanted) {
     for (std::size_t i = next_++; i < inputs_.size(); i = next_++) {
       try {
-        if (even_.empty()) {
-          recordings_[i] = Read(i, {});
-        } else if (even_[i].any()) {
-          recordings_[i] = Read(i, even_[i]);
-        }
+        if (!is_wanted(i)) continue;
+        recordings_[i] = Read(i, even_.empty() ? calibration::EvenRows{} : even_[i]);
       } catch (...) {
         failures_[i] = std::current_exception();
         next_ = inputs_.size();

@@ -21,10 +21,6 @@ constexpr std::array<int, 9> kUsualBauds = {9600,   19200,  38400,  57600,  1152
 // Of fewer unit numbers nothing can be said about the line.
 constexpr int kLeastUnreadable = 3, kLeastAnswers = 10;
 
-LineSetting SettingOf(const config::BusConfig& bus) {
-  return {bus.baud, bus.parity, bus.stop_bits};
-}
-
 std::vector<LineSetting> UsualSettings(const config::BusConfig& bus) {
   std::vector<LineSetting> settings;
   if (bus.transport == Transport::kTcp) return settings;
@@ -79,18 +75,15 @@ class LineScan {
   }
   bool AnswersAtOwn(int unit) const {
     return std::ranges::any_of(report_.found, [&](const FoundUnit& found) {
-      return found.unit == unit && IsOwn(found.setting) && !IsUnreadable(found);
+      return found.unit == unit && report_.IsOwn(found.setting) && !IsUnreadable(found);
     });
-  }
-  bool IsOwn(const LineSetting& setting) const {
-    return report_.bus.transport == Transport::kTcp || setting == SettingOf(report_.bus);
   }
 
   void AskAtSettings() {
     std::vector<LineSetting> settings = options_.settings;
     if (settings.empty()) settings.push_back(SettingOf(report_.bus));
     to_ask_ = options_.units.size() * settings.size();
-    // Its own first: what answers there is asked no more.
+    // Its own first: what answers there is asked no more, as a part by USB that takes any rate.
     std::ranges::stable_sort(settings, std::greater<>(), [this](const LineSetting& setting) {
       return setting == SettingOf(report_.bus);
     });
@@ -100,7 +93,7 @@ class LineScan {
   // By the line's own setting, which a scan for others need not have.
   void JudgeLine() {
     const auto heard = std::ranges::count_if(
-        report_.found, [this](const FoundUnit& found) { return IsOwn(found.setting); });
+        report_.found, [this](const FoundUnit& found) { return report_.IsOwn(found.setting); });
     if (heard < report_.asked) return;
     const bool unreadable = std::ranges::all_of(report_.found, IsUnreadable);
     report_.all_unreadable = unreadable && report_.asked >= kLeastUnreadable;
@@ -111,10 +104,7 @@ class LineScan {
   void SeekUnheard() {
     std::vector<int> unheard;
     for (const ExpectedUnit& expected : expected_) {
-      const bool readable = std::ranges::any_of(report_.found, [&](const FoundUnit& found) {
-        return found.unit == expected.unit && !IsUnreadable(found);
-      });
-      if (!readable) unheard.push_back(expected.unit);
+      if (!AnswersAtOwn(expected.unit)) unheard.push_back(expected.unit);
     }
     const std::vector<LineSetting> settings = UsualSettings(report_.bus);
     asked_ = 0;
@@ -136,18 +126,19 @@ class LineScan {
     config.parity = setting.parity;
     config.stop_bits = setting.stop_bits;
     config.retries = 0;
+    const bool own = report_.IsOwn(setting);
     ModbusBus bus(config, clock_, participant_);
     for (const int unit : units) {
       const auto to_ask = static_cast<double>(std::max<std::size_t>(to_ask_, 1));
       progress_(static_cast<double>(asked_++) / to_ask,
                 fmt::format("bus {}, {}, unit {}", config.name, Describe(setting), unit));
+      if (!own && AnswersAtOwn(unit)) continue;
       const auto expected = std::ranges::find(expected_, unit, &ExpectedUnit::unit);
       const ExpectedUnit* device = expected != expected_.end() ? &*expected : nullptr;
       const UnitIdentity identity = Identify(bus, unit, device, known_);
       if (identity.kind == UnitKind::kSilent) continue;
       // That is what a device looks like that is set otherwise.
-      if (identity.kind == UnitKind::kUnreadable && !IsOwn(setting)) continue;
-      if (!IsOwn(setting) && AnswersAtOwn(unit)) continue;  // one that follows the line, as by USB
+      if (identity.kind == UnitKind::kUnreadable && !own) continue;
       Add({.unit = unit, .setting = setting, .identity = identity}, device);
     }
   }
@@ -160,7 +151,7 @@ class LineScan {
     if (expected != nullptr) {
       found.expected = expected->device;
       found.as_expected = found.identity.kind == expected->kind && found.identity.wrong.empty() &&
-                          IsOwn(found.setting);
+                          report_.IsOwn(found.setting);
     }
     report_.found.push_back(std::move(found));
   }
@@ -178,6 +169,14 @@ class LineScan {
 
 std::string Describe(const LineSetting& setting) {
   return fmt::format("{} baud 8{}{}", setting.baud, setting.parity, setting.stop_bits);
+}
+
+LineSetting SettingOf(const config::BusConfig& bus) {
+  return {bus.baud, bus.parity, bus.stop_bits};
+}
+
+bool LineReport::IsOwn(const LineSetting& setting) const {
+  return bus.transport == Transport::kTcp || setting == SettingOf(bus);
 }
 
 bool LineReport::IsAsExpected() const {

@@ -19,6 +19,8 @@ struct LineSetting {
   bool operator==(const LineSetting&) const = default;
 };
 
+// Of the stand file.
+LineSetting SettingOf(const config::BusConfig& bus);
 // "115200 baud 8N1"
 std::string Describe(const LineSetting& setting);
 
@@ -49,6 +51,8 @@ struct LineReport {
   bool all_answer = false;
   std::string error = {};  // why the line could not be asked, or not to the end; empty: it was
 
+  // Whether a setting is the line's own; of Modbus TCP any is.
+  bool IsOwn(const LineSetting& setting) const;
   // Everything that was asked for and that the stand file has on this line answers, as it is to.
   bool IsAsExpected() const;
 };

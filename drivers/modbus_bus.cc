@@ -204,7 +204,6 @@ Timing ModbusBus::WriteRegisters(const ModbusUnit& unit, std::uint16_t address,
 
 Timing ModbusBus::Transact(const Request& request) {
   CheckUnit(request.unit);
-  ++statistics_.transactions;
   const Utime begin = clock_.Now();
   LineRecorder::Transaction outcome;
   const int most_tries = request.repeat == Repeat::kNever ? 1 : 1 + std::max(0, config_.retries);
@@ -220,10 +219,8 @@ Timing ModbusBus::Transact(const Request& request) {
     }
     Count(failure, outcome);
     if (failure.again && tries < most_tries && !hurries()) {
-      ++statistics_.retries;
       continue;
     }
-    ++statistics_.failures;
     outcome.given_up = true;
     Record(request, begin, outcome);
     const std::string message = Message(request, failure, tries);
@@ -251,6 +248,17 @@ void ModbusBus::Record(const Request& request, Utime begin, LineRecorder::Transa
   const Utime now = clock_.Now();
   outcome.busy_us = now - begin;
   recorder_.Add(request.unit.name, request.unit.unit, now, outcome);
+}
+
+BusStatistics ModbusBus::statistics() const {
+  BusStatistics sum;
+  for (const UnitFigures& unit : Figures().all) {
+    sum.transactions += unit.transactions;
+    sum.retries += unit.retries;
+    sum.failures += unit.given_up;
+  }
+  sum.connections = connections_;
+  return sum;
 }
 
 LineFigures ModbusBus::Figures() const {
@@ -332,7 +340,7 @@ bool ModbusBus::Connect(Failure& failure) {
   line_->connected = true;
   was_connected_ = true;
   suspect_ = false;
-  ++statistics_.connections;
+  ++connections_;
   return true;
 }
 

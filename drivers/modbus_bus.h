@@ -116,7 +116,7 @@ class ModbusBus {
   void Wait(Utime duration_us);
   // "bus A (/dev/ttyUSB0, 115200 baud 8N1)", for messages.
   const std::string& description() const { return description_; }
-  const BusStatistics& statistics() const { return statistics_; }
+  BusStatistics statistics() const;
   // From any thread.
   LineFigures Figures() const;
 
@@ -150,7 +150,7 @@ class ModbusBus {
   // A reply that nobody waits for any more may still come until then, or is on the line already.
   bool suspect_ = false;
   Utime suspect_until_ = 0;
-  BusStatistics statistics_;
+  std::int64_t connections_ = 0;
   LineRecorder recorder_;
 };
 
