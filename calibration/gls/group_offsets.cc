@@ -55,8 +55,7 @@ GroupedOffsets::Products GroupedOffsets::At(double walk, const std::vector<int>&
   const auto fixed = static_cast<Eigen::Index>(regressors.size());
   RowMajor columns(values_.rows(), fixed + groups_.cols() + 1);
   columns << values_(Eigen::all, regressors), groups_, values_.col(output_);
-  WhiteProducts white =
-      ProductsUnder(intervals_, ColumnsInChunks(std::move(columns)), {1.0, walk, 0.0});
+  WhiteProducts white = ProductsUnder(intervals_, ColumnsInChunks(columns), {1.0, walk, 0.0});
   return {std::move(white.products), fixed, white.log_det};
 }
 

@@ -97,13 +97,14 @@ NoiseSearch::NoiseSearch(std::span<const Interval> intervals, std::span<const Ra
     for (Eigen::Index i = begin; i < end; ++i)
       merged(piece[static_cast<std::size_t>(i)], p) += output(i);
   }
-  Prepare(std::move(merged), per_largest, tolerance);
+  Prepare(ColumnsInChunks(merged), per_largest, tolerance);
 }
 
 // Keeps only independent columns; takes the bulk off the output so that products keep digits.
-void NoiseSearch::Prepare(RowMajor columns, const Eigen::VectorXd& per_largest, double tolerance) {
+void NoiseSearch::Prepare(ColumnsInChunks columns, const Eigen::VectorXd& per_largest,
+                          double tolerance) {
   const Eigen::Index p = columns.cols() - 1;
-  columns_ = ColumnsInChunks(std::move(columns));
+  columns_ = std::move(columns);
   const Eigen::MatrixXd gram =
       ProductsUnder(intervals_, columns_, {1.0, 0.01, moving_ ? 1.0 : 0.0}).products;
   kept_ = IndependentColumns(gram.topLeftCorner(p, p), tolerance);
@@ -113,20 +114,19 @@ void NoiseSearch::Prepare(RowMajor columns, const Eigen::VectorXd& per_largest, 
     came_with_[j] = came_with_[static_cast<std::size_t>(kept_[j])];
   came_with_.resize(kept_.size());
   // Values that are no numbers have no likelihood.
-  solvable_ = gram.allFinite() && columns_.all().rows() > kept;
+  solvable_ = gram.allFinite() && columns_.rows() > kept;
   if (!solvable_) return;
   const Eigen::VectorXd right = gram.col(p)(kept_);
   Eigen::MatrixXd chosen = gram(kept_, kept_);
   bulk_ = ScaledLdlt(chosen).Solve(right);
   // Within the limits: what is far beyond them would cost the products' digits again.
   const double left_square = std::max(gram(p, p) - right.dot(bulk_), 0.0);
-  chosen.diagonal().array() += left_square / static_cast<double>(columns_.all().rows() - kept) *
-                               per_largest_.array().square();
+  chosen.diagonal().array() +=
+      left_square / static_cast<double>(columns_.rows() - kept) * per_largest_.array().square();
   bulk_ = ScaledLdlt(chosen).Solve(right);
-  RowMajor left(columns_.all().rows(), kept + 1);
-  left << columns_.all()(Eigen::all, kept_), columns_.all().col(p);
-  left.rightCols(1) -= left.leftCols(kept) * bulk_;
-  columns_ = ColumnsInChunks(std::move(left));
+  Eigen::VectorXd taken_off = Eigen::VectorXd::Zero(p);
+  taken_off(kept_) = -bulk_;
+  columns_ = columns_.WithLastPlus(taken_off, kept_);
 }
 
 NoiseSearch::Products NoiseSearch::At(double walk, double reference) const {
@@ -170,7 +170,7 @@ std::optional<NoiseSearch::Solved> NoiseSearch::Solve(const Products& products, 
 
 double NoiseSearch::DevianceOf(const Products& products, const Solved& model,
                                const Solved& restricted, double n) const {
-  const auto freedom = static_cast<double>(columns_.all().rows() - restricted.coefficients.size());
+  const auto freedom = static_cast<double>(columns_.rows() - restricted.coefficients.size());
   return products.log_det + 2.0 * (restricted.information + freedom * std::log(n)) +
          model.square / (n * n) + model.penalty;
 }
@@ -185,7 +185,7 @@ double NoiseSearch::WithoutLimited(const Products& products) const {
   const Products free = Without(products, limited);
   const std::optional<Solved> solved = Solve(free, 0.0);
   if (!solved) return 0.0;
-  return std::sqrt(solved->square / static_cast<double>(columns_.all().rows() - free.columns()));
+  return std::sqrt(solved->square / static_cast<double>(columns_.rows() - free.columns()));
 }
 
 // At the ratios of the products, with the N that suits them best: where the derivative is none,
@@ -197,7 +197,7 @@ NoiseSearch::Likeliest NoiseSearch::Profile(const Products& model,
   constexpr int kMostSteps = 30;
   constexpr double kSame = 1e-7;
   const bool one = &model == &restricted;
-  const auto freedom = static_cast<double>(columns_.all().rows() - restricted.columns());
+  const auto freedom = static_cast<double>(columns_.rows() - restricted.columns());
   double n = WithoutLimited(model);
   std::optional<Solved> solved, beside;
   for (int step = 0; step < kMostSteps; ++step) {
@@ -352,11 +352,8 @@ void NoiseSearch::LeaveOut(const std::set<std::size_t>& given) {
     index.push_back(kept_[at]);
     came_with.push_back(came_with_[at]);
   }
-  RowMajor left(columns_.all().rows(), static_cast<Eigen::Index>(stay.size()) + 1);
-  left << columns_.all()(Eigen::all, stay),
-      columns_.all().col(columns) + columns_.all().leftCols(columns) * bulk_;
   came_with_ = std::move(came_with);
-  Prepare(std::move(left), Eigen::VectorXd(per_largest_(stay)), tolerance_);
+  Prepare(columns_.WithLastPlus(bulk_, stay), Eigen::VectorXd(per_largest_(stay)), tolerance_);
   for (Eigen::Index& kept : kept_) kept = index[static_cast<std::size_t>(kept)];
 }
 

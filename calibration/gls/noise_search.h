@@ -96,7 +96,7 @@ class NoiseSearch {
   Likeliest Profile(const Products& model) const { return Profile(model, model); }
   Deviances Contest(const Products& products, const std::vector<Eigen::Index>& group) const;
   std::vector<double> Start(const NoiseModel& noise) const;
-  void Prepare(RowMajor columns, const Eigen::VectorXd& per_largest, double tolerance);
+  void Prepare(ColumnsInChunks columns, const Eigen::VectorXd& per_largest, double tolerance);
   bool LeaveOutImplausible(const NoiseModel& noise);
   void LeaveOut(const std::set<std::size_t>& given);
 

@@ -1,8 +1,7 @@
 #include "calibration/gls/white_products.h"
 
-#include <array>
+#include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <utility>
@@ -11,8 +10,6 @@
 
 namespace gyrobench::calibration {
 namespace {
-
-using RawRows = Eigen::Ref<const RowMajor>;
 
 // Some neighbouring columns of rows that lie one after the other.
 template <typename Value>
@@ -42,10 +39,9 @@ void PassRows(std::span<const Step> steps, Neighbours<const double> raw, Neighbo
   reference_state = r;
 }
 
-// Columns of a chunk, in rising order, on their way to being white and side by side.
+// Columns of a chunk on their way to being white.
 struct ChunkPass {
-  const RawRows& raw;
-  const std::vector<Eigen::Index>& columns;
+  const RowMajor& raw;
   std::span<const Step> steps;
   RowMajor* white;
   Eigen::ArrayXd bias, reference;  // of these columns
@@ -53,29 +49,32 @@ struct ChunkPass {
   // All that are so many at once, from the `first` of them on; returns the first that is left.
   template <int kTogether>
   Eigen::Index PassTogether(Eigen::Index first) {
-    for (; first + kTogether <= white->cols(); first += kTogether) {
-      std::array<double, static_cast<std::size_t>(kTogether * kStretchRows)> copy;
-      PassRows<kTogether>(steps, Take<kTogether>(first, copy.data()),
-                          {white->data() + first, white->cols()}, bias.data() + first,
+    for (; first + kTogether <= raw.cols(); first += kTogether) {
+      PassRows<kTogether>(steps, {raw.data() + first, raw.cols()},
+                          {white->data() + first, raw.cols()}, bias.data() + first,
                           reference.data() + first);
     }
     return first;
   }
-
- private:
-  // As they are where they lie side by side, otherwise copied to there.
-  template <int kTogether>
-  Neighbours<const double> Take(Eigen::Index first, double* copy) const {
-    const Eigen::Index* some = columns.data() + first;
-    if (some[kTogether - 1] - some[0] == kTogether - 1)
-      return {raw.data() + some[0], raw.outerStride()};
-    for (Eigen::Index i = 0; i < raw.rows(); ++i) {
-      const double* from = raw.data() + i * raw.outerStride();
-      for (int j = 0; j < kTogether; ++j) copy[i * kTogether + j] = from[some[j]];
-    }
-    return {copy, kTogether};
-  }
 };
+
+// The columns `active`, in rising order, of which the chunk holds some; the others are 0.
+const RowMajor& ActiveIn(const ColumnsInChunks::Chunk& chunk,
+                         const std::vector<Eigen::Index>& active, RowMajor* copy) {
+  if (active.size() == chunk.not_zero.size()) return chunk.values;
+  std::vector<Eigen::Index> places;  // in `active`, of those that the chunk holds
+  std::size_t place = 0;
+  for (const Eigen::Index column : chunk.not_zero) {
+    while (active[place] != column) ++place;
+    places.push_back(static_cast<Eigen::Index>(place));
+  }
+  copy->setZero(chunk.values.rows(), static_cast<Eigen::Index>(active.size()));
+  for (Eigen::Index i = 0; i < copy->rows(); ++i) {
+    for (std::size_t k = 0; k < places.size(); ++k)
+      (*copy)(i, places[k]) = chunk.values(i, static_cast<Eigen::Index>(k));
+  }
+  return *copy;
+}
 
 void AddProducts(const RowMajor& white, const std::vector<Eigen::Index>& places,
                  Eigen::MatrixXd* gram) {
@@ -100,18 +99,24 @@ struct NoisePass {
   LogDeterminant log_det;
 };
 
-void AddChunk(const RawRows& raw, const std::vector<Eigen::Index>& not_zero, NoisePass* pass,
-              RowMajor* white) {
-  const std::vector<Eigen::Index> active = WithRemembered(not_zero, pass->bias, pass->reference);
-  white->resize(raw.rows(), static_cast<Eigen::Index>(active.size()));
-  ChunkPass chunk{raw, active, pass->steps, white, pass->bias(active), pass->reference(active)};
+// What chunks are worked on in: one after the other in the same memory.
+struct Workspace {
+  RowMajor active, white;
+};
+
+void AddChunk(const ColumnsInChunks::Chunk& columns, NoisePass* pass, Workspace* work) {
+  const std::vector<Eigen::Index> active =
+      WithRemembered(columns.not_zero, pass->bias, pass->reference);
+  const RowMajor& raw = ActiveIn(columns, active, &work->active);
+  work->white.resize(raw.rows(), raw.cols());
+  ChunkPass chunk{raw, pass->steps, &work->white, pass->bias(active), pass->reference(active)};
   Eigen::Index first = chunk.PassTogether<8>(0);
   first = chunk.PassTogether<4>(first);
   first = chunk.PassTogether<2>(first);
   chunk.PassTogether<1>(first);
   pass->bias(active) = chunk.bias;
   pass->reference(active) = chunk.reference;
-  AddProducts(*white, active, &pass->products);
+  AddProducts(work->white, active, &pass->products);
 }
 
 // `Real`: of as many noises as there are passes; `of(value, k)`: of the k-th of them.
@@ -119,16 +124,17 @@ template <typename Real, typename Of>
 std::vector<WhiteProducts> SideBySide(std::span<const Interval> intervals,
                                       const ColumnsInChunks& columns, FilterOf<Real> filter,
                                       std::size_t count, const Of& of) {
-  const Eigen::Index p = columns.all().cols();
+  const Eigen::Index p = columns.cols();
   std::vector<NoisePass> passes(count);
   for (NoisePass& pass : passes) {
     pass.bias = pass.reference = Eigen::ArrayXd::Zero(p);
     pass.products = Eigen::MatrixXd::Zero(p, p);
   }
-  RowMajor white;
-  for (std::size_t chunk = 0; chunk < columns.chunks(); ++chunk) {
-    const RawRows raw = columns.rows(chunk);
-    const auto here = intervals.subspan(chunk * kStretchRows, static_cast<std::size_t>(raw.rows()));
+  Workspace work;
+  for (const ColumnsInChunks::Chunk& chunk : columns.chunks()) {
+    const std::span<const Interval> here =
+        intervals.first(static_cast<std::size_t>(chunk.values.rows()));
+    intervals = intervals.subspan(here.size());
     for (NoisePass& pass : passes) pass.steps.resize(here.size());
     for (std::size_t i = 0; i < here.size(); ++i) {
       filter.Advance(here[i]);
@@ -138,7 +144,7 @@ std::vector<WhiteProducts> SideBySide(std::span<const Interval> intervals,
         passes[k].steps[i] = filter.StepOf(here[i], mine);
       }
     }
-    for (NoisePass& pass : passes) AddChunk(raw, columns.not_zero(chunk), &pass, &white);
+    for (NoisePass& pass : passes) AddChunk(chunk, &pass, &work);
   }
   std::vector<WhiteProducts> out;
   for (const NoisePass& pass : passes)
@@ -148,17 +154,50 @@ std::vector<WhiteProducts> SideBySide(std::span<const Interval> intervals,
 
 }  // namespace
 
-ColumnsInChunks::ColumnsInChunks(RowMajor columns) : columns_(std::move(columns)) {
-  for (Eigen::Index begin = 0; begin < columns_.rows(); begin += kStretchRows) {
-    const Eigen::Index end = std::min(begin + kStretchRows, columns_.rows());
+ColumnsInChunks::ColumnsInChunks(const Eigen::Ref<const RowMajor>& columns)
+    : rows_(columns.rows()), cols_(columns.cols()) {
+  for (Eigen::Index begin = 0; begin < rows_; begin += kStretchRows) {
+    const auto here = columns.middleRows(begin, std::min(kStretchRows, rows_ - begin));
     // Sums, in which a value that is not a number stays one.
-    Eigen::ArrayXd size = Eigen::ArrayXd::Zero(columns_.cols());
-    for (Eigen::Index i = begin; i < end; ++i) size += columns_.row(i).transpose().array().abs();
-    not_zero_.emplace_back();
-    for (Eigen::Index j = 0; j < columns_.cols(); ++j) {
-      if (!(size(j) == 0.0)) not_zero_.back().push_back(j);
+    const Eigen::ArrayXd size = here.cwiseAbs().colwise().sum().transpose();
+    Chunk chunk;
+    for (Eigen::Index j = 0; j < cols_; ++j) {
+      if (!(size(j) == 0.0)) chunk.not_zero.push_back(j);
     }
+    chunk.values = here(Eigen::all, chunk.not_zero);
+    chunks_.push_back(std::move(chunk));
   }
+}
+
+ColumnsInChunks ColumnsInChunks::WithLastPlus(const Eigen::VectorXd& times,
+                                              const std::vector<Eigen::Index>& stay) const {
+  const Eigen::Index last = cols_ - 1;
+  assert(times.size() == last);
+  // Where each column goes to; nowhere.
+  std::vector<Eigen::Index> place(static_cast<std::size_t>(cols_), -1);
+  for (std::size_t j = 0; j < stay.size(); ++j)
+    place[static_cast<std::size_t>(stay[j])] = static_cast<Eigen::Index>(j);
+  ColumnsInChunks out;
+  out.rows_ = rows_;
+  out.cols_ = static_cast<Eigen::Index>(stay.size()) + 1;
+  for (const Chunk& chunk : chunks_) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(chunk.values.rows());
+    std::vector<Eigen::Index> kept;  // of those that the chunk holds
+    Chunk left;
+    for (std::size_t k = 0; k < chunk.not_zero.size(); ++k) {
+      const Eigen::Index column = chunk.not_zero[k], held = static_cast<Eigen::Index>(k);
+      sum += (column == last ? 1.0 : times(column)) * chunk.values.col(held);
+      const Eigen::Index goes_to = place[static_cast<std::size_t>(column)];
+      if (goes_to < 0) continue;
+      kept.push_back(held);
+      left.not_zero.push_back(goes_to);
+    }
+    left.not_zero.push_back(out.cols_ - 1);
+    left.values.resize(chunk.values.rows(), static_cast<Eigen::Index>(kept.size()) + 1);
+    left.values << chunk.values(Eigen::all, kept), sum;
+    out.chunks_.push_back(std::move(left));
+  }
+  return out;
 }
 
 WhiteProducts ProductsUnder(std::span<const Interval> intervals, const ColumnsInChunks& columns,
@@ -172,7 +211,7 @@ std::vector<WhiteProducts> ProductsUnder(std::span<const Interval> intervals,
                                          std::span<const NoiseModel> noises) {
   constexpr std::size_t kLanes = 4;
   using Lanes = Eigen::Array<double, kLanes, 1>;
-  assert(static_cast<Eigen::Index>(intervals.size()) == columns.all().rows());
+  assert(static_cast<Eigen::Index>(intervals.size()) == columns.rows());
   std::vector<WhiteProducts> out;
   for (; noises.size() > 1; noises = noises.subspan(std::min(noises.size(), kLanes))) {
     // Lanes that are left over repeat the last noise.

@@ -12,24 +12,29 @@
 
 namespace gyrobench::calibration {
 
-// Columns in pieces of some rows, and which of them are not 0 there: constants of other power-ons
-// cost nothing.
+// Columns in pieces of kStretchRows rows, of each of which only those columns are held that are not
+// 0 in all of it: constants of other power-ons cost neither time nor memory.
 class ColumnsInChunks {
  public:
-  ColumnsInChunks() = default;
-  explicit ColumnsInChunks(RowMajor columns);
+  struct Chunk {
+    std::vector<Eigen::Index> not_zero;  // columns, in rising order
+    RowMajor values;                     // these columns, side by side
+  };
 
-  const RowMajor& all() const { return columns_; }
-  std::size_t chunks() const { return not_zero_.size(); }
-  auto rows(std::size_t chunk) const {
-    const Eigen::Index begin = static_cast<Eigen::Index>(chunk) * kStretchRows;
-    return columns_.middleRows(begin, std::min(kStretchRows, columns_.rows() - begin));
-  }
-  const std::vector<Eigen::Index>& not_zero(std::size_t chunk) const { return not_zero_[chunk]; }
+  ColumnsInChunks() = default;
+  explicit ColumnsInChunks(const Eigen::Ref<const RowMajor>& columns);
+
+  Eigen::Index rows() const { return rows_; }
+  Eigen::Index cols() const { return cols_; }
+  const std::vector<Chunk>& chunks() const { return chunks_; }
+  // The columns of `stay`, which are in rising order and not the last one; after them the last one,
+  // to which the others are added as often as `times` (all but the last) says.
+  ColumnsInChunks WithLastPlus(const Eigen::VectorXd& times,
+                               const std::vector<Eigen::Index>& stay) const;
 
  private:
-  RowMajor columns_;
-  std::vector<std::vector<Eigen::Index>> not_zero_;  // of each chunk
+  Eigen::Index rows_ = 0, cols_ = 0;
+  std::vector<Chunk> chunks_;
 };
 
 struct WhiteProducts {

@@ -188,6 +188,31 @@ TEST(IntervalGls, ProductsAreTheSameWhereColumnsActInOneRunAlone) {
   EXPECT_TRUE(products.isApprox(white.transpose() * white, 1e-12));
 }
 
+// What a search leaves: some columns, and the last one without what others explain of it. The
+// second stretch of rows has no column but the last, the third one that does not stay.
+TEST(IntervalGls, ColumnsThatStayAndTheLastWithOthersAddedAreThoseOfTheWholeMatrix) {
+  std::mt19937 random(19);
+  std::normal_distribution<double> normal;
+  constexpr Eigen::Index kRows = 3 * kStretchRows - 7, kColumns = 6;
+  RowMajor raw(kRows, kColumns);
+  for (double& value : raw.reshaped()) value = normal(random);
+  raw.block(kStretchRows, 0, kStretchRows, kColumns - 1).setZero();
+  raw.block(2 * kStretchRows, 0, kStretchRows - 7, 3).setZero();
+  raw.block(2 * kStretchRows, 4, kStretchRows - 7, 1).setZero();
+  const Eigen::VectorXd times{{2.0, 0.0, -0.5, 3.0, 1.0}};
+  const std::vector<Eigen::Index> stay = {0, 1, 4};
+  RowMajor expected(kRows, 4);
+  expected << raw(Eigen::all, stay), raw.col(5) + raw.leftCols(5) * times;
+  const std::vector<Interval> intervals(kRows, Interval{.duration_s = 0.1});
+  const NoiseModel noise = {0.1, 0.2, 0.3};
+  const ColumnsInChunks left = ColumnsInChunks(raw).WithLastPlus(times, stay);
+  EXPECT_EQ(left.rows(), kRows);
+  EXPECT_EQ(left.cols(), 4);
+  EXPECT_TRUE(ProductsUnder(intervals, left, noise)
+                  .products.isApprox(
+                      ProductsUnder(intervals, ColumnsInChunks(expected), noise).products, 1e-12));
+}
+
 // More noises than pass side by side, and one that is left over. What a trace says may not depend
 // on which of them pass together.
 TEST(IntervalGls, NoisesThatPassSideBySideGiveWhatEachGivesAlone) {
