@@ -57,19 +57,58 @@ Json ReadOf(const std::string& record, const char* name, std::string& why_not) {
   }
 }
 
-void PrintEnd(const Json& started, const RunEnd& end, const Json& result, const Json& trace,
-              const std::string& why_not) {
+// Of a run that commissioned the stand: what is not as its file says, and which lines are wrong.
+presentation::Document WiringDocument(const Json& wiring) {
+  presentation::Document document;
+  const Json& findings = Field(wiring, "findings");
+  if (!findings.is_array()) return document;
+  if (findings.empty())
+    Add(document, presentation::Paragraph{"The stand is wired as its file says."});
+  for (const Json& finding : findings) {
+    presentation::Section section{Text(finding, "what"), {}};
+    Add(section.blocks, presentation::Paragraph{Text(finding, "reason")});
+    presentation::List lines;
+    for (const Json& line : Field(finding, "corrections")) {
+      lines.items.emplace_back(fmt::format("{} = {} (was {})", Text(line, "key"),
+                                           Text(line, "value"), Text(line, "was")));
+    }
+    Add(section.blocks, std::move(lines));
+    Add(document, std::move(section));
+  }
+  presentation::Section well{"As it should be", {}};
+  presentation::List notes;
+  for (const Json& note : Field(wiring, "notes")) notes.items.emplace_back(Plain(note));
+  Add(well.blocks, std::move(notes));
+  Add(document, std::move(well));
+  return document;
+}
+
+// What the record has of the end of a run; null where it has not.
+struct EndOfRecord {
+  Json result, trace, wiring;
+  std::string why_not;  // it cannot be read
+};
+
+EndOfRecord ReadEnd(const std::string& record) {
+  EndOfRecord end;
+  end.result = ReadOf(record, recording::kResultJsonName, end.why_not);
+  end.trace = ReadOf(record, recording::kTraceJsonName, end.why_not);
+  end.wiring = Field(ReadOf(record, recording::kRunJsonName, end.why_not), recording::kWiringKey);
+  return end;
+}
+
+void PrintEnd(const Json& started, const RunEnd& end, const EndOfRecord& of) {
   const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
   const std::string text = fmt::format("run {}: {}", Text(started, "run_id"), OutcomeText(end));
   fmt::print("{}\n", end.outcome == "done" ? terminal.Bold(text) : terminal.Red(text));
-  const StoredTrace verdicts = ReadTrace(trace);
-  presentation::Document document;
-  if (!result.is_null())
+  const StoredTrace verdicts = ReadTrace(of.trace);
+  presentation::Document document = WiringDocument(of.wiring);
+  if (!of.result.is_null())
     document = presentation::AnalysisDocument(
-        presentation::WithTraceRemarks(ReadAnalysis(result), verdicts.result));
+        presentation::WithTraceRemarks(ReadAnalysis(of.result), verdicts.result));
   Add(document, presentation::TraceSummary(verdicts.result, verdicts.not_known));
   if (!document.empty()) fmt::print("\n{}", RenderText(document, terminal));
-  if (!why_not.empty()) fmt::print("results cannot be shown: {}\n", why_not);
+  if (!of.why_not.empty()) fmt::print("results cannot be shown: {}\n", of.why_not);
   fmt::print("\nrecord: {}\n", Text(started, "record"));
 }
 
@@ -152,16 +191,17 @@ int StartAndFollow(const Options& options, const RunStart& start) {
   PrintStart(options, started);
 
   const RunEnd end = FollowToItsEnd(follower, *display, started, feed.get());
-  std::string why_not;
-  const Json result = ReadOf(Text(started, "record"), recording::kResultJsonName, why_not);
-  const Json trace = ReadOf(Text(started, "record"), recording::kTraceJsonName, why_not);
+  const EndOfRecord of = ReadEnd(Text(started, "record"));
   if (options.json) {
     Json whole = started;
-    whole.update(
-        {{"outcome", end.outcome}, {"message", end.message}, {"result", result}, {"trace", trace}});
+    whole.update({{"outcome", end.outcome},
+                  {"message", end.message},
+                  {"result", of.result},
+                  {"trace", of.trace}});
+    if (!of.wiring.is_null()) whole["wiring"] = of.wiring;
     fmt::print("{}\n", JsonText(whole, 2));
   } else {
-    PrintEnd(started, end, result, trace, why_not);
+    PrintEnd(started, end, of);
   }
   return ExitStatusOf(end.outcome);
 }

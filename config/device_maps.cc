@@ -12,6 +12,12 @@ namespace {
 
 constexpr IntegerRange kWord{0, 0xFFFF};
 constexpr IntegerRange kBit{0, 15};
+constexpr IntegerRange kPulsesPerTurn{200, 51200, "pulses"};
+constexpr NumberRange kCountsPerTurn{16, 4294967296.0, "counts"};
+const TomlTable::Choices<WordOrder> kWordOrders = {{"high_first", WordOrder::kHighFirst},
+                                                   {"low_first", WordOrder::kLowFirst}};
+constexpr NumberRange kDelay{0, 1, "s"};
+constexpr IntegerRange kRangeCounts{16, std::int64_t{1} << 32, "counts"};
 // Function 03 and 04 of Modbus carry at most so many registers in one reply.
 constexpr int kMaxReadWords = 125;
 // MPU-6050, DLPF 0..6.
@@ -44,8 +50,14 @@ int Int(const TomlTable& root, std::string_view key, const IntegerRange& range) 
 }
 
 WordOrder ReadWordOrder(const TomlTable& root) {
-  return root.Choice<WordOrder>(
-      "word_order", {{"high_first", WordOrder::kHighFirst}, {"low_first", WordOrder::kLowFirst}});
+  return root.Choice<WordOrder>("word_order", kWordOrders);
+}
+
+// So many values has what `words` registers hold.
+void CheckRange(const TomlTable& table, const EncoderMap& map) {
+  const std::uint64_t most = std::uint64_t{1} << (16 * map.words);
+  if (map.range_counts > most)
+    table.Fail("range_counts", fmt::format("expected at most {}: words = {}", most, map.words));
 }
 
 // Two meanings on one bit: a slip of the pen that would show as a drive that never stops.
@@ -129,7 +141,7 @@ DriveMap ReadDriveMap(const TomlTable& root) {
   DriveMap map;
   map.model = root.String("model");
   map.pulses_per_turn_address = Word(root, "pulses_per_turn_address");
-  map.pulses_per_turn = Int(root, "pulses_per_turn", {200, 51200, "pulses"});
+  map.pulses_per_turn = Int(root, "pulses_per_turn", kPulsesPerTurn);
   map.enable_address = Word(root, "enable_address");
   map.status_address = Word(root, "status_address");
   map.fault_bit = Int(root, "fault_bit", kBit);
@@ -163,14 +175,10 @@ EncoderMap ReadEncoderMap(const TomlTable& root) {
   map.words = Int(root, "words", {1, 2, "registers"});
   map.address = BlockAddress(root, "address", map.words);
   map.word_order = ReadWordOrder(root);
-  map.counts_per_turn = root.Number("counts_per_turn", {16, 4294967296.0, "counts"});
-  const auto range = root.Integer("range_counts", {16, std::int64_t{1} << 32, "counts"});
-  const std::int64_t most = std::int64_t{1} << (16 * map.words);
-  if (range > most) {
-    root.Fail("range_counts", fmt::format("expected at most {}: words = {}", most, map.words));
-  }
-  map.range_counts = static_cast<std::uint64_t>(range);
-  map.delay_s = root.Number("delay_s", {0, 1, "s"}, map.delay_s);
+  map.counts_per_turn = root.Number("counts_per_turn", kCountsPerTurn);
+  map.range_counts = static_cast<std::uint64_t>(root.Integer("range_counts", kRangeCounts));
+  CheckRange(root, map);
+  map.delay_s = root.Number("delay_s", kDelay, map.delay_s);
   return map;
 }
 
@@ -206,6 +214,23 @@ RelayMap ReadRelayMap(const TomlTable& root) {
   map.channels = Int(root, "channels", {1, 32, "channels"});
   map.first_coil = BlockAddress(root, "first_coil", map.channels);
   return map;
+}
+
+void ReadOwn(const TomlTable& device, DriveMap* map) {
+  if (const auto pulses = device.OptionalInteger("pulses_per_turn", kPulsesPerTurn))
+    map->pulses_per_turn = static_cast<int>(*pulses);
+}
+
+void ReadOwn(const TomlTable& device, EncoderMap* map) {
+  if (const auto counts = device.OptionalNumber("counts_per_turn", kCountsPerTurn))
+    map->counts_per_turn = *counts;
+  if (const auto range = device.OptionalInteger("range_counts", kRangeCounts)) {
+    map->range_counts = static_cast<std::uint64_t>(*range);
+    CheckRange(device, *map);
+  }
+  if (const auto delay_s = device.OptionalNumber("delay_s", kDelay)) map->delay_s = *delay_s;
+  map->word_order =
+      device.OptionalChoice<WordOrder>("word_order", kWordOrders).value_or(map->word_order);
 }
 
 DriveMap LoadDriveMap(const std::filesystem::path& file) {

@@ -96,6 +96,11 @@ struct RelayMap {
   int channels = 1;
 };
 
+// What a device's table of the stand file says takes the place of what its map says, each key
+// optional: pulses_per_turn of a drive; counts_per_turn, range_counts, word_order and delay_s of an encoder.
+void ReadOwn(const TomlTable& device, DriveMap* map);
+void ReadOwn(const TomlTable& device, EncoderMap* map);
+
 // Each throws ConfigError as LoadStandConfig does.
 DriveMap LoadDriveMap(const std::filesystem::path& file);
 EncoderMap LoadEncoderMap(const std::filesystem::path& file);

@@ -171,6 +171,7 @@ std::vector<std::string_view> DevicesOf(Kind kind) {
     case Kind::kJump:
       return {"gyro", "encoder", "drive"};
     case Kind::kDropout:
+    case Kind::kLoose:
       return {"encoder"};
     case Kind::kSaturation:
     case Kind::kOverheating:

@@ -225,6 +225,7 @@ struct FaultScenario {
     kFrozen,       // gyro, encoder, drive: repeats its last value
     kJump,         // encoder: reads high by `amount` [deg]; gyro [deg/s]; drive [pulses]
     kDropout,      // encoder: gives `amount` [counts] instead of the angle
+    kLoose,        // encoder: stays behind by the share `amount` of each positive move that begins
     kSaturation,   // gyro: all rates at the end of the range, the lower one where `amount` < 0
     kOverheating,  // gyro: surroundings hotter by `amount` [degC]
     kClockJump,    // gyro: the unit's tick leaps by `amount` [s]

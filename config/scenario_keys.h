@@ -219,6 +219,7 @@ void Describe(V& v, FaultScenario& s) {
             {"frozen", Kind::kFrozen},
             {"jump", Kind::kJump},
             {"dropout", Kind::kDropout},
+            {"loose", Kind::kLoose},
             {"saturation", Kind::kSaturation},
             {"overheating", Kind::kOverheating},
             {"clock_jump", Kind::kClockJump},

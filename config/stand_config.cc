@@ -22,6 +22,7 @@ namespace {
 constexpr std::array<std::string_view, 3> kAxisNames = {"outer", "middle", "inner"};
 constexpr IntegerRange kUnit{1, 247};
 constexpr double kDegSPerRpm = 6.0;
+constexpr double kMostBusLoad = 0.9;
 // sun_path of a Unix socket holds 108 bytes with the closing zero.
 constexpr std::size_t kMaxSocketPath = 107;
 
@@ -113,10 +114,18 @@ std::vector<BusConfig> ReadBuses(const TomlTable& root) {
   return buses;
 }
 
+int Sign(const TomlTable& table, int fallback) {
+  const int sign = Int(table, "sign", {-1, 1}, fallback);
+  if (sign == 0) table.Fail("sign", "expected 1 or -1");
+  return sign;
+}
+
 DriveConfig ReadDrive(const TomlTable& table, const std::vector<BusConfig>& buses, Units& units) {
   DriveConfig drive;
   units.ReadAddress(table, buses, drive.bus, drive.unit);
   drive.map = LoadDriveMap(MapFile(table));
+  ReadOwn(table, &drive.map);
+  drive.sign = Sign(table, drive.sign);
   return drive;
 }
 
@@ -125,8 +134,8 @@ EncoderConfig ReadEncoder(const TomlTable& table, const std::vector<BusConfig>& 
   EncoderConfig encoder;
   units.ReadAddress(table, buses, encoder.bus, encoder.unit);
   encoder.map = LoadEncoderMap(MapFile(table));
-  encoder.sign = Int(table, "sign", {-1, 1}, encoder.sign);
-  if (encoder.sign == 0) table.Fail("sign", "expected 1 or -1");
+  ReadOwn(table, &encoder.map);
+  encoder.sign = Sign(table, encoder.sign);
   encoder.offset_deg = table.Number("offset_deg", {-360, 360, "deg"}, encoder.offset_deg);
   encoder.rate_hz = table.Number("rate_hz", {0.1, 1000, "Hz"}, encoder.rate_hz);
   encoder.idle_rate_hz = table.Number("idle_rate_hz", {0.1, 1000, "Hz"}, encoder.idle_rate_hz);
@@ -338,12 +347,13 @@ void CheckBusLoad(const TomlTable& root, const StandConfig& stand) {
       total += load.share;
       parts.push_back(fmt::format("{} {:.0f} %", load.device, 100 * load.share));
     }
-    if (total <= 1.0) continue;
+    if (total <= kMostBusLoad) continue;
     root.Table("bus").Table(bus.name).Fail(
         "baud",
         fmt::format("at {} baud the line would be busy {:.0f} % of the time ({}): expected at "
-                    "most 100 %. Raise baud or lower rate_hz",
-                    bus.baud, 100 * total, fmt::join(parts, ", ")));
+                    "most {:.0f} %, so that a reply that is late or asked for again has its place. "
+                    "Raise baud or lower rate_hz",
+                    bus.baud, 100 * total, fmt::join(parts, ", "), 100 * kMostBusLoad));
   }
 }
 

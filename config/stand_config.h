@@ -30,10 +30,12 @@ struct BusConfig {
   int retries = 2;  // after the first try
 };
 
+// Keys of a map may be given for one device alone: what then stands here is of the map already.
 struct DriveConfig {
   std::string bus;
   int unit = 1;
   DriveMap map;
+  int sign = 1;  // -1: pulses that count up turn the table left-handed about the axis
 };
 
 struct EncoderConfig {
@@ -117,6 +119,8 @@ struct VirtualConfig {
   double idle_pace = 0.0;  // between runs and while an operator is asked; 0 = time stands still
   // Where the stand writes down what really happened, for who judges a run; without it nowhere.
   std::optional<std::filesystem::path> truth;
+  // The simulated stand is wired as this stand file says, whatever is said here.
+  std::optional<std::filesystem::path> wired_as;
   std::map<std::string, std::string> answers;  // by question id: what the operator would answer
 };
 

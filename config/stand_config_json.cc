@@ -107,24 +107,26 @@ json BusToJson(const BusConfig& bus) {
 }
 
 json AxisToJson(const AxisConfig& axis) {
-  return {
-      {"gear_ratio", axis.gear_ratio},
-      {"shaft_accuracy_deg", axis.shaft_accuracy_deg},
-      {"min_deg", axis.min_deg},
-      {"max_deg", axis.max_deg},
-      {"max_rate_deg_s", axis.max_rate_deg_s},
-      {"max_acceleration_deg_s2", axis.max_acceleration_deg_s2},
-      {"following_error_deg", axis.following_error_deg},
-      {"drive",
-       {{"bus", axis.drive.bus}, {"unit", axis.drive.unit}, {"map", MapToJson(axis.drive.map)}}},
-      {"encoder",
-       {{"bus", axis.encoder.bus},
-        {"unit", axis.encoder.unit},
-        {"map", MapToJson(axis.encoder.map)},
-        {"sign", axis.encoder.sign},
-        {"offset_deg", axis.encoder.offset_deg},
-        {"rate_hz", axis.encoder.rate_hz},
-        {"idle_rate_hz", axis.encoder.idle_rate_hz}}}};
+  return {{"gear_ratio", axis.gear_ratio},
+          {"shaft_accuracy_deg", axis.shaft_accuracy_deg},
+          {"min_deg", axis.min_deg},
+          {"max_deg", axis.max_deg},
+          {"max_rate_deg_s", axis.max_rate_deg_s},
+          {"max_acceleration_deg_s2", axis.max_acceleration_deg_s2},
+          {"following_error_deg", axis.following_error_deg},
+          {"drive",
+           {{"bus", axis.drive.bus},
+            {"unit", axis.drive.unit},
+            {"map", MapToJson(axis.drive.map)},
+            {"sign", axis.drive.sign}}},
+          {"encoder",
+           {{"bus", axis.encoder.bus},
+            {"unit", axis.encoder.unit},
+            {"map", MapToJson(axis.encoder.map)},
+            {"sign", axis.encoder.sign},
+            {"offset_deg", axis.encoder.offset_deg},
+            {"rate_hz", axis.encoder.rate_hz},
+            {"idle_rate_hz", axis.encoder.idle_rate_hz}}}};
 }
 
 json GyroToJson(const GyroConfig& gyro) {

@@ -79,6 +79,7 @@ VirtualConfig ReadVirtual(const TomlTable& table) {
   config.pace = table.Number("pace", {0, 1e6, "s/s"}, config.pace);
   config.idle_pace = table.Number("idle_pace", {0, 1e6, "s/s"}, config.idle_pace);
   config.truth = table.OptionalPath("truth");
+  config.wired_as = table.OptionalPath("wired_as");
   if (const auto answers = table.OptionalTable("answers")) {
     for (const std::string& id : answers->Keys()) config.answers[id] = answers->String(id);
   }

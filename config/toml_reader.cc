@@ -92,7 +92,8 @@ TomlTable::Index TomlTable::ChoiceIndex(std::string_view key,
 std::optional<TomlTable::Index> TomlTable::OptionalChoiceIndex(
     std::string_view key, const std::vector<std::string_view>& words,
     std::string_view fallback) const {
-  const auto found = impl_->Find(key, OneOf(words), fmt::format("\"{}\"", fallback));
+  const auto found = impl_->Find(key, OneOf(words),
+                                 fallback.empty() ? "optional" : fmt::format("\"{}\"", fallback));
   return found ? std::optional(impl_->Choice(key, found, words)) : std::nullopt;
 }
 

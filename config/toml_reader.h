@@ -100,6 +100,12 @@ class TomlTable {
     return index ? (choices.begin() + *index)->second : fallback;
   }
 
+  template <typename T>
+  std::optional<T> OptionalChoice(std::string_view key, Choices<T> choices) const {
+    const auto index = OptionalChoiceIndex(key, Words(choices), {});
+    return index ? std::optional<T>((choices.begin() + *index)->second) : std::nullopt;
+  }
+
   // Relative paths, a fallback's too, are taken from the folder of the file that the key stands in.
   // Whether the path exists is not checked.
   std::filesystem::path Path(std::string_view key) const;

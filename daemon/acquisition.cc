@@ -183,6 +183,18 @@ void Acquisition::Hold(Clock::Participant& caller) {
   for (const auto& bus : buses_) bus->Hold(caller);
 }
 
+void Acquisition::OnBus(Clock::Participant& caller, const std::string& bus,
+                        const std::function<void()>& work) {
+  BusOf(bus).Call(caller, work);
+}
+
+void Acquisition::OpenAnew(Clock::Participant& caller) {
+  for (const auto& axis : axes_)
+    axis->encoder_bus().Call(caller, [unit = axis.get()] { unit->MayHaveBeenTurned(); });
+  for (const auto& device : devices_)
+    BusOf(device->status().bus).Call(caller, [poll = device.get()] { poll->OpenAnew(); });
+}
+
 void Acquisition::Resume() {
   for (const auto& bus : buses_) bus->Resume();
 }

@@ -95,6 +95,12 @@ class Acquisition {
   // Clears latched alarms of the drives; does not wait. One that is still there shows at the next
   // poll. A drive that does not answer is a line in the status, as ever between runs.
   void PostClearAlarms();
+  // Does something in the thread of a bus, and waits for it as `caller`: while it is held, with
+  // devices of another configuration than its own.
+  void OnBus(Clock::Participant& caller, const std::string& bus, const std::function<void()>& work);
+  drivers::DeviceMaker& devices() { return maker_; }
+  // The next poll of each device opens it: somebody else asked it meanwhile, and turned the axes.
+  void OpenAnew(Clock::Participant& caller);
   // Fan and heater; nullptr where the stand cannot switch any.
   Outputs* outputs() const { return outputs_.get(); }
 

@@ -77,6 +77,11 @@ void AxisUnit::OpenEncoder() {
   view_.reference = first;
 }
 
+void AxisUnit::MayHaveBeenTurned() {
+  guard_.MayMove();
+  guard_.ReferenceOpened();
+}
+
 void AxisUnit::ReadEncoder() {
   const drivers::AngleReading reading = encoder_->Read();
   {

@@ -59,6 +59,9 @@ class AxisUnit {
   // fault, and all is stopped.
   double MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2);
 
+  // By somebody else: what was known of its motion is not held against it.
+  void MayHaveBeenTurned();
+
   // From any thread.
   AxisView view() const;
   LastSamples::Axis last() const;

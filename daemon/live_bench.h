@@ -12,6 +12,7 @@
 #include "calibration/estimators/results.h"
 #include "calibration/plan/next_manoeuvre.h"
 #include "calibration/trace/trace.h"
+#include "commission/wiring.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
 #include "daemon/progress_meter.h"
@@ -55,6 +56,7 @@ class LiveBench final : public procedures::Bench {
     // Returns whether bench time stands still now, so that no deadline ever comes.
     std::function<bool(bool asking)> set_asking_pace;
     std::function<void(const RunProgress&)> on_progress;
+    bool commissions = false;  // the procedure is for a stand whose file may be wrong
   };
   // `start`: utime of the run's begin.
   LiveBench(Context context, Utime start);
@@ -74,6 +76,8 @@ class LiveBench final : public procedures::Bench {
   std::vector<procedures::AxisVerdict> Trace() override;
   procedures::Choice Choose(const std::vector<procedures::Rehearsal>& menu,
                             double small_below) override;
+  procedures::WiringReport FindWiring() override;
+  std::string WriteStandFile() override;
   void RecordLimit(const procedures::LimitCheck& check) override;
   void Say(const std::string& text) override;
   void Progress(double fraction) override;
@@ -86,6 +90,8 @@ class LiveBench final : public procedures::Bench {
   void TakeUp(const ResumedRun& run);
   // Waits until no result of a segment is worked out any more.
   void FinishResults() { analysis_.Finish(context_.participant); }
+  // As it was found out.
+  const std::optional<commission::Wiring>& wiring() const { return wiring_; }
   // Measurements against limits that the procedure made.
   const std::vector<procedures::LimitCheck>& limits() const { return limits_; }
   // What the operator was asked to switch on, and not to switch off yet.
@@ -151,6 +157,7 @@ class LiveBench final : public procedures::Bench {
   std::vector<procedures::LimitCheck> limits_;
   std::vector<Said> said_;
   Suspensions suspensions_;
+  std::optional<commission::Wiring> wiring_;
   SegmentAnalysis analysis_;  // last: it is at work until it is gone
 };
 

@@ -46,6 +46,12 @@ Utime PolledDevice::Poll() {
   }
 }
 
+// It was not asked meanwhile, and so was not silent.
+void PolledDevice::OpenAnew() {
+  open_ = false;
+  last_answer_ = due_ = clock_.Now();
+}
+
 void PolledDevice::Succeeded(Utime now) {
   if (reported_)
     spdlog::info("{}: answers again, after {:.1f} s", status_.name, ToSeconds(now - last_answer_));

@@ -52,6 +52,8 @@ class PolledDevice {
 
   // Opens or reads the device, once. Returns when the next poll is due. Does not throw.
   Utime Poll();
+  // The next poll opens it. In the thread of its bus.
+  void OpenAnew();
   DeviceStatus status() const;
   bool ok() const { return ok_; }
   // Whether it has been polled at all.

@@ -186,13 +186,14 @@ void RunControl::RequireReadyLocked() const {
   if (waiter_ != nullptr) throw StateError("a run is on already; see: gyrobench status");
 }
 
-void RunControl::BeginRun(Clock::Participant& waiter, std::optional<std::int64_t> stops) {
+void RunControl::BeginRun(Clock::Participant& waiter, std::optional<std::int64_t> stops,
+                          Devices devices) {
   const std::lock_guard lock(mutex_);
   RequireReadyLocked();
   if (stops && *stops != stops_) {
     throw StateError("stopped before the run began: nothing has moved");
   }
-  if (!MoveLocked(Event::kBegin)) {
+  if (!MoveLocked(devices == Devices::kMustBeWell ? Event::kBegin : Event::kCommission)) {
     throw StateError("a device is not well, so nothing was started; see: gyrobench status");
   }
   waiter_ = &waiter;

@@ -104,10 +104,12 @@ StartedRun RunEngine::Begin(std::int64_t stops, procedures::Procedure procedure,
       !low.empty()) {
     throw DataError("nothing was started: " + low);
   }
-  RequireDevicesWell(context_.acquisition);
+  const bool commissions = procedure.info().commissions;
+  if (!commissions) RequireDevicesWell(context_.acquisition);
   if (thread_.joinable()) thread_.join();
   auto participant = context_.clock.Join("run");
-  context_.control.BeginRun(*participant, stops);
+  using enum RunControl::Devices;
+  context_.control.BeginRun(*participant, stops, commissions ? kMayBeUnwell : kMustBeWell);
   const RunView view = Launch(std::move(procedure), std::move(parameters), std::move(plan),
                               std::move(participant), std::move(resumed));
   return {view.run_id, view.record, duration_s};
@@ -119,7 +121,7 @@ RunView RunEngine::Launch(procedures::Procedure procedure, procedures::Parameter
   std::shared_ptr<RunExecution> run;
   try {
     // Once more: what fell silent before the run was on was told to nobody.
-    RequireDevicesWell(context_.acquisition);
+    if (!procedure.info().commissions) RequireDevicesWell(context_.acquisition);
     auto directory = recording::RunDirectory::Create(context_.stand.records, procedure.info().name,
                                                      context_.clock.Now());
     run = std::make_shared<RunExecution>(context_, std::move(procedure), std::move(parameters),

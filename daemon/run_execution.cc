@@ -120,7 +120,7 @@ void RunExecution::WaitForTickFit() {
 
 void RunExecution::RunProcedure() {
   context_.acquisition.SetActiveAxes(plan_.axes);
-  WaitForTickFit();
+  if (!procedure_.info().commissions) WaitForTickFit();
   if (resumed_) WaitForEarlierEnd();
   context_.control.Prepared();
   const Utime start = BeginOfMeasurement();
@@ -160,7 +160,8 @@ void RunExecution::MakeBench(Utime start) {
                          [this](const RunProgress& progress) {
                            const std::lock_guard lock(mutex_);
                            view_.progress = progress;
-                         }},
+                         },
+                         procedure_.info().commissions},
       start);
 }
 
@@ -305,7 +306,7 @@ void RunExecution::Finish(Ending& ending) {
   }
   const Utime end = context_.clock.Now();
   TellOfSuspensions(ending);
-  TellOfGyro(ending);
+  if (!procedure_.info().commissions) TellOfGyro(ending);
   const Results results = Evaluate(ending, end);
   run_t stop{};
   stop.utime = end;
@@ -335,7 +336,7 @@ RunExecution::Results RunExecution::Evaluate(Ending& ending, Utime end) {
     context_.telemetry.SendResults(results.analysis, end, true);
   });
   // What ended before its time is not judged by what it did not do.
-  if (!ending.came_to_its_end()) return results;
+  if (!ending.came_to_its_end() || procedure_.info().commissions) return results;
   Attempt(ending, [&] {
     results.trace = TraceRun(context_.telemetry.Recorded(), TraceFor::kRecord);
     if (!results.trace) return;
@@ -362,7 +363,8 @@ void RunExecution::WriteFiles(Ending& ending, const Results& results, Utime end)
       DescribePowerOnAtEnd(description_, power_on);
     directory_.WriteRun(description_);
   };
-  Attempt(ending, [&] { directory_.WriteResult(calibration::ToJson(results.analysis)); });
+  if (!procedure_.info().commissions)
+    Attempt(ending, [&] { directory_.WriteResult(calibration::ToJson(results.analysis)); });
   Attempt(ending, write_run);
   if (!results.trace) return;
   const std::size_t failures = ending.failures.size();

@@ -62,6 +62,22 @@ json DescribeRun(const std::string& run_id, const procedures::Procedure& procedu
           {"outcome", kRunningOutcome}};
 }
 
+namespace {
+
+json ToJson(const commission::Wiring& wiring) {
+  json findings = json::array();
+  for (const commission::Finding& finding : wiring.findings) {
+    json lines = json::array();
+    for (const commission::Correction& line : finding.corrections)
+      lines.push_back({{"key", line.key}, {"value", line.value}, {"was", line.was}});
+    findings.push_back(
+        {{"what", finding.what}, {"reason", finding.reason}, {"corrections", std::move(lines)}});
+  }
+  return {{"findings", std::move(findings)}, {"notes", wiring.notes}};
+}
+
+}  // namespace
+
 void DescribeEnd(json& run, Outcome outcome, const std::string& message,
                  const std::vector<Fault>& failures, const LiveBench* bench, Utime end) {
   run["ended"] = IsoTime(end);
@@ -73,6 +89,7 @@ void DescribeEnd(json& run, Outcome outcome, const std::string& message,
   json& list = run["limits"] = json::array();
   json& said = run[recording::kSaidKey] = json::array();
   if (bench == nullptr) return;
+  if (bench->wiring()) run[recording::kWiringKey] = ToJson(*bench->wiring());
   for (const LiveBench::Said& one : bench->said())
     said.push_back({{"t_s", one.t_s}, {"text", one.text}});
   for (const procedures::LimitCheck& check : bench->limits()) {

@@ -6,10 +6,19 @@
 namespace gyrobench::daemon {
 namespace {
 
+// What is really there.
+config::StandConfig WiredAs(const config::StandConfig& config) {
+  if (!config.virtual_stand->wired_as) return config;
+  config::StandConfig wired = config::LoadStandConfig(*config.virtual_stand->wired_as);
+  wired.virtual_stand = config.virtual_stand;
+  return wired;
+}
+
 class VirtualStandBuses final : public SimulatedBuses {
  public:
   VirtualStandBuses(const config::StandConfig& config, Clock& clock)
-      : stand_(config, config::LoadScenario(config.virtual_stand->scenario), clock) {
+      : stand_(WiredAs(config), config::LoadScenario(config.virtual_stand->scenario),
+               config.virtual_stand->seed, clock) {
     for (const config::BusConfig& bus : config.buses) buses_.push_back(stand_.Serve(bus));
   }
   std::vector<config::BusConfig> buses() const override { return buses_; }

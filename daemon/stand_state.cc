@@ -13,6 +13,8 @@ constexpr Transition kTransitions[] = {
     {kIdle, Event::kDeviceLost, kDisconnected},
     {kDisconnected, Event::kAllWell, kIdle},
     {kIdle, Event::kBegin, kPreparing},
+    {kIdle, Event::kCommission, kPreparing},
+    {kDisconnected, Event::kCommission, kPreparing},
     {kIdle, Event::kStop, kIdle},
     {kDisconnected, Event::kStop, kDisconnected},
     {kFault, Event::kStop, kFault},
@@ -85,9 +87,9 @@ constexpr std::array<const char*, kStates> kStateNames = {
     "idle",  "running", "paused",       "asking",    "stopping",
     "fault", "pausing", "disconnected", "preparing", "suspended"};
 constexpr std::array<const char*, kEvents> kEventNames = {
-    "device lost", "all well", "begin",      "prepared", "ask",    "answer",
-    "pause",       "resume",   "safe point", "silence",  "back",   "stop",
-    "abort",       "trip",     "finish",     "ended",    "failed", "reset"};
+    "device lost", "all well", "begin",      "commission", "prepared", "ask",  "answer",
+    "pause",       "resume",   "safe point", "silence",    "back",     "stop", "abort",
+    "trip",        "finish",   "ended",      "failed",     "reset"};
 
 }  // namespace
 

@@ -27,6 +27,7 @@ enum class Event {
   kDeviceLost,  // a device is not well
   kAllWell,     // all devices are
   kBegin,       // a run
+  kCommission,  // one that finds out how a stand is wired, with devices that may not be well
   kPrepared,    // its procedure begins
   kAsk,         // the operator
   kAnswer,      // or nobody answered in time
@@ -43,7 +44,7 @@ enum class Event {
   kFailed,     // the record is closed, and a fault is latched
   kReset,
 };
-inline constexpr int kEvents = 18;
+inline constexpr int kEvents = 19;
 const char* Name(Event event);
 
 struct Transition {

@@ -1,6 +1,7 @@
 // The narrow interface of the reference angle sensor of one axis.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -17,6 +18,12 @@ struct AngleReading {
                             // configuration applied
 };
 
+// Registers as they came, that of the lower address first.
+struct RawAngle {
+  Utime utime = 0;  // host clock, when the sensor took the request
+  std::array<std::uint16_t, 2> words = {};
+};
+
 // Absolute angle sensor on the table side. Calls throw DeviceError and belong to the thread of the
 // bus.
 class AngleSensor {
@@ -26,6 +33,9 @@ class AngleSensor {
   // Returns its first reading.
   virtual AngleReading Open() = 0;
   virtual AngleReading Read() = 0;
+  // Whatever the configuration would make of it: nothing is doubted, and nothing of it is known to
+  // Read afterwards.
+  virtual RawAngle ReadRaw() = 0;
 };
 
 }  // namespace gyrobench::drivers

@@ -30,6 +30,8 @@ class Axis {
   // Whether it moves. Asks for its status alone, before Open as well: of a drive that may have an
   // alarm, or not be what the map says in all else.
   virtual bool IsMoving() = 0;
+  // Of the shaft, that the drive is set to. Before Open as well.
+  virtual int PulsesPerTurn() = 0;
   // Checks that the drive is there, is what the map says, and is ready; enables it. Returns the
   // state in which it was found. One that moves is to be stopped before.
   virtual AxisState Open() = 0;

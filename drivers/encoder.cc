@@ -60,13 +60,24 @@ std::int64_t Encoder::NearestToZero(std::uint32_t raw) const {
   return raw - ranges * static_cast<std::int64_t>(config_.map.range_counts);
 }
 
+Timing Encoder::ReadWords(std::array<std::uint16_t, 2>& words) {
+  const config::EncoderMap& map = config_.map;
+  const std::span<std::uint16_t> wanted(words.data(), static_cast<std::size_t>(map.words));
+  return map.function == 3 ? bus_.ReadHolding(unit_, map.address, wanted, "angle")
+                           : bus_.ReadInput(unit_, map.address, wanted, "angle");
+}
+
+RawAngle Encoder::ReadRaw() {
+  RawAngle raw;
+  raw.utime = ReadWords(raw.words).utime_latched;
+  return raw;
+}
+
 Encoder::Value Encoder::ReadValue() {
   const config::EncoderMap& map = config_.map;
   std::array<std::uint16_t, 2> words = {};
-  const std::span<std::uint16_t> wanted(words.data(), static_cast<std::size_t>(map.words));
   Value value;
-  value.timing = map.function == 3 ? bus_.ReadHolding(unit_, map.address, wanted, "angle")
-                                   : bus_.ReadInput(unit_, map.address, wanted, "angle");
+  value.timing = ReadWords(words);
   value.raw = map.words == 1 ? words[0] : FromWords(words[0], words[1], map.word_order);
   if (value.raw < map.range_counts) return value;
   throw NoAnswer(

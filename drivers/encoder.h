@@ -32,8 +32,10 @@ class Encoder final : public AngleSensor {
   AngleReading Open() override;
   // DeviceError also for a value outside the sensor's range, and for one that is doubted.
   AngleReading Read() override;
+  RawAngle ReadRaw() override;
 
  private:
+  Timing ReadWords(std::array<std::uint16_t, 2>& words);
   // A value as the sensor gave it.
   struct Value {
     std::uint32_t raw = 0;

@@ -21,7 +21,8 @@ constexpr Utime kSettlePause_us = 20'000;
 constexpr double kDegSPerRpm = 6.0;
 
 double Pulses(const config::AxisConfig& config, double angle_deg) {
-  return angle_deg / 360.0 * config.gear_ratio * config.drive.map.pulses_per_turn;
+  return config.drive.sign * angle_deg / 360.0 * config.gear_ratio *
+         config.drive.map.pulses_per_turn;
 }
 
 int PlanRpm(const config::AxisConfig& config, double rate_deg_s) {
@@ -115,8 +116,12 @@ bool StepperAxis::IsMoving() {
   return IsBitSet(ReadWord(map_.status_address, "status"), map_.running_bit);
 }
 
+int StepperAxis::PulsesPerTurn() {
+  return ReadWord(map_.pulses_per_turn_address, "pulses per turn");
+}
+
 AxisState StepperAxis::Open() {
-  const int pulses = ReadWord(map_.pulses_per_turn_address, "pulses per turn");
+  const int pulses = PulsesPerTurn();
   if (pulses != map_.pulses_per_turn) {
     Fail(fmt::format(
              "pulses per turn at 0x{:04X}: expected {} (map of {}), found {}. Set the drive to {} "
@@ -191,7 +196,8 @@ void StepperAxis::ReadInputs(AxisState* state) {
   state->emergency_stop = acts(inputs.emergency_stop_bit);
   state->limit_plus = acts(inputs.limit_plus_bit);
   state->limit_minus = acts(inputs.limit_minus_bit);
-  if (config_.gear_ratio < 0.0) std::swap(state->limit_plus, state->limit_minus);
+  if (config_.drive.sign * config_.gear_ratio < 0.0)
+    std::swap(state->limit_plus, state->limit_minus);
 }
 
 void StepperAxis::CheckReady(const AxisState& state) const {

@@ -39,6 +39,7 @@ class StepperAxis final : public Axis {
   // wrapping.
   AxisState Open() override;
   bool IsMoving() override;
+  int PulsesPerTurn() override;
   AxisState Read() override;
   // The drive must be enabled, at rest and without fault: DeviceError otherwise. A frame whose
   // reply was lost is not sent again before the drive has shown that it did not take it.

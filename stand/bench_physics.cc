@@ -50,7 +50,7 @@ std::size_t AxisIndex(const std::string& name) {
 Physics::AxisConstants Physics::ConstantsOf(const config::StandConfig& stand, std::size_t axis) {
   for (const auto& configured : stand.axes) {
     if (AxisIndex(configured.name) != axis) continue;
-    return {.gear_ratio = configured.gear_ratio,
+    return {.gear_ratio = configured.drive.sign * configured.gear_ratio,
             .pulses_per_turn = static_cast<double>(configured.drive.map.pulses_per_turn),
             .encoder = configured.encoder};
   }
@@ -164,8 +164,13 @@ bool Physics::InputsPermit(std::size_t axis, double t_s, const MoveCommand& comm
 
 void Physics::Start(std::size_t axis, double t_s, const MoveCommand& command) {
   if (alarms_now_[axis] != 0 || !InputsPermit(axis, t_s, command)) return;
-  axes_[axis].Move(t_s, command);
   const AxisConstants& constants = constants_[axis];
+  if (const auto share = faults_.Acting(EncoderName(axis), Kind::kLoose, t_s)) {
+    const double move_deg = (static_cast<double>(command.target) - axes_[axis].Pulses(t_s)) *
+                            360.0 / constants.pulses_per_turn / constants.gear_ratio;
+    encoder_slip_deg_[axis] -= *share * std::max(0.0, move_deg);
+  }
+  axes_[axis].Move(t_s, command);
   Note(t_s, "move", kAxisNames[axis],
        static_cast<double>(command.target) * 360.0 / constants.pulses_per_turn /
            constants.gear_ratio);
@@ -224,7 +229,8 @@ std::uint32_t Physics::EncoderCounts(std::size_t axis, Utime at) {
   }
   if (!faults_.Acting(device, Kind::kFrozen, t_s)) {
     const double jump_deg = faults_.Acting(device, Kind::kJump, t_s).value_or(0.0);
-    last_counts_[axis] = encoders_[axis].Counts(t_s, axes_[axis], jump_deg);
+    last_counts_[axis] =
+        encoders_[axis].Counts(t_s, axes_[axis], jump_deg + encoder_slip_deg_[axis]);
   }
   return last_counts_[axis];
 }

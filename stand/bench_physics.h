@@ -96,6 +96,7 @@ class Physics {
   std::array<AxisMechanics, 3> axes_;
   std::array<AngleEncoder, 3> encoders_;
   std::array<int, 3> alarms_now_ = {};
+  std::array<double, 3> encoder_slip_deg_ = {};  // by which a loose encoder has stayed behind
   std::array<std::int64_t, 3> count_zero_ = {};  // pulses at which a drive began to count
   std::array<DriveView, 3> last_view_ = {};
   std::array<std::uint32_t, 3> last_counts_ = {};

@@ -4,7 +4,17 @@
 
 #include <cmath>
 
+#include "base/error.h"
+
 namespace gyrobench::procedures {
+
+WiringReport Bench::FindWiring() {
+  throw LimitError("only a procedure with `commissions = true` finds out how a stand is wired");
+}
+
+std::string Bench::WriteStandFile() {
+  throw LimitError("nothing was found out about the wiring that could be written");
+}
 
 std::string Describe(const SwingCommand& command) {
   return fmt::format("{} ±{:g} deg at {:g} Hz", command.axis, command.amplitude_deg,

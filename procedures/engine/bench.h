@@ -143,6 +143,18 @@ struct Choice {
   double nats = 0.0;                // expected, of the logarithm of odds
 };
 
+// What of a stand is not as its file says, and the lines of it that this makes wrong.
+struct WiringFinding {
+  std::string what;
+  std::string reason;
+  std::vector<std::string> lines;  // "axis.inner.encoder.sign = -1 (was 1)"
+};
+struct WiringReport {
+  std::vector<WiringFinding> findings;
+  std::vector<std::string> notes;  // what is as it should be
+  std::string file;                // that a corrected stand file is written to
+};
+
 // A measurement against its declared limits. A part that misses them is data, not an error.
 struct LimitCheck {
   std::string name;
@@ -186,6 +198,12 @@ class Bench {
   // The manoeuvre that tells the most per minute of what has been measured and traced so far.
   // `small_below`: share of the angle error that is left, below which an effect's own is small.
   virtual Choice Choose(const std::vector<Rehearsal>& menu, double small_below) = 0;
+  // Turns each drive a little and finds out how the stand is wired. Throws LimitError where the
+  // procedure does not say that it commissions a stand.
+  virtual WiringReport FindWiring();
+  // With the lines of the last report corrected, each with its reason, beside the stand file.
+  // Returns its path.
+  virtual std::string WriteStandFile();
   // The engine has judged the check; here it is shown and recorded.
   virtual void RecordLimit(const LimitCheck& check) = 0;
   virtual void Say(const std::string& text) = 0;

@@ -44,6 +44,22 @@ inline void SetField(lua_State* state, const char* field, const std::string& val
   lua_setfield(state, -2, field);
 }
 
+inline void PushText(lua_State* state, const std::string& text) {
+  lua_pushlstring(state, text.data(), text.size());
+}
+
+// A list of what `push` pushes for each of `items`, as field `field` of the table on top.
+template <typename Item>
+void SetList(lua_State* state, const char* field, const std::vector<Item>& items,
+             void (*push)(lua_State* state, const Item& item)) {
+  lua_createtable(state, static_cast<int>(items.size()), 0);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    push(state, items[i]);
+    lua_rawseti(state, -2, static_cast<lua_Integer>(i + 1));
+  }
+  lua_setfield(state, -2, field);
+}
+
 // Each of these executes one command and returns the number of values that it pushed.
 int Rest(const Call& call);
 int Turn(const Call& call);
@@ -58,5 +74,7 @@ int Switch(const Call& call);
 int Rehearse(const Call& call);
 int Rehearsed(const Call& call);
 int Choose(const Call& call);
+int FindWiring(const Call& call);
+int WriteStandFile(const Call& call);
 
 }  // namespace gyrobench::procedures

@@ -62,22 +62,6 @@ void PushParameter(lua_State* state, const TracedParameter& parameter) {
   SetField(state, "unit", parameter.unit);
 }
 
-void PushText(lua_State* state, const std::string& text) {
-  lua_pushlstring(state, text.data(), text.size());
-}
-
-// A list of what `push` pushes for each of `items`, as field `field` of the table on top.
-template <typename Item>
-void SetList(lua_State* state, const char* field, const std::vector<Item>& items,
-             void (*push)(lua_State* state, const Item& item)) {
-  lua_createtable(state, static_cast<int>(items.size()), 0);
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    push(state, items[i]);
-    lua_rawseti(state, -2, static_cast<lua_Integer>(i + 1));
-  }
-  lua_setfield(state, -2, field);
-}
-
 void PushEffect(lua_State* state, const TracedEffect& effect) {
   lua_createtable(state, 0, 6);
   SetField(state, "id", effect.id);
@@ -207,6 +191,8 @@ constexpr Command kCommands[] = {
     {"rehearse", Rehearse},
     {"rehearsed", Rehearsed},
     {"choose", Choose},
+    {"find_wiring", FindWiring},
+    {"write_stand_file", WriteStandFile},
 };
 
 // The C side of every function of `bench`: yields its argument and the command's index to the host.

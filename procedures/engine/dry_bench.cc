@@ -141,6 +141,15 @@ Choice DryBench::Choose(const std::vector<Rehearsal>& menu, double /*small_below
   return choice;
 }
 
+WiringReport DryBench::FindWiring() {
+  // Some two dozen small moves of each axis.
+  constexpr double kOfOneAxis_s = 40.0;
+  for (const AxisFacts& axis : axes_) plan_.axes.insert(axis.name);
+  const double duration_s = kOfOneAxis_s * static_cast<double>(axes_.size());
+  AddSegment("commission", "small moves of each drive", duration_s, duration_s);
+  return {};
+}
+
 Plan DryRun(const Procedure& procedure, const Parameters& parameters, std::vector<AxisFacts> axes,
             const DryOptions& options, const RunHooks& hooks) {
   DryBench bench(std::move(axes), options);

@@ -86,6 +86,8 @@ class DryBench final : public Bench {
   std::vector<AxisVerdict> Trace() override;
   // One after the other, again and again: what a run takes at worst.
   Choice Choose(const std::vector<Rehearsal>& menu, double small_below) override;
+  WiringReport FindWiring() override;
+  std::string WriteStandFile() override { return "(a new stand file)"; }
   void RecordLimit(const LimitCheck& /*check*/) override {}
   void Say(const std::string& text) override;
   void Progress(double /*fraction*/) override {}

@@ -152,12 +152,16 @@ ProcedureInfo ReadDeclaration(lua_State* state) {
   if (lua_getglobal(state, "procedure") == LUA_TNIL) {
     throw Error("the global table `procedure = { summary = ..., parameters = ... }` is missing");
   }
-  const TableReader table(state, -1, "procedure",
-                          {"summary", "description", "measures", "parameters", "resumable"});
+  const TableReader table(
+      state, -1, "procedure",
+      {"summary", "description", "measures", "parameters", "resumable", "commissions"});
   info.summary = table.RequiredText("summary");
   info.description = table.Text("description").value_or("");
   info.measures = ReadMeasures(table);
   info.resumable = table.Has("resumable") && table.RequiredFlag("resumable");
+  info.commissions = table.Has("commissions") && table.RequiredFlag("commissions");
+  if (info.commissions && info.resumable)
+    table.Refuse("a procedure that commissions a stand cannot be resumable");
   info.parameters = ReadParameters(state);
   lua_pop(state, 1);
   const bool runs = lua_getglobal(state, "run") == LUA_TFUNCTION;

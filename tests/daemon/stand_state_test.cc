@@ -132,6 +132,8 @@ class Stand {
         {Event::kDeviceLost, [this] { control.SetAllWell(false); }},
         {Event::kAllWell, [this] { control.SetAllWell(true); }},
         {Event::kBegin, [this] { control.BeginRun(*run); }},
+        {Event::kCommission,
+         [this] { control.BeginRun(*run, std::nullopt, RunControl::Devices::kMayBeUnwell); }},
         {Event::kPrepared, [this] { control.Prepared(); }},
         {Event::kAnswer, [this] { control.Answer("done"); }},
         {Event::kPause, [this] { control.Pause(); }},
@@ -173,14 +175,15 @@ TEST(StandState, TheStandGoesByEveryLineOfTheTable) {
 // What an operator asks for is refused, and all else passes by.
 TEST(StandState, WhatIsNotInTheTableChangesNothing) {
   for (int i = 0; i < kStates; ++i) {
-    for (const Event event :
-         {Event::kDeviceLost, Event::kAllWell, Event::kBegin, Event::kPrepared, Event::kAnswer,
-          Event::kPause, Event::kResume, Event::kSilence, Event::kAbort, Event::kReset}) {
+    for (const Event event : {Event::kDeviceLost, Event::kAllWell, Event::kBegin,
+                              Event::kCommission, Event::kPrepared, Event::kAnswer, Event::kPause,
+                              Event::kResume, Event::kSilence, Event::kAbort, Event::kReset}) {
       const auto state = static_cast<State>(i);
       if (Next(state, event)) continue;
-      const bool asked = event == Event::kBegin || event == Event::kAnswer ||
-                         event == Event::kPause || event == Event::kResume ||
-                         event == Event::kAbort || event == Event::kReset;
+      const bool asked = event == Event::kBegin || event == Event::kCommission ||
+                         event == Event::kAnswer || event == Event::kPause ||
+                         event == Event::kResume || event == Event::kAbort ||
+                         event == Event::kReset;
       Stand stand(state);
       const State after = stand.After(state, [&] {
         if (asked) {

@@ -123,6 +123,14 @@ AngleReading FakeAngleSensor::Read() {
   return Now();
 }
 
+// High word first.
+RawAngle FakeAngleSensor::ReadRaw() {
+  const AngleReading now = Now();
+  const auto counts = static_cast<std::uint32_t>(now.counts);
+  return {now.utime,
+          {static_cast<std::uint16_t>(counts >> 16), static_cast<std::uint16_t>(counts)}};
+}
+
 AngleReading FakeAngleSensor::Now() {
   faults_.Step();
   const Utime now = clock_.Now();

@@ -45,6 +45,7 @@ class FakeAxis final : public Axis {
   FakeAxis(std::string name, const Clock& clock);
   const std::string& name() const override { return name_; }
   bool IsMoving() override;
+  int PulsesPerTurn() override { return 10000; }
   AxisState Open() override;
   AxisState Read() override;
   double MoveBy(double angle_deg, double rate_deg_s, double acceleration_deg_s2) override;
@@ -93,6 +94,7 @@ class FakeAngleSensor final : public AngleSensor {
   const std::string& name() const override { return name_; }
   AngleReading Open() override;
   AngleReading Read() override;
+  RawAngle ReadRaw() override;
   int reads() const { return reads_; }  // so far
   FaultScript& faults() { return faults_; }
 

@@ -311,10 +311,10 @@ TEST(StepperMovePlan, UsesTheNearestWholeRpmButNeverMoreThanTheAxisMayDo) {
   EXPECT_LE(PlanStepperMove(axis, 0, 9, 10.1, 100).rate_deg_s, 10.1);
 }
 
-TEST(StepperMovePlan, AShaftThatTurnsAgainstTheTableHasANegativeRatio) {
+TEST(StepperMovePlan, ADriveThatTurnsTheTableTheOtherWayGetsPulsesOfTheOtherSign) {
   config::AxisConfig axis = InnerAxis();
   const StepperMove with = PlanStepperMove(axis, 0, 9, 12, 100);
-  axis.gear_ratio = -40.0;
+  axis.drive.sign = -1;
   const StepperMove against = PlanStepperMove(axis, 0, 9, 12, 100);
   EXPECT_EQ(with.pulses, -against.pulses);
   EXPECT_EQ(with.rpm, against.rpm);

@@ -49,6 +49,7 @@ KINDS = [
     Kind("jump of a reference", ENCODERS, ANY, "jump", amount=(3.0, 200.0), duration_s=(0.05, 60.0)),
     Kind("jump of a drive's count", DRIVES, ANY, "jump", amount=(5000.0, 100000.0), duration_s=LONG_S),
     Kind("dropout", ENCODERS, ANY, amount=[-1, 0, 4095], duration_s=(0.02, 30.0)),
+    Kind("loose", ENCODERS, ANY, acts="in motion", enough_deg=10.0, amount=(0.2, 0.9), duration_s=LONG_S),
     Kind("saturation", ["gyro"], ANY, marks=True, amount=[-1, 1], duration_s=(0.2, 30.0)),
     Kind("overheating", ["gyro"], ANY, amount=(20.0, 150.0), duration_s=LONG_S),
     Kind("clock_jump", ["gyro"], ANY, amount=(-2.0, 2.0)),

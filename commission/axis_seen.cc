@@ -1,0 +1,183 @@
+#include "commission/axis_seen.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "base/error.h"
+#include "commission/encoder_words.h"
+
+namespace gyrobench::commission {
+namespace {
+
+// Noise of a gyro in a move of some seconds is a hundredth of it.
+constexpr double kLeastTurn_deg = 0.1;
+// Of which a direction is known to a degree.
+constexpr double kLeastForDirection_deg = 1.5;
+// An encoder that moves by less is noise.
+constexpr std::int64_t kLeastCounts = 16;
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+// Moves of one drive while all others stood at their marks, in order.
+std::vector<const Move*> AtHome(const Measurements& measured, std::size_t drive) {
+  std::vector<const Move*> out;
+  for (const Move& move : measured.moves) {
+    bool home = move.drive == drive;
+    for (std::size_t i = 0; i < move.begin_deg.size(); ++i)
+      home = home && (i == drive || move.begin_deg[i] == 0.0);
+    if (home) out.push_back(&move);
+  }
+  return out;
+}
+
+// Those of the largest angle.
+std::vector<const Move*> Largest(const std::vector<const Move*>& moves) {
+  double most = 0.0;
+  for (const Move* move : moves) most = std::max(most, std::fabs(move->commanded_deg));
+  std::vector<const Move*> out;
+  for (const Move* move : moves)
+    if (std::fabs(move->commanded_deg) > 0.9 * most) out.push_back(move);
+  return out;
+}
+
+class Looking {
+ public:
+  Looking(const std::vector<config::AxisConfig>& axes, const Measurements& measured)
+      : axes_(axes), measured_(measured) {}
+
+  Seen Look() {
+    for (std::size_t i = 0; i < axes_.size(); ++i) seen_.drives.push_back({.scale = Scale(i)});
+    for (const Move& move : measured_.moves) {
+      if (Length(move.turned_deg) > kLeastForDirection_deg) seen_.with_direction.push_back(&move);
+    }
+    for (std::size_t j = 0; j < axes_.size(); ++j) seen_.encoders.push_back(LookAtEncoder(j));
+    for (std::size_t i = 0; i < axes_.size(); ++i) LookAtMoves(i);
+    return std::move(seen_);
+  }
+
+ private:
+  double Scale(std::size_t drive) const {
+    std::vector<double> scales;
+    for (const Move* move : Largest(AtHome(measured_, drive))) {
+      const double turned_deg = Length(move->turned_deg);
+      if (turned_deg > kLeastTurn_deg)
+        scales.push_back(turned_deg / std::fabs(move->commanded_deg));
+    }
+    if (!scales.empty()) return Median(std::move(scales));
+    throw DataError(fmt::format(
+        "axis.{}: the gyro felt nothing while its drive was turning: is the motor connected, the "
+        "shaft free and the gyro on the table?",
+        axes_[drive].name));
+  }
+
+  double Angle_deg(std::size_t encoder, const EncoderSeen& as, const Move& move) const {
+    return static_cast<double>(Step(axes_[encoder].encoder.map, as.word_order, move.before[encoder],
+                                    move.after[encoder])) *
+           kFullTurn_deg / as.counts_per_turn;
+  }
+
+  // Over the drive's moves; 0 where it stood still.
+  double Ratio(std::size_t encoder, std::size_t drive, config::WordOrder order) const {
+    const config::EncoderMap& map = axes_[encoder].encoder.map;
+    const EncoderSeen as{drive, order, 0.0, map.counts_per_turn};
+    std::vector<double> ratios;
+    for (const Move* move : Largest(AtHome(measured_, drive))) {
+      const bool stood =
+          std::abs(Step(map, order, move->before[encoder], move->after[encoder])) < kLeastCounts;
+      ratios.push_back(stood ? 0.0
+                             : Angle_deg(encoder, as, *move) /
+                                   (seen_.drives[drive].scale * move->commanded_deg));
+    }
+    return ratios.empty() ? 0.0 : Median(std::move(ratios));
+  }
+
+  // In the order of words in which it moves as far as a table does.
+  EncoderSeen LookAtEncoder(std::size_t encoder) const {
+    const config::EncoderMap& map = axes_[encoder].encoder.map;
+    EncoderSeen best{std::nullopt, map.word_order, 0.0, map.counts_per_turn};
+    double least_off = 0.0;
+    for (const config::WordOrder order : {map.word_order, Other(map.word_order)}) {
+      EncoderSeen here{std::nullopt, order, 0.0, map.counts_per_turn};
+      for (std::size_t drive = 0; drive < axes_.size(); ++drive) {
+        const double ratio = Ratio(encoder, drive, order);
+        if (std::fabs(ratio) <= std::fabs(here.ratio)) continue;
+        here.ratio = ratio;
+        here.drive = drive;
+      }
+      if (!here.drive) continue;
+      const double off = std::fabs(std::log(std::fabs(here.ratio)));
+      if (!best.drive || off < least_off) {
+        best = here;
+        least_off = off;
+      }
+      if (map.words == 1) break;
+    }
+    if (best.drive && std::fabs(std::fabs(best.ratio) - 1.0) > kScaleKnown)
+      best.counts_per_turn = LikelyCounts(map.counts_per_turn * std::fabs(best.ratio));
+    return best;
+  }
+
+  void LookAtMoves(std::size_t drive) {
+    DriveSeen& seen = seen_.drives[drive];
+    for (std::size_t j = 0; j < axes_.size(); ++j) {
+      if (seen_.encoders[j].drive == drive && !seen.encoder) seen.encoder = j;
+    }
+    const std::vector<const Move*> moves = AtHome(measured_, drive);
+    const Move* first = Largest(moves).front();
+    const double unit = Length(first->turned_deg) > 0.0 ? Length(first->turned_deg) : 1.0;
+    std::vector<double> there, back, after_turn, encoder_scales;
+    for (std::size_t k = 1; k < moves.size(); ++k) {
+      const Move& move = *moves[k];
+      if (std::fabs(move.commanded_deg) < 0.9 * std::fabs(first->commanded_deg)) continue;
+      // Along the first: the sense of the drive.
+      double along_deg = 0.0;
+      for (std::size_t a = 0; a < 3; ++a)
+        along_deg += move.turned_deg[a] * first->turned_deg[a] / unit;
+      seen.table_off_deg += along_deg;
+      const double encoder_deg =
+          seen.encoder ? Angle_deg(*seen.encoder, seen_.encoders[*seen.encoder], move) : along_deg;
+      seen.encoder_off_deg += encoder_deg;
+      const bool goes_on = move.commanded_deg * moves[k - 1]->commanded_deg > 0.0;
+      const double turned_deg = std::fabs(encoder_deg);
+      if (!goes_on) {
+        after_turn.push_back(turned_deg);
+        continue;
+      }
+      (move.commanded_deg > 0.0 ? there : back).push_back(turned_deg);
+      if (seen.encoder) encoder_scales.push_back(turned_deg / std::fabs(move.commanded_deg));
+    }
+    if (!encoder_scales.empty()) seen.encoder_scale = Mean(encoder_scales);
+    if (there.empty() || back.empty()) return;
+    seen.there_over_back = Mean(there) / Mean(back);
+    if (after_turn.size() == there.size() + back.size())
+      seen.play_deg = 0.5 * (Mean(there) + Mean(back)) - Mean(after_turn);
+  }
+
+  static double Mean(const std::vector<double>& values) {
+    double sum = 0.0;
+    for (const double value : values) sum += value;
+    return sum / static_cast<double>(values.size());
+  }
+
+  // Within which a gyro's nominal scale and its alignment are right.
+  static constexpr double kScaleKnown = 0.1;
+
+  const std::vector<config::AxisConfig>& axes_;
+  const Measurements& measured_;
+  Seen seen_;
+};
+
+}  // namespace
+
+Seen LookAt(const std::vector<config::AxisConfig>& axes, const Measurements& measured) {
+  return Looking(axes, measured).Look();
+}
+
+}  // namespace gyrobench::commission

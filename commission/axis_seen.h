@@ -1,0 +1,46 @@
+// What the moves of each drive come to: how far its table turned, and which encoder followed.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "commission/measurements.h"
+#include "config/stand_config.h"
+
+namespace gyrobench::commission {
+
+// Of one encoder.
+struct EncoderSeen {
+  std::optional<std::size_t> drive;  // that turns it; none where it stood still
+  config::WordOrder word_order = config::WordOrder::kHighFirst;
+  // Its angle, without its sign, over what was commanded of the drive times the drive's scale:
+  // negative where it counts the other way.
+  double ratio = 0.0;
+  double counts_per_turn = 0.0;  // that it has
+};
+
+struct DriveSeen {
+  double scale = 0.0;  // the table's angle, by the gyro, over the commanded one; above 0
+  std::optional<std::size_t> encoder = {};
+  // Scale by the encoder, with the counts that it has: in moves that went on as the one before.
+  std::optional<double> encoder_scale = {};
+  // Of a move after one the other way, how much less the table turned [deg].
+  std::optional<double> play_deg = {};
+  // Where the table, and the encoder, ended beside where they began, after moves there and back.
+  double table_off_deg = 0.0, encoder_off_deg = 0.0;
+  // The encoder's turns one way over those the other way.
+  double there_over_back = 1.0;
+};
+
+struct Seen {
+  std::vector<DriveSeen> drives;
+  std::vector<EncoderSeen> encoders;
+  std::vector<const Move*> with_direction;  // that turned enough to have one
+};
+
+// `axes` of the stand file. Throws DataError where the gyro felt nothing of a drive.
+Seen LookAt(const std::vector<config::AxisConfig>& axes, const Measurements& measured);
+
+}  // namespace gyrobench::commission

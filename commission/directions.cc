@@ -1,0 +1,128 @@
+#include "commission/directions.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "kinematics/stand_frame.h"
+
+namespace gyrobench::commission {
+namespace {
+
+// Of the mounting in place of directions that no move shows: a stand with one axis has one.
+constexpr double kPriorWeight = 1e-3;
+// Beyond the misfit of the best: the sensor's own axes, leans and worms make less of it.
+constexpr double kNearlyAsGood_deg = 1.0;
+
+Eigen::Vector3d ToEigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
+
+Eigen::Matrix3d Rotation(const std::array<double, 3>& deg) {
+  const auto turned = [](double angle_deg, const Eigen::Vector3d& axis) {
+    return Eigen::AngleAxisd(angle_deg * kRadPerDeg, axis);
+  };
+  return (turned(deg[2], Eigen::Vector3d::UnitZ()) * turned(deg[1], Eigen::Vector3d::UnitY()) *
+          turned(deg[0], Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+double AngleOf_deg(const Eigen::Matrix3d& rotation) {
+  return std::fabs(Eigen::AngleAxisd(rotation).angle()) * kDegPerRad;
+}
+
+// Rz(z) Ry(y) Rx(x) = rotation, y within -90 .. 90 deg.
+std::array<double, 3> MountAngles(const Eigen::Matrix3d& rotation) {
+  const double y = std::asin(std::clamp(-rotation(2, 0), -1.0, 1.0));
+  // With y at +-90 deg x and z turn about the same direction.
+  if (std::hypot(rotation(0, 0), rotation(1, 0)) < 1e-6) {
+    return {0.0, y * kDegPerRad, std::atan2(-rotation(0, 1), rotation(1, 1)) * kDegPerRad};
+  }
+  return {std::atan2(rotation(2, 1), rotation(2, 2)) * kDegPerRad, y * kDegPerRad,
+          std::atan2(rotation(1, 0), rotation(0, 0)) * kDegPerRad};
+}
+
+class Fit {
+ public:
+  Fit(const StandGeometry& configured, const std::vector<std::size_t>& stand_axes,
+      const std::vector<const Move*>& moves, const std::vector<double>& scales)
+      : configured_(configured), stand_axes_(stand_axes), moves_(moves), scales_(scales) {
+    StandGeometry on_table = configured;
+    on_table.mount_deg = {};
+    frame_ = kinematics::StandFrame(on_table);
+  }
+
+  // With the mounting that fits best (Kabsch 1976).
+  Assignment Best(Assignment wired) const {
+    const Eigen::Matrix3d before = Rotation(configured_.mount_deg);
+    Eigen::Matrix3d sum = kPriorWeight * static_cast<double>(moves_.size()) * before;
+    std::vector<Eigen::Vector3d> expected, seen;
+    for (const Move* move : moves_) {
+      expected.push_back(Expected(wired, *move));
+      seen.push_back(ToEigen(move->turned_deg).normalized());
+      sum += expected.back() * seen.back().transpose();
+    }
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Vector3d proper = Eigen::Vector3d::Ones();
+    proper(2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+    const Eigen::Matrix3d mount = svd.matrixU() * proper.asDiagonal() * svd.matrixV().transpose();
+    double square = 0.0;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const double cosine = expected[i].dot(mount * seen[i]);
+      square += std::pow(std::acos(std::clamp(cosine, -1.0, 1.0)) * kDegPerRad, 2);
+    }
+    wired.misfit_deg =
+        std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, seen.size())));
+    wired.mounting_off_deg = AngleOf_deg(mount * before.transpose());
+    wired.geometry = configured_;
+    wired.geometry.mount_deg = MountAngles(mount);
+    return wired;
+  }
+
+ private:
+  // In the inner table's frame.
+  Eigen::Vector3d Expected(const Assignment& wired, const Move& move) const {
+    Vector3 angles_deg = {};
+    for (std::size_t i = 0; i < wired.axis_of_drive.size(); ++i) {
+      angles_deg[stand_axes_[wired.axis_of_drive[i]]] =
+          wired.sense_of_drive[i] * scales_[i] * move.begin_deg[i];
+    }
+    const Matrix3 rates = frame_.Rates(angles_deg);
+    const std::size_t axis = stand_axes_[wired.axis_of_drive[move.drive]];
+    const double sense = wired.sense_of_drive[move.drive] * (move.commanded_deg < 0.0 ? -1.0 : 1.0);
+    return sense * Eigen::Vector3d(rates[0][axis], rates[1][axis], rates[2][axis]);
+  }
+
+  const StandGeometry& configured_;
+  const std::vector<std::size_t>& stand_axes_;
+  const std::vector<const Move*>& moves_;
+  const std::vector<double>& scales_;
+  kinematics::StandFrame frame_;
+};
+
+}  // namespace
+
+std::vector<Assignment> FittingAssignments(const StandGeometry& configured,
+                                           const std::vector<std::size_t>& stand_axes,
+                                           const std::vector<const Move*>& moves,
+                                           const std::vector<double>& scales) {
+  const Fit fit(configured, stand_axes, moves, scales);
+  const std::size_t n = stand_axes.size();
+  std::vector<Assignment> all;
+  Assignment wired;
+  wired.axis_of_drive.resize(n);
+  std::iota(wired.axis_of_drive.begin(), wired.axis_of_drive.end(), std::size_t{0});
+  do {
+    for (unsigned senses = 0; senses < (1U << n); ++senses) {
+      wired.sense_of_drive.clear();
+      for (std::size_t i = 0; i < n; ++i)
+        wired.sense_of_drive.push_back((senses >> i & 1U) != 0 ? -1 : 1);
+      all.push_back(fit.Best(wired));
+    }
+  } while (std::ranges::next_permutation(wired.axis_of_drive).found);
+  const double best = std::ranges::min(all, {}, &Assignment::misfit_deg).misfit_deg;
+  std::erase_if(all,
+                [&](const Assignment& one) { return one.misfit_deg > best + kNearlyAsGood_deg; });
+  return all;
+}
+
+}  // namespace gyrobench::commission
