@@ -222,7 +222,7 @@ std::string ClosingText(const config::StandConfig& stand, const std::vector<Line
         answer, devices - answer);
   return fmt::format(
       "All {} devices of the stand file answer as expected. Devices of one model "
-      "are alike here: which axis is which a small move shows.",
+      "are alike here: which axis is which, gyrobench run commission finds out by small moves.",
       devices);
 }
 

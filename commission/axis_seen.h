@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,24 @@
 #include "config/stand_config.h"
 
 namespace gyrobench::commission {
+
+// An encoder's registers as numbers, read in either order.
+// From one value to the next, the shorter way round [counts].
+std::int64_t Step(const config::EncoderMap& map, config::WordOrder order, const Words& before,
+                  const Words& after);
+inline config::WordOrder Other(config::WordOrder order) {
+  return order == config::WordOrder::kHighFirst ? config::WordOrder::kLowFirst
+                                                : config::WordOrder::kHighFirst;
+}
+inline const char* NameOf(config::WordOrder order) {
+  return order == config::WordOrder::kHighFirst ? "high_first" : "low_first";
+}
+
+// What one turn of the table is likely to have in counts, where about `about` were seen: a power of
+// two near it, else three digits of it.
+double LikelyCounts(double about);
+// The values of its range, with as many turns as before.
+std::uint64_t RangeWith(const config::EncoderMap& map, double counts_per_turn);
 
 // Of one encoder.
 struct EncoderSeen {

@@ -44,8 +44,8 @@ Way WayOf(std::span<const Devices::Rate> rates, const Vector3& rest_deg_s) {
   return way;
 }
 
-// The registers as one number, the first as the high word: proportional to the angle in either order
-// as long as the low word does not go round, and read modulo 2^32 where it does.
+// The registers as one number, the first as the high word: proportional to the angle in either
+// order as long as the low word does not go round, and read modulo 2^32 where it does.
 std::uint32_t Number(const Words& words) {
   return static_cast<std::uint32_t>(words[0]) << 16 | words[1];
 }

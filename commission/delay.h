@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "commission/devices.h"
 #include "commission/measurements.h"
+#include "commission/probe.h"
 
 namespace gyrobench::commission {
 

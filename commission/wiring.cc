@@ -13,7 +13,6 @@
 #include "base/error.h"
 #include "commission/axis_seen.h"
 #include "commission/directions.h"
-#include "commission/encoder_words.h"
 
 namespace gyrobench::commission {
 namespace {
@@ -196,17 +195,15 @@ class Judgement {
            reversed);
   }
 
+  // Against what is said of the axis that it is to be the drive of.
   void JudgePulses(std::size_t drive) {
-    const int found = measured_.pulses_per_turn[drive],
-              said = stand_.axes[drive].drive.map.pulses_per_turn;
+    const config::AxisConfig& axis = stand_.axes[wired_.axis_of_drive[drive]];
+    const int found = measured_.pulses_per_turn[drive], said = axis.drive.map.pulses_per_turn;
     if (found == said) return;
-    const std::string& axis = AxisName(wired_.axis_of_drive[drive]);
     Find("pulses per turn",
-         fmt::format(
-             "The drive of axis.{} is set to {} pulses a turn of the shaft, and its map says "
-             "{}.",
-             axis, found, said),
-         {{fmt::format("axis.{}.drive.pulses_per_turn", axis), fmt::format("{}", found),
+         fmt::format("The drive of axis.{} is set to {} pulses a turn of the shaft, not to {}.",
+                     axis.name, found, said),
+         {{fmt::format("axis.{}.drive.pulses_per_turn", axis.name), fmt::format("{}", found),
            fmt::format("{}", said)}});
   }
 
@@ -274,34 +271,36 @@ class Judgement {
         fmt::format("axis.{}: play {:.3f} deg", axis, std::max(0.0, *seen.play_deg)));
   }
 
+  // Against what is said of the axis that it is to be the encoder of.
   void JudgeScale(std::size_t encoder) {
-    const EncoderSeen& seen = seen_.encoders[encoder];
-    const config::EncoderMap& map = stand_.axes[encoder].encoder.map;
     const std::optional<std::size_t> axis = AxisOfEncoder(wired_, encoder);
     if (!axis) return;
+    const EncoderSeen& seen = seen_.encoders[encoder];
+    const config::EncoderMap& said = stand_.axes[*axis].encoder.map;
     const std::string key = fmt::format("axis.{}.encoder", AxisName(*axis));
-    if (seen.word_order != map.word_order) {
-      Find(
-          "word order",
-          fmt::format(
-              "The encoder of axis.{} turns as its table does only where its two registers are "
-              "read the other way round.",
-              AxisName(*axis)),
-          {{key + ".word_order", Quoted(NameOf(seen.word_order)), Quoted(NameOf(map.word_order))}});
+    if (seen.word_order != said.word_order) {
+      Find("word order",
+           fmt::format("The encoder of axis.{} turns as its table does only where of its two "
+                       "registers the {} one is the high word.",
+                       AxisName(*axis),
+                       seen.word_order == config::WordOrder::kHighFirst ? "first" : "second"),
+           {{key + ".word_order", Quoted(NameOf(seen.word_order)),
+             Quoted(NameOf(said.word_order))}});
     }
-    if (seen.counts_per_turn == map.counts_per_turn || Slips(seen_.drives[*seen.drive])) return;
+    if (seen.counts_per_turn == said.counts_per_turn || Slips(seen_.drives[*seen.drive])) return;
     std::vector<Correction> lines = {{key + ".counts_per_turn",
                                       fmt::format("{:.0f}", seen.counts_per_turn),
-                                      fmt::format("{:.0f}", map.counts_per_turn)}};
-    if (const std::uint64_t range = RangeWith(map, seen.counts_per_turn); range != map.range_counts)
+                                      fmt::format("{:.0f}", said.counts_per_turn)}};
+    if (const std::uint64_t range = RangeWith(said, seen.counts_per_turn);
+        range != said.range_counts)
       lines.push_back(
-          {key + ".range_counts", fmt::format("{}", range), fmt::format("{}", map.range_counts)});
-    Find("counts per turn",
-         fmt::format(
-             "The encoder of axis.{} counts {:.4g} times what its map says for the angle that the "
-             "gyro felt: {:.0f} a turn, if it is one of the usual ones.",
-             AxisName(*axis), std::fabs(seen.ratio), seen.counts_per_turn),
-         std::move(lines));
+          {key + ".range_counts", fmt::format("{}", range), fmt::format("{}", said.range_counts)});
+    Find(
+        "counts per turn",
+        fmt::format("By the angle that the gyro felt, the encoder of axis.{} counts {:.0f} a turn, "
+                    "if that is one of the usual numbers, and not {:.0f}.",
+                    AxisName(*axis), seen.counts_per_turn, said.counts_per_turn),
+        std::move(lines));
   }
 
   void JudgeMounting() {

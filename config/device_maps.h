@@ -97,7 +97,8 @@ struct RelayMap {
 };
 
 // What a device's table of the stand file says takes the place of what its map says, each key
-// optional: pulses_per_turn of a drive; counts_per_turn, range_counts, word_order and delay_s of an encoder.
+// optional: pulses_per_turn of a drive; counts_per_turn, range_counts, word_order and delay_s of an
+// encoder.
 void ReadOwn(const TomlTable& device, DriveMap* map);
 void ReadOwn(const TomlTable& device, EncoderMap* map);
 

@@ -16,8 +16,8 @@ struct TomlEdit {
 };
 
 // A key that the text does not have comes first in its table, a table that it has not at its end:
-// so that a file which includes another one says what differs from that. Throws ConfigError where the
-// text, or what becomes of it, is not TOML, `file` being for messages.
+// so that a file which includes another one says what differs from that. Throws ConfigError where
+// the text, or what becomes of it, is not TOML, `file` being for messages.
 std::string Edited(std::string_view text, const std::filesystem::path& file,
                    const std::vector<TomlEdit>& edits);
 // The same of a file, which stays as it is.

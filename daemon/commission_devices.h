@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "commission/devices.h"
+#include "commission/probe.h"
 #include "config/stand_config.h"
 #include "daemon/acquisition.h"
 #include "daemon/run_control.h"

@@ -74,8 +74,9 @@ class RunControl {
   void RequireReady() const;
 
   // --- for the run
-  // From kIdle to kPreparing; of a run that commissions the stand from kDisconnected as well. `waiter` is the run's participant, until EndRun. `stops`: as it was
-  // when the run was asked for; StateError where Stop was called since.
+  // From kIdle to kPreparing; of a run that commissions the stand from kDisconnected as well.
+  // `waiter` is the run's participant, until EndRun. `stops`: as it was when the run was asked for;
+  // StateError where Stop was called since.
   enum class Devices { kMustBeWell, kMayBeUnwell };
   void BeginRun(Clock::Participant& waiter, std::optional<std::int64_t> stops = std::nullopt,
                 Devices devices = Devices::kMustBeWell);

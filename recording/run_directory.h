@@ -38,8 +38,8 @@ inline constexpr const char* kInterruptedOutcome = "interrupted";
 inline constexpr const char* kStartUtimeKey =
     "start_utime";                               // integer, microseconds since the epoch
 inline constexpr const char* kSaidKey = "said";  // by the procedure: a list of {t_s, text}
-// Of a run that commissioned the stand: {findings: [{what, reason, corrections: [{key, value, was}]}],
-// notes}.
+// Of a run that commissioned the stand: notes, a list, and findings, each with what, reason and
+// corrections; these have key, value and was.
 inline constexpr const char* kWiringKey = "wiring";
 inline constexpr const char* kMeasurementKey = "measurement";  // recording/measurement_info_json.h
 

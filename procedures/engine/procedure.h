@@ -47,8 +47,8 @@ struct ProcedureInfo {
   // Whether a run whose daemon ended may go on in the middle: each command measures the same
   // whatever went on before.
   bool resumable = false;
-  // Whether it is for a stand whose file may still be wrong: it is run while devices are not well, and
-  // nothing that is measured is evaluated.
+  // Whether it is for a stand whose file may still be wrong: it is run while devices are not well,
+  // and nothing that is measured is evaluated.
   bool commissions = false;
   std::string problem;  // why it cannot be used; empty when it can
 };

@@ -142,6 +142,19 @@ TEST_P(FaultTest, AnEncoderThatJumpsOrDropsOutGivesAnotherValueAndComesBack) {
   EXPECT_EQ(bench.Read<2>(kEncoder, 3, 0).value()[1], 0x2345);
 }
 
+// At once, when a positive move begins; on the way back it follows.
+TEST_P(FaultTest, ALooseEncoderStaysBehindByAShareOfEachPositiveMove) {
+  Bench bench(GetParam(), {Fault(Kind::kLoose, "inner.encoder", 0.25)});
+  bench.Enable();
+  bench.WaitUntil(1.5);
+  bench.Move(10000);  // a turn of the shaft, 9 deg of the table
+  bench.WaitUntil(6.0);
+  EXPECT_NEAR(bench.Angle_deg(), 0.75 * 9.0, 0.05);
+  bench.Move(-10000);
+  bench.WaitUntil(11.0);
+  EXPECT_NEAR(bench.Angle_deg(), -0.25 * 9.0, 0.05);
+}
+
 TEST_P(FaultTest, ADriveThatLostPowerIsDisabledAtRestAndCountsFromZero) {
   Bench bench(GetParam(), {Fault(Kind::kReboot, "inner.drive")});
   bench.Enable();

@@ -1,0 +1,177 @@
+#include "commission/wiring.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <map>
+#include <numeric>
+#include <string>
+
+#include "base/error.h"
+#include "commission/probe.h"
+#include "tests/commission/plain_stand.h"
+
+namespace gyrobench::commission {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Pair;
+
+config::StandConfig Stand() {
+  config::StandConfig stand;
+  stand.axes = PlainAxes();
+  return stand;
+}
+
+Wiring Found(const config::StandConfig& stand, const Wired& wired) {
+  PlainStand devices(wired);
+  return FindWiring(stand, Probe(stand.axes, devices));
+}
+
+std::vector<std::string> Names(const Wiring& wiring) {
+  std::vector<std::string> names;
+  for (const Finding& finding : wiring.findings) names.push_back(finding.what);
+  return names;
+}
+
+std::map<std::string, std::string> Lines(const Wiring& wiring) {
+  std::map<std::string, std::string> lines;
+  for (const Finding& finding : wiring.findings) {
+    for (const Correction& line : finding.corrections) lines[line.key] = line.value;
+  }
+  return lines;
+}
+
+TEST(Wiring, OfAStandThatIsAsItsFileSaysNothingIsFound) {
+  EXPECT_THAT(Names(Found(Stand(), {})), IsEmpty());
+}
+
+// All orders, of drives and of encoders.
+TEST(Wiring, ExchangedDrivesAndEncodersGetTheUnitsOfWhatTheyAreOn) {
+  std::vector<std::size_t> order(3);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const std::vector<std::string> names = {"outer", "middle", "inner"};
+  while (std::ranges::next_permutation(order).found) {
+    for (const bool drives : {true, false}) {
+      Wired wired;
+      (drives ? wired.drive_axis : wired.encoder_axis) = order;
+      const Wiring found = Found(Stand(), wired);
+      EXPECT_THAT(Names(found), ElementsAre(drives ? "exchanged drives" : "exchanged encoders"));
+      const auto lines = Lines(found);
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (order[i] == i) continue;
+        const std::string device = drives ? "drive" : "encoder";
+        EXPECT_EQ(lines.at("axis." + names[order[i]] + "." + device + ".unit"),
+                  std::to_string((drives ? 1 : 11) + static_cast<int>(i)));
+      }
+    }
+  }
+}
+
+TEST(Wiring, OneThatIsReversedIsTheDriveWhereTheGyroSaysSoAndElseTheEncoder) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Wired drive, encoder;
+    drive.turned_per_commanded[axis] = -1.0;
+    encoder.counts_per_deg[axis] *= -1.0;
+    EXPECT_THAT(Names(Found(Stand(), drive)), ElementsAre("reversed drive"));
+    EXPECT_THAT(Names(Found(Stand(), encoder)), ElementsAre("reversed encoder"));
+  }
+}
+
+// Every way in which a sensor can sit square on its table.
+TEST(Wiring, TheMountingIsFoundWhateverItIs) {
+  const std::vector<double> quarters = {0.0, 90.0, 180.0, 270.0};
+  for (const double x : quarters) {
+    for (const double y : {0.0, 90.0}) {
+      for (const double z : quarters) {
+        const auto turned = [](double deg, const Eigen::Vector3d& axis) {
+          return Eigen::AngleAxisd(deg * kRadPerDeg, axis);
+        };
+        Wired wired;
+        wired.mount = (turned(z, Eigen::Vector3d::UnitZ()) * turned(y, Eigen::Vector3d::UnitY()) *
+                       turned(x, Eigen::Vector3d::UnitX()))
+                          .toRotationMatrix();
+        const Wiring found = Found(Stand(), wired);
+        if (wired.mount.isIdentity(1e-9)) continue;
+        ASSERT_THAT(Names(found), ElementsAre("mounting")) << x << ' ' << y << ' ' << z;
+        // A stand file with these lines is right.
+        config::StandConfig corrected = Stand();
+        for (auto& [name, value_deg, limit_deg] : AnglesOf(corrected.geometry)) {
+          const auto lines = Lines(found);
+          const auto line = lines.find(std::string("geometry.") + name);
+          if (line != lines.end()) *value_deg = std::stod(line->second);
+        }
+        EXPECT_THAT(Names(Found(corrected, wired)), IsEmpty()) << x << ' ' << y << ' ' << z;
+      }
+    }
+  }
+}
+
+TEST(Wiring, ScalesAreToldApartByTheGyro) {
+  Wired wired;
+  wired.turned_per_commanded[0] = 2.0;
+  wired.counts_per_deg[1] /= 16.0;
+  wired.pulses_per_turn[2] = 5000;
+  const auto lines = Lines(Found(Stand(), wired));
+  EXPECT_THAT(lines, ElementsAre(Pair("axis.inner.drive.pulses_per_turn", "5000"),
+                                 Pair("axis.middle.encoder.counts_per_turn", "8192"),
+                                 Pair("axis.middle.encoder.range_counts", "33554432"),
+                                 Pair("axis.outer.gear_ratio", "20")));
+}
+
+TEST(Wiring, WordsInTheOtherOrderAreSeenInEachEncoder) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Wired wired;
+    wired.low_word_first[axis] = true;
+    const Wiring found = Found(Stand(), wired);
+    ASSERT_THAT(Names(found), ElementsAre("word order"));
+    EXPECT_EQ(found.findings[0].corrections.at(0).value, "\"low_first\"");
+  }
+}
+
+TEST(Wiring, WhatNoLineMendsIsSaidWithWhatToDo) {
+  Wired play, loose;
+  play.play_deg = 0.4;
+  loose.loose = 0.2;
+  const Wiring of_play = Found(Stand(), play), of_loose = Found(Stand(), loose);
+  EXPECT_THAT(Names(of_play), ElementsAre("play", "play", "play"));
+  EXPECT_THAT(of_play.findings[0].reason, HasSubstr("a play of 0.40 deg"));
+  EXPECT_THAT(Names(of_loose), ElementsAre("slipping encoder"));
+  EXPECT_THAT(of_loose.findings[0].reason, HasSubstr("tighten its coupling"));
+  EXPECT_THAT(Lines(of_play), IsEmpty());
+  EXPECT_THAT(Lines(of_loose), IsEmpty());
+}
+
+TEST(Wiring, TheDelayOfAllEncodersIsOneLineOfEach) {
+  Wired wired;
+  wired.delay_s = 0.02;
+  const auto lines = Lines(Found(Stand(), wired));
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_NEAR(std::stod(lines.at("axis.outer.encoder.delay_s")), 0.02, 2e-3);
+}
+
+// Two drives that are reversed look, to the gyro, like a mounting that is half a turn off: the
+// encoders tell which it is.
+TEST(Wiring, TheSimplerOfTwoExplanationsIsGiven) {
+  Wired reversed;
+  reversed.turned_per_commanded = {-1.0, -1.0, 1.0};
+  EXPECT_THAT(Names(Found(Stand(), reversed)), ElementsAre("reversed drive"));
+  Wired turned;
+  turned.mount = Eigen::AngleAxisd(std::acos(-1.0), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  EXPECT_THAT(Names(Found(Stand(), turned)), ElementsAre("mounting"));
+}
+
+// A stand with one axis: what cannot be told is not invented.
+TEST(Wiring, OfOneAxisTheSenseIsToldByDriveAndEncoder) {
+  config::StandConfig stand = Stand();
+  stand.axes.erase(stand.axes.begin(), stand.axes.begin() + 2);
+  Wired wired{.drive_axis = {2}, .encoder_axis = {2}};
+  EXPECT_THAT(Names(Found(stand, wired)), IsEmpty());
+  wired.counts_per_deg[0] *= -1.0;
+  EXPECT_THAT(Names(Found(stand, wired)), ElementsAre("reversed encoder"));
+}
+
+}  // namespace
+}  // namespace gyrobench::commission
