@@ -29,8 +29,9 @@ std::int64_t Shorter(std::int64_t step, std::int64_t range) {
 constexpr double kLeastTurn_deg = 0.1;
 // Of which a direction is known to a degree.
 constexpr double kLeastForDirection_deg = 1.5;
-// An encoder that moves by less is noise.
-constexpr std::int64_t kLeastCounts = 16;
+// An encoder that moves by less is noise: of its counts, and of its table's angle.
+constexpr std::int64_t kLeastCounts = 3;
+constexpr double kLeastShare = 0.01;
 
 double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -66,7 +67,8 @@ class Looking {
       : axes_(axes), measured_(measured) {}
 
   Seen Look() {
-    for (std::size_t i = 0; i < axes_.size(); ++i) seen_.drives.push_back({.scale = Scale(i)});
+    for (std::size_t i = 0; i < axes_.size(); ++i)
+      seen_.drives.push_back({.scale = Scale(i), .turn_deg = 0.0});
     for (const Move& move : measured_.moves) {
       if (Length(move.turned_deg) > kLeastForDirection_deg) seen_.with_direction.push_back(&move);
     }
@@ -102,11 +104,12 @@ class Looking {
     const EncoderSeen as{drive, order, 0.0, map.counts_per_turn};
     std::vector<double> ratios;
     for (const Move* move : Largest(AtHome(measured_, drive))) {
-      const bool stood =
-          std::abs(Step(map, order, move->before[encoder], move->after[encoder])) < kLeastCounts;
-      ratios.push_back(stood ? 0.0
-                             : Angle_deg(encoder, as, *move) /
-                                   (seen_.drives[drive].scale * move->commanded_deg));
+      const std::int64_t counts =
+          std::abs(Step(map, order, move->before[encoder], move->after[encoder]));
+      const double ratio =
+          Angle_deg(encoder, as, *move) / (seen_.drives[drive].scale * move->commanded_deg);
+      const bool stood = counts <= kLeastCounts || std::fabs(ratio) < kLeastShare;
+      ratios.push_back(stood ? 0.0 : ratio);
     }
     return ratios.empty() ? 0.0 : Median(std::move(ratios));
   }
@@ -144,6 +147,7 @@ class Looking {
     }
     const std::vector<const Move*> moves = AtHome(measured_, drive);
     const Move* first = Largest(moves).front();
+    seen.turn_deg = seen.scale * std::fabs(first->commanded_deg);
     const double unit = Length(first->turned_deg) > 0.0 ? Length(first->turned_deg) : 1.0;
     std::vector<double> there, back, after_turn, encoder_scales;
     for (std::size_t k = 1; k < moves.size(); ++k) {
@@ -179,8 +183,8 @@ class Looking {
     return sum / static_cast<double>(values.size());
   }
 
-  // Within which a gyro's nominal scale and its alignment are right.
-  static constexpr double kScaleKnown = 0.1;
+  // Within which a gyro's nominal scale (MPU-6050: 3 %) and its alignment are right.
+  static constexpr double kScaleKnown = 0.05;
 
   const std::vector<config::AxisConfig>& axes_;
   const Measurements& measured_;

@@ -41,7 +41,8 @@ struct EncoderSeen {
 };
 
 struct DriveSeen {
-  double scale = 0.0;  // the table's angle, by the gyro, over the commanded one; above 0
+  double scale = 0.0;     // the table's angle, by the gyro, over the commanded one; above 0
+  double turn_deg = 0.0;  // of the table in one of the large moves
   std::optional<std::size_t> encoder = {};
   // Scale by the encoder, with the counts that it has: in moves that went on as the one before.
   std::optional<double> encoder_scale = {};

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace gyrobench::commission {
 namespace {
@@ -48,6 +49,16 @@ Way WayOf(std::span<const Devices::Rate> rates, const Vector3& rest_deg_s) {
 // order as long as the low word does not go round, and read modulo 2^32 where it does.
 std::uint32_t Number(const Words& words) {
   return static_cast<std::uint32_t>(words[0]) << 16 | words[1];
+}
+
+// Between neighbouring readings: a count, as the registers have it.
+double SmallestStep(const std::vector<double>& counts) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < counts.size(); ++i) {
+    const double step = std::fabs(counts[i] - counts[i - 1]);
+    if (step > 0.0) smallest = std::min(smallest, step);
+  }
+  return smallest;
 }
 
 }  // namespace
@@ -98,6 +109,9 @@ void DelaySeen::End(std::span<const Devices::Rate> rates, const Vector3& rest_de
         rms * std::sqrt(solver.solve(Eigen::Vector3d::UnitZ())(2)) / std::fabs(fit(1));
     if (!(error_s > 0.0)) continue;
     const double weight = 1.0 / (error_s * error_s);
+    sums_[j].rounding_s = std::max(
+        sums_[j].rounding_s,
+        0.5 * SmallestStep(counts) / std::fabs(fit(1) * *std::ranges::max_element(way.rate_deg_s)));
     sums_[j].weight += weight;
     sums_[j].weighted_s += weight * (-fit(2) / fit(1));
   }
@@ -107,7 +121,10 @@ std::vector<std::optional<Measurements::Delay>> DelaySeen::Found() const {
   std::vector<std::optional<Measurements::Delay>> out;
   for (const Sum& sum : sums_) {
     out.emplace_back();
-    if (sum.weight > 0.0) out.back() = {sum.weighted_s / sum.weight, 1.0 / std::sqrt(sum.weight)};
+    if (sum.weight > 0.0) {
+      out.back() = {sum.weighted_s / sum.weight,
+                    std::hypot(1.0 / std::sqrt(sum.weight), sum.rounding_s)};
+    }
   }
   return out;
 }

@@ -28,6 +28,8 @@ class DelaySeen {
  private:
   struct Sum {
     double weight = 0.0, weighted_s = 0.0;
+    double rounding_s =
+        0.0;  // half a count at the speed of a move, which repeats from move to move
   };
   std::vector<std::vector<Devices::Angle>> angles_;
   std::vector<Sum> sums_;

@@ -21,8 +21,11 @@ namespace {
 constexpr double kMountingKnown_deg = 5.0;
 // Better than one reversed drive by nothing, worse than two: as likely as a mistake and a half.
 constexpr double kCostOfMounting = 1.5;
-// Of a gear ratio: by an encoder, and by the gyro, whose scale is known to a few percent.
+// Of a gear ratio: by an encoder that counts finely, and by the gyro, whose scale is known to a few
+// percent.
 constexpr double kGearByEncoder = 0.01, kGearByGyro = 0.06;
+// What a coarse encoder adds to any difference of its angles [counts].
+constexpr double kRounding_counts = 2.0;
 // Of a worm that wants to be set.
 constexpr double kLargestPlay_deg = 0.1;
 // What a table or an encoder may end beside where it began.
@@ -207,10 +210,17 @@ class Judgement {
            fmt::format("{}", said)}});
   }
 
+  // Of the encoder on a drive; 0 where none follows it.
+  double Rounding_deg(const DriveSeen& seen) const {
+    return seen.encoder
+               ? kRounding_counts * kFullTurn_deg / seen_.encoders[*seen.encoder].counts_per_turn
+               : 0.0;
+  }
   bool Slips(const DriveSeen& seen) const {
+    const double rounding_deg = Rounding_deg(seen);
     return seen.encoder && std::fabs(seen.table_off_deg) < kLargestOff_deg &&
-           (std::fabs(seen.encoder_off_deg) > kLargestOff_deg ||
-            std::fabs(seen.there_over_back - 1.0) > kSameBothWays);
+           (std::fabs(seen.encoder_off_deg) > kLargestOff_deg + rounding_deg ||
+            std::fabs(seen.there_over_back - 1.0) > kSameBothWays + rounding_deg / seen.turn_deg);
   }
 
   void JudgeGear(std::size_t drive) {
@@ -218,7 +228,8 @@ class Judgement {
     const std::size_t axis = wired_.axis_of_drive[drive];
     const bool by_encoder = seen.encoder_scale && !Slips(seen);
     const double scale = by_encoder ? *seen.encoder_scale : seen.scale;
-    const double known = by_encoder ? kGearByEncoder : kGearByGyro;
+    const double known =
+        by_encoder ? kGearByEncoder + Rounding_deg(seen) / seen.turn_deg : kGearByGyro;
     const double said = stand_.axes[axis].gear_ratio;
     const double found = stand_.axes[drive].gear_ratio / scale;
     if (std::fabs(found / said - 1.0) <= known) {
@@ -261,7 +272,7 @@ class Judgement {
               std::fabs(seen.table_off_deg)));
     }
     if (!seen.play_deg) return;
-    if (*seen.play_deg > kLargestPlay_deg) {
+    if (*seen.play_deg > kLargestPlay_deg + Rounding_deg(seen)) {
       return Find("play",
                   fmt::format("The table of axis.{} has a play of {:.2f} deg when the shaft turns "
                               "back: set the worm closer to its wheel.",

@@ -10,7 +10,6 @@ procedure = {
     .. "ratio, pulses or counts per turn, word order, play, an encoder that slips, the mounting of the gyro, the delay of "
     .. "the reference. No table turns farther than 12 deg from where it stands. All devices must answer (gyrobench "
     .. "devices), and the axes stand at their marks.",
-  measures = {},
   commissions = true,
   parameters = {},
 }

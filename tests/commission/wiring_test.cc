@@ -131,6 +131,36 @@ TEST(Wiring, WordsInTheOtherOrderAreSeenInEachEncoder) {
   }
 }
 
+// 12 bits a turn: a count is 0.09 deg, of moves of 4.5 deg.
+TEST(Wiring, ACoarseEncoderIsNotTakenForOneThatSlips) {
+  config::StandConfig stand = Stand();
+  Wired wired;
+  for (std::size_t i = 0; i < 3; ++i) {
+    stand.axes[i].encoder.map.counts_per_turn = 4096;
+    stand.axes[i].encoder.map.range_counts = 65536;
+    stand.axes[i].encoder.map.words = 1;
+    wired.counts_per_deg[i] = 4096.0 / 360.0;
+    wired.low_word_first[i] = true;  // one register: the low word
+  }
+  EXPECT_THAT(Names(Found(stand, wired)), IsEmpty());
+  wired.counts_per_deg[1] *= -1.0;
+  wired.turned_per_commanded[2] = 0.5;
+  EXPECT_THAT(Names(Found(stand, wired)), ElementsAre("reversed encoder", "gear ratio"));
+}
+
+// The gyro's scale is known to 3 %: what differs from it by less is no other count.
+TEST(Wiring, AGyroThatIsAFewPercentOffMakesNoFinding) {
+  const config::StandConfig stand = Stand();
+  for (const double of_gyro : {0.97, 1.03}) {
+    PlainStand devices({});
+    Measurements measured = Probe(stand.axes, devices);
+    for (Move& move : measured.moves) {
+      for (double& turned_deg : move.turned_deg) turned_deg *= of_gyro;
+    }
+    EXPECT_THAT(Names(FindWiring(stand, measured)), IsEmpty()) << of_gyro;
+  }
+}
+
 TEST(Wiring, WhatNoLineMendsIsSaidWithWhatToDo) {
   Wired play, loose;
   play.play_deg = 0.4;
