@@ -149,7 +149,8 @@ recording::RunDirectory FindRecord(const Options& options) {
 }  // namespace
 
 int Show(const Options& options) {
-  const Json record = Describe(FindRecord(options));
+  const recording::RunDirectory run = FindRecord(options);
+  const Json record = Describe(run);
   if (options.json) {
     fmt::print("{}\n", JsonText(record, 2));
     return kDone;
@@ -160,6 +161,11 @@ int Show(const Options& options) {
   fmt::print("{}", HeadText(record, terminal));
   const Json& result = record["result"];
   const std::string problem = Text(result, "problem");
+  document = WiringDocument(Field(Field(record, "run"), recording::kWiringKey));
+  if (!document.empty()) {
+    fmt::print("\n{}", RenderText(document, terminal));
+    return kDone;
+  }
   if (result.is_null() || !problem.empty()) {
     fmt::print("\n{}: from the record itself: gyrobench analyze {}\n",
                problem.empty() ? "no results yet" : problem, Text(record, "run_id"));

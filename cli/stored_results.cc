@@ -191,4 +191,29 @@ StoredTrace ReadTrace(const nlohmann::json& json) {
   return trace;
 }
 
+presentation::Document WiringDocument(const nlohmann::json& wiring) {
+  presentation::Document document;
+  const nlohmann::json& findings = Field(wiring, "findings");
+  if (!findings.is_array()) return document;
+  if (findings.empty())
+    Add(document, presentation::Paragraph{"The stand is wired as its file says."});
+  for (const nlohmann::json& finding : findings) {
+    presentation::Section section{Text(finding, "what"), {}};
+    Add(section.blocks, presentation::Paragraph{Text(finding, "reason")});
+    presentation::List lines;
+    for (const nlohmann::json& line : Field(finding, "corrections")) {
+      lines.items.emplace_back(fmt::format("{} = {} (was {})", Text(line, "key"),
+                                           Text(line, "value"), Text(line, "was")));
+    }
+    Add(section.blocks, std::move(lines));
+    Add(document, std::move(section));
+  }
+  presentation::Section well{"As it should be", {}};
+  presentation::List notes;
+  for (const nlohmann::json& note : Field(wiring, "notes")) notes.items.emplace_back(Plain(note));
+  Add(well.blocks, std::move(notes));
+  Add(document, std::move(well));
+  return document;
+}
+
 }  // namespace gyrobench::cli

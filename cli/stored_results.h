@@ -7,6 +7,7 @@
 
 #include "calibration/estimators/results.h"
 #include "calibration/trace/trace_result.h"
+#include "presentation/document.h"
 
 namespace gyrobench::cli {
 
@@ -21,5 +22,9 @@ struct StoredTrace {
   std::vector<std::string> not_known;  // sentences on what was left out, and why
 };
 StoredTrace ReadTrace(const nlohmann::json& json);
+
+// Of a run that commissioned the stand (`wiring` of its run.json): what is not as the stand file
+// says, which lines of it are wrong, and what is as it should be. Empty where there is none.
+presentation::Document WiringDocument(const nlohmann::json& wiring);
 
 }  // namespace gyrobench::cli

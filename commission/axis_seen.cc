@@ -11,13 +11,6 @@
 namespace gyrobench::commission {
 namespace {
 
-std::int64_t Value(const config::EncoderMap& map, config::WordOrder order, const Words& words) {
-  if (map.words == 1) return words[0];
-  const bool high_first = order == config::WordOrder::kHighFirst;
-  const std::int64_t high = words[high_first ? 0 : 1], low = words[high_first ? 1 : 0];
-  return high * 0x10000 + low;
-}
-
 std::int64_t Shorter(std::int64_t step, std::int64_t range) {
   step %= range;
   if (step > range / 2) step -= range;
@@ -39,25 +32,10 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-// Moves of one drive while all others stood at their marks, in order.
-std::vector<const Move*> AtHome(const Measurements& measured, std::size_t drive) {
+std::vector<const Move*> Large(const Measurements& measured, std::size_t drive) {
   std::vector<const Move*> out;
-  for (const Move& move : measured.moves) {
-    bool home = move.drive == drive;
-    for (std::size_t i = 0; i < move.begin_deg.size(); ++i)
-      home = home && (i == drive || move.begin_deg[i] == 0.0);
-    if (home) out.push_back(&move);
-  }
-  return out;
-}
-
-// Those of the largest angle.
-std::vector<const Move*> Largest(const std::vector<const Move*>& moves) {
-  double most = 0.0;
-  for (const Move* move : moves) most = std::max(most, std::fabs(move->commanded_deg));
-  std::vector<const Move*> out;
-  for (const Move* move : moves)
-    if (std::fabs(move->commanded_deg) > 0.9 * most) out.push_back(move);
+  for (const Move& move : measured.moves)
+    if (move.drive == drive && move.kind == Move::Kind::kLarge) out.push_back(&move);
   return out;
 }
 
@@ -80,7 +58,7 @@ class Looking {
  private:
   double Scale(std::size_t drive) const {
     std::vector<double> scales;
-    for (const Move* move : Largest(AtHome(measured_, drive))) {
+    for (const Move* move : Large(measured_, drive)) {
       const double turned_deg = Length(move->turned_deg);
       if (turned_deg > kLeastTurn_deg)
         scales.push_back(turned_deg / std::fabs(move->commanded_deg));
@@ -98,12 +76,16 @@ class Looking {
            kFullTurn_deg / as.counts_per_turn;
   }
 
-  // Over the drive's moves; 0 where it stood still.
+  // Over the drive's moves; 0 where it stood still, or moves now so and now so.
   double Ratio(std::size_t encoder, std::size_t drive, config::WordOrder order) const {
     const config::EncoderMap& map = axes_[encoder].encoder.map;
-    const EncoderSeen as{drive, order, 0.0, map.counts_per_turn};
+    // The smallest over the largest: it may slip, and have play. In the other order than that of its
+    // map a count that flickers is thousands of them.
+    const double alike = order == map.word_order ? 0.2 : 0.6;
+    const EncoderSeen as{
+        .drive = drive, .word_order = order, .counts_per_turn = map.counts_per_turn};
     std::vector<double> ratios;
-    for (const Move* move : Largest(AtHome(measured_, drive))) {
+    for (const Move* move : Large(measured_, drive)) {
       const std::int64_t counts =
           std::abs(Step(map, order, move->before[encoder], move->after[encoder]));
       const double ratio =
@@ -111,16 +93,20 @@ class Looking {
       const bool stood = counts <= kLeastCounts || std::fabs(ratio) < kLeastShare;
       ratios.push_back(stood ? 0.0 : ratio);
     }
-    return ratios.empty() ? 0.0 : Median(std::move(ratios));
+    const auto [least, most] = std::ranges::minmax(ratios);
+    if (!(least * most > 0.0)) return 0.0;
+    const double share =
+        std::min(std::fabs(least), std::fabs(most)) / std::max(std::fabs(least), std::fabs(most));
+    return share < alike ? 0.0 : Median(std::move(ratios));
   }
 
   // In the order of words in which it moves as far as a table does.
   EncoderSeen LookAtEncoder(std::size_t encoder) const {
     const config::EncoderMap& map = axes_[encoder].encoder.map;
-    EncoderSeen best{std::nullopt, map.word_order, 0.0, map.counts_per_turn};
+    EncoderSeen best{.word_order = map.word_order, .counts_per_turn = map.counts_per_turn};
     double least_off = 0.0;
     for (const config::WordOrder order : {map.word_order, Other(map.word_order)}) {
-      EncoderSeen here{std::nullopt, order, 0.0, map.counts_per_turn};
+      EncoderSeen here{.word_order = order, .counts_per_turn = map.counts_per_turn};
       for (std::size_t drive = 0; drive < axes_.size(); ++drive) {
         const double ratio = Ratio(encoder, drive, order);
         if (std::fabs(ratio) <= std::fabs(here.ratio)) continue;
@@ -135,46 +121,45 @@ class Looking {
       }
       if (map.words == 1) break;
     }
-    if (best.drive && std::fabs(std::fabs(best.ratio) - 1.0) > kScaleKnown)
-      best.counts_per_turn = LikelyCounts(map.counts_per_turn * std::fabs(best.ratio));
+    best.at_mark = Value(map, best.word_order, measured_.moves.front().before[encoder]);
+    if (best.drive && std::fabs(std::fabs(best.ratio) - 1.0) > kScaleKnown) {
+      const double about = map.counts_per_turn * std::fabs(best.ratio);
+      const std::optional<double> likely = LikelyCounts(about);
+      best.counts_known = likely.has_value();
+      best.counts_per_turn = likely.value_or(about);
+    }
     return best;
   }
 
+  // There, on, back, on: the second and the fourth go on as the one before.
   void LookAtMoves(std::size_t drive) {
     DriveSeen& seen = seen_.drives[drive];
     for (std::size_t j = 0; j < axes_.size(); ++j) {
       if (seen_.encoders[j].drive == drive && !seen.encoder) seen.encoder = j;
     }
-    const std::vector<const Move*> moves = AtHome(measured_, drive);
-    const Move* first = Largest(moves).front();
-    seen.turn_deg = seen.scale * std::fabs(first->commanded_deg);
-    const double unit = Length(first->turned_deg) > 0.0 ? Length(first->turned_deg) : 1.0;
-    std::vector<double> there, back, after_turn, encoder_scales;
-    for (std::size_t k = 1; k < moves.size(); ++k) {
+    const std::vector<const Move*> moves = Large(measured_, drive);
+    const Move& first = *moves.front();
+    seen.turn_deg = seen.scale * std::fabs(first.commanded_deg);
+    const double unit = Length(first.turned_deg) > 0.0 ? Length(first.turned_deg) : 1.0;
+    std::vector<double> going_on, after_turn, encoder_scales;
+    for (std::size_t k = 0; k < moves.size(); ++k) {
       const Move& move = *moves[k];
-      if (std::fabs(move.commanded_deg) < 0.9 * std::fabs(first->commanded_deg)) continue;
       // Along the first: the sense of the drive.
       double along_deg = 0.0;
       for (std::size_t a = 0; a < 3; ++a)
-        along_deg += move.turned_deg[a] * first->turned_deg[a] / unit;
+        along_deg += move.turned_deg[a] * first.turned_deg[a] / unit;
       seen.table_off_deg += along_deg;
       const double encoder_deg =
           seen.encoder ? Angle_deg(*seen.encoder, seen_.encoders[*seen.encoder], move) : along_deg;
       seen.encoder_off_deg += encoder_deg;
-      const bool goes_on = move.commanded_deg * moves[k - 1]->commanded_deg > 0.0;
-      const double turned_deg = std::fabs(encoder_deg);
-      if (!goes_on) {
-        after_turn.push_back(turned_deg);
-        continue;
-      }
-      (move.commanded_deg > 0.0 ? there : back).push_back(turned_deg);
-      if (seen.encoder) encoder_scales.push_back(turned_deg / std::fabs(move.commanded_deg));
+      (k % 2 == 1 ? going_on : after_turn).push_back(std::fabs(encoder_deg));
+      if (k % 2 == 1 && seen.encoder)
+        encoder_scales.push_back(std::fabs(encoder_deg / move.commanded_deg));
     }
     if (!encoder_scales.empty()) seen.encoder_scale = Mean(encoder_scales);
-    if (there.empty() || back.empty()) return;
-    seen.there_over_back = Mean(there) / Mean(back);
-    if (after_turn.size() == there.size() + back.size())
-      seen.play_deg = 0.5 * (Mean(there) + Mean(back)) - Mean(after_turn);
+    if (going_on.size() < 2) return;
+    seen.there_over_back = going_on[0] / going_on[1];
+    seen.play_deg = Mean(going_on) - Mean(after_turn);
   }
 
   static double Mean(const std::vector<double>& values) {
@@ -193,6 +178,13 @@ class Looking {
 
 }  // namespace
 
+std::int64_t Value(const config::EncoderMap& map, config::WordOrder order, const Words& words) {
+  if (map.words == 1) return words[0];
+  const bool high_first = order == config::WordOrder::kHighFirst;
+  const std::int64_t high = words[high_first ? 0 : 1], low = words[high_first ? 1 : 0];
+  return high * 0x10000 + low;
+}
+
 std::int64_t Step(const config::EncoderMap& map, config::WordOrder order, const Words& before,
                   const Words& after) {
   const std::int64_t from = Value(map, order, before), to = Value(map, order, after);
@@ -204,12 +196,20 @@ std::int64_t Step(const config::EncoderMap& map, config::WordOrder order, const 
   return std::abs(round) < std::abs(step) ? round : step;
 }
 
-double LikelyCounts(double about) {
-  constexpr double kNear = 0.06;  // the gyro's scale is known to a few percent
-  const double power = std::exp2(std::round(std::log2(about)));
-  if (std::fabs(about / power - 1.0) < kNear) return power;
-  const double digit = std::pow(10.0, std::floor(std::log10(about)) - 2.0);
-  return std::round(about / digit) * digit;
+std::optional<double> LikelyCounts(double about) {
+  // The gyro's scale is known to 3 %.
+  constexpr double kNear = 0.04;
+  const double decade = std::pow(10.0, std::floor(std::log10(about)));
+  std::vector<double> usual = {std::exp2(std::round(std::log2(about)))};
+  for (const double digits : {1.0, 2.0, 2.5, 3.6, 5.0, 7.2, 9.0, 10.0})
+    usual.push_back(digits * decade);
+  std::optional<double> likely;
+  for (const double counts : usual) {
+    if (std::fabs(about / counts - 1.0) > kNear || counts == likely) continue;
+    if (likely) return std::nullopt;
+    likely = counts;
+  }
+  return likely;
 }
 
 std::uint64_t RangeWith(const config::EncoderMap& map, double counts_per_turn) {

@@ -12,7 +12,8 @@
 
 namespace gyrobench::commission {
 
-// An encoder's registers as numbers, read in either order.
+// What registers hold, read in an order of their words.
+std::int64_t Value(const config::EncoderMap& map, config::WordOrder order, const Words& words);
 // From one value to the next, the shorter way round [counts].
 std::int64_t Step(const config::EncoderMap& map, config::WordOrder order, const Words& before,
                   const Words& after);
@@ -23,21 +24,22 @@ inline config::WordOrder Other(config::WordOrder order) {
 inline const char* NameOf(config::WordOrder order) {
   return order == config::WordOrder::kHighFirst ? "high_first" : "low_first";
 }
-
-// What one turn of the table is likely to have in counts, where about `about` were seen: a power of
-// two near it, else three digits of it.
-double LikelyCounts(double about);
+// The number of counts a turn, of those that are usual, that is within the gyro's scale of `about`:
+// a power of two, or a round number. None where there is no such one, or more than one.
+std::optional<double> LikelyCounts(double about);
 // The values of its range, with as many turns as before.
 std::uint64_t RangeWith(const config::EncoderMap& map, double counts_per_turn);
 
 // Of one encoder.
 struct EncoderSeen {
-  std::optional<std::size_t> drive;  // that turns it; none where it stood still
+  std::optional<std::size_t> drive = {};  // that turns it; none where it stood still
   config::WordOrder word_order = config::WordOrder::kHighFirst;
   // Its angle, without its sign, over what was commanded of the drive times the drive's scale:
   // negative where it counts the other way.
   double ratio = 0.0;
   double counts_per_turn = 0.0;  // that it has
+  bool counts_known = true;      // else they are what the gyro makes of them, to a few percent
+  std::int64_t at_mark = 0;      // its value, with the axes at their marks
 };
 
 struct DriveSeen {

@@ -10,8 +10,6 @@
 namespace gyrobench::commission {
 namespace {
 
-// Of the mounting in place of directions that no move shows: a stand with one axis has one.
-constexpr double kPriorWeight = 1e-3;
 // Beyond the misfit of the best: the sensor's own axes, leans and worms make less of it.
 constexpr double kNearlyAsGood_deg = 1.0;
 
@@ -41,30 +39,59 @@ std::array<double, 3> MountAngles(const Eigen::Matrix3d& rotation) {
           std::atan2(rotation(1, 0), rotation(0, 0)) * kDegPerRad};
 }
 
+// The rotation that takes what is seen to what is expected (Kabsch 1976). Where all of it lies
+// along one direction a turn about that cannot be seen: of the right angles from the one before,
+// the one that fits and is nearest to it.
+Eigen::Matrix3d BestMount(const std::vector<Eigen::Vector3d>& expected,
+                          const std::vector<Eigen::Vector3d>& seen, const Eigen::Matrix3d& before) {
+  constexpr double kOneDirection = 0.02;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < seen.size(); ++i) sum += expected[i] * seen[i].transpose();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (svd.singularValues()(1) > kOneDirection * svd.singularValues()(0)) {
+    Eigen::Vector3d proper = Eigen::Vector3d::Ones();
+    proper(2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+    return svd.matrixU() * proper.asDiagonal() * svd.matrixV().transpose();
+  }
+  Eigen::Matrix3d best = before;
+  double most = (before.transpose() * sum).trace();
+  for (const double x : {0.0, 90.0, 180.0, 270.0}) {
+    for (const double y : {0.0, 90.0, 270.0}) {
+      const Eigen::Matrix3d mount = Rotation({x, y, 0.0}) * before;
+      const double fit = (mount.transpose() * sum).trace();
+      if (fit <= most + 1e-6 * static_cast<double>(seen.size())) continue;
+      most = fit;
+      best = mount;
+    }
+  }
+  return best;
+}
+
 class Fit {
  public:
-  Fit(const StandGeometry& configured, const std::vector<std::size_t>& stand_axes,
-      const std::vector<const Move*>& moves, const std::vector<double>& scales)
-      : configured_(configured), stand_axes_(stand_axes), moves_(moves), scales_(scales) {
+  Fit(const StandGeometry& configured, const std::vector<std::size_t>& stand_axes, const Felt& felt,
+      const std::vector<double>& scales)
+      : configured_(configured), stand_axes_(stand_axes), felt_(felt), scales_(scales) {
     StandGeometry on_table = configured;
     on_table.mount_deg = {};
     frame_ = kinematics::StandFrame(on_table);
+    const Matrix3 at_marks = frame_.Orientation({});
+    frame_up_ = Eigen::Vector3d(at_marks[2][0], at_marks[2][1], at_marks[2][2]);
   }
 
-  // With the mounting that fits best (Kabsch 1976).
+  // With the mounting that fits best.
   Assignment Best(Assignment wired) const {
     const Eigen::Matrix3d before = Rotation(configured_.mount_deg);
-    Eigen::Matrix3d sum = kPriorWeight * static_cast<double>(moves_.size()) * before;
     std::vector<Eigen::Vector3d> expected, seen;
-    for (const Move* move : moves_) {
+    for (const Move* move : felt_.moves) {
       expected.push_back(Expected(wired, *move));
       seen.push_back(ToEigen(move->turned_deg).normalized());
-      sum += expected.back() * seen.back().transpose();
     }
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Vector3d proper = Eigen::Vector3d::Ones();
-    proper(2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-    const Eigen::Matrix3d mount = svd.matrixU() * proper.asDiagonal() * svd.matrixV().transpose();
+    if (Length(felt_.up) > 0.0) {
+      expected.push_back(frame_up_);
+      seen.push_back(ToEigen(felt_.up).normalized());
+    }
+    const Eigen::Matrix3d mount = BestMount(expected, seen, before);
     double square = 0.0;
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const double cosine = expected[i].dot(mount * seen[i]);
@@ -94,18 +121,18 @@ class Fit {
 
   const StandGeometry& configured_;
   const std::vector<std::size_t>& stand_axes_;
-  const std::vector<const Move*>& moves_;
+  const Felt& felt_;
   const std::vector<double>& scales_;
   kinematics::StandFrame frame_;
+  Eigen::Vector3d frame_up_;  // with the axes at their marks, in the inner table's frame
 };
 
 }  // namespace
 
 std::vector<Assignment> FittingAssignments(const StandGeometry& configured,
                                            const std::vector<std::size_t>& stand_axes,
-                                           const std::vector<const Move*>& moves,
-                                           const std::vector<double>& scales) {
-  const Fit fit(configured, stand_axes, moves, scales);
+                                           const Felt& felt, const std::vector<double>& scales) {
+  const Fit fit(configured, stand_axes, felt, scales);
   const std::size_t n = stand_axes.size();
   std::vector<Assignment> all;
   Assignment wired;

@@ -19,12 +19,18 @@ struct Assignment {
   double misfit_deg = 0.0;                 // root mean square angle between seen and expected
 };
 
-// All ways that fit nearly as well as the best. `stand_axes`: of each axis of the stand file, its
-// place among outer, middle, inner. `moves`: those that turned enough to have a direction; the
-// angle that a drive turned its table by is `scales[drive]` times what was commanded.
+// What the sensor feels: moves that turned enough to have a direction, and of which way is up with
+// the axes at their marks; 0 where that is not known.
+struct Felt {
+  std::vector<const Move*> moves;
+  Vector3 up = {};
+};
+
+// All ways that fit nearly as well as the best. A mounting about the only direction that is felt
+// stays as it was. `stand_axes`: of each axis of the stand file, its place among outer, middle,
+// inner. The angle that a drive turned its table by is `scales[drive]` times what was commanded.
 std::vector<Assignment> FittingAssignments(const StandGeometry& configured,
                                            const std::vector<std::size_t>& stand_axes,
-                                           const std::vector<const Move*>& moves,
-                                           const std::vector<double>& scales);
+                                           const Felt& felt, const std::vector<double>& scales);
 
 }  // namespace gyrobench::commission

@@ -21,6 +21,12 @@ using Words = std::array<std::uint16_t, 2>;
 // One move of one drive. Axes, drives and encoders are counted as the stand file has them: the i-th
 // drive is that of its i-th axis, whatever it really turns.
 struct Move {
+  enum class Kind {
+    kFirst,  // how far the table turns for what is commanded
+    kLarge,  // by which the axis is judged: twice one way from its mark, and twice back
+    kSmall   // with another axis turned away from its mark: its direction
+  };
+  Kind kind = Kind::kFirst;
   std::size_t drive = 0;
   // Of the table, by this drive's configuration with the pulses a turn that it said itself.
   double commanded_deg = 0.0;
@@ -33,7 +39,9 @@ struct Move {
 
 struct Measurements {
   std::vector<int> pulses_per_turn;  // that each drive says
-  std::vector<Move> moves;           // in the order in which they were made
+  // Of the accelerometer with the axes at their marks, sensor frame [g]; 0 where it felt nothing.
+  Vector3 specific_force_g = {};
+  std::vector<Move> moves;  // in the order in which they were made
   // By how much each encoder's value is older than the gyro's at the same time, its filter taken off
   // [s], in the moves of the drive that turns it, with the standard error. Empty where none did.
   struct Delay {

@@ -17,8 +17,9 @@ namespace gyrobench::commission {
 class Devices {
  public:
   struct Rate {
-    Utime utime = 0;          // at which the sensor felt it, its filter's delay taken off
-    Vector3 rate_deg_s = {};  // nominal scale
+    Utime utime = 0;                // at which the sensor felt it, its filter's delay taken off
+    Vector3 rate_deg_s = {};        // nominal scale
+    Vector3 specific_force_g = {};  // the same
   };
   struct Angle {
     Utime utime = 0;
@@ -36,7 +37,8 @@ class Devices {
   virtual void ReadRates(std::vector<Rate>* rates) = 0;
   virtual void Wait(double duration_s) = 0;
   virtual Utime Now() = 0;
-  virtual void Progress(double fraction) = 0;
+  // What is done of all, and the drive that turns now.
+  virtual void Progress(double fraction, std::size_t drive) = 0;
 };
 
 // No table turns farther than this from where it stood, a drive whose ratio is 20 times off
@@ -45,7 +47,7 @@ inline constexpr double kFarthest_deg = 12.0;
 // Of bench time, for a stand of three axes [s].
 inline constexpr double kProbe_s = 150.0;
 
-// The axes stand at their marks. First each drive is told half a degree: what the gyro feels of it
+// The axes stand at their marks. First each drive is told small moves: what the gyro feels of them
 // says how much of each further move is to be commanded. Then each turns twice one way; from there
 // the others are turned a little, so that their directions tell which axis is outside which; and
 // twice back. Throws LimitError where the soft limits of an axis leave too little room, DataError

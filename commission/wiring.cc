@@ -12,15 +12,13 @@
 
 #include "base/error.h"
 #include "commission/axis_seen.h"
-#include "commission/directions.h"
+#include "commission/choice.h"
 
 namespace gyrobench::commission {
 namespace {
 
-// A sensor is glued on, and a stand built, to a degree or two.
-constexpr double kMountingKnown_deg = 5.0;
-// Better than one reversed drive by nothing, worse than two: as likely as a mistake and a half.
-constexpr double kCostOfMounting = 1.5;
+// Within which a ratio that was measured is taken for a whole number.
+constexpr double kWhole = 0.004;
 // Of a gear ratio: by an encoder that counts finely, and by the gyro, whose scale is known to a few
 // percent.
 constexpr double kGearByEncoder = 0.01, kGearByGyro = 0.06;
@@ -34,34 +32,17 @@ constexpr double kLargestOff_deg = 0.15;
 constexpr double kSameBothWays = 0.05;
 constexpr double kLeastDelay_s = 0.002, kSureOfDelay = 4.0;
 
-std::size_t StandAxis(const std::string& name) {
-  return name == "outer" ? 0 : (name == "middle" ? 1 : 2);
-}
-
-// Of a permutation: how many pairs are to be exchanged.
-std::size_t Exchanges(const std::vector<std::size_t>& places) {
-  std::vector<bool> seen(places.size(), false);
-  std::size_t cycles = 0;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (seen[i]) continue;
-    ++cycles;
-    for (std::size_t j = i; !seen[j]; j = places[j]) seen[j] = true;
-  }
-  return places.size() - cycles;
-}
-
 std::string Quoted(const std::string& text) { return fmt::format("\"{}\"", text); }
 
 class Judgement {
  public:
-  Judgement(const config::StandConfig& stand, const Measurements& measured)
-      : stand_(stand), measured_(measured), seen_(LookAt(stand.axes, measured)) {
-    std::vector<std::size_t> stand_axes;
-    std::vector<double> scales;
-    for (const config::AxisConfig& axis : stand.axes) stand_axes.push_back(StandAxis(axis.name));
-    for (const DriveSeen& drive : seen_.drives) scales.push_back(drive.scale);
-    ChooseAssignment(FittingAssignments(stand.geometry, stand_axes, seen_.with_direction, scales));
-  }
+  Judgement(const config::StandConfig& stand, const Measurements& measured, const Seen& seen,
+            Choice choice)
+      : stand_(stand),
+        measured_(measured),
+        seen_(seen),
+        wired_(std::move(choice.wired)),
+        rivals_(std::move(choice.rivals)) {}
 
   Wiring Judge() {
     JudgeDrives();
@@ -71,52 +52,31 @@ class Judgement {
       JudgeGear(drive);
       JudgeReturn(drive);
     }
-    for (std::size_t j = 0; j < stand_.axes.size(); ++j) JudgeScale(j);
+    for (std::size_t j = 0; j < stand_.axes.size(); ++j) {
+      JudgeScale(j);
+      JudgeOffset(j);
+    }
     JudgeMounting();
     JudgeDelay();
+    TellRivals();
     return std::move(out_);
   }
 
  private:
-  // The axis that an encoder follows, as wired.
-  std::optional<std::size_t> AxisOfEncoder(const Assignment& wired, std::size_t encoder) const {
-    const std::optional<std::size_t> drive = seen_.encoders[encoder].drive;
-    return drive ? std::optional(wired.axis_of_drive[*drive]) : std::nullopt;
-  }
-  // That its counts go the other way than its sign says.
-  bool CountsBackwards(const Assignment& wired, std::size_t encoder) const {
-    const EncoderSeen& seen = seen_.encoders[encoder];
-    return seen.drive &&
-           seen.ratio * wired.sense_of_drive[*seen.drive] * stand_.axes[encoder].encoder.sign < 0.0;
-  }
-
-  double Cost(const Assignment& wired) const {
-    double cost = static_cast<double>(Exchanges(wired.axis_of_drive));
-    std::vector<std::size_t> places;
-    for (const int sense : wired.sense_of_drive) cost += sense < 0 ? 1.0 : 0.0;
-    for (std::size_t j = 0; j < seen_.encoders.size(); ++j) {
-      cost += CountsBackwards(wired, j) ? 1.0 : 0.0;
-      if (const auto axis = AxisOfEncoder(wired, j)) places.push_back(*axis);
+  // What explains the same by as many mistakes.
+  void TellRivals() {
+    if (rivals_.empty() || out_.findings.empty()) return;
+    std::string text;
+    for (const Assignment& rival : rivals_) {
+      std::string lines;
+      for (const Finding& finding :
+           Judgement(stand_, measured_, seen_, {rival, {}}).Judge().findings) {
+        for (const Correction& line : finding.corrections)
+          lines += fmt::format("{}{} = {}", lines.empty() ? "" : ", ", line.key, line.value);
+      }
+      text += fmt::format(" As likely, by all that was felt: {}.", lines);
     }
-    std::vector<std::size_t> each = places;
-    std::ranges::sort(each);
-    const bool all_differ = std::ranges::adjacent_find(each) == each.end();
-    if (all_differ && places.size() == seen_.encoders.size())
-      cost += static_cast<double>(Exchanges(places));
-    return cost + (wired.mounting_off_deg > kMountingKnown_deg ? kCostOfMounting : 0.0);
-  }
-
-  void ChooseAssignment(std::vector<Assignment> fitting) {
-    std::ranges::stable_sort(fitting, {}, [this](const Assignment& one) {
-      return std::pair(Cost(one), one.misfit_deg);
-    });
-    constexpr double kFits_deg = 6.0;
-    wired_ = std::move(fitting.front());
-    if (wired_.misfit_deg <= kFits_deg) return;
-    throw DataError(fmt::format(
-        "the directions in which the gyro feels the axes are {:.0f} deg off those of any stand of "
-        "this kind: are the axes at their marks, and outer_middle_deg and middle_inner_deg right?",
-        wired_.misfit_deg));
+    out_.findings.back().reason += text + " Look which of them it is before a cable is changed.";
   }
 
   const std::string& AxisName(std::size_t axis) const { return stand_.axes[axis].name; }
@@ -125,13 +85,16 @@ class Judgement {
     out_.findings.push_back({std::move(what), std::move(reason), std::move(corrections)});
   }
 
-  // Bus and unit of one device in place of another's.
+  // Bus, unit and map of one device in place of another's.
   template <typename Device>
   static void AddAddress(const std::string& key, const Device& now, const Device& was,
                          std::vector<Correction>* out) {
     if (now.bus != was.bus) out->push_back({key + ".bus", Quoted(now.bus), Quoted(was.bus)});
     if (now.unit != was.unit)
       out->push_back({key + ".unit", fmt::format("{}", now.unit), fmt::format("{}", was.unit)});
+    if (now.map_file != was.map_file) {
+      out->push_back({key + ".map", Quoted(now.map_file.string()), Quoted(was.map_file.string())});
+    }
   }
 
   void JudgeDrives() {
@@ -166,7 +129,7 @@ class Judgement {
     std::string follow, backwards;
     for (std::size_t j = 0; j < stand_.axes.size(); ++j) {
       const config::EncoderConfig& own = stand_.axes[j].encoder;
-      const std::optional<std::size_t> axis = AxisOfEncoder(wired_, j);
+      const std::optional<std::size_t> axis = AxisOfEncoder(seen_, wired_, j);
       if (!axis) {
         Find("encoder that stands still",
              fmt::format("The encoder of {} (unit {}) follows no axis: is its coupling tight, and "
@@ -181,7 +144,7 @@ class Judgement {
         follow += fmt::format("{}that of {} (unit {}) follows axis.{}", follow.empty() ? "" : ", ",
                               AxisName(j), own.unit, AxisName(*axis));
       }
-      const bool other_way = CountsBackwards(wired_, j);
+      const bool other_way = CountsBackwards(stand_, seen_, wired_, j);
       const int sign = other_way ? -own.sign : own.sign;
       if (sign != was.sign)
         reversed.push_back({key + ".sign", fmt::format("{}", sign), fmt::format("{}", was.sign)});
@@ -189,12 +152,20 @@ class Judgement {
         backwards +=
             fmt::format("{}that of axis.{}", backwards.empty() ? "" : ", ", AxisName(*axis));
     }
-    if (!follow.empty())
-      Find("exchanged encoders", fmt::format("Of the encoders, {}.", follow), exchanged);
+    if (!follow.empty()) {
+      Find("exchanged encoders",
+           fmt::format("Of the encoders, {}.{}", follow,
+                       EachFollowsItsOwn(seen_, wired_)
+                           ? ""
+                           : " Some follow the same axis: look at their couplings."),
+           EachFollowsItsOwn(seen_, wired_) ? exchanged : std::vector<Correction>());
+    }
     if (!backwards.empty())
       Find("reversed encoder",
-           fmt::format("Encoders that fall while the table turns right-handed about its axis: {}.",
-                       backwards),
+           fmt::format(
+               "Encoders whose counts fall while the table turns right-handed about its axis: "
+               "{}.",
+               backwards),
            reversed);
   }
 
@@ -226,28 +197,55 @@ class Judgement {
   void JudgeGear(std::size_t drive) {
     const DriveSeen& seen = seen_.drives[drive];
     const std::size_t axis = wired_.axis_of_drive[drive];
-    const bool by_encoder = seen.encoder_scale && !Slips(seen);
-    const double scale = by_encoder ? *seen.encoder_scale : seen.scale;
-    const double known =
-        by_encoder ? kGearByEncoder + Rounding_deg(seen) / seen.turn_deg : kGearByGyro;
-    const double said = stand_.axes[axis].gear_ratio;
-    const double found = stand_.axes[drive].gear_ratio / scale;
-    if (std::fabs(found / said - 1.0) <= known) {
-      out_.notes.push_back(fmt::format("axis.{}: {:.4g} turns of the shaft are one of the table{}",
-                                       AxisName(axis), found,
-                                       by_encoder ? "" : ", by the gyro alone"));
+    const double said = stand_.axes[axis].gear_ratio, here = stand_.axes[drive].gear_ratio;
+    const double by_gyro = here / seen.scale;
+    if (!seen.encoder_scale || Slips(seen) || !seen_.encoders[*seen.encoder].counts_known)
+      return JudgeGearByGyro(axis, by_gyro, said);
+    const double found = here / *seen.encoder_scale;
+    const double rounding = Rounding_deg(seen) / seen.turn_deg;
+    if (std::fabs(found / said - 1.0) <= kGearByEncoder + rounding) {
+      out_.notes.push_back(fmt::format("axis.{}: {:.4g} turns of the shaft are one of the table",
+                                       AxisName(axis), found));
       return;
     }
+    if (std::fabs(by_gyro / said - 1.0) <= kGearByGyro) {
+      return Find(
+          "gear ratio or counts per turn",
+          fmt::format("By its encoder the table of axis.{} turns {:.1f} % {} than it is told, "
+                      "which is less than the gyro's scale is known to: either {:.4g} turns "
+                      "of the shaft are one of the table, or the encoder has {:.0f} counts a "
+                      "turn. Read both off their labels.",
+                      AxisName(axis), 100.0 * std::fabs(said / found - 1.0),
+                      said > found ? "more" : "less", found,
+                      seen_.encoders[*seen.encoder].counts_per_turn * said / found));
+    }
     const double whole = std::round(found);
-    const bool is_whole = whole >= 1.0 && std::fabs(found / whole - 1.0) <= known;
-    const double ratio = is_whole ? whole : std::round(found * 1000.0) / 1000.0;
+    const bool is_whole =
+        whole >= 1.0 && std::fabs(found / whole - 1.0) <= std::max(kWhole, rounding);
+    Find("gear ratio",
+         fmt::format("The table of axis.{} turns {:.4g} times as far as it is told, by encoder and "
+                     "gyro: {:.4g} turns of the shaft are one of the table, unless the shaft slips "
+                     "by a constant share.",
+                     AxisName(axis), said / found, found),
+         {{fmt::format("axis.{}.gear_ratio", AxisName(axis)),
+           is_whole ? fmt::format("{:g}", whole) : fmt::format("{:.4g}", found),
+           fmt::format("{:g}", said)}});
+  }
+
+  // No line is written by the gyro alone: its scale is what the stand is to calibrate.
+  void JudgeGearByGyro(std::size_t axis, double found, double said) {
+    if (std::fabs(found / said - 1.0) <= kGearByGyro) {
+      out_.notes.push_back(fmt::format(
+          "axis.{}: {:.3g} turns of the shaft are one of the table, by the gyro to a few percent",
+          AxisName(axis), found));
+      return;
+    }
     Find("gear ratio",
          fmt::format(
-             "The table of axis.{} turns {:.4g} times as far as it is told, by {}: {:.4g} turns "
-             "of the shaft are one of the table.",
-             AxisName(axis), said / found, by_encoder ? "encoder and gyro" : "the gyro", found),
-         {{fmt::format("axis.{}.gear_ratio", AxisName(axis)), fmt::format("{:g}", ratio),
-           fmt::format("{:g}", said)}});
+             "The table of axis.{} turns {:.3g} times as far as it is told, by the gyro to a "
+             "few percent: about {:.3g} turns of the shaft are one of the table. Correct "
+             "gear_ratio by the label of the worm.",
+             AxisName(axis), said / found, found));
   }
 
   // Whether table and encoder come back to where they were, and how much play there is.
@@ -284,21 +282,28 @@ class Judgement {
 
   // Against what is said of the axis that it is to be the encoder of.
   void JudgeScale(std::size_t encoder) {
-    const std::optional<std::size_t> axis = AxisOfEncoder(wired_, encoder);
+    const std::optional<std::size_t> axis = AxisOfEncoder(seen_, wired_, encoder);
     if (!axis) return;
     const EncoderSeen& seen = seen_.encoders[encoder];
     const config::EncoderMap& said = stand_.axes[*axis].encoder.map;
     const std::string key = fmt::format("axis.{}.encoder", AxisName(*axis));
     if (seen.word_order != said.word_order) {
       Find("word order",
-           fmt::format("The encoder of axis.{} turns as its table does only where of its two "
-                       "registers the {} one is the high word.",
+           fmt::format("The encoder of axis.{} moves as far as its table only if the {} of its two "
+                       "registers is read as the high word.",
                        AxisName(*axis),
                        seen.word_order == config::WordOrder::kHighFirst ? "first" : "second"),
            {{key + ".word_order", Quoted(NameOf(seen.word_order)),
              Quoted(NameOf(said.word_order))}});
     }
     if (seen.counts_per_turn == said.counts_per_turn || Slips(seen_.drives[*seen.drive])) return;
+    if (!seen.counts_known) {
+      return Find("counts per turn",
+                  fmt::format("By the angle that the gyro felt, the encoder of axis.{} has about "
+                              "{:.3g} counts a turn, to a few percent, and not {:.0f}. Correct "
+                              "counts_per_turn by its label.",
+                              AxisName(*axis), seen.counts_per_turn, said.counts_per_turn));
+    }
     std::vector<Correction> lines = {{key + ".counts_per_turn",
                                       fmt::format("{:.0f}", seen.counts_per_turn),
                                       fmt::format("{:.0f}", said.counts_per_turn)}};
@@ -312,6 +317,34 @@ class Judgement {
                     "if that is one of the usual numbers, and not {:.0f}.",
                     AxisName(*axis), seen.counts_per_turn, said.counts_per_turn),
         std::move(lines));
+  }
+
+  // What an encoder of the axis reads at its mark, with all that is corrected of it.
+  void JudgeOffset(std::size_t encoder) {
+    constexpr double kAtMark_deg = 1.0, kLargest_deg = 360.0;
+    const std::optional<std::size_t> axis = AxisOfEncoder(seen_, wired_, encoder);
+    const EncoderSeen& seen = seen_.encoders[encoder];
+    if (!axis || !seen.counts_known) return;
+    const config::EncoderConfig& own = stand_.axes[encoder].encoder;
+    const config::EncoderConfig& said = stand_.axes[*axis].encoder;
+    const int sign = CountsBackwards(stand_, seen_, wired_, encoder) ? -own.sign : own.sign;
+    const double range_deg = static_cast<double>(RangeWith(said.map, seen.counts_per_turn)) *
+                             kFullTurn_deg / seen.counts_per_turn;
+    // The driver takes the first reading in the range's repetition that is nearest to 0.
+    const double counts_deg =
+        sign * static_cast<double>(seen.at_mark) * kFullTurn_deg / seen.counts_per_turn;
+    const double reads_deg = std::remainder(counts_deg + said.offset_deg, range_deg);
+    if (std::fabs(reads_deg) <= kAtMark_deg) return;
+    const double offset_deg = std::remainder(-counts_deg, range_deg);
+    std::string reason = fmt::format("At its mark the encoder of axis.{} reads {:.3f} deg.",
+                                     AxisName(*axis), reads_deg);
+    if (std::fabs(offset_deg) > kLargest_deg) {
+      return Find("offset of the encoder",
+                  reason + " Set its own zero there, or turn it until it reads less than a turn.");
+    }
+    Find("offset of the encoder", std::move(reason),
+         {{fmt::format("axis.{}.encoder.offset_deg", AxisName(*axis)),
+           fmt::format("{:.3f}", offset_deg), fmt::format("{:g}", said.offset_deg)}});
   }
 
   void JudgeMounting() {
@@ -350,12 +383,17 @@ class Judgement {
       sum += weight * delay->value_s;
       weights += weight;
     }
-    if (!(weights > 0.0)) return;
+    if (!(weights > 0.0)) {
+      out_.notes.push_back(
+          "the delay of the encoders could not be told: too few readings came while they moved");
+      return;
+    }
     const double found_s = sum / weights, error_s = 1.0 / std::sqrt(weights);
     const double said_s = stand_.axes.front().encoder.map.delay_s;
     if (std::fabs(found_s - said_s) <= std::max(kLeastDelay_s, kSureOfDelay * error_s)) {
-      out_.notes.push_back(fmt::format("the encoders' values are {:.1f} +- {:.1f} ms old",
-                                       1e3 * found_s, 1e3 * error_s));
+      out_.notes.push_back(
+          fmt::format("the encoders' values are {:.1f} ± {:.1f} ms older than the gyro's",
+                      1e3 * found_s, 1e3 * error_s));
       return;
     }
     std::vector<Correction> lines;
@@ -365,22 +403,24 @@ class Judgement {
     }
     Find("delay of the reference",
          fmt::format(
-             "Beside the gyro's the encoders' values are {:.1f} +- {:.1f} ms old, not {:.1f} ms.",
+             "The encoders' values are {:.1f} ± {:.1f} ms older than the gyro's, not {:.1f} ms.",
              1e3 * found_s, 1e3 * error_s, 1e3 * said_s),
          found_s > 0.0 ? std::move(lines) : std::vector<Correction>());
   }
 
   const config::StandConfig& stand_;
   const Measurements& measured_;
-  const Seen seen_;
-  Assignment wired_;
+  const Seen& seen_;
+  const Assignment wired_;
+  const std::vector<Assignment> rivals_;  // that cost as much
   Wiring out_;
 };
 
 }  // namespace
 
 Wiring FindWiring(const config::StandConfig& stand, const Measurements& measured) {
-  return Judgement(stand, measured).Judge();
+  const Seen seen = LookAt(stand.axes, measured);
+  return Judgement(stand, measured, seen, Choose(stand, measured, seen)).Judge();
 }
 
 }  // namespace gyrobench::commission

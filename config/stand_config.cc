@@ -123,7 +123,8 @@ int Sign(const TomlTable& table, int fallback) {
 DriveConfig ReadDrive(const TomlTable& table, const std::vector<BusConfig>& buses, Units& units) {
   DriveConfig drive;
   units.ReadAddress(table, buses, drive.bus, drive.unit);
-  drive.map = LoadDriveMap(MapFile(table));
+  drive.map_file = MapFile(table);
+  drive.map = LoadDriveMap(drive.map_file);
   ReadOwn(table, &drive.map);
   drive.sign = Sign(table, drive.sign);
   return drive;
@@ -133,7 +134,8 @@ EncoderConfig ReadEncoder(const TomlTable& table, const std::vector<BusConfig>& 
                           Units& units) {
   EncoderConfig encoder;
   units.ReadAddress(table, buses, encoder.bus, encoder.unit);
-  encoder.map = LoadEncoderMap(MapFile(table));
+  encoder.map_file = MapFile(table);
+  encoder.map = LoadEncoderMap(encoder.map_file);
   ReadOwn(table, &encoder.map);
   encoder.sign = Sign(table, encoder.sign);
   encoder.offset_deg = table.Number("offset_deg", {-360, 360, "deg"}, encoder.offset_deg);

@@ -35,6 +35,7 @@ struct DriveConfig {
   std::string bus;
   int unit = 1;
   DriveMap map;
+  std::filesystem::path map_file = {};
   int sign = 1;  // -1: pulses that count up turn the table left-handed about the axis
 };
 
@@ -42,6 +43,7 @@ struct EncoderConfig {
   std::string bus;
   int unit = 1;
   EncoderMap map;
+  std::filesystem::path map_file = {};
   int sign = 1;               // +1: counts grow with the right-handed table angle
   double offset_deg = 0.0;    // added to the angle
   double rate_hz = 50.0;      // polled at, while a run uses the axis

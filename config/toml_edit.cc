@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstddef>
+#include <optional>
 
 #include "config/toml_document.h"
 
@@ -43,21 +44,48 @@ Key Split(const std::string& dotted) {
   return {dotted.substr(0, dot), dotted.substr(dot + 1)};
 }
 
-// Above the first key of the table, at its head, or at the end of all.
-void Insert(const TomlEdit& edit, const std::string& line, std::vector<std::string>* lines) {
-  const Key key = Split(edit.key);
-  std::size_t place = 0;
-  if (!key.table.empty()) {
-    const std::string head = fmt::format("[{}]", key.table);
-    while (place < lines->size() && Trimmed((*lines)[place]) != head) ++place;
-    if (place == lines->size()) {
-      lines->emplace_back();
-      lines->push_back(head);
-      place = lines->size() - 1;
-    }
-    ++place;
+std::optional<std::size_t> HeadOf(const std::string& table, const std::vector<std::string>& lines) {
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    std::string head = Trimmed(lines[i]);
+    std::erase(head, ' ');
+    std::erase(head, '\t');
+    if (head == fmt::format("[{}]", table)) return i;
   }
-  lines->insert(lines->begin() + static_cast<std::ptrdiff_t>(place), {"# " + edit.comment, line});
+  return std::nullopt;
+}
+
+// Above the first key of its table; as a dotted key under the table around it, where the file
+// speaks of it so; else under a head of its own at the end.
+void Insert(const toml::table& root, const TomlEdit& edit, std::vector<std::string>* lines) {
+  Key key = Split(edit.key);
+  const std::string table = key.table;
+  const bool known = table.empty() || root.at_path(table).is_table();
+  std::size_t place = 0;
+  while (!key.table.empty()) {
+    if (const auto head = HeadOf(key.table, *lines)) {
+      place = *head + 1;
+      break;
+    }
+    if (!known) {
+      lines->insert(lines->end(), {"", fmt::format("[{}]", key.table)});
+      place = lines->size();
+      break;
+    }
+    const Key outer = Split(key.table);
+    key = {outer.table, fmt::format("{}.{}", outer.name, key.name)};
+  }
+  lines->insert(lines->begin() + static_cast<std::ptrdiff_t>(place),
+                {"# " + edit.comment, fmt::format("{} = {}", key.name, edit.value)});
+}
+
+// Of the column that toml++ gives, which counts characters from 1.
+std::size_t ByteOf(const std::string& line, std::size_t column) {
+  std::size_t byte = 0;
+  for (std::size_t character = 1; byte < line.size(); ++byte) {
+    const bool begins = (static_cast<unsigned char>(line[byte]) & 0xC0U) != 0x80U;
+    if (begins && character++ == column) return byte;
+  }
+  return byte;
 }
 
 std::string EditedOnce(const std::string& text, const std::filesystem::path& file,
@@ -66,13 +94,14 @@ std::string EditedOnce(const std::string& text, const std::filesystem::path& fil
   const toml::node_view<const toml::node> node = document->root.at_path(edit.key);
   std::vector<std::string> lines = LinesOf(text);
   if (!node || !node.is_value()) {
-    Insert(edit, fmt::format("{} = {}", Split(edit.key).name, edit.value), &lines);
+    Insert(document->root, edit, &lines);
     return Joined(lines);
   }
   const toml::source_region& region = node.node()->source();
   const std::size_t at = region.begin.line - 1;
   std::string& line = lines.at(at);
-  line.replace(region.begin.column - 1, region.end.column - region.begin.column, edit.value);
+  const std::size_t begin = ByteOf(line, region.begin.column);
+  line.replace(begin, ByteOf(line, region.end.column) - begin, edit.value);
   const std::string indent = line.substr(0, line.find_first_not_of(" \t"));
   lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(at), indent + "# " + edit.comment);
   return Joined(lines);

@@ -1,40 +1,59 @@
 #include "daemon/commission_devices.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
-#include <algorithm>
+#include <exception>
 #include <utility>
 
 #include "base/error.h"
 
 namespace gyrobench::daemon {
 
+CommissionDevices::Held::Held(Acquisition& acquisition, Clock::Participant& participant)
+    : acquisition_(acquisition), participant_(participant) {
+  // The thermometer is not watched meanwhile.
+  if (Outputs* outputs = acquisition_.outputs()) outputs->PostAllOff();
+  try {
+    acquisition_.Hold(participant_);
+  } catch (...) {
+    acquisition_.Resume();
+    throw;
+  }
+}
+
+// An abort leaves a move to those who stop it.
+CommissionDevices::Held::~Held() {
+  try {
+    acquisition_.OpenAnew(participant_);
+  } catch (const std::exception& error) {
+    spdlog::warn("after commissioning: {}", error.what());
+  }
+  acquisition_.Resume();
+}
+
 CommissionDevices::CommissionDevices(Context context)
-    : context_(std::move(context)), axes_(context_.stand.axes) {
+    : context_(std::move(context)),
+      axes_(context_.stand.axes),
+      held_(context_.acquisition, context_.participant) {
   drivers::DeviceMaker& devices = context_.acquisition.devices();
   for (const config::AxisConfig& axis : axes_) {
     drives_.push_back(devices.MakeAxis(axis));
     encoders_.push_back(devices.MakeAngleSensor(axis));
   }
   gyro_ = devices.MakeGyro(context_.stand.gyro);
-  context_.acquisition.Hold(context_.participant);
-  try {
-    On(context_.stand.gyro.bus, [this] { gyro_identity_ = gyro_->Open(); });
-  } catch (...) {
-    context_.acquisition.Resume();
-    throw;
-  }
+  On(context_.stand.gyro.bus, [this] { gyro_identity_ = gyro_->Open(); });
 }
 
-// An abort leaves a move to those who stop it.
-CommissionDevices::~CommissionDevices() {
-  context_.acquisition.OpenAnew(context_.participant);
-  context_.acquisition.Resume();
-}
-
+// A reply that was lost because a stop hurried is no fault.
 void CommissionDevices::On(const std::string& bus, const std::function<void()>& work) {
   context_.control.ThrowIfToEnd();
-  context_.acquisition.OnBus(context_.participant, bus, work);
+  try {
+    context_.acquisition.OnBus(context_.participant, bus, work);
+  } catch (const DeviceError&) {
+    context_.control.ThrowIfToEnd();
+    throw;
+  }
 }
 
 int CommissionDevices::PulsesPerTurn(std::size_t drive) {
@@ -57,18 +76,28 @@ void CommissionDevices::StartMove(std::size_t drive, double angle_deg, double ra
 }
 
 bool CommissionDevices::IsMoving(std::size_t drive) {
-  drivers::AxisState state;
-  On(axes_[drive].drive.bus, [&] { state = drives_[drive]->Read(); });
-  if (state.fault || !state.enabled) {
-    throw DeviceError(
-        fmt::format("axis.{}: the drive {} while it turned. See its manual, remove the cause, and "
-                    "run commission again",
-                    axes_[drive].name,
-                    state.fault ? fmt::format("reported alarm 0x{:02X}", state.alarm)
-                                : std::string("was no longer enabled")),
-        {.device = "axis." + axes_[drive].name, .action = "move"});
+  bool moving = false;
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    drivers::AxisState state;
+    On(axes_[i].drive.bus, [&] { state = drives_[i]->Read(); });
+    RequireFree(axes_[i].name, state);
+    if (i == drive) moving = state.moving;
   }
-  return state.moving;
+  return moving;
+}
+
+void CommissionDevices::RequireFree(const std::string& axis, const drivers::AxisState& state) {
+  std::string what;
+  if (state.emergency_stop) what = "its emergency stop input acts";
+  if (state.limit_plus || state.limit_minus) what = "its limit input acts";
+  if (!state.enabled) what = "it is no longer enabled";
+  if (state.fault) what = fmt::format("it reports alarm 0x{:02X}", state.alarm);
+  if (what.empty()) return;
+  throw DeviceError(
+      fmt::format("axis.{}: {}: all axes are stopped. Remove the cause, see that nothing is in the "
+                  "way, and run commission again",
+                  axis, what),
+      {.device = "axis." + axis + " drive", .action = "status"});
 }
 
 commission::Devices::Angle CommissionDevices::ReadEncoder(std::size_t encoder) {
@@ -79,6 +108,8 @@ commission::Devices::Angle CommissionDevices::ReadEncoder(std::size_t encoder) {
 
 void CommissionDevices::ReadRates(std::vector<Rate>* rates) {
   On(context_.stand.gyro.bus, [&] { gyro_->Read(block_); });
+  if (std::exchange(boot_count_, block_.boot_count) != block_.boot_count && !rates->empty())
+    throw DataError("the gyro's unit started anew while an axis turned: look at its supply");
   if (block_.missed > 0 && !rates->empty()) {
     throw DataError(
         fmt::format("{} samples of the gyro were lost while an axis turned: is its line "
@@ -86,15 +117,16 @@ void CommissionDevices::ReadRates(std::vector<Rate>* rates) {
                     block_.missed));
   }
   for (const drivers::GyroRawSample& sample : block_.samples) {
-    Rate rate{sample.utime - FromSeconds(gyro_identity_.filter_delay_s), {}};
-    for (std::size_t a = 0; a < 3; ++a)
+    Rate rate{sample.utime - FromSeconds(gyro_identity_.filter_delay_s), {}, {}};
+    for (std::size_t a = 0; a < 3; ++a) {
       rate.rate_deg_s[a] = sample.gyro_lsb[a] / gyro_identity_.gyro_lsb_per_deg_s;
+      rate.specific_force_g[a] = sample.accel_lsb[a] / gyro_identity_.accel_lsb_per_g;
+    }
     rates->push_back(rate);
   }
 }
 
 void CommissionDevices::Wait(double duration_s) {
-  // The unit's ring must not run over meanwhile.
   context_.control.Wait(context_.clock, context_.clock.Now() + FromSeconds(duration_s));
 }
 

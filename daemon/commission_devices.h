@@ -24,13 +24,10 @@ class CommissionDevices final : public commission::Devices {
     Clock::Participant& participant;
     Acquisition& acquisition;
     RunControl& control;
-    std::function<void(double fraction)> on_progress;
+    std::function<void(double fraction, const std::string& axis)> on_progress;
   };
   // Opens the gyro. Throws DeviceError.
   explicit CommissionDevices(Context context);
-  ~CommissionDevices() override;
-  CommissionDevices(const CommissionDevices&) = delete;
-  CommissionDevices& operator=(const CommissionDevices&) = delete;
 
   int PulsesPerTurn(std::size_t drive) override;
   void StartMove(std::size_t drive, double angle_deg, double rate_deg_s,
@@ -40,18 +37,37 @@ class CommissionDevices final : public commission::Devices {
   void ReadRates(std::vector<Rate>* rates) override;
   void Wait(double duration_s) override;
   Utime Now() override { return context_.clock.Now(); }
-  void Progress(double fraction) override { context_.on_progress(fraction); }
+  void Progress(double fraction, std::size_t drive) override {
+    context_.on_progress(fraction, axes_[drive].name);
+  }
 
  private:
+  // Nothing is polled while it lives, and outputs are off; each device is opened anew after it.
+  class Held {
+   public:
+    Held(Acquisition& acquisition, Clock::Participant& participant);
+    ~Held();
+    Held(const Held&) = delete;
+    Held& operator=(const Held&) = delete;
+
+   private:
+    Acquisition& acquisition_;
+    Clock::Participant& participant_;
+  };
+
   void On(const std::string& bus, const std::function<void()>& work);
+  // Throws DeviceError where an input of the drive acts, or it cannot turn.
+  static void RequireFree(const std::string& axis, const drivers::AxisState& state);
 
   const Context context_;
   std::vector<config::AxisConfig> axes_;  // with the pulses that the drives say
+  const Held held_;
   std::vector<std::unique_ptr<drivers::Axis>> drives_;
   std::vector<std::unique_ptr<drivers::AngleSensor>> encoders_;
   std::unique_ptr<drivers::Gyro> gyro_;
   drivers::GyroIdentity gyro_identity_;
   drivers::GyroBlock block_;
+  int boot_count_ = -1;
 };
 
 }  // namespace gyrobench::daemon

@@ -1,5 +1,6 @@
 // Of the bench that moves: how the stand is wired, and a stand file that says so.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <filesystem>
 
@@ -7,15 +8,28 @@
 #include "base/part_file.h"
 #include "commission/probe.h"
 #include "config/toml_edit.h"
+#include "config/toml_reader.h"
 #include "daemon/commission_devices.h"
 #include "daemon/live_bench.h"
 
 namespace gyrobench::daemon {
 namespace {
 
-// Beside it, since its paths are taken from its folder.
-std::filesystem::path CommissionedFile(const std::filesystem::path& stand) {
-  return stand.parent_path() / (stand.stem().string() + ".commissioned.toml");
+static_assert(procedures::kWiringRoom_deg == commission::kFarthest_deg);
+
+// Beside the stand file, since its paths are taken from there, under a name that nobody has; in the
+// records where that folder is not the daemon's to write to.
+std::filesystem::path CommissionedFile(const config::StandConfig& stand) {
+  const std::filesystem::path file = std::filesystem::absolute(stand.file);
+  const bool may_write = access(file.parent_path().c_str(), W_OK) == 0;
+  const std::filesystem::path folder = may_write ? file.parent_path() : stand.records;
+  std::string stem = file.stem().string();
+  if (const std::size_t before = stem.find(".commissioned"); before != std::string::npos)
+    stem.resize(before);
+  std::filesystem::path free = folder / (stem + ".commissioned.toml");
+  for (int number = 2; std::filesystem::exists(free); ++number)
+    free = folder / fmt::format("{}.commissioned-{}.toml", stem, number);
+  return free;
 }
 
 procedures::WiringFinding ToReport(const commission::Finding& finding) {
@@ -36,13 +50,17 @@ procedures::WiringReport LiveBench::FindWiring() {
   {
     CommissionDevices devices({context_.stand, context_.clock, context_.participant,
                                context_.acquisition, context_.control,
-                               [this](double fraction) { Progress(fraction); }});
+                               [this](double fraction, const std::string& axis) {
+                                 progress_.segment = "turning axis." + axis + " a little";
+                                 Progress(fraction);
+                               }});
     measured = commission::Probe(context_.stand.axes, devices);
   }
   wiring_ = commission::FindWiring(context_.stand, measured);
   procedures::WiringReport report;
+  report.measured = true;
   report.notes = wiring_->notes;
-  report.file = CommissionedFile(context_.stand.file).string();
+  report.file = CommissionedFile(context_.stand).string();
   for (const commission::Finding& finding : wiring_->findings)
     report.findings.push_back(ToReport(finding));
   return report;
@@ -61,9 +79,17 @@ std::string LiveBench::WriteStandFile() {
   }
   if (edits.empty()) return Bench::WriteStandFile();
   const std::filesystem::path& stand = context_.stand.file;
-  const std::filesystem::path file = CommissionedFile(stand);
+  const std::string text = config::EditedFile(stand, edits);
+  // What the daemon would refuse is not written.
+  config::TomlTable::FromText(text, stand).ReadWhole([&](const config::TomlTable& root) {
+    return config::ReadStandConfig(root, stand);
+  });
+  const std::filesystem::path file = CommissionedFile(context_.stand);
   PartFile out(file);
-  out.Write(config::EditedFile(stand, edits));
+  if (file.parent_path() != std::filesystem::absolute(stand).parent_path())
+    out.Write(fmt::format("# Belongs into {}.\n",
+                          std::filesystem::absolute(stand).parent_path().string()));
+  out.Write(text);
   out.Replace();
   return file.string();
 }

@@ -105,7 +105,11 @@ StartedRun RunEngine::Begin(std::int64_t stops, procedures::Procedure procedure,
     throw DataError("nothing was started: " + low);
   }
   const bool commissions = procedure.info().commissions;
-  if (!commissions) RequireDevicesWell(context_.acquisition);
+  if (commissions) {
+    RequireDevicesAnswer(context_.acquisition);
+  } else {
+    RequireDevicesWell(context_.acquisition);
+  }
   if (thread_.joinable()) thread_.join();
   auto participant = context_.clock.Join("run");
   using enum RunControl::Devices;

@@ -66,6 +66,17 @@ void RequireDevicesWell(const Acquisition& acquisition) {
   }
 }
 
+void RequireDevicesAnswer(const Acquisition& acquisition) {
+  for (const DeviceStatus& device : acquisition.Devices()) {
+    if (device.ok || device.failure.code_kind != DeviceFailure::CodeKind::kSystemError) continue;
+    throw DeviceError(
+        fmt::format("{} does not answer, so nothing was started: {}. What answers on the "
+                    "lines: gyrobench devices, without the daemon",
+                    device.name, device.message),
+        device.failure);
+  }
+}
+
 RunExecution::RunExecution(const RunContext& context, procedures::Procedure procedure,
                            procedures::Parameters parameters, procedures::Plan plan,
                            recording::RunDirectory directory,
@@ -119,7 +130,8 @@ void RunExecution::WaitForTickFit() {
 }
 
 void RunExecution::RunProcedure() {
-  context_.acquisition.SetActiveAxes(plan_.axes);
+  // Soft limits by a file that may be wrong guard nothing.
+  if (!procedure_.info().commissions) context_.acquisition.SetActiveAxes(plan_.axes);
   if (!procedure_.info().commissions) WaitForTickFit();
   if (resumed_) WaitForEarlierEnd();
   context_.control.Prepared();
@@ -331,12 +343,13 @@ void RunExecution::Finish(Ending& ending) {
 
 RunExecution::Results RunExecution::Evaluate(Ending& ending, Utime end) {
   Results results;
+  if (procedure_.info().commissions) return results;
   Attempt(ending, [&] {
     results.analysis = context_.telemetry.Analyse();
     context_.telemetry.SendResults(results.analysis, end, true);
   });
   // What ended before its time is not judged by what it did not do.
-  if (!ending.came_to_its_end() || procedure_.info().commissions) return results;
+  if (!ending.came_to_its_end()) return results;
   Attempt(ending, [&] {
     results.trace = TraceRun(context_.telemetry.Recorded(), TraceFor::kRecord);
     if (!results.trace) return;

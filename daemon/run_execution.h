@@ -59,6 +59,8 @@ struct RunContext {
 
 // Throws DeviceError, with its fields, for the first device that is not well.
 void RequireDevicesWell(const Acquisition& acquisition);
+// The same for one that gives no reply at all.
+void RequireDevicesAnswer(const Acquisition& acquisition);
 
 class RunExecution {
  public:

@@ -29,24 +29,38 @@ local function tell(report)
   return corrections
 end
 
+local function readings()
+  local words = {}
+  for _, name in ipairs{ "outer", "middle", "inner" } do
+    local axis = bench.axes()[name]
+    if axis then
+      words[#words + 1] = string.format("%s reads %.2f deg", name, axis.angle_deg)
+    end
+  end
+  return table.concat(words, ", ")
+end
+
 function run()
-  bench.ask{ id = "marks", choices = { "done" },
-    text = "Are all axes at their marks, and free to turn by 12 deg both ways? Turn them there by hand, and answer done" }
+  bench.ask{ id = "marks", choices = { "done" }, text = string.format(
+    "Are all axes at their marks, and free to turn by 12 deg both ways (%s)? If they are, answer done. If not, abort, "
+    .. "turn them there, and begin again", readings()) }
   local report = bench.find_wiring()
   local corrections = tell(report)
-  if #report.findings == 0 then
+  if report.measured and #report.findings == 0 then
     bench.say("the stand is wired as its file says")
     return
   end
-  if corrections == 0 then
+  if report.measured and corrections == 0 then
     bench.say("no line of the stand file mends this")
     return
   end
   local answer = bench.ask{ id = "write_stand_file", choices = { "leave", "write" },
     text = string.format("Write a stand file with %s corrected, as %s? The one that is used stays as it is",
       corrections == 1 and "this line" or string.format("these %d lines", corrections), report.file) }
-  if answer == "write" then
+  if answer == "write" and report.measured then
     bench.say("written: " .. bench.write_stand_file() .. "; look it through, start the daemon with it, and run "
       .. "commission once more")
+  elseif report.measured then
+    bench.say("no stand file was written")
   end
 end

@@ -150,10 +150,14 @@ struct WiringFinding {
   std::vector<std::string> lines;  // "axis.inner.encoder.sign = -1 (was 1)"
 };
 struct WiringReport {
+  bool measured = false;  // else nothing has moved
   std::vector<WiringFinding> findings;
   std::vector<std::string> notes;  // what is as it should be
   std::string file;                // that a corrected stand file is written to
 };
+
+// Each table turns by up to this, either way, to find it out.
+inline constexpr double kWiringRoom_deg = 12.0;
 
 // A measurement against its declared limits. A part that misses them is data, not an error.
 struct LimitCheck {

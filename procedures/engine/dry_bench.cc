@@ -143,10 +143,20 @@ Choice DryBench::Choose(const std::vector<Rehearsal>& menu, double /*small_below
 
 WiringReport DryBench::FindWiring() {
   // Some two dozen small moves of each axis.
-  constexpr double kOfOneAxis_s = 40.0;
-  for (const AxisFacts& axis : axes_) plan_.axes.insert(axis.name);
+  constexpr double kOfOneAxis_s = 25.0;
+  for (const AxisFacts& axis : axes_) {
+    if (axis.min_deg > -kWiringRoom_deg || axis.max_deg < kWiringRoom_deg) {
+      throw LimitError(
+          fmt::format("axis.{}: its soft limits, {:g} .. {:g} deg, leave no {:g} deg both "
+                      "ways, which it takes to find out how a stand is wired",
+                      axis.name, axis.min_deg, axis.max_deg, kWiringRoom_deg));
+    }
+    plan_.axes.insert(axis.name);
+  }
   const double duration_s = kOfOneAxis_s * static_cast<double>(axes_.size());
   AddSegment("commission", "small moves of each drive", duration_s, duration_s);
+  Say(fmt::format("each axis turns by up to {:g} deg; what is found is known in the run alone",
+                  kWiringRoom_deg));
   return {};
 }
 

@@ -15,10 +15,11 @@ void PushFinding(lua_State* state, const WiringFinding& finding) {
 int FindWiring(const Call& call) {
   call.CheckNothing();
   const WiringReport report = call.bench.FindWiring();
-  lua_createtable(call.state, 0, 3);
+  lua_createtable(call.state, 0, 4);
   SetList(call.state, "findings", report.findings, PushFinding);
   SetList(call.state, "notes", report.notes, PushText);
   SetField(call.state, "file", report.file);
+  SetFlag(call.state, "measured", report.measured);
   return 1;
 }
 

@@ -52,7 +52,7 @@ MISTAKES = {
         "reversed encoder", {f"axis.{draw.choice(AXES)}.encoder.sign": -1}),
     "reversed drive": lambda draw: Mistake("reversed drive", {f"axis.{draw.choice(AXES)}.drive.sign": -1}),
     "gear ratio": lambda draw: Mistake(
-        "gear ratio", {f"axis.{draw.choice(AXES)}.gear_ratio": draw.choice((10, 20, 36, 50, 80, 100))}),
+        "gear ratio", {f"axis.{draw.choice(AXES)}.gear_ratio": draw.choice((10, 20, 36.5, 50.4, 80, 100))}),
     "counts per turn": lambda draw: Mistake("counts per turn", counts(draw)),
     "pulses per turn": lambda draw: Mistake(
         "pulses per turn", {f"axis.{draw.choice(AXES)}.drive.pulses_per_turn": draw.choice((1600, 5000, 20000))}),

@@ -37,14 +37,17 @@ TEST(EncoderWords, OneRegisterHasNoOrder) {
   EXPECT_EQ(Step(map, WordOrder::kLowFirst, {4090, 0}, {4, 0}), 10);
 }
 
-// A gyro that is 3 % off must not make 126000 of 131072.
-TEST(EncoderWords, CountsNearAPowerOfTwoAreThatPower) {
-  for (int bits = 8; bits <= 24; ++bits) {
-    const double counts = static_cast<double>(1 << bits);
-    EXPECT_EQ(LikelyCounts(0.96 * counts), counts);
-    EXPECT_EQ(LikelyCounts(1.04 * counts), counts);
+// A gyro that is 3 % off must not make 127000 of 131072.
+TEST(EncoderWords, CountsNearAUsualNumberAreThatOne) {
+  for (const double counts : {4096.0, 8192.0, 131072.0, 20000.0, 36000.0, 7200.0}) {
+    EXPECT_EQ(LikelyCounts(0.97 * counts), counts);
+    EXPECT_EQ(LikelyCounts(1.03 * counts), counts);
   }
-  EXPECT_EQ(LikelyCounts(36012.0), 36000.0);
+}
+
+TEST(EncoderWords, CountsBetweenUsualNumbersOrNearNoneAreNotGuessed) {
+  EXPECT_EQ(LikelyCounts(3000.0), std::nullopt);
+  EXPECT_EQ(LikelyCounts(256000.0), std::nullopt);  // 250000 or 262144
 }
 
 TEST(EncoderWords, TheRangeKeepsItsTurns) {

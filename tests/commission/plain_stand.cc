@@ -15,7 +15,7 @@ constexpr double kRad = 3.14159265358979323846 / 180.0;
 void PlainStand::StartMove(std::size_t drive, double angle_deg, double rate_deg_s, double) {
   on_move();
   const std::size_t axis = wired_.drive_axis[drive];
-  shaft_deg_[axis] += angle_deg * wired_.turned_per_commanded[drive];
+  shaft_deg_[axis] += (1.0 - slip) * angle_deg * wired_.turned_per_commanded[drive];
   const double half = 0.5 * wired_.play_deg;
   const double from = angle_deg_[axis];
   const double to = std::clamp(from, shaft_deg_[axis] - half, shaft_deg_[axis] + half);
@@ -40,7 +40,9 @@ Devices::Angle PlainStand::ReadEncoder(std::size_t encoder) {
   const double angle_deg = AngleAt(axis, now_ - FromSeconds(wired_.delay_s));
   const double behind = axis == 1 ? behind_deg_ : 0.0;
   const double counts = std::round((angle_deg - behind) * wired_.counts_per_deg[encoder]);
-  const auto value = static_cast<std::uint32_t>(static_cast<std::int64_t>(counts) & 0x1FFFFFFF);
+  const std::int64_t flicker = wired_.flickers ? ++readings_ / 3 % 2 : 0;
+  const auto value = static_cast<std::uint32_t>(
+      (static_cast<std::int64_t>(counts) + wired_.counts_at_mark[encoder] + flicker) & 0x1FFFFFFF);
   const auto high = static_cast<std::uint16_t>(value >> 16);
   const auto low = static_cast<std::uint16_t>(value & 0xFFFF);
   if (wired_.low_word_first[encoder]) return {now_, {low, high}};
@@ -60,8 +62,13 @@ void PlainStand::ReadRates(std::vector<Rate>* rates) {
     if (move_.axis == 1) axis = Eigen::Vector3d::UnitX();
     if (move_.axis != 2) axis = inner.inverse() * axis;
     const Eigen::Vector3d felt = wired_.mount.transpose() * axis * rate_deg_s;
+    Eigen::Vector3d up = Eigen::Vector3d::Zero();
+    if (wired_.accelerometer)
+      up = wired_.mount.transpose() *
+           (inner.inverse() * (middle.inverse() * Eigen::Vector3d::UnitZ()));
     // An offset that is no rotation.
-    rates->push_back({at, {felt.x() + 1.5, felt.y() - 0.7, felt.z() + 0.2}});
+    rates->push_back(
+        {at, {felt.x() + 1.5, felt.y() - 0.7, felt.z() + 0.2}, {up.x(), up.y(), up.z()}});
   }
 }
 

@@ -25,6 +25,9 @@ struct Wired {
   double play_deg = 0.0;
   // The encoder on axis 1 stays behind by this share of each positive turn.
   double loose = 0.0;
+  bool accelerometer = true;
+  std::array<std::int64_t, 3> counts_at_mark = {};
+  bool flickers = false;  // each encoder, by a count from reading to reading
 };
 
 // Axes outer (z), middle (x), inner (z), each from its mark; a move takes its angle over its rate.
@@ -40,10 +43,12 @@ class PlainStand final : public Devices {
   void ReadRates(std::vector<Rate>* rates) override;
   void Wait(double duration_s) override { now_ += FromSeconds(duration_s); }
   Utime Now() override { return now_; }
-  void Progress(double) override {}
+  void Progress(double fraction, std::size_t) override { progress_.push_back(fraction); }
+  const std::vector<double>& progress() const { return progress_; }
 
   double farthest_deg() const { return farthest_deg_; }
   std::function<void()> on_move = [] {};
+  double slip = 0.0;  // share of the next move that the shaft does not make
 
  private:
   struct Motion {
@@ -55,11 +60,13 @@ class PlainStand final : public Devices {
   double AngleAt(std::size_t axis, Utime at) const;
 
   const Wired wired_;
+  std::vector<double> progress_;
   Utime now_ = 1'000'000'000, read_until_ = 1'000'000'000;
   Motion move_;
   std::array<double, 3> angle_deg_ = {};
   std::array<double, 3> shaft_deg_ = {};  // the table follows within its play
   double behind_deg_ = 0.0, farthest_deg_ = 0.0;
+  int readings_ = 0;
 };
 
 // A stand file of three axes that is right for a Wired{}.

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "base/error.h"
 #include "tests/commission/plain_stand.h"
 
@@ -22,7 +24,32 @@ TEST(Probe, EveryTableEndsWhereItBeganAndNoneGoesFarther) {
     for (const Move& move : measured.moves) sum[move.drive] += move.commanded_deg;
     for (const double left_deg : sum) EXPECT_EQ(left_deg, 0.0);
     EXPECT_LE(ToSeconds(stand.Now() - 1'000'000'000), kProbe_s);
+    EXPECT_TRUE(std::ranges::is_sorted(stand.progress()));
+    EXPECT_LT(stand.progress().back(), 1.0);
   }
+}
+
+// A worm with play takes small moves for itself: what comes after it must not go far.
+TEST(Probe, PlayMakesNoTableGoFarther) {
+  for (const double play_deg : {0.3, 0.6, 1.0, 1.5, 3.0}) {
+    Wired wired;
+    wired.play_deg = play_deg;
+    PlainStand stand(wired);
+    try {
+      Probe(PlainAxes(), stand);
+    } catch (const DataError&) {  // it may give up
+    }
+    EXPECT_LE(stand.farthest_deg(), kFarthest_deg) << play_deg;
+  }
+}
+
+TEST(Probe, AShaftThatSlipsOnceTakesNoTableFarther) {
+  Wired wired;
+  PlainStand stand(wired);
+  int moves = 0;
+  stand.on_move = [&] { stand.slip = ++moves == 3 ? 0.7 : 0.0; };
+  EXPECT_NO_THROW(Probe(PlainAxes(), stand));
+  EXPECT_LE(stand.farthest_deg(), kFarthest_deg);
 }
 
 // By the gyro, whose offset is not counted.

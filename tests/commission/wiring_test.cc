@@ -182,6 +182,83 @@ TEST(Wiring, TheDelayOfAllEncodersIsOneLineOfEach) {
   EXPECT_NEAR(std::stod(lines.at("axis.outer.encoder.delay_s")), 0.02, 2e-3);
 }
 
+// Gravity tells a sensor that lies on its back from axes that turn the other way.
+TEST(Wiring, ReversedAxesAreNoMountingThatGravityContradicts) {
+  Wired wired;
+  for (const std::size_t axis : {std::size_t{0}, std::size_t{2}}) {
+    wired.turned_per_commanded[axis] = -1.0;
+    wired.counts_per_deg[axis] *= -1.0;
+  }
+  const Wiring found = Found(Stand(), wired);
+  EXPECT_THAT(
+      Lines(found),
+      ElementsAre(Pair("axis.inner.drive.sign", "-1"), Pair("axis.inner.encoder.sign", "-1"),
+                  Pair("axis.outer.drive.sign", "-1"), Pair("axis.outer.encoder.sign", "-1")));
+}
+
+// A middle axis that turns the other way is one that does not under a sensor half a turn off.
+TEST(Wiring, WhatExplainsTheSameIsSaidAsWell) {
+  config::StandConfig stand = Stand();
+  stand.geometry.mount_deg = {0.0, 0.0, 90.0};
+  Wired wired;
+  wired.turned_per_commanded[1] = -1.0;
+  const Wiring found = Found(stand, wired);
+  ASSERT_EQ(found.findings.size(), 2u);
+  EXPECT_THAT(found.findings.back().reason, HasSubstr("As likely, by all that was felt: "));
+}
+
+TEST(Wiring, AStandOnItsSideIsJudgedWithoutGravity) {
+  PlainStand devices({});
+  const config::StandConfig stand = Stand();
+  Measurements measured = Probe(stand.axes, devices);
+  measured.specific_force_g = {1.0, 0.0, 0.0};
+  EXPECT_THAT(Names(FindWiring(stand, measured)), IsEmpty());
+}
+
+TEST(Wiring, ARatioThatIsNoWholeNumberIsWrittenAsItIs) {
+  for (const double ratio : {50.5, 36.75, 26.85}) {
+    Wired wired;
+    wired.turned_per_commanded[0] = 40.0 / ratio;
+    const auto lines = Lines(Found(Stand(), wired));
+    EXPECT_NEAR(std::stod(lines.at("axis.outer.gear_ratio")), ratio, 1e-3 * ratio);
+  }
+}
+
+// Encoder and drive differ by less than the gyro's scale is known to.
+TEST(Wiring, WhatTheGyroCannotTellApartGetsNoLine) {
+  Wired ratio, counts;
+  ratio.turned_per_commanded[0] = 1.04;
+  counts.counts_per_deg[0] *= 1.04;
+  for (const Wired& wired : {ratio, counts}) {
+    const Wiring found = Found(Stand(), wired);
+    EXPECT_THAT(Names(found), ElementsAre("gear ratio or counts per turn"));
+    EXPECT_THAT(Lines(found), IsEmpty());
+  }
+}
+
+TEST(Wiring, AnOffsetIsThatOfTheCorrectedEncoder) {
+  Wired wired;
+  wired.counts_at_mark = {0, 32768, 0};  // a quarter of a turn
+  wired.counts_per_deg[1] *= -1.0;
+  const auto lines = Lines(Found(Stand(), wired));
+  EXPECT_EQ(lines.at("axis.middle.encoder.sign"), "-1");
+  EXPECT_EQ(std::stod(lines.at("axis.middle.encoder.offset_deg")), 90.0);
+  config::StandConfig corrected = Stand();
+  corrected.axes[1].encoder.sign = -1;
+  corrected.axes[1].encoder.offset_deg = 90.0;
+  EXPECT_THAT(Names(Found(corrected, wired)), IsEmpty());
+}
+
+// Its value goes to and fro by a count, which in the other order of its words is many degrees.
+TEST(Wiring, AnEncoderThatFlickersStandsStill) {
+  Wired wired;
+  wired.counts_per_deg[2] = 0.0;
+  wired.flickers = true;
+  const Wiring found = Found(Stand(), wired);
+  EXPECT_THAT(Names(found), ElementsAre("encoder that stands still"));
+  EXPECT_THAT(Lines(found), IsEmpty());
+}
+
 // Two drives that are reversed look, to the gyro, like a mounting that is half a turn off: the
 // encoders tell which it is.
 TEST(Wiring, TheSimplerOfTwoExplanationsIsGiven) {
@@ -201,6 +278,12 @@ TEST(Wiring, OfOneAxisTheSenseIsToldByDriveAndEncoder) {
   EXPECT_THAT(Names(Found(stand, wired)), IsEmpty());
   wired.counts_per_deg[0] *= -1.0;
   EXPECT_THAT(Names(Found(stand, wired)), ElementsAre("reversed encoder"));
+  // A turn about the one axis is felt by nobody.
+  Wired upside_down{.drive_axis = {2}, .encoder_axis = {2}};
+  upside_down.mount = (Eigen::AngleAxisd(std::acos(-1.0), Eigen::Vector3d::UnitX()) *
+                       Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()))
+                          .toRotationMatrix();
+  EXPECT_THAT(Lines(Found(stand, upside_down)), ElementsAre(Pair("geometry.mount_x_deg", "180")));
 }
 
 }  // namespace

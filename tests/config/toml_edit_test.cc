@@ -62,6 +62,20 @@ TEST(TomlEdit, EditsOfOneKeyFollowEachOther) {
   EXPECT_THAT(edited, HasSubstr("unit = 300000  # by its label"));
 }
 
+TEST(TomlEdit, ATableOfDottedKeysIsAddedToInItsOwnWay) {
+  const std::string text =
+      "[ axis.middle ]\ndrive.unit = 2\nencoder = {unit = 12, map = \"карта\", "
+      "sign = -1}\n";
+  const std::string edited =
+      Edited(text, "stand.toml",
+             {{"axis.middle.drive.sign", "-1", "a"}, {"axis.middle.encoder.sign", "1", "b"}});
+  const TomlTable middle = TomlTable::FromText(edited, "stand.toml").Table("axis").Table("middle");
+  EXPECT_EQ(middle.Table("drive").Integer("sign", {}), -1);
+  EXPECT_EQ(middle.Table("drive").Integer("unit", {}), 2);
+  EXPECT_EQ(middle.Table("encoder").Integer("sign", {}), 1);
+  EXPECT_EQ(middle.Table("encoder").String("map"), "карта");
+}
+
 TEST(TomlEdit, WhatIsNoTomlIsRefusedWithItsLine) {
   EXPECT_THROW(Edited("name = = 1\n", "stand.toml", {{"name", "2", ""}}), ConfigError);
   EXPECT_THROW(Edited(kText, "stand.toml", {{"name", "\"open", ""}}), ConfigError);
