@@ -3,14 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <utility>
 
-#include "base/error.h"
 #include "commission/axis_seen.h"
 #include "commission/choice.h"
 
@@ -199,8 +196,10 @@ class Judgement {
     const std::size_t axis = wired_.axis_of_drive[drive];
     const double said = stand_.axes[axis].gear_ratio, here = stand_.axes[drive].gear_ratio;
     const double by_gyro = here / seen.scale;
-    if (!seen.encoder_scale || Slips(seen) || !seen_.encoders[*seen.encoder].counts_known)
+    if (!seen.encoder || !seen.encoder_scale || Slips(seen))
       return JudgeGearByGyro(axis, by_gyro, said);
+    const EncoderSeen& encoder = seen_.encoders[*seen.encoder];
+    if (!encoder.counts_known) return JudgeGearByGyro(axis, by_gyro, said);
     const double found = here / *seen.encoder_scale;
     const double rounding = Rounding_deg(seen) / seen.turn_deg;
     if (std::fabs(found / said - 1.0) <= kGearByEncoder + rounding) {
@@ -217,7 +216,7 @@ class Judgement {
                       "turn. Read both off their labels.",
                       AxisName(axis), 100.0 * std::fabs(said / found - 1.0),
                       said > found ? "more" : "less", found,
-                      seen_.encoders[*seen.encoder].counts_per_turn * said / found));
+                      encoder.counts_per_turn * said / found));
     }
     const double whole = std::round(found);
     const bool is_whole =
@@ -282,9 +281,9 @@ class Judgement {
 
   // Against what is said of the axis that it is to be the encoder of.
   void JudgeScale(std::size_t encoder) {
-    const std::optional<std::size_t> axis = AxisOfEncoder(seen_, wired_, encoder);
-    if (!axis) return;
     const EncoderSeen& seen = seen_.encoders[encoder];
+    const std::optional<std::size_t> axis = AxisOfEncoder(seen_, wired_, encoder);
+    if (!axis || !seen.drive) return;
     const config::EncoderMap& said = stand_.axes[*axis].encoder.map;
     const std::string key = fmt::format("axis.{}.encoder", AxisName(*axis));
     if (seen.word_order != said.word_order) {
