@@ -1,4 +1,5 @@
 #include <limits>
+#include <string>
 
 #include "procedures/engine/command_call.h"
 
@@ -25,8 +26,11 @@ namespace {
 void PushSmall(lua_State* state, const Choice& choice) {
   lua_newtable(state);
   for (const auto& [axis, id] : choice.small) {
+    std::string name = axis;
+    name += ' ';
+    name += id;
     lua_pushboolean(state, 1);
-    lua_setfield(state, -2, (axis + " " + id).c_str());
+    lua_setfield(state, -2, name.c_str());
   }
 }
 

@@ -53,9 +53,10 @@ template <typename Item>
 void SetList(lua_State* state, const char* field, const std::vector<Item>& items,
              void (*push)(lua_State* state, const Item& item)) {
   lua_createtable(state, static_cast<int>(items.size()), 0);
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    push(state, items[i]);
-    lua_rawseti(state, -2, static_cast<lua_Integer>(i + 1));
+  lua_Integer place = 0;
+  for (const Item& item : items) {
+    push(state, item);
+    lua_rawseti(state, -2, ++place);
   }
   lua_setfield(state, -2, field);
 }
