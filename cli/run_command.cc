@@ -59,17 +59,14 @@ Json ReadOf(const std::string& record, const char* name, std::string& why_not) {
 
 // What the record has of the end of a run; null where it has not.
 struct EndOfRecord {
-  Json result, trace, wiring;
-  std::string why_not;  // it cannot be read
-};
+  explicit EndOfRecord(const std::string& record)
+      : result(ReadOf(record, recording::kResultJsonName, why_not)),
+        trace(ReadOf(record, recording::kTraceJsonName, why_not)),
+        wiring(Field(ReadOf(record, recording::kRunJsonName, why_not), recording::kWiringKey)) {}
 
-EndOfRecord ReadEnd(const std::string& record) {
-  EndOfRecord end;
-  end.result = ReadOf(record, recording::kResultJsonName, end.why_not);
-  end.trace = ReadOf(record, recording::kTraceJsonName, end.why_not);
-  end.wiring = Field(ReadOf(record, recording::kRunJsonName, end.why_not), recording::kWiringKey);
-  return end;
-}
+  std::string why_not;  // it cannot be read
+  Json result, trace, wiring;
+};
 
 void PrintEnd(const Json& started, const RunEnd& end, const EndOfRecord& of) {
   const presentation::Terminal terminal = presentation::DescribeTerminal(fileno(stdout));
@@ -165,7 +162,7 @@ int StartAndFollow(const Options& options, const RunStart& start) {
   PrintStart(options, started);
 
   const RunEnd end = FollowToItsEnd(follower, *display, started, feed.get());
-  const EndOfRecord of = ReadEnd(Text(started, "record"));
+  const EndOfRecord of(Text(started, "record"));
   if (options.json) {
     Json whole = started;
     whole.update({{"outcome", end.outcome},
