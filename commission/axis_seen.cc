@@ -97,7 +97,11 @@ class Looking {
     if (!(least * most > 0.0)) return 0.0;
     const double share =
         std::min(std::fabs(least), std::fabs(most)) / std::max(std::fabs(least), std::fabs(most));
-    return share < alike ? 0.0 : Median(std::move(ratios));
+    if (share < alike) return 0.0;
+    // Of those that go on as the one before: in the others the table has play, and the encoder.
+    std::vector<double> going_on;
+    for (std::size_t k = 1; k < ratios.size(); k += 2) going_on.push_back(ratios[k]);
+    return going_on.empty() ? Median(std::move(ratios)) : Mean(going_on);
   }
 
   // In the order of words in which it moves as far as a table does.

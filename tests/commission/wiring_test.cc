@@ -131,6 +131,19 @@ TEST(Wiring, WordsInTheOtherOrderAreSeenInEachEncoder) {
   }
 }
 
+// Whichever way its counts go.
+TEST(Wiring, PlayIsNoOtherNumberOfCounts) {
+  for (const double sense : {1.0, -1.0}) {
+    Wired wired;
+    wired.play_deg = 0.5;
+    wired.turned_per_commanded[0] = wired.turned_per_commanded[1] = sense;
+    wired.counts_per_deg[2] *= sense;
+    const std::vector<std::string> names = Names(Found(Stand(), wired));
+    EXPECT_THAT(names, testing::Not(testing::Contains("counts per turn"))) << sense;
+    EXPECT_THAT(names, testing::Contains("play"));
+  }
+}
+
 // 12 bits a turn: a count is 0.09 deg, of moves of 4.5 deg.
 TEST(Wiring, ACoarseEncoderIsNotTakenForOneThatSlips) {
   config::StandConfig stand = Stand();
