@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "kinematics/rotations.h"
 #include "kinematics/stand_frame.h"
 
 namespace gyrobench::commission {
@@ -13,15 +14,11 @@ namespace {
 // Beyond the misfit of the best: the sensor's own axes, leans and worms make less of it.
 constexpr double kNearlyAsGood_deg = 1.0;
 
-Eigen::Vector3d ToEigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
+using kinematics::ToEigen;
 
-Eigen::Matrix3d Rotation(const std::array<double, 3>& deg) {
-  const auto turned = [](double angle_deg, const Eigen::Vector3d& axis) {
-    return Eigen::AngleAxisd(angle_deg * kRadPerDeg, axis);
-  };
-  return (turned(deg[2], Eigen::Vector3d::UnitZ()) * turned(deg[1], Eigen::Vector3d::UnitY()) *
-          turned(deg[0], Eigen::Vector3d::UnitX()))
-      .toRotationMatrix();
+// R_mount, which rotates the sensor's vectors into the table's frame.
+Eigen::Matrix3d Mount(const std::array<double, 3>& mount_deg) {
+  return kinematics::FixedRotations({.mount_deg = mount_deg}).mount;
 }
 
 double AngleOf_deg(const Eigen::Matrix3d& rotation) {
@@ -57,7 +54,7 @@ Eigen::Matrix3d BestMount(const std::vector<Eigen::Vector3d>& expected,
   double most = (before.transpose() * sum).trace();
   for (const double x : {0.0, 90.0, 180.0, 270.0}) {
     for (const double y : {0.0, 90.0, 270.0}) {
-      const Eigen::Matrix3d mount = Rotation({x, y, 0.0}) * before;
+      const Eigen::Matrix3d mount = Mount({x, y, 0.0}) * before;
       const double fit = (mount.transpose() * sum).trace();
       if (fit <= most + 1e-6 * static_cast<double>(seen.size())) continue;
       most = fit;
@@ -81,7 +78,7 @@ class Fit {
 
   // With the mounting that fits best.
   Assignment Best(Assignment wired) const {
-    const Eigen::Matrix3d before = Rotation(configured_.mount_deg);
+    const Eigen::Matrix3d before = Mount(configured_.mount_deg);
     std::vector<Eigen::Vector3d> expected, seen;
     for (const Move* move : felt_.moves) {
       expected.push_back(Expected(wired, *move));

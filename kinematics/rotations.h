@@ -1,4 +1,4 @@
-// Rotations of the stand as matrices of Eigen. For the sources of this room: Eigen is heavy to
+// Rotations of the stand as matrices of Eigen. For sources, not for headers: Eigen is heavy to
 // include.
 #pragma once
 
