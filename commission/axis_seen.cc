@@ -7,16 +7,10 @@
 #include <cstdlib>
 
 #include "base/error.h"
+#include "config/words.h"
 
 namespace gyrobench::commission {
 namespace {
-
-std::int64_t Shorter(std::int64_t step, std::int64_t range) {
-  step %= range;
-  if (step > range / 2) step -= range;
-  if (step < -range / 2) step += range;
-  return step;
-}
 
 // Noise of a gyro in a move of some seconds is a hundredth of it.
 constexpr double kLeastTurn_deg = 0.1;
@@ -183,21 +177,17 @@ class Looking {
 }  // namespace
 
 std::int64_t Value(const config::EncoderMap& map, config::WordOrder order, const Words& words) {
-  if (map.words == 1) return words[0];
-  const bool high_first = order == config::WordOrder::kHighFirst;
-  const std::int64_t high = words[high_first ? 0 : 1], low = words[high_first ? 1 : 0];
-  return high * 0x10000 + low;
+  return map.words == 1 ? words[0] : config::FromWords(words[0], words[1], order);
 }
 
+// Values beyond the range of the map wrap where their registers do.
 std::int64_t Step(const config::EncoderMap& map, config::WordOrder order, const Words& before,
                   const Words& after) {
-  const std::int64_t from = Value(map, order, before), to = Value(map, order, after);
-  const std::int64_t all = std::int64_t{1} << (16 * map.words);
-  const auto range = static_cast<std::int64_t>(map.range_counts);
-  const std::int64_t step = Shorter(to - from, all);
-  const bool within = from < range && to < range;
-  const std::int64_t round = within ? Shorter(to - from, range) : step;
-  return std::abs(round) < std::abs(step) ? round : step;
+  const auto from = static_cast<std::uint64_t>(Value(map, order, before));
+  const auto to = static_cast<std::uint64_t>(Value(map, order, after));
+  const bool within = from < map.range_counts && to < map.range_counts;
+  return config::WrappedStep(from, to,
+                             within ? map.range_counts : std::uint64_t{1} << (16 * map.words));
 }
 
 std::optional<double> LikelyCounts(double about) {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "drivers/words.h"
+#include "config/words.h"
 
 namespace gyrobench::drivers {
 namespace {
@@ -78,7 +78,7 @@ Encoder::Value Encoder::ReadValue() {
   std::array<std::uint16_t, 2> words = {};
   Value value;
   value.timing = ReadWords(words);
-  value.raw = map.words == 1 ? words[0] : FromWords(words[0], words[1], map.word_order);
+  value.raw = map.words == 1 ? words[0] : config::FromWords(words[0], words[1], map.word_order);
   if (value.raw < map.range_counts) return value;
   throw NoAnswer(
       fmt::format("{} ({}, unit {}): angle at 0x{:04X}: expected 0 to {}, found {}. Check "
@@ -89,7 +89,7 @@ Encoder::Value Encoder::ReadValue() {
 }
 
 std::int64_t Encoder::Step(const Value& before, const Value& now) const {
-  return WrappedStep(before.raw, now.raw, config_.map.range_counts);
+  return config::WrappedStep(before.raw, now.raw, config_.map.range_counts);
 }
 
 bool Encoder::CanFollow(const Value& before, const Value& now) const {

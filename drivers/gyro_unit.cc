@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "drivers/words.h"
+#include "config/words.h"
 
 namespace gyrobench::drivers {
 namespace {
@@ -107,7 +107,8 @@ GyroIdentity GyroUnit::Open() {
 void GyroUnit::CountWhatPassed() {
   if (left_off_ && left_off_->serial_number == identity_.serial_number &&
       left_off_->boot_count == identity_.boot_count) {
-    const std::int64_t passed = WrappedStep32(left_off_->wanted, static_cast<std::uint32_t>(next_));
+    const std::int64_t passed =
+        config::WrappedStep32(left_off_->wanted, static_cast<std::uint32_t>(next_));
     missed_meanwhile_ += std::max<std::int64_t>(passed, 0);
   }
   left_off_.reset();
@@ -119,9 +120,9 @@ void GyroUnit::Identify() {
   CheckIdentity(words);
   identity_.protocol_version = words[1];
   identity_.firmware = fmt::format("{}.{}", words[2] >> 8, words[2] & 0xFF);
-  identity_.serial_number = FromWords(words[3], words[4]);
+  identity_.serial_number = config::FromWords(words[3], words[4]);
   identity_.boot_count = words[5];
-  identity_.tick_rate_hz = FromWords(words[7], words[8]);
+  identity_.tick_rate_hz = config::FromWords(words[7], words[8]);
   rate_before_hz_ = words[9];
   identity_.sample_rate_hz = 1000.0 / (1 + settings_[2]);
   identity_.gyro_lsb_per_deg_s = map_.gyro_lsb_per_deg_s[settings_[0]];
@@ -146,9 +147,9 @@ void GyroUnit::CheckIdentity(const std::array<std::uint16_t, 11>& words) const {
   expect("WHO_AM_I of the sensor", 6, static_cast<std::uint32_t>(map_.who_am_i), words[6],
          "Check the sensor's supply and its I2C lines, or the map's who_am_i.");
   expect("ticks per second", 7, static_cast<std::uint32_t>(std::lround(map_.tick_rate_hz)),
-         FromWords(words[7], words[8]), "Correct tick_rate_hz in the map.");
+         config::FromWords(words[7], words[8]), "Correct tick_rate_hz in the map.");
   if (config_.serial_number) {
-    expect("serial number", 3, *config_.serial_number, FromWords(words[3], words[4]),
+    expect("serial number", 3, *config_.serial_number, config::FromWords(words[3], words[4]),
            "Another unit is connected: connect the configured one or correct gyro.serial_number.");
   }
 }
@@ -201,8 +202,8 @@ GyroUnit::Head GyroUnit::Request(std::size_t samples, Timing& timing) {
   const std::size_t words = static_cast<std::size_t>(map_.block_header_words) +
                             static_cast<std::size_t>(map_.sample_words) * samples;
   timing = bus_.ReadInput(unit_, address, std::span(words_).first(words), "samples");
-  return {FromWords(words_[0], words_[1]), FromWords(words_[2], words_[3]), words_[4], words_[5],
-          FromWords(words_[6], words_[7])};
+  return {config::FromWords(words_[0], words_[1]), config::FromWords(words_[2], words_[3]),
+          words_[4], words_[5], config::FromWords(words_[6], words_[7])};
 }
 
 // A frame of an earlier request can pass all checks of Modbus RTU. It cannot pass these: tick and
@@ -212,11 +213,12 @@ bool GyroUnit::IsStale(const Head& head, const Timing& timing) const {
   if (head.boot != identity_.boot_count) return false;
   const auto next = static_cast<std::uint32_t>(next_);
   const auto tick = static_cast<std::uint32_t>(tick_);
-  if (WrappedStep32(tick, head.tick) < 0 || WrappedStep32(next, head.next) < 0) return true;
+  if (config::WrappedStep32(tick, head.tick) < 0 || config::WrappedStep32(next, head.next) < 0)
+    return true;
   if (tick == head.tick && timing.utime_latched - utime_ > kTickMustMove_us) return true;
   const auto wanted = static_cast<std::uint32_t>(wanted_);
   const std::uint32_t first = head.next - static_cast<std::uint16_t>(head.next - head.first);
-  return head.next != wanted && WrappedStep32(wanted, first) < 0;
+  return head.next != wanted && config::WrappedStep32(wanted, first) < 0;
 }
 
 GyroUnit::Head GyroUnit::RequestFresh(Timing& timing) {
@@ -238,8 +240,8 @@ GyroUnit::Head GyroUnit::RequestFresh(Timing& timing) {
 }
 
 void GyroUnit::Advance(const Head& head, const Timing& timing) {
-  tick_ += WrappedStep32(static_cast<std::uint32_t>(tick_), head.tick);
-  next_ += WrappedStep32(static_cast<std::uint32_t>(next_), head.next);
+  tick_ += config::WrappedStep32(static_cast<std::uint32_t>(tick_), head.tick);
+  next_ += config::WrappedStep32(static_cast<std::uint32_t>(next_), head.next);
   utime_ = timing.utime_latched;
   // After a retry the reply may belong to an earlier try, and its time is not known.
   if (timing.tries > 1 && fit_.count() > 0) return;
@@ -341,7 +343,7 @@ void GyroUnit::ReadCounters() {
   std::array<std::uint16_t, 6> words = {};
   bus_.ReadInput(unit_, map_.counters_address, words, "counters");
   for (std::size_t i = 0; i < counters_.size(); ++i) {
-    counters_[i] = FromWords(words[2 * i], words[2 * i + 1]);
+    counters_[i] = config::FromWords(words[2 * i], words[2 * i + 1]);
   }
   counters_due_tick_ = tick_ + static_cast<std::int64_t>(kCountersPeriod_s * map_.tick_rate_hz);
 }

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "base/error.h"
+#include "config/words.h"
 #include "drivers/modbus_line.h"
-#include "drivers/words.h"
 
 namespace gyrobench::drivers {
 namespace {
@@ -109,7 +109,7 @@ std::optional<UnitIdentity> As(Registers& registers, const config::GyroUnitMap& 
                                const ExpectedUnit* expected) {
   std::array<std::uint16_t, 7> words = {};
   if (!registers.Has(4, map.identity_address, words) || words[0] != map.magic) return std::nullopt;
-  const std::uint32_t serial = FromWords(words[3], words[4]);
+  const std::uint32_t serial = config::FromWords(words[3], words[4]);
   UnitIdentity unit{UnitKind::kGyroUnit, map.model,
                     fmt::format("serial number {}, firmware {}.{}, protocol {}", serial,
                                 words[2] >> 8, words[2] & 0xFF, words[1])};
@@ -137,7 +137,8 @@ std::optional<UnitIdentity> As(Registers& registers, const config::DriveMap& map
   const auto pulses = registers.Holding(map.pulses_per_turn_address);
   const auto status = pulses ? registers.Holding(map.status_address) : std::nullopt;
   if (!status || !registers.Has(3, map.position_address, position)) return std::nullopt;
-  const auto at = static_cast<std::int32_t>(FromWords(position[0], position[1], map.word_order));
+  const auto at =
+      static_cast<std::int32_t>(config::FromWords(position[0], position[1], map.word_order));
   UnitIdentity unit{
       UnitKind::kDrive, map.model,
       fmt::format("{} pulses a turn, at pulse {}, status 0x{:04X}", *pulses, at, *status)};
@@ -146,7 +147,7 @@ std::optional<UnitIdentity> As(Registers& registers, const config::DriveMap& map
         fmt::format("It is set to {} pulses a turn, and {} are expected: set the drive, or correct "
                     "its map.",
                     *pulses, map.pulses_per_turn));
-  if (IsBitSet(*status, map.fault_bit))
+  if (config::IsBitSet(*status, map.fault_bit))
     unit.wrong.push_back("It reports a fault: remove its cause and clear the alarm.");
   return unit;
 }
@@ -157,7 +158,7 @@ std::optional<UnitIdentity> As(Registers& registers, const config::EncoderMap& m
   const std::span<std::uint16_t> wanted(words.data(), map.words == 2 ? 2 : 1);
   if (!registers.Has(map.function, map.address, wanted)) return std::nullopt;
   const std::uint32_t value =
-      map.words == 1 ? words[0] : FromWords(words[0], words[1], map.word_order);
+      map.words == 1 ? words[0] : config::FromWords(words[0], words[1], map.word_order);
   UnitIdentity unit{UnitKind::kEncoder, map.model,
                     fmt::format("value {}, {:.2f} deg", value,
                                 static_cast<double>(value) * 360.0 / map.counts_per_turn)};

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "drivers/words.h"
+#include "config/words.h"
 
 namespace gyrobench::drivers {
 namespace {
@@ -113,7 +113,7 @@ std::uint16_t StepperAxis::ReadWord(std::uint16_t address, const char* what) {
 }
 
 bool StepperAxis::IsMoving() {
-  return IsBitSet(ReadWord(map_.status_address, "status"), map_.running_bit);
+  return config::IsBitSet(ReadWord(map_.status_address, "status"), map_.running_bit);
 }
 
 int StepperAxis::PulsesPerTurn() {
@@ -153,7 +153,7 @@ void StepperAxis::Enable() {
   std::uint16_t status = 0;
   for (int reads = 0; reads < kSettleReads; ++reads) {
     status = ReadWord(map_.status_address, "status");
-    if (IsBitSet(status, map_.enabled_bit)) return;
+    if (config::IsBitSet(status, map_.enabled_bit)) return;
     if (bus_.hurries()) break;
     bus_.Wait(kSettlePause_us);
   }
@@ -167,15 +167,16 @@ void StepperAxis::Enable() {
 AxisState StepperAxis::Read() {
   AxisState state;
   const std::uint16_t status = ReadWord(map_.status_address, "status");
-  state.enabled = IsBitSet(status, map_.enabled_bit);
-  state.moving = IsBitSet(status, map_.running_bit);
-  state.fault = IsBitSet(status, map_.fault_bit);
+  state.enabled = config::IsBitSet(status, map_.enabled_bit);
+  state.moving = config::IsBitSet(status, map_.running_bit);
+  state.fault = config::IsBitSet(status, map_.fault_bit);
 
   std::array<std::uint16_t, 2> words = {};
   const Timing timing = bus_.ReadHolding(unit_, map_.position_address, words, "command position");
-  const std::uint32_t position = FromWords(words[0], words[1], map_.word_order);
-  position_pulses_ = position_known_ ? position_pulses_ + WrappedStep32(position_word_, position)
-                                     : static_cast<std::int32_t>(position);
+  const std::uint32_t position = config::FromWords(words[0], words[1], map_.word_order);
+  position_pulses_ = position_known_
+                         ? position_pulses_ + config::WrappedStep32(position_word_, position)
+                         : static_cast<std::int32_t>(position);
   position_word_ = position;
   position_known_ = true;
   state.utime = timing.utime_latched;
@@ -191,7 +192,7 @@ void StepperAxis::ReadInputs(AxisState* state) {
   const config::DriveInputs& inputs = *map_.inputs;
   const std::uint16_t word = ReadWord(inputs.address, "inputs");
   const auto acts = [&](const std::optional<int>& bit) {
-    return bit && IsBitSet(word, *bit) == (inputs.active_level == 1);
+    return bit && config::IsBitSet(word, *bit) == (inputs.active_level == 1);
   };
   state->emergency_stop = acts(inputs.emergency_stop_bit);
   state->limit_plus = acts(inputs.limit_plus_bit);
@@ -240,7 +241,7 @@ double StepperAxis::MoveBy(double angle_deg, double rate_deg_s, double accelerat
 void StepperAxis::Send(const StepperMove& move) {
   std::array<std::uint16_t, 8> path = {};
   path[0] = map_.relative_mode;
-  ToWords(static_cast<std::uint32_t>(move.pulses), map_.word_order, path[1], path[2]);
+  config::ToWords(static_cast<std::uint32_t>(move.pulses), map_.word_order, path[1], path[2]);
   path[3] = move.rpm;
   path[4] = path[5] = move.ramp_ms_per_1000rpm;
   path[7] = map_.start_value;

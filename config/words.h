@@ -5,25 +5,25 @@
 
 #include "config/device_maps.h"
 
-namespace gyrobench::drivers {
+namespace gyrobench::config {
 
 constexpr bool IsBitSet(std::uint16_t word, int bit) { return (word >> bit & 1) != 0; }
 
 // Two registers as one number.
 constexpr std::uint32_t FromWords(std::uint16_t first, std::uint16_t second,
-                                  config::WordOrder order = config::WordOrder::kHighFirst) {
-  const std::uint32_t high = order == config::WordOrder::kHighFirst ? first : second;
-  const std::uint32_t low = order == config::WordOrder::kHighFirst ? second : first;
+                                  WordOrder order = WordOrder::kHighFirst) {
+  const std::uint32_t high = order == WordOrder::kHighFirst ? first : second;
+  const std::uint32_t low = order == WordOrder::kHighFirst ? second : first;
   return high << 16 | low;
 }
 
 // A number as two registers; `first` is the one at the lower address.
-constexpr void ToWords(std::uint32_t value, config::WordOrder order, std::uint16_t& first,
+constexpr void ToWords(std::uint32_t value, WordOrder order, std::uint16_t& first,
                        std::uint16_t& second) {
   const auto high = static_cast<std::uint16_t>(value >> 16);
   const auto low = static_cast<std::uint16_t>(value & 0xFFFF);
-  first = order == config::WordOrder::kHighFirst ? high : low;
-  second = order == config::WordOrder::kHighFirst ? low : high;
+  first = order == WordOrder::kHighFirst ? high : low;
+  second = order == WordOrder::kHighFirst ? low : high;
 }
 
 // A signed step between two readings of a number that wraps at `range`: the shorter way round,
@@ -39,4 +39,4 @@ constexpr std::int64_t WrappedStep32(std::uint32_t from, std::uint32_t to) {
   return WrappedStep(from, to, std::uint64_t{1} << 32);
 }
 
-}  // namespace gyrobench::drivers
+}  // namespace gyrobench::config
