@@ -19,6 +19,7 @@
 #include "base/version.h"
 #include "calibration/estimators/analyzer.h"
 #include "calibration/estimators/plausibility.h"
+#include "calibration/signal/clock_drift.h"
 #include "calibration/signal/clock_offset.h"
 #include "calibration/signal/intake.h"
 #include "cli/calibration_files.h"
@@ -237,7 +238,12 @@ class Reader {
     for (const calibration::Recording& recording : recordings_) timings.push_back(recording.rows);
     even_ = calibration::RowsThatComeEvenly(timings);
     if (std::ranges::any_of(even_, &calibration::EvenRows::any)) ReadAgain();
-    return std::move(recordings_);
+    return calibration::OnOneClock(std::move(recordings_), [this](double drift_ppm) {
+      for (calibration::EvenRows& even : even_) even.reference_drift_ppm = drift_ppm;
+      recordings_ = std::vector<calibration::Recording>(inputs_.size());
+      ReadSideBySide([](std::size_t) { return true; });
+      return std::exchange(recordings_, {});
+    });
   }
 
  private:
@@ -251,9 +257,11 @@ class Reader {
     ReadSideBySide([this](std::size_t file) { return even_[file].any(); });
     for (std::size_t i = 0; i < even_.size(); ++i) UseClocksOf(recordings_[i].rows, &even_[i]);
     ReadSideBySide([&](std::size_t file) { return on_line[file] && even_[file].any(); });
-    for (std::size_t i = 0; i < even_.size(); ++i)
-      if (!even_[i].any() || !calibration::IsAsEvenAs(recordings_[i].rows, first[i].rows))
-        recordings_[i] = std::move(first[i]);
+    for (std::size_t i = 0; i < even_.size(); ++i) {
+      if (even_[i].any() && calibration::IsAsEvenAs(recordings_[i].rows, first[i].rows)) continue;
+      recordings_[i] = std::move(first[i]);
+      even_[i] = {};
+    }
   }
 
   static bool HasLine(const calibration::EvenRows& even) {

@@ -1,23 +1,30 @@
 #include "daemon/telemetry.h"
 
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
 #include <optional>
 #include <type_traits>
 #include <utility>
 
 #include "base/error.h"
 #include "calibration/estimators/analyzer.h"
+#include "calibration/signal/clock_drift.h"
 #include "daemon/messages.h"
 #include "gyrobench/reflection.hpp"
 #include "recording/event_log.h"
 #include "recording/message_decoder.h"
+#include "recording/replay.h"
 
 namespace gyrobench::daemon {
 
 struct Telemetry::Run {
   Run(const std::string& run_id, const std::string& log_file, const MeasurementInfo& info,
       Utime start)
-      : log(std::make_shared<recording::EventLogWriter>(log_file)),
+      : record(std::filesystem::path(log_file).parent_path()),
+        log(std::make_shared<recording::EventLogWriter>(log_file)),
         decoder(info, start, analyzer, run_id) {}
+  const std::filesystem::path record;
   // Shared with who syncs it, so that no sample waits for the disk.
   std::shared_ptr<recording::EventLogWriter> log;
   calibration::Analyzer analyzer;
@@ -218,9 +225,41 @@ Telemetry::Snapshot Telemetry::TakeSnapshot() const {
   return run_ ? std::make_shared<const calibration::Analyzer>(run_->analyzer) : nullptr;
 }
 
-calibration::Recording Telemetry::Recorded() const {
+calibration::Recording Telemetry::Recorded() {
   const Snapshot snapshot = TakeSnapshot();
-  return snapshot ? snapshot->Take() : calibration::Recording();
+  if (!snapshot) return calibration::Recording();
+  const calibration::Recording as_stamped = snapshot->Take();
+  try {
+    return calibration::OnOneClock(
+               {as_stamped},
+               [&](double drift_ppm) {
+                 return std::vector<calibration::Recording>{ReadAgain(as_stamped, drift_ppm)};
+               })
+        .front();
+  } catch (const DataError& error) {  // the run goes on, and its trace with what there is
+    spdlog::warn("the clocks of gyro and reference part, and the log was not read again: {}",
+                 error.what());
+  }
+  return as_stamped;
+}
+
+calibration::Recording Telemetry::ReadAgain(const calibration::Recording& as_stamped,
+                                            double drift_ppm) {
+  Sync();
+  std::filesystem::path record;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!run_) return as_stamped;
+    record = run_->record;
+  }
+  calibration::EvenRows clocks;
+  clocks.reference_drift_ppm = drift_ppm;
+  calibration::Collector collector(calibration::Collector::kNode_s, clocks);
+  recording::ReplayRun(record, collector);
+  calibration::Recording out = collector.Take();
+  // The log may end in a message that is still being written.
+  out.defects = as_stamped.defects;
+  return out;
 }
 
 calibration::AnalysisResult Telemetry::Analyse() const { return ResultOf(TakeSnapshot()); }

@@ -72,14 +72,16 @@ class Telemetry {
   // evaluated wherever there is time: acquisition goes on meanwhile.
   using Snapshot = std::shared_ptr<const calibration::Analyzer>;
   Snapshot TakeSnapshot() const;
-  // The same, for a trace.
-  calibration::Recording Recorded() const;
+  // The same, for a trace: with the reference's readings on the gyro's clock where the two part so
+  // far that it matters (calibration/signal/clock_drift.h), for which the log is read once more.
+  calibration::Recording Recorded();
   // ResultOf now.
   calibration::AnalysisResult Analyse() const;
 
  private:
   struct Run;
   bool Measures() const;
+  calibration::Recording ReadAgain(const calibration::Recording& as_stamped, double drift_ppm);
   template <typename Message>
   void Number(Message& message);
   void TakeOver(const std::string& run_id, Run& run, AnyMessage& message) const;

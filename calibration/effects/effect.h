@@ -53,6 +53,8 @@ struct BasisContext {
   // Of a delay: what else makes the gyro late. Delays add in time: each has the shape of all of
   // them together, the mean rate within their sum.
   std::vector<Delay> other_delays;
+  // Of a delay: Recording::reference_drift_ppm.
+  double reference_drift_ppm = 0.0;
 };
 
 // The basis functions of one effect along time. Asked in the order of time; may remember.
@@ -146,6 +148,8 @@ struct Effect {
   bool filter_shape = false;
   // Of an effect that is a delay, whose coefficient this takes; nullptr: it is none.
   DelayFunction delay_s = nullptr;
+  // It grows with the time, as the clocks part.
+  bool delay_of_clocks = false;
   // What the rounding of a coarse encoder makes of it, of half a step of the encoder; 0: nothing.
   double made_by_rounding = 0.0;
   // Goes by the speed at which the stand is shaken, which any of its axes may do.

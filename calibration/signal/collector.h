@@ -26,10 +26,11 @@ struct Recording {
   double first_time_s = 0.0, last_time_s = 0.0;
   double median_interval_s = kMissing;  // of the gyro
   double stamp_digit_s = 0.0;  // last digit of its stamps; 0 where it is too fine to matter
-  // Of those that came in packets (PacketStamps): how many, how many did not come between them, the
-  // interval of the clock behind them, and the standard deviation of stamps about it.
-  std::int64_t packed_samples = 0, packed_lost = 0;
+  // Of those that came in packets (PacketStamps): how many, the interval of the clock behind them,
+  // and the standard deviation of stamps about it.
+  std::int64_t packed_samples = 0;
   double packed_interval_s = kMissing, packed_scatter_s = kMissing;
+  double reference_drift_ppm = 0.0;  // as EvenRows: by which readings were put right
   // Whether rows come as unevenly as their stamps, which is known at the end alone.
   RowTiming rows;
   std::array<OutputRounding, 3> rounding;  // of each channel

@@ -105,10 +105,10 @@ std::string RemarkOnStamps(const Recording& recording) {
 std::string RemarkOnPackets(const Recording& recording) {
   if (recording.packed_samples == 0) return "";
   const std::string lost =
-      recording.packed_lost == 0
+      recording.rows.lost == 0
           ? ""
           : fmt::format(" {} did not come, and the seconds about each such place are left out.",
-                        recording.packed_lost);
+                        recording.rows.lost);
   return fmt::format(
       "the gyro's samples come evenly and are stamped when a serial adapter or a computer got to "
       "them: {} stamps, off by {:.2g} ms (standard deviation), were put on an even clock of {:.4g} "

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "calibration/signal/clock_drift.h"
+
 namespace gyrobench::calibration {
 
 namespace {
@@ -16,7 +18,8 @@ SampleTimes::SampleTimes(const EvenRows& even)
     : gyro_(even.rounded_gyro),
       covariates_(even.rounded_gyro),
       gyro_packets_(even.gyro),
-      gyro_is_polled_(even.gyro_is_polled) {
+      gyro_is_polled_(even.gyro_is_polled),
+      reference_drift_ppm_(even.reference_drift_ppm) {
   for (std::size_t a = 0; a < 3; ++a) {
     reference_[a].clock = EvenStamps(even.rounded_reference[a]);
     reference_[a].packets = PacketStamps(even.reference[a]);
@@ -62,7 +65,8 @@ double SampleTimes::OfReference(std::size_t axis, double stamp_s, double angle_d
   read.stamp_s = stamp_s;
   (shared ? shared_rows_ : own_rows_).Take(axis, t_s, angle_deg);
   if (shared) by_stamps_.Take(axis, stamp_s, angle_deg);
-  return read.s = t_s;
+  read.s = t_s;
+  return t_s + PartedBy_s(reference_drift_ppm_, t_s);
 }
 
 RowTiming SampleTimes::Rows() const {

@@ -24,7 +24,8 @@ class SampleTimes {
   // A reading of the row of the last sample has its time. Rounded stamps of two clocks are now and
   // then the same as well: in milliseconds every fifth, beside a gyro of 200 Hz. Axes may be read
   // one after the other: each has a clock of its own, and an orientation's counts as the first.
-  // `angle_deg`: as LateRows::Take, NaN where there is no angle of an axis.
+  // `angle_deg`: as LateRows::Take, NaN where there is no angle of an axis. The result is on the
+  // gyro's clock.
   double OfReference(std::size_t axis, double stamp_s, double angle_deg);
   // Last digit of the gyro's stamps; 0 where it is too fine to matter.
   double gyro_digit_s() const { return gyro_.digit_s(); }
@@ -50,6 +51,7 @@ class SampleTimes {
   PacketStamps gyro_packets_;
   LateRows shared_rows_, own_rows_, by_stamps_{true};
   bool gyro_is_polled_ = false;
+  double reference_drift_ppm_ = 0.0;
   std::array<Axis, 3> reference_;
   double wrong_since_s_ = kMissing;
   std::int64_t samples_ = 0;

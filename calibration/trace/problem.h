@@ -98,6 +98,12 @@ class ChannelProblem {
     AtNode begin, end;
   };
   Between between(Eigen::Index row) const;
+  // Readings of the reference were put on the gyro's clock (Recording::reference_drift_ppm), and the
+  // output is as if they had not been: that they part is an effect to be found. 0 where they were
+  // not, or the channel does not tell.
+  double reference_drift_ppm() const;
+  // What that makes of how far the channel's axis turned, row by row.
+  Eigen::VectorXd PutRight_deg() const;
   void AddOutput(const Eigen::VectorXd& more_deg) { output_ += more_deg; }
   // Other noise of the same rows, in order.
   void SetIntervals(std::vector<Interval> intervals) { intervals_ = std::move(intervals); }

@@ -22,6 +22,22 @@ bool ChannelProblem::DelayIsDeclared() const {
   return (observables() & kNeedsRate) != 0 && GyroDelayIsDeclared(histories_);
 }
 
+double ChannelProblem::reference_drift_ppm() const {
+  return (observables() & kNeedsRate) != 0 ? histories_.front().recording->reference_drift_ppm
+                                           : 0.0;
+}
+
+// The delay of the clocks as it was put right, in its own shape.
+Eigen::VectorXd ChannelProblem::PutRight_deg() const {
+  const std::vector<Effect>& effects = EffectCatalogue();
+  const auto drift = std::ranges::find_if(effects, &Effect::delay_of_clocks);
+  BasisContext context;
+  context.channel = channel_;
+  context.reference_drift_ppm = reference_drift_ppm();
+  context.nonlinear = {context.reference_drift_ppm};
+  return context.reference_drift_ppm * Columns(*drift, context).col(0);
+}
+
 Eigen::VectorXd ChannelProblem::Turn(std::size_t axis) const {
   Eigen::VectorXd turn_deg = TurnByRates(axis);
   if (axis == channel_ || angle_errors_[axis] == nullptr) return turn_deg;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/signal/clock_drift.h"
 #include "calibration/trace/candidate.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/channel_report.h"
@@ -39,6 +40,16 @@ double MostChange(const ChannelRequest& request, const TracedChannel& traced, st
   return sum;
 }
 
+// Readings that were put on the gyro's clock no longer have that delay: others must not take it off
+// once more.
+void TakeOffWhatWasPutRight(const ChannelProblem& problem, Eigen::VectorXd* turn_beyond_deg,
+                            std::vector<Delay>* delays) {
+  const double drift_ppm = problem.reference_drift_ppm();
+  if (drift_ppm == 0.0) return;
+  *turn_beyond_deg -= problem.PutRight_deg();
+  delays->push_back({PartedBy_s, -drift_ppm});
+}
+
 }  // namespace
 
 std::shared_ptr<const ReferenceAngleError> ReferenceAngleErrorOf(
@@ -58,6 +69,7 @@ std::shared_ptr<const ReferenceAngleError> ReferenceAngleErrorOf(
       out->delays.push_back({member.effect->delay_s, values(0)});
   }
   if (!any || !turn_beyond_deg.allFinite()) return nullptr;
+  TakeOffWhatWasPutRight(problem, &turn_beyond_deg, &out->delays);
   for (const StateHistory& history : problem.histories())
     out->turn_beyond_deg.emplace_back(history.still.size(), 0.0);
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {

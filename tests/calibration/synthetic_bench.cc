@@ -188,10 +188,12 @@ BenchState SyntheticBench::At(double t_s) const {
 }
 
 calibration::Recording SyntheticBench::Measure(const Injection& injection, std::uint64_t seed,
-                                               bool with_supply) const {
+                                               bool with_supply, double reference_drift_ppm) const {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
-  calibration::Collector collector;
+  calibration::EvenRows clocks;
+  clocks.reference_drift_ppm = reference_drift_ppm;
+  calibration::Collector collector(calibration::Collector::kNode_s, clocks);
   MeasurementInfo info = InfoOf(with_supply);
   if (sensor_.three_channels) info.gyro_present = {true, true, true};
   collector.OnInfo(info);

@@ -104,9 +104,9 @@ class SyntheticBench {
       : motion_(std::move(motion)), sensor_(sensor) {}
 
   BenchState At(double t_s) const;
-  // With a column "supply_v" where asked for.
+  // With a column "supply_v" where asked for, and the reference's readings on the gyro's clock.
   calibration::Recording Measure(const Injection& injection, std::uint64_t seed,
-                                 bool with_supply = false) const;
+                                 bool with_supply = false, double reference_drift_ppm = 0.0) const;
 
   const Motion& motion() const { return motion_; }
   const BenchSensor& sensor() const { return sensor_; }

@@ -1,15 +1,9 @@
 // The clocks of gyro and reference part.
 #include "calibration/effects/catalogue/makers.h"
 #include "calibration/effects/catalogue/shared_bases.h"
+#include "calibration/signal/clock_drift.h"
 
 namespace gyrobench::calibration {
-namespace {
-
-// A delay that grows with time, in millionths of it.
-double DriftedApart_s(double eps_ppm, double t_s) { return 1e-6 * eps_ppm * t_s; }
-
-}  // namespace
-
 Effect AngleClockDrift() {
   return {.id = "angle.clock_drift",
           .domain = EffectDomain::kAngle,
@@ -22,12 +16,13 @@ Effect AngleClockDrift() {
           .manoeuvre = "repeat a motion after 30 min",
           .needs = kNeedsRate,
           .terms = {{"eps", "ppm"}},
-          .nonlinear = {{"eps", "ppm", -1000.0, 1000.0, {0.0}}},
+          .nonlinear = {{"eps", "ppm", -kMostDrift_ppm, kMostDrift_ppm, {0.0}}},
           .search = Search::kCoefficient,
           .typical_size = 100.0,
           .size_source = "crystals: 10 to 100 ppm",
-          .delay_s = DriftedApart_s,
-          .basis = Make<DelayBasis<DriftedApart_s>>};
+          .delay_s = PartedBy_s,
+          .delay_of_clocks = true,
+          .basis = Make<DelayBasis<PartedBy_s>>};
 }
 
 }  // namespace gyrobench::calibration

@@ -52,13 +52,24 @@ inline double TurnedOnWithin(const SensorState& point, std::size_t channel, doub
   return TurnedOn(point, channel, by_s) / by_s;
 }
 
+// The same of a reference that was made later by `put_right_s`, p, beside readings as they were
+// stamped. With tau near p the node is where the gyro is by tau - p, and it has turned on by what
+// lies within p beyond that; near 0 as if nothing had been put right.
+inline double TurnedOnWithin(const SensorState& point, std::size_t channel, double tau_s,
+                             double put_right_s) {
+  const double left_s = tau_s - put_right_s;
+  if (!(std::fabs(left_s) < std::fabs(tau_s))) return TurnedOnWithin(point, channel, tau_s);
+  return (TurnedOn(point, channel, left_s) + TurnedOn(point, channel, put_right_s)) / tau_s;
+}
+
 template <DelayFunction kDelay_s>
 class DelayBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const SensorState& point, double* terms) override {
     const double all_s = kDelay_s(context().nonlinear[0], point.t_s) + other_delays_s(point.t_s);
-    terms[0] = -TurnedOnWithin(point, context().channel, all_s) * kDelay_s(1.0, point.t_s);
+    terms[0] = -TurnedOnWithin(point, context().channel, all_s, put_right_s(point.t_s)) *
+               kDelay_s(1.0, point.t_s);
   }
 };
 
