@@ -159,8 +159,8 @@ struct Effect {
   // The reference reads the table's axis wrong by a wave of its angle with known periods, of which no
   // part is constant.
   bool wave_of_angle = false;
-  // An angle without a memory, of the time and the table's angle alone, that changes within the time
-  // which the readings of a node take (trace/within_nodes.h).
+  // An angle, or the integral of a rate, without a memory, of the time and the table's angle alone,
+  // that changes within the time which the readings of a node take (trace/within_nodes.h).
   bool of_each_reading = false;
   // What a certificate bounds as the reference's eccentricity.
   bool reference_eccentricity = false;

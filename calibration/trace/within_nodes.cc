@@ -128,16 +128,15 @@ void WithinNodes::Collect(const Baseline& baseline, const Eigen::VectorXd& fit,
   for (std::size_t j = 0; j < baseline.turned.size(); ++j)
     m[baseline.turned[j]] = fit(static_cast<Eigen::Index>(j));
   const double units = problem_->units_per_deg_s();
-  std::vector<bool> steady;
-  for (Eigen::Index i = 0; i < problem_->rows(); ++i) steady.push_back(IsSteady(*problem_, i));
+  for (Eigen::Index i = 0; i < problem_->rows(); ++i) steady_.push_back(IsSteady(*problem_, i));
   const std::vector<double> slow_deg_s =
-      SlowRates(*problem_, steady, problem_->output_deg() - baseline.columns * fit);
+      SlowRates(*problem_, steady_, problem_->output_deg() - baseline.columns * fit);
   for (Eigen::Index i = 0; i < problem_->rows(); ++i) {
     const StateHistory& history = problem_->history(i);
     const Interval& interval = problem_->intervals()[static_cast<std::size_t>(i)];
     const Node& epoch = problem_->end_epoch(i);
     if (interval.still || !problem_->FeelsTable(i) || epoch.within_count < kLeastReadings ||
-        epoch.at.t_s != epoch.mean.t_s || !steady[static_cast<std::size_t>(i)])
+        epoch.at.t_s != epoch.mean.t_s || !steady_[static_cast<std::size_t>(i)])
       continue;
     const double offset_deg_s = BesideTurns(baseline, fit, i) / interval.duration_s +
                                 slow_deg_s[static_cast<std::size_t>(i)];
@@ -248,6 +247,16 @@ double WithinNodes::OffMean_deg(const MovingNode& node, std::size_t axis,
   return known[i] + (place - below) * (known[i + 1] - known[i]);
 }
 
+// What the outputs have lost with their slow rates, columns that act on all rows lose as well.
+Eigen::MatrixXd WithinNodes::SlowRatesOf(const Eigen::MatrixXd& columns) const {
+  Eigen::MatrixXd out(columns.rows(), columns.cols());
+  for (Eigen::Index j = 0; j < columns.cols(); ++j) {
+    const std::vector<double> slow = SlowRates(*problem_, steady_, columns.col(j));
+    out.col(j) = Eigen::Map<const Eigen::VectorXd>(slow.data(), columns.rows());
+  }
+  return out;
+}
+
 // A step elsewhere changes nothing within the node.
 bool WithinNodes::Contains(const MovingNode& node, double t_s) const {
   const double after_s = t_s - StateAt(node).t_s;
@@ -263,8 +272,11 @@ Eigen::MatrixXd WithinNodes::Columns(const Effect& effect, const BasisContext& c
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(output_.size(), terms);
   Eigen::MatrixXd values(0, terms);
   std::vector<double> at(effect.terms.size());
+  const bool of_axis = (effect.needs & kNeedsTableAxis) != 0;
+  const Eigen::MatrixXd slow_deg_s =
+      of_axis ? Eigen::MatrixXd() : SlowRatesOf(problem_->Columns(effect, context, power_on));
   for (const MovingNode& node : nodes_) {
-    const double felt = problem_->AxisProjection(node.row, context.table_axis);
+    const double felt = of_axis ? problem_->AxisProjection(node.row, context.table_axis) : 1.0;
     if (effect.search == Search::kTime && !Contains(node, context.nonlinear[0])) continue;
     if (felt == 0.0 || (power_on && problem_->power_on(node.row) != *power_on)) continue;
     SensorState point = StateAt(node);
@@ -277,7 +289,10 @@ Eigen::MatrixXd WithinNodes::Columns(const Effect& effect, const BasisContext& c
       point.t_s = t_s + after_s_[static_cast<std::size_t>(node.begin + r)];
       point.table_deg[context.table_axis] = angle_deg + OffMean_deg(node, context.table_axis, r);
       basis->At(point, at.data());
-      for (Eigen::Index j = 0; j < terms; ++j) values(r, j) = at[static_cast<std::size_t>(j)];
+      for (Eigen::Index j = 0; j < terms; ++j) {
+        const double slow_deg_per_s = of_axis ? 0.0 : slow_deg_s(node.row, j);
+        values(r, j) = at[static_cast<std::size_t>(j)] - slow_deg_per_s * (point.t_s - t_s);
+      }
     }
     out.middleRows(node.begin, node.count) = felt * (White(node) * values);
   }

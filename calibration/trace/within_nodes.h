@@ -65,11 +65,13 @@ class WithinNodes {
   std::size_t WhiteningOf(Eigen::Index readings, double step_s, double sigma_deg);
   const Eigen::MatrixXd& White(const MovingNode& node) const { return whitening_[node.white]; }
   bool Contains(const MovingNode& node, double t_s) const;
+  Eigen::MatrixXd SlowRatesOf(const Eigen::MatrixXd& columns) const;
   double OffMean_deg(const MovingNode& node, std::size_t axis, Eigen::Index reading) const;
   const SensorState& StateAt(const MovingNode& node) const { return problem_->end_node(node.row); }
 
   const ChannelProblem* problem_ = nullptr;
   double walk_deg_sqrt_s_ = 0.0;
+  std::vector<bool> steady_;  // of each row
   std::vector<MovingNode> nodes_;
   std::vector<double> after_s_;  // of each reading
   Eigen::VectorXd output_;

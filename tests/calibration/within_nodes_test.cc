@@ -164,6 +164,54 @@ TEST(RowsOfSingleReadings, AreWhite) {
   }
 }
 
+// A tone of the gyro, in counts.
+Story WithTone(Story story, double deg_s, double hz) {
+  story.spoil_gyro = [=](GyroSample* sample) {
+    sample->xi[2] += 131.0 * deg_s * std::sin(2.0 * std::numbers::pi * hz * sample->t_s);
+    return true;
+  };
+  return story;
+}
+
+// Whatever its frequency, also one of which most goes evenly within a node: what the columns leave
+// of it is white.
+TEST(RowsOfSingleReadings, AreWhiteBesideATone) {
+  for (const double hz : {0.15, 0.7, 2.0, 4.0}) {
+    const Recording recording = WithTone(FineStory(44), 1.0, hz).Collect();
+    const Rows rows(recording, 0.02 / std::sqrt(kReadings_hz));
+    const Eigen::VectorXd& output = rows.within.output();
+    ASSERT_GT(output.size(), 5000);
+    calibration::BasisContext context;
+    context.nonlinear = {hz};
+    const Eigen::MatrixXd tone =
+        rows.within.Columns(*calibration::FindEffect("bias.tone"), context, {});
+    const Eigen::VectorXd left =
+        output -
+        tone * calibration::SolveIndependent(tone.transpose() * tone, tone.transpose() * output);
+    const double white = 0.9 * static_cast<double>(output.size());
+    EXPECT_NEAR(left.squaredNorm() / white, 1.0, 0.05) << hz << " Hz";
+    if (hz > 1.0) {
+      EXPECT_GT(output.squaredNorm(), 1.5 * white) << hz << " Hz";
+    }
+  }
+}
+
+// At 5 deg/s a wave of 144 periods a turn is a tone of 2 Hz.
+TEST(ATone, IsNotTakenForAWaveOfTheAngleAsWell) {
+  Motion motion;
+  motion.Rest(20.0);
+  for (int round = 0; round < 2; ++round) {
+    for (const double rate : {5.0, 10.0}) motion.ThereAndBack(kInnerAxis, 180.0, rate);
+  }
+  for (std::uint64_t seed = 51; seed <= 56; ++seed) {
+    Story story = FineStory(seed);
+    story.Follow(motion);
+    const ChannelTrace channel = TraceOf(WithTone(story, 0.3, 2.0).Collect());
+    ASSERT_EQ(channel.effects.size(), 1u) << channel.summary << ", seed " << seed;
+    EXPECT_EQ(channel.effects[0].id, "bias.tone") << channel.summary;
+  }
+}
+
 TEST(RowsOfSingleReadings, AreNoneOfCoarseEncodersNorBesideANoisyGyro) {
   Story coarse = FineStory(42);
   coarse.spoil_angle = [](AngleSample* reading) {

@@ -33,6 +33,7 @@ Effect BiasTone() {
           .search = Search::kFrequency,
           .typical_size = 1.0,
           .size_source = "experience with parts of this class: 0.01 to 1",
+          .of_each_reading = true,
           .basis = Make<ToneBasis>};
 }
 
