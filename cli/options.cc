@@ -15,13 +15,12 @@
 #include "cli/exit_status.h"
 #include "cli/terminal_text.h"
 #include "config/bus_load.h"
+#include "config/stand_config.h"
 #include "export/exporter.h"
 
 namespace gyrobench::cli {
 namespace {
 
-// Of Modbus.
-constexpr int kFirstUnit = 1, kLastUnit = 247;
 constexpr const char* kExample = "Example:\n  ";
 
 // Nothing where not the whole text is one.
@@ -41,7 +40,8 @@ std::optional<std::vector<int>> UnitNumbers(const std::string& text) {
     const auto first = ReadNumber<int>(std::string_view(range).substr(0, dash));
     const auto last =
         dash == range.size() ? first : ReadNumber<int>(std::string_view(range).substr(dash + 1));
-    if (!first || !last || *first < kFirstUnit || *last < *first || *last > kLastUnit)
+    if (!first || !last || *first < config::kFirstUnit || *last < *first ||
+        *last > config::kLastUnit)
       return std::nullopt;
     for (int unit = *first; unit <= *last; ++unit) units.insert(unit);
   }
@@ -51,8 +51,8 @@ std::optional<std::vector<int>> UnitNumbers(const std::string& text) {
 // CLI11 validators return what is wrong.
 std::string CheckUnits(const std::string& text) {
   if (UnitNumbers(text)) return "";
-  return fmt::format("expected unit numbers of {} to {}, as 1-31,40; found '{}'", kFirstUnit,
-                     kLastUnit, text);
+  return fmt::format("expected unit numbers of {} to {}, as 1-31,40; found '{}'",
+                     config::kFirstUnit, config::kLastUnit, text);
 }
 
 std::string CheckSeconds(const std::string& text) {
@@ -372,7 +372,7 @@ class CommandLine {
   CLI::App app_;
   Options options_;
   std::vector<std::string> parameter_texts_;
-  std::string units_text_ = fmt::format("{}-{}", kFirstUnit, kLastUnit);
+  std::string units_text_ = fmt::format("{}-{}", config::kFirstUnit, config::kLastUnit);
 };
 
 }  // namespace

@@ -21,9 +21,6 @@ inline config::WordOrder Other(config::WordOrder order) {
   return order == config::WordOrder::kHighFirst ? config::WordOrder::kLowFirst
                                                 : config::WordOrder::kHighFirst;
 }
-inline const char* NameOf(config::WordOrder order) {
-  return order == config::WordOrder::kHighFirst ? "high_first" : "low_first";
-}
 // The number of counts a turn, of those that are usual, that is within the gyro's scale of `about`:
 // a power of two, or a round number. None where there is no such one, or more than one.
 std::optional<double> LikelyCounts(double about);

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "commission/delay.h"
+#include "config/drive_rates.h"
 
 namespace gyrobench::commission {
 namespace {
@@ -143,15 +144,13 @@ class Prober {
 
   // A drive turns its shaft at whole rpm.
   static double LeastRate_deg_s(const config::AxisConfig& axis) {
-    constexpr double kDegSPerRpm = 6.0;
-    return std::min(axis.max_rate_deg_s, axis.drive.map.min_rpm * kDegSPerRpm / axis.gear_ratio);
+    return std::min(axis.max_rate_deg_s, config::SlowestRate_deg_s(axis));
   }
 
   // Up to speed within a quarter of a second, or as slowly as the drive can.
   static double Acceleration_deg_s2(const config::AxisConfig& axis, double rate_deg_s) {
-    constexpr double kRampUp_s = 0.25, kDegSPerRpm = 6.0, kRounding = 1.01;
-    const double slowest =
-        kRounding * 1e6 * kDegSPerRpm / (axis.drive.map.max_ramp_ms_per_1000rpm * axis.gear_ratio);
+    constexpr double kRampUp_s = 0.25, kRounding = 1.01;
+    const double slowest = kRounding * config::SlowestAcceleration_deg_s2(axis);
     return std::clamp(rate_deg_s / kRampUp_s, std::min(slowest, axis.max_acceleration_deg_s2),
                       axis.max_acceleration_deg_s2);
   }

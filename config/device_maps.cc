@@ -6,6 +6,7 @@
 
 #include "config/stand_config.h"
 #include "config/toml_reader.h"
+#include "config/words.h"
 
 namespace gyrobench::config {
 namespace {
@@ -14,8 +15,9 @@ constexpr IntegerRange kWord{0, 0xFFFF};
 constexpr IntegerRange kBit{0, 15};
 constexpr IntegerRange kPulsesPerTurn{200, 51200, "pulses"};
 constexpr NumberRange kCountsPerTurn{16, 4294967296.0, "counts"};
-const TomlTable::Choices<WordOrder> kWordOrders = {{"high_first", WordOrder::kHighFirst},
-                                                   {"low_first", WordOrder::kLowFirst}};
+const TomlTable::Choices<WordOrder> kWordOrders = {
+    {NameOf(WordOrder::kHighFirst), WordOrder::kHighFirst},
+    {NameOf(WordOrder::kLowFirst), WordOrder::kLowFirst}};
 constexpr NumberRange kDelay{0, 1, "s"};
 constexpr IntegerRange kRangeCounts{16, std::int64_t{1} << 32, "counts"};
 // Function 03 and 04 of Modbus carry at most so many registers in one reply.

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "config/bus_load.h"
+#include "config/drive_rates.h"
 #include "config/stand_sections.h"
 #include "config/toml_reader.h"
 
@@ -20,8 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::array<std::string_view, 3> kAxisNames = {"outer", "middle", "inner"};
-constexpr IntegerRange kUnit{1, 247};
-constexpr double kDegSPerRpm = 6.0;
+constexpr IntegerRange kUnit{kFirstUnit, kLastUnit};
 constexpr double kMostBusLoad = 0.9;
 // sun_path of a Unix socket holds 108 bytes with the closing zero.
 constexpr std::size_t kMaxSocketPath = 107;
@@ -150,9 +150,8 @@ EncoderConfig ReadEncoder(const TomlTable& table, const std::vector<BusConfig>& 
 // What the drive cannot express is refused here, not at the first move.
 void CheckDriveCan(const TomlTable& table, const AxisConfig& axis) {
   const DriveMap& map = axis.drive.map;
-  const double deg_s_per_rpm = kDegSPerRpm / axis.gear_ratio;
-  const double min_deg_s = map.min_rpm * deg_s_per_rpm;
-  const double max_deg_s = map.max_rpm * deg_s_per_rpm;
+  const double min_deg_s = SlowestRate_deg_s(axis);
+  const double max_deg_s = FastestRate_deg_s(axis);
   if (axis.max_rate_deg_s < min_deg_s || axis.max_rate_deg_s > max_deg_s) {
     table.Fail(
         "max_rate_deg_s",
@@ -160,7 +159,7 @@ void CheckDriveCan(const TomlTable& table, const AxisConfig& axis) {
                     ".. {} rpm, gear ratio {}",
                     min_deg_s, max_deg_s, map.model, map.min_rpm, map.max_rpm, axis.gear_ratio));
   }
-  const double slowest_deg_s2 = deg_s_per_rpm * 1e6 / map.max_ramp_ms_per_1000rpm;
+  const double slowest_deg_s2 = SlowestAcceleration_deg_s2(axis);
   if (axis.max_acceleration_deg_s2 < slowest_deg_s2) {
     table.Fail(
         "max_acceleration_deg_s2",

@@ -30,6 +30,9 @@ struct BusConfig {
   int retries = 2;  // after the first try
 };
 
+// Of the units on a Modbus line; 0 is all of them.
+inline constexpr int kFirstUnit = 1, kLastUnit = 247;
+
 // Keys of a map may be given for one device alone: what then stands here is of the map already.
 struct DriveConfig {
   std::string bus;

@@ -2,15 +2,12 @@
 #include <optional>
 
 #include "config/stand_config.h"
+#include "config/words.h"
 
 namespace gyrobench::config {
 namespace {
 
 using nlohmann::json;
-
-const char* Name(WordOrder order) {
-  return order == WordOrder::kHighFirst ? "high_first" : "low_first";
-}
 
 // Null: not read, or no such input.
 void AddInputs(const std::optional<DriveInputs>& inputs, json* map) {
@@ -38,7 +35,7 @@ json MapToJson(const DriveMap& map) {
            {"command_done_bit", map.command_done_bit},
            {"path_done_bit", map.path_done_bit},
            {"position_address", map.position_address},
-           {"word_order", Name(map.word_order)},
+           {"word_order", NameOf(map.word_order)},
            {"alarm_address", map.alarm_address},
            {"control_address", map.control_address},
            {"clear_alarm_value", map.clear_alarm_value},
@@ -61,7 +58,7 @@ json MapToJson(const EncoderMap& map) {
           {"function", map.function},
           {"address", map.address},
           {"words", map.words},
-          {"word_order", Name(map.word_order)},
+          {"word_order", NameOf(map.word_order)},
           {"counts_per_turn", map.counts_per_turn},
           {"range_counts", map.range_counts},
           {"delay_s", map.delay_s}};

@@ -9,6 +9,11 @@ namespace gyrobench::config {
 
 constexpr bool IsBitSet(std::uint16_t word, int bit) { return (word >> bit & 1) != 0; }
 
+// As device maps have it.
+constexpr const char* NameOf(WordOrder order) {
+  return order == WordOrder::kHighFirst ? "high_first" : "low_first";
+}
+
 // Two registers as one number.
 constexpr std::uint32_t FromWords(std::uint16_t first, std::uint16_t second,
                                   WordOrder order = WordOrder::kHighFirst) {

@@ -271,10 +271,11 @@ LineFigures ModbusBus::Figures() const {
 // libmodbus would refuse the number and go on with that of the request before. Unit 0 is everybody.
 void ModbusBus::CheckUnit(const ModbusUnit& unit) const {
   const bool tcp = config_.transport == Transport::kTcp;
-  if (unit.unit >= (tcp ? 0 : 1) && unit.unit <= 247) return;
+  if (unit.unit >= (tcp ? 0 : config::kFirstUnit) && unit.unit <= config::kLastUnit) return;
   if (tcp && unit.unit == MODBUS_TCP_SLAVE) return;
-  throw ConfigError(fmt::format("{} ({}): unit = {}: expected 1 to 247{}", unit.name, description_,
-                                unit.unit, tcp ? ", 0 or 255" : ""));
+  throw ConfigError(fmt::format("{} ({}): unit = {}: expected {} to {}{}", unit.name, description_,
+                                unit.unit, config::kFirstUnit, config::kLastUnit,
+                                tcp ? ", 0 or 255" : ""));
 }
 
 ModbusBus::Failure ModbusBus::Try(const Request& request, Timing& timing) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "config/drive_rates.h"
 #include "config/words.h"
 
 namespace gyrobench::drivers {
@@ -18,7 +19,6 @@ constexpr int kStopTries = 3;
 // How often, and how far apart, a drive is asked whether it has done what it was told.
 constexpr int kSettleReads = 10;
 constexpr Utime kSettlePause_us = 20'000;
-constexpr double kDegSPerRpm = 6.0;
 
 double Pulses(const config::AxisConfig& config, double angle_deg) {
   return config.drive.sign * angle_deg / 360.0 * config.gear_ratio *
@@ -27,7 +27,7 @@ double Pulses(const config::AxisConfig& config, double angle_deg) {
 
 int PlanRpm(const config::AxisConfig& config, double rate_deg_s) {
   const config::DriveMap& map = config.drive.map;
-  const double deg_s_per_rpm = kDegSPerRpm / std::fabs(config.gear_ratio);
+  const double deg_s_per_rpm = config::DegSPerRpm(config);
   const double rpm = rate_deg_s / deg_s_per_rpm;
   double whole = std::round(rpm);
   constexpr double kRoundingError = 1e-9;
@@ -38,14 +38,14 @@ int PlanRpm(const config::AxisConfig& config, double rate_deg_s) {
                     "rpm from {} to "
                     "{}, i.e. {:.4g} to {:.4g} deg/s of the table",
                     config.name, rate_deg_s, rpm, map.model, map.min_rpm, map.max_rpm,
-                    map.min_rpm * deg_s_per_rpm, map.max_rpm * deg_s_per_rpm));
+                    config::SlowestRate_deg_s(config), config::FastestRate_deg_s(config)));
   }
   return static_cast<int>(whole);
 }
 
 int PlanRamp(const config::AxisConfig& config, double acceleration_deg_s2) {
   const config::DriveMap& map = config.drive.map;
-  const double ramp_ms = 1e6 * kDegSPerRpm / (acceleration_deg_s2 * std::fabs(config.gear_ratio));
+  const double ramp_ms = config::RampPer1000Rpm_ms(config, acceleration_deg_s2);
   constexpr double kRoundingError_ms = 1e-6;
   const double whole =
       std::max(1.0 * map.min_ramp_ms_per_1000rpm, std::ceil(ramp_ms - kRoundingError_ms));
@@ -55,8 +55,7 @@ int PlanRamp(const config::AxisConfig& config, double acceleration_deg_s2) {
         "takes "
         "{} to {}, so at least {:.4g} deg/s^2",
         config.name, acceleration_deg_s2, ramp_ms, map.model, map.min_ramp_ms_per_1000rpm,
-        map.max_ramp_ms_per_1000rpm,
-        1e6 * kDegSPerRpm / (map.max_ramp_ms_per_1000rpm * std::fabs(config.gear_ratio))));
+        map.max_ramp_ms_per_1000rpm, config::SlowestAcceleration_deg_s2(config)));
   }
   return static_cast<int>(whole);
 }
@@ -82,7 +81,7 @@ StepperMove PlanStepperMove(const config::AxisConfig& config, double remainder_p
   move.remainder_pulses = exact - whole;
   move.rpm = static_cast<std::uint16_t>(PlanRpm(config, rate_deg_s));
   move.ramp_ms_per_1000rpm = static_cast<std::uint16_t>(PlanRamp(config, acceleration_deg_s2));
-  move.rate_deg_s = move.rpm * kDegSPerRpm / std::fabs(config.gear_ratio);
+  move.rate_deg_s = move.rpm * config::DegSPerRpm(config);
   return move;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "config/stand_config.h"
 #include "stand/server/modbus.h"
 
 namespace gyrobench::stand {
@@ -21,9 +22,9 @@ Responder::Responder(const std::string& bus, Clock& clock, Utime start, const Li
 }
 
 void Responder::Add(int unit, std::unique_ptr<Device> device) {
-  if (unit < 1 || unit > 247) {
-    throw ConfigError(
-        fmt::format("virtual stand: {}: unit {}: expected 1 .. 247", device->name(), unit));
+  if (unit < config::kFirstUnit || unit > config::kLastUnit) {
+    throw ConfigError(fmt::format("virtual stand: {}: unit {}: expected {} .. {}", device->name(),
+                                  unit, config::kFirstUnit, config::kLastUnit));
   }
   int& station = station_of_unit_[static_cast<std::size_t>(unit)];
   if (station >= 0) {
