@@ -14,6 +14,7 @@
 #include "base/json_text.h"
 #include "base/nearest_word.h"
 #include "cli/commands.h"
+#include "cli/drive_settings.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
 #include "config/stand_config.h"
@@ -254,17 +255,24 @@ OrderedJson ToJson(const LineReport& report, const std::vector<LineReport>& all)
           {"advice", AdviceOn(report, all)}};
 }
 
-std::vector<LineReport> ScanAll(const config::StandConfig& stand, const Options& options) {
-  const std::unique_ptr<Clock> clock = MakeSystemClock();
-  const auto participant = clock->Join("devices");
+std::vector<LineReport> ScanAll(const config::StandConfig& stand, const Options& options,
+                                Clock& clock, Clock::Participant& participant) {
   WorkBar bar(options.quiet);
   std::vector<LineReport> reports;
   for (const config::BusConfig& bus : ChosenBuses(stand, options.buses)) {
     reports.push_back(drivers::ScanLine(
-        stand, bus, ScanOf(options, bus), *clock, *participant,
+        stand, bus, ScanOf(options, bus), clock, participant,
         [&bar](double fraction, const std::string& doing) { bar.Show(fraction, doing); }));
   }
   return reports;
+}
+
+void Print(const config::StandConfig& stand, const std::vector<LineReport>& reports) {
+  presentation::Document document;
+  for (const LineReport& report : reports) Add(document, SectionOf(report, reports));
+  const bool as_expected = std::ranges::all_of(reports, &LineReport::IsAsExpected);
+  Add(document, presentation::Paragraph{ClosingText(stand, reports, as_expected)});
+  fmt::print("{}", RenderText(document, presentation::DescribeTerminal(fileno(stdout))));
 }
 
 }  // namespace
@@ -280,20 +288,22 @@ int Devices(const Options& options) {
   }
   // A line has one master: no daemon starts meanwhile.
   const drivers::StandLock lock(stand, "gyrobench devices");
-  const std::vector<LineReport> reports = ScanAll(stand, options);
+  const std::unique_ptr<Clock> clock = MakeSystemClock();
+  const auto participant = clock->Join("devices");
+  std::vector<LineReport> reports = ScanAll(stand, options, *clock, *participant);
+  if (!options.json) Print(stand, reports);
+  OrderedJson written = OrderedJson::array();
+  if (options.write) written = WriteDriveSettings(stand, options, *clock, *participant, &reports);
   const bool as_expected = std::ranges::all_of(reports, &LineReport::IsAsExpected);
   if (options.json) {
     OrderedJson lines = OrderedJson::array();
     for (const LineReport& report : reports) lines.push_back(ToJson(report, reports));
-    fmt::print("{}\n", JsonText(OrderedJson{{"format", "gyrobench.devices/1"},
-                                            {"as_expected", as_expected},
-                                            {"lines", lines}},
-                                2));
-  } else {
-    presentation::Document document;
-    for (const LineReport& report : reports) Add(document, SectionOf(report, reports));
-    Add(document, presentation::Paragraph{ClosingText(stand, reports, as_expected)});
-    fmt::print("{}", RenderText(document, presentation::DescribeTerminal(fileno(stdout))));
+    OrderedJson out = {
+        {"format", "gyrobench.devices/1"}, {"as_expected", as_expected}, {"lines", lines}};
+    if (options.write) out["written"] = written;
+    fmt::print("{}\n", JsonText(out, 2));
+  } else if (!written.empty()) {
+    fmt::print("\n{}\n", ClosingText(stand, reports, as_expected));
   }
   return as_expected ? kDone : kFailed;
 }

@@ -266,11 +266,15 @@ class CommandLine {
     CLI::App& devices = Add(
         "devices",
         "Ask every unit number on the stand's Modbus lines what it is, by reading alone, while no "
-        "daemon runs; exit status 1 where the stand file says otherwise",
-        "gyrobench devices --bus a\n  gyrobench devices --bus a --units 1-31 --baud 9600,115200");
+        "daemon runs; exit status 1 where the stand file says otherwise; with --write also set the "
+        "drives as it says",
+        "gyrobench devices --bus a\n  gyrobench devices --bus a --units 1-31 --baud 9600,115200\n  "
+        "gyrobench devices --write");
     devices.add_option("--bus", options_.buses, "Lines to ask, by their names; default all")
         ->type_name("NAME");
-    devices.add_option("--units", units_text_, "Unit numbers to ask, as 1-31,40; default 1-247")
+    devices
+        .add_option("--units", units_text_,
+                    "Unit numbers to ask, as 1-31,40; default " + units_text_)
         ->type_name("LIST")
         ->check(CheckUnits);
     devices
@@ -281,6 +285,11 @@ class CommandLine {
         ->type_name("LIST")
         ->delimiter(',')
         ->check(CheckBaud);
+    CLI::Option* write = devices.add_flag(
+        "--write", options_.write,
+        "Set parameters of drives that differ from the stand file, and save them there; shows them "
+        "and asks first. Nothing moves");
+    devices.add_flag("--yes", options_.yes, "Write without the question")->needs(write);
     devices.add_flag("-q,--quiet", options_.quiet, "Show no bar");
   }
 

@@ -37,6 +37,7 @@ struct Options {
   std::vector<std::string> buses;     // devices; empty: all
   std::vector<int> units;             // devices: unit numbers to ask
   std::vector<int> baud_rates;        // devices: to ask at, in place of the stand file's
+  bool write = false, yes = false;    // devices: into drives; without a question
   std::string format;                 // export, of a calibration
 };
 

@@ -238,7 +238,7 @@ class Reader {
     for (const calibration::Recording& recording : recordings_) timings.push_back(recording.rows);
     even_ = calibration::RowsThatComeEvenly(timings);
     if (std::ranges::any_of(even_, &calibration::EvenRows::any)) ReadAgain();
-    return calibration::OnOneClock(std::move(recordings_), [this](double drift_ppm) {
+    return calibration::OnOneClock(std::move(recordings_), 0.0, [this](double drift_ppm) {
       for (calibration::EvenRows& even : even_) even.reference_drift_ppm = drift_ppm;
       recordings_ = std::vector<calibration::Recording>(inputs_.size());
       ReadSideBySide([](std::size_t) { return true; });

@@ -157,6 +157,8 @@ DriveMap ReadDriveMap(const TomlTable& root) {
   map.alarm_address = Word(root, "alarm_address");
   map.control_address = Word(root, "control_address");
   map.clear_alarm_value = Word(root, "clear_alarm_value");
+  if (const auto value = root.OptionalInteger("save_value", kWord))
+    map.save_value = static_cast<std::uint16_t>(*value);
   map.trigger_address = Word(root, "trigger_address");
   map.quick_stop_value = Word(root, "quick_stop_value");
   map.path_address = BlockAddress(root, "path_address", 8);

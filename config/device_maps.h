@@ -34,8 +34,10 @@ struct DriveMap {
   std::uint16_t position_address = 0;  // command position, 2 words, pulses
   WordOrder word_order = WordOrder::kHighFirst;
   std::uint16_t alarm_address = 0;
-  std::uint16_t control_address = 0;  // clear alarm
+  std::uint16_t control_address = 0;  // clear alarm, save parameters
   std::uint16_t clear_alarm_value = 0x1111;
+  // Keeps what its parameters are set to beyond a power-off; nullopt: nothing does that is known.
+  std::optional<std::uint16_t> save_value = std::nullopt;
   std::uint16_t trigger_address = 0;  // quick stop
   std::uint16_t quick_stop_value = 0x40;
   std::uint16_t path_address =

@@ -1,4 +1,6 @@
-// How slowly and how fast a stepper drive turns its table, by what its map says of the shaft.
+// How slowly and how fast a stepper drive turns its table, by what its map says of the shaft. What
+// the drive itself is told is in turns of the shaft a minute, and in the time in which a ramp
+// changes those by 1000.
 #pragma once
 
 #include <cmath>
@@ -18,7 +20,6 @@ inline double SlowestRate_deg_s(const AxisConfig& axis) {
 inline double FastestRate_deg_s(const AxisConfig& axis) {
   return axis.drive.map.max_rpm * DegSPerRpm(axis);
 }
-// Drives are told a ramp as the time in which it changes the speed by 1000 rpm.
 inline double RampPer1000Rpm_ms(const AxisConfig& axis, double acceleration_deg_s2) {
   return 1e6 * DegSPerRpm(axis) / acceleration_deg_s2;
 }

@@ -39,6 +39,7 @@ json MapToJson(const DriveMap& map) {
            {"alarm_address", map.alarm_address},
            {"control_address", map.control_address},
            {"clear_alarm_value", map.clear_alarm_value},
+           {"save_value", map.save_value ? json(*map.save_value) : json(nullptr)},
            {"trigger_address", map.trigger_address},
            {"quick_stop_value", map.quick_stop_value},
            {"path_address", map.path_address},

@@ -1,5 +1,6 @@
 #include "daemon/telemetry.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
@@ -31,6 +32,7 @@ struct Telemetry::Run {
   recording::MessageDecoder decoder;
   std::string failure;
   bool measuring = true;
+  double reference_drift_ppm = 0.0;  // that was found last
 };
 
 Telemetry::Telemetry(LcmPublisher& publisher,
@@ -228,28 +230,37 @@ Telemetry::Snapshot Telemetry::TakeSnapshot() const {
 calibration::Recording Telemetry::Recorded() {
   const Snapshot snapshot = TakeSnapshot();
   if (!snapshot) return calibration::Recording();
-  const calibration::Recording as_stamped = snapshot->Take();
+  const auto read = [&](double drift_ppm) {
+    std::vector<calibration::Recording> again;
+    again.push_back(ReadAgain(*snapshot, drift_ppm));
+    return again;
+  };
+  double guess_ppm = 0.0;
+  {
+    const std::lock_guard lock(mutex_);
+    if (run_) guess_ppm = run_->reference_drift_ppm;
+  }
+  std::vector<calibration::Recording> as_stamped;
+  as_stamped.push_back(snapshot->Take());
   try {
-    return calibration::OnOneClock(
-               {as_stamped},
-               [&](double drift_ppm) {
-                 return std::vector<calibration::Recording>{ReadAgain(as_stamped, drift_ppm)};
-               })
-        .front();
-  } catch (const DataError& error) {  // the run goes on, and its trace with what there is
+    as_stamped = calibration::OnOneClock(std::move(as_stamped), guess_ppm, read);
+  } catch (const std::exception& error) {  // the run goes on, and its trace with what there is
     spdlog::warn("the clocks of gyro and reference part, and the log was not read again: {}",
                  error.what());
+    return snapshot->Take();
   }
-  return as_stamped;
+  const std::lock_guard lock(mutex_);
+  if (run_) run_->reference_drift_ppm = as_stamped.front().drift_correction.drift_ppm;
+  return std::move(as_stamped.front());
 }
 
-calibration::Recording Telemetry::ReadAgain(const calibration::Recording& as_stamped,
+calibration::Recording Telemetry::ReadAgain(const calibration::Analyzer& as_stamped,
                                             double drift_ppm) {
   Sync();
   std::filesystem::path record;
   {
     const std::lock_guard lock(mutex_);
-    if (!run_) return as_stamped;
+    if (!run_ || !run_->failure.empty()) throw DataError("the log is not whole");
     record = run_->record;
   }
   calibration::EvenRows clocks;
@@ -257,8 +268,12 @@ calibration::Recording Telemetry::ReadAgain(const calibration::Recording& as_sta
   calibration::Collector collector(calibration::Collector::kNode_s, clocks);
   recording::ReplayRun(record, collector);
   calibration::Recording out = collector.Take();
+  const calibration::Recording before = as_stamped.Take();
+  if (out.samples < before.samples)
+    throw DataError(fmt::format("{}: {} samples were read, and {} had come", record.string(),
+                                out.samples, before.samples));
   // The log may end in a message that is still being written.
-  out.defects = as_stamped.defects;
+  out.defects = before.defects;
   return out;
 }
 

@@ -81,7 +81,7 @@ class Telemetry {
  private:
   struct Run;
   bool Measures() const;
-  calibration::Recording ReadAgain(const calibration::Recording& as_stamped, double drift_ppm);
+  calibration::Recording ReadAgain(const calibration::Analyzer& as_stamped, double drift_ppm);
   template <typename Message>
   void Number(Message& message);
   void TakeOver(const std::string& run_id, Run& run, AnyMessage& message) const;

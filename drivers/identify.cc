@@ -142,11 +142,14 @@ std::optional<UnitIdentity> As(Registers& registers, const config::DriveMap& map
   UnitIdentity unit{
       UnitKind::kDrive, map.model,
       fmt::format("{} pulses a turn, at pulse {}, status 0x{:04X}", *pulses, at, *status)};
-  if (*pulses != map.pulses_per_turn)
+  if (*pulses != map.pulses_per_turn) {
     unit.wrong.push_back(
-        fmt::format("It is set to {} pulses a turn, and {} are expected: set the drive, or correct "
-                    "its map.",
+        fmt::format("It is set to {} pulses a turn, and {} are expected: set the drive (gyrobench "
+                    "devices --write), or correct its map.",
                     *pulses, map.pulses_per_turn));
+    unit.settings.push_back({"pulses per turn", map.pulses_per_turn_address, *pulses,
+                             static_cast<std::uint16_t>(map.pulses_per_turn)});
+  }
   if (config::IsBitSet(*status, map.fault_bit))
     unit.wrong.push_back("It reports a fault: remove its cause and clear the alarm.");
   return unit;

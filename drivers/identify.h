@@ -1,12 +1,14 @@
 // What a unit on a line is, told by reading its registers alone: nothing is written, nothing moves.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "config/stand_config.h"
+#include "drivers/drive_setting.h"
 #include "drivers/modbus_bus.h"
 
 namespace gyrobench::drivers {
@@ -32,6 +34,8 @@ struct UnitIdentity {
   // Why the daemon would refuse it: each a sentence with what was expected and found, and what to
   // do.
   std::vector<std::string> wrong = {};
+  // Of these what can be set there (drive_setting.h).
+  std::vector<WrongSetting> settings = {};
   // Of kUnknown: what has such registers.
   std::vector<UnitKind> may_be = {};
 };

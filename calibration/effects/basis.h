@@ -10,7 +10,6 @@
 
 #include "base/geometry.h"
 #include "calibration/effects/effect.h"
-#include "calibration/signal/clock_drift.h"
 
 namespace gyrobench::calibration {
 
@@ -29,8 +28,6 @@ class ChannelBasis : public Basis {
     return power_on < sides.size() ? sides[power_on] : 0.0;
   }
   double other_delays_s(double t_s) const { return TotalDelay_s(context_.other_delays, t_s); }
-  // By which the reference was made later at a time.
-  double put_right_s(double t_s) const { return PartedBy_s(context_.reference_drift_ppm, t_s); }
   double table_rad(const SensorState& point) const {
     return point.table_deg[context_.table_axis] * kRadPerDeg;
   }

@@ -53,8 +53,6 @@ struct BasisContext {
   // Of a delay: what else makes the gyro late. Delays add in time: each has the shape of all of
   // them together, the mean rate within their sum.
   std::vector<Delay> other_delays;
-  // Of a delay: Recording::reference_drift_ppm.
-  double reference_drift_ppm = 0.0;
 };
 
 // The basis functions of one effect along time. Asked in the order of time; may remember.

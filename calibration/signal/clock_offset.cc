@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "calibration/signal/bad_times.h"
 #include "calibration/signal/line_sums.h"
 
 namespace gyrobench::calibration {
@@ -47,24 +48,6 @@ std::size_t MostTurned(const Recording& recording) {
   }
   return static_cast<std::size_t>(std::ranges::max_element(path_deg) - path_deg.begin());
 }
-
-// Times of the grid on which a channel has bad data; asked in the order of time.
-class BadTimes {
- public:
-  BadTimes(const std::vector<BadStretch>& stretches, std::size_t channel)
-      : stretches_(stretches), channel_(channel) {}
-  bool Touch(double begin_s, double end_s) {
-    for (; next_ < stretches_.size() && stretches_[next_].begin_s <= end_s; ++next_)
-      if (stretches_[next_].channel[channel_])
-        until_s_ = std::fmax(until_s_, stretches_[next_].end_s);
-    return until_s_ >= begin_s;
-  }
-
- private:
-  const std::vector<BadStretch>& stretches_;
-  std::size_t channel_, next_ = 0;
-  double until_s_ = -std::numeric_limits<double>::infinity();
-};
 
 // Integrals are joined by straight lines between the nodes, and the rates are their differences.
 // Where the reference is silent the grid begins anew, so far on that nothing is paired across.

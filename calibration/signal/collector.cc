@@ -439,7 +439,7 @@ Recording Collector::Take() const {
   Recording out = impl_->Take();
   out.stamp_digit_s = impl_->times.gyro_digit_s();
   out.rows = impl_->times.Rows();
-  out.reference_drift_ppm = even_.reference_drift_ppm;
+  out.drift_correction = impl_->times.drift_correction();
   const PacketStamps& packets = impl_->times.gyro_packets();
   out.packed_samples = even_.gyro_is_polled ? 0 : packets.on_line();
   out.packed_interval_s = packets.interval_s();

@@ -9,6 +9,7 @@
 
 #include "base/measurement.h"
 #include "base/tick_fit.h"
+#include "calibration/signal/clock_drift.h"
 #include "calibration/signal/columns.h"
 #include "calibration/signal/late_rows.h"
 #include "calibration/signal/output_digits.h"
@@ -30,7 +31,7 @@ struct Recording {
   // and the standard deviation of stamps about it.
   std::int64_t packed_samples = 0;
   double packed_interval_s = kMissing, packed_scatter_s = kMissing;
-  double reference_drift_ppm = 0.0;  // as EvenRows: by which readings were put right
+  DriftCorrection drift_correction;  // of the reference's readings
   // Whether rows come as unevenly as their stamps, which is known at the end alone.
   RowTiming rows;
   std::array<OutputRounding, 3> rounding;  // of each channel

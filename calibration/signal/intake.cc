@@ -119,6 +119,18 @@ std::string RemarkOnPackets(const Recording& recording) {
       lost);
 }
 
+// Of readings that were put on the gyro's clock. Empty where they were not.
+std::string RemarkOnDrift(const Recording& recording) {
+  const DriftCorrection& drift = recording.drift_correction;
+  if (drift.drift_ppm == 0.0) return "";
+  return fmt::format(
+      "the clocks of gyro and reference part by {:.0f} ppm: the reference's readings were put on "
+      "the "
+      "gyro's clock, from nothing at the begin to {:.2g} s at the end. That the clocks part is "
+      "judged as an effect all the same, against the readings as they were stamped",
+      drift.drift_ppm, drift.AtTime_s(recording.last_time_s));
+}
+
 std::string RemarkOnSilentAxis(const Defect& defect) {
   if (defect.count > 1)
     return fmt::format(
@@ -154,6 +166,8 @@ std::vector<std::string> IntakeRemarks(const Recording& recording) {
   if (std::string remark = RemarkOnStamps(recording); !remark.empty())
     remarks.push_back(std::move(remark));
   if (std::string remark = RemarkOnPackets(recording); !remark.empty())
+    remarks.push_back(std::move(remark));
+  if (std::string remark = RemarkOnDrift(recording); !remark.empty())
     remarks.push_back(std::move(remark));
   if (recording.info.reference != ReferenceKind::kNone && recording.reference_samples == 0) {
     remarks.emplace_back(

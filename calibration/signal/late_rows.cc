@@ -113,7 +113,7 @@ void LateRows::Join(const LateRows& other) {
 
 bool EvenRows::any() const {
   const auto known = [](const KnownClock& clock) { return std::isfinite(clock.interval_s); };
-  return gyro_is_polled || reference_drift_ppm != 0.0 || known(gyro) || known(rounded_gyro) ||
+  return gyro_is_polled || known(gyro) || known(rounded_gyro) ||
          std::ranges::any_of(reference, known) || std::ranges::any_of(rounded_reference, known);
 }
 

@@ -70,7 +70,7 @@ struct EvenRows {
   std::array<KnownClock, 3> rounded_reference;
   // Samples that come as in packets are of their stamps: a loop that catches up asks as quickly.
   bool gyro_is_polled = false;
-  // The gyro's clock is faster than the reference's by so much, and readings are put on the gyro's.
+  // By which readings of the reference are put on the gyro's clock (clock_drift.h), even or not.
   double reference_drift_ppm = 0.0;
   bool any() const;
 };

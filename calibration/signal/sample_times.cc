@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/signal/clock_drift.h"
-
 namespace gyrobench::calibration {
 
 namespace {
@@ -19,7 +17,7 @@ SampleTimes::SampleTimes(const EvenRows& even)
       covariates_(even.rounded_gyro),
       gyro_packets_(even.gyro),
       gyro_is_polled_(even.gyro_is_polled),
-      reference_drift_ppm_(even.reference_drift_ppm) {
+      drift_{even.reference_drift_ppm, 0.0} {
   for (std::size_t a = 0; a < 3; ++a) {
     reference_[a].clock = EvenStamps(even.rounded_reference[a]);
     reference_[a].packets = PacketStamps(even.reference[a]);
@@ -31,10 +29,18 @@ void SampleTimes::BeginAnew(const EvenRows& even) {
   anew.shared_rows_ = shared_rows_;
   anew.own_rows_ = own_rows_;
   anew.by_stamps_ = by_stamps_;
+  anew.drift_ = drift_;
+  anew.began_ = began_;
   *this = anew;
 }
 
+void SampleTimes::BeginWith(double stamp_s) {
+  if (!began_) drift_.begin_s = stamp_s;
+  began_ = true;
+}
+
 double SampleTimes::OfGyro(double stamp_s, const std::array<bool, 3>& has_axis) {
+  BeginWith(stamp_s);
   bool of_other_axes = true;
   for (std::size_t c = 0; c < 3; ++c)
     of_other_axes = of_other_axes && !(has_axis[c] && gyro_axes_[c]);
@@ -52,6 +58,7 @@ double SampleTimes::OfGyro(double stamp_s, const std::array<bool, 3>& has_axis) 
 
 double SampleTimes::OfReference(std::size_t axis, double stamp_s, double angle_deg) {
   constexpr double kGyroIsThere_s = 1.0;
+  BeginWith(stamp_s);
   Axis& read = reference_[std::min<std::size_t>(axis, 2)];
   const double rounded_s = read.clock.Mend(stamp_s);
   const double on_line_s = read.packets.TimeOf(stamp_s);
@@ -60,13 +67,14 @@ double SampleTimes::OfReference(std::size_t axis, double stamp_s, double angle_d
   if (std::fabs(stamp_s - gyro_stamp_s_) < kGyroIsThere_s) Count(beside_sample, &read);
   const bool shared = beside_sample && read.share_rows;
   double t_s = shared ? gyro_s_ : own_s;
-  wrong_since_s_ = shared ? kMissing : read.packets.wrong_since_s();
+  const double wrong_since_s = shared ? kMissing : read.packets.wrong_since_s();
+  wrong_since_s_ = wrong_since_s + drift_.OfStamp_s(wrong_since_s);
   if (stamp_s > read.stamp_s && t_s <= read.s) t_s = Next(read.s);
   read.stamp_s = stamp_s;
   (shared ? shared_rows_ : own_rows_).Take(axis, t_s, angle_deg);
   if (shared) by_stamps_.Take(axis, stamp_s, angle_deg);
   read.s = t_s;
-  return t_s + PartedBy_s(reference_drift_ppm_, t_s);
+  return t_s + drift_.OfStamp_s(t_s);
 }
 
 RowTiming SampleTimes::Rows() const {

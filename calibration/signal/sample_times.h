@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "base/measurement.h"
+#include "calibration/signal/clock_drift.h"
 #include "calibration/signal/even_stamps.h"
 #include "calibration/signal/late_rows.h"
 #include "calibration/signal/packet_stamps.h"
@@ -32,6 +33,8 @@ class SampleTimes {
   const PacketStamps& gyro_packets() const { return gyro_packets_; }
   // Where the last stamp showed that times given before it may be off: since when; NaN else.
   double wrong_since_s() const { return wrong_since_s_; }
+  // By which the times of the reference's readings are later than their stamps say.
+  const DriftCorrection& drift_correction() const { return drift_; }
   RowTiming Rows() const;
   // The unit restarted: its clocks begin anew.
   void BeginAnew(const EvenRows& even);
@@ -46,12 +49,14 @@ class SampleTimes {
     double stamp_s = kMissing, s = kMissing;  // of the last reading, before and after
   };
   static void Count(bool beside_sample, Axis* axis);
+  void BeginWith(double stamp_s);
 
   EvenStamps gyro_, covariates_;
   PacketStamps gyro_packets_;
   LateRows shared_rows_, own_rows_, by_stamps_{true};
   bool gyro_is_polled_ = false;
-  double reference_drift_ppm_ = 0.0;
+  DriftCorrection drift_;  // from the first stamp on
+  bool began_ = false;
   std::array<Axis, 3> reference_;
   double wrong_since_s_ = kMissing;
   std::int64_t samples_ = 0;

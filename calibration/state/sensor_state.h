@@ -60,6 +60,9 @@ struct SensorState {
   // At nodes: how the gyro turned at all nodes of the measurement, and the place of this one among
   // them. Empty where it is not known.
   std::span<const GyroTurn> gyro_turns = {};
+  // At nodes: by which the reference's readings are taken to be later than they were stamped.
+  double drift_correction_s = 0.0;
+  double stamp_s() const { return t_s - drift_correction_s; }
   std::size_t node = 0;
   // At nodes that are the mean of several readings of the reference: how many, the time
   // from one to the next, and what each of the table's axes turns in it.

@@ -209,6 +209,7 @@ class TrailMaker {
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       SensorState& point = history_.nodes[k];
       point.t_s = point.since_power_on_s = nodes_[k].at.t_s;
+      point.drift_correction_s = recording_.drift_correction.AtTime_s(point.t_s);
       point.still = AtRest(k);
       if (point.still) continue;
       history_.reference_walk_s[k] = SharedSample_s(nodes_[k].mean);

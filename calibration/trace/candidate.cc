@@ -35,7 +35,6 @@ BasisContext ContextOf(const ChannelProblem& problem) {
   BasisContext context;
   context.channel = problem.channel();
   context.gear_ratio = problem.gear_ratio();
-  context.reference_drift_ppm = problem.reference_drift_ppm();
   context.reference_degC = 0.5 * (problem.min_temperature_degC() + problem.max_temperature_degC());
   return context;
 }
@@ -129,7 +128,7 @@ std::vector<Candidate> CatalogueCandidates(const ChannelProblem& problem,
         candidate.effect = &effect;
         candidate.context = ContextOf(problem);
         candidate.context.nonlinear = point;
-        if (effect.delay_of_clocks) candidate.context.nonlinear = {problem.reference_drift_ppm()};
+        if (effect.delay_of_clocks) candidate.context.nonlinear = {problem.corrected_drift_ppm()};
         candidate.id = candidate.family = effect.id;
         if (per_axis) {
           candidate.context.table_axis = problem.table_axes()[copy];

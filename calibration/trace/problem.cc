@@ -76,7 +76,7 @@ ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::siz
   ShareReferenceErrors(row);
   MoveReadingErrorToOutput(row);
   TakeOffMisread(row);
-  if (reference_drift_ppm() != 0.0) output_ += row[channel_] * PutRight_deg();
+  if (corrected_drift_ppm() != 0.0) output_ -= row[channel_] * DriftCorrection_deg();
 }
 
 // Where the axis turned by itself its scale factor has a column, and Earth's rotation is in that;

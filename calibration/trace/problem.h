@@ -98,12 +98,12 @@ class ChannelProblem {
     AtNode begin, end;
   };
   Between between(Eigen::Index row) const;
-  // Readings of the reference were put on the gyro's clock (Recording::reference_drift_ppm), and the
-  // output is as if they had not been: that they part is an effect to be found. 0 where they were
-  // not, or the channel does not tell.
-  double reference_drift_ppm() const;
-  // What that makes of how far the channel's axis turned, row by row.
-  Eigen::VectorXd PutRight_deg() const;
+  // By which the reference's readings were put on the gyro's clock; 0 where they were not, or the
+  // channel does not turn. The output is as if they had not been: that the clocks part is an effect
+  // to be found.
+  double corrected_drift_ppm() const;
+  // What the correction makes of how far the channel's axis turned beyond the reference, row by row.
+  Eigen::VectorXd DriftCorrection_deg() const;
   void AddOutput(const Eigen::VectorXd& more_deg) { output_ += more_deg; }
   // Other noise of the same rows, in order.
   void SetIntervals(std::vector<Interval> intervals) { intervals_ = std::move(intervals); }

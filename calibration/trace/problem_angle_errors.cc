@@ -22,20 +22,21 @@ bool ChannelProblem::DelayIsDeclared() const {
   return (observables() & kNeedsRate) != 0 && GyroDelayIsDeclared(histories_);
 }
 
-double ChannelProblem::reference_drift_ppm() const {
-  return (observables() & kNeedsRate) != 0 ? histories_.front().recording->reference_drift_ppm
-                                           : 0.0;
+double ChannelProblem::corrected_drift_ppm() const {
+  return (observables() & kNeedsRate) != 0
+             ? histories_.front().recording->drift_correction.drift_ppm
+             : 0.0;
 }
 
-// The delay of the clocks as it was put right, in its own shape.
-Eigen::VectorXd ChannelProblem::PutRight_deg() const {
-  const std::vector<Effect>& effects = EffectCatalogue();
-  const auto drift = std::ranges::find_if(effects, &Effect::delay_of_clocks);
-  BasisContext context;
-  context.channel = channel_;
-  context.reference_drift_ppm = reference_drift_ppm();
-  context.nonlinear = {context.reference_drift_ppm};
-  return context.reference_drift_ppm * Columns(*drift, context).col(0);
+// From the stamps of a row's readings to their times.
+Eigen::VectorXd ChannelProblem::DriftCorrection_deg() const {
+  const auto from_stamp_deg = [&](const SensorState& node) {
+    return -TurnedOn(node, channel_, -node.drift_correction_s);
+  };
+  Eigen::VectorXd out(rows());
+  for (Eigen::Index i = 0; i < rows(); ++i)
+    out(i) = from_stamp_deg(end_node(i)) - from_stamp_deg(history(i).nodes[ref(i).interval]);
+  return out;
 }
 
 Eigen::VectorXd ChannelProblem::Turn(std::size_t axis) const {
@@ -96,7 +97,7 @@ Eigen::VectorXd ChannelProblem::FilterShape() const {
       continue;
     const auto at = [&](std::size_t node) {
       const SensorState& point = measured.nodes[node];
-      const double after_s = error == nullptr ? 0.0 : TotalDelay_s(error->delays, point.t_s);
+      const double after_s = error == nullptr ? 0.0 : DelayLeft_s(error->delays, point);
       const double shown = AccelerationAfter_deg_s2(point, channel_, after_s);
       return std::isfinite(shown) ? shown : 0.0;
     };

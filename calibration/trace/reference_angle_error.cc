@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/signal/clock_drift.h"
 #include "calibration/trace/candidate.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/channel_report.h"
@@ -40,14 +39,16 @@ double MostChange(const ChannelRequest& request, const TracedChannel& traced, st
   return sum;
 }
 
-// Readings that were put on the gyro's clock no longer have that delay: others must not take it off
-// once more.
-void TakeOffWhatWasPutRight(const ChannelProblem& problem, Eigen::VectorXd* turn_beyond_deg,
-                            std::vector<Delay>* delays) {
-  const double drift_ppm = problem.reference_drift_ppm();
-  if (drift_ppm == 0.0) return;
-  *turn_beyond_deg -= problem.PutRight_deg();
-  delays->push_back({PartedBy_s, -drift_ppm});
+// Delays are straight lines of the time: they are largest where a measurement begins or ends.
+template <typename DelayAt>
+double LongestAtAnEnd_s(std::span<const StateHistory> histories, const DelayAt& delay_s) {
+  double longest_s = 0.0;
+  for (const StateHistory& history : histories) {
+    if (history.nodes.empty()) continue;
+    for (const SensorState* node : {&history.nodes.front(), &history.nodes.back()})
+      longest_s = std::max(longest_s, std::fabs(delay_s(*node)));
+  }
+  return longest_s;
 }
 
 }  // namespace
@@ -69,7 +70,8 @@ std::shared_ptr<const ReferenceAngleError> ReferenceAngleErrorOf(
       out->delays.push_back({member.effect->delay_s, values(0)});
   }
   if (!any || !turn_beyond_deg.allFinite()) return nullptr;
-  TakeOffWhatWasPutRight(problem, &turn_beyond_deg, &out->delays);
+  // Others have the turns by the corrected readings: that they must not take off once more.
+  if (problem.corrected_drift_ppm() != 0.0) turn_beyond_deg += problem.DriftCorrection_deg();
   for (const StateHistory& history : problem.histories())
     out->turn_beyond_deg.emplace_back(history.still.size(), 0.0);
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
@@ -93,23 +95,26 @@ bool NeedsRetrace(const ChannelRequest& request, const TracedChannel& traced,
   return false;
 }
 
-// Delays are straight lines of the time: their sum is largest where a measurement begins or ends.
+double DelayLeft_s(const std::vector<Delay>& delays, const SensorState& node) {
+  return delays.empty() ? 0.0 : TotalDelay_s(delays, node.stamp_s()) - node.drift_correction_s;
+}
+
 double LongestDelay_s(std::span<const StateHistory> histories, const std::vector<Delay>& delays) {
-  double longest_s = 0.0;
-  if (delays.empty()) return longest_s;
-  for (const StateHistory& history : histories) {
-    if (history.nodes.empty()) continue;
-    for (const double t_s : {history.nodes.front().t_s, history.nodes.back().t_s})
-      longest_s = std::max(longest_s, std::fabs(TotalDelay_s(delays, t_s)));
-  }
-  return longest_s;
+  return LongestAtAnEnd_s(
+      histories, [&](const SensorState& node) { return TotalDelay_s(delays, node.stamp_s()); });
+}
+
+double LongestDelayLeft_s(std::span<const StateHistory> histories,
+                          const std::vector<Delay>& delays) {
+  return LongestAtAnEnd_s(histories,
+                          [&](const SensorState& node) { return DelayLeft_s(delays, node); });
 }
 
 double DelaysApart_s(std::span<const StateHistory> histories, const std::vector<Delay>& a,
                      const std::vector<Delay>& b) {
-  std::vector<Delay> apart = a;
-  for (const Delay& delay : b) apart.push_back({delay.delay_s, -delay.coefficient});
-  return LongestDelay_s(histories, apart);
+  return LongestAtAnEnd_s(histories, [&](const SensorState& node) {
+    return DelayLeft_s(a, node) - DelayLeft_s(b, node);
+  });
 }
 
 }  // namespace gyrobench::calibration

@@ -37,8 +37,13 @@ std::shared_ptr<const ReferenceAngleError> ReferenceAngleErrorOf(
 bool NeedsRetrace(const ChannelRequest& request, const TracedChannel& traced,
                   const ReferenceAngleErrors& now);
 
-// The longest that the delays add up to in the measurements, either way [s].
+// What is left of the delays at a node whose readings are on the gyro's clock already; 0 without
+// any delay.
+double DelayLeft_s(const std::vector<Delay>& delays, const SensorState& node);
+// The longest that the delays add up to in the measurements, either way [s]; and that is left.
 double LongestDelay_s(std::span<const StateHistory> histories, const std::vector<Delay>& delays);
+double LongestDelayLeft_s(std::span<const StateHistory> histories,
+                          const std::vector<Delay>& delays);
 // The same of the difference of two sums.
 double DelaysApart_s(std::span<const StateHistory> histories, const std::vector<Delay>& a,
                      const std::vector<Delay>& b);

@@ -119,7 +119,7 @@ void Selection::AddDelaysInTime() {
   if (others_changed) SolveDelays(members);
   std::vector<Delay> delays;
   for (const std::size_t i : members) delays.push_back(DelayOfMember(members_[i]));
-  longest_delay_s_ = LongestDelay_s(problem_->histories(), delays);
+  longest_delay_s_ = LongestDelayLeft_s(problem_->histories(), delays);
   const auto settle = [&](Candidate* candidate) {
     SetDelaysBeside(kNoMember, candidate);
     Place(candidate);

@@ -125,8 +125,10 @@ void WithinNodes::Collect(const Baseline& baseline, const Eigen::VectorXd& fit,
                           std::vector<double>* output) {
   Vector3 m = {};
   m[problem_->channel()] = 1.0;
+  // Of the output, whose readings are as they were stamped; those within a node are corrected.
+  const double clocks = 1.0 - 1e-6 * problem_->corrected_drift_ppm();
   for (std::size_t j = 0; j < baseline.turned.size(); ++j)
-    m[baseline.turned[j]] = fit(static_cast<Eigen::Index>(j));
+    m[baseline.turned[j]] = fit(static_cast<Eigen::Index>(j)) / clocks;
   const double units = problem_->units_per_deg_s();
   for (Eigen::Index i = 0; i < problem_->rows(); ++i) steady_.push_back(IsSteady(*problem_, i));
   const std::vector<double> slow_deg_s =

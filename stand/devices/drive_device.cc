@@ -1,6 +1,7 @@
 #include "stand/devices/drive_device.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gyrobench::stand {
 namespace {
@@ -14,7 +15,12 @@ constexpr std::uint16_t kRunning = 0x0100;  // the trigger register while path 0
 
 DriveDevice::DriveDevice(std::string name, const config::DriveMap& map, std::size_t axis,
                          Physics& physics)
-    : Device(std::move(name)), map_(map), axis_(axis), physics_(physics) {}
+    : Device(std::move(name)),
+      map_(map),
+      axis_(axis),
+      physics_(physics),
+      pulses_per_turn_(map.pulses_per_turn),
+      saved_pulses_per_turn_(map.pulses_per_turn) {}
 
 // kPathWords when the address is not in the path.
 std::size_t DriveDevice::PathIndex(std::uint16_t address) const {
@@ -45,12 +51,12 @@ std::optional<std::uint16_t> DriveDevice::Register(std::uint16_t address,
                                                    const Physics::DriveView& view) const {
   if (address == map_.status_address) return Status(view);
   if (map_.inputs && address == map_.inputs->address) return Inputs(view);
-  const auto position = static_cast<std::uint32_t>(static_cast<std::int32_t>(view.pulses));
+  const double commanded = std::round(static_cast<double>(view.pulses) / PulsesOfOne());
+  const auto position = static_cast<std::uint32_t>(static_cast<std::int32_t>(commanded));
   const bool high_first = map_.word_order == config::WordOrder::kHighFirst;
   if (address == map_.position_address) return high_first ? High(position) : Low(position);
   if (address == map_.position_address + 1) return high_first ? Low(position) : High(position);
-  if (address == map_.pulses_per_turn_address)
-    return static_cast<std::uint16_t>(map_.pulses_per_turn);
+  if (address == map_.pulses_per_turn_address) return static_cast<std::uint16_t>(pulses_per_turn_);
   if (address == map_.enable_address) return static_cast<std::uint16_t>(enabled_ ? 1 : 0);
   if (address == map_.alarm_address) return static_cast<std::uint16_t>(view.alarm);
   if (address == map_.control_address) return std::uint16_t{0};
@@ -74,7 +80,8 @@ ModbusException DriveDevice::Read(int function, std::uint16_t address,
 
 bool DriveDevice::IsWritable(std::uint16_t address) const {
   return address == map_.enable_address || address == map_.control_address ||
-         address == map_.trigger_address || PathIndex(address) < kPathWords;
+         address == map_.trigger_address || address == map_.pulses_per_turn_address ||
+         PathIndex(address) < kPathWords;
 }
 
 ModbusException DriveDevice::Write(std::uint16_t address, std::span<const std::uint16_t> words,
@@ -95,6 +102,12 @@ ModbusException DriveDevice::WriteOne(std::uint16_t address, std::uint16_t value
   if (address == map_.trigger_address) return Trigger(value, at);
   if (address == map_.control_address) {
     if (value == map_.clear_alarm_value) physics_.ClearAlarm(axis_, at);
+    if (value == map_.save_value) saved_pulses_per_turn_ = pulses_per_turn_;
+    return ModbusException::kNone;
+  }
+  if (address == map_.pulses_per_turn_address) {
+    if (value == 0 || physics_.Drive(axis_, at).moving) return ModbusException::kIllegalValue;
+    pulses_per_turn_ = value;
     return ModbusException::kNone;
   }
   if (address == map_.enable_address) {
@@ -128,7 +141,8 @@ ModbusException DriveDevice::RunPath(Utime at) {
   const bool high_first = map_.word_order == config::WordOrder::kHighFirst;
   const std::uint32_t high = path_[high_first ? kFirst : kSecond];
   const std::uint32_t low = path_[high_first ? kSecond : kFirst];
-  const auto position = static_cast<std::int32_t>(high << 16U | low);
+  const double commanded = static_cast<double>(static_cast<std::int32_t>(high << 16U | low));
+  const std::int64_t position = std::llround(commanded * PulsesOfOne());
   const MoveCommand command{.target = position,
                             .rpm = static_cast<double>(path_[kRpm]),
                             .ramp_up_ms = static_cast<double>(path_[kUp]),
@@ -145,11 +159,12 @@ ModbusException DriveDevice::RunPath(Utime at) {
 void DriveDevice::LosePower(Utime /*at*/) {
   enabled_ = false;
   path_ = {};
+  pulses_per_turn_ = saved_pulses_per_turn_;
 }
 
 ModbusException DriveDevice::Disguise(std::uint16_t address, std::span<std::uint16_t> words) {
   const std::size_t i = static_cast<std::uint16_t>(map_.pulses_per_turn_address - address);
-  if (i < words.size()) words[i] = static_cast<std::uint16_t>(map_.pulses_per_turn / 5 * 2);
+  if (i < words.size()) words[i] = static_cast<std::uint16_t>(pulses_per_turn_ / 5 * 2);
   return ModbusException::kNone;
 }
 

@@ -13,7 +13,7 @@ namespace gyrobench::stand {
 // Path 0 is the only path. Writing start_value to its last word, or 0x10 to the trigger register,
 // runs it: relative (the map's mode) or absolute (mode 1) to the command count. A disabled drive,
 // or one with an alarm, takes the words and does not move. Velocity mode is refused: the bench
-// never uses it.
+// never uses it. The pulses per turn can be set while it stands, and saved.
 class DriveDevice final : public Device {
  public:
   DriveDevice(std::string name, const config::DriveMap& map, std::size_t axis, Physics& physics);
@@ -40,7 +40,12 @@ class DriveDevice final : public Device {
   config::DriveMap map_;
   std::size_t axis_;
   Physics& physics_;
+  // Motor pulses of one that is commanded.
+  double PulsesOfOne() const { return 1.0 * map_.pulses_per_turn / pulses_per_turn_; }
+
   bool enabled_ = false;
+  // A parameter: as it is set, and as it is after the power was lost.
+  int pulses_per_turn_, saved_pulses_per_turn_;
   std::array<std::uint16_t, kPathWords> path_ = {};
 };
 

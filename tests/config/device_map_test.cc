@@ -39,6 +39,7 @@ word_order = "low_first"
 alarm_address = 105
 control_address = 106
 clear_alarm_value = 107
+save_value = 118
 trigger_address = 108
 quick_stop_value = 109
 path_address = 110
@@ -69,6 +70,7 @@ max_ramp_ms_per_1000rpm = 2000
   EXPECT_EQ(map.alarm_address, 105);
   EXPECT_EQ(map.control_address, 106);
   EXPECT_EQ(map.clear_alarm_value, 107);
+  EXPECT_EQ(map.save_value, 118);
   EXPECT_EQ(map.trigger_address, 108);
   EXPECT_EQ(map.quick_stop_value, 109);
   EXPECT_EQ(map.path_address, 110);

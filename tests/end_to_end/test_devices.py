@@ -1,8 +1,11 @@
 """`gyrobench devices` on the lines of a virtual stand that is a process of its own."""
 import json
+import os
+import pty
+import subprocess
 import unittest
 
-from bench import ROOT
+from bench import BIN, DEADLINE_S, ROOT
 from outside_stand import OutsideStand, RELAYS
 
 UNITS = "1-3,11-13,21,22,31"
@@ -47,6 +50,49 @@ class Devices(unittest.TestCase):
                           " ".join(some.stdout.split()))
             every = bench.run("devices", "--units", UNITS)
             self.assertIn("All 8 devices of the stand file answer as expected.", every.stdout)
+
+    def expecting(self, bench, pulses):
+        """A stand file that wants so many pulses a turn of the inner and the outer drive."""
+        other = bench.folder / "other.toml"
+        drives = "".join(f"[axis.{name}.drive]\npulses_per_turn = {pulses}\n" for name in ("inner", "outer"))
+        other.write_text(f'include = "{bench.config}"\n{drives}')
+        return other
+
+    def test_drives_are_set_as_the_stand_file_says(self):
+        with OutsideStand() as bench:
+            other = self.expecting(bench, 5000)
+            before = self.scan(bench, "--config", other, "--bus", "a", status=1)
+            self.assertEqual(sum("set the drive" in advice for advice in before["a"]["advice"]), 2)
+            done = bench.run("devices", "--units", UNITS, "--config", other, "--bus", "a", "--write", "--yes", "--json")
+            self.assertEqual(done.returncode, 0, done.stderr + done.stdout)
+            told = json.loads(done.stdout)
+            self.assertEqual(told["written"], [
+                {"bus": "a", "unit": unit, "device": f"axis.{name} drive", "parameter": "pulses per turn",
+                 "from": 10000, "to": 5000, "saved": True} for unit, name in ((1, "outer"), (3, "inner"))])
+            self.assertTrue(told["as_expected"])
+            again = bench.run("devices", "--units", UNITS, "--config", other, "--bus", "a", "--write")
+            self.assertEqual(again.returncode, 0, again.stderr)
+            self.assertIn("No drive that answers holds a parameter to be written.", again.stdout)
+
+    def test_nothing_is_written_without_a_yes(self):
+        with OutsideStand() as bench:
+            other = self.expecting(bench, 5000)
+            done = bench.run("devices", "--units", "1-3", "--config", other, "--bus", "a", "--write")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("give --yes", done.stderr)
+            self.assertIn("0x0001", done.stdout)
+            master, slave = pty.openpty()
+            try:
+                os.write(master, b"n\n")
+                asked = subprocess.run(
+                    [BIN / "gyrobench", "devices", "--units", "1-3", "--config", other, "--bus", "a", "--write"],
+                    stdin=slave, capture_output=True, text=True, timeout=DEADLINE_S)
+            finally:
+                os.close(master)
+                os.close(slave)
+            self.assertIn("Write these 2 values into the drives? Nothing moves. [y/N]", asked.stdout)
+            self.assertIn("Nothing was written.", asked.stdout)
+            self.scan(bench, "--bus", "a")
 
     def test_nothing_is_asked_beside_a_daemon(self):
         with OutsideStand() as bench:

@@ -39,6 +39,20 @@ TEST_P(ServerTest, AMoveInOneFrameTurnsTheTableAndTheEncoderSeesIt) {
   EXPECT_NEAR(bench.Angle_deg(), -4.5, 1e-3);
 }
 
+// As of a drive, twice the pulses a turn are half the way, and the count goes on in pulses of now.
+TEST_P(ServerTest, PulsesPerTurnAreSetWhileItStandsAndTurnTheTableByAsMuch) {
+  Bench bench(GetParam());
+  ASSERT_TRUE(bench.Write(kDrive, 0x0001, {20000}));
+  EXPECT_EQ(bench.Read<1>(kDrive, 3, 0x0001).value()[0], 20000);
+  bench.Enable();
+  ASSERT_TRUE(bench.Move(20000));
+  bench.WaitUntil(0.5);
+  EXPECT_FALSE(bench.Write(kDrive, 0x0001, {10000}));
+  bench.WaitUntil(5.0);
+  EXPECT_EQ(bench.Position(), 20000);
+  EXPECT_NEAR(bench.Angle_deg(), 9.0, 1e-3);
+}
+
 TEST_P(ServerTest, AQuickStopEndsAMotionAtOnce) {
   Bench bench(GetParam());
   bench.Enable();

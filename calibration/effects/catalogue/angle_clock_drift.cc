@@ -4,6 +4,13 @@
 #include "calibration/signal/clock_drift.h"
 
 namespace gyrobench::calibration {
+namespace {
+
+// A delay that grows with time, in millionths of it.
+double DriftedApart_s(double eps_ppm, double t_s) { return 1e-6 * eps_ppm * t_s; }
+
+}  // namespace
+
 Effect AngleClockDrift() {
   return {.id = "angle.clock_drift",
           .domain = EffectDomain::kAngle,
@@ -20,9 +27,9 @@ Effect AngleClockDrift() {
           .search = Search::kCoefficient,
           .typical_size = 100.0,
           .size_source = "crystals: 10 to 100 ppm",
-          .delay_s = PartedBy_s,
+          .delay_s = DriftedApart_s,
           .delay_of_clocks = true,
-          .basis = Make<DelayBasis<PartedBy_s>>};
+          .basis = Make<DelayBasis<DriftedApart_s>>};
 }
 
 }  // namespace gyrobench::calibration

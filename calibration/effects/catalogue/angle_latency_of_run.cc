@@ -17,8 +17,8 @@ class LatencyOfRunBasis final : public ChannelBasis {
   void At(const SensorState& point, double* terms) override {
     if (point.begins) run_ = static_cast<double>(point.run);
     const bool mine = run_ == context().nonlinear[0];
-    const double left_s = other_delays_s(point.t_s) - put_right_s(point.t_s);
-    terms[0] = mine ? -TurnedOnWithin(point, context().channel, left_s) : 0.0;
+    terms[0] =
+        mine ? -TurnedOnWithin(point, context().channel, other_delays_s(point.stamp_s())) : 0.0;
   }
 
  private:

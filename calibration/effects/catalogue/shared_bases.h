@@ -44,22 +44,15 @@ class PeriodicBasis : public ChannelBasis {
   virtual double periods() const = 0;
 };
 
-// z(t) = Phi(t - tau), so that the reference has turned on by what the gyro will see within tau:
-// this over tau. Linear in tau only as long as the rate is constant.
+// z(t) = Phi(t - tau), so that the reference has turned on by what the gyro will see within tau
+// from the stamp of its reading on: this over tau. Linear in tau only as long as the rate is
+// constant.
 inline double TurnedOnWithin(const SensorState& point, std::size_t channel, double tau_s) {
   constexpr double kShort_s = 1e-7;
   const double by_s = std::fabs(tau_s) > kShort_s ? tau_s : kShort_s;
-  return TurnedOn(point, channel, by_s) / by_s;
-}
-
-// The same of a reference that was made later by `put_right_s`, p, beside readings as they were
-// stamped. With tau near p the node is where the gyro is by tau - p, and it has turned on by what
-// lies within p beyond that; near 0 as if nothing had been put right.
-inline double TurnedOnWithin(const SensorState& point, std::size_t channel, double tau_s,
-                             double put_right_s) {
-  const double left_s = tau_s - put_right_s;
-  if (!(std::fabs(left_s) < std::fabs(tau_s))) return TurnedOnWithin(point, channel, tau_s);
-  return (TurnedOn(point, channel, left_s) + TurnedOn(point, channel, put_right_s)) / tau_s;
+  const double stamp_s = -point.drift_correction_s;
+  if (stamp_s == 0.0) return TurnedOn(point, channel, by_s) / by_s;
+  return (TurnedOn(point, channel, stamp_s + by_s) - TurnedOn(point, channel, stamp_s)) / by_s;
 }
 
 template <DelayFunction kDelay_s>
@@ -67,9 +60,9 @@ class DelayBasis final : public ChannelBasis {
  public:
   using ChannelBasis::ChannelBasis;
   void At(const SensorState& point, double* terms) override {
-    const double all_s = kDelay_s(context().nonlinear[0], point.t_s) + other_delays_s(point.t_s);
-    terms[0] = -TurnedOnWithin(point, context().channel, all_s, put_right_s(point.t_s)) *
-               kDelay_s(1.0, point.t_s);
+    const double stamp_s = point.stamp_s();
+    const double all_s = kDelay_s(context().nonlinear[0], stamp_s) + other_delays_s(stamp_s);
+    terms[0] = -TurnedOnWithin(point, context().channel, all_s) * kDelay_s(1.0, stamp_s);
   }
 };
 

@@ -1,0 +1,97 @@
+// A drive is set as the stand file says, by what it says itself.
+#include "drivers/drive_setting.h"
+
+#include <gmock/gmock.h>
+
+#include <memory>
+#include <vector>
+
+#include "base/error.h"
+#include "tests/drivers/fake_line.h"
+#include "tests/drivers/manual_clock.h"
+
+namespace gyrobench::drivers {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr std::uint16_t kPulses = 0x0001, kStatus = 0x1003, kControl = 0x1801, kSave = 0x2211;
+
+class DriveSettingTest : public testing::TestWithParam<Transport> {
+ protected:
+  DriveSettingTest() : line_(GetParam()) {
+    map_.pulses_per_turn_address = kPulses;
+    map_.status_address = kStatus;
+    map_.control_address = kControl;
+    map_.save_value = kSave;
+    drive_.SetHolding(kPulses, {4000});
+    drive_.SetHolding(kStatus, {0x0032});
+    drive_.SetHolding(kControl, {0});
+    drive_.OnWrite([this](std::uint16_t address, const Words& values, auto&) {
+      written_.emplace_back(address, values.front());
+    });
+    line_.SetDelay([this](Utime duration_us) { clock_.Advance(duration_us); });
+    line_.Connect(3, drive_);
+    config::BusConfig bus = line_.Config();
+    bus.response_timeout_s = 0.02;
+    bus_ = std::make_unique<ModbusBus>(bus, clock_, *participant_);
+  }
+
+  Kept SetPulses() { return Set(*bus_, {"axis.inner drive", 3}, map_, setting_); }
+  std::string Refusal() {
+    try {
+      SetPulses();
+    } catch (const DeviceError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  const WrongSetting setting_ = {"pulses per turn", kPulses, 4000, 10000};
+  ManualClock clock_;
+  std::unique_ptr<Clock::Participant> participant_ = clock_.Join("test", Clock::Role::kResident);
+  config::DriveMap map_;
+  RegisterUnit drive_;
+  std::vector<std::pair<std::uint16_t, std::uint16_t>> written_;
+  FakeLine line_;
+  std::unique_ptr<ModbusBus> bus_;
+};
+
+INSTANTIATE_TEST_SUITE_P(Transports, DriveSettingTest,
+                         testing::Values(Transport::kRtu, Transport::kTcp));
+
+TEST_P(DriveSettingTest, IsWrittenAndThenSavedAndNothingElseIs) {
+  EXPECT_EQ(SetPulses(), Kept::kAlways);
+  EXPECT_EQ(drive_.Holding(kPulses), 10000);
+  EXPECT_EQ(written_, (decltype(written_){{kPulses, 10000}, {kControl, kSave}}));
+}
+
+TEST_P(DriveSettingTest, IsKeptUntilThePowerGoesWhereNothingSavesIt) {
+  map_.save_value.reset();
+  EXPECT_EQ(SetPulses(), Kept::kUntilPowerOff);
+  EXPECT_EQ(written_, (decltype(written_){{kPulses, 10000}}));
+}
+
+TEST_P(DriveSettingTest, IsNotWrittenWhileTheDriveTurns) {
+  drive_.SetHolding(kStatus, {0x0006});
+  EXPECT_THAT(Refusal(), HasSubstr("axis.inner drive (unit 3"));
+  EXPECT_THAT(Refusal(), HasSubstr("turns, by its status 0x0006"));
+  EXPECT_TRUE(written_.empty());
+}
+
+TEST_P(DriveSettingTest, OfADriveThatDoesNotHoldItIsAnError) {
+  drive_.OnWrite([](std::uint16_t, const Words&, RegisterUnit::Registers& holding) {
+    holding[kPulses] = 4000;
+  });
+  EXPECT_THAT(Refusal(), HasSubstr("10000"));
+}
+
+TEST_P(DriveSettingTest, OfADriveThatTakesItBackWhenItSavesIsAnError) {
+  drive_.OnWrite([](std::uint16_t address, const Words&, RegisterUnit::Registers& holding) {
+    if (address == kControl) holding[kPulses] = 4000;
+  });
+  EXPECT_THAT(Refusal(), HasSubstr("found 4000 after they were saved"));
+}
+
+}  // namespace
+}  // namespace gyrobench::drivers
