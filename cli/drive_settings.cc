@@ -11,7 +11,7 @@
 #include <utility>
 #include <variant>
 
-#include "base/error.h"
+#include "cli/exit_status.h"
 #include "drivers/drive_setting.h"
 #include "presentation/document.h"
 #include "presentation/text_layout.h"
