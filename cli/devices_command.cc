@@ -278,6 +278,8 @@ void Print(const config::StandConfig& stand, const std::vector<LineReport>& repo
 }  // namespace
 
 int Devices(const Options& options) {
+  if (options.write && options.json && !options.yes)
+    throw UsageError("--write with --json takes --yes: nobody is asked");
   const BenchPlace bench(options.bench);
   const config::StandConfig stand = bench.Stand();
   if (stand.virtual_stand) {
@@ -302,10 +304,15 @@ int Devices(const Options& options) {
         {"format", "gyrobench.devices/1"}, {"as_expected", as_expected}, {"lines", lines}};
     if (options.write) out["written"] = written;
     fmt::print("{}\n", JsonText(out, 2));
+  } else if (!written.empty() && !as_expected) {
+    fmt::print("\n");
+    Print(stand, reports);
   } else if (!written.empty()) {
     fmt::print("\n{}\n", ClosingText(stand, reports, as_expected));
   }
-  return as_expected ? kDone : kFailed;
+  const bool failed = std::ranges::any_of(
+      written, [](const OrderedJson& one) { return !one["error"].get<std::string>().empty(); });
+  return as_expected && !failed ? kDone : kFailed;
 }
 
 }  // namespace gyrobench::cli

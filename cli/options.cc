@@ -266,8 +266,7 @@ class CommandLine {
     CLI::App& devices = Add(
         "devices",
         "Ask every unit number on the stand's Modbus lines what it is, by reading alone, while no "
-        "daemon runs; exit status 1 where the stand file says otherwise; with --write also set the "
-        "drives as it says",
+        "daemon runs; exit status 1 where the stand file says otherwise",
         "gyrobench devices --bus a\n  gyrobench devices --bus a --units 1-31 --baud 9600,115200\n  "
         "gyrobench devices --write");
     devices.add_option("--bus", options_.buses, "Lines to ask, by their names; default all")
@@ -287,8 +286,8 @@ class CommandLine {
         ->check(CheckBaud);
     CLI::Option* write = devices.add_flag(
         "--write", options_.write,
-        "Set parameters of drives that differ from the stand file, and save them there; shows them "
-        "and asks first. Nothing moves");
+        "Set the pulses per turn of drives that differ from the stand file, and save them there; "
+        "shows them and asks first. Nothing moves");
     devices.add_flag("--yes", options_.yes, "Write without the question")->needs(write);
     devices.add_flag("-q,--quiet", options_.quiet, "Show no bar");
   }

@@ -145,7 +145,8 @@ std::optional<UnitIdentity> As(Registers& registers, const config::DriveMap& map
   if (*pulses != map.pulses_per_turn) {
     unit.wrong.push_back(
         fmt::format("It is set to {} pulses a turn, and {} are expected: set the drive (gyrobench "
-                    "devices --write), or correct its map.",
+                    "devices --write), or correct pulses_per_turn of its table in the stand file "
+                    "or of its map.",
                     *pulses, map.pulses_per_turn));
     unit.settings.push_back({"pulses per turn", map.pulses_per_turn_address, *pulses,
                              static_cast<std::uint16_t>(map.pulses_per_turn)});

@@ -36,7 +36,8 @@ Eigen::VectorXd ChannelProblem::DriftCorrection_deg() const {
   Eigen::VectorXd out(rows());
   for (Eigen::Index i = 0; i < rows(); ++i)
     out(i) = from_stamp_deg(end_node(i)) - from_stamp_deg(history(i).nodes[ref(i).interval]);
-  return out;
+  // Where the gyro does not say how it turned nothing is known of it.
+  return out.unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
 }
 
 Eigen::VectorXd ChannelProblem::Turn(std::size_t axis) const {

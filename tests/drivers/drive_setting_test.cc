@@ -93,5 +93,13 @@ TEST_P(DriveSettingTest, OfADriveThatTakesItBackWhenItSavesIsAnError) {
   EXPECT_THAT(Refusal(), HasSubstr("found 4000 after they were saved"));
 }
 
+TEST_P(DriveSettingTest, ThatIsNotSavedSaysWhatTheDriveHoldsNow) {
+  drive_.OnWrite([](std::uint16_t address, const Words&, RegisterUnit::Registers&) {
+    if (address == kControl) throw ModbusException{3};
+  });
+  EXPECT_THAT(Refusal(), HasSubstr("set to 10000 pulses per turn"));
+  EXPECT_THAT(Refusal(), HasSubstr("but not beyond a power-off: then it has 4000 again"));
+}
+
 }  // namespace
 }  // namespace gyrobench::drivers

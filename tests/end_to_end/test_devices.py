@@ -68,14 +68,28 @@ class Devices(unittest.TestCase):
             told = json.loads(done.stdout)
             self.assertEqual(told["written"], [
                 {"bus": "a", "unit": unit, "device": f"axis.{name} drive", "parameter": "pulses per turn",
-                 "from": 10000, "to": 5000, "saved": True} for unit, name in ((1, "outer"), (3, "inner"))])
+                 "from": 10000, "to": 5000, "saved": True, "error": ""} for unit, name in ((1, "outer"), (3, "inner"))])
             self.assertTrue(told["as_expected"])
             again = bench.run("devices", "--units", UNITS, "--config", other, "--bus", "a", "--write")
             self.assertEqual(again.returncode, 0, again.stderr)
-            self.assertIn("No drive that answers holds a parameter to be written.", again.stdout)
+            self.assertIn("Nothing to write: the drives that answered are set as the stand file says.", again.stdout)
+
+    def test_drives_that_hold_each_others_value_are_not_written_without_a_look(self):
+        with OutsideStand() as bench:
+            outer = bench.folder / "outer.toml"
+            outer.write_text(f'include = "{bench.config}"\n[axis.outer.drive]\npulses_per_turn = 5000\n')
+            write = ("devices", "--units", "1-3", "--bus", "a", "--write", "--yes", "--config")
+            self.assertEqual(bench.run(*write, outer).returncode, 0)
+            inner = bench.folder / "inner.toml"
+            inner.write_text(f'include = "{bench.config}"\n[axis.inner.drive]\npulses_per_turn = 5000\n')
+            done = bench.run(*write, inner)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("units 1 and 3 hold each other's pulses per turn", done.stderr)
+            self.assertEqual(bench.run(*write, outer).returncode, 0)
 
     def test_nothing_is_written_without_a_yes(self):
         with OutsideStand() as bench:
+            self.assertEqual(bench.run("devices", "--write", "--json").returncode, 2)
             other = self.expecting(bench, 5000)
             done = bench.run("devices", "--units", "1-3", "--config", other, "--bus", "a", "--write")
             self.assertEqual(done.returncode, 2)
