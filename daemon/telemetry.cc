@@ -230,32 +230,35 @@ Telemetry::Snapshot Telemetry::TakeSnapshot() const {
 calibration::Recording Telemetry::Recorded() {
   const Snapshot snapshot = TakeSnapshot();
   if (!snapshot) return calibration::Recording();
-  const auto read = [&](double drift_ppm) {
-    std::vector<calibration::Recording> again;
-    again.push_back(ReadAgain(*snapshot, drift_ppm));
-    return again;
-  };
   double guess_ppm = 0.0;
   {
     const std::lock_guard lock(mutex_);
     if (run_) guess_ppm = run_->reference_drift_ppm;
   }
-  std::vector<calibration::Recording> as_stamped;
-  as_stamped.push_back(snapshot->Take());
+  std::vector<calibration::Recording> recordings;
+  recordings.push_back(snapshot->Take());
+  const std::int64_t samples = recordings.front().samples;
+  const std::vector<Defect> defects = recordings.front().defects;
+  const auto read = [&](double drift_ppm) {
+    std::vector<calibration::Recording> again;
+    again.push_back(ReadAgain(drift_ppm, samples));
+    // The log may end in a message that is still being written.
+    again.front().defects = defects;
+    return again;
+  };
   try {
-    as_stamped = calibration::OnOneClock(std::move(as_stamped), guess_ppm, read);
+    recordings = calibration::OnOneClock(std::move(recordings), guess_ppm, read);
   } catch (const std::exception& error) {  // the run goes on, and its trace with what there is
     spdlog::warn("the clocks of gyro and reference part, and the log was not read again: {}",
                  error.what());
     return snapshot->Take();
   }
   const std::lock_guard lock(mutex_);
-  if (run_) run_->reference_drift_ppm = as_stamped.front().drift_correction.drift_ppm;
-  return std::move(as_stamped.front());
+  if (run_) run_->reference_drift_ppm = recordings.front().drift_correction.drift_ppm;
+  return std::move(recordings.front());
 }
 
-calibration::Recording Telemetry::ReadAgain(const calibration::Analyzer& as_stamped,
-                                            double drift_ppm) {
+calibration::Recording Telemetry::ReadAgain(double drift_ppm, std::int64_t least_samples) {
   Sync();
   std::filesystem::path record;
   {
@@ -268,12 +271,9 @@ calibration::Recording Telemetry::ReadAgain(const calibration::Analyzer& as_stam
   calibration::Collector collector(calibration::Collector::kNode_s, clocks);
   recording::ReplayRun(record, collector);
   calibration::Recording out = collector.Take();
-  const calibration::Recording before = as_stamped.Take();
-  if (out.samples < before.samples)
+  if (out.samples < least_samples)
     throw DataError(fmt::format("{}: {} samples were read, and {} had come", record.string(),
-                                out.samples, before.samples));
-  // The log may end in a message that is still being written.
-  out.defects = before.defects;
+                                out.samples, least_samples));
   return out;
 }
 

@@ -81,7 +81,7 @@ class Telemetry {
  private:
   struct Run;
   bool Measures() const;
-  calibration::Recording ReadAgain(const calibration::Analyzer& as_stamped, double drift_ppm);
+  calibration::Recording ReadAgain(double drift_ppm, std::int64_t least_samples);
   template <typename Message>
   void Number(Message& message);
   void TakeOver(const std::string& run_id, Run& run, AnyMessage& message) const;

@@ -32,7 +32,7 @@ std::vector<Eigen::Vector3d> RatesUpTo(const std::vector<Node>& nodes) {
   std::vector<double> lengths_s;
   for (std::size_t k = 1; k < nodes.size(); ++k)
     lengths_s.push_back(nodes[k].at.t_s - nodes[k - 1].at.t_s);
-  const double usual_s = Median(std::vector<double>(lengths_s));
+  const double usual_s = Median(lengths_s);
   std::vector<Eigen::Vector3d> rates(nodes.size(), Eigen::Vector3d::Constant(kMissing));
   for (std::size_t k = 1; k < nodes.size(); ++k) {
     const double length_s = lengths_s[k - 1];
@@ -206,11 +206,10 @@ std::vector<Recording> OnOneClock(
   constexpr double kCertain = 10.0;
   const ClockDrift first = FindClockDrift(as_stamped);
   if (!first.matters) return as_stamped;
-  ClockDrift left = first;
   double drift_ppm = guess_ppm != 0.0 ? guess_ppm : first.drift_ppm;
   for (int round = 0; round < kRounds && std::fabs(drift_ppm) < kMostDrift_ppm; ++round) {
     std::vector<Recording> on_one = read(drift_ppm);
-    left = FindClockDrift(on_one);
+    const ClockDrift left = FindClockDrift(on_one);
     const bool certain = std::fabs(drift_ppm) > kCertain * left.std_error_ppm;
     if (!left.matters && certain && left.misfit_deg2_s2 < first.misfit_deg2_s2) return on_one;
     drift_ppm += left.drift_ppm;

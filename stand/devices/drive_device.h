@@ -36,13 +36,12 @@ class DriveDevice final : public Device {
   ModbusException Trigger(std::uint16_t value, Utime at);
   ModbusException RunPath(Utime at);
   std::size_t PathIndex(std::uint16_t address) const;
+  // Motor pulses of one that is commanded.
+  double PulsesOfOne() const { return 1.0 * map_.pulses_per_turn / pulses_per_turn_; }
 
   config::DriveMap map_;
   std::size_t axis_;
   Physics& physics_;
-  // Motor pulses of one that is commanded.
-  double PulsesOfOne() const { return 1.0 * map_.pulses_per_turn / pulses_per_turn_; }
-
   bool enabled_ = false;
   // A parameter: as it is set, and as it is after the power was lost.
   int pulses_per_turn_, saved_pulses_per_turn_;

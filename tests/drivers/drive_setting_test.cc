@@ -3,12 +3,11 @@
 
 #include <gmock/gmock.h>
 
-#include <memory>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
-#include "tests/drivers/fake_line.h"
-#include "tests/drivers/manual_clock.h"
+#include "tests/drivers/bus_bench.h"
 
 namespace gyrobench::drivers {
 namespace {
@@ -19,7 +18,7 @@ constexpr std::uint16_t kPulses = 0x0001, kStatus = 0x1003, kControl = 0x1801, k
 
 class DriveSettingTest : public testing::TestWithParam<Transport> {
  protected:
-  DriveSettingTest() : line_(GetParam()) {
+  DriveSettingTest() : bench_(GetParam()) {
     map_.pulses_per_turn_address = kPulses;
     map_.status_address = kStatus;
     map_.control_address = kControl;
@@ -30,14 +29,9 @@ class DriveSettingTest : public testing::TestWithParam<Transport> {
     drive_.OnWrite([this](std::uint16_t address, const Words& values, auto&) {
       written_.emplace_back(address, values.front());
     });
-    line_.SetDelay([this](Utime duration_us) { clock_.Advance(duration_us); });
-    line_.Connect(3, drive_);
-    config::BusConfig bus = line_.Config();
-    bus.response_timeout_s = 0.02;
-    bus_ = std::make_unique<ModbusBus>(bus, clock_, *participant_);
   }
 
-  Kept SetPulses() { return Set(*bus_, {"axis.inner drive", 3}, map_, setting_); }
+  Kept SetPulses() { return Set(*bench_.bus, kUnit, map_, setting_); }
   std::string Refusal() {
     try {
       SetPulses();
@@ -48,13 +42,10 @@ class DriveSettingTest : public testing::TestWithParam<Transport> {
   }
 
   const WrongSetting setting_ = {"pulses per turn", kPulses, 4000, 10000};
-  ManualClock clock_;
-  std::unique_ptr<Clock::Participant> participant_ = clock_.Join("test", Clock::Role::kResident);
   config::DriveMap map_;
-  RegisterUnit drive_;
   std::vector<std::pair<std::uint16_t, std::uint16_t>> written_;
-  FakeLine line_;
-  std::unique_ptr<ModbusBus> bus_;
+  BusBench bench_;
+  RegisterUnit& drive_ = bench_.unit;
 };
 
 INSTANTIATE_TEST_SUITE_P(Transports, DriveSettingTest,
@@ -74,7 +65,7 @@ TEST_P(DriveSettingTest, IsKeptUntilThePowerGoesWhereNothingSavesIt) {
 
 TEST_P(DriveSettingTest, IsNotWrittenWhileTheDriveTurns) {
   drive_.SetHolding(kStatus, {0x0006});
-  EXPECT_THAT(Refusal(), HasSubstr("axis.inner drive (unit 3"));
+  EXPECT_THAT(Refusal(), HasSubstr("axis.inner drive (unit 5"));
   EXPECT_THAT(Refusal(), HasSubstr("turns, by its status 0x0006"));
   EXPECT_TRUE(written_.empty());
 }

@@ -50,9 +50,11 @@ class PeriodicBasis : public ChannelBasis {
 inline double TurnedOnWithin(const SensorState& point, std::size_t channel, double tau_s) {
   constexpr double kShort_s = 1e-7;
   const double by_s = std::fabs(tau_s) > kShort_s ? tau_s : kShort_s;
-  const double stamp_s = -point.drift_correction_s;
-  if (stamp_s == 0.0) return TurnedOn(point, channel, by_s) / by_s;
-  return (TurnedOn(point, channel, stamp_s + by_s) - TurnedOn(point, channel, stamp_s)) / by_s;
+  const double to_stamp_s = -point.drift_correction_s;
+  const double from_stamp_deg = TurnedOn(point, channel, to_stamp_s + by_s);
+  // Nothing was corrected in most measurements: the node is at the stamp.
+  if (to_stamp_s == 0.0) return from_stamp_deg / by_s;
+  return (from_stamp_deg - TurnedOn(point, channel, to_stamp_s)) / by_s;
 }
 
 template <DelayFunction kDelay_s>
