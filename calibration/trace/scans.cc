@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <limits>
 #include <map>
-#include <unsupported/Eigen/FFT>
 #include <utility>
 
 #include "base/geometry.h"
-#include "base/robust.h"
 #include "calibration/effects/basis.h"
 #include "calibration/gls/filled_columns.h"
 #include "calibration/gls/scaled_ldlt.h"
@@ -18,10 +15,9 @@
 namespace gyrobench::calibration {
 namespace {
 
-using Complex = std::complex<double>;
-
 // Steps nearer to an end of a measurement than this are not told from its beginning.
 constexpr Eigen::Index kEdgeRows = 20;
+constexpr std::size_t kMostTones = 8;     // that look alike
 constexpr std::size_t kMostRipples = 24;  // of an axis, to be told from each other by their columns
 constexpr double kLeastInformation = 0.02;  // share left after the model
 constexpr Eigen::Index kLooked = 16;  // one row in so many tells how alike neighbouring steps are
@@ -183,103 +179,15 @@ class Steps {
   mutable Eigen::Index row_ = 0;
 };
 
-std::size_t PowerOfTwo(std::size_t least) {
-  std::size_t size = 2;
-  while (size < least) size *= 2;
-  return size;
-}
-
-// First row of the longest power-on, and the one behind its last: where power-ons differ in their
-// beginning a tone's phase is another.
-std::pair<Eigen::Index, Eigen::Index> LongestPowerOn(const ChannelProblem& problem) {
-  const std::vector<Eigen::Index>& begins = problem.power_on_begins();
-  std::pair<Eigen::Index, Eigen::Index> longest = {0, 0};
-  for (std::size_t k = 0; k < begins.size(); ++k) {
-    const Eigen::Index end = k + 1 < begins.size() ? begins[k + 1] : problem.rows();
-    if (end - begins[k] > longest.second - longest.first) longest = {begins[k], end};
-  }
-  return longest;
-}
-
-// Of a spectrum, up to half of its frequencies.
-std::vector<double> PowerOf(const std::vector<double>& grid) {
-  Eigen::FFT<double> fft;
-  std::vector<Complex> spectrum;
-  fft.fwd(spectrum, grid);
-  std::vector<double> power;
-  for (std::size_t f = 0; f < grid.size() / 2; ++f) power.push_back(std::norm(spectrum[f]));
-  return power;
-}
-
-// Number of the frequency, from `slowest` on; `power`: of the rests at it. Short rests far from
-// each other show several tones as clearly as the true one: of these it is the one that all rows
-// show.
-std::size_t StrongestTone(const std::vector<double>& at_rest, const std::vector<double>& all,
-                          std::size_t slowest, double* power) {
-  constexpr double kAsClear = 0.8;
-  double most = 0.0;
-  for (std::size_t f = slowest; f < at_rest.size(); ++f) most = std::max(most, at_rest[f]);
-  std::size_t strongest = 0;
-  for (std::size_t f = slowest; f < at_rest.size(); ++f) {
-    if (at_rest[f] > kAsClear * most && (strongest == 0 || all[f] > all[strongest])) strongest = f;
-  }
-  *power = strongest > 0 ? at_rest[strongest] : 0.0;
-  return strongest;
-}
-
-// The residual on a grid of the rows' usual length, its spectrum; all measurements add up.
-ScanPeak Tone(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
-  ScanPeak peak;
-  peak.effect = &ScannedEffect(Search::kFrequency, EffectDomain::kRateIntegral);
-  constexpr Eigen::Index kLeastRest = 64;
-  if (problem.rows() < kLeastRest) return peak;
-  std::vector<double> lengths;
-  for (const Interval& interval : problem.intervals()) lengths.push_back(interval.duration_s);
-  const double step_s = Median(std::move(lengths));
-  const auto [first, end] = LongestPowerOn(problem);
-  // In motion a tone cannot be told from the ripple of a table that turns: what the channel feels
-  // of no turn speaks. Of an orientation no ripple is known.
-  auto rests = [&](Eigen::Index i) {
-    constexpr double kUnfelt = 0.01;
-    if (problem.history(i).recording->info.reference == ReferenceKind::kOrientation) return true;
-    const Interval& interval = problem.intervals()[static_cast<std::size_t>(i)];
-    return interval.still ||
-           std::max(interval.begin_reference_share, interval.end_reference_share) < kUnfelt;
-  };
-  Eigen::Index resting = 0;
-  for (Eigen::Index i = first; i < end; ++i) resting += rests(i) ? 1 : 0;
-  // Of all rows: with less than a twentieth at rest no tone is seen, with less than a fifth it is a
-  // last resort.
-  constexpr Eigen::Index kLeastPart = 20, kFewPart = 5;
-  if (resting < kLeastRest || kLeastPart * resting < end - first) return peak;
-  peak.last_resort = kFewPart * resting < end - first;
-  const double origin = problem.begin_s(first);
-  const auto slots = static_cast<std::size_t>((problem.end_s(end - 1) - origin) / step_s) + 2;
-  if (slots > (1u << 22)) return peak;
-  const std::size_t size = PowerOfTwo(2 * slots);
-  std::vector<double> at_rest(size, 0.0), all(size, 0.0);
-  for (Eigen::Index i = first; i < end; ++i) {
-    const auto slot = static_cast<std::size_t>(std::lround((problem.begin_s(i) - origin) / step_s));
-    all[slot] += residual(i);
-    if (rests(i)) at_rest[slot] += residual(i);
-  }
-  // Slower than five periods a measurement is drift.
-  const auto slowest = static_cast<std::size_t>(5 * size / slots);
-  const std::size_t f = StrongestTone(PowerOf(at_rest), PowerOf(all), slowest, &peak.gain);
-  if (f > 0) peak.nonlinear = static_cast<double>(f) / (static_cast<double>(size) * step_s);
-  // Relative to white noise of unit variance.
-  peak.gain *= 2.0 / static_cast<double>(resting);
-  peak.tried = static_cast<double>(slots);
-  peak.row = first;
-  return peak;
+void AddAll(const std::vector<ScanPeak>& some, std::vector<ScanPeak>* peaks) {
+  peaks->insert(peaks->end(), some.begin(), some.end());
 }
 
 void AddRipples(const ChannelProblem& problem, const Eigen::VectorXd& output_score,
                 const SingleReadings* readings, std::size_t most_of_an_axis,
                 std::vector<ScanPeak>* peaks) {
   for (const std::size_t axis : problem.table_axes()) {
-    for (const ScanPeak& peak : ScanRipple(problem, output_score, readings, axis, most_of_an_axis))
-      peaks->push_back(peak);
+    AddAll(ScanRipple(problem, output_score, readings, axis, most_of_an_axis), peaks);
   }
 }
 
@@ -314,7 +222,8 @@ std::vector<ScanPeak> ScanForNoise(const ChannelProblem& problem, const Whitener
                                    const Eigen::MatrixXd& model, const Eigen::VectorXd& residual) {
   if (TooShort(problem)) return {};
   const Steps steps(problem, whitener, model, residual);
-  std::vector<ScanPeak> peaks = {steps.Bias(), Tone(problem, residual)};
+  std::vector<ScanPeak> peaks = {steps.Bias()};
+  AddAll(ScanTones(problem, residual, 1), &peaks);
   if (!problem.table_axes().empty()) peaks.push_back(steps.Angle(0));
   AddRipples(problem, steps.Output(), nullptr, 1, &peaks);
   return Found(std::move(peaks));
@@ -328,7 +237,7 @@ std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whiten
   const Steps steps(problem, whitener, model, residual);
   peaks.push_back(steps.Bias());
   if (!problem.table_axes().empty()) peaks.push_back(steps.Angle(readings.within.output().size()));
-  peaks.push_back(Tone(problem, residual));
+  AddAll(ScanTones(problem, residual, kMostTones), &peaks);
   AddRipples(problem, steps.Output(), readings.within.empty() ? nullptr : &readings, kMostRipples,
              &peaks);
   return Found(std::move(peaks));

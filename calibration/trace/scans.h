@@ -57,6 +57,11 @@ std::vector<ScanPeak> ScanRipple(const ChannelProblem& problem, const Eigen::Vec
                                  const SingleReadings* readings, std::size_t axis,
                                  std::size_t most_peaks);
 
+// Part of Scan: the tones that the rests of the longest power-on show about as clearly, the slowest
+// first. None where too little is at rest.
+std::vector<ScanPeak> ScanTones(const ChannelProblem& problem, const Eigen::VectorXd& residual,
+                                std::size_t most_peaks);
+
 // From the least to the largest angle of an axis of the table [turns].
 double TurnsSpanned(const ChannelProblem& problem, std::size_t axis);
 

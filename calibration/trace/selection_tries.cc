@@ -105,13 +105,17 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
   const auto scanned = std::count_if(members_.begin(), members_.end(),
                                      [](const Candidate& member) { return member.scanned(); });
   if (scanned >= kMostScanned) return;
-  constexpr double kFarLess = 2.0;
+  constexpr double kFarLess = 2.0, kClearlyFaster = 1.01;
   const Eigen::Index begin = store_.used();
   const SingleReadings readings = {within_, store_.MoreOfResidual(model)};
   for (const ScanPeak& peak :
        Scan(*problem_, whitener_, store_.Take(model), Residual(), readings)) {
     // A tone that few rests show takes the place of what explains far less alone.
-    const double behind = peak.last_resort && best->candidate ? kFarLess : 1.0;
+    double behind = peak.last_resort && best->candidate ? kFarLess : 1.0;
+    // Slower tones come first; one that the rows show as well as a faster one stays.
+    if (best->candidate && best->candidate->effect == peak.effect &&
+        peak.effect->search == Search::kFrequency)
+      behind = kClearlyFaster;
     // By the count of tests at the scan's own gain, which is not counted again when the noise is
     // estimated anew: a step's neighbours differ the more, the larger the gain is.
     // There is a scan of ripples for each axis.
