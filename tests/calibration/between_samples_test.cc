@@ -286,7 +286,7 @@ TEST(AGyroSampledSeldom, IsLateByHalfOfItsIntervalWhereItsSamplesAreMeansOverTha
   constexpr double kLatency_s = 0.001;
   for (const double gyro_hz : {10.0, 16.0, 25.0}) {
     const double half_s = 0.5 / gyro_hz;
-    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
       const std::string which = fmt::format("{} Hz, seed {}", gyro_hz, seed);
       const ChannelTrace trace = Traced(gyro_hz, Sample::kMeanBefore, seed);
       ASSERT_EQ(NamesOf(trace), "angle.latency ") << which;
@@ -324,16 +324,14 @@ TEST(AGyroSampledSeldom, IsLaterYetByItsBus) {
 TEST(AGyroSampledSeldom, IsSampledAlikeInAllItsChannels) {
   constexpr double kGyro_hz = 10.0;
   for (const Sample sample : {Sample::kMoment, Sample::kMean, Sample::kMeanBefore}) {
-    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-      Story story = StoryOf(kGyro_hz, sample, seed);
-      story.info.gyro_present = {true, true, true};
-      story.scale = {0.05, -0.2, 1.012};
-      const calibration::Recording recording = story.Collect();
-      for (const ChannelTrace& trace : TraceAll(recording).channels) {
-        const std::string names = NamesOf(trace);
-        EXPECT_TRUE(names.empty() || (sample == Sample::kMeanBefore && names == "angle.latency "))
-            << names << seed;
-      }
+    Story story = StoryOf(kGyro_hz, sample, 1);
+    story.info.gyro_present = {true, true, true};
+    story.scale = {0.05, -0.2, 1.012};
+    const calibration::Recording recording = story.Collect();
+    for (const ChannelTrace& trace : TraceAll(recording).channels) {
+      const std::string names = NamesOf(trace);
+      EXPECT_TRUE(names.empty() || (sample == Sample::kMeanBefore && names == "angle.latency "))
+          << names;
     }
   }
 }

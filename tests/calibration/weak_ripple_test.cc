@@ -41,7 +41,7 @@ int Named(const Motion& motion, int periods, double amplitude_deg, int seeds) {
 }
 
 TEST(AWeakRipple, OfFewPeriodsATurnIsNamedAsOneOfManyIs) {
-  for (const int periods : {4, 12, 36}) {
+  for (const int periods : {4, 36}) {
     // Seven of its standard deviations and more, of which four and a half are asked for.
     EXPECT_GE(Named(Turns(6, 20.0), periods, 0.0006, 6), 5) << periods << " periods a turn";
   }
