@@ -1,5 +1,6 @@
 // What answers on the stand's Modbus lines; the one command that opens them itself.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -17,6 +18,7 @@
 #include "cli/drive_settings.h"
 #include "cli/exit_status.h"
 #include "cli/inputs.h"
+#include "cli/interrupt_watch.h"
 #include "config/stand_config.h"
 #include "drivers/line_scan.h"
 #include "drivers/modbus_line.h"
@@ -182,10 +184,11 @@ std::string RegistersText(const LineReport& report, const FoundUnit& found) {
 presentation::Section SectionOf(const LineReport& report, const std::vector<LineReport>& all) {
   presentation::Section section;
   const std::string line = drivers::DescribeBus(report.bus);
-  section.title = presentation::Strong(report.error.empty()
-                                           ? fmt::format("{}: {} unit number{} asked", line,
-                                                         report.asked, report.asked == 1 ? "" : "s")
-                                           : line + ": not asked to the end");
+  std::string title =
+      fmt::format("{}: {} unit number{} asked", line, report.asked, report.asked == 1 ? "" : "s");
+  if (report.stopped) title += ", then stopped by Ctrl-C";
+  if (!report.error.empty()) title = line + ": not asked to the end";
+  section.title = presentation::Strong(title);
   using Kind = presentation::Column::Kind;
   presentation::Table table{
       {{"unit", Kind::kCount}, {"answers as"}, {"stand file"}, {"its registers", Kind::kNote}}, {}};
@@ -204,6 +207,29 @@ presentation::Section SectionOf(const LineReport& report, const std::vector<Line
   return section;
 }
 
+struct NotAsked {
+  std::string bus;
+  drivers::MissingUnit device;
+};
+
+// Devices of the stand file, of the lines that were asked and of the others.
+std::vector<NotAsked> NotAskedOf(const config::StandConfig& stand,
+                                 const std::vector<LineReport>& reports) {
+  std::vector<NotAsked> out;
+  for (const config::BusConfig& bus : stand.buses) {
+    const auto report = std::ranges::find_if(
+        reports, [&](const LineReport& one) { return one.bus.name == bus.name; });
+    if (report != reports.end()) {
+      for (const drivers::MissingUnit& device : report->not_asked)
+        out.push_back({bus.name, device});
+      continue;
+    }
+    for (const drivers::ExpectedUnit& unit : drivers::ExpectedOn(stand, bus.name))
+      out.push_back({bus.name, {unit.unit, unit.device, unit.kind}});
+  }
+  return out;
+}
+
 // What was asked of the stand file, in a sentence or two at the end.
 std::string ClosingText(const config::StandConfig& stand, const std::vector<LineReport>& reports,
                         bool as_expected) {
@@ -213,14 +239,16 @@ std::string ClosingText(const config::StandConfig& stand, const std::vector<Line
   for (const LineReport& report : reports)
     answer +=
         static_cast<std::size_t>(std::ranges::count_if(report.found, &FoundUnit::as_expected));
+  std::vector<std::string> names;
+  for (const NotAsked& one : NotAskedOf(stand, reports)) names.push_back(one.device.device);
+  const std::string others =
+      names.empty() ? "" : fmt::format(" Not asked: {}.", fmt::join(names, ", "));
   if (!as_expected)
-    return fmt::format("{} of the {} devices of the stand file answer as expected.", answer,
-                       devices);
+    return fmt::format("{} of the {} devices of the stand file answer as expected.{}", answer,
+                       devices, others);
   if (answer < devices)
-    return fmt::format(
-        "The {} devices of the stand file that were asked answer as expected; {} "
-        "were not asked.",
-        answer, devices - answer);
+    return fmt::format("The {} devices of the stand file that were asked answer as expected.{}",
+                       answer, others);
   return fmt::format(
       "All {} devices of the stand file answer as expected. Devices of one model "
       "are alike here: which axis is which, gyrobench run commission finds out by small moves.",
@@ -251,18 +279,25 @@ OrderedJson ToJson(const LineReport& report, const std::vector<LineReport>& all)
           {"all_unreadable", report.all_unreadable},
           {"all_answer", report.all_answer},
           {"error", report.error},
+          {"stopped", report.stopped},
           {"as_expected", report.IsAsExpected()},
           {"advice", AdviceOn(report, all)}};
 }
 
+// Until Ctrl-C.
 std::vector<LineReport> ScanAll(const config::StandConfig& stand, const Options& options,
                                 Clock& clock, Clock::Participant& participant) {
+  const std::vector<config::BusConfig> buses = ChosenBuses(stand, options.buses);
+  InterruptWatch interrupts;
   WorkBar bar(options.quiet);
   std::vector<LineReport> reports;
-  for (const config::BusConfig& bus : ChosenBuses(stand, options.buses)) {
-    reports.push_back(drivers::ScanLine(
-        stand, bus, ScanOf(options, bus), clock, participant,
-        [&bar](double fraction, const std::string& doing) { bar.Show(fraction, doing); }));
+  for (const config::BusConfig& bus : buses) {
+    reports.push_back(drivers::ScanLine(stand, bus, ScanOf(options, bus), clock, participant,
+                                        [&](double fraction, const std::string& doing) {
+                                          bar.Show(fraction, doing);
+                                          return !interrupts.Take();
+                                        }));
+    if (reports.back().stopped) break;
   }
   return reports;
 }
@@ -295,13 +330,23 @@ int Devices(const Options& options) {
   std::vector<LineReport> reports = ScanAll(stand, options, *clock, *participant);
   if (!options.json) Print(stand, reports);
   OrderedJson written = OrderedJson::array();
-  if (options.write) written = WriteDriveSettings(stand, options, *clock, *participant, &reports);
+  const bool stopped = std::ranges::any_of(reports, &LineReport::stopped);
+  if (options.write && !stopped)
+    written = WriteDriveSettings(stand, options, *clock, *participant, &reports);
+  if (options.write && stopped && !options.json)
+    fmt::print("\nNothing was written: the lines were not asked to the end.\n");
   const bool as_expected = std::ranges::all_of(reports, &LineReport::IsAsExpected);
   if (options.json) {
     OrderedJson lines = OrderedJson::array();
     for (const LineReport& report : reports) lines.push_back(ToJson(report, reports));
-    OrderedJson out = {
-        {"format", "gyrobench.devices/1"}, {"as_expected", as_expected}, {"lines", lines}};
+    OrderedJson not_asked = OrderedJson::array();
+    for (const NotAsked& one : NotAskedOf(stand, reports))
+      not_asked.push_back(
+          {{"bus", one.bus}, {"unit", one.device.unit}, {"device", one.device.device}});
+    OrderedJson out = {{"format", "gyrobench.devices/1"},
+                       {"as_expected", as_expected},
+                       {"lines", lines},
+                       {"not_asked", not_asked}};
     if (options.write) out["written"] = written;
     fmt::print("{}\n", JsonText(out, 2));
   } else if (!written.empty() && !as_expected) {

@@ -146,7 +146,7 @@ void AskAgain(const config::StandConfig& stand, Clock& clock, Clock::Participant
       if (found.identity.settings.empty() || !report.IsOwn(found.setting)) continue;
       const LineReport now =
           drivers::ScanLine(stand, report.bus, {{found.unit}, {drivers::SettingOf(report.bus)}},
-                            clock, participant, [](double, const std::string&) {});
+                            clock, participant, [](double, const std::string&) { return true; });
       if (now.found.size() == 1) found = now.found.front();
     }
   }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <set>
 #include <utility>
 
 #include "drivers/modbus_bus.h"
@@ -45,30 +46,37 @@ class LineScan {
     for (const config::BusConfig& one : stand.buses) {
       for (ExpectedUnit& unit : ExpectedOn(stand, one.name)) known_.push_back(std::move(unit));
     }
-    for (ExpectedUnit& unit : ExpectedOn(stand, bus.name)) {
+    on_line_ = ExpectedOn(stand, bus.name);
+    for (const ExpectedUnit& unit : on_line_) {
       if (std::ranges::find(options.units, unit.unit) != options.units.end())
-        expected_.push_back(std::move(unit));
+        expected_.push_back(unit);
     }
   }
 
   LineReport Run() {
-    report_.asked = static_cast<int>(options_.units.size());
     try {
       AskAtSettings();
+      report_.asked = static_cast<int>(asked_units_.size());
       JudgeLine();
       if (options_.settings.empty() && !report_.all_unreadable) SeekUnheard();
     } catch (const LineClosed& error) {
       report_.error = error.what();
+    } catch (const Stopped&) {
+      report_.stopped = true;
     }
-    for (const ExpectedUnit& expected : expected_) {
-      if (report_.error.empty() && !Answered(expected.unit))
-        report_.missing.push_back({expected.unit, expected.device, expected.kind});
+    report_.asked = static_cast<int>(asked_units_.size());
+    for (const ExpectedUnit& unit : on_line_) {
+      if (Answered(unit.unit)) continue;
+      const bool silent = report_.error.empty() && asked_units_.contains(unit.unit);
+      (silent ? report_.missing : report_.not_asked).push_back({unit.unit, unit.device, unit.kind});
     }
     std::ranges::stable_sort(report_.found, {}, &FoundUnit::unit);
     return std::move(report_);
   }
 
  private:
+  struct Stopped {};
+
   bool Answered(int unit) const {
     return std::ranges::any_of(report_.found,
                                [unit](const FoundUnit& found) { return found.unit == unit; });
@@ -130,12 +138,14 @@ class LineScan {
     ModbusBus bus(config, clock_, participant_);
     for (const int unit : units) {
       const auto to_ask = static_cast<double>(std::max<std::size_t>(to_ask_, 1));
-      progress_(static_cast<double>(asked_++) / to_ask,
-                fmt::format("bus {}, {}, unit {}", config.name, Describe(setting), unit));
+      if (!progress_(static_cast<double>(asked_++) / to_ask,
+                     fmt::format("bus {}, {}, unit {}", config.name, Describe(setting), unit)))
+        throw Stopped();
       if (!own && AnswersAtOwn(unit)) continue;
       const auto expected = std::ranges::find(expected_, unit, &ExpectedUnit::unit);
       const ExpectedUnit* device = expected != expected_.end() ? &*expected : nullptr;
       const UnitIdentity identity = Identify(bus, unit, device, known_);
+      asked_units_.insert(unit);
       if (identity.kind == UnitKind::kSilent) continue;
       // That is what a device looks like that is set otherwise.
       if (identity.kind == UnitKind::kUnreadable && !own) continue;
@@ -156,12 +166,14 @@ class LineScan {
     report_.found.push_back(std::move(found));
   }
 
-  std::vector<ExpectedUnit> known_, expected_;  // of the stand; of this line, and asked for
+  // Of the stand; of this line; of these those to be asked.
+  std::vector<ExpectedUnit> known_, on_line_, expected_;
   const ScanOptions& options_;
   Clock& clock_;
   Clock::Participant& participant_;
   const ScanProgress& progress_;
   LineReport report_;
+  std::set<int> asked_units_;
   std::size_t asked_ = 0, to_ask_ = 0;
 };
 
@@ -180,7 +192,7 @@ bool LineReport::IsOwn(const LineSetting& setting) const {
 }
 
 bool LineReport::IsAsExpected() const {
-  return error.empty() && missing.empty() && !all_unreadable &&
+  return error.empty() && !stopped && missing.empty() && !all_unreadable &&
          std::ranges::all_of(
              found, [](const FoundUnit& one) { return one.expected.empty() || one.as_expected; });
 }

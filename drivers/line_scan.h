@@ -33,7 +33,7 @@ struct FoundUnit {
   bool as_expected = false;   // it is that device, as the daemon wants it, at the line's setting
 };
 
-// A device of the stand file that was asked and did not answer.
+// A device of the stand file that did not answer, or was not asked.
 struct MissingUnit {
   int unit = 0;
   std::string device;
@@ -42,9 +42,11 @@ struct MissingUnit {
 
 struct LineReport {
   config::BusConfig bus;
-  int asked = 0;  // unit numbers
+  int asked = 0;         // unit numbers
+  bool stopped = false;  // by whoever was told of the progress
   std::vector<FoundUnit> found;
-  std::vector<MissingUnit> missing;
+  std::vector<MissingUnit> missing;    // asked, and silent
+  std::vector<MissingUnit> not_asked;  // whether they answer is not known
   // Each unit number that was asked gave replies that are none: the line itself is not in order.
   bool all_unreadable = false;
   // Each unit number that was asked gave an answer: whoever answers does not look at the number.
@@ -53,7 +55,8 @@ struct LineReport {
 
   // Whether a setting is the line's own; of Modbus TCP any is.
   bool IsOwn(const LineSetting& setting) const;
-  // Everything that was asked for and that the stand file has on this line answers, as it is to.
+  // It was asked to the end, and everything that was asked for and that the stand file has on this
+  // line answers, as it is to.
   bool IsAsExpected() const;
 };
 
@@ -64,8 +67,8 @@ struct ScanOptions {
   std::vector<LineSetting> settings;
 };
 
-// Of 0 to 1, and what is asked at the moment.
-using ScanProgress = std::function<void(double fraction, const std::string& doing)>;
+// Of 0 to 1, and what is asked at the moment. Where it returns false nothing more is asked.
+using ScanProgress = std::function<bool(double fraction, const std::string& doing)>;
 
 // Reads only. Where nothing answers a unit takes twice the bus's response timeout, and
 // `participant` waits as long. A line that cannot be opened is told in the report. Throws

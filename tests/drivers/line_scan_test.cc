@@ -13,6 +13,7 @@ namespace gyrobench::drivers {
 namespace {
 
 using testing::ElementsAre;
+using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -69,9 +70,11 @@ class LineScanTest : public testing::TestWithParam<Transport> {
   // At the line's own setting alone: each that is tried takes its time.
   LineReport Scan(std::vector<int> units) { return Scan(std::move(units), {{kBaud, 'N', 1}}); }
   LineReport Scan(std::vector<int> units, std::vector<LineSetting> settings) {
-    return ScanLine(
-        stand_, bus_, {std::move(units), std::move(settings)}, clock_, *participant_,
-        [this](double fraction, const std::string&) { fractions_.push_back(fraction); });
+    return ScanLine(stand_, bus_, {std::move(units), std::move(settings)}, clock_, *participant_,
+                    [this](double fraction, const std::string&) {
+                      fractions_.push_back(fraction);
+                      return fractions_.size() <= most_asked_;
+                    });
   }
 
   void ConnectAll() {
@@ -87,6 +90,7 @@ class LineScanTest : public testing::TestWithParam<Transport> {
   config::BusConfig bus_;
   config::StandConfig stand_;
   std::vector<double> fractions_;
+  std::size_t most_asked_ = 1000;  // then it is stopped
 };
 
 class SerialScanTest : public LineScanTest {
@@ -224,9 +228,23 @@ TEST_F(SerialScanTest, AnAdapterThatHearsItselfIsNotTakenForDevices) {
   const auto clock = MakeSystemClock();
   const auto participant = clock->Join("scan");
   const LineReport report = ScanLine(stand_, bus_, {{1, 2, 3, 4}, {{kBaud, 'N', 1}}}, *clock,
-                                     *participant, [](double, const std::string&) {});
+                                     *participant, [](double, const std::string&) { return true; });
   EXPECT_TRUE(report.all_unreadable);
   EXPECT_FALSE(report.IsAsExpected());
+}
+
+TEST_P(LineScanTest, WhatWasFoundBeforeItWasStoppedIsKept) {
+  ConnectAll();
+  most_asked_ = 4;
+  const LineReport report = Scan({1, 2, 3, 4, 5, 13, 21});
+  EXPECT_TRUE(report.stopped);
+  EXPECT_FALSE(report.IsAsExpected());
+  EXPECT_EQ(report.asked, 4);
+  ASSERT_EQ(report.found.size(), 1U);
+  EXPECT_EQ(report.found[0].unit, 3);
+  EXPECT_THAT(report.missing, IsEmpty());
+  EXPECT_THAT(report.not_asked,
+              ElementsAre(Field(&MissingUnit::unit, 13), Field(&MissingUnit::unit, 21)));
 }
 
 TEST_P(LineScanTest, ADeviceOfNoMapIsShownByItsAnswer) {

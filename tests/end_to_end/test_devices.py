@@ -2,6 +2,7 @@
 import json
 import os
 import pty
+import signal
 import subprocess
 import unittest
 
@@ -46,8 +47,11 @@ class Devices(unittest.TestCase):
     def test_what_was_not_asked_is_said_at_the_end(self):
         with OutsideStand() as bench:
             some = bench.run("devices", "--units", "1-3", "--bus", "a")
-            self.assertIn("The 3 devices of the stand file that were asked answer as expected; 5 were not asked.",
-                          " ".join(some.stdout.split()))
+            self.assertIn("The 3 devices of the stand file that were asked answer as expected. Not asked: axis.outer "
+                          "encoder, axis.middle encoder, axis.inner encoder, relays, gyro.", " ".join(some.stdout.split()))
+            told = json.loads(bench.run("devices", "--units", "1-3,11-13", "--bus", "a", "--json").stdout)
+            self.assertEqual(told["not_asked"], [{"bus": "a", "unit": RELAYS, "device": "relays"},
+                                                 {"bus": "b", "unit": 21, "device": "gyro"}])
             every = bench.run("devices", "--units", UNITS)
             self.assertIn("All 8 devices of the stand file answer as expected.", every.stdout)
 
@@ -107,6 +111,28 @@ class Devices(unittest.TestCase):
             self.assertIn("Write these 2 values into the drives? Nothing moves. [y/N]", asked.stdout)
             self.assertIn("Nothing was written.", asked.stdout)
             self.scan(bench, "--bus", "a")
+
+    def test_what_was_found_before_ctrl_c_is_shown(self):
+        with OutsideStand() as bench:
+            master, slave = pty.openpty()
+            asking = subprocess.Popen([BIN / "gyrobench", "devices", "--config", bench.config], stdout=subprocess.PIPE,
+                                      stderr=slave, text=True)
+            try:
+                os.close(slave)
+                shown = b""
+                while b"unit 2" not in shown:  # the bar has it from the second number on
+                    shown += os.read(master, 4096)
+                asking.send_signal(signal.SIGINT)
+                told, _ = asking.communicate(timeout=DEADLINE_S)
+            finally:
+                asking.kill()
+                asking.wait()
+                os.close(master)
+            self.assertEqual(asking.returncode, 1)
+            told = " ".join(told.split())
+            self.assertIn("then stopped by Ctrl-C", told)
+            self.assertIn("axis.outer drive", told)
+            self.assertIn("Not asked: ", told)
 
     def test_nothing_is_asked_beside_a_daemon(self):
         with OutsideStand() as bench:
