@@ -200,7 +200,7 @@ presentation::Section SectionOf(const LineReport& report, const std::vector<Line
   Add(section.blocks, std::move(table));
   if (!report.error.empty()) {
     Add(section.blocks, presentation::Paragraph{report.error});
-  } else if (report.found.empty()) {
+  } else if (report.found.empty() && report.asked > 0) {
     Add(section.blocks, presentation::Paragraph{"Nothing answers."});
   }
   Add(section.blocks, presentation::ListOf(AdviceOn(report, all)));
@@ -242,7 +242,7 @@ std::string ClosingText(const config::StandConfig& stand, const std::vector<Line
   std::vector<std::string> names;
   for (const NotAsked& one : NotAskedOf(stand, reports)) names.push_back(one.device.device);
   const std::string others =
-      names.empty() ? "" : fmt::format(" Not asked: {}.", fmt::join(names, ", "));
+      names.empty() ? "" : fmt::format(" Nothing is known of {}.", fmt::join(names, ", "));
   if (!as_expected)
     return fmt::format("{} of the {} devices of the stand file answer as expected.{}", answer,
                        devices, others);
@@ -286,9 +286,9 @@ OrderedJson ToJson(const LineReport& report, const std::vector<LineReport>& all)
 
 // Until Ctrl-C.
 std::vector<LineReport> ScanAll(const config::StandConfig& stand, const Options& options,
-                                Clock& clock, Clock::Participant& participant) {
+                                InterruptWatch& interrupts, Clock& clock,
+                                Clock::Participant& participant) {
   const std::vector<config::BusConfig> buses = ChosenBuses(stand, options.buses);
-  InterruptWatch interrupts;
   WorkBar bar(options.quiet);
   std::vector<LineReport> reports;
   for (const config::BusConfig& bus : buses) {
@@ -327,14 +327,20 @@ int Devices(const Options& options) {
   const drivers::StandLock lock(stand, "gyrobench devices");
   const std::unique_ptr<Clock> clock = MakeSystemClock();
   const auto participant = clock->Join("devices");
-  std::vector<LineReport> reports = ScanAll(stand, options, *clock, *participant);
-  if (!options.json) Print(stand, reports);
+  std::vector<LineReport> reports;
+  bool stopped = false;
+  {
+    // What is asked before a write can be left by Ctrl-C as ever.
+    InterruptWatch interrupts;
+    reports = ScanAll(stand, options, interrupts, *clock, *participant);
+    if (!options.json) Print(stand, reports);
+    stopped = std::ranges::any_of(reports, &LineReport::stopped) || interrupts.Take();
+  }
   OrderedJson written = OrderedJson::array();
-  const bool stopped = std::ranges::any_of(reports, &LineReport::stopped);
   if (options.write && !stopped)
     written = WriteDriveSettings(stand, options, *clock, *participant, &reports);
   if (options.write && stopped && !options.json)
-    fmt::print("\nNothing was written: the lines were not asked to the end.\n");
+    fmt::print("\nNothing was written, because of Ctrl-C.\n");
   const bool as_expected = std::ranges::all_of(reports, &LineReport::IsAsExpected);
   if (options.json) {
     OrderedJson lines = OrderedJson::array();

@@ -56,7 +56,6 @@ class LineScan {
   LineReport Run() {
     try {
       AskAtSettings();
-      report_.asked = static_cast<int>(asked_units_.size());
       JudgeLine();
       if (options_.settings.empty() && !report_.all_unreadable) SeekUnheard();
     } catch (const LineClosed& error) {
@@ -64,7 +63,6 @@ class LineScan {
     } catch (const Stopped&) {
       report_.stopped = true;
     }
-    report_.asked = static_cast<int>(asked_units_.size());
     for (const ExpectedUnit& unit : on_line_) {
       if (Answered(unit.unit)) continue;
       const bool silent = report_.error.empty() && asked_units_.contains(unit.unit);
@@ -146,6 +144,7 @@ class LineScan {
       const ExpectedUnit* device = expected != expected_.end() ? &*expected : nullptr;
       const UnitIdentity identity = Identify(bus, unit, device, known_);
       asked_units_.insert(unit);
+      report_.asked = static_cast<int>(asked_units_.size());
       if (identity.kind == UnitKind::kSilent) continue;
       // That is what a device looks like that is set otherwise.
       if (identity.kind == UnitKind::kUnreadable && !own) continue;

@@ -122,15 +122,12 @@ int StepperAxis::PulsesPerTurn() {
 AxisState StepperAxis::Open() {
   const int pulses = PulsesPerTurn();
   if (pulses != map_.pulses_per_turn) {
-    Fail(
-        fmt::format(
-            "pulses per turn at 0x{:04X}: expected {} (of the stand file, or of the map of {}), "
-            "found "
-            "{}. Stop the daemon and let gyrobench devices --write set the drive to {}, or correct "
-            "pulses_per_turn of its table in the stand file.",
-            map_.pulses_per_turn_address, map_.pulses_per_turn, map_.model, pulses,
-            map_.pulses_per_turn),
-        {.action = "pulses per turn", .address = map_.pulses_per_turn_address});
+    Fail(fmt::format("pulses per turn at 0x{:04X}: expected {} (by the stand file or the map of "
+                     "{}), found {}. Stop the daemon and let gyrobench devices --write set the "
+                     "drive to {}, or correct pulses_per_turn of {} in the stand file.",
+                     map_.pulses_per_turn_address, map_.pulses_per_turn, map_.model, pulses,
+                     map_.pulses_per_turn, unit_.name),
+         {.action = "pulses per turn", .address = map_.pulses_per_turn_address});
   }
   position_known_ = false;
   remainder_pulses_ = 0.0;

@@ -105,17 +105,18 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
   const auto scanned = std::count_if(members_.begin(), members_.end(),
                                      [](const Candidate& member) { return member.scanned(); });
   if (scanned >= kMostScanned) return;
-  constexpr double kFarLess = 2.0, kClearlyFaster = 1.01;
+  constexpr double kFarLess = 2.0, kFaster = 1.2, kClearlyAhead = 5.0;
   const Eigen::Index begin = store_.used();
   const SingleReadings readings = {within_, store_.MoreOfResidual(model)};
   for (const ScanPeak& peak :
        Scan(*problem_, whitener_, store_.Take(model), Residual(), readings)) {
     // A tone that few rests show takes the place of what explains far less alone.
-    double behind = peak.last_resort && best->candidate ? kFarLess : 1.0;
+    const double behind = peak.last_resort && best->candidate ? kFarLess : 1.0;
     // Slower tones come first; one that the rows show as well as a faster one stays.
-    if (best->candidate && best->candidate->effect == peak.effect &&
-        peak.effect->search == Search::kFrequency)
-      behind = kClearlyFaster;
+    const bool faster = best->candidate && best->candidate->search() == Search::kFrequency &&
+                        peak.effect->search == Search::kFrequency &&
+                        peak.nonlinear > kFaster * best->candidate->context.nonlinear[0];
+    const double ahead = faster ? kClearlyAhead : 0.0;
     // By the count of tests at the scan's own gain, which is not counted again when the noise is
     // estimated anew: a step's neighbours differ the more, the larger the gain is.
     // There is a scan of ripples for each axis.
@@ -143,8 +144,8 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
         evidence_margin = before;
       }
     }
-    if (evidence_margin > behind * best->evidence_margin && ToldFromMembers(candidate, model) &&
-        Plausible(candidate, model)) {
+    if (evidence_margin > behind * best->evidence_margin + ahead &&
+        ToldFromMembers(candidate, model) && Plausible(candidate, model)) {
       if (mark > begin) {  // in the place of the best before
         store_.DropFrom(begin);
         Store(&candidate);

@@ -66,8 +66,9 @@ TEST(ATone, IsFoundInRestsOfASecondOrTwoBetweenTurns) {
   }
 }
 
-// Rows follow each other at 10 Hz, and show such a tone as a slower one; samples at 25 Hz do not.
+// Rows follow each other at about 10 Hz, and show such a tone as a slower one.
 TEST(ATone, IsFoundBeyondHalfOfTheRateOfTheRows) {
+  constexpr double kTone_deg_s = 0.5;
   for (const double tone_hz : {6.2, 7.0, 9.1}) {
     Story story;
     story.UseTurningChannelAlone();
@@ -76,7 +77,26 @@ TEST(ATone, IsFoundBeyondHalfOfTheRateOfTheRows) {
     const auto turns = [](double t_s) { return t_s >= 80.0 && t_s < 200.0; };
     story.rate_deg_s = [=](double t_s) { return turns(t_s) ? RateAt(t_s) : 0.0; };
     story.angle_deg = [=](double t_s) { return turns(t_s) ? AngleAt(t_s) : 0.0; };
-    AddTone(tone_hz, 0.5, &story);
+    AddTone(tone_hz, kTone_deg_s, &story);
+    const ChannelTrace trace = TraceOf(story.Collect());
+    ASSERT_EQ(trace.effects.size(), 1U) << tone_hz << ": " << trace.summary;
+    EXPECT_EQ(trace.effects[0].id, "bias.tone") << tone_hz;
+    EXPECT_NEAR(FrequencyOf(trace), tone_hz, 1e-3);
+    EXPECT_NEAR(trace.effects[0].parameters[0].value, kTone_deg_s, 0.07 * kTone_deg_s) << tone_hz;
+  }
+}
+
+// Rows of evenly 0.1 s, within a digit: it is no slower one, and no faster one either.
+TEST(ATone, IsFoundNearHalfOfTheRateOfTheRows) {
+  for (const double tone_hz : {3.9, 4.7}) {
+    Story story;
+    story.UseTurningChannelAlone();
+    story.seed = 2;
+    story.gyro_hz = story.reference_hz = 100.0;
+    story.duration_s = 200.0;
+    story.rate_deg_s = RateAt;
+    story.angle_deg = AngleAt;
+    AddTone(tone_hz, 0.05, &story);
     const ChannelTrace trace = TraceOf(story.Collect());
     ASSERT_EQ(trace.effects.size(), 1U) << tone_hz << ": " << trace.summary;
     EXPECT_EQ(trace.effects[0].id, "bias.tone") << tone_hz;

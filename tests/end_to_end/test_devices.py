@@ -47,8 +47,8 @@ class Devices(unittest.TestCase):
     def test_what_was_not_asked_is_said_at_the_end(self):
         with OutsideStand() as bench:
             some = bench.run("devices", "--units", "1-3", "--bus", "a")
-            self.assertIn("The 3 devices of the stand file that were asked answer as expected. Not asked: axis.outer "
-                          "encoder, axis.middle encoder, axis.inner encoder, relays, gyro.", " ".join(some.stdout.split()))
+            self.assertIn("The 3 devices of the stand file that were asked answer as expected. Nothing is known of "
+                          "axis.outer encoder, axis.middle encoder, axis.inner encoder, relays, gyro.", " ".join(some.stdout.split()))
             told = json.loads(bench.run("devices", "--units", "1-3,11-13", "--bus", "a", "--json").stdout)
             self.assertEqual(told["not_asked"], [{"bus": "a", "unit": RELAYS, "device": "relays"},
                                                  {"bus": "b", "unit": 21, "device": "gyro"}])
@@ -132,7 +132,7 @@ class Devices(unittest.TestCase):
             told = " ".join(told.split())
             self.assertIn("then stopped by Ctrl-C", told)
             self.assertIn("axis.outer drive", told)
-            self.assertIn("Not asked: ", told)
+            self.assertIn("Nothing is known of ", told)
 
     def test_nothing_is_asked_beside_a_daemon(self):
         with OutsideStand() as bench:
