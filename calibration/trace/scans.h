@@ -39,8 +39,8 @@ struct SingleReadings {
   Eigen::VectorXd residual;
 };
 
-// The highest peak of each kind in the white residual; of tones and ripples those that may be it. `model`: white columns that were fitted
-// (their share of a shock is taken off).
+// The highest peak of each kind in the white residual; of tones and ripples those that may be it.
+// `model`: white columns that were fitted (their share of a shock is taken off).
 std::vector<ScanPeak> Scan(const ChannelProblem& problem, const Whitener& whitener,
                            const Eigen::MatrixXd& model, const Eigen::VectorXd& residual,
                            const SingleReadings& readings);
@@ -57,8 +57,8 @@ std::vector<ScanPeak> ScanRipple(const ChannelProblem& problem, const Eigen::Vec
                                  const SingleReadings* readings, std::size_t axis,
                                  std::size_t most_peaks);
 
-// Part of Scan: the tone that the rests of the longest power-on show most clearly, and those of which
-// it may be the alias. None where too little is at rest.
+// Part of Scan: the tone that the rests of the longest power-on show most clearly, and those of
+// which it may be the alias. None where too little is at rest.
 std::vector<ScanPeak> ScanTones(const ChannelProblem& problem, const Eigen::VectorXd& residual,
                                 std::size_t most_peaks);
 
