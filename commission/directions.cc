@@ -25,15 +25,9 @@ double AngleOf_deg(const Eigen::Matrix3d& rotation) {
   return std::fabs(Eigen::AngleAxisd(rotation).angle()) * kDegPerRad;
 }
 
-// Rz(z) Ry(y) Rx(x) = rotation, y within -90 .. 90 deg.
-std::array<double, 3> MountAngles(const Eigen::Matrix3d& rotation) {
-  const double y = std::asin(std::clamp(-rotation(2, 0), -1.0, 1.0));
-  // With y at +-90 deg x and z turn about the same direction.
-  if (std::hypot(rotation(0, 0), rotation(1, 0)) < 1e-6) {
-    return {0.0, y * kDegPerRad, std::atan2(-rotation(0, 1), rotation(1, 1)) * kDegPerRad};
-  }
-  return {std::atan2(rotation(2, 1), rotation(2, 2)) * kDegPerRad, y * kDegPerRad,
-          std::atan2(rotation(1, 0), rotation(0, 0)) * kDegPerRad};
+std::array<double, 3> MountAngles_deg(const Eigen::Matrix3d& rotation) {
+  const Eigen::Vector3d angles = kinematics::MountAngles_rad(rotation) * kDegPerRad;
+  return {angles[0], angles[1], angles[2]};
 }
 
 // The rotation that takes what is seen to what is expected (Kabsch 1976). Where all of it lies
@@ -98,7 +92,7 @@ class Fit {
         std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, seen.size())));
     wired.mounting_off_deg = AngleOf_deg(mount * before.transpose());
     wired.geometry = configured_;
-    wired.geometry.mount_deg = MountAngles(mount);
+    wired.geometry.mount_deg = MountAngles_deg(mount);
     return wired;
   }
 

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
 
 #include "base/geometry.h"
 #include "kinematics/stand_frame.h"
@@ -25,6 +27,17 @@ struct FixedRotations {
               AboutX(geometry.mount_deg[0])) {}
   Eigen::Matrix3d outer_middle, middle_inner, mount;
 };
+
+// Angles x, y, z of a rotation Rz(z) Ry(y) Rx(x), as those of a mounting [rad]; y within -pi/2 ..
+// pi/2. With y at one of these x and z turn about the same direction, and x is 0.
+inline Eigen::Vector3d MountAngles_rad(const Eigen::Matrix3d& rotation) {
+  constexpr double kSameDirection = 1e-6;
+  const double y = std::asin(std::clamp(-rotation(2, 0), -1.0, 1.0));
+  if (std::hypot(rotation(0, 0), rotation(1, 0)) < kSameDirection)
+    return {0.0, y, std::atan2(-rotation(0, 1), rotation(1, 1))};
+  return {std::atan2(rotation(2, 1), rotation(2, 2)), y,
+          std::atan2(rotation(1, 0), rotation(0, 0))};
+}
 
 inline Eigen::Vector3d ToEigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
 

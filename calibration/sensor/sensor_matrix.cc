@@ -2,11 +2,11 @@
 
 #include <Eigen/Dense>
 #include <Eigen/LU>
-#include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "base/geometry.h"
+#include "kinematics/rotations.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -36,12 +36,6 @@ Matrix39 DirectionSlope(const Vector3d& n, double scale, Eigen::Index i) {
   Matrix39 slope = Matrix39::Zero();
   slope.middleCols<3>(3 * i) = (Matrix3d::Identity() - n * n.transpose()) / scale;
   return slope;
-}
-
-// Angles a, b, c of R = Rz(c) Ry(b) Rx(a) [rad].
-Vector3d MountAngles(const Matrix3d& r) {
-  return {std::atan2(r(2, 1), r(2, 2)), std::asin(std::clamp(-r(2, 0), -1.0, 1.0)),
-          std::atan2(r(1, 0), r(0, 0))};
 }
 
 // Small turn in N per change of each angle: columns Rz Ry x, Rz y, z.
@@ -98,7 +92,7 @@ std::optional<AxisSplit> SplitAxes(const MatrixWithCovariance& m) {
   split.non_orthogonality_std_error_deg = Errors(pair_slope, m.covariance);
   for (std::size_t i = 0; i < 3; ++i)
     Put(r.row(static_cast<Eigen::Index>(i)).transpose(), split.r_mount[i]);
-  const Vector3d angle = MountAngles(r);
+  const Vector3d angle = kinematics::MountAngles_rad(r);
   Put(angle * kDegPerRad, split.mount_deg);
   if (std::fabs(std::cos(angle[1])) < kGimbalLock) return split;
   const Matrix39 turn = kDegPerRad * TurnPerAngle(angle).inverse() * TurnSlope(directions, p, r);

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <vector>
 
+#include "kinematics/rotations.h"
 #include "kinematics/stand_frame.h"
 
 namespace gyrobench::kinematics {
@@ -30,6 +32,21 @@ TEST(Geometry, EarthTurnsOnceADayAboutItsAxis) {
   EXPECT_GT(EarthRate(0.0, 0.0)[0], 0.004);
   EXPECT_NEAR(EarthRate(0.0, 90.0)[0], 0.0, 1e-15);
   EXPECT_LT(EarthRate(0.0, 90.0)[1], -0.004);
+}
+
+TEST(MountAngles, GiveTheRotationBack) {
+  const double right = 90.0;
+  std::vector<Vector3> mounts = {{10.0, right, 30.0}, {10.0, -right, 30.0}, {180.0, 0.0, -180.0}};
+  for (int i = 0; i < 50; ++i) mounts.push_back({Draw(180.0), Draw(right), Draw(180.0)});
+  for (const Vector3& deg : mounts) {
+    const Eigen::Matrix3d mount = FixedRotations({.mount_deg = deg}).mount;
+    const Eigen::Vector3d angles = MountAngles_rad(mount) / kRad;
+    const Eigen::Matrix3d again =
+        FixedRotations({.mount_deg = {angles[0], angles[1], angles[2]}}).mount;
+    EXPECT_LT((again - mount).cwiseAbs().maxCoeff(), 1e-7)
+        << deg[0] << " " << deg[1] << " " << deg[2];
+    EXPECT_LE(std::fabs(angles[1]), right + 1e-9);
+  }
 }
 
 TEST(Geometry, RotationBetweenOrientationsGivesBackTheTurn) {
