@@ -85,12 +85,19 @@ class Tones {
     constexpr double kByChance = 1e-3;
     const double clear = ChiSquareQuantile(std::log(kByChance / peaks.front().tried), 2.0);
     if (most == 1 || peaks.front().gain < clear) return peaks;
-    for (const ScanPeak& peak : PeaksOf(OfSamples(), most - 1)) peaks.push_back(peak);
+    // What has an alias is about as clear as that.
+    const ScanPeak slow = peaks.front();
+    for (const ScanPeak& peak : PeaksOf(OfSamples(), most - 1)) {
+      if (peak.gain > kAsClear * slow.gain && MayAlias(peak.nonlinear, slow.nonlinear))
+        peaks.push_back(peak);
+    }
     return peaks;
   }
 
  private:
   static constexpr double kMostFineSlots = 1u << 20;
+  static constexpr double kAsClear = 0.8;
+  static constexpr double kUsual = 0.005;  // by which the rows' rate may be off
 
   struct Spectrum {
     double step_Hz = 0.0;
@@ -187,11 +194,22 @@ class Tones {
     return gains;
   }
 
-  // Rows that follow each other at a rate that is not quite the usual one show it near that.
   bool IsAliasOfDrift(double f_Hz) const {
-    constexpr double kUsual = 0.005;
     const double whole_Hz = std::round(f_Hz * row_s_) / row_s_;
     return std::fabs(f_Hz - whole_Hz) < slowest_Hz() + kUsual * whole_Hz;
+  }
+
+  // Whether rows may show a tone as a slower one. They follow each other at a rate that is not quite
+  // the usual one, or where longer and shorter ones take turns at half of it.
+  bool MayAlias(double f_Hz, double slower_Hz) const {
+    for (const double rate_Hz : {1.0 / row_s_, 0.5 / row_s_}) {
+      const double whole_Hz = std::round(f_Hz / rate_Hz) * rate_Hz;
+      const double off_Hz = std::fabs(std::fabs(f_Hz - whole_Hz) - slower_Hz);
+      if (off_Hz < slowest_Hz() + kUsual * whole_Hz) return true;
+      const double other_Hz = std::fabs(std::fabs(f_Hz - whole_Hz) - rate_Hz);
+      if (std::fabs(other_Hz - slower_Hz) < slowest_Hz() + kUsual * whole_Hz) return true;
+    }
+    return false;
   }
 
   std::vector<ScanPeak> PeaksOf(const Spectrum& spectrum, std::size_t most) const {
@@ -213,7 +231,6 @@ class Tones {
   // Numbers of frequencies, the slowest first. Short rests far from each other show several tones as
   // clearly as the true one: of these it is those that all rows show best.
   static std::vector<std::size_t> Clearest(const Spectrum& spectrum, std::size_t most) {
-    constexpr double kAsClear = 0.8;
     constexpr std::size_t kSamePeak = 3;
     const std::vector<double>&at_rest = spectrum.at_rest, &all = spectrum.all;
     double highest = 0.0;
