@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "calibration/gls/independent_columns.h"
@@ -26,6 +27,14 @@ constexpr std::ptrdiff_t kMostScanned = 6;
 // Of what the baseline leaves of a column: with less beside the members its error is over ten times
 // what it is without them.
 constexpr double kToldApart = 0.01;
+
+// By more than two that short rests cannot tell apart differ.
+bool IsFasterTone(const ScanPeak& peak, const std::optional<Candidate>& than) {
+  constexpr double kFaster = 1.2;
+  return than && than->search() == Search::kFrequency &&
+         peak.effect->search == Search::kFrequency &&
+         peak.nonlinear > kFaster * than->context.nonlinear[0];
+}
 
 }  // namespace
 
@@ -105,7 +114,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
   const auto scanned = std::count_if(members_.begin(), members_.end(),
                                      [](const Candidate& member) { return member.scanned(); });
   if (scanned >= kMostScanned) return;
-  constexpr double kFarLess = 2.0, kFaster = 1.2, kClearlyAhead = 5.0;
+  constexpr double kFarLess = 2.0, kClearlyAhead = 5.0;
   const Eigen::Index begin = store_.used();
   const SingleReadings readings = {within_, store_.MoreOfResidual(model)};
   for (const ScanPeak& peak :
@@ -113,10 +122,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     // A tone that few rests show takes the place of what explains far less alone.
     const double behind = peak.last_resort && best->candidate ? kFarLess : 1.0;
     // Slower tones come first; one that the rows show as well as a faster one stays.
-    const bool faster = best->candidate && best->candidate->search() == Search::kFrequency &&
-                        peak.effect->search == Search::kFrequency &&
-                        peak.nonlinear > kFaster * best->candidate->context.nonlinear[0];
-    const double ahead = faster ? kClearlyAhead : 0.0;
+    const double ahead = IsFasterTone(peak, best->candidate) ? kClearlyAhead : 0.0;
     // By the count of tests at the scan's own gain, which is not counted again when the noise is
     // estimated anew: a step's neighbours differ the more, the larger the gain is.
     // There is a scan of ripples for each axis.

@@ -179,12 +179,12 @@ class Tones {
                               const Spectrum& of) const {
     std::vector<double> gains = PowerOf(grid);
     const double step_rad = std::numbers::pi * of.step_Hz * fine_s_;
+    double count = 0.0;
+    for (const auto& [slots, rows] : lengths) count += rows;
     for (std::size_t f = of.begin; f < of.end; ++f) {
-      double square = 0.0, count = 0.0;
-      for (const auto& [slots, rows] : lengths) {
+      double square = 0.0;
+      for (const auto& [slots, rows] : lengths)
         square += rows * std::pow(2.0 * std::sin(step_rad * static_cast<double>(f * slots)), 2);
-        count += rows;
-      }
       // Rows of about a whole number of periods hardly show it.
       constexpr double kShown = 1e-6;
       const bool shown =
@@ -195,21 +195,18 @@ class Tones {
   }
 
   bool IsAliasOfDrift(double f_Hz) const {
-    const double whole_Hz = std::round(f_Hz * row_s_) / row_s_;
-    return std::fabs(f_Hz - whole_Hz) < slowest_Hz() + kUsual * whole_Hz;
+    return std::fabs(std::remainder(f_Hz, 1.0 / row_s_)) < slowest_Hz() + kUsual * f_Hz;
   }
 
   // Whether rows may show a tone as a slower one. They follow each other at a rate that is not quite
   // the usual one, or where longer and shorter ones take turns at half of it.
   bool MayAlias(double f_Hz, double slower_Hz) const {
-    for (const double rate_Hz : {1.0 / row_s_, 0.5 / row_s_}) {
-      const double whole_Hz = std::round(f_Hz / rate_Hz) * rate_Hz;
-      const double off_Hz = std::fabs(std::fabs(f_Hz - whole_Hz) - slower_Hz);
-      if (off_Hz < slowest_Hz() + kUsual * whole_Hz) return true;
-      const double other_Hz = std::fabs(std::fabs(f_Hz - whole_Hz) - rate_Hz);
-      if (std::fabs(other_Hz - slower_Hz) < slowest_Hz() + kUsual * whole_Hz) return true;
-    }
-    return false;
+    // What is folded at the whole rate is, at half of it, on one side or the other.
+    const double half_Hz = 0.5 / row_s_;
+    const double folded_Hz = std::fabs(std::remainder(f_Hz, half_Hz));
+    const double off_Hz =
+        std::min(std::fabs(folded_Hz - slower_Hz), std::fabs(half_Hz - folded_Hz - slower_Hz));
+    return off_Hz < slowest_Hz() + kUsual * f_Hz;
   }
 
   std::vector<ScanPeak> PeaksOf(const Spectrum& spectrum, std::size_t most) const {
