@@ -12,6 +12,7 @@ import numpy as np
 
 UNKNOWN_ANGLE_VARIANCE = 1e6  # deg^2
 UNKNOWN_BIAS_VARIANCE = 1e4  # (deg/s)^2
+AT_ONCE = 65536  # values that one step of the recursion has at hand: they stay in the processor's cache
 
 
 class Whitener:
@@ -32,50 +33,59 @@ class Whitener:
         """
         p, n = len(columns), columns[0].size
         count = -(-n // stretch)
-        c, padded = np.empty((stretch, count, p)), np.zeros(count * stretch)
+        f = [self._cut(v, count, stretch) for v in (self.f_aa, self.f_ab, self.f_bb, self.gain_a, self.gain_b)]
+        weights = self._cut(1.0 / self.sigma, count, stretch)
+        white, padded = np.empty((p, stretch, count)), np.zeros(count * stretch)
         for k, column in enumerate(columns):
             padded[:n] = column
-            c[:, :, k] = padded.reshape(count, stretch).T
-        f = [self._cut(v, count, stretch) for v in (self.f_aa, self.f_ab, self.f_bb, self.gain_a, self.gain_b)]
-        a, b = self._run(c, f, np.zeros((count, p)), np.zeros((count, p)), False)
-        a0, b0 = self._hand_on(a, b, f, count, p)
-        self._run(c, f, a0, b0, True)
-        weights = self._cut(1.0 / self.sigma, count, stretch)
-        c *= weights
-        return c.reshape(-1, p)
+            white[k] = padded.reshape(count, stretch).T
+        together = max(1, AT_ONCE // count)
+        for first in range(0, p, together):
+            part = white[first:first + together]
+            zeros = np.zeros((len(part), count))
+            starts = self._hand_on(*self._run(part, f, zeros, zeros, False), f)
+            self._run(part, f, *starts, True)
+            part *= weights
+        return white.reshape(p, -1).T
 
     @staticmethod
     def in_order(white, n, stretch=256):
         """Whitened columns (n, p) in the order of time."""
-        return white.reshape(stretch, -1, white.shape[1]).swapaxes(0, 1).reshape(-1, white.shape[1])[:n]
+        return white.T.reshape(white.shape[1], stretch, -1).swapaxes(1, 2).reshape(white.shape[1], -1)[:, :n].T
 
     @staticmethod
     def _cut(values, count, stretch):
         out = np.zeros(count * stretch)
         out[:values.size] = values
-        return np.ascontiguousarray(out.reshape(count, stretch).T)[:, :, None]
+        return np.ascontiguousarray(out.reshape(count, stretch).T)
 
     @staticmethod
     def _run(c, f, a, b, keep):
         """One pass over all stretches; keep: replaces the columns by their innovations."""
         f_aa, f_ab, f_bb, gain_a, gain_b = f
-        for i in range(c.shape[0]):
-            a = f_aa[i] * a + f_ab[i] * b
-            innovation = c[i] - a
-            a = a + gain_a[i] * innovation
-            b = f_bb[i] * b + gain_b[i] * innovation
+        a, b, product = a.copy(), b.copy(), np.empty_like(a)
+        innovation = np.empty_like(a)
+        for i in range(c.shape[1]):
+            np.multiply(f_ab[i], b, out=product)
+            a *= f_aa[i]
+            a += product
+            np.subtract(c[:, i], a, out=innovation)
+            a += np.multiply(gain_a[i], innovation, out=product)
+            b *= f_bb[i]
+            b += np.multiply(gain_b[i], innovation, out=product)
             if keep:
-                c[i] = innovation
+                c[:, i] = innovation
         return a, b
 
-    def _hand_on(self, a_end, b_end, f, count, p):
+    def _hand_on(self, a_end, b_end, f):
         """Starts of the stretches: each one's end from zero, plus what its start becomes in it."""
-        unit = np.zeros((f[0].shape[0], count, 2))
-        a_of, b_of = self._run(unit, f, np.tile([1.0, 0.0], (count, 1)), np.tile([0.0, 1.0], (count, 1)), False)
-        a0, b0 = np.zeros((count, p)), np.zeros((count, p))
+        count = a_end.shape[1]
+        unit, (one, none) = np.zeros((2, f[0].shape[0], count)), np.eye(2)[:, :, None] * np.ones(count)
+        a_of, b_of = self._run(unit, f, one, none, False)
+        a0, b0 = np.zeros_like(a_end), np.zeros_like(b_end)
         for i in range(count - 1):
-            a0[i + 1] = a_end[i] + a_of[i, 0] * a0[i] + a_of[i, 1] * b0[i]
-            b0[i + 1] = b_end[i] + b_of[i, 0] * a0[i] + b_of[i, 1] * b0[i]
+            a0[:, i + 1] = a_end[:, i] + a_of[0, i] * a0[:, i] + a_of[1, i] * b0[:, i]
+            b0[:, i + 1] = b_end[:, i] + b_of[0, i] * a0[:, i] + b_of[1, i] * b0[:, i]
         return a0, b0
 
 
