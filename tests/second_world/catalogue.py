@@ -164,7 +164,8 @@ def largest(scene, channel, candidate):
     top = max(np.abs(scene.w_deg_s[channel]).max(), 1e-9)
     effect = candidate.effect
     if effect.startswith("unknown."):
-        return 0.3 / max(np.std(unknown_terms(scene, channel, effect, candidate.nonlinear)[0]), 1e-9)
+        spread = np.std(unknown_terms(scene, channel, effect, candidate.nonlinear)[0])
+        return 0.3 / spread if spread > 1e-6 else 0.0  # what stays as it is shows no effect of any size
     if effect.startswith(("bias.of(", "scale.of(")):
         spread = scene.covariates[effect[effect.index("(") + 1:-1]].std()
         return (0.1 if effect.startswith("bias") else 0.002) / spread

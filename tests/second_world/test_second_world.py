@@ -297,6 +297,11 @@ class Bounds(unittest.TestCase):
         swaying = worlds.World("own_clock_reference", "unknown", 20.0, 140048)  # flat between two temperatures
         self.assertEqual(swaying.truth["copies"], [])
 
+    def test_nothing_that_depends_on_temperature_is_hidden_where_there_is_one_temperature(self):
+        one_temperature = worlds.World("unfilled_columns", "unknown", 20.0, 8402022, judged=False)
+        self.assertEqual(np.ptp(one_temperature.scene.temp_degC), 0.0)
+        self.assertEqual(one_temperature.truth["effects"], [])
+
     def test_the_chance_is_of_all_channels_and_of_all_that_is_tried(self):
         self.assertAlmostEqual(bound.threshold(1, 1, 0.01), 6.6349, places=3)
         one = bound.chi_square_tail(bound.threshold(1, 1, bound.FALSE_DISCOVERY / 3.0), 1)
