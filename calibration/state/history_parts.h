@@ -80,6 +80,10 @@ struct RestReadings {
   const std::vector<Vector3>& angle_deg;
 };
 
+// Of one axis, on an encoder of so large steps. `rest_of`: index of each node's rest, or kNoRest.
+RestFlicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::size_t>& rest_of,
+                          std::size_t axis, double step_deg);
+
 // How the error of several readings' mean compares with one reading's, as variances. Noise
 // averages; the rounding to the steps of a coarse encoder does not, where neither noise nor motion
 // carries the readings over several steps.
@@ -88,8 +92,7 @@ class ReadingErrors {
   // `rest_of`: index of each node's rest, or kNoRest.
   ReadingErrors(const Recording& recording, const std::vector<Node>& nodes,
                 const std::vector<std::size_t>& rest_of);
-  // LeftOfRounding of the axis; 1 where it never rests, and 0 where nothing is rounded.
-  double LeftOfRoundingOf(std::size_t axis) const { return left_[axis]; }
+  const std::array<RestFlicker, 3>& flicker() const { return flicker_; }
   // Standard deviation of the mean of so many while the table moves [deg].
   double ErrorInMotion_deg(double readings) const;
   // The same, or what rounding errs by at most.
@@ -109,19 +112,10 @@ class ReadingErrors {
   Vector3 step_deg_ = {};
   double RoundingOf_deg(std::size_t axis) const;
   double scatter_deg_ = 0.0;
-  Vector3 left_ = {};     // LeftOfRounding of each axis
-  Vector3 rounded_ = {};  // the same, or 0 without a rest, where the errors are not known
+  std::array<RestFlicker, 3> flicker_;
+  // LeftOfRounding of each axis, or 0 without a rest, where the errors are not known.
+  Vector3 rounded_ = {};
 };
-
-// What noise leaves of the rounding's error, as a part of its variance. `flicker`: mean square of
-// one reading, rounded as it is, while the axis rests, in squares of a step; NaN: not known. At few
-// `places` it may rest on the edges between two steps, where the least noise makes the readings
-// flicker, or on none: the least that the noise may be counts.
-double LeftOfRounding(double flicker, std::size_t places);
-// Amplitude of the wave that rounding to steps of so much adds to an angle at even speed, of which
-// readings at even times may make one of any number of periods a turn. 0 where nothing is rounded.
-// `left`: LeftOfRounding.
-double WaveOfRounding_deg(double step_deg, double left);
 
 // Gravity and heading in the sensor's frame: by the reference where it gives an orientation, by the
 // accelerometer where one axis turns or none. `rest_of`: index of each node's rest, or kNoRest.

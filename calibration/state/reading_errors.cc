@@ -27,78 +27,7 @@ double MedianScatter(std::vector<Rest> rests) {
   return rests.back().scatter_deg;
 }
 
-// Of one reading of an axis that stands still, from its changes between nodes, in squares of a
-// step: the median over the places where it rested, of which one may be a slow turn that passes for
-// a rest, and how many these are. NaN where it never rested.
-struct Flicker {
-  double square = kMissing;
-  std::size_t places = 0;
-};
-
-// Of one rest; NaN where it has no change.
-double FlickerIn(const NodeRange& rest, const std::vector<Node>& nodes, std::size_t axis,
-                 double step_deg) {
-  double square_deg2 = 0.0;
-  const std::vector<double> changes_deg = ChangesAtRest(nodes, rest, axis);
-  for (const double change_deg : changes_deg) square_deg2 += 0.5 * change_deg * change_deg;
-  return square_deg2 / static_cast<double>(changes_deg.size()) / (step_deg * step_deg);
-}
-
-// Where in its step an axis rests: poses that are an eighth of a turn apart are so by a whole
-// number of the steps of an encoder of some bits, and count as one place.
-double PlaceOf(double angle_deg, double step_deg) {
-  constexpr double kEighth_deg = 45.0;
-  const double within_deg = angle_deg - kEighth_deg * std::floor(angle_deg / kEighth_deg);
-  return std::fmod(std::round(within_deg / step_deg), std::round(kEighth_deg / step_deg));
-}
-
-Flicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::size_t>& rest_of,
-                      std::size_t axis, double step_deg) {
-  std::map<double, std::pair<double, double>> places;  // sum and number of the rests at each
-  for (const NodeRange& rest : RangesOfRests(rest_of)) {
-    const double square = FlickerIn(rest, nodes, axis, step_deg);
-    const double angle_deg = nodes[rest.begin].table_deg[axis];
-    if (!std::isfinite(square) || !std::isfinite(angle_deg)) continue;
-    auto& [sum, rests] = places[PlaceOf(angle_deg, step_deg)];
-    sum += square;
-    rests += 1.0;
-  }
-  // Between two steps a rest is at either of them.
-  std::vector<double> squares;
-  double last = kMissing;
-  std::pair<double, double> here;
-  for (const auto& [place, of_rests] : places) {
-    if (!(place - last < 1.5)) {
-      here = {};
-      squares.push_back(0.0);
-    }
-    here = {here.first + of_rests.first, here.second + of_rests.second};
-    squares.back() = here.first / here.second;
-    last = place;
-  }
-  if (squares.empty()) return {};
-  const double square = squares.size() == 2 ? 0.5 * (squares[0] + squares[1]) : Median(squares);
-  return {square, squares.size()};
-}
-
 }  // namespace
-
-// exp(-4 pi^2 s^2), with noise of s steps (Widrow and Kollar, Quantization Noise, 2008, 4.2). Over
-// evenly spread places the readings scatter by the square s / pi^(1/2) as long as s is below 0.3,
-// and by s^2 + 1/12 above.
-double LeftOfRounding(double flicker, std::size_t places) {
-  // From place to place: two standard deviations and more. Two steps alone scatter by 1/4 at most,
-  // and a short rest may seem to by more; where the readings are on three steps and more the place
-  // makes little of it.
-  constexpr double kOfPlaces = 0.22, kOfManySteps = 0.05, kManySteps = 0.4;
-  constexpr double kFlickers = 0.17;
-  if (!std::isfinite(flicker)) return 1.0;
-  const double doubt =
-      (flicker > kManySteps ? kOfManySteps : kOfPlaces) / std::sqrt(static_cast<double>(places));
-  const double least = std::max(0.0, flicker - doubt);
-  const double noise2 = least < kFlickers ? std::numbers::pi * least * least : least - 1.0 / 12.0;
-  return std::exp(-4.0 * std::numbers::pi * std::numbers::pi * noise2);
-}
 
 ReadingErrors::ReadingErrors(const Recording& recording, const std::vector<Node>& nodes,
                              const std::vector<std::size_t>& rest_of)
@@ -106,10 +35,8 @@ ReadingErrors::ReadingErrors(const Recording& recording, const std::vector<Node>
   const bool rests = !recording.columns.rests.empty();
   if (rests) scatter_deg_ = MedianScatter(recording.columns.rests);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!std::isfinite(step_deg_[axis]) || !(step_deg_[axis] > 0.0)) continue;
-    const Flicker flicker = FlickerAtRest(nodes, rest_of, axis, step_deg_[axis]);
-    left_[axis] = LeftOfRounding(flicker.square, flicker.places);
-    if (rests) rounded_[axis] = left_[axis];
+    flicker_[axis] = FlickerAtRest(nodes, rest_of, axis, step_deg_[axis]);
+    if (rests) rounded_[axis] = LeftOfRounding(flicker_[axis]);
   }
 }
 
@@ -219,9 +146,5 @@ std::vector<Vector3> ReadingErrors::Shares(const std::vector<Node>& epochs,
 
 // The first harmonic of the rounding's error (Widrow and Kollar, Quantization Noise, 2008, 4.2):
 // q / pi exp(-2 pi^2 sigma^2 / q^2).
-double WaveOfRounding_deg(double step_deg, double left) {
-  if (!(step_deg > 0.0) || !std::isfinite(step_deg)) return 0.0;
-  return step_deg / std::numbers::pi * std::sqrt(left);
-}
 
 }  // namespace gyrobench::calibration

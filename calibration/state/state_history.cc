@@ -151,11 +151,10 @@ class TrailMaker {
     constexpr double kCoarse = 0.2;  // noise is a fifth of a step or less
     history_.rounding_deg = errors.LargestRounding_deg(kCoarse);
     history_.axis_error_deg.fill(history_.angle_error_deg);
+    history_.rest_flicker = errors.flicker();
     const std::vector<NodeRange> rests = RangesOfRests(rest_of_);
     for (std::size_t a = 0; a < 3; ++a) {
       const double scatter_deg = ScatterAtRest(nodes_, rests, a);
-      history_.rounding_wave_deg[a] =
-          WaveOfRounding_deg(recording_.reference_step_deg[a], errors.LeftOfRoundingOf(a));
       if (!std::isfinite(scatter_deg)) continue;
       // Readings that hardly ever change hide noise of half a step.
       const double least_deg = 0.5 * std::fmax(0.0, recording_.reference_step_deg[a]);

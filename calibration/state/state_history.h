@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibration/signal/collector.h"
+#include "calibration/state/rounding_wave.h"
 #include "calibration/state/sensor_state.h"
 #include "kinematics/stand_frame.h"
 
@@ -56,8 +57,8 @@ struct StateHistory {
   // The error of each axis of the stand by what it is read as while it rests: the scatter of a
   // short rest, of which the above is made, may have the end of a motion in it.
   Vector3 axis_error_deg = {};
-  // Amplitude of the wave that the rounding of each axis's readings makes of its angle [deg].
-  Vector3 rounding_wave_deg = {};
+  // How each axis's readings flicker while it rests.
+  std::array<RestFlicker, 3> rest_flicker;
   // Standard deviation by which the times of the readings are off, as the errors of the angle show
   // that grow with the rate; 0 where they do not show it clearly [s].
   double timing_error_s = 0.0;

@@ -287,10 +287,9 @@ double ChannelProblem::output_rounding_deg_s() const {
 }
 
 double ChannelProblem::rounding_wave_deg(std::size_t axis) const {
-  double wave_deg = 0.0;
-  for (const StateHistory& history : histories_)
-    wave_deg = std::max(wave_deg, history.rounding_wave_deg[axis]);
-  return wave_deg;
+  std::vector<RestFlicker> rests;
+  for (const StateHistory& history : histories_) rests.push_back(history.rest_flicker[axis]);
+  return WaveOfRounding_deg(rests);
 }
 
 // Also where this channel has nothing usable in it.

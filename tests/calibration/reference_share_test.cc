@@ -2,15 +2,17 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "calibration/gls/noise_search.h"
 #include "calibration/gls/statistics.h"
 #include "calibration/signal/collector.h"
-#include "calibration/state/history_parts.h"
+#include "calibration/state/rounding_wave.h"
 #include "calibration/state/state_history.h"
 #include "calibration/trace/problem.h"
 #include "tests/calibration/synthetic_bench.h"
@@ -234,6 +236,73 @@ TEST(RoundingOfNoisyReadings, IsBelievedToBeNoiseAtManyPlacesAlone) {
   EXPECT_LT(calibration::LeftOfRounding(0.5, 1), 1e-6);
   EXPECT_LT(calibration::LeftOfRounding(9.0, 1), 1e-6);
   EXPECT_EQ(calibration::LeftOfRounding(std::numeric_limits<double>::quiet_NaN(), 0), 1.0);
+}
+
+// An axis that rests at so many places anywhere, read with noise of so many steps of 1 deg.
+calibration::RestFlicker RestsAt(int places, double noise, std::mt19937_64* random) {
+  constexpr int kReadings = 200;
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> anywhere(0.0, 45.0);
+  std::vector<double> angles_deg;
+  for (int i = 0; i < places; ++i) angles_deg.push_back(anywhere(*random));
+  std::ranges::sort(angles_deg);
+  calibration::RestFlicker out{1.0, {}};
+  for (const double angle_deg : angles_deg) {
+    double square = 0.0, before = std::round(angle_deg + noise * normal(*random));
+    for (int i = 0; i < kReadings; ++i) {
+      const double reading = std::round(angle_deg + noise * normal(*random));
+      square += 0.5 * (reading - before) * (reading - before) / kReadings;
+      before = reading;
+    }
+    out.places.push_back({std::floor(angle_deg), square, 1.0});
+  }
+  return out;
+}
+
+double WaveAlone_deg(const calibration::RestFlicker& rests) {
+  return calibration::WaveOfRounding_deg(std::span(&rests, 1));
+}
+
+// What two rests leave open ten recordings of two rests know.
+TEST(RoundingInSeveralRecordings, IsKnownByTheRestsOfAllOfThem) {
+  constexpr double kNoise = 0.45;
+  const double made = std::exp(-2.0 * std::pow(std::acos(-1.0) * kNoise, 2)) / std::acos(-1.0);
+  int open_alone = 0;
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    std::mt19937_64 random(seed);
+    std::vector<calibration::RestFlicker> recordings;
+    for (int i = 0; i < 10; ++i) recordings.push_back(RestsAt(2, kNoise, &random));
+    double most_alone = 0.0;
+    for (const auto& rests : recordings) most_alone = std::max(most_alone, WaveAlone_deg(rests));
+    if (most_alone > 20.0 * made) ++open_alone;
+    const double together = calibration::WaveOfRounding_deg(recordings);
+    EXPECT_LE(together, most_alone);
+    EXPECT_LT(together, 20.0 * made) << "seed " << seed;
+    // One that never rests has the noise of the others.
+    recordings.push_back({1.0, {}});
+    EXPECT_EQ(calibration::WaveOfRounding_deg(recordings), together);
+  }
+  EXPECT_GT(open_alone, 40);
+}
+
+// Its own rests say that noise does not carry its readings over the steps.
+TEST(RoundingInSeveralRecordings, IsThatOfAQuietOneBesideNoisyOnes) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::mt19937_64 random(seed);
+    const calibration::RestFlicker quiet = RestsAt(12, 0.02, &random);
+    const std::vector<calibration::RestFlicker> recordings = {RestsAt(20, 0.5, &random), quiet,
+                                                              RestsAt(20, 0.5, &random)};
+    EXPECT_GT(calibration::WaveOfRounding_deg(recordings), 0.8 / std::acos(-1.0)) << seed;
+  }
+}
+
+// Nothing is known of a coarse encoder by the noise of a fine one.
+TEST(RoundingInSeveralRecordings, IsThatOfEachStep) {
+  std::mt19937_64 random(1);
+  calibration::RestFlicker coarse = RestsAt(1, 0.45, &random);
+  coarse.step_deg = 8.0;
+  const std::vector<calibration::RestFlicker> recordings = {RestsAt(20, 0.45, &random), coarse};
+  EXPECT_EQ(calibration::WaveOfRounding_deg(recordings), WaveAlone_deg(coarse));
 }
 
 }  // namespace
