@@ -6,8 +6,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "calibration/trace/scans.h"
 
@@ -38,17 +40,42 @@ std::vector<double> FromPlaces(const double* places, const std::vector<double>& 
   return theta;
 }
 
-struct Residual {
-  const ColumnsAt& columns;
-  const Eigen::VectorXd& residual;
-  const std::vector<double>&low, &high;
+// The solver asks for one point up to three times: as a step that it tries, as the step that it
+// takes, and as the middle of its differences.
+class Residual {
+ public:
+  Residual(const ColumnsAt& columns, const Eigen::VectorXd& residual,
+           const std::vector<double>& low, const std::vector<double>& high)
+      : columns_(columns), residual_(residual), low_(low), high_(high) {}
 
   bool operator()(double const* const* places, double* out) const {
-    const Eigen::VectorXd left = Projected(columns, residual, FromPlaces(places[0], low, high));
+    const Eigen::VectorXd& left = At(FromPlaces(places[0], low_, high_));
     if (!left.allFinite()) return false;
     Eigen::Map<Eigen::VectorXd>(out, left.size()) = left;
     return true;
   }
+
+ private:
+  struct Point {
+    std::vector<double> theta;
+    Eigen::VectorXd left;
+  };
+
+  const Eigen::VectorXd& At(std::vector<double> theta) const {
+    for (const Point& point : last_) {
+      if (point.theta == theta) return point.left;
+    }
+    Point& oldest = last_[next_++ % last_.size()];
+    oldest = {std::move(theta), {}};
+    oldest.left = Projected(columns_, residual_, oldest.theta);
+    return oldest.left;
+  }
+
+  const ColumnsAt& columns_;
+  const Eigen::VectorXd& residual_;
+  const std::vector<double>&low_, &high_;
+  mutable std::array<Point, 8> last_;
+  mutable std::size_t next_ = 0;
 };
 
 // How far from the number of periods at which the scan has found a ripple it may be: as far from a
@@ -124,7 +151,7 @@ std::vector<double> RefineNonlinear(const ColumnsAt& columns, const Eigen::Vecto
   ceres::NumericDiffOptions differences;
   differences.relative_step_size = 1e-4;
   auto* cost = new ceres::DynamicNumericDiffCostFunction<Residual, ceres::CENTRAL>(
-      new Residual{columns, residual, low, high}, ceres::TAKE_OWNERSHIP, differences);
+      new Residual(columns, residual, low, high), ceres::TAKE_OWNERSHIP, differences);
   cost->AddParameterBlock(static_cast<int>(places.size()));
   cost->SetNumResiduals(static_cast<int>(residual.size()));
   ceres::Problem problem;
@@ -137,6 +164,8 @@ std::vector<double> RefineNonlinear(const ColumnsAt& columns, const Eigen::Vecto
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = 40;
   options.function_tolerance = 1e-9;
+  // By values alone: a gradient costs two more of them.
+  options.line_search_interpolation_type = ceres::QUADRATIC;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
   ceres::Solver::Summary summary;
