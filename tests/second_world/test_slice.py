@@ -24,6 +24,7 @@ ARGUMENTS = ["--sets", "8", "--seed", "40", "--classes", CLASSES, "--kinds", "si
 # What was named, or was not, and why.
 MENDED = {
     "coarse_encoder:silent:0:60045": "ripples: means of rounded readings looked finer than they are, no axis rested",
+    "coarse_encoder:single:100:8402035": "no ripple: each table alone rests at too few places to know the encoder's noise",
     "data_defects:single:5:121169": "a step of the angle: a wild gyro sample of 4 deg/s passed",
     "data_defects:single:20:200411": "no tone: a wild gyro sample was among the first 32 of a table",
     "data_defects:silent:0:60103": "steps of the angle: wild gyro samples in motion passed",
