@@ -80,10 +80,6 @@ struct RestReadings {
   const std::vector<Vector3>& angle_deg;
 };
 
-// Of one axis, on an encoder of so large steps. `rest_of`: index of each node's rest, or kNoRest.
-RestFlicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::size_t>& rest_of,
-                          std::size_t axis, double step_deg);
-
 // How the error of several readings' mean compares with one reading's, as variances. Noise
 // averages; the rounding to the steps of a coarse encoder does not, where neither noise nor motion
 // carries the readings over several steps.

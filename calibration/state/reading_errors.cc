@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <map>
 #include <numbers>
-#include <utility>
 #include <vector>
 
 #include "base/robust.h"
@@ -143,8 +142,5 @@ std::vector<Vector3> ReadingErrors::Shares(const std::vector<Node>& epochs,
   }
   return shares;
 }
-
-// The first harmonic of the rounding's error (Widrow and Kollar, Quantization Noise, 2008, 4.2):
-// q / pi exp(-2 pi^2 sigma^2 / q^2).
 
 }  // namespace gyrobench::calibration

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "base/robust.h"
@@ -11,8 +10,11 @@
 namespace gyrobench::calibration {
 namespace {
 
-// Of one reading, in squares of a step: the median over the places where the axis rested, of which
-// one may be a slow turn that passes for a rest, and how many these are. NaN where it never rested.
+constexpr double kEighth_deg = 45.0;
+
+// Mean square of one reading in squares of a step: the median over the places where the axis
+// rested, of which one may be a slow turn that passes for a rest, and how many these are. NaN where
+// it never rested.
 struct Flicker {
   double square = kMissing;
   std::size_t places = 0;
@@ -27,29 +29,38 @@ double FlickerIn(const NodeRange& rest, const std::vector<Node>& nodes, std::siz
   return square_deg2 / static_cast<double>(changes_deg.size()) / (step_deg * step_deg);
 }
 
+double CountsOfAnEighth(double step_deg) { return std::round(kEighth_deg / step_deg); }
+
 // Where in its step an axis rests: poses that are an eighth of a turn apart are so by a whole
 // number of the steps of an encoder of some bits, and count as one place.
-double PlaceOf(double angle_deg, double step_deg) {
-  constexpr double kEighth_deg = 45.0;
+double CountOf(double angle_deg, double step_deg) {
   const double within_deg = angle_deg - kEighth_deg * std::floor(angle_deg / kEighth_deg);
-  return std::fmod(std::round(within_deg / step_deg), std::round(kEighth_deg / step_deg));
+  const double counts = CountsOfAnEighth(step_deg);
+  return counts >= 1.0 ? std::fmod(std::round(within_deg / step_deg), counts) : 0.0;
 }
 
-// Between two steps a rest is at either of them.
-Flicker MedianOf(const std::vector<RestFlicker::Place>& places) {
-  std::vector<double> squares;
-  double last = kMissing, square_sum = 0.0, rests = 0.0;
-  for (const RestFlicker::Place& place : places) {
-    if (!(place.place - last < 1.5)) {
-      square_sum = rests = 0.0;
-      squares.push_back(0.0);
-    }
-    square_sum += place.square_sum;
-    rests += place.rests;
-    squares.back() = square_sum / rests;
-    last = place.place;
+// Between two steps a rest is at either of them. An eighth of a turn ends where it begins.
+Flicker FlickerOf(const RestFlicker& rests) {
+  std::vector<RestFlicker::AtCount> places;
+  double last = kMissing;
+  const auto add = [](const RestFlicker::AtCount& from, RestFlicker::AtCount* to) {
+    to->square_sum += from.square_sum;
+    to->rests += from.rests;
+  };
+  for (const auto& [count, here] : rests.by_count) {
+    if (!(count - last < 1.5)) places.emplace_back();
+    add(here, &places.back());
+    last = count;
   }
-  if (squares.empty()) return {};
+  if (places.empty()) return {};
+  const double first = rests.by_count.begin()->first;
+  if (places.size() > 1 && first + CountsOfAnEighth(rests.step_deg) - last < 1.5) {
+    add(places.back(), &places.front());
+    places.pop_back();
+  }
+  std::vector<double> squares;
+  for (const RestFlicker::AtCount& place : places)
+    squares.push_back(place.square_sum / place.rests);
   const double square = squares.size() == 2 ? 0.5 * (squares[0] + squares[1]) : Median(squares);
   return {square, squares.size()};
 }
@@ -63,44 +74,54 @@ double Doubt(const Flicker& flicker) {
          std::sqrt(static_cast<double>(flicker.places));
 }
 
-// exp(-4 pi^2 s^2), with noise of s steps (Widrow and Kollar, Quantization Noise, 2008, 4.2). Over
-// evenly spread places the readings scatter by the square s / pi^(1/2) as long as s is below 0.3,
-// and by s^2 + 1/12 above.
-double LeftBesideFlicker(double least) {
-  constexpr double kFlickers = 0.17;
-  const double noise2 = least < kFlickers ? std::numbers::pi * least * least : least - 1.0 / 12.0;
+// Noise of one reading [steps^2]: over evenly spread places the readings scatter by the square
+// s / pi^(1/2) as long as the noise s is below 0.3, and by s^2 + 1/12 above.
+double NoiseBehind(double flicker) {
+  constexpr double kLittle = 0.17;
+  const double square = std::max(0.0, flicker);
+  return square < kLittle ? std::numbers::pi * square * square : square - 1.0 / 12.0;
+}
+
+// exp(-4 pi^2 s^2), with noise of s steps (Widrow and Kollar, Quantization Noise, 2008, 4.2).
+double LeftByNoise(double noise2) {
   return std::exp(-4.0 * std::numbers::pi * std::numbers::pi * noise2);
 }
 
-bool SameStep(const RestFlicker& one, const RestFlicker& other) {
-  constexpr double kPart = 1e-6;
-  return std::fabs(one.step_deg - other.step_deg) <= kPart * one.step_deg;
-}
+double LeastOf(const Flicker& flicker) { return flicker.square - Doubt(flicker); }
 
-Flicker FlickerTogether(std::span<const RestFlicker> recordings, const RestFlicker& like) {
-  std::map<double, RestFlicker::Place> together;
-  for (const RestFlicker& recording : recordings) {
-    if (!SameStep(like, recording)) continue;
-    for (const RestFlicker::Place& place : recording.places) {
-      RestFlicker::Place& here = together[place.place];
-      here.place = place.place;
-      here.square_sum += place.square_sum;
-      here.rests += place.rests;
-    }
-  }
-  std::vector<RestFlicker::Place> places;
-  for (const auto& [key, place] : together) places.push_back(place);
-  return MedianOf(places);
+// With so much noise readings change even where an axis rests in the middle of a step: a half of
+// that is hardly missed by chance.
+bool TooStillFor(double noise2, const Flicker& flicker) {
+  return flicker.square < 0.5 * std::erfc(0.5 / std::sqrt(2.0 * noise2));
 }
 
 double LeftTogether(const Flicker& own, const Flicker& all) {
-  if (!std::isfinite(all.square)) return 1.0;
-  double least = all.square - Doubt(all);
-  if (std::isfinite(own.square)) {
-    const double own_least = own.square - Doubt(own), own_most = own.square + Doubt(own);
-    if (!(least >= own_least && least <= own_most)) least = own_least;
+  if (!std::isfinite(own.square)) return 1.0;
+  const double least = LeastOf(all);
+  const bool contradicted = least < LeastOf(own) || least > own.square + Doubt(own) ||
+                            TooStillFor(NoiseBehind(least), own);
+  return LeftByNoise(NoiseBehind(contradicted ? LeastOf(own) : least));
+}
+
+// A step is the least change of a reading, which a table gives in a few digits.
+bool SameStep(const RestFlicker& one, const RestFlicker& other) {
+  constexpr double kPart = 0.01;
+  return std::fabs(one.step_deg - other.step_deg) <= kPart * one.step_deg;
+}
+
+// Of recordings of one step each, what all of them show.
+std::vector<RestFlicker> ByStep(std::span<const RestFlicker> recordings) {
+  std::vector<RestFlicker> out;
+  for (const RestFlicker& recording : recordings) {
+    auto same = std::ranges::find_if(
+        out, [&](const RestFlicker& other) { return SameStep(other, recording); });
+    if (same == out.end()) same = out.insert(out.end(), {recording.step_deg, {}});
+    for (const auto& [count, here] : recording.by_count) {
+      same->by_count[count].square_sum += here.square_sum;
+      same->by_count[count].rests += here.rests;
+    }
   }
-  return LeftBesideFlicker(std::max(0.0, least));
+  return out;
 }
 
 }  // namespace
@@ -108,32 +129,29 @@ double LeftTogether(const Flicker& own, const Flicker& all) {
 RestFlicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::size_t>& rest_of,
                           std::size_t axis, double step_deg) {
   if (!(step_deg > 0.0) || !std::isfinite(step_deg)) return {};
-  std::map<double, RestFlicker::Place> places;
+  RestFlicker out{step_deg, {}};
   for (const NodeRange& rest : RangesOfRests(rest_of)) {
     const double square = FlickerIn(rest, nodes, axis, step_deg);
     const double angle_deg = nodes[rest.begin].table_deg[axis];
     if (!std::isfinite(square) || !std::isfinite(angle_deg)) continue;
-    RestFlicker::Place& here = places[PlaceOf(angle_deg, step_deg)];
-    here.place = PlaceOf(angle_deg, step_deg);
+    RestFlicker::AtCount& here = out.by_count[CountOf(angle_deg, step_deg)];
     here.square_sum += square;
     here.rests += 1.0;
   }
-  RestFlicker out{step_deg, {}};
-  for (const auto& [key, place] : places) out.places.push_back(place);
   return out;
 }
 
 double LeftOfRounding(double flicker, std::size_t places) {
-  const Flicker own{flicker, places};
-  return std::isfinite(flicker) ? LeftBesideFlicker(std::max(0.0, flicker - Doubt(own))) : 1.0;
+  return std::isfinite(flicker) ? LeftByNoise(NoiseBehind(LeastOf({flicker, places}))) : 1.0;
 }
 
 double LeftOfRounding(const RestFlicker& rests) {
   if (!(rests.step_deg > 0.0)) return 0.0;
-  const Flicker own = MedianOf(rests.places);
+  const Flicker own = FlickerOf(rests);
   return LeftOfRounding(own.square, own.places);
 }
 
+// The first harmonic of a saw tooth of steps q is q / pi; noise leaves the root of its variance.
 double WaveOfRounding_deg(double step_deg, double left) {
   if (!(step_deg > 0.0) || !std::isfinite(step_deg)) return 0.0;
   return step_deg / std::numbers::pi * std::sqrt(left);
@@ -141,10 +159,13 @@ double WaveOfRounding_deg(double step_deg, double left) {
 
 double WaveOfRounding_deg(std::span<const RestFlicker> recordings) {
   double most_deg = 0.0;
-  for (const RestFlicker& recording : recordings) {
-    const double left =
-        LeftTogether(MedianOf(recording.places), FlickerTogether(recordings, recording));
-    most_deg = std::max(most_deg, WaveOfRounding_deg(recording.step_deg, left));
+  for (const RestFlicker& together : ByStep(recordings)) {
+    const Flicker all = FlickerOf(together);
+    for (const RestFlicker& recording : recordings) {
+      if (!SameStep(together, recording)) continue;
+      const double left = LeftTogether(FlickerOf(recording), all);
+      most_deg = std::max(most_deg, WaveOfRounding_deg(recording.step_deg, left));
+    }
   }
   return most_deg;
 }

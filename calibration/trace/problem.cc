@@ -286,12 +286,6 @@ double ChannelProblem::output_rounding_deg_s() const {
   return wave / std::fabs(units_per_deg_s_);
 }
 
-double ChannelProblem::rounding_wave_deg(std::size_t axis) const {
-  std::vector<RestFlicker> rests;
-  for (const StateHistory& history : histories_) rests.push_back(history.rest_flicker[axis]);
-  return WaveOfRounding_deg(rests);
-}
-
 // Also where this channel has nothing usable in it.
 std::size_t ChannelProblem::first_number(std::size_t power_on) const {
   std::size_t first = ref(power_on_begins_[power_on]).history;

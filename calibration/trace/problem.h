@@ -179,7 +179,7 @@ class ChannelProblem {
   // The largest wave that rounding may make of this channel's rate (OutputRounding).
   double output_rounding_deg_s() const;
   // Of the readings of one of the table's axes, the largest of the measurements' [deg].
-  double rounding_wave_deg(std::size_t axis) const;
+  double rounding_wave_deg(std::size_t axis) const { return rounding_wave_deg_[axis]; }
   // Of one of the table's axes at a node in motion, the largest of the measurements' [deg].
   double angle_error_deg(std::size_t axis) const;
   // The components of gravity along the sensor's axes: how far apart the largest and the smallest
@@ -220,6 +220,7 @@ class ChannelProblem {
   bool PowerOnIsKnown() const;
   void SurveyTemperature();
   void SurveyGravity();
+  void SurveyRounding();
 
   std::span<const StateHistory> histories_;
   std::size_t channel_;
@@ -242,6 +243,7 @@ class ChannelProblem {
   std::vector<std::size_t> turned_;  // Baseline::turned
   double min_temperature_ = kMissing, max_temperature_ = kMissing, mean_temperature_ = kMissing;
   double max_rate_ = 0.0, mean_rate_in_motion_ = 0.0;
+  Vector3 rounding_wave_deg_ = {};
   Vector3 gravity_range_ = {kMissing, kMissing, kMissing};
 };
 

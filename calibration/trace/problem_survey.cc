@@ -53,6 +53,7 @@ void ChannelProblem::Survey() {
   SurveyTurns();
   SurveyTemperature();
   SurveyGravity();
+  SurveyRounding();
   for (std::size_t a = 0; a < 3; ++a) {
     const bool turns = felt_path_deg[a] > kLeastTablePath_deg;
     if (turns) table_axes_.push_back(a);
@@ -102,6 +103,14 @@ void ChannelProblem::SurveyGravity() {
     }
   }
   for (std::size_t c = 0; c < 3; ++c) gravity_range_[c] = high[c] - low[c];
+}
+
+void ChannelProblem::SurveyRounding() {
+  for (std::size_t a = 0; a < 3; ++a) {
+    std::vector<RestFlicker> rests;
+    for (const StateHistory& history : histories_) rests.push_back(history.rest_flicker[a]);
+    rounding_wave_deg_[a] = WaveOfRounding_deg(rests);
+  }
 }
 
 }  // namespace gyrobench::calibration

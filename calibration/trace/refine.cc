@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
-#include <utility>
+#include <optional>
 
 #include "calibration/trace/scans.h"
 
@@ -41,7 +40,7 @@ std::vector<double> FromPlaces(const double* places, const std::vector<double>& 
 }
 
 // The solver asks for one point up to three times: as a step that it tries, as the step that it
-// takes, and as the middle of its differences.
+// takes, and with its derivatives.
 class Residual {
  public:
   Residual(const ColumnsAt& columns, const Eigen::VectorXd& residual,
@@ -55,26 +54,26 @@ class Residual {
     return true;
   }
 
+  // Until the next call.
+  const Eigen::VectorXd& At(const std::vector<double>& theta) const {
+    for (const std::optional<Point>& point : last_) {
+      if (point && point->theta == theta) return point->left;
+    }
+    std::optional<Point>& oldest = last_[next_++ % last_.size()];
+    oldest = Point{theta, Projected(columns_, residual_, theta)};
+    return oldest->left;
+  }
+
  private:
   struct Point {
     std::vector<double> theta;
     Eigen::VectorXd left;
   };
 
-  const Eigen::VectorXd& At(std::vector<double> theta) const {
-    for (const Point& point : last_) {
-      if (point.theta == theta) return point.left;
-    }
-    Point& oldest = last_[next_++ % last_.size()];
-    oldest = {std::move(theta), {}};
-    oldest.left = Projected(columns_, residual_, oldest.theta);
-    return oldest.left;
-  }
-
   const ColumnsAt& columns_;
   const Eigen::VectorXd& residual_;
   const std::vector<double>&low_, &high_;
-  mutable std::array<Point, 8> last_;
+  mutable std::array<std::optional<Point>, 8> last_;
   mutable std::size_t next_ = 0;
 };
 
@@ -150,8 +149,9 @@ std::vector<double> RefineNonlinear(const ColumnsAt& columns, const Eigen::Vecto
     places.push_back(1.0 + std::clamp((start[i] - low[i]) / (high[i] - low[i]), 0.0, 1.0));
   ceres::NumericDiffOptions differences;
   differences.relative_step_size = 1e-4;
+  Residual left(columns, residual, low, high);
   auto* cost = new ceres::DynamicNumericDiffCostFunction<Residual, ceres::CENTRAL>(
-      new Residual(columns, residual, low, high), ceres::TAKE_OWNERSHIP, differences);
+      &left, ceres::DO_NOT_TAKE_OWNERSHIP, differences);
   cost->AddParameterBlock(static_cast<int>(places.size()));
   cost->SetNumResiduals(static_cast<int>(residual.size()));
   ceres::Problem problem;
@@ -164,7 +164,8 @@ std::vector<double> RefineNonlinear(const ColumnsAt& columns, const Eigen::Vecto
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = 40;
   options.function_tolerance = 1e-9;
-  // By values alone: a gradient costs two more of them.
+  // Because of the bounds each step is searched along its line: by values alone, as a gradient costs
+  // two more of them for each parameter.
   options.line_search_interpolation_type = ceres::QUADRATIC;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
@@ -172,8 +173,7 @@ std::vector<double> RefineNonlinear(const ColumnsAt& columns, const Eigen::Vecto
   ceres::Solve(options, &problem, &summary);
   const std::vector<double> theta = FromPlaces(places.data(), low, high);
   const bool better =
-      summary.IsSolutionUsable() && Projected(columns, residual, theta).squaredNorm() <=
-                                        Projected(columns, residual, start).squaredNorm();
+      summary.IsSolutionUsable() && left.At(theta).squaredNorm() <= left.At(start).squaredNorm();
   return better ? theta : start;
 }
 

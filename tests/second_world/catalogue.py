@@ -159,16 +159,20 @@ def draw_direction(rng, effect, size):
     return np.abs(direction) if positive else direction
 
 
+def size_of(spread, term):
+    """The coefficient with which a term spreads by so much; 0 of what stays as it is, which shows no effect."""
+    own = np.std(term)
+    return spread / own if own > 1e-6 else 0.0
+
+
 def largest(scene, channel, candidate):
     """The largest size that such parts show, in the unit of the linear parameters."""
     top = max(np.abs(scene.w_deg_s[channel]).max(), 1e-9)
     effect = candidate.effect
     if effect.startswith("unknown."):
-        spread = np.std(unknown_terms(scene, channel, effect, candidate.nonlinear)[0])
-        return 0.3 / spread if spread > 1e-6 else 0.0  # what stays as it is shows no effect of any size
+        return size_of(0.3, unknown_terms(scene, channel, effect, candidate.nonlinear)[0])
     if effect.startswith(("bias.of(", "scale.of(")):
-        spread = scene.covariates[effect[effect.index("(") + 1:-1]].std()
-        return (0.1 if effect.startswith("bias") else 0.002) / spread
+        return size_of(0.1 if effect.startswith("bias") else 0.002, scene.covariates[effect[effect.index("(") + 1:-1]])
     return {"bias.g_linear": 0.1, "bias.g_squared": 0.02, "scale.g": 1e-3, "scale.temperature": 3e-4,
             "scale.quadratic_odd": 2e-3 / top, "scale.cubic": 2e-3 / top ** 2, "scale.quadratic_even": 1e-3 / top,
             "scale.asymmetry": 1e-3, "bias.temperature_rate": 1.0, "bias.hysteresis": 0.1, "bias.warm_up": 0.3,

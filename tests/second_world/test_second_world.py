@@ -298,9 +298,13 @@ class Bounds(unittest.TestCase):
         self.assertEqual(swaying.truth["copies"], [])
 
     def test_nothing_that_depends_on_temperature_is_hidden_where_there_is_one_temperature(self):
-        one_temperature = worlds.World("unfilled_columns", "unknown", 20.0, 8402022, judged=False)
-        self.assertEqual(np.ptp(one_temperature.scene.temp_degC), 0.0)
-        self.assertEqual(one_temperature.truth["effects"], [])
+        world = worlds.World("unfilled_columns", "unknown", 20.0, 8402022, judged=False)
+        self.assertEqual(np.ptp(world.scene.temp_degC), 0.0)
+        by_temperature = [c for c in world.candidates if c.effect in ("unknown.bias_jump", "unknown.bias_flat")]
+        self.assertEqual(len(by_temperature), 2)
+        for candidate in by_temperature:
+            self.assertEqual(catalogue.largest(world.scene, world.channel, candidate), 0.0)
+            self.assertNotIn(candidate.effect, [effect["id"] for effect in world.truth["effects"]])
 
     def test_the_chance_is_of_all_channels_and_of_all_that_is_tried(self):
         self.assertAlmostEqual(bound.threshold(1, 1, 0.01), 6.6349, places=3)

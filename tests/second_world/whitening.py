@@ -12,7 +12,7 @@ import numpy as np
 
 UNKNOWN_ANGLE_VARIANCE = 1e6  # deg^2
 UNKNOWN_BIAS_VARIANCE = 1e4  # (deg/s)^2
-AT_ONCE = 65536  # values that one step of the recursion has at hand: they stay in the processor's cache
+AT_ONCE = 65536  # values that one step of the recursion has at hand: they stay in the processor's last cache
 
 
 class Whitener:
@@ -80,8 +80,8 @@ class Whitener:
     def _hand_on(self, a_end, b_end, f):
         """Starts of the stretches: each one's end from zero, plus what its start becomes in it."""
         count = a_end.shape[1]
-        unit, (one, none) = np.zeros((2, f[0].shape[0], count)), np.eye(2)[:, :, None] * np.ones(count)
-        a_of, b_of = self._run(unit, f, one, none, False)
+        nothing, (of_a, of_b) = np.zeros((2, f[0].shape[0], count)), np.eye(2)[:, :, None] * np.ones(count)
+        a_of, b_of = self._run(nothing, f, of_a, of_b, False)
         a0, b0 = np.zeros_like(a_end), np.zeros_like(b_end)
         for i in range(count - 1):
             a0[:, i + 1] = a_end[:, i] + a_of[0, i] * a0[:, i] + a_of[1, i] * b0[:, i]

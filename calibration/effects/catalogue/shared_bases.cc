@@ -1,6 +1,7 @@
 #include "calibration/effects/catalogue/shared_bases.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -8,7 +9,8 @@
 namespace gyrobench::calibration {
 namespace {
 
-// e^(i x). The standard library's complex product asks each result whether it is a number.
+// e^(i x). The standard library's complex product asks each result whether it is a number, which
+// takes as long as the product.
 struct Wave {
   double cosine = 1.0, sine = 0.0;
 };
@@ -25,8 +27,10 @@ inline Wave TurnedALittle(double x_rad) {
           x_rad * (1.0 - y * (k3 - y * (k5 - y * k7)))};
 }
 
+// A power of two: the remainder of a negative number, taken as unsigned, is right as well.
 constexpr std::size_t kParts = 64;
-const std::array<Wave, kParts> kPartsOfATurn = [] {
+static_assert(std::has_single_bit(kParts));
+const std::array<Wave, kParts> k64thsOfATurn = [] {
   std::array<Wave, kParts> out;
   for (std::size_t i = 0; i < kParts; ++i) {
     const double x_rad = kTwoPi * static_cast<double>(i) / kParts;
@@ -44,7 +48,7 @@ inline Wave Turned(double x_rad) {
   const auto nearest =
       static_cast<long long>(x_rad * (1.0 / kPart_rad) + std::copysign(0.5, x_rad));
   const auto part = static_cast<std::size_t>(nearest) % kParts;
-  return kPartsOfATurn[part] * TurnedALittle(x_rad - static_cast<double>(nearest) * kPart_rad);
+  return k64thsOfATurn[part] * TurnedALittle(x_rad - static_cast<double>(nearest) * kPart_rad);
 }
 
 }  // namespace
