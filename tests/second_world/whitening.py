@@ -39,11 +39,13 @@ class Whitener:
         for k, column in enumerate(columns):
             padded[:n] = column
             white[k] = padded.reshape(count, stretch).T
+        nothing, (of_a, of_b) = np.zeros((2, stretch, count)), np.eye(2)[:, :, None] * np.ones(count)
+        passed_on = self._run(nothing, f, of_a, of_b, False)  # of an angle and of a bias of 1 at each stretch's start
         together = max(1, AT_ONCE // count)
         for first in range(0, p, together):
             part = white[first:first + together]
             zeros = np.zeros((len(part), count))
-            starts = self._hand_on(*self._run(part, f, zeros, zeros, False), f)
+            starts = self._hand_on(*self._run(part, f, zeros, zeros, False), *passed_on)
             self._run(part, f, *starts, True)
             part *= weights
         return white.reshape(p, -1).T
@@ -77,13 +79,11 @@ class Whitener:
                 c[:, i] = innovation
         return a, b
 
-    def _hand_on(self, a_end, b_end, f):
+    @staticmethod
+    def _hand_on(a_end, b_end, a_of, b_of):
         """Starts of the stretches: each one's end from zero, plus what its start becomes in it."""
-        count = a_end.shape[1]
-        nothing, (of_a, of_b) = np.zeros((2, f[0].shape[0], count)), np.eye(2)[:, :, None] * np.ones(count)
-        a_of, b_of = self._run(nothing, f, of_a, of_b, False)
         a0, b0 = np.zeros_like(a_end), np.zeros_like(b_end)
-        for i in range(count - 1):
+        for i in range(a_end.shape[1] - 1):
             a0[:, i + 1] = a_end[:, i] + a_of[0, i] * a0[:, i] + a_of[1, i] * b0[:, i]
             b0[:, i + 1] = b_end[:, i] + b_of[0, i] * a0[:, i] + b_of[1, i] * b0[:, i]
         return a0, b0
