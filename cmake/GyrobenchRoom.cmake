@@ -36,21 +36,24 @@ if(GYROBENCH_UNITY)
 endif()
 if(GYROBENCH_SANITIZE)
   set(GYROBENCH_TEST_SLOWNESS 10)
-  target_compile_options(gyrobench_flags INTERFACE
-    -fsanitize=${GYROBENCH_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(gyrobench_flags INTERFACE -fsanitize=${GYROBENCH_SANITIZE})
+  # Apart from the flags, as some rooms can do without (GYROBENCH_SANITIZE_NOT).
+  add_library(gyrobench_sanitizers INTERFACE)
+  target_compile_options(gyrobench_sanitizers INTERFACE
+    -fsanitize=${GYROBENCH_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   # gcc 12 reports false "may be uninitialized" findings once the sanitizers instrument a file.
-  target_compile_options(gyrobench_flags INTERFACE -Wno-maybe-uninitialized)
+  target_compile_options(gyrobench_sanitizers INTERFACE -Wno-maybe-uninitialized)
   # Where a function is called by a pointer to a member, as LCM calls its handlers, gcc 12 checks the type of another
   # object than the one that is called.
   # Checks at every use of a pointer double the time of compiling. The address sanitizer ends at a null pointer and
   # outside of an object as well, and the processors that the bench runs on read at any address.
   if(GYROBENCH_SANITIZE MATCHES "undefined")
-    target_compile_options(gyrobench_flags INTERFACE -fno-sanitize=vptr,null,alignment,object-size,pointer-overflow)
+    target_compile_options(gyrobench_sanitizers INTERFACE
+      -fno-sanitize=vptr,null,alignment,object-size,pointer-overflow)
   endif()
   # Boost.Asio has fences, which the thread sanitizer does not follow.
   if(GYROBENCH_SANITIZE MATCHES "thread")
-    target_compile_options(gyrobench_flags INTERFACE -Wno-tsan)
+    target_compile_options(gyrobench_sanitizers INTERFACE -Wno-tsan)
   endif()
 endif()
 
@@ -84,6 +87,15 @@ endfunction()
 function(gyrobench_link target)
   gyrobench_libraries(libraries ${ARGN})
   target_link_libraries(${target} PRIVATE ${libraries} gyrobench_flags)
+  gyrobench_sanitize(${target})
+endfunction()
+
+# The target is instrumented, but where the build has no sanitizer or its room is one of GYROBENCH_SANITIZE_NOT.
+function(gyrobench_sanitize target)
+  file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  if(GYROBENCH_SANITIZE AND NOT folder IN_LIST GYROBENCH_SANITIZE_NOT)
+    target_link_libraries(${target} PRIVATE gyrobench_sanitizers)
+  endif()
 endfunction()
 
 function(gyrobench_compile_together target batch)
@@ -94,6 +106,7 @@ endfunction()
 function(gyrobench_link_for_tests target)
   gyrobench_libraries(libraries ${ARGN})
   target_link_libraries(${target} PUBLIC ${libraries} PRIVATE gyrobench_flags)
+  gyrobench_sanitize(${target})
   target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
 endfunction()
 

@@ -43,19 +43,15 @@ double CountOf(double angle_deg, double step_deg) {
 Flicker FlickerOf(const RestFlicker& rests) {
   std::vector<RestFlicker::AtCount> places;
   double last = kMissing;
-  const auto add = [](const RestFlicker::AtCount& from, RestFlicker::AtCount* to) {
-    to->square_sum += from.square_sum;
-    to->rests += from.rests;
-  };
   for (const auto& [count, here] : rests.by_count) {
     if (!(count - last < 1.5)) places.emplace_back();
-    add(here, &places.back());
+    places.back() += here;
     last = count;
   }
   if (places.empty()) return {};
   const double first = rests.by_count.begin()->first;
   if (places.size() > 1 && first + CountsOfAnEighth(rests.step_deg) - last < 1.5) {
-    add(places.back(), &places.front());
+    places.front() += places.back();
     places.pop_back();
   }
   std::vector<double> squares;
@@ -95,12 +91,12 @@ bool TooStillFor(double noise2, const Flicker& flicker) {
   return flicker.square < 0.5 * std::erfc(0.5 / std::sqrt(2.0 * noise2));
 }
 
+// What all show, where the recording's own rests agree with it; one without rests does not.
 double LeftTogether(const Flicker& own, const Flicker& all) {
-  if (!std::isfinite(own.square)) return 1.0;
   const double least = LeastOf(all);
-  const bool contradicted = least < LeastOf(own) || least > own.square + Doubt(own) ||
-                            TooStillFor(NoiseBehind(least), own);
-  return LeftByNoise(NoiseBehind(contradicted ? LeastOf(own) : least));
+  const bool agree = least >= LeastOf(own) && least <= own.square + Doubt(own) &&
+                     !TooStillFor(NoiseBehind(least), own);
+  return agree ? LeftByNoise(NoiseBehind(least)) : LeftOfRounding(own.square, own.places);
 }
 
 // A step is the least change of a reading, which a table gives in a few digits.
@@ -116,15 +112,18 @@ std::vector<RestFlicker> ByStep(std::span<const RestFlicker> recordings) {
     auto same = std::ranges::find_if(
         out, [&](const RestFlicker& other) { return SameStep(other, recording); });
     if (same == out.end()) same = out.insert(out.end(), {recording.step_deg, {}});
-    for (const auto& [count, here] : recording.by_count) {
-      same->by_count[count].square_sum += here.square_sum;
-      same->by_count[count].rests += here.rests;
-    }
+    for (const auto& [count, here] : recording.by_count) same->by_count[count] += here;
   }
   return out;
 }
 
 }  // namespace
+
+RestFlicker::AtCount& RestFlicker::AtCount::operator+=(const AtCount& other) {
+  square_sum += other.square_sum;
+  rests += other.rests;
+  return *this;
+}
 
 RestFlicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std::size_t>& rest_of,
                           std::size_t axis, double step_deg) {
@@ -134,9 +133,7 @@ RestFlicker FlickerAtRest(const std::vector<Node>& nodes, const std::vector<std:
     const double square = FlickerIn(rest, nodes, axis, step_deg);
     const double angle_deg = nodes[rest.begin].table_deg[axis];
     if (!std::isfinite(square) || !std::isfinite(angle_deg)) continue;
-    RestFlicker::AtCount& here = out.by_count[CountOf(angle_deg, step_deg)];
-    here.square_sum += square;
-    here.rests += 1.0;
+    out.by_count[CountOf(angle_deg, step_deg)] += {square, 1.0};
   }
   return out;
 }

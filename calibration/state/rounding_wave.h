@@ -16,6 +16,8 @@ struct RestFlicker {
   struct AtCount {
     double square_sum = 0.0;  // of one reading's mean square in each rest, in squares of a step
     double rests = 0.0;
+
+    AtCount& operator+=(const AtCount& other);
   };
   // Of the encoder, as the readings show it; 0: nothing is rounded.
   double step_deg = 0.0;
