@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/json_text.h"
 #include "base/version.h"
@@ -15,6 +16,7 @@
 #include "cli/exit_status.h"
 #include "cli/files.h"
 #include "cli/inputs.h"
+#include "cli/interrupt_watch.h"
 #include "presentation/number.h"
 #include "presentation/text_layout.h"
 #include "recording/measurement_files.h"
@@ -32,9 +34,11 @@ using calibration::CorrectionReport;
 // A record as a table that goes away again.
 class ExportedTable {
  public:
-  ExportedTable(const fs::path& record, const fs::path& output) : file_(output) {
+  ExportedTable(const fs::path& record, const fs::path& output,
+                const recording::ReplayProgress& progress)
+      : file_(output) {
     file_ += ".record.csv";
-    recording::ExportTable(record, file_);
+    recording::ExportTable(record, file_, progress);
   }
   ~ExportedTable() {
     std::error_code ignored;
@@ -74,18 +78,23 @@ CorrectedTable Correct(const Options& options, const calibration::Calibration& c
   const std::string made_by = fmt::format("gyrobench {} with {}, sha256 {}", kVersion,
                                           options.calibration.filename().string(),
                                           recording::Sha256OfFile(options.calibration));
+  InterruptWatch interrupts;
   WorkBar bar(options.quiet);
-  const auto progress = [&](double fraction) {
-    bar.Show(fraction, "correcting " + input.filename().string());
+  const auto shown = [&](const char* work) {
+    return [&, work](double fraction) {
+      interrupts.ThrowIfAsked("nothing was written");
+      bar.Show(fraction, fmt::format("{} {}", work, input.filename().string()));
+    };
   };
   const calibration::CorrectorOptions corrector{.any_sensor = options.any_sensor};
-  if (!recording::FilesOfMeasurement(input).is_record) {
-    return WriteCorrectedTable(input, input.string(), options.output, calibration, corrector,
-                               made_by, progress);
-  }
-  const ExportedTable table(input, options.output);
-  return WriteCorrectedTable(table.file(), input.string(), options.output, calibration, corrector,
-                             made_by, progress);
+  std::optional<ExportedTable> exported;
+  if (recording::FilesOfMeasurement(input).is_record)
+    exported.emplace(input, options.output, shown("reading"));
+  CorrectedTable corrected =
+      WriteCorrectedTable(exported ? exported->file() : input, input.string(), options.output,
+                          calibration, corrector, made_by, shown("correcting"));
+  interrupts.Take();  // too late: the table is there, and what is said of it is said
+  return corrected;
 }
 
 Json ToJson(const CorrectedTable& table, const Options& options) {

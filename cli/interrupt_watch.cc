@@ -35,4 +35,8 @@ bool InterruptWatch::Take() {
   return read(descriptor_, &info, sizeof(info)) == static_cast<ssize_t>(sizeof(info));
 }
 
+void InterruptWatch::ThrowIfAsked(const char* left) {
+  if (Take()) throw Error(fmt::format("stopped by Ctrl-C: {}", left));
+}
+
 }  // namespace gyrobench::cli

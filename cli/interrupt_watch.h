@@ -18,6 +18,8 @@ class InterruptWatch {
   int descriptor() const { return descriptor_; }
   // True when Ctrl-C came since the last call.
   bool Take();
+  // Throws Error, "stopped by Ctrl-C: ..." with what is left then, where it came since the last call.
+  void ThrowIfAsked(const char* left);
 
  private:
   sigset_t before_{};

@@ -22,6 +22,7 @@ namespace gyrobench::cli {
 namespace {
 
 constexpr const char* kExample = "Example:\n  ";
+constexpr std::int64_t kMostMessages = 1'000'000'000;
 
 // Nothing where not the whole text is one.
 template <typename Number>
@@ -175,7 +176,7 @@ class CommandLine {
                           "gyrobench watch --until-stop");
     watch.add_option("--count", options_.count, "End after so many messages")
         ->type_name("N")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(std::int64_t{1}, kMostMessages));
     watch.add_flag("--until-stop", options_.until_stop, "End when a run stops");
     watch.add_flag("--data", options_.data, "Samples of gyro, angle and axes too");
   }

@@ -12,6 +12,7 @@
 #include "cli/exit_status.h"
 #include "cli/files.h"
 #include "cli/inputs.h"
+#include "cli/interrupt_watch.h"
 #include "cli/json_field.h"
 #include "cli/stored_results.h"
 #include "cli/terminal_text.h"
@@ -180,11 +181,27 @@ int Show(const Options& options) {
   return kDone;
 }
 
+namespace {
+
+recording::TableSummary WriteTable(const std::filesystem::path& record, const Options& options) {
+  InterruptWatch interrupts;
+  WorkBar bar(options.quiet);
+  const auto progress = [&](double fraction) {
+    interrupts.ThrowIfAsked("nothing was written");
+    bar.Show(fraction, "writing " + options.output.filename().string());
+  };
+  const recording::TableSummary summary = recording::ExportTable(record, options.output, progress);
+  interrupts.Take();  // too late: the table is there, and what is said of it is said
+  return summary;
+}
+
+}  // namespace
+
 int ExportRecord(const Options& options) {
   const recording::RunDirectory run = FindRecord(options);
   CheckTarget("table", options.output, recording::FilesOfMeasurement(run.folder()).files);
   RefuseToReplace(options.output, options.overwrite);
-  const recording::TableSummary summary = recording::ExportTable(run.folder(), options.output);
+  const recording::TableSummary summary = WriteTable(run.folder(), options);
   if (options.json) {
     fmt::print("{}\n", Json{{"run_id", run.run_id()},
                             {"table", options.output.string()},

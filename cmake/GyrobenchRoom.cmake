@@ -59,6 +59,12 @@ endif()
 
 math(EXPR GYROBENCH_TEST_TIMEOUT_S "300 * ${GYROBENCH_TEST_SLOWNESS}")
 
+foreach(room IN LISTS GYROBENCH_SANITIZE_NOT)
+  if(NOT GYROBENCH_HAS_LAYER_${room})
+    message(FATAL_ERROR "GYROBENCH_SANITIZE_NOT: there is no room '${room}' (cmake/layers.txt)")
+  endif()
+endforeach()
+
 function(gyrobench_check_layers room)
   if(NOT GYROBENCH_HAS_LAYER_${room})
     message(FATAL_ERROR "room '${room}' has no line in cmake/layers.txt: add one that says which rooms it may use")
@@ -90,7 +96,7 @@ function(gyrobench_link target)
   gyrobench_sanitize(${target})
 endfunction()
 
-# The target is instrumented, but where the build has no sanitizer or its room is one of GYROBENCH_SANITIZE_NOT.
+# Instruments the target, unless its room is one of GYROBENCH_SANITIZE_NOT.
 function(gyrobench_sanitize target)
   file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   if(GYROBENCH_SANITIZE AND NOT folder IN_LIST GYROBENCH_SANITIZE_NOT)

@@ -275,11 +275,16 @@ class ExtrasSink final : public MeasurementSink {
 
 }  // namespace
 
-TableSummary ExportTable(const fs::path& source, const fs::path& table) {
+TableSummary ExportTable(const fs::path& source, const fs::path& table,
+                         const ReplayProgress& progress) {
+  const auto half = [&](double done) -> ReplayProgress {
+    if (!progress) return {};
+    return [&progress, done](double fraction) { progress(done + 0.5 * fraction); };
+  };
   ExtrasSink extras;
-  Replay(source, extras);
+  Replay(source, extras, half(0.0));
   TableWriter writer(table, extras.Take());
-  Replay(source, writer);
+  Replay(source, writer, half(0.5));
   return writer.Close();
 }
 

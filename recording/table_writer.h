@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/measurement.h"
+#include "recording/replay.h"
 
 namespace gyrobench::recording {
 
@@ -123,7 +124,8 @@ class TableWriter : public MeasurementSink {
 };
 
 // Writes a record, or another table, as a table; reads it twice, for the head needs what is known
-// at the end. Throws DataError.
-TableSummary ExportTable(const std::filesystem::path& source, const std::filesystem::path& table);
+// at the end. Throws DataError. What `progress` throws ends it, and nothing is left behind.
+TableSummary ExportTable(const std::filesystem::path& source, const std::filesystem::path& table,
+                         const ReplayProgress& progress = {});
 
 }  // namespace gyrobench::recording

@@ -437,7 +437,7 @@ void Collector::OnDefect(const Defect& defect) {
 }
 Recording Collector::Take() const {
   Recording out = impl_->Take();
-  out.stamp_digit_s = impl_->times.gyro_digit_s();
+  out.stamps = impl_->times.GyroSteps();
   out.rows = impl_->times.Rows();
   out.drift_correction = impl_->times.drift_correction();
   const PacketStamps& packets = impl_->times.gyro_packets();

@@ -13,6 +13,7 @@
 #include "calibration/signal/columns.h"
 #include "calibration/signal/late_rows.h"
 #include "calibration/signal/output_digits.h"
+#include "calibration/signal/stamp_line.h"
 
 namespace gyrobench::calibration {
 
@@ -26,7 +27,7 @@ struct Recording {
   std::array<std::int64_t, 3> valid_samples = {};
   double first_time_s = 0.0, last_time_s = 0.0;
   double median_interval_s = kMissing;  // of the gyro
-  double stamp_digit_s = 0.0;  // last digit of its stamps; 0 where it is too fine to matter
+  StampSteps stamps;                    // of the gyro
   // Of those that came in packets (PacketStamps): how many, the interval of the clock behind them,
   // and the standard deviation of stamps about it.
   std::int64_t packed_samples = 0;

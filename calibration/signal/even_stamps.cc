@@ -27,6 +27,7 @@ constexpr double kOff = 1.05, kOffOfFew = 2.0;
 constexpr double kOnlyRounded = 0.11, kSurelyRounded = 0.09;
 constexpr double kSame_s = 1e-9;
 constexpr double kLongestPause_s = 2.0;
+constexpr double kFewDigits = 4.5;
 
 }  // namespace
 
@@ -34,6 +35,10 @@ double EvenStamps::Mend(double stamp_s) {
   if (digits_ > kMostDigits || !std::isfinite(stamp_s)) return stamp_s;
   if (count_ > 0 && stamp_s == last_s_) return last_mended_s_;
   FindDigits(stamp_s);
+  if (const double step_s = stamp_s - last_s_; count_ > 0 && step_s > kFewDigits * digit_s_) {
+    ++gaps_.gaps;
+    gaps_.gaps_s += step_s;
+  }
   if (stamp_s == known_.first_stamp_s) {
     Begin(stamp_s);
     held_ = true;
@@ -92,6 +97,10 @@ bool EvenStamps::IsOnKnownLine(double stamp_s, double* line_s) const {
   const double place = std::round((stamp_s - first_s) / known_.interval_s);
   *line_s = first_s + place * known_.interval_s;
   return std::fabs(stamp_s - *line_s) < kMostOff * digit_s_;
+}
+
+StampSteps EvenStamps::Steps() const {
+  return {digits_ > kMostDigits ? 0.0 : digit_s_, gaps_.gaps, gaps_.gaps_s};
 }
 
 KnownClock EvenStamps::Clock() const {

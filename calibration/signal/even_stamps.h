@@ -25,8 +25,8 @@ class EvenStamps {
   explicit EvenStamps(const KnownClock& known = {}) : known_(known) {}
   // In order; the same stamp again is given the same time again.
   double Mend(double stamp_s);
-  // Last digit of the stamps; 0 where it is too fine to matter, or nothing came yet.
-  double digit_s() const { return digits_ > kMostDigits ? 0.0 : digit_s_; }
+  // Of all stamps so far. The digit is 0 where nothing came yet, too.
+  StampSteps Steps() const;
   // The line of all stamps so far, where they lie about it as rounding alone makes them, and digits
   // are so coarse that it matters; unknown else.
   KnownClock Clock() const;
@@ -59,6 +59,7 @@ class EvenStamps {
   LongestLine whole_;
   bool long_is_right_ = false;
   double share_of_long_ = 0.0;  // goes over slowly: a change of lines is no step
+  StampSteps gaps_;             // of all stretches; without the digit
 };
 
 }  // namespace gyrobench::calibration

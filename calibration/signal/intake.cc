@@ -12,6 +12,7 @@
 #include "base/robust.h"
 #include "calibration/signal/collector.h"
 #include "calibration/signal/even_stamps.h"
+#include "calibration/signal/output_unit.h"
 #include "calibration/signal/reference_track.h"
 #include "calibration/signal/wrong_unit.h"
 
@@ -83,21 +84,50 @@ double FastestTurn_deg_s(const std::vector<Node>& nodes) {
 // well, as where all steps are the same.
 std::string RemarkOnStamps(const Recording& recording) {
   constexpr double kMatters_deg = 0.02, kFine = 0.01;
-  const double digit_s = recording.stamp_digit_s;
-  const auto steps = static_cast<double>(recording.samples - 1);
+  const StampSteps& stamps = recording.stamps;
+  const double digit_s = stamps.digit_s;
+  const auto steps = static_cast<double>(recording.samples - 1 - stamps.gaps);
   if (!(digit_s > 0.0) || !(steps > 0.0)) return "";
-  const double length_s = recording.last_time_s - recording.first_time_s;
+  const double length_s = recording.last_time_s - recording.first_time_s - stamps.gaps_s;
   const double digits = length_s / steps / digit_s;
   const bool even = std::fabs(length_s - steps * digit_s * std::round(digits)) < 0.5 * digit_s;
   const double wrong_deg = digit_s * FastestTurn_deg_s(recording.columns.nodes);
   if (!(digits < kLeastDigitsOfInterval) || even || !(wrong_deg > kMatters_deg)) return "";
   return fmt::format(
-      "the gyro's stamps are printed to {:.4g} s, and its samples come every {:.4g} s: when each "
-      "was "
-      "taken is known to {:.4g} s alone, in which the fastest turn goes on by {:.2g} deg. Steps of "
-      "the angle, ripples, resonances and errors of the scale factor that come from that are none "
-      "of sensor or bench; print the stamps to {:.4g} s",
+      "the gyro's stamps are printed to {:.4g} s, and its samples come every {:.4g} s, unless some "
+      "are missing: when each was taken is known to {:.4g} s alone, in which the fastest turn goes "
+      "on by {:.2g} deg. Steps of the angle, ripples, resonances and errors of the scale factor "
+      "that come from that are none of sensor or bench; print the stamps to {:.4g} s",
       digit_s, length_s / steps, digit_s, wrong_deg, kFine * digit_s);
+}
+
+// Of channels whose mean at rest is larger than any part's zero-rate offset. Empty where all is
+// well, where nothing rests, where no sensitivity is known, and where the counts are known to be
+// unsigned, which is said by itself.
+std::string RemarkOnOffsets(const Recording& recording) {
+  if (HasUnsignedGyro(recording)) return "";
+  const double units_per_deg_s = NominalUnitsPerDegPerS(recording.info);
+  std::string found;
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::vector<double> rates_deg_s;
+    for (const Rest& rest : recording.columns.rests) {
+      const double rate_deg_s =
+          (rest.end.z[c] - rest.begin.z[c]) / (rest.end.t_s - rest.begin.t_s) / units_per_deg_s;
+      if (!rest.turns && std::isfinite(rate_deg_s)) rates_deg_s.push_back(rate_deg_s);
+    }
+    const double offset_deg_s = rates_deg_s.empty() ? kMissing : Median(std::move(rates_deg_s));
+    if (!(std::fabs(offset_deg_s) > kLargestOffset_deg_s)) continue;
+    found +=
+        fmt::format("{}gyro {} {:.0f} deg/s", found.empty() ? "" : ", ", "xyz"[c], offset_deg_s);
+  }
+  if (found.empty()) return "";
+  return fmt::format(
+      "at rest the output is {}, more than the zero-rate offset of a MEMS gyro is. Most likely "
+      "it has the zero of a converter or of a voltage in it: {}",
+      found,
+      recording.info.gyro_unit == RateUnit::kLsb
+          ? "give the count of zero above the header, such as \"# gyro_lsb_zero = 32768\""
+          : "subtract that from the columns");
 }
 
 // Of samples that were put on the clock behind the packets in which they came. Empty where there
@@ -157,11 +187,19 @@ void DefectLog::Add(std::string_view kind, std::string_view where, double t_s, s
   defects_.push_back(Defect{std::string(kind), count, t_s, std::string(where)});
 }
 
+bool HasUnsignedGyro(const Recording& recording) {
+  return std::ranges::any_of(recording.defects, [](const Defect& defect) {
+    return defect.kind == "unsigned_counts" && defect.where.starts_with("gyro");
+  });
+}
+
 std::vector<std::string> IntakeRemarks(const Recording& recording) {
   std::vector<std::string> remarks;
   if (std::string remark = RemarkOnTemperature(recording.columns); !remark.empty())
     remarks.push_back(std::move(remark));
   if (std::string remark = RemarkOnSpecificForce(recording); !remark.empty())
+    remarks.push_back(std::move(remark));
+  if (std::string remark = RemarkOnOffsets(recording); !remark.empty())
     remarks.push_back(std::move(remark));
   if (std::string remark = RemarkOnStamps(recording); !remark.empty())
     remarks.push_back(std::move(remark));

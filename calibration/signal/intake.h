@@ -29,6 +29,9 @@ class DefectLog {
 // accelerometer in another unit than its columns say.
 std::vector<std::string> IntakeRemarks(const Recording& recording);
 
+// Counts of the gyro are those of an unsigned converter whose zero nobody gave.
+bool HasUnsignedGyro(const Recording& recording);
+
 // Throws DataError where there is no sample of the gyro, with what was wrong first. `expected`: of
 // the measurement.
 void RefuseNoSamples(const std::string& source, std::int64_t samples,
@@ -49,6 +52,9 @@ std::string WithoutReference(const MeasurementInfo& info);
 // and what all leave of their variance is little. A sentence that names the convention and what to
 // do; empty where the one given agrees, or none does, or there is no such reference.
 std::string OtherConvention(const MeasurementInfo& info, const Columns& columns);
+
+// Zero-rate offset that no part goes beyond (see TurnsWithoutReference).
+inline constexpr double kLargestOffset_deg_s = 80.0;
 
 // Of a measurement without a reference, in means of 0.5 s over what is taken for rest:
 //   - the rate leaves the one at which the channel stands most by more than 5 deg/s and within 5 s,

@@ -28,8 +28,7 @@ class SampleTimes {
   // `angle_deg`: as LateRows::Take, NaN where there is no angle of an axis. The result is on the
   // gyro's clock.
   double OfReference(std::size_t axis, double stamp_s, double angle_deg);
-  // Last digit of the gyro's stamps; 0 where it is too fine to matter.
-  double gyro_digit_s() const { return gyro_.digit_s(); }
+  StampSteps GyroSteps() const { return gyro_.Steps(); }
   const PacketStamps& gyro_packets() const { return gyro_packets_; }
   // Where the last stamp showed that times given before it may be off: since when; NaN else.
   double wrong_since_s() const { return wrong_since_s_; }

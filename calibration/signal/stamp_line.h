@@ -1,6 +1,8 @@
 // The straight line of an even clock through stamps, by least squares of the last of them.
 #pragma once
 
+#include <cstdint>
+
 #include "base/measurement.h"
 
 namespace gyrobench::calibration {
@@ -12,6 +14,14 @@ struct KnownClock {
   // Of stamps that all lie about one line of this interval: the first of them, and where the line
   // is there less that [s]. NaN where there are none.
   double first_stamp_s = kMissing, line_less_first_s = kMissing;
+};
+
+// How coarse stamps are, and the steps of more than a few digits from one to the next: gaps, where
+// samples come every digit or so.
+struct StampSteps {
+  double digit_s = 0.0;  // last digit of the stamps; 0 where it is too fine to matter
+  std::int64_t gaps = 0;
+  double gaps_s = 0.0;
 };
 
 // Through places (in intervals from the first stamp) and stamps less the first one [s]. By how much

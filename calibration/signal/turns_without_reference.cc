@@ -15,7 +15,6 @@ namespace {
 
 constexpr double kMean_s = 0.5;
 constexpr double kTurns_deg_s = 5.0, kWithin_s = 5.0, kLeastTurning_s = 1.0;
-constexpr double kLargestOffset_deg_s = 80.0;
 // Counts of a signed word that is written as an unsigned one stand there below zero.
 constexpr double kTopOfWord = 65536.0 * 15.0 / 16.0, kWord = 65536.0;
 
@@ -88,12 +87,6 @@ Turns FindTurns(std::vector<Mean> means, double usual_deg_s) {
   return found;
 }
 
-bool ZeroIsKnown(const Recording& recording) {
-  return std::ranges::none_of(recording.defects, [](const Defect& defect) {
-    return defect.kind == "unsigned_counts" && defect.where.starts_with("gyro");
-  });
-}
-
 constexpr const char* kWhatToDo =
     "without a reference only a sensor at rest can be analysed: give the reference's angle "
     "(ref_angle_z_deg and the like), or cut the table to the times at rest";
@@ -141,7 +134,7 @@ std::string TurnsOf(const Recording& recording, std::size_t channel) {
   const double level = usual_deg_s * units + recording.info.gyro_lsb_zero.value_or(0.0);
   const bool top = !known && level > kTopOfWord && level < kWord;
   const bool beyond = known && std::fabs(usual_deg_s) > kLargestOffset_deg_s;
-  if (!(beyond || top) || !ZeroIsKnown(recording)) return "";
+  if (!(beyond || top) || !!HasUnsignedGyro(recording)) return "";
   return OffsetText(recording, axis, usual_deg_s, units);
 }
 

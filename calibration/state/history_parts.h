@@ -117,7 +117,8 @@ class ReadingErrors {
 // accelerometer where one axis turns or none. `rest_of`: index of each node's rest, or kNoRest.
 void FillGravity(const Recording& recording, const std::vector<std::size_t>& rest_of,
                  StateHistory* history);
-// Rates of midpoints and nodes: size by the reference, shape between its readings by the gyro.
+// Rates of midpoints and nodes: size by the reference, shape between its readings by the gyro; both
+// by the gyro where the noise of two readings is far larger than its own.
 // `units_per_deg_s`: of each channel, NaN where it is not known. `settled_deg`: rotation over each
 // interval, without the noise of axes that rest.
 void FillRates(const Recording& recording, const Vector3& units_per_deg_s,
@@ -134,6 +135,14 @@ void MarkSlowTurns(const SettledAngles& settled, StateHistory* history);
 bool TurnsUpTo(const StateHistory& history, std::size_t node, std::size_t axis);
 // What the readings' errors can make of the rate over an interval [deg/s]; 0 beyond the last.
 double RateNoise(const StateHistory& history, std::size_t interval);
+// Of each node: the mean rate of each channel [deg/s] over the last seconds of the rest it is in,
+// or of the last one before (`backward`: over the first seconds, or of the next one after); where
+// there is none, of the one on the other side. Where the channel never rests, as no rest is seen by
+// a reference whose noise is large, what it shows beside its turns, by least squares over all. Over
+// a long rest the zero-rate offset follows the temperature.
+std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& units_per_deg_s,
+                                 const std::vector<Vector3>& settled_deg,
+                                 const StateHistory& history, bool backward);
 // What is needed to take a channel's output for a turn: its scale, at each node its rate at rest
 // and that of the next rest (NaN where it never rests), and the largest angle random walk of the
 // channels.

@@ -1,4 +1,3 @@
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,66 +15,6 @@ namespace {
 constexpr std::size_t kReach = 4;
 constexpr double kAlike_deg_s = 0.5, kAlikeShare = 0.03;
 
-// What the channel shows beside what it shows of the turns about all axes [deg/s], by least squares
-// over all intervals. NaN where none is usable.
-double ShownBesideTurns(const std::vector<Node>& nodes, double units_per_deg_s,
-                        const std::vector<Vector3>& settled_deg, const StateHistory& history,
-                        std::size_t channel) {
-  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d right = Eigen::Vector4d::Zero();
-  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
-    const double shown_deg =
-        (nodes[i + 1].at.z[channel] - nodes[i].at.z[channel]) / units_per_deg_s;
-    const Vector3& turned = settled_deg[i];
-    const Eigen::Vector4d row(nodes[i + 1].at.t_s - nodes[i].at.t_s, turned[0], turned[1],
-                              turned[2]);
-    if (!history.usable[i][channel] || !std::isfinite(shown_deg) || !row.allFinite()) continue;
-    normal += row * row.transpose();
-    right += shown_deg * row;
-  }
-  // An axis that did not turn has no part.
-  return normal(0, 0) > 0.0 ? normal.completeOrthogonalDecomposition().solve(right)(0) : kMissing;
-}
-
-// Of each node: the mean rate of each channel [deg/s] over the last seconds of the rest it is in,
-// or of the last one before (`backward`: over the first seconds, or of the next one after); where
-// there is none, of the one on the other side. Where the channel never rests, as no rest is seen by
-// a reference whose noise is large, ShownBesideTurns. Over a long rest the zero-rate offset
-// follows the temperature.
-std::vector<Vector3> RatesAtRest(const std::vector<Node>& nodes, const Vector3& units_per_deg_s,
-                                 const std::vector<Vector3>& settled_deg,
-                                 const StateHistory& history, bool backward) {
-  constexpr double kForget_s = 10.0;
-  std::vector<Vector3> out(nodes.size(), {kMissing, kMissing, kMissing});
-  const std::size_t intervals = history.still.size();
-  auto node = [&](std::size_t n) { return backward ? intervals - n : n; };  // the n-th on the way
-  for (std::size_t c = 0; c < 3; ++c) {
-    double last = kMissing, sum = 0.0, time_s = 0.0;
-    bool rests = false;
-    for (std::size_t n = 0; n < intervals; ++n) {
-      const std::size_t i = std::min(node(n), node(n + 1));
-      if (history.still[i] && history.usable[i][c]) {
-        const double length_s = nodes[i + 1].at.t_s - nodes[i].at.t_s;
-        const double keep = std::exp(-length_s / kForget_s);
-        sum = keep * sum + (nodes[i + 1].at.z[c] - nodes[i].at.z[c]) / units_per_deg_s[c];
-        time_s = keep * time_s + length_s;
-        last = sum / time_s;
-        rests = true;
-      } else {
-        sum = time_s = 0.0;
-      }
-      out[node(n + 1)][c] = last;
-    }
-    for (std::size_t n = intervals; n > 0; --n) {
-      if (!std::isfinite(out[node(n - 1)][c])) out[node(n - 1)][c] = out[node(n)][c];
-    }
-    if (rests) continue;
-    const double shown = ShownBesideTurns(nodes, units_per_deg_s[c], settled_deg, history, c);
-    for (Vector3& rate : out) rate[c] = shown;
-  }
-  return out;
-}
-
 class RateMaker {
  public:
   RateMaker(const std::vector<Node>& nodes, const Vector3& units,
@@ -92,7 +31,7 @@ class RateMaker {
     for (std::size_t i = 0; i + 1 < nodes_.size(); ++i) {
       const double dt = Length(i);
       for (std::size_t c = 0; c < 3; ++c) {
-        const double turned = history_.rotation_deg[i][c];
+        const double turned = Turned_deg(i, c);
         double uneven = 0.0;  // half the difference of the halves, as the gyro saw it
         if (Shapes(i, c) && !Quiet(i, c) && HasMiddle(i)) {
           uneven = 0.25 * dt * (MeanOutput(i, c, false) - MeanOutput(i, c, true)) / units_[c];
@@ -240,6 +179,23 @@ class RateMaker {
       out[k + 1] = out[k] + (std::isfinite(turned_deg) ? turned_deg : 0.0);
     }
     return out;
+  }
+
+  // Over interval i: as the gyro felt it, where the noise of the two readings is far larger than the
+  // gyro's and both say the same. That noise is in the output as well, and columns that are nearly
+  // one, such as a turn and what vibrates with it, would be told apart by it. The gyro's own scale
+  // makes none of this the turn: what the readings say beyond the rates goes to the output
+  // (ChannelProblem::MoveReadingErrorToOutput).
+  double Turned_deg(std::size_t i, std::size_t c) const {
+    constexpr double kFar = 3.0;
+    const double read_deg = history_.rotation_deg[i][c];
+    if (!Shapes(i, c) || Quiet(i, c) || !(walk_deg_sqrt_s_[c] > 0.0)) return read_deg;
+    const double felt_deg = Felt_deg(i, c, kMissing);
+    const double gyro_deg = walk_deg_sqrt_s_[c] * std::sqrt(Length(i)),
+                 readings_deg = RateNoise(history_, i) * Length(i) / kNoiseSigmas;
+    const bool same = std::fabs(felt_deg - read_deg) <
+                      kNoiseSigmas * readings_deg + kAlikeShare * std::fabs(read_deg);
+    return readings_deg > kFar * gyro_deg && same ? felt_deg : read_deg;
   }
 
   double Length(std::size_t i) const { return nodes_[i + 1].at.t_s - nodes_[i].at.t_s; }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "calibration/signal/intake.h"
 #include "calibration/signal/output_unit.h"
 
 namespace gyrobench::calibration {
@@ -60,12 +61,6 @@ void CheckRange(const MeasurementInfo& first, const MeasurementInfo& other) {
                   PlaceOf(other, key), expected, PlaceOf(first, key), found));
 }
 
-bool IsUnsigned(const Recording& recording) {
-  return std::ranges::any_of(recording.defects, [](const Defect& defect) {
-    return defect.kind == "unsigned_counts" && defect.where.starts_with("gyro");
-  });
-}
-
 // What one table takes off, the other has in its zero-rate offset.
 void CheckZero(const Recording& with, const Recording& without) {
   const std::string key = "gyro_lsb_zero";
@@ -76,11 +71,34 @@ void CheckZero(const Recording& with, const Recording& without) {
         "same in all tables of one sensor, or trace them one by one",
         PlaceOf(without.info, key), *first, PlaceOf(with.info, key), *other));
   }
-  if (!with.info.gyro_lsb_zero || without.info.gyro_lsb_zero || !IsUnsigned(without)) return;
+  if (!with.info.gyro_lsb_zero || without.info.gyro_lsb_zero || !HasUnsignedGyro(without)) return;
   throw DataError(fmt::format(
       "{}: expected the key gyro_lsb_zero, as in {} (= {}), found unsigned counts without it: give "
       "it in all tables of one sensor",
       HeaderOf(without.info), PlaceOf(with.info, "gyro_lsb_zero"), *with.info.gyro_lsb_zero));
+}
+
+// Mean output of the channel whose is largest [counts]; NaN where nothing was measured.
+double Level(const Recording& recording) {
+  double most = kMissing;
+  const std::vector<Node>& nodes = recording.columns.nodes;
+  const double length_s = nodes.empty() ? 0.0 : nodes.back().at.t_s - nodes.front().at.t_s;
+  for (std::size_t c = 0; c < 3 && length_s > 0.0; ++c)
+    most = std::fmax(most, std::fabs(nodes.back().at.z[c] - nodes.front().at.z[c]) / length_s);
+  return most;
+}
+
+// Of tables without a count of zero: unsigned counts and signed ones are not of one converter. One
+// that stays on a side of its zero does not show which it is, but for where it is.
+void CheckSigns(const Recording& with_sign, const Recording& other) {
+  constexpr double kElsewhere = 16384.0;  // counts
+  if (with_sign.info.gyro_lsb_zero || other.info.gyro_lsb_zero || HasUnsignedGyro(with_sign))
+    return;
+  if (!HasUnsignedGyro(other) || !(Level(other) - Level(with_sign) > kElsewhere)) return;
+  throw DataError(fmt::format(
+      "{}: expected signed counts, as in {}, found those of an unsigned converter: give its count "
+      "of zero above the header, such as \"# gyro_lsb_zero = 32768\", or trace them one by one",
+      FirstRowOf(other.info), FirstRowOf(with_sign.info)));
 }
 
 // A record and the table that was exported from it are one measurement.
@@ -128,6 +146,8 @@ void CheckTogether(std::span<const Recording* const> recordings) {
       CheckNotTwice(*recordings[j], one);
       CheckZero(*recordings[j], one);
       CheckZero(one, *recordings[j]);
+      CheckSigns(*recordings[j], one);
+      CheckSigns(one, *recordings[j]);
     }
     inputs.push_back({&one.info, one.first_time_s, one.last_time_s});
   }

@@ -87,11 +87,14 @@ struct Slope {
   double path_deg = 0.0;  // of the blocks that it rests on
 };
 
-// Of the straight line of the output on the rate; NaN where too little turns. What a block at rest
-// shows of a rate is noise, and taken as none.
+// Of the straight line of the output on the rate; NaN where too little turns, and where it is none
+// beside its own error: a channel that feels nothing of the turns would have all its noise taken
+// for them. What a block at rest shows of a rate is noise, and taken as none.
 Slope SlopeOf(const std::vector<Block>& blocks, std::size_t channel) {
   const double motion_deg = std::max(kLeastBlock_deg, kMotionSigmas * NoiseOf(blocks, channel));
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0, path_deg = 0;
+  constexpr double kFelt = 5.0;        // standard errors
+  constexpr double kRounding = 1e-12;  // of the squares
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0, path_deg = 0;
   for (const Block& block : blocks) {
     const double turned_deg = block.rotation_deg[channel];
     const double output = block.output[channel] / block.duration_s;
@@ -104,11 +107,16 @@ Slope SlopeOf(const std::vector<Block>& blocks, std::size_t channel) {
     y += output;
     xx += rate * rate;
     xy += rate * output;
+    yy += output * output;
     path_deg += moves ? std::fabs(turned_deg) : 0.0;
   }
   const double spread = xx - x * x / n;
   if (!(path_deg > kLeastPath_deg) || !(spread > 0)) return {kMissing, path_deg};
-  return {(xy - x * y / n) / spread, path_deg};
+  const double together = xy - x * y / n, slope = together / spread;
+  const double left = std::max(0.0, yy - y * y / n - slope * together);
+  const double noise = std::max(left, kRounding * yy) / (n - 2.0);
+  const bool felt = n > 2.0 && slope * slope * spread > kFelt * kFelt * noise;
+  return {felt ? slope : kMissing, path_deg};
 }
 
 }  // namespace

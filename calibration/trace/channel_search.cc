@@ -314,16 +314,21 @@ class ChannelSearcher {
   // By how much a member makes data that the fit did not see less likely. Larger errors there, and
   // larger beyond chance, are harm whatever the model says of them. What acts in the held-out rows
   // alone, as a step of the angle, is not judged by this: no other rows foretell it.
-  static double Harm(const HeldOutFigures& figures) {
+  static double Harm(const HeldOutFigures& figures, const Candidate&) {
     const bool worse = figures.whitened_rms.reduction_ci95[1] < 0.0;
     return worse ? std::max(-figures.foretold_better, 0.0) : -figures.foretold_better;
   }
-  // The same of the angle error, where it is somewhat larger, and beyond chance.
-  static double HarmOfAngle(const HeldOutFigures& figures) {
+  // The same of the angle error, where it is somewhat larger, and beyond what noise does. Windows
+  // of the angle hardly show what is fast, and beside flicker they are not independent: of a tone
+  // they count where the whitened error falls by a smaller part than they grow.
+  static double HarmOfAngle(const HeldOutFigures& figures, const Candidate& member) {
     constexpr double kSomewhat = 0.005;
     const HeldOut& angle = figures.angle_rms_deg;
+    const HeldOut& white = figures.whitened_rms;
+    const bool tone = member.search() == Search::kFrequency;
+    const double least = tone ? std::fmax(kSomewhat, 1.0 - white.after / white.before) : kSomewhat;
     const double more = angle.after / angle.before - 1.0;
-    return more > kSomewhat && angle.reduction_ci95[1] < 0.0 ? more : -1.0;
+    return more > least && angle.reduction_ci95[1] < 0.0 ? more : -1.0;
   }
 
   // What does not help on data that the fit did not see is not kept, whatever its p-value: what
@@ -337,7 +342,8 @@ class ChannelSearcher {
     for (std::size_t i = 0; i < selection->members().size(); ++i) {
       // Of what single readings have confirmed the means that are held out may know nothing.
       if (readings_tell && selection->ReadingsConfirm(i)) continue;
-      const double own = harm_of(HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed));
+      const double own =
+          harm_of(HoldOut(problem_, fit, fit.ColumnsOf(i), request_.seed), selection->members()[i]);
       if (!(own >= harm)) continue;
       harm = own;
       worst = i;

@@ -2,6 +2,10 @@
 // alone, and this prints truth against verdict.
 //
 //   blind_trials --kind single --sets 20 --levels low,mid,high --jobs 2
+//   blind_trials --kind single --effects bias.tone --levels high --only SEED --table FILE
+//
+// The second form writes the table of one set, by the seed that --json gives it, for a finding to
+// be gone back to with gyrobench trace.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -10,10 +14,12 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/error.h"
+#include "recording/table_writer.h"
 #include "tests/blind_trials/bound.h"
 #include "tests/blind_trials/campaign.h"
 
@@ -26,7 +32,8 @@ struct Options {
   CampaignOptions campaign;
   std::vector<std::string> kinds = {"silent", "single", "pairs", "unknown", "poor"};
   std::vector<std::string> levels = {"low", "mid", "high"};
-  std::string json, dump;
+  std::string json, dump, table;
+  std::optional<std::uint64_t> only;
   bool list = false, only_bounds = false;
 };
 
@@ -59,6 +66,12 @@ void Describe(CLI::App& app, Options& options) {
                "how many standard deviations each effect is, without tracing");
   app.add_option("--json", options.json, "file for all results");
   app.add_option("--dump", options.dump, "folder for truth and verdict, a line a set, by kind");
+  auto* table =
+      app.add_option("--table", options.table, "file for the table of one set, with --only");
+  auto* only = app.add_option("--only", options.only,
+                              "seed of one set, as --json gives it: it is not traced");
+  only->needs(table);
+  table->needs(only);
   app.add_flag("--list", options.list, "list what can be hidden, and its levels");
 }
 
@@ -101,6 +114,19 @@ void Write(const fs::path& file, const std::string& text) {
   if (!out.flush()) throw gyrobench::DataError(fmt::format("{}: cannot be written", file.string()));
 }
 
+// The set of this seed, which is of the one kind, effect and level that the options have.
+void WriteTable(const Options& options) {
+  const std::vector<TrialSpec> specs = PlanTrials(options.kinds.front(), options.campaign);
+  if (options.kinds.size() != 1 || specs.size() != 1)
+    throw gyrobench::DataError(
+        "--only wants one --kind, and of a single set its --effects and --levels");
+  TrialSpec spec = specs.front();
+  spec.seed = *options.only;
+  gyrobench::recording::TableWriter writer(options.table);
+  RecordTrial(spec, writer);
+  writer.Close();
+}
+
 void Run(const std::string& kind, const Options& options, std::string& json) {
   const std::vector<TrialSpec> specs = PlanTrials(kind, options.campaign);
   const auto outcomes = RunTrials(specs, options.campaign.jobs, [&](std::size_t done) {
@@ -137,6 +163,11 @@ int main(int argc, char** argv) {
       const auto& wanted = options.levels;
       if (std::find(wanted.begin(), wanted.end(), kLevelNames[level]) != wanted.end())
         options.campaign.levels.push_back(level);
+    }
+    if (options.only) {
+      options.campaign.sets = options.campaign.silent_sets = 1;
+      WriteTable(options);
+      return 0;
     }
     if (!options.dump.empty()) fs::create_directories(options.dump);
     std::string json;

@@ -51,6 +51,16 @@ TEST(BlindTrials, AStrongEffectIsNamedAndItsParametersAreNear) {
   EXPECT_LE(wrong, 1);
 }
 
+// Flicker leaves structure beside a tone of a hundred standard deviations, and windows of the angle
+// that are larger by chance.
+TEST(BlindTrials, AToneThatExplainsNearlyAllIsNamedBesideFlicker) {
+  const Outcome outcome =
+      RunTrial({.seed = 10490195383755709180U, .effects = {{"bias.tone", kHigh}}});
+  EXPECT_EQ(outcome.failure, "");
+  EXPECT_EQ(outcome.truth.noise, NoiseKind::kFlicker);
+  EXPECT_TRUE(outcome.Exact());
+}
+
 TEST(BlindTrials, WhatIsInNoCatalogueIsNotTakenForSomethingElse) {
   CampaignOptions options = Slice(1);
   options.levels = {kHigh};

@@ -1,8 +1,8 @@
 #include "tests/blind_trials/outcome.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
-#include <ctime>
 #include <exception>
 #include <set>
 
@@ -84,11 +84,7 @@ void TakeVerdict(const calibration::ChannelTrace& channel, Outcome& outcome) {
   }
 }
 
-double ProcessorSeconds() {
-  timespec now = {};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
+using Clock = std::chrono::steady_clock;
 
 }  // namespace
 
@@ -115,7 +111,7 @@ Outcome RunTrial(const TrialSpec& spec, std::uint64_t trace_seed) {
   outcome.truth = RecordTrial(spec, collector);
   const calibration::Recording recording = collector.Take();
   const calibration::Recording* const recordings[] = {&recording};
-  const double begin_s = ProcessorSeconds();
+  const Clock::time_point begin = Clock::now();
   try {
     calibration::TraceOptions options;
     options.seed = trace_seed;
@@ -127,7 +123,7 @@ Outcome RunTrial(const TrialSpec& spec, std::uint64_t trace_seed) {
   } catch (const std::exception& error) {
     outcome.failure = error.what();
   }
-  outcome.seconds = ProcessorSeconds() - begin_s;
+  outcome.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   return outcome;
 }
 

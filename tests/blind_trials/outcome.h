@@ -31,7 +31,7 @@ struct Outcome {
   std::vector<std::string> unidentifiable;
   std::vector<Error> errors;
   double heldout_after = kMissing, heldout_before = kMissing;
-  double seconds = 0.0;  // of tracing
+  double seconds = 0.0;  // of tracing, elapsed
 
   // Ids of what is hidden and of what is named are the same.
   bool Exact() const;

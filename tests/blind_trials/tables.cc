@@ -344,7 +344,7 @@ std::string Table(const std::string& kind, const std::vector<Outcome>& outcomes,
     if (kind == "poor") text = PoorTable(traced);
   }
   return text + failures +
-         fmt::format("{} sets, {:.2f} s of processor time each to trace\n", outcomes.size(),
+         fmt::format("{} sets, {:.2f} s of elapsed time each to trace\n", outcomes.size(),
                      seconds / static_cast<double>(std::max<std::size_t>(outcomes.size(), 1)));
 }
 

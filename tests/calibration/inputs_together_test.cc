@@ -112,6 +112,26 @@ TEST(TablesTogether, HaveOneUnitOneRangeAndOneZero) {
               AllOf(HasSubstr("a.csv:4: expected the key gyro_lsb_zero"), HasSubstr("b.csv:1")));
 }
 
+// One that never leaves a side of its zero does not show its sign, but where it is.
+TEST(TablesTogether, AreSignedOrUnsigned) {
+  const auto table = [](const char* file, double begin_s, double level, bool crosses) {
+    Recording out = Table(file, begin_s, begin_s + 100.0);
+    calibration::Node begin, end;
+    end.at.t_s = 100.0;
+    end.at.z = {-20.0 * 100.0, level * 100.0, 40.0 * 100.0};
+    out.columns.nodes = {begin, end};
+    if (crosses) out.defects = {{"unsigned_counts", 10, 0.5, "gyro_y_lsb"}};
+    return out;
+  };
+  const Recording is_signed = table("a.csv", 0.0, -300.0, false);
+  const Recording crossing = table("b.csv", 100.0, 32700.0, true);
+  const Recording above = table("c.csv", 200.0, 33100.0, false);
+  EXPECT_THAT(Message({is_signed, crossing}),
+              AllOf(HasSubstr("b.csv:5: expected signed counts, as in a.csv:5"),
+                    HasSubstr("gyro_lsb_zero")));
+  EXPECT_EQ(Message({crossing, above}), "");
+}
+
 TEST(TablesTogether, HaveOneZeroWhereSeveralSayIt) {
   Recording a = Table("a.csv", 0, 100), b = Table("b.csv", 100, 200);
   a.info.gyro_lsb_zero = 32768.0;

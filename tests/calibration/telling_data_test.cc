@@ -20,6 +20,7 @@ namespace gyrobench::testing {
 namespace {
 
 using ::testing::Contains;
+using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -51,6 +52,27 @@ TEST(AReference, ThatNoRowFillsIsSaidToHaveNoValue) {
               Not(Contains(HasSubstr("has no value at any time"))));
 }
 
+TEST(AGyro, WhoseOffsetNoSensorHasIsSaidToHaveAZeroInIt) {
+  const auto remarks = [](double counts) {
+    Story story;
+    story.spoil_gyro = [=](GyroSample* sample) {
+      sample->xi[1] += counts;
+      return true;
+    };
+    return calibration::IntakeRemarks(story.Collect());
+  };
+  EXPECT_THAT(remarks(2048.0 * 16.0), Contains(HasSubstr("gyro y 250 deg/s")));
+  EXPECT_THAT(remarks(20.0 * 131.0), Not(Contains(HasSubstr("gyro y"))));
+}
+
+TEST(AGyro, ThatFeelsNothingOfTheTurnsDoesNotTurnAtRest) {
+  Story story;
+  story.scale = {0.0, 0.0, 0.0};
+  const calibration::TraceResult result = TraceAll(story.Collect());
+  ASSERT_EQ(result.inputs.size(), 1u);
+  EXPECT_THAT(result.inputs[0].defects, Not(Contains(Field(&Defect::kind, "turned_at_rest"))));
+}
+
 TEST(Stamps, ThatAreAsCoarseAsTheIntervalAreSaidToBe) {
   const auto remarks = [](double gyro_hz, double digit_s) {
     Story story;
@@ -69,6 +91,17 @@ TEST(Stamps, ThatAreAsCoarseAsTheIntervalAreSaidToBe) {
   EXPECT_THAT(remarks(100.0, 0.01), none);
   EXPECT_THAT(remarks(50.01, 0.01), none);
   EXPECT_THAT(remarks(100.02, 0.001), none);
+}
+
+TEST(AGyro, WhoseStampsAreWholeHasNoOtherRateForAGap) {
+  Story story;
+  story.gyro_hz = 100.0;
+  story.spoil_gyro = [](GyroSample* sample) {
+    sample->t_s = 0.01 * std::round(sample->t_s / 0.01);
+    return !(sample->t_s > 20.0 && sample->t_s < 23.0);
+  };
+  EXPECT_THAT(calibration::IntakeRemarks(story.Collect()),
+              Not(Contains(HasSubstr("stamps are printed"))));
 }
 
 // A rate of straight ramps: 1 s up, 4 s at 40 deg/s, 1 s down, 2 s of rest, and back.

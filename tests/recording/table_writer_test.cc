@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <csignal>
+#include <filesystem>
+#include <iterator>
 
 #include "base/error.h"
 #include "record_builder.h"
@@ -89,6 +91,21 @@ TEST(TableWriter, ATableOfARecordGivesTheRecordsEventsAgain) {
     EXPECT_EQ(table.info.stand_axis_present, record.info.stand_axis_present);
     EXPECT_EQ(table.info.accel_present, record.info.accel_present);
     EXPECT_TRUE(table.info.covariates.empty());
+  }
+}
+
+TEST(TableWriter, AnExportThatIsStoppedLeavesNothingBehind) {
+  const TemporaryFolder folder;
+  BuildRecord(folder / "run", {});
+  for (const double stop : {0.0, 0.4, 0.9}) {
+    const auto export_until = [&] {
+      ExportTable(folder / "run", folder / "table.csv", [&](double fraction) {
+        if (fraction >= stop) throw Error("stopped");
+      });
+    };
+    EXPECT_THAT(export_until, testing::ThrowsMessage<Error>(HasSubstr("stopped")));
+    const std::filesystem::directory_iterator left(folder.path());
+    EXPECT_EQ(std::distance(begin(left), end(left)), 1);  // the record
   }
 }
 

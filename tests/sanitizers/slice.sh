@@ -9,10 +9,12 @@ log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 
 # Rooms that calculate take most of the time of compiling. The sanitizers look at what surrounds them, and of themselves
-# at those that work in threads or hold what all threads read: trace, gls and effects. The objects of the others have the
-# same flags as those of the development build (scripts/test.sh), and come from ccache.
+# at those that work in threads, hold what all threads read, or read files: trace, gls, effects and artefact. The others
+# have the flags of the development build (scripts/test.sh), so that its objects come from ccache; reports have no lines
+# for want of -g. Of an inline function that both kinds have the linker keeps one, so that something may be missed here:
+# the target `sanitizers` leaves nothing out.
 calculations="kinematics;commission;presentation;export"
-for room in signal state estimators sensor artefact plan hold; do
+for room in signal state estimators sensor plan hold; do
   calculations+=";calibration/$room"
 done
 

@@ -118,6 +118,9 @@ CLASSES = {
     "beside_zero": dict(off_zero_deg=(0.02, 0.5), programme="to_and_fro", encoder_bits=[12, 13, 14, 16, 17],
                         reference_noise_deg=("log", 2e-4, 0.02), reference_rate_hz=[20.0, 50.0, 100.0],
                         gyro_rate_hz=[50.0, 100.0, 200.0], thermal=["warm_up", "constant"]),
+    # One speed and one way, read with much noise: the turn, the offset and what the ramps do are nearly one.
+    "one_way": dict(programme="one_way", reference_noise_deg=("log", 0.01, 0.06), reference_rate_hz=[10.0, 20.0, 50.0],
+                    gyro_rate_hz=[100.0, 200.0], thermal=["warm_up", "constant"]),
 }
 
 

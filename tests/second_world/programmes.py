@@ -161,6 +161,18 @@ def to_and_fro(plan):
             table.rest(rng.uniform(5, 20))
 
 
+def one_way(plan):
+    """One to four tables in other poses, in each of which one axis turns by the same again and again, one way."""
+    rng = plan.rng
+    speed = rng.uniform(15, 45)
+    for pose in ((0, 0, 0), (0, 90, 0), (0, 180, 0), (90, 90, 0))[:rng.integers(1, 5)]:
+        table = plan.table(pose)
+        table.rest(20.0)
+        for _ in range(rng.integers(15, 26)):
+            table.turn((INNER, 3.5 * speed, speed))
+            table.rest(rng.uniform(3, 5))
+
+
 def hand(plan):
     """A hand: rests, and smooth random motion about all axes, in one to three tables."""
     rng = plan.rng
@@ -204,7 +216,7 @@ def poses(plan):
 
 
 PROGRAMMES = dict(poses=poses, full=full, medium=medium, short=short, single=single, slow=slow,
-                  to_and_fro=to_and_fro, hand=hand, several=several)
+                  to_and_fro=to_and_fro, one_way=one_way, hand=hand, several=several)
 
 
 def draw_plan(rng, bench):
