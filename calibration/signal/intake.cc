@@ -115,7 +115,7 @@ std::string RemarkOnOffsets(const Recording& recording) {
           (rest.end.z[c] - rest.begin.z[c]) / (rest.end.t_s - rest.begin.t_s) / units_per_deg_s;
       if (!rest.turns && std::isfinite(rate_deg_s)) rates_deg_s.push_back(rate_deg_s);
     }
-    const double offset_deg_s = rates_deg_s.empty() ? kMissing : Median(std::move(rates_deg_s));
+    const double offset_deg_s = Median(std::move(rates_deg_s));
     if (!(std::fabs(offset_deg_s) > kLargestOffset_deg_s)) continue;
     found +=
         fmt::format("{}gyro {} {:.0f} deg/s", found.empty() ? "" : ", ", "xyz"[c], offset_deg_s);

@@ -113,9 +113,8 @@ Slope SlopeOf(const std::vector<Block>& blocks, std::size_t channel) {
   const double spread = xx - x * x / n;
   if (!(path_deg > kLeastPath_deg) || !(spread > 0)) return {kMissing, path_deg};
   const double together = xy - x * y / n, slope = together / spread;
-  const double left = std::max(0.0, yy - y * y / n - slope * together);
-  const double noise = std::max(left, kRounding * yy) / (n - 2.0);
-  const bool felt = n > 2.0 && slope * slope * spread > kFelt * kFelt * noise;
+  const double left = std::max(yy - y * y / n - slope * together, kRounding * yy);
+  const bool felt = n > 2.0 && slope * slope * spread > kFelt * kFelt * left / (n - 2.0);
   return {felt ? slope : kMissing, path_deg};
 }
 
