@@ -22,6 +22,14 @@ Eigen::MatrixXd BlockSums(const Eigen::Ref<const Eigen::MatrixXd>& rows, Eigen::
   return out;
 }
 
+// Of equal shares that scatter as these do.
+double NumberOf(const Eigen::VectorXd& shares) {
+  return shares.sum() * shares.sum() / shares.squaredNorm();
+}
+
+// As many clusters as rows, nearly: none shares anything.
+constexpr double kAlone = 0.5;
+
 }  // namespace
 
 CorrelatedGain GainWhereCorrelated(const Eigen::MatrixXd& columns, const Eigen::VectorXd& output,
@@ -48,6 +56,32 @@ CorrelatedGain GainWhereCorrelated(const Eigen::MatrixXd& columns, const Eigen::
   const Eigen::VectorXd right = columns(Eigen::all, kept).transpose() * output;
   return {std::min(ScaledLdlt(gram(kept, kept)).Square(right), ScaledLdlt(spread).Square(right)),
           static_cast<int>(kept.size())};
+}
+
+CorrelatedGain GainWhereClustered(const Eigen::MatrixXd& columns, const Eigen::VectorXd& output,
+                                  const Eigen::VectorXd& residual,
+                                  const std::vector<std::size_t>& cluster) {
+  const Eigen::MatrixXd gram = columns.transpose() * columns;
+  const std::vector<Eigen::Index> kept = IndependentColumns(gram);
+  if (kept.empty()) return {};
+  const Eigen::MatrixXd own = columns(Eigen::all, kept);
+  const ScaledLdlt factor(gram(kept, kept));
+  const Eigen::VectorXd right = own.transpose() * output;
+  const Eigen::VectorXd along = own * factor.Solve(right);
+  const auto clusters =
+      static_cast<Eigen::Index>(*std::max_element(cluster.begin(), cluster.end()) + 1);
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(clusters, own.cols());
+  Eigen::VectorXd shares = Eigen::VectorXd::Zero(clusters);
+  for (Eigen::Index i = 0; i < own.rows(); ++i) {
+    const auto c = static_cast<Eigen::Index>(cluster[static_cast<std::size_t>(i)]);
+    sums.row(c) += residual(i) * own.row(i);
+    shares(c) += along(i) * along(i);
+  }
+  const double number = NumberOf(shares);
+  const auto rank = static_cast<int>(kept.size());
+  if (number > kAlone * NumberOf(along.cwiseAbs2())) return {factor.Square(right), rank};
+  const double gain = ScaledLdlt(sums.transpose() * sums).Square(right);
+  return {std::min(factor.Square(right), number * std::log1p(gain / number)), rank};
 }
 
 namespace {

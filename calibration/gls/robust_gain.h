@@ -26,6 +26,16 @@ CorrelatedGain GainWhereCorrelated(const Eigen::MatrixXd& columns, const Eigen::
                                    const Eigen::VectorXd& residual,
                                    const std::vector<Eigen::Index>& run_begins, Eigen::Index block);
 
+// The same for errors that the rows of one cluster may share: S = sum_c z_c z_c', with z_c the sum of
+// x_i r_i over the rows of cluster c. As S is known by few clusters where the columns act in few,
+// their number n = (sum_c s_c)^2 / sum_c s_c^2, with s_c the share of what they explain, takes the
+// gain down to n log(1 + g/n), as for an unknown variance. Where the rows in which the columns act
+// hardly share clusters, as of a step, it is the gain beside a white residual. `cluster`: of each
+// row.
+CorrelatedGain GainWhereClustered(const Eigen::MatrixXd& columns, const Eigen::VectorXd& output,
+                                  const Eigen::VectorXd& residual,
+                                  const std::vector<std::size_t>& cluster);
+
 // Stability selection (Meinshausen and Buehlmann 2010): in most of many random halves of the data,
 // taken in blocks, `chosen` explains the residual best among the columns, or nearly so. The columns
 // are white and have the model taken off; zero columns are none.

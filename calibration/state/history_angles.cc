@@ -59,7 +59,10 @@ class AngleSmoother {
       }
       const double off_deg = std::exchange(point.table_deg[axis], angles[k]) - angles[k];
       const bool steady = k > 0 && k + 1 < nodes_.size() && IsSteady(k, axis);
-      if (steady && std::isfinite(off_deg)) point.own_part_deg[axis] = own_share * off_deg;
+      if (!steady || !std::isfinite(off_deg)) continue;
+      point.own_part_deg[axis] = own_share * off_deg;
+      point.steady_step_deg[axis] = 0.5 * (history_.nodes[k + 1].table_by_gyro_deg[axis] -
+                                           history_.nodes[k - 1].table_by_gyro_deg[axis]);
     }
   }
 

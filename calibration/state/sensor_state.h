@@ -51,9 +51,10 @@ struct SensorState {
   double vibration_g2 = kMissing;  // mean square of the specific force about its mean
   // The table's axes: angle and rate. For a single-axis reference only that axis of the sensor.
   Vector3 table_deg = {kMissing, kMissing, kMissing};
-  // At nodes in motion: what their own reading adds to that angle where its error must not be found
-  // in the gyro's output, as for waves of few periods a turn (history_angles.cc).
-  Vector3 own_part_deg = {};
+  // At nodes in steady turns: what their own reading adds to that angle where its error must not be
+  // found in the gyro's output, as for waves of few periods a turn (history_angles.cc), and how far
+  // the axis turns from node to node.
+  Vector3 own_part_deg = {}, steady_step_deg = {};
   Vector3 table_rate_deg_s = {};
   // World x, horizontal, in frame S; NaN where the orientation is not known.
   Vector3 world_x = {kMissing, kMissing, kMissing};

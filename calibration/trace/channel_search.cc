@@ -12,6 +12,7 @@
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/held_out.h"
+#include "calibration/trace/reference_rounding.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/scans.h"
 
@@ -91,6 +92,12 @@ class ChannelSearcher {
     DropUncertain(problem_, baseline_, &found->selection);
     DropWhatChanceMakes(&*found);
     found->selection.PlaceWhatIsLeft();
+    const std::optional<NoiseModel> noise =
+        NoiseWithRounding(problem_, baseline_, found->selection, found->noise);
+    if (noise) {
+      found.reset();
+      found.emplace(SearchedChannel{candidates_, Select(*noise), *noise});
+    }
     for (std::string& remark : RemarksOnHeldShapes(found->selection))
       remarks_.push_back(std::move(remark));
     return found;

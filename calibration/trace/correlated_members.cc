@@ -1,7 +1,10 @@
-#include <optional>
+#include <algorithm>
+#include <cstddef>
+#include <vector>
 
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/channel_fit.h"
+#include "calibration/trace/reference_rounding.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/selection.h"
 
@@ -32,13 +35,17 @@ CorrelatedGain LeastWhereCorrelated(const ChannelProblem& problem, const Channel
   }
   const Eigen::VectorXd output = others_off.Off(fit.white_output), residual = fit.WhiteResidual();
   const std::vector<Eigen::Index> runs = UnbrokenRuns(problem);
-  std::optional<CorrelatedGain> least;
+  std::vector<CorrelatedGain> gains;
   for (const Eigen::Index block : kWhitenessBlocks) {
-    if (!WhitenessIsTested(problem, block)) continue;
-    const CorrelatedGain here = GainWhereCorrelated(left, output, residual, runs, block);
-    if (!least || here.gain < least->gain) least = here;
+    if (WhitenessIsTested(problem, block))
+      gains.push_back(GainWhereCorrelated(left, output, residual, runs, block));
   }
-  return least.value_or(CorrelatedGain{});
+  for (const std::size_t axis : problem.table_axes()) {
+    if (problem.rounding_wave_deg(axis) > 0.0)
+      gains.push_back(GainWhereClustered(left, output, residual, PlacesOfEncoder(problem, axis)));
+  }
+  return gains.empty() ? CorrelatedGain{}
+                       : *std::ranges::min_element(gains, {}, &CorrelatedGain::gain);
 }
 
 }  // namespace gyrobench::calibration

@@ -95,11 +95,24 @@ Test Whiteness(const Eigen::VectorXd& residual, const Eigen::VectorXd& residual_
   return test;
 }
 
+// Over a stretch of rows in one bin, however many, the readings at its two ends alone misread it. In
+// the root mean square over the bins: of what a stretch has turned by too much in the mean.
+double MeanOfStretches_deg(const Eigen::MatrixXd& bins, const Eigen::VectorXd& residual_deg) {
+  double square_deg2 = 0.0;
+  for (const auto& bin : bins.colwise()) {
+    double stretches = bin(0);
+    for (Eigen::Index i = 1; i < bin.size(); ++i) stretches += std::max(0.0, bin(i) - bin(i - 1));
+    const double sum_deg = bin.dot(residual_deg);
+    square_deg2 += std::pow(sum_deg / std::max(1.0, stretches), 2);
+  }
+  return std::sqrt(square_deg2 / static_cast<double>(bins.cols()));
+}
+
 // Means of the residual in bins of a quantity: together, against the model's fit. `gram`: products
 // of its white columns.
 Test Dependence(const ChannelProblem& problem, const ChannelFit& fit, const Eigen::MatrixXd& gram,
-                const Eigen::VectorXd& residual, const std::string& name,
-                const std::function<double(Eigen::Index)>& value) {
+                const Eigen::VectorXd& residual, const Eigen::VectorXd& residual_deg,
+                const std::string& name, const std::function<double(Eigen::Index)>& value) {
   Test test;
   test.finding.test = "covariate";
   test.finding.covariate = name;
@@ -133,6 +146,7 @@ Test Dependence(const ChannelProblem& problem, const ChannelFit& fit, const Eige
       (2 * bin + 1) * static_cast<Eigen::Index>(order.size()) / (2 * kLevels));
   test.finding.says =
       fmt::format("the residual depends on {}, most around {:.4g}", name, order[middle].first);
+  test.rounding_does_it = MeanOfStretches_deg(bins, residual_deg) < problem.rounding_deg();
   return test;
 }
 
@@ -195,7 +209,7 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
   const std::size_t c = problem.channel();
   const Eigen::MatrixXd gram = fit.white.transpose() * fit.white;
   auto depends = [&](const std::string& name, const std::function<double(Eigen::Index)>& value) {
-    tests.push_back(Dependence(problem, fit, gram, residual, name, value));
+    tests.push_back(Dependence(problem, fit, gram, residual, residual_deg, name, value));
   };
   depends("time [s]", [&](Eigen::Index i) { return problem.begin_s(i); });
   depends("temperature [degC]",

@@ -109,7 +109,8 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   store_.Add(count);
   store_.MultiplyFirst(static_cast<Eigen::Index>(base_.size()));
   for (const WhiteStore::Columns& cells : cells_) store_.MultiplyEachOther(cells);
-  if (!baseline.turned.empty() && baseline.turned.front() == problem.channel()) {
+  turned_ = static_cast<Eigen::Index>(baseline.turned.size());
+  if (turned_ > 0 && baseline.turned.front() == problem.channel()) {
     const double scale = store_.Solve(base_)(0);
     turns_itself_ = std::fabs(scale) > kLeastScaleFactor;
     if (turns_itself_) own_scale_ = scale;
@@ -216,6 +217,8 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   if (values.norm() < least_deg * std::fabs(scale)) return false;
   if (effect.search == Search::kPeriods &&
       MayBeOfReadings(candidate, values.norm() / std::fabs(scale)))
+    return false;
+  if (effect.search == Search::kFrequency && MayBeToneOfReadings(candidate, values.norm(), all))
     return false;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
     double value = values(static_cast<Eigen::Index>(j));

@@ -103,6 +103,9 @@ class Selection {
   double DurationOf(Eigen::Index row) const;  // [s]
   // Whether a wave of the reference's angle of that size may be made by the errors of its readings.
   bool MayBeOfReadings(const Candidate& ripple, double amplitude_deg) const;
+  // The same of a tone. `coefficients`: of the model, the baseline's first.
+  bool MayBeToneOfReadings(const Candidate& tone, double amplitude_deg_s,
+                           const Eigen::VectorXd& coefficients) const;
   bool AddBest();
   void TryPool(const WhiteStore::Columns& model, Best* best);
   std::vector<const Candidate*> NearlyFound(const WhiteStore::Columns& model) const;
@@ -189,6 +192,7 @@ class Selection {
   WhiteStore::Columns of_filter_;              // the same of any filter, once it is wanted
   double log_level_of_id_ = 0.0;
   bool one_is_gone_ = false;   // of the members, since the others were placed
+  Eigen::Index turned_ = 0;    // the baseline's first columns: of the turns
   bool turns_itself_ = false;  // the baseline's first column is the channel's own turn
 };
 

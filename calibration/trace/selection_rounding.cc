@@ -12,6 +12,9 @@
 namespace gyrobench::calibration {
 namespace {
 
+// Half a step, which rounding never errs by more than, is so many times the first harmonic.
+constexpr double kAllHarmonics = 1.6;
+
 // What is left of a ripple of size 1 in the means of a node's readings: root mean square over the
 // way that its axis turns. Of many periods between readings most may be gone, but at the ends of a
 // motion nothing is.
@@ -31,7 +34,84 @@ double LeftInMeans(const ChannelProblem& problem, const Candidate& ripple) {
   return way > 0.0 ? std::sqrt(square / way) : 1.0;
 }
 
+// Rows in which an axis turns at an even speed, from the end of the first to that of the last.
+struct SteadyTurn {
+  Eigen::Index first = 0, last = 0;
+};
+
+// `visit`: of each, as long as many of its readings are.
+template <typename Visit>
+void ForEachSteadyTurn(const ChannelProblem& problem, std::size_t axis, Visit visit) {
+  constexpr double kSameSpeed = 0.2;
+  constexpr Eigen::Index kRamp = 2, kLeastRows = 10;  // at either end; between them
+  const auto rate_deg_s = [&](Eigen::Index row) {
+    return problem.half(row, 1).table_rate_deg_s[axis];
+  };
+  const auto goes_on = [&](Eigen::Index row, double as_deg_s) {
+    return row < problem.rows() && !problem.intervals()[static_cast<std::size_t>(row)].new_run &&
+           std::fabs(rate_deg_s(row) - as_deg_s) < kSameSpeed * std::fabs(as_deg_s);
+  };
+  for (Eigen::Index begin = 0, end = 0; begin < problem.rows(); begin = end) {
+    end = begin + 1;
+    while (goes_on(end, rate_deg_s(begin))) ++end;
+    const SteadyTurn turn{begin + kRamp, end - 1 - kRamp};
+    if (turn.last - turn.first < kLeastRows) continue;
+    visit(turn);
+  }
+}
+
+// What rounding adds to a tone of one frequency in one turn, as a part of the first harmonic of its
+// wave: the k-th, 1/k of the first, has k times as many periods from node to node as these are
+// steps apart, and whole periods do not show. What the means of the nodes' readings leave of either
+// is allowed for. NaN where the axis has no steps.
+double PartOfWave(const ChannelProblem& problem, std::size_t axis, const SteadyTurn& turn,
+                  double frequency_hz) {
+  constexpr int kHarmonics = 5;
+  const SensorState &from = problem.end_node(turn.first), &to = problem.end_node(turn.last);
+  const double duration_s = to.t_s - from.t_s;
+  const auto middle = static_cast<std::size_t>((turn.first + turn.last) / 2);
+  const double interval_s = problem.intervals()[middle].duration_s;
+  const double steps_per_s = (to.table_deg[axis] - from.table_deg[axis]) / duration_s /
+                             problem.history(turn.first).rest_flicker[axis].step_deg;
+  const auto off_whole = [](double value) { return std::fabs(value - std::round(value)); };
+  const auto left = [&](double hz) {
+    return std::fabs(MeanOfWave(from.readings, kTwoPi * hz * from.reading_step_s));
+  };
+  double part = 0.0;
+  for (int k = 1; k <= kHarmonics; ++k) {
+    const double wave_hz = k * steps_per_s;
+    const double off = std::min(off_whole((wave_hz - frequency_hz) * interval_s),
+                                off_whole((wave_hz + frequency_hz) * interval_s));
+    // What the turn's length tells of a frequency, and a step at one of its ends.
+    if (off < (1.0 + k) * interval_s / duration_s) part += left(wave_hz) / k;
+  }
+  return std::isfinite(steps_per_s) ? part / left(frequency_hz) : kMissing;
+}
+
 }  // namespace
+
+// At even speed rounding makes tones of the angle, whose frequencies follow from the speed. In the
+// mean over all rows they are no larger than what each turn adds.
+bool Selection::MayBeToneOfReadings(const Candidate& tone, double amplitude_deg_s,
+                                    const Eigen::VectorXd& coefficients) const {
+  const double frequency_hz = tone.context.nonlinear[0];
+  const double own = turns_itself_ ? std::fabs(coefficients(0)) : 0.0;
+  const double others = coefficients.head(turned_).cwiseAbs().sum() - own;
+  double sum_deg_s = 0.0, time_s = 0.0;
+  for (Eigen::Index i = 0; i < problem_->rows(); ++i) time_s += DurationOf(i);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double wave_deg = problem_->rounding_wave_deg(axis);
+    if (!(wave_deg > 0.0)) continue;
+    ForEachSteadyTurn(*problem_, axis, [&](const SteadyTurn& turn) {
+      const double part = PartOfWave(*problem_, axis, turn, frequency_hz);
+      if (!std::isfinite(part)) return;
+      const double felt = own * std::fabs(problem_->AxisProjection(turn.first, axis)) + others;
+      sum_deg_s +=
+          felt * wave_deg * part * (problem_->end_s(turn.last) - problem_->end_s(turn.first));
+    });
+  }
+  return amplitude_deg_s / (kTwoPi * frequency_hz) < kAllHarmonics * sum_deg_s / time_s;
+}
 
 // The error e of a reading is in the output and in the angle that a wave is a function of: the mean
 // of e sin(k (phi + e)) is a wave of the size k e^2. The angle is known better than by one reading
@@ -40,8 +120,6 @@ double LeftInMeans(const ChannelProblem& problem, const Candidate& ripple) {
 // larger one where that would hardly be left in the means of readings.
 bool Selection::MayBeOfReadings(const Candidate& ripple, double amplitude_deg) const {
   constexpr double kClearly = 3.0;
-  // Half a step, which rounding never errs by more than, is so many times the first harmonic.
-  constexpr double kAllHarmonics = 1.6;
   const std::size_t axis = ripple.context.table_axis;
   const double error_deg = problem_->angle_error_deg(axis);
   const double of_error_deg =

@@ -122,5 +122,75 @@ TEST(Correlated, KnowsWhereARunEnds) {
   EXPECT_NEAR(gain(runs), before, 1e-9 * before);
 }
 
+// Rows that were measured again and again, with the same error each time and the same in the column.
+class Repeated {
+ public:
+  static constexpr Eigen::Index kTimes = 20, kPlaces = kRows / kTimes;
+
+  explicit Repeated(unsigned seed) : noise_(seed) {
+    for (Eigen::Index i = 0; i < kRows; ++i) place.push_back(static_cast<std::size_t>(i % kPlaces));
+  }
+  Eigen::VectorXd Draw() {
+    const Eigen::VectorXd once = noise_.Draw(0.0);
+    return once(place);
+  }
+  Eigen::VectorXd DrawAnew() { return noise_.Draw(0.0); }
+
+  std::vector<std::size_t> place;
+
+ private:
+  CorrelatedNoise noise_;
+};
+
+TEST(Clustered, KeepsTheOddsWhereErrorsComeAgain) {
+  double white = 0.0, clustered = 0.0;
+  for (unsigned seed = 0; seed < kRepetitions; ++seed) {
+    Repeated repeated(seed);
+    const Eigen::VectorXd column = repeated.Draw(), output = repeated.Draw();
+    const Fitted fit = Fit(column, output);
+    white += fit.gain_if_white > kOneInTwenty;
+    clustered +=
+        GainWhereClustered(column, output, fit.residual, repeated.place).gain > kOneInTwenty;
+  }
+  EXPECT_GT(white / kRepetitions, 0.5);
+  // 0.05, and four standard deviations of a share of 600.
+  EXPECT_LT(clustered / kRepetitions, 0.086);
+}
+
+TEST(Clustered, AsksNoMoreWhereErrorsAreNew) {
+  double clustered = 0.0;
+  for (unsigned seed = 0; seed < kRepetitions; ++seed) {
+    Repeated repeated(seed);
+    const Eigen::VectorXd column = repeated.Draw(), output = repeated.DrawAnew();
+    const Fitted fit = Fit(column, output);
+    clustered +=
+        GainWhereClustered(column, output, fit.residual, repeated.place).gain > kOneInTwenty;
+  }
+  EXPECT_NEAR(clustered / kRepetitions, 0.05, 0.036);
+}
+
+// What acts once, as a step, is known by no fewer rows for those that share their places.
+TEST(Clustered, LeavesWhatActsOnce) {
+  Repeated repeated(1);
+  Eigen::VectorXd column = Eigen::VectorXd::Zero(kRows);
+  column.segment(130, 3).setOnes();
+  const Eigen::VectorXd output = 3.0 * column + repeated.DrawAnew();
+  const Fitted fit = Fit(column, output);
+  EXPECT_NEAR(GainWhereClustered(column, output, fit.residual, repeated.place).gain,
+              fit.gain_if_white, 1e-9 * fit.gain_if_white);
+}
+
+TEST(Clustered, DependsOnTheSpanOfTheColumnsOnly) {
+  Repeated repeated(3);
+  Eigen::MatrixXd columns(kRows, 2), mixed(kRows, 2);
+  columns << repeated.Draw(), repeated.Draw();
+  mixed << 1e4 * columns.col(0) - 3e3 * columns.col(1), 1e-5 * columns.col(1);
+  const Eigen::VectorXd output = repeated.Draw();
+  const Eigen::VectorXd residual = Fit(columns, output).residual;
+  const double plain = GainWhereClustered(columns, output, residual, repeated.place).gain;
+  EXPECT_NEAR(GainWhereClustered(mixed, output, residual, repeated.place).gain, plain,
+              1e-6 * plain);
+}
+
 }  // namespace
 }  // namespace gyrobench::calibration

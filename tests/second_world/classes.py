@@ -121,6 +121,12 @@ CLASSES = {
     # One speed and one way, read with much noise: the turn, the offset and what the ramps do are nearly one.
     "one_way": dict(programme="one_way", reference_noise_deg=("log", 0.01, 0.06), reference_rate_hz=[10.0, 20.0, 50.0],
                     gyro_rate_hz=[100.0, 200.0], thermal=["warm_up", "constant"]),
+    # Read at whole parts of a second while the table turns at a round speed, to and fro again and again: an encoder's
+    # steps beat with the readings, each time in the same way, and a wave of many periods is nearly the same in each.
+    "round_speed": dict(programme="round_speed", encoder_bits=[12, 13, 14, 17, 20],
+                        reference_noise_deg=[0.0, 0.0003, 0.001, 0.004], reference_rate_hz=[10.0, 20.0, 50.0, 100.0],
+                        gyro_rate_hz=[100.0, 200.0], thermal=["warm_up", "constant"],
+                        straight_ramps_deg_s2=[0.0, 40.0]),
 }
 
 

@@ -173,6 +173,21 @@ def one_way(plan):
             table.rest(rng.uniform(3, 5))
 
 
+def round_speed(plan):
+    """One or two tables in which one axis makes equal turns to and fro at one round speed, all timed alike: what an
+    encoder's steps make of the readings is the same in each."""
+    rng = plan.rng
+    speed = rng.choice([10.0, 20.0, 30.0, 40.0, 45.0])
+    angle_deg = rng.choice([360.0, 360.0, 180.0, 350.0])
+    for i in range(rng.integers(1, 3)):
+        table = plan.table(((0, 0, 0), (0, 90, 0))[i])
+        table.rest(20.0)
+        for _ in range(10):
+            for sign in (1.0, -1.0):
+                table.turn((INNER, sign * angle_deg, speed))
+                table.rest(3.0)
+
+
 def hand(plan):
     """A hand: rests, and smooth random motion about all axes, in one to three tables."""
     rng = plan.rng
@@ -216,7 +231,7 @@ def poses(plan):
 
 
 PROGRAMMES = dict(poses=poses, full=full, medium=medium, short=short, single=single, slow=slow,
-                  to_and_fro=to_and_fro, one_way=one_way, hand=hand, several=several)
+                  to_and_fro=to_and_fro, one_way=one_way, round_speed=round_speed, hand=hand, several=several)
 
 
 def draw_plan(rng, bench):

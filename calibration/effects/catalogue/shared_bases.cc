@@ -55,15 +55,15 @@ inline Wave Turned(double x_rad) {
 
 // Each wave is the one before, turned on by the mean step and a little: no sine for each of them.
 // Errors add up to 3e-7 over 50 readings.
-bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double periods,
-                      double* sin_and_cos) {
+bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double angle_deg,
+                      double periods, double* sin_and_cos) {
   const std::span<const double> off_deg = point.readings_off_mean_deg[table_axis];
   if (off_deg.size() < 2) return false;
   const double k = periods * kRadPerDeg;
   const auto count = static_cast<double>(off_deg.size());
   const double step_deg = (off_deg.back() - off_deg.front()) / (count - 1.0);
   const Wave step = Turned(k * step_deg);
-  Wave wave = Turned(k * (point.table_deg[table_axis] + off_deg.front()));
+  Wave wave = Turned(k * (angle_deg + off_deg.front()));
   double cosines = wave.cosine, sines = wave.sine;
   for (std::size_t i = 1; i < off_deg.size(); ++i) {
     wave = wave * (step * Turned(k * (off_deg[i] - off_deg[i - 1] - step_deg)));

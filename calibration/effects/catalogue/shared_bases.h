@@ -15,10 +15,10 @@ class RateBasis final : public ChannelBasis {
   void At(const SensorState& point, double* terms) override { terms[0] = kShape(rate(point)); }
 };
 
-// Mean of sin and cos of a wave of the table's angle over the readings of a node, at the angles at
-// which the gyro says that they were made. False where it does not say.
-bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double periods,
-                      double* sin_and_cos);
+// Mean of sin and cos of a wave of the table's angle over the readings of a node, whose mean is at
+// `angle_deg` and which the gyro says how they were about it. False where it does not say.
+bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double angle_deg,
+                      double periods, double* sin_and_cos);
 
 class PeriodicBasis : public ChannelBasis {
  public:
@@ -26,13 +26,15 @@ class PeriodicBasis : public ChannelBasis {
   void At(const SensorState& point, double* terms) final {
     // Where all readings span less of the wave, it is no matter whether all turn by as much.
     constexpr double kMuch_rad = 1.0;
+    const std::size_t axis = context().table_axis;
     const double k = periods();
-    const double x = k * kRadPerDeg * point.reading_step_deg[context().table_axis];
+    const double angle_deg =
+        point.table_deg[axis] + (IsLong(point, k) ? point.own_part_deg[axis] : 0.0);
+    const double x = k * kRadPerDeg * point.reading_step_deg[axis];
     const bool much = std::fabs(x) * static_cast<double>(point.readings) > kMuch_rad;
-    if (much && WaveOverReadings(point, context().table_axis, k, terms)) return;
+    if (much && WaveOverReadings(point, axis, angle_deg, k, terms)) return;
     const double mean = MeanOfWave(point.readings, x);
-    const double own_deg = k < kFewPeriods ? point.own_part_deg[context().table_axis] : 0.0;
-    const double phase = k * (table_rad(point) + own_deg * kRadPerDeg);
+    const double phase = k * angle_deg * kRadPerDeg;
     terms[0] = mean * std::sin(phase);
     terms[1] = mean * std::cos(phase);
   }
@@ -40,6 +42,14 @@ class PeriodicBasis : public ChannelBasis {
  private:
   // A turn: the data know more of them than of the errors of the angle.
   static constexpr double kFewPeriods = 4.0;
+
+  // Or as the nodes see it: one that is nearly the same from node to node passes for one of few.
+  bool IsLong(const SensorState& point, double k) const {
+    const double step_turns = point.steady_step_deg[context().table_axis] / kFullTurn_deg;
+    const double passed = k * step_turns;
+    return k < kFewPeriods ||
+           std::fabs(passed - std::round(passed)) < kFewPeriods * std::fabs(step_turns);
+  }
 
   virtual double periods() const = 0;
 };
