@@ -28,9 +28,6 @@ class ChannelBasis : public Basis {
     return power_on < sides.size() ? sides[power_on] : 0.0;
   }
   double other_delays_s(double t_s) const { return TotalDelay_s(context_.other_delays, t_s); }
-  double table_rad(const SensorState& point) const {
-    return point.table_deg[context_.table_axis] * kRadPerDeg;
-  }
 
  private:
   BasisContext context_;

@@ -22,13 +22,13 @@ Eigen::MatrixXd BlockSums(const Eigen::Ref<const Eigen::MatrixXd>& rows, Eigen::
   return out;
 }
 
-// Of equal shares that scatter as these do.
+// Of equal shares that add up as these do.
 double NumberOf(const Eigen::VectorXd& shares) {
   return shares.sum() * shares.sum() / shares.squaredNorm();
 }
 
-// As many clusters as rows, nearly: none shares anything.
-constexpr double kAlone = 0.5;
+// Nearly as many clusters as rows: none shares anything.
+constexpr double kAlone = 0.9;
 
 }  // namespace
 
@@ -68,8 +68,9 @@ CorrelatedGain GainWhereClustered(const Eigen::MatrixXd& columns, const Eigen::V
   const ScaledLdlt factor(gram(kept, kept));
   const Eigen::VectorXd right = own.transpose() * output;
   const Eigen::VectorXd along = own * factor.Solve(right);
-  const auto clusters =
-      static_cast<Eigen::Index>(*std::max_element(cluster.begin(), cluster.end()) + 1);
+  const CorrelatedGain white = {factor.Square(right), static_cast<int>(kept.size())};
+  if (!(white.gain > 0.0)) return white;
+  const auto clusters = static_cast<Eigen::Index>(*std::ranges::max_element(cluster) + 1);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(clusters, own.cols());
   Eigen::VectorXd shares = Eigen::VectorXd::Zero(clusters);
   for (Eigen::Index i = 0; i < own.rows(); ++i) {
@@ -77,11 +78,10 @@ CorrelatedGain GainWhereClustered(const Eigen::MatrixXd& columns, const Eigen::V
     sums.row(c) += residual(i) * own.row(i);
     shares(c) += along(i) * along(i);
   }
-  const double number = NumberOf(shares);
-  const auto rank = static_cast<int>(kept.size());
-  if (number > kAlone * NumberOf(along.cwiseAbs2())) return {factor.Square(right), rank};
+  const double number = NumberOf(shares), freedom = number - white.rank;
+  if (number > kAlone * NumberOf(along.cwiseAbs2()) || !(freedom > 1.0)) return white;
   const double gain = ScaledLdlt(sums.transpose() * sums).Square(right);
-  return {std::min(factor.Square(right), number * std::log1p(gain / number)), rank};
+  return {std::min(white.gain, freedom * std::log1p(gain / number)), white.rank};
 }
 
 namespace {

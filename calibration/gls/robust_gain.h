@@ -26,12 +26,13 @@ CorrelatedGain GainWhereCorrelated(const Eigen::MatrixXd& columns, const Eigen::
                                    const Eigen::VectorXd& residual,
                                    const std::vector<Eigen::Index>& run_begins, Eigen::Index block);
 
-// The same for errors that the rows of one cluster may share: S = sum_c z_c z_c', with z_c the sum of
-// x_i r_i over the rows of cluster c. As S is known by few clusters where the columns act in few,
-// their number n = (sum_c s_c)^2 / sum_c s_c^2, with s_c the share of what they explain, takes the
-// gain down to n log(1 + g/n), as for an unknown variance. Where the rows in which the columns act
-// hardly share clusters, as of a step, it is the gain beside a white residual. `cluster`: of each
-// row.
+// The same for errors that the rows of one cluster may share: S = sum_c z_c z_c', with z_c the sum
+// of x_i r_i over the rows of cluster c. `cluster`: of each row, counted from 0.
+//
+// The columns explain something in n = (sum_c s_c)^2 / sum_c s_c^2 clusters, s_c being what they
+// explain in cluster c. With k columns n - k degrees of freedom are left to know S by, and the gain
+// is that of an unknown variance, (n - k) log(1 + g / n). Where hardly two rows share a cluster, as
+// of a step, or no more than one degree is left, it is the gain beside a white residual.
 CorrelatedGain GainWhereClustered(const Eigen::MatrixXd& columns, const Eigen::VectorXd& output,
                                   const Eigen::VectorXd& residual,
                                   const std::vector<std::size_t>& cluster);

@@ -61,8 +61,7 @@ class AngleSmoother {
       const bool steady = k > 0 && k + 1 < nodes_.size() && IsSteady(k, axis);
       if (!steady || !std::isfinite(off_deg)) continue;
       point.own_part_deg[axis] = own_share * off_deg;
-      point.steady_step_deg[axis] = 0.5 * (history_.nodes[k + 1].table_by_gyro_deg[axis] -
-                                           history_.nodes[k - 1].table_by_gyro_deg[axis]);
+      point.steady_step_deg[axis] = SteadyStep_deg(k, axis);
     }
   }
 
@@ -121,6 +120,17 @@ class AngleSmoother {
     const double noise = kNoiseSigmas * largest_walk_deg_sqrt_s_ * std::sqrt(2.0 / length_s);
     return before * after > 0.0 &&
            std::fabs(after - before) < std::max(kSteady * std::fabs(after), noise);
+  }
+
+  // From node to node, over so many steady ones on either side that the gyro's noise makes little.
+  double SteadyStep_deg(std::size_t k, std::size_t axis) const {
+    constexpr std::size_t kReach = 8;
+    std::size_t from = k - 1, to = k + 1;
+    while (from > 0 && k - from < kReach && IsSteady(from, axis)) --from;
+    while (to + 1 < nodes_.size() && to - k < kReach && IsSteady(to, axis)) ++to;
+    return (history_.nodes[to].table_by_gyro_deg[axis] -
+            history_.nodes[from].table_by_gyro_deg[axis]) /
+           static_cast<double>(to - from);
   }
 
   // Of the nodes in slow and even turns the angle by a line through many.

@@ -12,7 +12,6 @@
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/channel_fit.h"
 #include "calibration/trace/held_out.h"
-#include "calibration/trace/reference_rounding.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/scans.h"
 
@@ -92,6 +91,12 @@ class ChannelSearcher {
     DropUncertain(problem_, baseline_, &found->selection);
     DropWhatChanceMakes(&*found);
     found->selection.PlaceWhatIsLeft();
+    for (const double at_s : found->selection.DropSpikes())
+      remarks_.push_back(
+          fmt::format("at {:.2f} s a reading of the reference jumps, of an axis that this channel "
+                      "would feel turn "
+                      "and does not: no effect is named for it",
+                      at_s));
     const std::optional<NoiseModel> noise =
         NoiseWithRounding(problem_, baseline_, found->selection, found->noise);
     if (noise) {

@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <map>
 #include <vector>
 
+#include "base/geometry.h"
 #include "calibration/gls/scaled_ldlt.h"
 #include "calibration/trace/channel_fit.h"
-#include "calibration/trace/reference_rounding.h"
 #include "calibration/trace/remaining.h"
 #include "calibration/trace/selection.h"
 
@@ -20,6 +22,44 @@ std::vector<Eigen::Index> UnbrokenRuns(const ChannelProblem& problem) {
       begins.push_back(i);
   }
   return begins;
+}
+
+// Of the encoders of all measurements, the coarsest; 0 where none has steps.
+double LargestStep_deg(const ChannelProblem& problem, std::size_t axis) {
+  double step_deg = 0.0;
+  for (const StateHistory& history : problem.histories()) {
+    if (const double own_deg = history.rest_flicker[axis].step_deg; std::isfinite(own_deg))
+      step_deg = std::max(step_deg, own_deg);
+  }
+  return step_deg;
+}
+
+// The rows' clusters, for GainWhereClustered. Rounding is a function of the angle, and errs by the
+// same each time that a motion is made again from the same place. So rows in which the axis turns
+// are in one cluster where its angle is within some steps of its encoder, whatever turn and
+// measurement they are of. Every other row is alone in its cluster.
+std::vector<std::size_t> ClustersByPlace(const ChannelProblem& problem, std::size_t axis) {
+  constexpr double kSteps = 8.0;
+  const double step_deg = LargestStep_deg(problem, axis);
+  const double places = std::max(1.0, std::round(kFullTurn_deg / (kSteps * step_deg)));
+  std::map<double, std::size_t> at_place;
+  std::vector<std::size_t> clusters;
+  std::size_t count = 0;
+  for (Eigen::Index i = 0; i < problem.rows(); ++i) {
+    // In the middle between the two readings: there and back are one place.
+    const SensorState &before = problem.half(i, 0), &after = problem.half(i, 1);
+    const double turns = 0.5 * (before.table_deg[axis] + after.table_deg[axis]) / kFullTurn_deg;
+    const bool turning = before.table_rate_deg_s[axis] != 0.0;
+    std::size_t cluster = count;
+    if (step_deg > 0.0 && turning && std::isfinite(turns)) {
+      // A turn begins in the middle of a place.
+      const double place = std::floor(places * (turns - std::floor(turns)) + 0.5);
+      cluster = at_place.try_emplace(std::fmod(place, places), count).first->second;
+    }
+    clusters.push_back(cluster);
+    count = std::max(count, cluster + 1);
+  }
+  return clusters;
 }
 
 }  // namespace
@@ -40,10 +80,8 @@ CorrelatedGain LeastWhereCorrelated(const ChannelProblem& problem, const Channel
     if (WhitenessIsTested(problem, block))
       gains.push_back(GainWhereCorrelated(left, output, residual, runs, block));
   }
-  for (const std::size_t axis : problem.table_axes()) {
-    if (problem.rounding_wave_deg(axis) > 0.0)
-      gains.push_back(GainWhereClustered(left, output, residual, PlacesOfEncoder(problem, axis)));
-  }
+  for (std::size_t axis = 0; problem.rounding_deg() > 0.0 && axis < 3; ++axis)
+    gains.push_back(GainWhereClustered(left, output, residual, ClustersByPlace(problem, axis)));
   return gains.empty() ? CorrelatedGain{}
                        : *std::ranges::min_element(gains, {}, &CorrelatedGain::gain);
 }

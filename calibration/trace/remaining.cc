@@ -95,30 +95,83 @@ Test Whiteness(const Eigen::VectorXd& residual, const Eigen::VectorXd& residual_
   return test;
 }
 
-// Over a stretch of rows in one bin, however many, the readings at its two ends alone misread it. In
-// the root mean square over the bins: of what a stretch has turned by too much in the mean.
-double MeanOfStretches_deg(const Eigen::MatrixXd& bins, const Eigen::VectorXd& residual_deg) {
-  double square_deg2 = 0.0;
+// Over a stretch of rows that are in one bin, however many, only the readings at its two ends err.
+// Whether what the stretches of the bins turn by too much, each bin's in the mean, is no more than
+// the half steps `rounding_deg` of those two, and no more than one of them from bin to bin.
+bool MayBeOfTwoReadings(const Eigen::MatrixXd& bins, const Eigen::VectorXd& residual_deg,
+                        double rounding_deg) {
+  double square_deg2 = 0.0, most_deg = 0.0;
   for (const auto& bin : bins.colwise()) {
     double stretches = bin(0);
     for (Eigen::Index i = 1; i < bin.size(); ++i) stretches += std::max(0.0, bin(i) - bin(i - 1));
-    const double sum_deg = bin.dot(residual_deg);
-    square_deg2 += std::pow(sum_deg / std::max(1.0, stretches), 2);
+    const double mean_deg = bin.dot(residual_deg) / std::max(1.0, stretches);
+    square_deg2 += mean_deg * mean_deg;
+    most_deg = std::max(most_deg, std::fabs(mean_deg));
   }
-  return std::sqrt(square_deg2 / static_cast<double>(bins.cols()));
+  return most_deg < 2.0 * rounding_deg &&
+         std::sqrt(square_deg2 / static_cast<double>(bins.cols())) < rounding_deg;
+}
+
+// A table at rest, or turned about the vertical: what is left of a change is the error of its tilt.
+constexpr double kLeastTestedGravity_g = 0.02;
+
+// What the residual may depend on.
+struct Quantity {
+  std::string name;
+  std::function<double(Eigen::Index)> value;  // of each row; NaN: it is not looked at
+  bool of_angle = false;                      // goes by the table's angle, as rounding does
+};
+
+// `problem` must outlive them.
+std::vector<Quantity> QuantitiesOf(const ChannelProblem& problem,
+                                   const std::vector<std::string>& covariates) {
+  std::vector<Quantity> out = {
+      {"time [s]", [&](Eigen::Index i) { return problem.begin_s(i); }},
+      {"temperature [degC]", [&](Eigen::Index i) { return problem.half(i, 0).temperature_degC; }}};
+  const auto in_motion = [&problem](Eigen::Index i, double value) {
+    return problem.half(i, 0).still ? kMissing : value;
+  };
+  // In steps: the rate is known through the same noise as the residual, and within one speed the
+  // order of rates is the order of that noise.
+  const double step =
+      std::max({problem.max_rate_deg_s() / 40.0, kRateSigmas * RateError(problem), 1e-6});
+  out.push_back({"rate [deg/s]",
+                 [&problem, in_motion, step](Eigen::Index i) {
+                   const double rate_deg_s = problem.half(i, 0).rate_deg_s[problem.channel()];
+                   return in_motion(i, step * std::round(rate_deg_s / step));
+                 },
+                 true});
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!(problem.gravity_range_g()[a] > kLeastTestedGravity_g)) continue;
+    out.push_back({fmt::format("gravity along {} [g]", "xyz"[a]),
+                   [&problem, a](Eigen::Index i) { return problem.half(i, 0).gravity_g[a]; }});
+  }
+  for (const std::size_t a : problem.table_axes()) {
+    out.push_back({"table angle [deg]",
+                   [&problem, in_motion, a](Eigen::Index i) {
+                     const double turns = problem.half(i, 0).table_deg[a] / kFullTurn_deg;
+                     return in_motion(i, kFullTurn_deg * (turns - std::floor(turns)));
+                   },
+                   true});
+  }
+  for (std::size_t j = 0; j < covariates.size(); ++j) {
+    out.push_back({covariates[j],
+                   [&problem, j](Eigen::Index i) { return problem.half(i, 0).covariates[j]; }});
+  }
+  return out;
 }
 
 // Means of the residual in bins of a quantity: together, against the model's fit. `gram`: products
 // of its white columns.
 Test Dependence(const ChannelProblem& problem, const ChannelFit& fit, const Eigen::MatrixXd& gram,
                 const Eigen::VectorXd& residual, const Eigen::VectorXd& residual_deg,
-                const std::string& name, const std::function<double(Eigen::Index)>& value) {
+                const Quantity& quantity) {
   Test test;
   test.finding.test = "covariate";
-  test.finding.covariate = name;
+  test.finding.covariate = quantity.name;
   std::vector<std::pair<double, Eigen::Index>> order;
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
-    const double x = value(i);
+    const double x = quantity.value(i);
     if (std::isfinite(x)) order.emplace_back(x, i);
   }
   if (order.size() < 20 * kLevels) return test;
@@ -144,14 +197,12 @@ Test Dependence(const ChannelProblem& problem, const ChannelFit& fit, const Eige
   z.cwiseAbs().maxCoeff(&bin);
   const auto middle = static_cast<std::size_t>(
       (2 * bin + 1) * static_cast<Eigen::Index>(order.size()) / (2 * kLevels));
-  test.finding.says =
-      fmt::format("the residual depends on {}, most around {:.4g}", name, order[middle].first);
-  test.rounding_does_it = MeanOfStretches_deg(bins, residual_deg) < problem.rounding_deg();
+  test.finding.says = fmt::format("the residual depends on {}, most around {:.4g}", quantity.name,
+                                  order[middle].first);
+  test.rounding_does_it =
+      quantity.of_angle && MayBeOfTwoReadings(bins, residual_deg, problem.rounding_deg());
   return test;
 }
-
-// A table at rest, or turned about the vertical: what is left of a change is the error of its tilt.
-constexpr double kLeastTestedGravity_g = 0.02;
 
 // Whether the size of the residual follows the angular acceleration.
 Test Variance(const ChannelProblem& problem, const Eigen::VectorXd& residual) {
@@ -206,37 +257,9 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
     if (WhitenessIsTested(problem, block))
       tests.push_back(Whiteness(residual, residual_deg, rounding_deg, block));
   }
-  const std::size_t c = problem.channel();
   const Eigen::MatrixXd gram = fit.white.transpose() * fit.white;
-  auto depends = [&](const std::string& name, const std::function<double(Eigen::Index)>& value) {
-    tests.push_back(Dependence(problem, fit, gram, residual, residual_deg, name, value));
-  };
-  depends("time [s]", [&](Eigen::Index i) { return problem.begin_s(i); });
-  depends("temperature [degC]",
-          [&](Eigen::Index i) { return problem.half(i, 0).temperature_degC; });
-  // In steps: the rate is known through the same noise as the residual, and within one speed the
-  // order of rates is the order of that noise.
-  const double step =
-      std::max({problem.max_rate_deg_s() / 40.0, kRateSigmas * RateError(problem), 1e-6});
-  depends("rate [deg/s]", [&](Eigen::Index i) {
-    const SensorState& point = problem.half(i, 0);
-    return point.still ? kMissing : step * std::round(point.rate_deg_s[c] / step);
-  });
-  for (std::size_t a = 0; a < 3; ++a) {
-    if (!(problem.gravity_range_g()[a] > kLeastTestedGravity_g)) continue;
-    depends(fmt::format("gravity along {} [g]", "xyz"[a]),
-            [&, a](Eigen::Index i) { return problem.half(i, 0).gravity_g[a]; });
-  }
-  for (const std::size_t a : problem.table_axes()) {
-    depends("table angle [deg]", [&, a](Eigen::Index i) {
-      const SensorState& point = problem.half(i, 0);
-      const double turn = point.table_deg[a] / kFullTurn_deg;
-      return point.still ? kMissing : kFullTurn_deg * (turn - std::floor(turn));
-    });
-  }
-  for (std::size_t j = 0; j < covariates.size(); ++j) {
-    depends(covariates[j], [&, j](Eigen::Index i) { return problem.half(i, 0).covariates[j]; });
-  }
+  for (const Quantity& quantity : QuantitiesOf(problem, covariates))
+    tests.push_back(Dependence(problem, fit, gram, residual, residual_deg, quantity));
   tests.push_back(Variance(problem, residual));
   std::sort(tests.begin(), tests.end(),
             [](const Test& a, const Test& b) { return a.log_p < b.log_p; });

@@ -1,17 +1,22 @@
-// What still speaks in the residual after the effects, and what an effect gains beside a residual
-// that is not white.
+// What still speaks in the residual after the effects, what an effect gains beside a residual that
+// is not white, and the noise that such a residual has.
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <string>
 #include <vector>
 
+#include "calibration/gls/noise_model.h"
 #include "calibration/gls/robust_gain.h"
 #include "calibration/trace/trace_result.h"
 
 namespace gyrobench::calibration {
 
+struct Baseline;
 struct ChannelFit;
 class ChannelProblem;
+class Selection;
 
 // Rows that are summed before their serial correlations are tested, at up to ten of such sums.
 inline constexpr Eigen::Index kWhitenessBlocks[] = {1, 10, 100};
@@ -28,5 +33,11 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
 // tested.
 CorrelatedGain LeastWhereCorrelated(const ChannelProblem& problem, const ChannelFit& fit,
                                     const std::vector<Eigen::Index>& own);
+
+// The noise that is estimated beside everything that may act is too small where rounding remains,
+// because all of that together fits a part of the rounding. Where nothing was chosen and rounding
+// alone remains, this is the noise beside the baseline alone, searched from `noise`; else nullopt.
+std::optional<NoiseModel> NoiseWithRounding(const ChannelProblem& problem, const Baseline& baseline,
+                                            const Selection& selection, const NoiseModel& noise);
 
 }  // namespace gyrobench::calibration

@@ -186,7 +186,6 @@ double Selection::ScaleFactorOr(double first_of_model) const {
 
 // A step and the one back before the next readings are one reading that is wrong.
 bool Selection::IsSpike(const Candidate& candidate) const {
-  constexpr double kBetweenNodes_s = 0.15;
   if (candidate.search() != Search::kTime) return false;
   return std::ranges::any_of(members_, [&](const Candidate& member) {
     return member.effect == candidate.effect && member.power_on == candidate.power_on &&
@@ -218,7 +217,7 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   if (effect.search == Search::kPeriods &&
       MayBeOfReadings(candidate, values.norm() / std::fabs(scale)))
     return false;
-  if (effect.search == Search::kFrequency && MayBeToneOfReadings(candidate, values.norm(), all))
+  if (effect.search == Search::kFrequency && MayBeToneOfReadings(candidate, all, others))
     return false;
   for (std::size_t j = 0; j < candidate.columns.size(); ++j) {
     double value = values(static_cast<Eigen::Index>(j));

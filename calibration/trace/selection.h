@@ -39,6 +39,9 @@ class Selection {
   void Remove(std::size_t member);
   // After members were removed: each that is left was placed beside them, and may belong elsewhere.
   void PlaceWhatIsLeft();
+  // Removes pairs of steps of the offset, up and down again, that a reading of the reference which
+  // jumps makes where the channel does not turn. When each begins [s].
+  std::vector<double> DropSpikes();
   // Candidate::shape_held, with these non-linear parameters.
   void HoldShape(std::size_t member, const std::vector<double>& nonlinear);
   // Candidate::gain_over_noise
@@ -72,6 +75,8 @@ class Selection {
   // What a column must bring for an exchange of candidates of different size to be fair.
   static constexpr double kCostOfColumn = 8.0;
 
+  // Steps that are nearer to each other have no reading between them.
+  static constexpr double kBetweenNodes_s = 0.15;
   // How the chance of a false discovery is shared out: effects of the catalogue, products, curves.
   static constexpr double kShareOfEffects = 0.85, kShareOfProducts = 0.1, kShareOfCurves = 0.05;
   static constexpr std::size_t kKindsOfScan = 4;
@@ -96,6 +101,8 @@ class Selection {
   double StdError(const Candidate& candidate, std::size_t j, WhiteStore::Columns model) const;
   bool ToldFromMembers(const Candidate& candidate, const WhiteStore::Columns& model) const;
   bool IsSpike(const Candidate& candidate) const;
+  bool MakesSpikeWith(const Candidate& member, const Candidate& other) const;
+  double TurnedByReference_deg(double from_s, double to_s) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool MayBeRounding(const Candidate& candidate, const WhiteStore::Columns& others) const;
   double GainOfWave(double wave_deg_s, const Candidate& candidate, const Eigen::VectorXd& values,
@@ -103,9 +110,10 @@ class Selection {
   double DurationOf(Eigen::Index row) const;  // [s]
   // Whether a wave of the reference's angle of that size may be made by the errors of its readings.
   bool MayBeOfReadings(const Candidate& ripple, double amplitude_deg) const;
-  // The same of a tone. `coefficients`: of the model, the baseline's first.
-  bool MayBeToneOfReadings(const Candidate& tone, double amplitude_deg_s,
-                           const Eigen::VectorXd& coefficients) const;
+  // The same of a tone. `all`: coefficients of the others, the baseline's first, and of the tone.
+  bool MayBeToneOfReadings(const Candidate& tone, const Eigen::VectorXd& all,
+                           const WhiteStore::Columns& others) const;
+  bool RestsShow(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool AddBest();
   void TryPool(const WhiteStore::Columns& model, Best* best);
   std::vector<const Candidate*> NearlyFound(const WhiteStore::Columns& model) const;

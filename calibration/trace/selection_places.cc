@@ -233,6 +233,49 @@ void Selection::PlaceWhatIsLeft() {
   PlaceUntilItGainsNothing();
 }
 
+// By the reference, what the channel turned between two times, and about them by a reading [deg].
+double Selection::TurnedByReference_deg(double from_s, double to_s) const {
+  double turned_deg = 0.0;
+  for (Eigen::Index i = 0; i < problem_->rows(); ++i) {
+    if (problem_->end_s(i) < from_s - kBetweenNodes_s) continue;
+    if (problem_->begin_s(i) > to_s + kBetweenNodes_s) continue;
+    const ProblemRow& row = problem_->row_refs()[static_cast<std::size_t>(i)];
+    turned_deg += problem_->history(i).rotation_deg[row.interval][problem_->channel()];
+  }
+  return turned_deg;
+}
+
+// Two steps were each placed by itself, and no spike then. A channel whose own turns have no column
+// stands still: what the reference says that it turned by is a reading that jumps, all at once or
+// in the mean over a rest.
+bool Selection::MakesSpikeWith(const Candidate& member, const Candidate& other) const {
+  constexpr double kNearly = 0.3, kLongest_s = 5.0;
+  if (!member.bias_step() || !other.bias_step() || member.power_on != other.power_on) return false;
+  const double from_s = member.context.nonlinear[0], to_s = other.context.nonlinear[0];
+  if (std::fabs(to_s - from_s) < kBetweenNodes_s) return true;
+  if (turns_itself_ || !(to_s > from_s) || to_s - from_s > kLongest_s) return false;
+  WhiteStore::Columns model = ModelColumns();
+  const auto place = std::ranges::find(model, member.columns.front()) - model.begin();
+  const double turned_deg = store_.Solve(model)(place) * (to_s - from_s);
+  return std::fabs(turned_deg + TurnedByReference_deg(from_s, to_s)) <
+         kNearly * std::fabs(turned_deg);
+}
+
+std::vector<double> Selection::DropSpikes() {
+  std::vector<double> times_s;
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    for (std::size_t j = 0; j < members_.size(); ++j) {
+      if (i == j || !MakesSpikeWith(members_[i], members_[j])) continue;
+      times_s.push_back(members_[i].context.nonlinear[0]);
+      Remove(std::max(i, j));
+      Remove(std::min(i, j));
+      i = static_cast<std::size_t>(-1);  // from the begin
+      break;
+    }
+  }
+  return times_s;
+}
+
 void Selection::PlaceUntilItGainsNothing() {
   constexpr int kMostRounds = 5;
   constexpr double kHardly = 0.05;  // of -2 log L

@@ -34,12 +34,12 @@ double LeftInMeans(const ChannelProblem& problem, const Candidate& ripple) {
   return way > 0.0 ? std::sqrt(square / way) : 1.0;
 }
 
-// Rows in which an axis turns at an even speed, from the end of the first to that of the last.
+// From the end of one row to that of another an axis turns at an even speed.
 struct SteadyTurn {
   Eigen::Index first = 0, last = 0;
 };
 
-// `visit`: of each, as long as many of its readings are.
+// Calls `visit` with each steady turn of many rows.
 template <typename Visit>
 void ForEachSteadyTurn(const ChannelProblem& problem, std::size_t axis, Visit visit) {
   constexpr double kSameSpeed = 0.2;
@@ -48,69 +48,88 @@ void ForEachSteadyTurn(const ChannelProblem& problem, std::size_t axis, Visit vi
     return problem.half(row, 1).table_rate_deg_s[axis];
   };
   const auto goes_on = [&](Eigen::Index row, double as_deg_s) {
-    return row < problem.rows() && !problem.intervals()[static_cast<std::size_t>(row)].new_run &&
+    return row < problem.rows() && problem.intervals()[static_cast<std::size_t>(row)].GoesOn() &&
            std::fabs(rate_deg_s(row) - as_deg_s) < kSameSpeed * std::fabs(as_deg_s);
   };
   for (Eigen::Index begin = 0, end = 0; begin < problem.rows(); begin = end) {
     end = begin + 1;
     while (goes_on(end, rate_deg_s(begin))) ++end;
     const SteadyTurn turn{begin + kRamp, end - 1 - kRamp};
-    if (turn.last - turn.first < kLeastRows) continue;
-    visit(turn);
+    if (turn.last - turn.first >= kLeastRows) visit(turn);
   }
 }
 
-// What rounding adds to a tone of one frequency in one turn, as a part of the first harmonic of its
-// wave: the k-th, 1/k of the first, has k times as many periods from node to node as these are
-// steps apart, and whole periods do not show. What the means of the nodes' readings leave of either
-// is allowed for. NaN where the axis has no steps.
+double OffWhole(double value) { return std::fabs(std::remainder(value, 1.0)); }
+
+// The most that rounding to steps of `step_deg` adds to a tone in one steady turn, as a part of the
+// first harmonic of its wave. The k-th harmonic has 1/k of the first one's size and k times as many
+// periods from node to node as these are steps apart; whole periods do not show. The means of the
+// nodes' readings leave a part of it, and a part of the tone.
 double PartOfWave(const ChannelProblem& problem, std::size_t axis, const SteadyTurn& turn,
-                  double frequency_hz) {
-  constexpr int kHarmonics = 5;
+                  double step_deg, double frequency_hz) {
+  constexpr int kHarmonics = 3;
+  // A turn of T seconds tells frequencies by 1/T, and its speed by a part of a step in T seconds.
+  constexpr double kPartOfStep = 0.3;
   const SensorState &from = problem.end_node(turn.first), &to = problem.end_node(turn.last);
   const double duration_s = to.t_s - from.t_s;
   const auto middle = static_cast<std::size_t>((turn.first + turn.last) / 2);
   const double interval_s = problem.intervals()[middle].duration_s;
-  const double steps_per_s = (to.table_deg[axis] - from.table_deg[axis]) / duration_s /
-                             problem.history(turn.first).rest_flicker[axis].step_deg;
-  const auto off_whole = [](double value) { return std::fabs(value - std::round(value)); };
+  const double steps_per_s = (to.table_deg[axis] - from.table_deg[axis]) / step_deg / duration_s;
   const auto left = [&](double hz) {
     return std::fabs(MeanOfWave(from.readings, kTwoPi * hz * from.reading_step_s));
   };
   double part = 0.0;
   for (int k = 1; k <= kHarmonics; ++k) {
     const double wave_hz = k * steps_per_s;
-    const double off = std::min(off_whole((wave_hz - frequency_hz) * interval_s),
-                                off_whole((wave_hz + frequency_hz) * interval_s));
-    // What the turn's length tells of a frequency, and a step at one of its ends.
-    if (off < (1.0 + k) * interval_s / duration_s) part += left(wave_hz) / k;
+    const double off = std::min(OffWhole((wave_hz - frequency_hz) * interval_s),
+                                OffWhole((wave_hz + frequency_hz) * interval_s));
+    if (off < (1.0 + kPartOfStep * k) * interval_s / duration_s)
+      part = std::max(part, left(wave_hz) / k);
   }
-  return std::isfinite(steps_per_s) ? part / left(frequency_hz) : kMissing;
+  return part > 0.0 ? part / left(frequency_hz) : 0.0;
 }
 
 }  // namespace
 
-// At even speed rounding makes tones of the angle, whose frequencies follow from the speed. In the
-// mean over all rows they are no larger than what each turn adds.
-bool Selection::MayBeToneOfReadings(const Candidate& tone, double amplitude_deg_s,
-                                    const Eigen::VectorXd& coefficients) const {
+// At even speed rounding makes tones of the angle, whose frequencies follow from the speed, and
+// whose mean over all rows is no larger than what the turns add together. While the table rests it
+// makes none.
+bool Selection::MayBeToneOfReadings(const Candidate& tone, const Eigen::VectorXd& all,
+                                    const WhiteStore::Columns& others) const {
+  if (!(problem_->rounding_deg() > 0.0)) return false;
   const double frequency_hz = tone.context.nonlinear[0];
-  const double own = turns_itself_ ? std::fabs(coefficients(0)) : 0.0;
-  const double others = coefficients.head(turned_).cwiseAbs().sum() - own;
-  double sum_deg_s = 0.0, time_s = 0.0;
+  // What has no column was taken off as it is.
+  const double own = turns_itself_ ? std::fabs(all(0)) : 1.0;
+  const double by_others = all.head(turned_).cwiseAbs().sum() - (turns_itself_ ? own : 0.0);
+  double sum_deg_times_s = 0.0, time_s = 0.0;
   for (Eigen::Index i = 0; i < problem_->rows(); ++i) time_s += DurationOf(i);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double wave_deg = problem_->rounding_wave_deg(axis);
-    if (!(wave_deg > 0.0)) continue;
     ForEachSteadyTurn(*problem_, axis, [&](const SteadyTurn& turn) {
-      const double part = PartOfWave(*problem_, axis, turn, frequency_hz);
-      if (!std::isfinite(part)) return;
-      const double felt = own * std::fabs(problem_->AxisProjection(turn.first, axis)) + others;
-      sum_deg_s +=
-          felt * wave_deg * part * (problem_->end_s(turn.last) - problem_->end_s(turn.first));
+      const double step_deg = problem_->history(turn.first).rest_flicker[axis].step_deg;
+      if (!(step_deg > 0.0) || !std::isfinite(step_deg)) return;
+      const double felt = own * std::fabs(problem_->AxisProjection(turn.first, axis)) + by_others;
+      sum_deg_times_s += felt * problem_->rounding_wave_deg(axis) *
+                         PartOfWave(*problem_, axis, turn, step_deg, frequency_hz) *
+                         (problem_->end_s(turn.last) - problem_->end_s(turn.first));
     });
   }
-  return amplitude_deg_s / (kTwoPi * frequency_hz) < kAllHarmonics * sum_deg_s / time_s;
+  const double amplitude_deg_s = all.tail(static_cast<Eigen::Index>(tone.columns.size())).norm();
+  const double amplitude_deg = amplitude_deg_s / (kTwoPi * frequency_hz);
+  return amplitude_deg < kAllHarmonics * sum_deg_times_s / time_s && !RestsShow(tone, others);
+}
+
+// Rows at rest alone ask for it, beyond what chance makes.
+bool Selection::RestsShow(const Candidate& candidate, const WhiteStore::Columns& others) const {
+  constexpr double kClear = 20.0;  // of -2 log L
+  std::vector<Eigen::Index> rests;
+  for (Eigen::Index i = 0; i < problem_->rows(); ++i) {
+    if (problem_->intervals()[static_cast<std::size_t>(i)].still) rests.push_back(i);
+  }
+  const Projection others_off(store_.Take(others));
+  const Eigen::MatrixXd own = others_off.Off(store_.Take(candidate.columns))(rests, Eigen::all);
+  const Eigen::VectorXd residual = others_off.Off(store_.output());
+  const Eigen::VectorXd left = residual(rests);
+  return ScaledLdlt(own.transpose() * own).Square(own.transpose() * left) > kClear;
 }
 
 // The error e of a reading is in the output and in the angle that a wave is a function of: the mean

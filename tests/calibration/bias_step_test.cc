@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "tests/calibration/synthetic_bench.h"
 #include "tests/calibration/trace_once.h"
@@ -82,6 +83,27 @@ TEST(AHysteresis, ThatIsCrossedOnceIsNamed) {
   EXPECT_EQ(effect.id, "bias.hysteresis") << channel.summary;
   EXPECT_NEAR(effect.parameters[0].value, kSlope_deg_s_degC, 5.0 * effect.parameters[0].std_error);
   EXPECT_NEAR(effect.parameters[1].value, kPlay_degC, 0.3);
+}
+
+// The reading of an axis that stands still jumps while another turns. To the channel that would
+// feel it turn, that is an offset that comes and goes.
+TEST(AReadingThatJumps, IsNoPairOfStepsOfTheOffset) {
+  constexpr double kJump_deg = 0.1;
+  BenchSensor sensor;
+  sensor.three_channels = true;
+  const SyntheticBench bench(ManySpeeds(), sensor);
+  for (const double share : {0.4, 0.6}) {
+    const double jump_s = std::floor(share * bench.motion().duration_s()) + 0.03;
+    Injection jump;
+    jump.axis = kMiddleAxis;
+    jump.angle_deg = [=](const BenchState& s) { return s.t_s >= jump_s ? kJump_deg : 0.0; };
+    const ChannelTrace channel = TraceOf(bench.Measure(jump, 3));
+    EXPECT_EQ(channel.effects.size(), 0u) << channel.summary << ", at " << jump_s;
+    EXPECT_NE(channel.verdict, calibration::Verdict::kNone) << channel.summary;
+    EXPECT_TRUE(std::ranges::any_of(channel.remarks, [](const std::string& remark) {
+      return remark.find("a reading of the reference jumps") != std::string::npos;
+    })) << channel.summary;
+  }
 }
 
 }  // namespace

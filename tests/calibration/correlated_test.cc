@@ -3,6 +3,8 @@
 #include <Eigen/QR>
 #include <cmath>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "calibration/gls/robust_gain.h"
 
@@ -122,19 +124,25 @@ TEST(Correlated, KnowsWhereARunEnds) {
   EXPECT_NEAR(gain(runs), before, 1e-9 * before);
 }
 
-// Rows that were measured again and again, with the same error each time and the same in the column.
+// Rows that were measured again and again, each time with the same error, and the same in the
+// column.
 class Repeated {
  public:
-  static constexpr Eigen::Index kTimes = 20, kPlaces = kRows / kTimes;
-
-  explicit Repeated(unsigned seed) : noise_(seed) {
-    for (Eigen::Index i = 0; i < kRows; ++i) place.push_back(static_cast<std::size_t>(i % kPlaces));
+  Repeated(unsigned seed, Eigen::Index times) : noise_(seed) {
+    const Eigen::Index places = kRows / times;
+    for (Eigen::Index i = 0; i < kRows; ++i) place.push_back(static_cast<std::size_t>(i % places));
   }
   Eigen::VectorXd Draw() {
     const Eigen::VectorXd once = noise_.Draw(0.0);
     return once(place);
   }
   Eigen::VectorXd DrawAnew() { return noise_.Draw(0.0); }
+  // 0 but at the first `places` of them, where it is what it was.
+  Eigen::VectorXd AtFirst(Eigen::VectorXd values, std::size_t places) const {
+    for (Eigen::Index i = 0; i < kRows; ++i)
+      if (place[static_cast<std::size_t>(i)] >= places) values(i) = 0.0;
+    return values;
+  }
 
   std::vector<std::size_t> place;
 
@@ -142,36 +150,66 @@ class Repeated {
   CorrelatedNoise noise_;
 };
 
-TEST(Clustered, KeepsTheOddsWhereErrorsComeAgain) {
-  double white = 0.0, clustered = 0.0;
+// How often a column that has no part in the output is beyond one in twenty, where it acts at so
+// many places.
+Rates FalseRatesWhereRepeated(Eigen::Index times, std::size_t places, bool errors_too) {
+  Rates rates;
   for (unsigned seed = 0; seed < kRepetitions; ++seed) {
-    Repeated repeated(seed);
-    const Eigen::VectorXd column = repeated.Draw(), output = repeated.Draw();
+    Repeated repeated(seed, times);
+    const Eigen::VectorXd column = repeated.AtFirst(repeated.Draw(), places);
+    const Eigen::VectorXd output = errors_too ? repeated.Draw() : repeated.DrawAnew();
     const Fitted fit = Fit(column, output);
-    white += fit.gain_if_white > kOneInTwenty;
-    clustered +=
-        GainWhereClustered(column, output, fit.residual, repeated.place).gain > kOneInTwenty;
+    const double gain = GainWhereClustered(column, output, fit.residual, repeated.place).gain;
+    rates.white += fit.gain_if_white > kOneInTwenty;
+    rates.correlated += gain > kOneInTwenty;
   }
-  EXPECT_GT(white / kRepetitions, 0.5);
-  // 0.05, and four standard deviations of a share of 600.
-  EXPECT_LT(clustered / kRepetitions, 0.086);
+  rates.white /= kRepetitions;
+  rates.correlated /= kRepetitions;
+  return rates;
+}
+
+// One in twenty, and four standard deviations of a share of 600.
+constexpr double kAboutOneInTwenty = 0.086;
+
+TEST(Clustered, KeepsTheOddsWhereErrorsComeAgain) {
+  for (const Eigen::Index times : {3, 20}) {
+    const Rates rates = FalseRatesWhereRepeated(times, kRows, true);
+    EXPECT_GT(rates.white, 0.15) << times;
+    EXPECT_LT(rates.correlated, kAboutOneInTwenty) << times;
+  }
+}
+
+// Of few places the errors' size is known badly: then a false find is up to three times as
+// likely as it says.
+TEST(Clustered, NearlyKeepsTheOddsAtFewPlaces) {
+  const std::vector<std::pair<std::size_t, double>> odds = {{6, 0.16}, {12, 0.12}};
+  for (const auto& [places, most] : odds) {
+    const Rates rates = FalseRatesWhereRepeated(20, places, true);
+    EXPECT_GT(rates.white, 0.5) << places;
+    EXPECT_LT(rates.correlated, most) << places;
+  }
 }
 
 TEST(Clustered, AsksNoMoreWhereErrorsAreNew) {
-  double clustered = 0.0;
-  for (unsigned seed = 0; seed < kRepetitions; ++seed) {
-    Repeated repeated(seed);
-    const Eigen::VectorXd column = repeated.Draw(), output = repeated.DrawAnew();
-    const Fitted fit = Fit(column, output);
-    clustered +=
-        GainWhereClustered(column, output, fit.residual, repeated.place).gain > kOneInTwenty;
-  }
-  EXPECT_NEAR(clustered / kRepetitions, 0.05, 0.036);
+  EXPECT_NEAR(FalseRatesWhereRepeated(20, kRows, false).correlated, 0.05, 0.036);
+}
+
+// A column at one place, or at two with two columns: nothing is left to know the errors by.
+TEST(Clustered, IsWhiteWhereNoFreedomIsLeft) {
+  Repeated repeated(2, 20);
+  const Eigen::VectorXd column = repeated.AtFirst(repeated.Draw(), 1);
+  const Eigen::VectorXd output = repeated.Draw();
+  const Fitted fit = Fit(column, output);
+  EXPECT_NEAR(GainWhereClustered(column, output, fit.residual, repeated.place).gain,
+              fit.gain_if_white, 1e-9 * fit.gain_if_white);
+  EXPECT_EQ(
+      GainWhereClustered(column, Eigen::VectorXd::Zero(kRows), fit.residual, repeated.place).gain,
+      0.0);
 }
 
 // What acts once, as a step, is known by no fewer rows for those that share their places.
 TEST(Clustered, LeavesWhatActsOnce) {
-  Repeated repeated(1);
+  Repeated repeated(1, 20);
   Eigen::VectorXd column = Eigen::VectorXd::Zero(kRows);
   column.segment(130, 3).setOnes();
   const Eigen::VectorXd output = 3.0 * column + repeated.DrawAnew();
@@ -181,7 +219,7 @@ TEST(Clustered, LeavesWhatActsOnce) {
 }
 
 TEST(Clustered, DependsOnTheSpanOfTheColumnsOnly) {
-  Repeated repeated(3);
+  Repeated repeated(3, 20);
   Eigen::MatrixXd columns(kRows, 2), mixed(kRows, 2);
   columns << repeated.Draw(), repeated.Draw();
   mixed << 1e4 * columns.col(0) - 3e3 * columns.col(1), 1e-5 * columns.col(1);

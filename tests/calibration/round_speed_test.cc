@@ -19,7 +19,7 @@ namespace {
 using calibration::ChannelTrace;
 using calibration::TraceResult;
 
-constexpr double kFourteenBits_deg = 360.0 / 16384.0, kTwelveBits_deg = 360.0 / 4096.0;
+constexpr double kFineSteps_deg = 360.0 / 16384.0, kCoarseSteps_deg = 360.0 / 4096.0;
 constexpr double kSpeed_deg_s = 20.0;
 
 Story Turns(double reading_deg, double step_deg, double reference_hz, std::uint64_t seed) {
@@ -44,58 +44,81 @@ Story Turns(double reading_deg, double step_deg, double reference_hz, std::uint6
   return story;
 }
 
-void ExpectNothing(const ChannelTrace& channel, std::uint64_t seed) {
+// `most_error`: of the scale factor, as stated.
+void ExpectNothing(const ChannelTrace& channel, double most_error, std::uint64_t seed) {
   EXPECT_EQ(channel.verdict, calibration::Verdict::kNone) << channel.summary << ", seed " << seed;
   EXPECT_THAT(channel.effects, ::testing::IsEmpty()) << channel.summary << ", seed " << seed;
   EXPECT_THAT(channel.remaining.findings, ::testing::IsEmpty()) << "seed " << seed;
   const auto& scale = channel.baseline.parameters.at(0);
   EXPECT_NEAR(scale.value, 1.012, 4.5 * scale.std_error) << "seed " << seed;
+  EXPECT_LT(scale.std_error, most_error) << "seed " << seed;
 }
 
 // From reading to reading there are 91.02 steps: at an even speed their error is hardly another
 // from one to the next, and in the ramps it is any.
 TEST(ARoundSpeed, MeetsTheStepsOfAnEncoderAlikeInEachTurn) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    Story story = Turns(5e-4, kFourteenBits_deg, 10.0, seed);
+    Story story = Turns(5e-4, kFineSteps_deg, 10.0, seed);
     story.UseTurningChannelAlone();
-    ExpectNothing(TraceOf(story.Collect()), seed);
+    ExpectNothing(TraceOf(story.Collect()), 5e-5, seed);
   }
 }
 
-// The noise of the readings is what such a wave shows of itself while the speed is even.
+// Of 180 or 360 periods a turn all readings at an even speed meet the same part, and what a fit to
+// such a wave finds of it there is the noise of the readings.
 TEST(ARoundSpeed, MeetsAWaveOfManyPeriodsAtTheSamePlaces) {
   for (const double reference_hz : {10.0, 20.0}) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       Story story = Turns(1e-3, 0.0, reference_hz, seed);
       story.UseTurningChannelAlone();
-      ExpectNothing(TraceOf(story.Collect()), seed);
+      ExpectNothing(TraceOf(story.Collect()), 5e-5, seed);
     }
   }
 }
 
-// Of 90 periods a turn, half a period from reading to reading.
-TEST(ARoundSpeed, ShowsAWaveThatIsAnotherAtEachReading) {
-  constexpr double kWave_deg = 0.02, kPeriods = 90.0;
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    Story story = Turns(1e-3, 0.0, 20.0, seed);
-    story.UseTurningChannelAlone();
-    story.spoil_angle = [](AngleSample* reading) {
-      reading->angle_deg +=
-          kWave_deg * std::sin(kPeriods * reading->angle_deg * std::numbers::pi / 180.0);
-      return true;
-    };
-    const ChannelTrace channel = TraceOf(story.Collect());
-    ASSERT_THAT(channel.effects, ::testing::SizeIs(1)) << channel.summary << ", seed " << seed;
-    EXPECT_EQ(channel.effects[0].id, "angle.ripple");
-    EXPECT_NEAR(channel.effects[0].parameters.at(0).value, kWave_deg, 0.1 * kWave_deg);
+// A wave that is another at each reading, and one that the readings take for three periods a turn.
+TEST(ARoundSpeed, ShowsAWaveThatReadingsMeetInOtherParts) {
+  constexpr double kWave_deg = 0.02;
+  struct Wave {
+    double periods, reference_hz;
+  };
+  for (const auto& [periods, reference_hz] : {Wave{90.0, 20.0}, Wave{183.0, 10.0}}) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      Story story = Turns(1e-3, 0.0, reference_hz, seed);
+      story.UseTurningChannelAlone();
+      story.spoil_angle = [periods = periods](AngleSample* reading) {
+        reading->angle_deg +=
+            kWave_deg * std::sin(periods * reading->angle_deg * std::numbers::pi / 180.0);
+        return true;
+      };
+      const ChannelTrace channel = TraceOf(story.Collect());
+      ASSERT_THAT(channel.effects, ::testing::SizeIs(1)) << channel.summary << ", seed " << seed;
+      EXPECT_EQ(channel.effects[0].id, "angle.ripple");
+      EXPECT_NEAR(channel.effects[0].parameters.at(0).value, kWave_deg, 0.1 * kWave_deg);
+    }
   }
 }
 
-// A channel that feels four thousandths of the turns feels so much of their rounding, which at
-// 11.38 steps from reading to reading is a tone of 7.6 Hz, and others by its harmonics.
+// A scale factor that differs by the sense of the turn makes more than any rounding.
+TEST(ARoundSpeed, LeavesWhatIsMoreThanTheStepsOfAnEncoder) {
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    Story story = Turns(5e-4, kFineSteps_deg, 10.0, seed);
+    story.UseTurningChannelAlone();
+    const auto rate_deg_s = story.rate_deg_s;
+    story.spoil_gyro = [=](GyroSample* sample) {
+      sample->xi[2] += 131.0 * 0.004 * std::fabs(rate_deg_s(sample->t_s));
+      return true;
+    };
+    const ChannelTrace channel = TraceOf(story.Collect());
+    EXPECT_THAT(channel.effects, ::testing::Not(::testing::IsEmpty())) << channel.summary;
+  }
+}
+
+// A channel that feels two hundredths of the turns feels so much of their rounding, which at 11.38
+// steps from reading to reading is a tone of 7.6 Hz, and others by its harmonics.
 TEST(ARoundSpeed, MakesNoToneInAChannelThatHardlyTurns) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    Story story = Turns(5e-4, kTwelveBits_deg, 20.0, seed);
+    Story story = Turns(5e-4, kCoarseSteps_deg, 20.0, seed);
     story.scale = {0.02, -0.02, 1.012};
     story.white_deg_s = 0.01;
     const TraceResult result = TraceAll(story.Collect());
@@ -111,7 +134,7 @@ TEST(ARoundSpeed, LeavesATone) {
     double frequency_hz, amplitude_deg_s;
   };
   for (const auto& [frequency_hz, amplitude_deg_s] : {Tone{7.556, 0.15}, Tone{6.1, 0.02}}) {
-    Story story = Turns(5e-4, kTwelveBits_deg, 20.0, 1);
+    Story story = Turns(5e-4, kCoarseSteps_deg, 20.0, 1);
     story.scale = {0.02, -0.02, 1.012};
     story.white_deg_s = 0.01;
     story.spoil_gyro = [=](GyroSample* sample) {

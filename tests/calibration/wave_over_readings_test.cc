@@ -61,33 +61,42 @@ TEST(WaveOverReadings, IsTheMeanOfTheWaveAtEachOfThem) {
   }
 }
 
-// In a steady turn a wave that is nearly the same from node to node is one of few periods to them,
-// and takes the part of their own readings that such a wave needs: 180 periods where they are 2 deg
-// apart. Any other does not.
-TEST(WaveOverReadings, IsALongOneWhereItIsNearlyTheSameAtEachNode) {
-  constexpr double kStep_deg = 2.0, kOwn_deg = 0.01;
-  std::mt19937_64 random(5);
-  const std::vector<double> off_deg = Readings(2, 0.5 * kStep_deg, 0.0, random);
+// In a steady turn a wave that is nearly the same from node to node is to the nodes one of few
+// periods a turn, as of 180 where they are 2 deg apart, and takes the part of their own readings
+// that such a wave needs. Any other does not.
+TEST(WaveOfTheAngle, IsALongOneWhereItIsNearlyTheSameAtEachNode) {
+  constexpr double kOwn_deg = 0.01;
   BasisContext context;
   context.table_axis = kAxis;
-  for (const double periods : {1.0, 180.0, 360.0, 357.0, 363.0, 60.0, 90.0, 200.0, 365.0}) {
-    context.nonlinear = {periods};
-    const auto at = [&](double table_deg, double own_deg) {
-      SensorState node;
-      node.table_deg[kAxis] = table_deg;
-      node.own_part_deg[kAxis] = own_deg;
-      node.steady_step_deg[kAxis] = kStep_deg;
-      node.readings = off_deg.size();
-      node.reading_step_deg[kAxis] = 0.5 * kStep_deg;
-      node.readings_off_mean_deg[kAxis] = off_deg;
-      std::array<double, 2> shown = {};
-      FindEffect("angle.ripple")->basis(context)->At(node, shown.data());
-      return shown;
-    };
-    const bool few = std::fabs(std::remainder(periods, 180.0)) < 4.0;
-    const auto shown = at(33.3, kOwn_deg), expected = at(33.3 + (few ? kOwn_deg : 0.0), 0.0);
-    EXPECT_NEAR(shown[0], expected[0], 1e-9) << periods;
-    EXPECT_NEAR(shown[1], expected[1], 1e-9) << periods;
+  for (const double step_deg : {2.0, -2.0}) {
+    for (const double periods :
+         {1.0, 181.0, 179.0, 360.0, 357.0, 363.0, 60.0, 90.0, 200.0, 365.0}) {
+      context.nonlinear = {periods};
+      for (const std::size_t readings : {1u, 2u}) {
+        std::mt19937_64 random(5);
+        const std::vector<double> off_deg = Readings(readings, step_deg / 10.0, 0.0, random);
+        const auto at = [&](double table_deg, double own_deg) {
+          SensorState node;
+          node.table_deg[kAxis] = table_deg;
+          node.own_part_deg[kAxis] = own_deg;
+          node.steady_step_deg[kAxis] = step_deg;
+          node.readings = readings;
+          node.reading_step_deg[kAxis] = step_deg / 10.0;
+          node.readings_off_mean_deg[kAxis] = off_deg;
+          std::array<double, 2> shown = {};
+          FindEffect("angle.ripple")->basis(context)->At(node, shown.data());
+          return shown;
+        };
+        const bool few = std::fabs(std::remainder(periods, 180.0)) < 4.0;
+        const auto without = at(33.3, 0.0), with = at(33.3, kOwn_deg);
+        const auto moved = at(33.3 + kOwn_deg, 0.0);
+        for (std::size_t term = 0; term < 2; ++term) {
+          EXPECT_GT(std::fabs(moved[term] - without[term]), 1e-6) << periods;
+          EXPECT_NEAR(with[term], few ? moved[term] : without[term], 1e-9)
+              << periods << " periods, " << readings << " readings";
+        }
+      }
+    }
   }
 }
 

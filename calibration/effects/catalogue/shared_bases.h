@@ -15,8 +15,8 @@ class RateBasis final : public ChannelBasis {
   void At(const SensorState& point, double* terms) override { terms[0] = kShape(rate(point)); }
 };
 
-// Mean of sin and cos of a wave of the table's angle over the readings of a node, whose mean is at
-// `angle_deg` and which the gyro says how they were about it. False where it does not say.
+// Mean of sin and cos of a wave of the table's angle over the readings of a node. `angle_deg`: the
+// mean of their angles; how each lies about it the gyro says. False where it does not.
 bool WaveOverReadings(const SensorState& point, std::size_t table_axis, double angle_deg,
                       double periods, double* sin_and_cos);
 
@@ -28,8 +28,9 @@ class PeriodicBasis : public ChannelBasis {
     constexpr double kMuch_rad = 1.0;
     const std::size_t axis = context().table_axis;
     const double k = periods();
+    const double own_deg = point.own_part_deg[axis];
     const double angle_deg =
-        point.table_deg[axis] + (IsLong(point, k) ? point.own_part_deg[axis] : 0.0);
+        point.table_deg[axis] + (own_deg != 0.0 && IsLong(point, k) ? own_deg : 0.0);
     const double x = k * kRadPerDeg * point.reading_step_deg[axis];
     const bool much = std::fabs(x) * static_cast<double>(point.readings) > kMuch_rad;
     if (much && WaveOverReadings(point, axis, angle_deg, k, terms)) return;
@@ -43,12 +44,12 @@ class PeriodicBasis : public ChannelBasis {
   // A turn: the data know more of them than of the errors of the angle.
   static constexpr double kFewPeriods = 4.0;
 
-  // Or as the nodes see it: one that is nearly the same from node to node passes for one of few.
+  // Of few periods, or of so many that it is nearly the same from node to node: to the nodes that is
+  // one of few as well.
   bool IsLong(const SensorState& point, double k) const {
     const double step_turns = point.steady_step_deg[context().table_axis] / kFullTurn_deg;
-    const double passed = k * step_turns;
     return k < kFewPeriods ||
-           std::fabs(passed - std::round(passed)) < kFewPeriods * std::fabs(step_turns);
+           std::fabs(std::remainder(k * step_turns, 1.0)) < kFewPeriods * std::fabs(step_turns);
   }
 
   virtual double periods() const = 0;
