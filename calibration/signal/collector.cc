@@ -363,12 +363,11 @@ Recording Collector::Impl::Take() const {
   out.columns = ColumnsSoFar();
   out.ticks = ticks_;
   out.samples = gyro_.samples();
+  out.passages = gyro_.fingerprints().passages();
   out.reference_samples = track_.readings();
   out.valid_samples = gyro_.valid_samples();
-  if (gyro_.started()) {
-    out.first_time_s = gyro_.first_time_s();
-    out.last_time_s = gyro_.last_time_s();
-  }
+  out.first_time_s = gyro_.started() ? gyro_.first_time_s() : 0.0;
+  out.last_time_s = gyro_.started() ? gyro_.last_time_s() : 0.0;
   out.median_interval_s = gyro_.median_interval_s();
   out.orientation_known = track_.orientation_known();
   for (std::size_t a = 0; a < 3; ++a) {

@@ -23,6 +23,7 @@ struct Recording {
   Columns columns;
   TickFit ticks;
   std::int64_t samples = 0;
+  std::vector<std::uint64_t> passages;  // of the gyro's output (fingerprints.h)
   std::int64_t reference_samples = 0;
   std::array<std::int64_t, 3> valid_samples = {};
   double first_time_s = 0.0, last_time_s = 0.0;

@@ -49,6 +49,7 @@ void GyroStream::Start(const MeasurementInfo& info) {
 
 void GyroStream::Add(const GyroSample& sample) {
   ++samples_;
+  fingerprints_.Add(sample.xi);
   if (!(std::fabs(sample.t_s) <= kLatestTime_s)) {
     defects_.Add("not_a_number", "time", last_time_s_);
     return;

@@ -8,6 +8,7 @@
 
 #include "base/measurement.h"
 #include "calibration/signal/columns.h"
+#include "calibration/signal/fingerprints.h"
 #include "calibration/signal/freeze.h"
 #include "calibration/signal/gyro_ring.h"
 #include "calibration/signal/intake.h"
@@ -44,6 +45,7 @@ class GyroStream {
   void Add(const GyroSample& sample);
 
   std::int64_t samples() const { return samples_; }
+  const Fingerprints& fingerprints() const { return fingerprints_; }
   bool started() const { return ring_.count() > 0; }
   double first_time_s() const { return first_time_s_; }
   double last_time_s() const { return last_time_s_; }
@@ -101,6 +103,7 @@ class GyroStream {
   std::vector<BadStretch> bad_;
   GyroRing ring_;
   std::int64_t samples_ = 0;
+  Fingerprints fingerprints_;
   double first_time_s_ = 0.0, last_time_s_ = 0.0;
   double last_raw_time_s_ = 0.0;
   double gap_limit_s_ = 0.25;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "calibration/signal/fingerprints.h"
 #include "calibration/signal/intake.h"
 #include "calibration/signal/output_unit.h"
 
@@ -101,15 +102,23 @@ void CheckSigns(const Recording& with_sign, const Recording& other) {
       FirstRowOf(other.info), FirstRowOf(with_sign.info)));
 }
 
-// A record and the table that was exported from it are one measurement.
+// A record and the table that was exported from it are one measurement, and so are parts of it that
+// overlap.
 void CheckNotTwice(const Recording& one, const Recording& other) {
+  constexpr std::size_t kLeast = 4;  // of some 128 samples each
   const std::vector<Node>&a = one.columns.nodes, &b = other.columns.nodes;
   const bool same = one.samples == other.samples && a.size() == b.size() && !a.empty() &&
                     a.back().at.z == b.back().at.z;
-  if (!same) return;
-  throw DataError(fmt::format(
-      "{} and {} hold the same measurement: give each once, twice it would count double",
-      FirstRowOf(one.info), FirstRowOf(other.info)));
+  const std::size_t shared = same ? 0 : SharedPassages(one.passages, other.passages);
+  if (!same && shared < kLeast) return;
+  const std::size_t all = std::min(one.passages.size(), other.passages.size());
+  const std::string how_much =
+      same || 2 * shared > all
+          ? "the same measurement"
+          : fmt::format("some {} samples of the same measurement", shared * Fingerprints::kOneOf);
+  const auto [first, second] = std::minmax({FirstRowOf(one.info), FirstRowOf(other.info)});
+  throw DataError(fmt::format("{} and {} hold {}: give each once, twice it would count double",
+                              first, second, how_much));
 }
 
 }  // namespace

@@ -141,6 +141,51 @@ TEST(TablesTogether, HaveOneZeroWhereSeveralSayIt) {
               AllOf(HasSubstr("b.csv:1: expected 32768"), HasSubstr("a.csv:1, found 32760")));
 }
 
+// Rows of one measurement from one time to another, as two files of a log may have them.
+Recording PartOf(Story story, const std::string& file, double from_s, double to_s) {
+  story.info.source = file;
+  story.info.first_row_line = 7;
+  story.spoil_gyro = [=](GyroSample* sample) {
+    return sample->t_s >= from_s && sample->t_s < to_s;
+  };
+  return story.Collect();
+}
+
+TEST(TablesTogether, ShareNoPartOfAMeasurement) {
+  const Story story;
+  const Recording whole = PartOf(story, "whole.csv", 0.0, 180.0);
+  EXPECT_THAT(Message({whole, PartOf(story, "one_row_less.csv", 0.03, 180.0)}),
+              AllOf(HasSubstr("whole.csv:7"), HasSubstr("one_row_less.csv:7"),
+                    HasSubstr("the same measurement"), HasSubstr("give each once")));
+  EXPECT_THAT(
+      Message({PartOf(story, "begin.csv", 0.0, 110.0), PartOf(story, "end.csv", 80.0, 180.0)}),
+      AllOf(HasSubstr("begin.csv:7"), HasSubstr("end.csv:7"),
+            HasSubstr("samples of the same measurement")));
+  EXPECT_EQ(Message({PartOf(story, "begin.csv", 0.0, 90.0), PartOf(story, "end.csv", 90.0, 180.0)}),
+            "");
+}
+
+TEST(TablesTogether, MayRepeatAMotion) {
+  Story again;
+  again.seed = 2;
+  EXPECT_EQ(Message({PartOf(Story(), "a.csv", 0.0, 180.0), PartOf(again, "b.csv", 0.0, 180.0)}),
+            "");
+}
+
+// A sensor that is off says the same for long.
+TEST(TablesTogether, MayBothHoldASensorThatIsOff) {
+  Story story, other;
+  other.seed = 2;
+  const auto off = [](GyroSample* sample) {
+    if (sample->t_s > 40.0) sample->xi = {17.0, -3.0, 8.0};
+    return true;
+  };
+  story.spoil_gyro = other.spoil_gyro = off;
+  story.info.source = "a.csv";
+  other.info.source = "b.csv";
+  EXPECT_EQ(Message({story.Collect(), other.Collect()}), "");
+}
+
 TEST(TablesTogether, AreNotTheSameOneTwice) {
   Story story;
   story.duration_s = 30.0;
