@@ -34,16 +34,17 @@ double LeftInMeans(const ChannelProblem& problem, const Candidate& ripple) {
   return way > 0.0 ? std::sqrt(square / way) : 1.0;
 }
 
-// From the end of one row to that of another an axis turns at an even speed.
+// An axis turns at an even speed, and surely so from the end of one row to that of another.
 struct SteadyTurn {
   Eigen::Index first = 0, last = 0;
+  double duration_s = 0.0;  // with the rows before and after these
 };
 
 // Calls `visit` with each steady turn of many rows.
 template <typename Visit>
 void ForEachSteadyTurn(const ChannelProblem& problem, std::size_t axis, Visit visit) {
   constexpr double kSameSpeed = 0.2;
-  constexpr Eigen::Index kRamp = 2, kLeastRows = 10;  // at either end; between them
+  constexpr Eigen::Index kPartOfRamp = 6, kLeastRows = 10;  // at either end one row in so many
   const auto rate_deg_s = [&](Eigen::Index row) {
     return problem.half(row, 1).table_rate_deg_s[axis];
   };
@@ -54,7 +55,9 @@ void ForEachSteadyTurn(const ChannelProblem& problem, std::size_t axis, Visit vi
   for (Eigen::Index begin = 0, end = 0; begin < problem.rows(); begin = end) {
     end = begin + 1;
     while (goes_on(end, rate_deg_s(begin))) ++end;
-    const SteadyTurn turn{begin + kRamp, end - 1 - kRamp};
+    const Eigen::Index ramp = (end - begin) / kPartOfRamp;
+    const SteadyTurn turn{begin + ramp, end - 1 - ramp,
+                          problem.end_s(end - 1) - problem.begin_s(begin)};
     if (turn.last - turn.first >= kLeastRows) visit(turn);
   }
 }
@@ -67,7 +70,7 @@ double OffWhole(double value) { return std::fabs(std::remainder(value, 1.0)); }
 // nodes' readings leave a part of it, and a part of the tone.
 double PartOfWave(const ChannelProblem& problem, std::size_t axis, const SteadyTurn& turn,
                   double step_deg, double frequency_hz) {
-  constexpr int kHarmonics = 3;
+  constexpr int kHarmonics = 5;
   // A turn of T seconds tells frequencies by 1/T, and its speed by a part of a step in T seconds.
   constexpr double kPartOfStep = 0.3;
   const SensorState &from = problem.end_node(turn.first), &to = problem.end_node(turn.last);
@@ -83,10 +86,9 @@ double PartOfWave(const ChannelProblem& problem, std::size_t axis, const SteadyT
     const double wave_hz = k * steps_per_s;
     const double off = std::min(OffWhole((wave_hz - frequency_hz) * interval_s),
                                 OffWhole((wave_hz + frequency_hz) * interval_s));
-    if (off < (1.0 + kPartOfStep * k) * interval_s / duration_s)
-      part = std::max(part, left(wave_hz) / k);
+    if (off < (1.0 + kPartOfStep * k) * interval_s / duration_s) part += left(wave_hz) / k;
   }
-  return part > 0.0 ? part / left(frequency_hz) : 0.0;
+  return part > 0.0 ? std::min(1.0, part) / left(frequency_hz) : 0.0;
 }
 
 }  // namespace
@@ -110,7 +112,7 @@ bool Selection::MayBeToneOfReadings(const Candidate& tone, const Eigen::VectorXd
       const double felt = own * std::fabs(problem_->AxisProjection(turn.first, axis)) + by_others;
       sum_deg_times_s += felt * problem_->rounding_wave_deg(axis) *
                          PartOfWave(*problem_, axis, turn, step_deg, frequency_hz) *
-                         (problem_->end_s(turn.last) - problem_->end_s(turn.first));
+                         turn.duration_s;
     });
   }
   const double amplitude_deg_s = all.tail(static_cast<Eigen::Index>(tone.columns.size())).norm();
