@@ -92,11 +92,10 @@ class ChannelSearcher {
     DropWhatChanceMakes(&*found);
     found->selection.PlaceWhatIsLeft();
     for (const double at_s : found->selection.DropSpikes())
-      remarks_.push_back(
-          fmt::format("at {:.2f} s a reading of the reference jumps, of an axis that this channel "
-                      "would feel turn "
-                      "and does not: no effect is named for it",
-                      at_s));
+      remarks_.push_back(fmt::format(
+          "at {:.2f} s a reading of the reference jumps, of an axis that this channel would feel "
+          "turn and does not: no effect is named for it",
+          at_s));
     const std::optional<NoiseModel> noise =
         NoiseWithRounding(problem_, baseline_, found->selection, found->noise);
     if (noise) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "calibration/gls/scaled_ldlt.h"
@@ -102,7 +103,8 @@ class Selection {
   bool ToldFromMembers(const Candidate& candidate, const WhiteStore::Columns& model) const;
   bool IsSpike(const Candidate& candidate) const;
   bool MakesSpikeWith(const Candidate& member, const Candidate& other) const;
-  double TurnedByReference_deg(double from_s, double to_s) const;
+  std::optional<std::pair<std::size_t, std::size_t>> FindSpike() const;
+  double TurnedByReference_deg(const Candidate& from, const Candidate& to) const;
   bool Plausible(const Candidate& candidate, const WhiteStore::Columns& others) const;
   bool MayBeRounding(const Candidate& candidate, const WhiteStore::Columns& others) const;
   double GainOfWave(double wave_deg_s, const Candidate& candidate, const Eigen::VectorXd& values,

@@ -233,10 +233,14 @@ void Selection::PlaceWhatIsLeft() {
   PlaceUntilItGainsNothing();
 }
 
-// By the reference, what the channel turned between two times, and about them by a reading [deg].
-double Selection::TurnedByReference_deg(double from_s, double to_s) const {
+// By the reference, what the channel turned from one step to another of its power-on, and by a
+// reading before and after [deg].
+double Selection::TurnedByReference_deg(const Candidate& from, const Candidate& to) const {
+  const double from_s = from.context.nonlinear[0], to_s = to.context.nonlinear[0];
+  const Eigen::Index begin = from.power_on ? problem_->begin_of(*from.power_on) : 0;
+  const Eigen::Index end = from.power_on ? problem_->end_of(*from.power_on) : problem_->rows();
   double turned_deg = 0.0;
-  for (Eigen::Index i = 0; i < problem_->rows(); ++i) {
+  for (Eigen::Index i = begin; i < end; ++i) {
     if (problem_->end_s(i) < from_s - kBetweenNodes_s) continue;
     if (problem_->begin_s(i) > to_s + kBetweenNodes_s) continue;
     const ProblemRow& row = problem_->row_refs()[static_cast<std::size_t>(i)];
@@ -251,27 +255,32 @@ double Selection::TurnedByReference_deg(double from_s, double to_s) const {
 bool Selection::MakesSpikeWith(const Candidate& member, const Candidate& other) const {
   constexpr double kNearly = 0.3, kLongest_s = 5.0;
   if (!member.bias_step() || !other.bias_step() || member.power_on != other.power_on) return false;
-  const double from_s = member.context.nonlinear[0], to_s = other.context.nonlinear[0];
-  if (std::fabs(to_s - from_s) < kBetweenNodes_s) return true;
-  if (turns_itself_ || !(to_s > from_s) || to_s - from_s > kLongest_s) return false;
-  WhiteStore::Columns model = ModelColumns();
+  const double lasts_s = other.context.nonlinear[0] - member.context.nonlinear[0];
+  if (std::fabs(lasts_s) < kBetweenNodes_s) return true;
+  if (turns_itself_ || !(lasts_s > 0.0) || lasts_s > kLongest_s) return false;
+  const WhiteStore::Columns model = ModelColumns();
   const auto place = std::ranges::find(model, member.columns.front()) - model.begin();
-  const double turned_deg = store_.Solve(model)(place) * (to_s - from_s);
-  return std::fabs(turned_deg + TurnedByReference_deg(from_s, to_s)) <
+  const double turned_deg = store_.Solve(model)(place) * lasts_s;
+  return std::fabs(turned_deg + TurnedByReference_deg(member, other)) <
          kNearly * std::fabs(turned_deg);
+}
+
+std::optional<std::pair<std::size_t, std::size_t>> Selection::FindSpike() const {
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    for (std::size_t j = 0; j < members_.size(); ++j) {
+      if (i != j && MakesSpikeWith(members_[i], members_[j])) return std::pair(i, j);
+    }
+  }
+  return std::nullopt;
 }
 
 std::vector<double> Selection::DropSpikes() {
   std::vector<double> times_s;
-  for (std::size_t i = 0; i < members_.size(); ++i) {
-    for (std::size_t j = 0; j < members_.size(); ++j) {
-      if (i == j || !MakesSpikeWith(members_[i], members_[j])) continue;
-      times_s.push_back(members_[i].context.nonlinear[0]);
-      Remove(std::max(i, j));
-      Remove(std::min(i, j));
-      i = static_cast<std::size_t>(-1);  // from the begin
-      break;
-    }
+  while (const auto spike = FindSpike()) {
+    const auto& [up, down] = *spike;
+    times_s.push_back(members_[up].context.nonlinear[0]);
+    Remove(std::max(up, down));
+    Remove(std::min(up, down));
   }
   return times_s;
 }
