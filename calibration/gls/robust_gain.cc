@@ -22,6 +22,24 @@ Eigen::MatrixXd BlockSums(const Eigen::Ref<const Eigen::MatrixXd>& rows, Eigen::
   return out;
 }
 
+// Columns that do not depend on each other, and what they explain beside a white residual.
+struct Explained {
+  Explained(const Eigen::MatrixXd& columns, const Eigen::VectorXd& output) {
+    const Eigen::MatrixXd gram = columns.transpose() * columns;
+    const std::vector<Eigen::Index> kept = IndependentColumns(gram);
+    if (kept.empty()) return;
+    own = columns(Eigen::all, kept);
+    factor = ScaledLdlt(gram(kept, kept));
+    right = own.transpose() * output;
+    white = {factor.Square(right), static_cast<int>(kept.size())};
+  }
+
+  Eigen::MatrixXd own;
+  ScaledLdlt factor;      // of their products
+  Eigen::VectorXd right;  // their products with the output
+  CorrelatedGain white;
+};
+
 // Of equal shares that add up as these do.
 double NumberOf(const Eigen::VectorXd& shares) {
   return shares.sum() * shares.sum() / shares.squaredNorm();
@@ -36,10 +54,9 @@ CorrelatedGain GainWhereCorrelated(const Eigen::MatrixXd& columns, const Eigen::
                                    const Eigen::VectorXd& residual,
                                    const std::vector<Eigen::Index>& run_begins,
                                    Eigen::Index block) {
-  const Eigen::MatrixXd gram = columns.transpose() * columns;
-  const std::vector<Eigen::Index> kept = IndependentColumns(gram);
-  if (kept.empty()) return {};
-  const Eigen::MatrixXd score = residual.asDiagonal() * columns(Eigen::all, kept);
+  const Explained explained(columns, output);
+  if (explained.white.rank == 0) return {};
+  const Eigen::MatrixXd score = residual.asDiagonal() * explained.own;
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(score.cols(), score.cols());
   for (std::size_t r = 0; r < run_begins.size(); ++r) {
     const Eigen::Index end = r + 1 < run_begins.size() ? run_begins[r + 1] : score.rows();
@@ -53,23 +70,17 @@ CorrelatedGain GainWhereCorrelated(const Eigen::MatrixXd& columns, const Eigen::
       spread += weight * (shared + shared.transpose());
     }
   }
-  const Eigen::VectorXd right = columns(Eigen::all, kept).transpose() * output;
-  return {std::min(ScaledLdlt(gram(kept, kept)).Square(right), ScaledLdlt(spread).Square(right)),
-          static_cast<int>(kept.size())};
+  const double gain = ScaledLdlt(spread).Square(explained.right);
+  return {std::min(explained.white.gain, gain), explained.white.rank};
 }
 
 CorrelatedGain GainWhereClustered(const Eigen::MatrixXd& columns, const Eigen::VectorXd& output,
                                   const Eigen::VectorXd& residual,
                                   const std::vector<std::size_t>& cluster) {
-  const Eigen::MatrixXd gram = columns.transpose() * columns;
-  const std::vector<Eigen::Index> kept = IndependentColumns(gram);
-  if (kept.empty()) return {};
-  const Eigen::MatrixXd own = columns(Eigen::all, kept);
-  const ScaledLdlt factor(gram(kept, kept));
-  const Eigen::VectorXd right = own.transpose() * output;
-  const Eigen::VectorXd along = own * factor.Solve(right);
-  const CorrelatedGain white = {factor.Square(right), static_cast<int>(kept.size())};
+  const Explained explained(columns, output);
+  const auto& [own, factor, right, white] = explained;
   if (!(white.gain > 0.0)) return white;
+  const Eigen::VectorXd along = own * factor.Solve(right);
   const auto clusters = static_cast<Eigen::Index>(*std::ranges::max_element(cluster) + 1);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(clusters, own.cols());
   Eigen::VectorXd shares = Eigen::VectorXd::Zero(clusters);

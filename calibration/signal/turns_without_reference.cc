@@ -134,7 +134,7 @@ std::string TurnsOf(const Recording& recording, std::size_t channel) {
   const double level = usual_deg_s * units + recording.info.gyro_lsb_zero.value_or(0.0);
   const bool top = !known && level > kTopOfWord && level < kWord;
   const bool beyond = known && std::fabs(usual_deg_s) > kLargestOffset_deg_s;
-  if (!(beyond || top) || !!HasUnsignedGyro(recording)) return "";
+  if (!(beyond || top) || HasUnsignedGyro(recording)) return "";
   return OffsetText(recording, axis, usual_deg_s, units);
 }
 

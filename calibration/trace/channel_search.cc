@@ -382,6 +382,7 @@ class ChannelSearcher {
   // that: those of a slow effect are larger there than a white residual would have them.
   void DropWhereResidualsCorrelate(SearchedChannel* found) const {
     Selection& selection = found->selection;
+    const RowsTogether together = FindRowsTogether(problem_);
     while (!selection.members().empty()) {
       const ChannelFit fit = FitChannel(problem_, baseline_, selection);
       if (WhatRemains(problem_, fit, request_.covariates).white) return;
@@ -390,7 +391,7 @@ class ChannelSearcher {
       double lack = 0.0;
       for (std::size_t i = 0; i < selection.members().size(); ++i) {
         const Candidate& member = selection.members()[i];
-        CorrelatedGain least = LeastWhereCorrelated(problem_, fit, fit.ColumnsOf(i));
+        CorrelatedGain least = LeastWhereCorrelated(problem_, together, fit, fit.ColumnsOf(i));
         // Single readings are independent of each other.
         least.gain += selection.GainByReadings(i);
         least.gain = std::min(least.gain, member.gain_over_noise);

@@ -13,7 +13,6 @@
 namespace gyrobench::calibration {
 namespace {
 
-// First rows of stretches without a gap.
 std::vector<Eigen::Index> UnbrokenRuns(const ChannelProblem& problem) {
   std::vector<Eigen::Index> begins;
   for (Eigen::Index i = 0; i < problem.rows(); ++i) {
@@ -34,7 +33,7 @@ double LargestStep_deg(const ChannelProblem& problem, std::size_t axis) {
   return step_deg;
 }
 
-// The rows' clusters, for GainWhereClustered. Rounding is a function of the angle, and errs by the
+// Rounding is a function of the angle, and errs by the
 // same each time that a motion is made again from the same place. So rows in which the axis turns
 // are in one cluster where its angle is within some steps of its encoder, whatever turn and
 // measurement they are of. Every other row is alone in its cluster.
@@ -64,8 +63,15 @@ std::vector<std::size_t> ClustersByPlace(const ChannelProblem& problem, std::siz
 
 }  // namespace
 
-CorrelatedGain LeastWhereCorrelated(const ChannelProblem& problem, const ChannelFit& fit,
-                                    const std::vector<Eigen::Index>& own) {
+RowsTogether FindRowsTogether(const ChannelProblem& problem) {
+  RowsTogether out{UnbrokenRuns(problem), {}};
+  for (std::size_t axis = 0; problem.rounding_deg() > 0.0 && axis < 3; ++axis)
+    out.clusters.push_back(ClustersByPlace(problem, axis));
+  return out;
+}
+
+CorrelatedGain LeastWhereCorrelated(const ChannelProblem& problem, const RowsTogether& together,
+                                    const ChannelFit& fit, const std::vector<Eigen::Index>& own) {
   const Projection others_off(fit.white(Eigen::all, fit.ColumnsBut(own)));
   const Eigen::MatrixXd whole = fit.white(Eigen::all, own);
   Eigen::MatrixXd left = others_off.Off(whole);
@@ -74,14 +80,13 @@ CorrelatedGain LeastWhereCorrelated(const ChannelProblem& problem, const Channel
       left.col(j).setZero();
   }
   const Eigen::VectorXd output = others_off.Off(fit.white_output), residual = fit.WhiteResidual();
-  const std::vector<Eigen::Index> runs = UnbrokenRuns(problem);
   std::vector<CorrelatedGain> gains;
   for (const Eigen::Index block : kWhitenessBlocks) {
     if (WhitenessIsTested(problem, block))
-      gains.push_back(GainWhereCorrelated(left, output, residual, runs, block));
+      gains.push_back(GainWhereCorrelated(left, output, residual, together.run_begins, block));
   }
-  for (std::size_t axis = 0; problem.rounding_deg() > 0.0 && axis < 3; ++axis)
-    gains.push_back(GainWhereClustered(left, output, residual, ClustersByPlace(problem, axis)));
+  for (const std::vector<std::size_t>& clusters : together.clusters)
+    gains.push_back(GainWhereClustered(left, output, residual, clusters));
   return gains.empty() ? CorrelatedGain{}
                        : *std::ranges::min_element(gains, {}, &CorrelatedGain::gain);
 }

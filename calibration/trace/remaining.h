@@ -28,11 +28,17 @@ bool WhitenessIsTested(const ChannelProblem& problem, Eigen::Index block);
 ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const ChannelFit& fit,
                                     const std::vector<std::string>& covariates);
 
+// Which residuals of a problem may belong together, whatever is fitted to it.
+struct RowsTogether {
+  std::vector<Eigen::Index> run_begins;            // first rows of stretches without a gap
+  std::vector<std::vector<std::size_t>> clusters;  // for GainWhereClustered, by stand axis
+};
+RowsTogether FindRowsTogether(const ChannelProblem& problem);
 // Of the columns `own` beside the others of the fit: what they gain of -2 log L with errors that
-// allow for residuals that belong together, the least over every distance at which whiteness is
-// tested.
-CorrelatedGain LeastWhereCorrelated(const ChannelProblem& problem, const ChannelFit& fit,
-                                    const std::vector<Eigen::Index>& own);
+// allow for such residuals, the least over every distance at which whiteness is tested, and over
+// the axes.
+CorrelatedGain LeastWhereCorrelated(const ChannelProblem& problem, const RowsTogether& together,
+                                    const ChannelFit& fit, const std::vector<Eigen::Index>& own);
 
 // The noise that is estimated beside everything that may act is too small where rounding remains,
 // because all of that together fits a part of the rounding. Where nothing was chosen and rounding
