@@ -34,7 +34,7 @@ class FilterOf {
     } else {
       bb_ += k2_ * interval.gap_before_s + n2_ * interval.bias_jump_per_s;
     }
-    if (interval.new_reference) {
+    if (interval.begins_with_new_error()) {
       ee_ = s2_ * interval.begin_reference_share - n2_ * interval.begin_reference_walk_s;
       be_ = ec_ = Real(0.0);
     }
@@ -82,8 +82,9 @@ class FilterOf {
     step.bias_factor = interval.duration_s;
     // A new reference begins from an estimate of 0; otherwise the last angle's stays while the
     // table is still.
-    step.reference_factor = interval.new_reference || interval.still ? 0.0 : 1.0;
-    step.reference_transition = interval.still && !interval.new_reference ? 1.0 : 0.0;
+    const bool new_error = interval.begins_with_new_error();
+    step.reference_factor = new_error || interval.still ? 0.0 : 1.0;
+    step.reference_transition = interval.still && !new_error ? 1.0 : 0.0;
     step.gain_bias = of(gain_bias_);
     step.gain_reference = of(gain_reference_);
     step.gain_integral = of(gain_integral_);

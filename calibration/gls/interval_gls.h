@@ -50,9 +50,14 @@ struct Interval {
   double more_walk_s = 0.0;
   // The bias jumps before the interval, by a variance of that much N^2 [1/s].
   double bias_jump_per_s = 0.0;
+  // As `new_reference`, though nothing was left out: another axis begins to turn than the one that
+  // turned last, and the reference misreads each by another angle.
+  bool other_axis = false;
 
+  // The reference's error at the begin is known by nothing that was before.
+  bool begins_with_new_error() const { return new_reference || other_axis; }
   // Begins where the interval before ended, with the same errors.
-  bool GoesOn() const { return gap_before_s == 0.0 && !new_reference && !new_run; }
+  bool GoesOn() const { return gap_before_s == 0.0 && !begins_with_new_error() && !new_run; }
 };
 
 // Intervals and their columns, row by row. Which column is the output and which a regressor is said

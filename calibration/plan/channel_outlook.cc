@@ -85,7 +85,7 @@ void ChannelOutlook::Fill(const ChannelProblem& problem, const Baseline& baselin
   Eigen::MatrixXd all(problem.rows(), count);
   all.leftCols(turned) = baseline.columns.leftCols(turned);
   const Eigen::Index after = baseline.temperature_order + baseline.filter_shapes;
-  all.middleCols(turned, after) = baseline.columns.rightCols(after);
+  all.middleCols(turned, after) = baseline.columns.middleCols(turned + constants, after);
   Eigen::Index next = baseline_columns_;
   for (const Eigen::MatrixXd& matrix : columns) {
     all.middleCols(next, matrix.cols()) = matrix;

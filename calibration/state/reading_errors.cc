@@ -62,8 +62,8 @@ double ReadingErrors::LargestRounding_deg(double least_left) const {
 
 // Of each node: at how many in a row the axis is within half a count of what it is there. Where a
 // rest is among them, as many as there are beside all rests on its count, which are one each. Of
-// those that move over the harmonic mean of that: what readings next to each other show of their
-// errors is then as large as it is.
+// those that move over the harmonic mean of that at those where this axis does: what readings next
+// to each other show of their errors is then as large as it is.
 std::vector<double> ReadingErrors::Alike(const std::vector<Node>& epochs, const RestReadings& rests,
                                          std::size_t axis) const {
   constexpr std::size_t kMost = 50;  // either way
@@ -79,6 +79,7 @@ std::vector<double> ReadingErrors::Alike(const std::vector<Node>& epochs, const 
   };
   std::map<double, double> on_count;
   std::vector<double> beside(epochs.size(), kMissing);  // count of a rest
+  std::vector<bool> turns(epochs.size(), false);
   for (std::size_t k = 0; k < epochs.size(); ++k) {
     if (!moves(k)) {
       beside[k] = count_of(k);
@@ -90,6 +91,7 @@ std::vector<double> ReadingErrors::Alike(const std::vector<Node>& epochs, const 
     while (begin > 0 && k - begin < kMost && moves(begin) && near(k, begin - 1)) --begin;
     while (end + 1 < epochs.size() && end - k < kMost && moves(end) && near(k, end + 1)) ++end;
     alike[k] = static_cast<double>(end + 1 - begin);
+    turns[k] = k - begin < kMost && end - k < kMost;
     if (!moves(begin)) beside[k] = count_of(begin);
     if (!moves(end)) beside[k] = count_of(end);
     if (std::isfinite(beside[k])) on_count[beside[k]] += 1.0;
@@ -97,11 +99,12 @@ std::vector<double> ReadingErrors::Alike(const std::vector<Node>& epochs, const 
   double inverse = 0.0, count = 0.0;
   for (std::size_t k = 0; k < epochs.size(); ++k) {
     if (std::isfinite(beside[k])) alike[k] = on_count[beside[k]];
-    inverse += moves(k) ? 1.0 / alike[k] : 0.0;
-    count += moves(k) ? 1.0 : 0.0;
+    if (!turns[k] || std::isfinite(beside[k])) continue;
+    inverse += 1.0 / alike[k];
+    count += 1.0;
   }
   for (std::size_t k = 0; k < epochs.size(); ++k) {
-    if (moves(k)) alike[k] *= inverse / count;
+    if (moves(k) && count > 0.0) alike[k] *= inverse / count;
   }
   return alike;
 }

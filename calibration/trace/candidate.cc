@@ -327,9 +327,18 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
   return out;
 }
 
+std::vector<RawColumns> RawBaseline(const Baseline& baseline) {
+  std::vector<RawColumns> out = {Eigen::MatrixXd(baseline.columns.leftCols(baseline.of_sensor()))};
+  if (baseline.misread_places > 0) {
+    const RawColumns places = Eigen::MatrixXd(baseline.columns.rightCols(baseline.misread_places));
+    out.push_back(places.Limited(1.0));
+  }
+  return out;
+}
+
 std::vector<RawColumns> EverythingThatMayAct(const Baseline& baseline,
                                              const CandidateSet& candidates, bool delays) {
-  std::vector<RawColumns> out = {RawColumns(baseline.columns)};
+  std::vector<RawColumns> out = RawBaseline(baseline);
   std::string family;
   int place = 0;
   for (const Candidate& candidate : candidates.grid) {

@@ -145,6 +145,8 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
 
 // Of the square of a column: more than what those before leave of it changes the noise.
 inline constexpr double kNearlyDependent = 1e-3;
+// Columns of the baseline beside which noise is judged. Misread places are held to their prior.
+std::vector<RawColumns> RawBaseline(const Baseline& baseline);
 // Columns beside which the noise is judged first: the baseline's, and every grid point of the
 // catalogue, of a long grid one in three, which span what the others do, nearly.
 // `delays`: with what makes the gyro late, as latencies and filters are.

@@ -81,12 +81,13 @@ void AddMisread(const ChannelProblem& problem, const Selection& selection,
   fit->covariance += fit->by_misread * fit->by_misread.transpose();
 }
 
-// What the rows of single readings say of the members.
-void AddReadings(const ChannelProblem& problem, const Selection& selection, ChannelFit* fit) {
+// What the rows of single readings say of the members, and the priors of misread places.
+void AddMoreRows(const ChannelProblem& problem, const Selection& selection, ChannelFit* fit) {
   const Eigen::Index linear = fit->white.cols(), all = linear + fit->white_slopes.cols();
-  fit->readings_products = Eigen::MatrixXd::Zero(all, all);
-  fit->readings_with_output = Eigen::VectorXd::Zero(all);
-  Eigen::MatrixXd rows(selection.store().more_of_output().size(), 0);
+  const Eigen::VectorXd output = selection.OutputOfReadings();
+  fit->more_products = Eigen::MatrixXd::Zero(all, all);
+  fit->more_with_output = Eigen::VectorXd::Zero(all);
+  Eigen::MatrixXd rows(output.size(), 0);
   std::vector<Eigen::Index> places;
   for (std::size_t i = 0; i < selection.members().size(); ++i) {
     const Candidate& member = selection.members()[i];
@@ -97,12 +98,27 @@ void AddReadings(const ChannelProblem& problem, const Selection& selection, Chan
                   Slopes(problem, member, fit->linear.segment(fit->column_begin[i], columns.cols()),
                          rows.rows(),
                          [&](const Candidate& near) { return selection.ColumnsOfReadings(near); }));
-    const std::vector<Eigen::Index> own =
-        fit->PlacesInReadings(fit->ColumnsOf(i), fit->SlopesOf(i));
+    const std::vector<Eigen::Index> own = fit->PlacesInMore(fit->ColumnsOf(i), fit->SlopesOf(i));
     places.insert(places.end(), own.begin(), own.end());
   }
-  fit->readings_products(places, places) = rows.transpose() * rows;
-  fit->readings_with_output(places) = rows.transpose() * selection.store().more_of_output();
+  fit->more_products(places, places) = rows.transpose() * rows;
+  fit->more_with_output(places) = rows.transpose() * output;
+  fit->more_products.diagonal()
+      .segment(fit->baseline_columns - fit->misread_places, fit->misread_places)
+      .setOnes();
+}
+
+// They are no parameters of the sensor: what is not known of them is in the others' covariance.
+void LeaveOutMisreadPlaces(ChannelFit* fit) {
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index j = 0; j < fit->values.size(); ++j) {
+    if (j < fit->baseline_columns - fit->misread_places || j >= fit->baseline_columns)
+      kept.push_back(j);
+  }
+  fit->values = Eigen::VectorXd(fit->values(kept));
+  fit->covariance = Eigen::MatrixXd(fit->covariance(kept, kept));
+  fit->by_misread = Eigen::MatrixXd(fit->by_misread(kept, Eigen::all));
+  for (Eigen::Index& begin : fit->member_begin) begin -= fit->misread_places;
 }
 
 // From the begin of one member to that of the next.
@@ -128,8 +144,8 @@ std::vector<Eigen::Index> ChannelFit::SlopesOf(std::size_t member) const {
   return Owned(slope_begin, member, raw_slopes.cols());
 }
 
-std::vector<Eigen::Index> ChannelFit::PlacesInReadings(
-    const std::vector<Eigen::Index>& columns, const std::vector<Eigen::Index>& slopes) const {
+std::vector<Eigen::Index> ChannelFit::PlacesInMore(const std::vector<Eigen::Index>& columns,
+                                                   const std::vector<Eigen::Index>& slopes) const {
   std::vector<Eigen::Index> out = columns;
   for (const Eigen::Index j : slopes) out.push_back(white.cols() + j);
   return out;
@@ -177,6 +193,8 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
   const auto turned = static_cast<Eigen::Index>(baseline.turned.size());
   fit.local.assign(static_cast<std::size_t>(fit.white.cols()), false);
   std::fill_n(fit.local.begin() + turned, baseline.constants, true);
+  fit.misread_places = baseline.misread_places;
+  std::fill_n(fit.local.begin() + baseline.of_sensor(), fit.misread_places, true);
   ModelColumns raw =
       ColumnsOfModel(problem, baseline, selection.members(), fit.linear, selection.covariates());
   fit.raw = std::move(raw.linear);
@@ -186,8 +204,8 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
   fit.column_begin = std::move(raw.column_begin);
   fit.slope_begin = std::move(raw.slope_begin);
   Eigen::MatrixXd tangent = fit.white.leftCols(fit.baseline_columns);
-  std::vector<Eigen::Index> places_in_readings(static_cast<std::size_t>(fit.baseline_columns));
-  std::iota(places_in_readings.begin(), places_in_readings.end(), Eigen::Index{0});
+  std::vector<Eigen::Index> places_in_more(static_cast<std::size_t>(fit.baseline_columns));
+  std::iota(places_in_more.begin(), places_in_more.end(), Eigen::Index{0});
   std::vector<double> values(fit.linear.data(), fit.linear.data() + fit.baseline_columns);
   for (std::size_t i = 0; i < selection.members().size(); ++i) {
     const Candidate& member = selection.members()[i];
@@ -200,18 +218,19 @@ ChannelFit FitChannel(const ChannelProblem& problem, const Baseline& baseline,
       std::fill_n(fit.local.begin() + column, count, true);
     AppendColumns(&tangent, fit.white.middleCols(column, count));
     AppendColumns(&tangent, fit.white_slopes(Eigen::all, slopes));
-    for (const Eigen::Index place : fit.PlacesInReadings(fit.ColumnsOf(i), slopes))
-      places_in_readings.push_back(place);
+    for (const Eigen::Index place : fit.PlacesInMore(fit.ColumnsOf(i), slopes))
+      places_in_more.push_back(place);
     for (Eigen::Index j = 0; j < count; ++j) values.push_back(fit.linear(column + j));
     if (!slopes.empty()) {
       values.insert(values.end(), member.context.nonlinear.begin(), member.context.nonlinear.end());
     }
   }
   fit.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-  AddReadings(problem, selection, &fit);
-  const Eigen::MatrixXd by_readings = fit.readings_products(places_in_readings, places_in_readings);
-  fit.covariance = CovarianceOf(tangent.transpose() * tangent + by_readings);
+  AddMoreRows(problem, selection, &fit);
+  const Eigen::MatrixXd more = fit.more_products(places_in_more, places_in_more);
+  fit.covariance = CovarianceOf(tangent.transpose() * tangent + more);
   AddMisread(problem, selection, tangent, &fit);
+  LeaveOutMisreadPlaces(&fit);
   StateInReferenceScale(problem, baseline, selection, &fit);
   return fit;
 }

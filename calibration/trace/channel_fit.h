@@ -25,8 +25,8 @@ ModelColumns ColumnsOfModel(const ChannelProblem& problem, const Baseline& basel
                             const Eigen::VectorXd& coefficients,
                             const std::vector<std::string>& covariates);
 
-// Parameters in the order: baseline columns, then member by member its linear coefficients and its
-// non-linear parameters.
+// Parameters in the order: baseline columns without the misread places, then member by member its
+// linear coefficients and its non-linear parameters.
 struct ChannelFit {
   Eigen::VectorXd values;
   // At the Cramer-Rao bound, for the noise as estimated, and with the errors of misread axes.
@@ -44,19 +44,21 @@ struct ChannelFit {
   std::vector<bool> local;
   Eigen::VectorXd white_output;
   Eigen::Index baseline_columns = 0;
-  // Products of the linear columns, then of the slopes, in the rows of single readings, with each
-  // other and with the output there (trace/within_nodes.h). No column of the baseline has any.
-  Eigen::MatrixXd readings_products;
-  Eigen::VectorXd readings_with_output;
+  Eigen::Index misread_places = 0;  // of them, the last (Baseline::misread_places)
+  // Products of the linear columns, then of the slopes, in further rows, with each other and with
+  // the output there: of members in those of single readings (trace/within_nodes.h), of misread
+  // places in those of their priors.
+  Eigen::MatrixXd more_products;
+  Eigen::VectorXd more_with_output;
 
   Eigen::VectorXd WhiteResidual() const { return white_output - white * linear; }
   double whitened_rms() const;
   // Columns of raw and white, and of their slopes, that belong to a member.
   std::vector<Eigen::Index> ColumnsOf(std::size_t member) const;
   std::vector<Eigen::Index> SlopesOf(std::size_t member) const;
-  // Of linear columns and slopes: their places in readings_products.
-  std::vector<Eigen::Index> PlacesInReadings(const std::vector<Eigen::Index>& columns,
-                                             const std::vector<Eigen::Index>& slopes) const;
+  // Of linear columns and slopes: their places in more_products.
+  std::vector<Eigen::Index> PlacesInMore(const std::vector<Eigen::Index>& columns,
+                                         const std::vector<Eigen::Index>& slopes) const;
   // Columns of raw and white that are not in `without`.
   std::vector<Eigen::Index> ColumnsBut(const std::vector<Eigen::Index>& without) const;
 };

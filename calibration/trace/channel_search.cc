@@ -49,11 +49,11 @@ class ChannelSearcher {
         baseline_(baseline),
         request_(request),
         remarks_(*remarks),
-        candidates_(std::move(candidates)) {}
+        candidates_(std::move(candidates)),
+        raw_baseline_(RawBaseline(baseline)) {}
 
   std::optional<SearchedChannel> Run() {
     saturated_ = EverythingThatMayAct(baseline_, *candidates_);
-    plain_ = {saturated_.front()};
     for (Eigen::Index i = 0; i < problem_.rows(); ++i) {
       if (baseline_.columns.row(i).allFinite() && std::isfinite(problem_.output_deg()(i))) continue;
       remarks_.push_back(fmt::format(
@@ -182,7 +182,7 @@ class ChannelSearcher {
 
   // Raw columns of the baseline and of the members.
   std::vector<RawColumns> ModelOf(const Selection& selection) const {
-    std::vector<RawColumns> model = {saturated_.front()};
+    std::vector<RawColumns> model = raw_baseline_;
     for (const Candidate& member : selection.members())
       model.push_back(member.raw ? *member.raw : Raw(member));
     return model;
@@ -429,8 +429,9 @@ class ChannelSearcher {
   const ChannelRequest& request_;
   std::vector<std::string>& remarks_;
   std::shared_ptr<const CandidateSet> candidates_;
-  std::vector<RawColumns> plain_;          // the baseline and what passed for bias random walk
-  std::vector<RawColumns> saturated_;      // the baseline's first
+  // The second with what passed for bias random walk.
+  std::vector<RawColumns> raw_baseline_, plain_ = raw_baseline_;
+  std::vector<RawColumns> saturated_;      // the baseline and what else may act
   std::optional<NoiseSearch> everything_;  // of these
   NoiseEstimate own_;                      // by `saturated_`
   std::set<std::string> judged_;           // families beyond the grid that `saturated_` has

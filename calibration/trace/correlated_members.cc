@@ -23,23 +23,13 @@ std::vector<Eigen::Index> UnbrokenRuns(const ChannelProblem& problem) {
   return begins;
 }
 
-// Of the encoders of all measurements, the coarsest; 0 where none has steps.
-double LargestStep_deg(const ChannelProblem& problem, std::size_t axis) {
-  double step_deg = 0.0;
-  for (const StateHistory& history : problem.histories()) {
-    if (const double own_deg = history.rest_flicker[axis].step_deg; std::isfinite(own_deg))
-      step_deg = std::max(step_deg, own_deg);
-  }
-  return step_deg;
-}
-
 // Rounding is a function of the angle, and errs by the
 // same each time that a motion is made again from the same place. So rows in which the axis turns
 // are in one cluster where its angle is within some steps of its encoder, whatever turn and
 // measurement they are of. Every other row is alone in its cluster.
 std::vector<std::size_t> ClustersByPlace(const ChannelProblem& problem, std::size_t axis) {
   constexpr double kSteps = 8.0;
-  const double step_deg = LargestStep_deg(problem, axis);
+  const double step_deg = problem.LargestStep_deg(axis);
   const double places = std::max(1.0, std::round(kFullTurn_deg / (kSteps * step_deg)));
   std::map<double, std::size_t> at_place;
   std::vector<std::size_t> clusters;

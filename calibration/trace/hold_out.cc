@@ -45,9 +45,9 @@ class Splitter {
     white_ << fit.white(Eigen::all, columns), fit.white_slopes(Eigen::all, slopes);
     raw_.resize(rows, count);
     raw_ << fit.raw(Eigen::all, columns), fit.raw_slopes(Eigen::all, slopes);
-    const std::vector<Eigen::Index> by_readings = fit.PlacesInReadings(columns, slopes);
-    gram_ = white_.transpose() * white_ + fit.readings_products(by_readings, by_readings);
-    right_ = white_.transpose() * output_ + fit.readings_with_output(by_readings);
+    const std::vector<Eigen::Index> in_more = fit.PlacesInMore(columns, slopes);
+    gram_ = white_.transpose() * white_ + fit.more_products(in_more, in_more);
+    right_ = white_.transpose() * output_ + fit.more_with_output(in_more);
     independent_ = IndependentColumns(gram_);
   }
 

@@ -14,7 +14,7 @@ std::optional<NoiseModel> NoiseWithRounding(const ChannelProblem& problem, const
   if (!(fit.whitened_rms() > kTooSmall)) return std::nullopt;
   const ChannelTrace::Remaining remains = WhatRemains(problem, fit, selection.covariates());
   if (remains.white || !remains.findings.empty()) return std::nullopt;
-  const NoiseSearch search(problem.intervals(), {baseline.columns}, problem.output_deg());
+  const NoiseSearch search(problem.intervals(), RawBaseline(baseline), problem.output_deg());
   const std::optional<NoiseEstimate> best = search.Best(noise);
   return best ? std::optional<NoiseModel>(search.WithMeanWalk(*best).noise) : std::nullopt;
 }

@@ -68,10 +68,10 @@ class TrainedModel {
     const auto split_at = static_cast<Eigen::Index>(linear.size());
     Eigen::MatrixXd white(part_.rows(), split_at + static_cast<Eigen::Index>(slopes.size()));
     white << fit_.white(Eigen::all, linear), fit_.white_slopes(Eigen::all, slopes);
-    const std::vector<Eigen::Index> by_readings = fit_.PlacesInReadings(linear, slopes);
-    const Eigen::VectorXd theta = SolveIndependent(
-        white.transpose() * white + fit_.readings_products(by_readings, by_readings),
-        white.transpose() * fit_.white_output + fit_.readings_with_output(by_readings));
+    const std::vector<Eigen::Index> in_more = fit_.PlacesInMore(linear, slopes);
+    const Eigen::VectorXd theta =
+        SolveIndependent(white.transpose() * white + fit_.more_products(in_more, in_more),
+                         white.transpose() * fit_.white_output + fit_.more_with_output(in_more));
     Eigen::VectorXd residual = problem_.output_deg() -
                                columns_.linear(Eigen::all, linear) * theta.head(split_at) -
                                columns_.slopes(Eigen::all, slopes) * theta.tail(slopes.size());

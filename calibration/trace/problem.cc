@@ -15,6 +15,30 @@ constexpr double kLeastPath_deg = 5.0;  // of an axis that counts as turned
 // An element of M beyond is not to be believed: data that do not tell axes apart.
 constexpr double kMostOfRow = 2.0;
 
+// Whether a motion after a rest is of other axes than the motion before it. What the reference errs
+// by in those that stand now stays as it is.
+class AxesAtRests {
+ public:
+  explicit AxesAtRests(const StateHistory& history)
+      : history_(history),
+        known_(history.recording->info.reference == ReferenceKind::kStandAngles) {}
+
+  bool OthersBegin(std::size_t interval) {
+    const bool rests = history_.still[interval], rested = std::exchange(rested_, rests);
+    if (rests && !rested) stopped_ = history_.axis_errs[interval];
+    if (!known_ || rests || !rested) return false;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (stopped_[a] && history_.axis_errs[interval][a]) return false;
+    }
+    return true;
+  }
+
+ private:
+  const StateHistory& history_;
+  bool known_, rested_ = false;
+  std::array<bool, 3> stopped_ = {};
+};
+
 // A straight line of the offset, which the baseline is free to have, needs less of a range than
 // effects of the temperature: a tenth of a degree moves the offset of an ordinary part by several
 // standard errors of a rest.
@@ -44,9 +68,11 @@ ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::siz
     const StateHistory& history = histories[t];
     const std::vector<Node>& nodes = history.epochs;
     bool skipped_motion = true, first = true;
+    AxesAtRests axes(history);
     // One whose first measurement has nothing to use begins with the next.
     new_power_on = new_power_on || history.new_power_on;
     for (std::size_t i = 0; i < history.still.size(); ++i) {
+      const bool other_axis = axes.OthersBegin(i);
       if (!history.usable[i][channel]) {
         skipped_motion = skipped_motion || !history.still[i];
         continue;
@@ -58,6 +84,7 @@ ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::siz
       interval.still = history.still[i];
       interval.gap_before_s = new_power_on ? 0.0 : std::max(0.0, nodes[i].at.t_s - last_end_s);
       interval.new_reference = skipped_motion;
+      interval.other_axis = other_axis;
       interval.new_run = new_power_on && !rows_.empty();
       interval.end_reference_walk_s = history.reference_walk_s[i + 1];
       interval.begin_reference_walk_s = history.reference_walk_s[i];
@@ -70,12 +97,14 @@ ChannelProblem::ChannelProblem(std::span<const StateHistory> histories, std::siz
     power_on_of_trail_.push_back(power_on_begins_.empty() ? 0 : power_on_begins_.size() - 1);
   }
   output_ = Eigen::Map<const Eigen::VectorXd>(output.data(), rows());
+  misread_places_.resize(rows(), 0);
   Survey();
   TakeOffNominalTurn();
   const Vector3 row = RowOfM();
   ShareReferenceErrors(row);
   MoveReadingErrorToOutput(row);
   TakeOffMisread(row);
+  FindMisreadPlaces(row[channel_]);
   if (corrected_drift_ppm() != 0.0) output_ -= row[channel_] * DriftCorrection_deg();
 }
 
@@ -102,8 +131,9 @@ Vector3 ChannelProblem::RowOfM() const {
   row[channel_] = 1.0;
   const Baseline baseline = MakeBaseline();
   if (baseline.turned.empty()) return row;
-  const Eigen::VectorXd fit = SolveIndependent(baseline.columns.transpose() * baseline.columns,
-                                               baseline.columns.transpose() * output_);
+  const auto columns = baseline.columns.leftCols(baseline.of_sensor());
+  const Eigen::VectorXd fit =
+      SolveIndependent(columns.transpose() * columns, columns.transpose() * output_);
   for (std::size_t j = 0; j < baseline.turned.size(); ++j) {
     const double m = fit(static_cast<Eigen::Index>(j));
     if (std::fabs(m) < kMostOfRow) row[baseline.turned[j]] = m;
@@ -191,6 +221,7 @@ ChannelProblem ChannelProblem::Part(const std::vector<Eigen::Index>& rows) const
   out.run_begins_.clear();
   out.power_on_begins_.clear();
   out.output_ = output_(rows);
+  out.misread_places_ = misread_places_(rows, Eigen::all);
   Eigen::Index next = 0;  // of the rows, the first that was neither kept nor left out yet
   for (const Eigen::Index row : rows) {
     Interval interval = intervals_[static_cast<std::size_t>(row)];
@@ -286,6 +317,15 @@ double ChannelProblem::output_rounding_deg_s() const {
   return wave / std::fabs(units_per_deg_s_);
 }
 
+double ChannelProblem::LargestStep_deg(std::size_t axis) const {
+  double step_deg = 0.0;
+  for (const StateHistory& history : histories_) {
+    if (const double own_deg = history.rest_flicker[axis].step_deg; std::isfinite(own_deg))
+      step_deg = std::max(step_deg, own_deg);
+  }
+  return step_deg;
+}
+
 // Also where this channel has nothing usable in it.
 std::size_t ChannelProblem::first_number(std::size_t power_on) const {
   std::size_t first = ref(power_on_begins_[power_on]).history;
@@ -310,8 +350,9 @@ Baseline ChannelProblem::MakeBaseline() const {
   const auto turned = static_cast<Eigen::Index>(out.turned.size());
   const auto constants = static_cast<Eigen::Index>(out.constants);
   out.filter_shapes = DelayIsDeclared() ? 1 : 0;
-  out.columns =
-      Eigen::MatrixXd::Zero(rows(), turned + constants + out.temperature_order + out.filter_shapes);
+  out.misread_places = static_cast<int>(misread_places_.cols());
+  const Eigen::Index of_sensor = turned + constants + out.temperature_order + out.filter_shapes;
+  out.columns = Eigen::MatrixXd::Zero(rows(), of_sensor + out.misread_places);
   Eigen::Index power_on = -1;
   for (Eigen::Index i = 0; i < rows(); ++i) {
     if (power_on + 1 < constants && power_on_begins_[static_cast<std::size_t>(power_on + 1)] == i)
@@ -323,7 +364,8 @@ Baseline ChannelProblem::MakeBaseline() const {
     out.columns.col(j) = Turn(out.turned[static_cast<std::size_t>(j)]);
   for (int k = 0; k < out.temperature_order; ++k)
     out.columns.col(turned + constants + k) = TemperaturePower(k + 1);
-  if (out.filter_shapes > 0) out.columns.rightCols(1) = FilterShape();
+  if (out.filter_shapes > 0) out.columns.col(of_sensor - 1) = FilterShape();
+  out.columns.rightCols(out.misread_places) = misread_places_;
   return out;
 }
 

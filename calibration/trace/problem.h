@@ -58,8 +58,14 @@ struct Baseline {
   int temperature_order = 0;         // of b(T) beyond the constant
   double reference_degC = kMissing;  // T0
   int filter_shapes = 0;             // 1 where a delay of the gyro is declared: c [deg per deg/s^2]
-  // rows x (turned + constants + temperature_order + filter_shapes)
+  // Errors of the angles at which an axis rests on the steps of its encoder while others turn, each
+  // in its standard deviations: its prior is 0 +- 1, which a Selection holds it to.
+  int misread_places = 0;
+  // rows x (turned + constants + temperature_order + filter_shapes + misread_places)
   Eigen::MatrixXd columns;
+
+  // Without the misread places, which are no parameters of the sensor.
+  Eigen::Index of_sensor() const { return columns.cols() - misread_places; }
 
   Baseline Part(const std::vector<Eigen::Index>& rows) const;
 };
@@ -178,6 +184,8 @@ class ChannelProblem {
   double rounding_deg() const;
   // The largest wave that rounding may make of this channel's rate (OutputRounding).
   double output_rounding_deg_s() const;
+  // Of the encoders of all measurements, the coarsest; 0 where none has steps.
+  double LargestStep_deg(std::size_t axis) const;
   // Of the readings of one of the table's axes, the largest of the measurements' [deg].
   double rounding_wave_deg(std::size_t axis) const { return rounding_wave_deg_[axis]; }
   // Of one of the table's axes at a node in motion, the largest of the measurements' [deg].
@@ -217,6 +225,8 @@ class ChannelProblem {
   void MoveReadingErrorToOutput(const Vector3& row_of_m);
   Eigen::MatrixXd ColumnsOf(const MisreadAxis& misread) const;
   void TakeOffMisread(const Vector3& row_of_m);
+  // `scale`: what the channel shows of an angle.
+  void FindMisreadPlaces(double scale);
   bool PowerOnIsKnown() const;
   void SurveyTemperature();
   void SurveyGravity();
@@ -233,6 +243,7 @@ class ChannelProblem {
   std::vector<Eigen::Index> run_begins_, power_on_begins_;
   std::vector<std::size_t> power_on_of_trail_;
   Eigen::VectorXd output_;
+  Eigen::MatrixXd misread_places_;  // as in Baseline::columns
   unsigned observables_ = 0;
   bool temperature_known_ = false;
   std::vector<std::size_t> table_axes_, axes_with_felt_errors_;

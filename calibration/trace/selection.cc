@@ -104,7 +104,8 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   for (const CurveCells& cells : candidates.cells) cells_.push_back(place(cells.raw));
   for (Candidate& candidate : pool_) candidate.columns = place(*candidate.raw);
   whitener_.Whiten(raw, all);
-  const Projection baseline_off(all.leftCols(baseline.columns.cols()));
+  of_sensor_ = baseline.of_sensor();
+  const Projection baseline_off(all.leftCols(of_sensor_));
   for (Candidate& candidate : pool_) DropBlindTerms(baseline_off, &candidate, all);
   store_.Add(count);
   store_.MultiplyFirst(static_cast<Eigen::Index>(base_.size()));
@@ -115,7 +116,7 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
     turns_itself_ = std::fabs(scale) > kLeastScaleFactor;
     if (turns_itself_) own_scale_ = scale;
   }
-  TakeInReadings(baseline);
+  TakeInMoreRows(baseline);
   std::erase_if(pool_, [&](const Candidate& candidate) {
     if (Visible(candidate)) return false;
     unseen_.push_back(candidate);

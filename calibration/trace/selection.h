@@ -55,6 +55,10 @@ class Selection {
   const WhiteStore& store() const { return store_; }
   const Whitener& whitener() const { return whitener_; }
   const WhiteStore::Columns& baseline_columns() const { return base_; }
+  // The same without the misread places.
+  WhiteStore::Columns ColumnsOfSensor() const {
+    return {base_.begin(), base_.begin() + of_sensor_};
+  }
   const std::vector<std::string>& covariates() const { return candidates_->covariates; }
   WhiteStore::Columns ModelColumns() const;
   WhiteStore::Columns ModelWithout(std::size_t member) const;
@@ -71,6 +75,7 @@ class Selection {
   bool ReadingsConfirm(std::size_t member);
   // Columns of a candidate in the rows of single readings; none where it has none there.
   Eigen::MatrixXd ColumnsOfReadings(const Candidate& candidate) const;
+  Eigen::VectorXd OutputOfReadings() const;
 
  private:
   // What a column must bring for an exchange of candidates of different size to be fair.
@@ -146,7 +151,10 @@ class Selection {
   // Its columns are in the store; those that refinement has changed come anew.
   void Place(Candidate* candidate);
   void Store(Candidate* candidate);
-  void TakeInReadings(const Baseline& baseline);
+  void TakeInMoreRows(const Baseline& baseline);
+  // The last `count` columns of the baseline, below the rows of readings that there are.
+  void HoldMisreadPlaces(Eigen::Index count);
+  Eigen::VectorXd ResidualOfReadings(const WhiteStore::Columns& model) const;
   // Single readings have rows, and it has columns in them.
   bool HasReadings(const Candidate& candidate) const;
   // Rows of single readings, of columns that are in the store.
@@ -201,9 +209,10 @@ class Selection {
   std::vector<WhiteStore::Columns> of_shape_;  // of each member: what takes in errors of its shape
   WhiteStore::Columns of_filter_;              // the same of any filter, once it is wanted
   double log_level_of_id_ = 0.0;
-  bool one_is_gone_ = false;   // of the members, since the others were placed
-  Eigen::Index turned_ = 0;    // the baseline's first columns: of the turns
-  bool turns_itself_ = false;  // the baseline's first column is the channel's own turn
+  bool one_is_gone_ = false;    // of the members, since the others were placed
+  Eigen::Index of_sensor_ = 0;  // columns of the baseline
+  Eigen::Index turned_ = 0;     // the baseline's first columns: of the turns
+  bool turns_itself_ = false;   // the baseline's first column is the channel's own turn
 };
 
 }  // namespace gyrobench::calibration

@@ -160,7 +160,7 @@ void Selection::PlaceStep(const WhiteStore::Columns& others, Candidate* candidat
       store_.output().segment(first, rows) - own * store_.Solve(others);
   const bool by_readings = HasReadings(*candidate);
   const Eigen::VectorXd readings_left =
-      by_readings ? store_.MoreOfResidual(others) : Eigen::VectorXd();
+      by_readings ? ResidualOfReadings(others) : Eigen::VectorXd();
   double best_s = candidate->context.nonlinear[0];
   const double row_s = LongestRowAt(*problem_, best_s, first, first + rows);
   Eigen::MatrixXd columns(rows, 2 * kPlaces + 1);

@@ -1,4 +1,5 @@
-// What single readings say beside the nodes' means, as further rows of the least squares.
+// What is known beside the nodes' means, as further rows of the least squares: what single readings
+// say, and the priors of misread places.
 #include <algorithm>
 
 #include "calibration/trace/selection.h"
@@ -9,11 +10,30 @@ bool Selection::HasReadings(const Candidate& candidate) const {
   return !within_.empty() && candidate.effect != nullptr && candidate.effect->of_each_reading;
 }
 
-void Selection::TakeInReadings(const Baseline& baseline) {
+void Selection::HoldMisreadPlaces(Eigen::Index count) {
+  const Eigen::Index readings = within_.output().size();
+  Eigen::VectorXd output = Eigen::VectorXd::Zero(readings + count);
+  output.head(readings) = within_.output();
+  store_.SetMoreOfOutput(std::move(output));
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(readings + count, count);
+  rows.bottomRows(count).setIdentity();
+  store_.SetMore({base_.end() - count, base_.end()}, rows);
+}
+
+void Selection::TakeInMoreRows(const Baseline& baseline) {
+  HoldMisreadPlaces(baseline.misread_places);
   within_ = WithinNodes(*problem_, baseline, store_.Solve(base_), walk_deg_sqrt_s_);
   if (within_.empty()) return;
-  store_.SetMoreOfOutput(within_.output());
+  HoldMisreadPlaces(baseline.misread_places);
   for (const Candidate& candidate : pool_) SetMore(candidate);
+}
+
+Eigen::VectorXd Selection::OutputOfReadings() const {
+  return store_.more_of_output().head(within_.output().size());
+}
+
+Eigen::VectorXd Selection::ResidualOfReadings(const WhiteStore::Columns& model) const {
+  return store_.MoreOfResidual(model).head(within_.output().size());
 }
 
 Eigen::MatrixXd Selection::ColumnsOfReadings(const Candidate& candidate) const {
@@ -23,7 +43,11 @@ Eigen::MatrixXd Selection::ColumnsOfReadings(const Candidate& candidate) const {
 }
 
 void Selection::SetMore(const Candidate& candidate) {
-  if (HasReadings(candidate)) store_.SetMore(candidate.columns, ColumnsOfReadings(candidate));
+  if (!HasReadings(candidate)) return;
+  const Eigen::MatrixXd columns = ColumnsOfReadings(candidate);
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(store_.more_of_output().size(), columns.cols());
+  rows.topRows(columns.rows()) = columns;
+  store_.SetMore(candidate.columns, rows);
 }
 
 void Selection::Store(Candidate* candidate) {

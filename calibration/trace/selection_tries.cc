@@ -116,7 +116,7 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
   if (scanned >= kMostScanned) return;
   constexpr double kFarLess = 2.0, kClearlyAhead = 5.0;
   const Eigen::Index begin = store_.used();
-  const SingleReadings readings = {within_, store_.MoreOfResidual(model)};
+  const SingleReadings readings = {within_, ResidualOfReadings(model)};
   for (const ScanPeak& peak :
        Scan(*problem_, whitener_, store_.Take(model), Residual(), readings)) {
     // A tone that few rests show takes the place of what explains far less alone.

@@ -73,7 +73,8 @@ class TimingNoise {
       // The angle of a rest is that of all its readings.
       if (!still(i + 1) || !out[i + 1].GoesOn())
         out[i].end_reference_walk_s -= share * Walk_s(i, interval + 1);
-      if (out[i].new_reference) out[i].begin_reference_walk_s -= share * Walk_s(i, interval);
+      if (out[i].begins_with_new_error())
+        out[i].begin_reference_walk_s -= share * Walk_s(i, interval);
     }
     return out;
   }

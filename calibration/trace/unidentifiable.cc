@@ -44,7 +44,7 @@ std::map<std::string, Observability> ObservabilityOf(const Selection& selection)
   // Columns that the baseline is taken off together, which reads it once.
   constexpr Eigen::Index kTogether = 32;
   std::map<std::string, Observability> out;
-  const Projection baseline(selection.store().Take(selection.baseline_columns()));
+  const Projection baseline(selection.store().Take(selection.ColumnsOfSensor()));
   Eigen::MatrixXd places(selection.store().rows(), kTogether);
   std::vector<Observability*> of;  // of each column
   auto look = [&] {

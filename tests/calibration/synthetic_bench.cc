@@ -12,7 +12,6 @@ namespace {
 constexpr double kPi = std::numbers::pi, kRad = kPi / 180.0;
 constexpr double kGyro_hz = 100.0, kReference_hz = 50.0;
 constexpr double kAccelerometer_g = 0.001;
-constexpr double kOtherScale = 0.99;  // of x and y
 // Whole periods in the time between two nodes, on the grid of the samples.
 constexpr double kVibration_hz = 20.0;
 
@@ -187,6 +186,12 @@ BenchState SyntheticBench::At(double t_s) const {
   return state;
 }
 
+double SyntheticBench::Read(double angle_deg, std::size_t axis) const {
+  if (!(sensor_.step_deg > 0.0)) return angle_deg;
+  const double zero = sensor_.zero_steps[axis];
+  return sensor_.step_deg * (std::round(angle_deg / sensor_.step_deg + zero) - zero);
+}
+
 calibration::Recording SyntheticBench::Measure(const Injection& injection, std::uint64_t seed,
                                                bool with_supply, double reference_drift_ppm) const {
   std::mt19937_64 random(seed);
@@ -223,7 +228,7 @@ calibration::Recording SyntheticBench::Measure(const Injection& injection, std::
         if (rests && readings % sensor_.reads_resting_axes != 0) continue;
         double angle_deg = shown.table.angle_deg[axis] + sensor_.reading_deg * normal(random);
         if (axis == injection.axis && injection.angle_deg) angle_deg -= injection.angle_deg(shown);
-        collector.OnAngle({t_s, static_cast<int>(axis), angle_deg});
+        collector.OnAngle({t_s, static_cast<int>(axis), Read(angle_deg, axis)});
       }
     }
   }

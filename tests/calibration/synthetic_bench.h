@@ -80,7 +80,11 @@ struct BenchSensor {
   // Whether x and y have an output as well: without an offset or an effect of their own.
   bool three_channels = false;
   double angle_random_walk_deg_sqrt_s = 0.001;
-  double reading_deg = 0.003;      // noise of a reading of the reference
+  double reading_deg = 0.003;  // noise of a reading of the reference
+  // What is read of an axis is a whole number of steps from a zero that lies that part of a step
+  // beside that of the axis; 0: an encoder without steps.
+  double step_deg = 0.0;
+  std::array<double, 3> zero_steps = {};
   int reads_resting_axes = 1;      // once in so many of its readings
   double thermometer_degC = 0.02;  // noise of a sample's temperature
   // Where positive the temperature swings by +-5 degC with this period; else it warms up, is cooled
@@ -107,11 +111,16 @@ class SyntheticBench {
   // With a column "supply_v" where asked for, and the reference's readings on the gyro's clock.
   calibration::Recording Measure(const Injection& injection, std::uint64_t seed,
                                  bool with_supply = false, double reference_drift_ppm = 0.0) const;
+  // Of the channels x and y, where they have an output.
+  static constexpr double kOtherScale = 0.99;
 
   const Motion& motion() const { return motion_; }
   const BenchSensor& sensor() const { return sensor_; }
 
  private:
+  // An angle in the steps of its encoder.
+  double Read(double angle_deg, std::size_t axis) const;
+
   Motion motion_;
   BenchSensor sensor_;
 };

@@ -37,7 +37,9 @@ DEFAULT = dict(
     # Its clock runs by another part than the sensor's.
     packets_off=0.0,
     # Each axis of the stand begins a table so far beside its pose, at most.
-    off_zero_deg=0.0)
+    off_zero_deg=0.0,
+    # An encoder's zero is that of its axis; or it lies anywhere between two counts.
+    encoder_zero_on_count=True)
 
 CLASSES = {
     # The bench on which the tracer was found wanting.
@@ -127,6 +129,10 @@ CLASSES = {
                         reference_noise_deg=[0.0, 0.0003, 0.001, 0.004], reference_rate_hz=[10.0, 20.0, 50.0, 100.0],
                         gyro_rate_hz=[100.0, 200.0], thermal=["warm_up", "constant"],
                         straight_ramps_deg_s2=[0.0, 40.0]),
+    # Axes rest at any angle while others turn: what is misread of it turns the direction that the motion comes from.
+    "oblique_poses": dict(programme="oblique", encoder_zero_on_count=False, encoder_bits=[12, 13, 14, 17],
+                          reference_noise_deg=("log", 1e-3, 0.05), reference_rate_hz=[10.0, 50.0, 100.0],
+                          thermal=["warm_up", "constant"]),
 }
 
 

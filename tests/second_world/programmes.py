@@ -188,6 +188,18 @@ def round_speed(plan):
                 table.rest(3.0)
 
 
+def oblique(plan):
+    """Outer and middle axis turn in poses of the inner ones that are no whole part of a turn."""
+    rng = plan.rng
+    plan.table((0, 0, 0)).rest(rng.uniform(120, 400))
+    for _ in range(rng.integers(2, 4)):
+        plan.speeds(plan.table((0, rng.uniform(0, 180), 0)), INNER, [(180, 12), (360, 25), (360, 40)])
+    for _ in range(rng.integers(3, 8)):
+        plan.speeds(plan.table((0, rng.uniform(60, 120), rng.uniform(0, 360))), OUTER, [(360, 15), (360, 32)])
+    for _ in range(rng.integers(2, 5)):
+        plan.speeds(plan.table((0, 0, rng.uniform(0, 360))), MIDDLE, [(180, 10), (360, 24)])
+
+
 def hand(plan):
     """A hand: rests, and smooth random motion about all axes, in one to three tables."""
     rng = plan.rng
@@ -231,7 +243,8 @@ def poses(plan):
 
 
 PROGRAMMES = dict(poses=poses, full=full, medium=medium, short=short, single=single, slow=slow,
-                  to_and_fro=to_and_fro, one_way=one_way, round_speed=round_speed, hand=hand, several=several)
+                  to_and_fro=to_and_fro, one_way=one_way, round_speed=round_speed, oblique=oblique, hand=hand,
+                  several=several)
 
 
 def draw_plan(rng, bench):

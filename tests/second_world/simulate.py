@@ -122,7 +122,8 @@ def reference_angles(rng, scene, hidden):
             read[h.candidate.axis] -= axis_error(scene, h, angles[h.candidate.axis])
     read += bench["reference_noise_deg"] * rng.standard_normal(read.shape)
     count_deg = 360.0 / 2 ** bench["encoder_bits"]
-    return np.rint(read / count_deg) * count_deg
+    zero_deg = 0.0 if bench["encoder_zero_on_count"] else rng.uniform(0.0, count_deg, (3, 1))
+    return np.rint((read + zero_deg) / count_deg) * count_deg - zero_deg
 
 
 def axis_error(scene, h, angle_deg):
