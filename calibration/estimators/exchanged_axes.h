@@ -1,4 +1,5 @@
-// What the channels of the gyro follow of what the reference turns: their own axis, or another's.
+// What the channels of the gyro follow of what the reference turns: their own axis, or another's,
+// in one unit or in two.
 #pragma once
 
 #include <optional>
@@ -25,5 +26,12 @@ std::string FollowedByAnotherAlone(const MeasurementInfo& info, const Columns& c
 // as well, or did not turn. No estimate: for telling by which factor the two differ, the same for
 // every command.
 std::optional<double> FollowedSensitivity(const Columns& columns, SensorAxis axis);
+
+// A sentence that says from when on, and by which factor, where the mean rates of every channel
+// that was turned both before and after one moment follow the reference on two lines
+//   dz/dt = b + g w   before,   b' + g' w   after
+// with g' / g the same in all of them and further from 1 than a part may be from its data sheet.
+// Empty where none does, or where nothing was turned on both sides. Linear in the nodes.
+std::string UnitChangeWithin(const Columns& columns);
 
 }  // namespace gyrobench::calibration

@@ -144,6 +144,8 @@ std::vector<std::string> FaultsIn(const Recording& recording) {
     faults.push_back(RemarkOnClocks(recording.info, *offset));
   if (std::string says = FollowedByAnotherAlone(recording.info, recording.columns); !says.empty())
     faults.push_back(std::move(says));
+  if (std::string says = UnitChangeWithin(recording.columns); !says.empty())
+    faults.push_back(std::move(says));
   return faults;
 }
 

@@ -15,7 +15,8 @@ namespace gyrobench::calibration {
 
 // What is looked for in the columns of a measurement alone, so that every command names the same.
 // Of no axis, and such that no result can be: an angle that is wrapped, turns that no reference
-// saw, clocks that were not started together, an angle about an axis without a channel.
+// saw, clocks that were not started together, an angle about an axis without a channel, a unit that
+// changes.
 std::vector<std::string> FaultsIn(const Recording& recording);
 // Of an axis whose result is one that cannot be: a quaternion of another convention, axes that
 // stand for each other, or the mistake that makes the factor between gyro and reference. Empty

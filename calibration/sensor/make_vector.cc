@@ -225,17 +225,48 @@ std::optional<std::size_t> OnlyAxisTurned(const ChannelRows& rows) {
   return only;
 }
 
-// "mount_x_deg = 1.2 and mount_y_deg = -0.8": of R_mount^T z = `felt`, where it can be declared and
-// nothing is yet. Empty else.
-std::string MountKeys(const Eigen::Vector3d& felt, std::span<const StateHistory> histories) {
-  const bool can = std::ranges::all_of(histories, [](const StateHistory& history) {
+// A mounting can be declared, and none is yet.
+bool MountIsOpen(std::span<const StateHistory> histories) {
+  return std::ranges::all_of(histories, [](const StateHistory& history) {
     const MeasurementInfo& info = history.recording->info;
     return info.reference == ReferenceKind::kStandAngles && info.geometry.mount_deg == Vector3{};
   });
-  if (!can) return "";
+}
+
+// "mount_x_deg = 1.2 and mount_y_deg = -0.8": of R_mount^T z = `felt`, where it can be declared.
+// Empty else.
+std::string MountKeys(const Eigen::Vector3d& felt, std::span<const StateHistory> histories) {
+  if (!MountIsOpen(histories)) return "";
   return fmt::format(", or declare mount_x_deg = {:.2f} and mount_y_deg = {:.2f}",
                      kDegPerRad * std::atan2(felt.y(), felt.z()),
                      -kDegPerRad * std::asin(felt.x()));
+}
+
+// Of all three axes the matrix tells how the sensor sits. `kUnnoticed_deg`: a part that is soldered
+// and clamped with care sits better.
+void RemarkOnMounting(std::span<const StateHistory> histories, VectorCalibration* out) {
+  constexpr double kUnnoticed_deg = 3.0, kSure = 3.0;
+  if (!out->split) return;
+  const AxisSplit& split = *out->split;
+  double trace = 0.0, error_deg = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    trace += split.r_mount[i][i];
+    if (std::isfinite(split.mount_std_error_deg[i]))
+      error_deg = std::max(error_deg, split.mount_std_error_deg[i]);
+  }
+  const double turned_deg = kDegPerRad * std::acos(std::clamp(0.5 * (trace - 1.0), -1.0, 1.0));
+  if (!(turned_deg > kUnnoticed_deg + kSure * error_deg)) return;
+  out->remarks.push_back(fmt::format(
+      "the gyro sits turned by {:.1f} deg from what is declared: scale_factor and cross_axis of "
+      "each channel are by the declared axes, and the scale factors of its own axes stand with the "
+      "matrix; if it was mounted so, {}, else look for columns that are exchanged or have another "
+      "sign",
+      turned_deg,
+      MountIsOpen(histories)
+          ? fmt::format("declare mount_x_deg = {:.2f}, mount_y_deg = {:.2f} and mount_z_deg = "
+                        "{:.2f}",
+                        split.mount_deg[0], split.mount_deg[1], split.mount_deg[2])
+          : "correct the mounting that is declared or the orientation of the reference by it"));
 }
 
 // One axis turned alone does not tell a sensor that sits crooked from one whose axes are: what the
@@ -295,6 +326,7 @@ VectorCalibration MakeVectorCalibration(std::span<const ChannelRow> rows,
   const std::vector<Pose> poses = FindPoses(histories);
   out.accelerometer = CalibrateAccelerometer(poses);
   RemarkOnTilt(ByChannel(rows), histories, &out);
+  RemarkOnMounting(histories, &out);
   const bool earth =
       std::all_of(histories.begin(), histories.end(),
                   [](const StateHistory& history) { return history.earth_rate_known; });

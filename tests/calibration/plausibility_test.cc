@@ -1,6 +1,7 @@
 // A result that cannot be must not leave the bench without a word.
 #include "calibration/estimators/plausibility.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -226,6 +227,42 @@ TEST(ExchangedAxes, AreNamedWhereTheAxisThatTurnsHasNoChannel) {
   info.gyro_present = {true, false, false};
   info.gyro_units_per_deg_s.reset();
   EXPECT_EQ(FollowedByAnotherAlone(info, TurnsAboutZ({131.0, 0, 0})), "");
+}
+
+// From the 300th node on the output is `factor` times what it was, its offset with it.
+Columns WithUnitChanged(Columns columns, double factor, std::size_t channel) {
+  const double at = columns.nodes[300].at.z[channel];
+  for (std::size_t i = 300; i < columns.nodes.size(); ++i) {
+    double& z = columns.nodes[i].at.z[channel];
+    z = at + factor * (z - at);
+  }
+  return columns;
+}
+
+TEST(UnitChangeWithin, IsSaidWithItsMomentAndItsFactor) {
+  const Columns plain = TurnsAboutZ({0, 0, 131.0});
+  for (const double factor : {1.0 / 57.29578, 57.29578, 131.0, 0.5, 2.0}) {
+    EXPECT_THAT(UnitChangeWithin(WithUnitChanged(plain, factor, 2)),
+                AllOf(HasSubstr("from 30.0 s on"), HasSubstr(fmt::format("{:.4g} times", factor))))
+        << factor;
+  }
+}
+
+TEST(UnitChangeWithin, IsNotSaidOfAPartOfOneSensitivity) {
+  const Columns plain = TurnsAboutZ({0, 0, 131.0});
+  EXPECT_EQ(UnitChangeWithin(plain), "");
+  EXPECT_EQ(UnitChangeWithin(Columns()), "");
+  EXPECT_EQ(UnitChangeWithin(TurnsAboutZ({1, 0, 0})), "") << "it feels nothing of what is turned";
+  // As much as a part may be off, and of one that was hardly turned on the other side.
+  EXPECT_EQ(UnitChangeWithin(WithUnitChanged(plain, 1.15, 2)), "");
+  Columns once = plain;
+  once.nodes.resize(310);
+  EXPECT_EQ(UnitChangeWithin(WithUnitChanged(once, 2.0, 2)), "");
+  // A unit is that of all channels.
+  Columns both = TurnsAboutZ({0, 131.0, 131.0});
+  for (Node& node : both.nodes) node.rotation_deg[1] = node.rotation_deg[2];
+  EXPECT_EQ(UnitChangeWithin(WithUnitChanged(both, 2.0, 2)), "");
+  EXPECT_NE(UnitChangeWithin(WithUnitChanged(WithUnitChanged(both, 2.0, 2), 2.0, 1)), "");
 }
 
 TEST(ExchangedAxes, AreTheCauseOfAResultThatCannotBe) {

@@ -14,6 +14,8 @@
 #include "calibration/sensor/least_squares.h"
 #include "calibration/sensor/make_vector.h"
 #include "calibration/sensor/sensor_matrix.h"
+#include "calibration/signal/collector.h"
+#include "calibration/state/state_history.h"
 
 namespace gyrobench::calibration {
 namespace {
@@ -376,6 +378,32 @@ TEST(JoinChannels, StatesWhatSeveralChannelsFeelOnce) {
   EXPECT_NEAR(vector.shared[0].std_error, 1e-4 / std::sqrt(2.0), 1e-12);
   // It is not correlated with the matrix here.
   EXPECT_NEAR(vector.shared_gain, 0.0, 1e-12);
+}
+
+// Of a sensor with such scale factors that sits so on a stand of which no mounting is declared.
+VectorCalibration MountedBy(const Vector3d& mount_deg) {
+  const Vector3d angle = mount_deg * std::numbers::pi / 180.0;
+  const Matrix3d r = (Eigen::AngleAxisd(angle[2], Vector3d::UnitZ()) *
+                      Eigen::AngleAxisd(angle[1], Vector3d::UnitY()) *
+                      Eigen::AngleAxisd(angle[0], Vector3d::UnitX()))
+                         .toRotationMatrix();
+  const Matrix3d m = Vector3d(1.01, 0.98, 1.03).asDiagonal() * r.transpose();
+  std::vector<ChannelRow> rows = {RowOf(0), RowOf(1), RowOf(2)};
+  for (std::size_t c = 0; c < 3; ++c)
+    rows[c].values = m.row(static_cast<Eigen::Index>(c)).transpose();
+  Recording recording;
+  recording.info.reference = ReferenceKind::kStandAngles;
+  std::vector<StateHistory> histories(1);
+  histories[0].recording = &recording;
+  return MakeVectorCalibration(rows, histories);
+}
+
+TEST(MakeVectorCalibration, SaysWhatMountingToDeclareWhereNoneIs) {
+  EXPECT_THAT(MountedBy({-4.0, 20.0, 31.5}).remarks,
+              testing::Contains(HasSubstr("mount_x_deg = -4.00, mount_y_deg = 20.00 and "
+                                          "mount_z_deg = 31.50")));
+  EXPECT_THAT(MountedBy({1.0, -1.0, 2.0}).remarks,
+              testing::Not(testing::Contains(HasSubstr("sits turned"))));
 }
 
 TEST(VectorJson, IsReadAsItWasWritten) {
