@@ -23,8 +23,10 @@ std::array<FeltAxis, 3> FeelAxes(const StateHistory& history, std::size_t interv
   // Along d itself, as the axis's own motion is, that is nothing.
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> directions(rows[0].data());
   const Eigen::Vector3d inner = directions.col(2), middle = directions.col(1);
-  const Eigen::Vector3d whole_deg = Eigen::Vector3d::Map(history.rotation_deg[interval].data());
   const double length_s = history.nodes[interval + 1].t_s - history.nodes[interval].t_s;
+  // By the rates, as the turns that it is a column beside (TurnByRates): the errors of readings are
+  // in the output alone.
+  const Eigen::Vector3d whole_deg = length_s * Eigen::Vector3d::Map(half.rate_deg_s.data());
   const Eigen::Vector3d without_inner_deg = whole_deg - half.table_rate_deg_s[2] * length_s * inner;
   const auto row = static_cast<Eigen::Index>(channel);
   felt[2].direction = -kRadPerDeg * inner.cross(whole_deg)[row];

@@ -1,7 +1,6 @@
 // By how much the steps of an encoder misread an axis that rests while others turn.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -36,12 +35,14 @@ std::vector<std::vector<RestingRow>> ByPlace(std::vector<RestingRow> rows, doubl
 
 // One column a place, of one standard deviation of what rounding errs by there.
 void ChannelProblem::FindMisreadPlaces(double scale) {
+  // Of a step: noise that carries the readings over the steps leaves less of the rounding.
+  constexpr double kLeastSigma = 0.01;
   std::vector<Eigen::VectorXd> columns;
   // Nothing is outside of the outer axis.
   for (const std::size_t axis : {std::size_t{1}, std::size_t{2}}) {
-    // An even spread over a step, of which the wave is the first harmonic.
-    const double sigma_deg = rounding_wave_deg_[axis] * std::numbers::pi / std::sqrt(12.0);
-    if (!(sigma_deg > 0.0)) continue;
+    const double sigma_deg = rounding_error_deg(axis);
+    const double step_deg = LargestStep_deg(axis);
+    if (!(sigma_deg > kLeastSigma * step_deg)) continue;
     std::vector<RestingRow> rows;
     for (Eigen::Index i = 0; i < this->rows(); ++i) {
       const SensorState& state = half(i, 0);
@@ -50,7 +51,7 @@ void ChannelProblem::FindMisreadPlaces(double scale) {
       if (rests && std::isfinite(turns))
         rows.emplace_back(kFullTurn_deg * (turns - std::floor(turns)), i);
     }
-    for (const std::vector<RestingRow>& place : ByPlace(std::move(rows), LargestStep_deg(axis))) {
+    for (const std::vector<RestingRow>& place : ByPlace(std::move(rows), step_deg)) {
       Eigen::VectorXd column = Eigen::VectorXd::Zero(this->rows());
       for (const auto& [angle_deg, i] : place)
         column(i) = scale * sigma_deg * felt_axes_[static_cast<std::size_t>(i)][axis].direction;

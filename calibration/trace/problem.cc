@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include "calibration/gls/independent_columns.h"
@@ -315,6 +316,11 @@ double ChannelProblem::output_rounding_deg_s() const {
   for (const StateHistory& history : histories_)
     wave = std::max(wave, history.recording->rounding[channel_].wave);
   return wave / std::fabs(units_per_deg_s_);
+}
+
+// Of an even spread over a step, of which the wave is the first harmonic.
+double ChannelProblem::rounding_error_deg(std::size_t axis) const {
+  return rounding_wave_deg_[axis] * std::numbers::pi / std::sqrt(12.0);
 }
 
 double ChannelProblem::LargestStep_deg(std::size_t axis) const {

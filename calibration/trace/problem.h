@@ -188,6 +188,8 @@ class ChannelProblem {
   double LargestStep_deg(std::size_t axis) const;
   // Of the readings of one of the table's axes, the largest of the measurements' [deg].
   double rounding_wave_deg(std::size_t axis) const { return rounding_wave_deg_[axis]; }
+  // The standard deviation of the same [deg].
+  double rounding_error_deg(std::size_t axis) const;
   // Of one of the table's axes at a node in motion, the largest of the measurements' [deg].
   double angle_error_deg(std::size_t axis) const;
   // The components of gravity along the sensor's axes: how far apart the largest and the smallest

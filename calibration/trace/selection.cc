@@ -215,8 +215,7 @@ bool Selection::Plausible(const Candidate& candidate, const WhiteStore::Columns&
   if (effect.domain == EffectDomain::kAngle && (effect.needs & kNeedsTableAxis) != 0)
     least_deg = std::max(least_deg, LeastBesideDelay_deg(*problem_, longest_delay_s_));
   if (values.norm() < least_deg * std::fabs(scale)) return false;
-  if (effect.search == Search::kPeriods &&
-      MayBeOfReadings(candidate, values.norm() / std::fabs(scale)))
+  if (effect.search == Search::kPeriods && MayBeOfReadings(candidate, values.norm(), scale, others))
     return false;
   if (effect.search == Search::kFrequency && MayBeToneOfReadings(candidate, all, others))
     return false;

@@ -116,11 +116,20 @@ class Selection {
                     const WhiteStore::Columns& others) const;
   double DurationOf(Eigen::Index row) const;  // [s]
   // Whether a wave of the reference's angle of that size may be made by the errors of its readings.
-  bool MayBeOfReadings(const Candidate& ripple, double amplitude_deg) const;
+  // `scale`: what the channel shows of an angle, and `amplitude` is so many times the wave.
+  bool MayBeOfReadings(const Candidate& ripple, double amplitude, double scale,
+                       const WhiteStore::Columns& others) const;
   // The same of a tone. `all`: coefficients of the others, the baseline's first, and of the tone.
   bool MayBeToneOfReadings(const Candidate& tone, const Eigen::VectorXd& all,
                            const WhiteStore::Columns& others) const;
   bool RestsShow(const Candidate& candidate, const WhiteStore::Columns& others) const;
+  bool TurnsShow(const Candidate& ripple, double scale, const WhiteStore::Columns& others) const;
+  struct ShownByRows {
+    double gain = 0.0;  // of -2 log L
+    Eigen::VectorXd values;
+  };
+  ShownByRows ByRows(const std::vector<Eigen::Index>& rows, const Candidate& candidate,
+                     const WhiteStore::Columns& others) const;
   bool AddBest();
   void TryPool(const WhiteStore::Columns& model, Best* best);
   std::vector<const Candidate*> NearlyFound(const WhiteStore::Columns& model) const;

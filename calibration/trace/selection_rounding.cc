@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "base/geometry.h"
 #include "calibration/effects/basis.h"
@@ -14,6 +16,8 @@ namespace {
 
 // Half a step, which rounding never errs by more than, is so many times the first harmonic.
 constexpr double kAllHarmonics = 1.6;
+// Of -2 log L: beyond what chance makes of some of the rows.
+constexpr double kClear = 20.0;
 
 // What is left of a ripple of size 1 in the means of a node's readings: root mean square over the
 // way that its axis turns. Of many periods between readings most may be gone, but at the ends of a
@@ -38,6 +42,12 @@ double LeftInMeans(const ChannelProblem& problem, const Candidate& ripple) {
 struct SteadyTurn {
   Eigen::Index first = 0, last = 0;
   double duration_s = 0.0;  // with the rows before and after these
+
+  // From the first row's end to the last one's, either sign.
+  double Rate_deg_s(const ChannelProblem& problem, std::size_t axis) const {
+    const SensorState &from = problem.end_node(first), &to = problem.end_node(last);
+    return (to.table_deg[axis] - from.table_deg[axis]) / (to.t_s - from.t_s);
+  }
 };
 
 // Calls `visit` with each steady turn of many rows.
@@ -73,11 +83,11 @@ double PartOfWave(const ChannelProblem& problem, std::size_t axis, const SteadyT
   constexpr int kHarmonics = 5;
   // A turn of T seconds tells frequencies by 1/T, and its speed by a part of a step in T seconds.
   constexpr double kPartOfStep = 0.3;
-  const SensorState &from = problem.end_node(turn.first), &to = problem.end_node(turn.last);
-  const double duration_s = to.t_s - from.t_s;
+  const SensorState& from = problem.end_node(turn.first);
+  const double duration_s = problem.end_node(turn.last).t_s - from.t_s;
   const auto middle = static_cast<std::size_t>((turn.first + turn.last) / 2);
   const double interval_s = problem.intervals()[middle].duration_s;
-  const double steps_per_s = (to.table_deg[axis] - from.table_deg[axis]) / step_deg / duration_s;
+  const double steps_per_s = turn.Rate_deg_s(problem, axis) / step_deg;
   const auto left = [&](double hz) {
     return std::fabs(MeanOfWave(from.readings, kTwoPi * hz * from.reading_step_s));
   };
@@ -120,18 +130,60 @@ bool Selection::MayBeToneOfReadings(const Candidate& tone, const Eigen::VectorXd
   return amplitude_deg < kAllHarmonics * sum_deg_times_s / time_s && !RestsShow(tone, others);
 }
 
-// Rows at rest alone ask for it, beyond what chance makes.
 bool Selection::RestsShow(const Candidate& candidate, const WhiteStore::Columns& others) const {
-  constexpr double kClear = 20.0;  // of -2 log L
   std::vector<Eigen::Index> rests;
   for (Eigen::Index i = 0; i < problem_->rows(); ++i) {
     if (problem_->intervals()[static_cast<std::size_t>(i)].still) rests.push_back(i);
   }
+  return !rests.empty() && ByRows(rests, candidate, others).gain > kClear;
+}
+
+// Turns at an even speed at which rounding makes no wave of this period, and of which each period
+// has two rows and more, show a larger one than errors by chance have it, as those of rounding are
+// there. Turns at one speed may err alike, and count once.
+bool Selection::TurnsShow(const Candidate& ripple, double scale,
+                          const WhiteStore::Columns& others) const {
+  constexpr double kOtherSpeed = 0.05, kBeyondChance = 5.0, kMostPeriods = 0.5;  // a row
+  const std::size_t axis = ripple.context.table_axis;
+  std::vector<Eigen::Index> rows;
+  std::vector<std::pair<double, Eigen::Index>> longest;  // of each speed
+  ForEachSteadyTurn(*problem_, axis, [&](const SteadyTurn& turn) {
+    const double step_deg = problem_->history(turn.first).rest_flicker[axis].step_deg;
+    const double speed_deg_s = std::fabs(turn.Rate_deg_s(*problem_, axis));
+    const double frequency_hz = ripple.context.nonlinear[0] * speed_deg_s / kFullTurn_deg;
+    if (!(frequency_hz * DurationOf(turn.first) < kMostPeriods) ||
+        PartOfWave(*problem_, axis, turn, step_deg, frequency_hz) > 0.0)
+      return;
+    const Eigen::Index count = turn.last - turn.first + 1;
+    for (Eigen::Index i = 0; i < count; ++i) rows.push_back(turn.first + i);
+    const auto same = std::ranges::find_if(longest, [&](const auto& one) {
+      return std::fabs(one.first - speed_deg_s) < kOtherSpeed * speed_deg_s;
+    });
+    if (same == longest.end()) {
+      longest.emplace_back(speed_deg_s, count);
+    } else {
+      same->second = std::max(same->second, count);
+    }
+  });
+  if (rows.empty()) return false;
+  double apart = 0.0;
+  for (const auto& [speed_deg_s, count] : longest) apart += static_cast<double>(count);
+  const double error_deg = problem_->rounding_error_deg(axis);
+  const ShownByRows shown = ByRows(rows, ripple, others);
+  return shown.gain > kClear && shown.values.norm() > kBeyondChance * std::fabs(scale) * error_deg *
+                                                          std::sqrt(2.0 / apart);
+}
+
+// What these rows alone ask for.
+Selection::ShownByRows Selection::ByRows(const std::vector<Eigen::Index>& rows,
+                                         const Candidate& candidate,
+                                         const WhiteStore::Columns& others) const {
   const Projection others_off(store_.Take(others));
-  const Eigen::MatrixXd own = others_off.Off(store_.Take(candidate.columns))(rests, Eigen::all);
+  const Eigen::MatrixXd own = others_off.Off(store_.Take(candidate.columns))(rows, Eigen::all);
   const Eigen::VectorXd residual = others_off.Off(store_.output());
-  const Eigen::VectorXd left = residual(rests);
-  return ScaledLdlt(own.transpose() * own).Square(own.transpose() * left) > kClear;
+  const Eigen::VectorXd right = own.transpose() * residual(rows);
+  const ScaledLdlt products(own.transpose() * own);
+  return {products.Square(right), products.Solve(right)};
 }
 
 // The error e of a reading is in the output and in the angle that a wave is a function of: the mean
@@ -139,14 +191,17 @@ bool Selection::RestsShow(const Candidate& candidate, const WhiteStore::Columns&
 // where the gyro carries it: so much it is at most. What rounding makes is a wave as well, of as
 // many periods a turn as the encoder has steps; at even times it passes for one of fewer, and for a
 // larger one where that would hardly be left in the means of readings.
-bool Selection::MayBeOfReadings(const Candidate& ripple, double amplitude_deg) const {
+bool Selection::MayBeOfReadings(const Candidate& ripple, double amplitude, double scale,
+                                const WhiteStore::Columns& others) const {
   constexpr double kClearly = 3.0;
   const std::size_t axis = ripple.context.table_axis;
+  const double amplitude_deg = amplitude / std::fabs(scale);
   const double error_deg = problem_->angle_error_deg(axis);
   const double of_error_deg =
       kClearly * ripple.context.nonlinear[0] * error_deg * error_deg * kRadPerDeg;
   const double of_rounding_deg = kAllHarmonics * problem_->rounding_wave_deg(axis);
-  if (amplitude_deg < std::max(of_error_deg, of_rounding_deg)) return true;
+  if (amplitude_deg < of_error_deg) return true;
+  if (amplitude_deg < of_rounding_deg) return !TurnsShow(ripple, scale, others);
   // Single readings have rows only where noise hides the steps, and means leave nothing out.
   return of_rounding_deg > 0.0 && within_.empty() &&
          amplitude_deg * LeftInMeans(*problem_, ripple) < of_rounding_deg;
