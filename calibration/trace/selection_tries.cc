@@ -138,6 +138,11 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     const Eigen::Index mark = store_.used();
     Store(&candidate);
     double evidence_margin = level - LogP(candidate, model);
+    // What rounding makes of a whole number of periods it makes of those beside it.
+    if (of_axis && !Plausible(candidate, model)) {
+      store_.DropFrom(mark);
+      continue;
+    }
     if (evidence_margin > -kNearLevel && evidence_margin + kNearLevel > best->evidence_margin) {
       // Refinement goes by the nodes alone.
       const Candidate unrefined = candidate;

@@ -25,7 +25,7 @@ ARGUMENTS = ["--sets", "8", "--seed", "40", "--classes", CLASSES, "--kinds", "si
 MENDED = {
     "coarse_encoder:silent:0:60045": "ripples: means of rounded readings looked finer than they are, no axis rested",
     "coarse_encoder:single:100:8402035": "no ripple: each table alone rests at too few places to know the encoder's noise",
-    "coarse_encoder:unknown:20:9400469": "a play and a latency: one reading beside a rest passed for all but exact",
+    "coarse_encoder:unknown:100:9400217": "a play and a latency: one reading beside a rest passed for all but exact",
     "data_defects:single:5:121169": "a step of the angle: a wild gyro sample of 4 deg/s passed",
     "data_defects:single:20:200411": "no tone: a wild gyro sample was among the first 32 of a table",
     "data_defects:silent:0:60103": "steps of the angle: wild gyro samples in motion passed",
@@ -44,6 +44,7 @@ MENDED = {
     "noisy_slow_reference:single:20:130222": "two steps of the bias: readings before and after a step had one mean",
     "noisy_slow_reference:single:100:130068": "no tone but steps: a reversal of 0.1 s was taken for a rest",
     "noisy_slow_reference:single:100:130112": "an eccentricity on another channel: as in 130046",
+    "oblique_poses:single:100:9700035": "no ripple: it was smaller than half a step of the encoder",
     "oblique_poses:silent:0:9700008": "scale factors: axes at rest between two counts turned the others' direction",
     "own_clock_reference:unknown:20:200048": "an asymmetry beside a product: the product's temperature had another zero",
     "packed_stamps:silent:0:2800005": "a ripple: rows of a serial adapter were taken to be made when they came",
