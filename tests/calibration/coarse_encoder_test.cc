@@ -136,12 +136,43 @@ TEST(ACoarseEncoder, ShowsAWaveOfManySteps) {
   }
 }
 
-// Of half a step it cannot be told from what rounding makes.
-TEST(ACoarseEncoder, ShowsNoWaveOfAQuarterOfAStep) {
+// A quarter of a step is less than rounding errs by. At these speeds rounding beats with 16 periods a
+// turn from node to node, and with 64 and more from reading to reading: 36 are none of these.
+TEST(ACoarseEncoder, ShowsAWaveOfAQuarterOfAStep) {
   const Motion motion = ManyTurns();
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const ChannelTrace channel = TraceRounded(motion, seed, Wave(0.25 * kStep_deg, 36.0));
-    EXPECT_THAT(channel.effects, ::testing::IsEmpty()) << channel.summary << ", seed " << seed;
+    ASSERT_THAT(channel.effects, ::testing::SizeIs(1)) << channel.summary << ", seed " << seed;
+    EXPECT_EQ(channel.effects[0].id, "angle.ripple") << channel.summary;
+    const auto& amplitude = channel.effects[0].parameters.at(0);
+    EXPECT_NEAR(amplitude.value, 0.25 * kStep_deg, 4.0 * amplitude.std_error) << "seed " << seed;
+    EXPECT_NEAR(channel.effects[0].parameters.at(2).value, 36.0, 0.5) << "seed " << seed;
+  }
+}
+
+// A third of a step is less than rounding errs by. At these speeds rounding beats with 300, 104 and
+// 174 periods a turn from reading to reading, and with 7, 38 and 40 from node to node: 54 are none
+// of these.
+TEST(ACoarseEncoder, ShowsAWaveOfLessThanHalfAStepWhereRoundingMakesNone) {
+  constexpr double kFourteenBits_deg = 360.0 / 16384.0, kWave_deg = kFourteenBits_deg / 3.0;
+  Motion motion;
+  motion.Rest(20.0);
+  for (const double rate : {12.31, 25.43, 33.7})
+    for (int turn = 0; turn < 3; ++turn) motion.ThereAndBack(kInnerAxis, 360.0, rate);
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    for (const double wave_deg : {0.0, kWave_deg}) {
+      std::mt19937_64 random(seed);
+      std::normal_distribution<double> noise(0.1 * kFourteenBits_deg, 0.15 * kFourteenBits_deg);
+      const ChannelTrace channel = TraceRounded(
+          motion, seed,
+          [&](const AngleSample& reading) { return Wave(wave_deg, 54.0)(reading) + noise(random); },
+          kFourteenBits_deg);
+      ASSERT_THAT(channel.effects, ::testing::SizeIs(wave_deg > 0.0 ? 1u : 0u))
+          << channel.summary << ", seed " << seed;
+      if (wave_deg == 0.0) continue;
+      EXPECT_EQ(channel.effects[0].id, "angle.ripple") << channel.summary;
+      EXPECT_NEAR(channel.effects[0].parameters.at(0).value, kWave_deg, 0.1 * kWave_deg);
+    }
   }
 }
 

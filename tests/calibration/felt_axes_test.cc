@@ -44,6 +44,7 @@ StateHistory OneInterval(const Recording& recording, const StandFrame& stand,
     for (std::size_t a = 0; a < 3; ++a)
       history.rotation_deg[0][c] += directions[c][a] * rates_deg_s[a];
   }
+  for (auto& half : history.midpoints) half.rate_deg_s = history.rotation_deg[0];  // in one second
   return history;
 }
 
