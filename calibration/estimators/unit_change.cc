@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/estimators/exchanged_axes.h"
+#include "calibration/signal/bad_times.h"
 #include "calibration/signal/line_sums.h"
 #include "calibration/signal/output_unit.h"
 #include "calibration/signal/wrong_unit.h"
@@ -18,6 +19,8 @@ namespace {
 // Of a channel on each side of the moment: what has to be turned by, and the share of the variance
 // that its line explains, where one line for both sides leaves ten times as much.
 constexpr double kLeastTurned_deg = 30.0, kLeastFollowed = 0.99, kLeavesLess = 0.1;
+// A channel that rests at the moment tells it by its offset alone, or by its next turn.
+constexpr double kTogether_s = 60.0;
 
 struct Step {
   double begin_s = 0.0, turned_deg = 0.0, rate_deg_s = 0.0, output = 0.0;
@@ -44,18 +47,27 @@ struct Change {
   double at_s = kMissing, factor = kMissing;
 };
 
+// Those in which the table turned about this axis more than about the others, or rested.
 std::vector<Step> StepsOf(const Columns& columns, std::size_t channel) {
+  constexpr double kTurns_deg_s = 1.0;
   std::vector<Step> steps;
-  auto bad = columns.bad.begin();
+  BadTimes bad(columns.bad, channel);
   for (std::size_t i = 1; i < columns.nodes.size(); ++i) {
     const Node &before = columns.nodes[i - 1], &node = columns.nodes[i];
     const double span_s = node.at.t_s - before.at.t_s;
-    while (bad != columns.bad.end() && bad->end_s < before.at.t_s) ++bad;
-    if (bad != columns.bad.end() && bad->begin_s < node.at.t_s) continue;
-    const double turned_deg = node.rotation_deg[channel] - before.rotation_deg[channel];
+    if (bad.Touch(before.at.t_s, node.at.t_s)) continue;
+    double turned_deg = 0.0, others_deg = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double own_deg = node.rotation_deg[c] - before.rotation_deg[c];
+      (c == channel ? turned_deg : others_deg) += c == channel ? own_deg : std::fabs(own_deg);
+    }
     const double output = node.at.z[channel] - before.at.z[channel];
     if (!(span_s > 0.0) || !std::isfinite(turned_deg) || !std::isfinite(output)) continue;
-    steps.push_back({before.at.t_s, turned_deg, turned_deg / span_s, output / span_s});
+    const bool turns = std::fabs(turned_deg) > kTurns_deg_s * span_s;
+    // What another axis feels of it would be a part of the output.
+    if (others_deg > std::fabs(turned_deg) && others_deg > kTurns_deg_s * span_s) continue;
+    steps.push_back(
+        {before.at.t_s, turns ? turned_deg : 0.0, turned_deg / span_s, output / span_s});
   }
   return steps;
 }
@@ -93,14 +105,16 @@ std::string UnitChangeWithin(const Columns& columns) {
     const bool far = std::fabs(own->factor - 1.0) > kLargestScaleError &&
                      std::fabs(1.0 / own->factor - 1.0) > kLargestScaleError;
     if (!(own->factor > 0.0) || !far) return "";
-    if (common && !IsNearFactor(own->factor, common->factor)) return "";
+    const bool together = !common || std::fabs(own->at_s - common->at_s) < kTogether_s;
+    if (!together || (common && !IsNearFactor(own->factor, common->factor))) return "";
     common = own;
   }
   if (!common) return "";
   return fmt::format(
-      "from {:.1f} s on the gyro puts out {:.4g} times what it did before at the same rate: the "
-      "unit of its columns, its range or its sensitivity changes within the measurement. Split it "
-      "there, and let each part say in its head and in the names of its columns what holds in it",
+      "from {:.1f} s on the gyro puts out {:.4g} times what it did before at the same rate of the "
+      "reference: the unit of its columns, its range or its sensitivity changes there, or the unit "
+      "of the angles does. Split the measurement at that time, and let each part say in its head "
+      "and in the names of its columns what holds in it",
       common->at_s, common->factor);
 }
 

@@ -251,22 +251,22 @@ void RemarkOnMounting(std::span<const StateHistory> histories, VectorCalibration
   double trace = 0.0, error_deg = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
     trace += split.r_mount[i][i];
-    if (std::isfinite(split.mount_std_error_deg[i]))
-      error_deg = std::max(error_deg, split.mount_std_error_deg[i]);
+    error_deg = std::hypot(error_deg, split.mount_std_error_deg[i]);
   }
   const double turned_deg = kDegPerRad * std::acos(std::clamp(0.5 * (trace - 1.0), -1.0, 1.0));
-  if (!(turned_deg > kUnnoticed_deg + kSure * error_deg)) return;
+  // Of angles that have no error, as where y is 90 deg, the size tells enough.
+  if (!(turned_deg > kUnnoticed_deg + kSure * (std::isfinite(error_deg) ? error_deg : 0.0))) return;
+  const std::string keys =
+      fmt::format("mount_x_deg = {:.2f}, mount_y_deg = {:.2f} and mount_z_deg = {:.2f}",
+                  split.mount_deg[0], split.mount_deg[1], split.mount_deg[2]);
   out->remarks.push_back(fmt::format(
-      "the gyro sits turned by {:.1f} deg from what is declared: scale_factor and cross_axis of "
-      "each channel are by the declared axes, and the scale factors of its own axes stand with the "
-      "matrix; if it was mounted so, {}, else look for columns that are exchanged or have another "
-      "sign",
+      "the gyro sits turned by {:.1f} deg from what is declared. scale_factor and cross_axis of "
+      "each channel are by the declared axes; the scale factors of its own axes stand with the "
+      "matrix. If it was mounted so, {}. If not, look for columns that are exchanged or have "
+      "another sign",
       turned_deg,
-      MountIsOpen(histories)
-          ? fmt::format("declare mount_x_deg = {:.2f}, mount_y_deg = {:.2f} and mount_z_deg = "
-                        "{:.2f}",
-                        split.mount_deg[0], split.mount_deg[1], split.mount_deg[2])
-          : "correct the mounting that is declared or the orientation of the reference by it"));
+      MountIsOpen(histories) ? "declare " + keys
+                             : "correct the mounting or the orientation by " + keys));
 }
 
 // One axis turned alone does not tell a sensor that sits crooked from one whose axes are: what the

@@ -61,9 +61,9 @@ double ReadingErrors::LargestRounding_deg(double least_left) const {
 }
 
 // Of each node: at how many in a row the axis is within half a count of what it is there. Where a
-// rest is among them, as many as there are beside all rests on its count, which are one each. Of
-// those that move over the harmonic mean of that at those where this axis does: what readings next
-// to each other show of their errors is then as large as it is.
+// rest is among them, as many as there are beside all rests on its count, which are one each. That
+// of nodes in motion is divided by its harmonic mean over those where the axis itself turns and no
+// rest is beside: what readings next to each other show of their errors is then as large as it is.
 std::vector<double> ReadingErrors::Alike(const std::vector<Node>& epochs, const RestReadings& rests,
                                          std::size_t axis) const {
   constexpr std::size_t kMost = 50;  // either way

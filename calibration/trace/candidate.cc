@@ -329,9 +329,10 @@ CandidateSet AllCandidates(const ChannelProblem& problem, std::vector<std::strin
 
 std::vector<RawColumns> RawBaseline(const Baseline& baseline) {
   std::vector<RawColumns> out = {Eigen::MatrixXd(baseline.columns.leftCols(baseline.of_sensor()))};
-  if (baseline.misread_places > 0) {
-    const RawColumns places = Eigen::MatrixXd(baseline.columns.rightCols(baseline.misread_places));
-    out.push_back(places.Limited(1.0));
+  // Each by itself: NoiseSearch leaves out together what came together.
+  for (Eigen::Index j = baseline.of_sensor(); j < baseline.columns.cols(); ++j) {
+    const RawColumns place = Eigen::MatrixXd(baseline.columns.col(j));
+    out.push_back(place.Limited(1.0));
   }
   return out;
 }

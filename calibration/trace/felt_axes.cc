@@ -14,7 +14,8 @@ std::array<FeltAxis, 3> FeelAxes(const StateHistory& history, std::size_t interv
     felt[axis].turn = axis == channel ? 1.0 : 0.0;
   }
   if (info.reference != ReferenceKind::kStandAngles) return felt;
-  const SensorState& half = history.midpoints[2 * interval];
+  const SensorState &half = history.midpoints[2 * interval],
+                    &later = history.midpoints[2 * interval + 1];
   const Matrix3 rows = history.stand.Rates(half.table_deg);
   for (std::size_t a = 0; a < 3; ++a) felt[a].turn = rows[channel][a];
   if (history.still[interval]) return felt;
@@ -26,7 +27,9 @@ std::array<FeltAxis, 3> FeelAxes(const StateHistory& history, std::size_t interv
   const double length_s = history.nodes[interval + 1].t_s - history.nodes[interval].t_s;
   // By the rates, as the turns that it is a column beside (TurnByRates): the errors of readings are
   // in the output alone.
-  const Eigen::Vector3d whole_deg = length_s * Eigen::Vector3d::Map(half.rate_deg_s.data());
+  const Eigen::Vector3d whole_deg = 0.5 * length_s *
+                                    (Eigen::Vector3d::Map(half.rate_deg_s.data()) +
+                                     Eigen::Vector3d::Map(later.rate_deg_s.data()));
   const Eigen::Vector3d without_inner_deg = whole_deg - half.table_rate_deg_s[2] * length_s * inner;
   const auto row = static_cast<Eigen::Index>(channel);
   felt[2].direction = -kRadPerDeg * inner.cross(whole_deg)[row];

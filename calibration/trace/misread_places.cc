@@ -37,28 +37,30 @@ std::vector<std::vector<RestingRow>> ByPlace(std::vector<RestingRow> rows, doubl
 void ChannelProblem::FindMisreadPlaces(double scale) {
   // Of a step: noise that carries the readings over the steps leaves less of the rounding.
   constexpr double kLeastSigma = 0.01;
+  // What a place does in all, below which it is the rounding of a sine or of the Earth's rotation.
+  constexpr double kLeastMoved_deg = 1e-4;
   std::vector<Eigen::VectorXd> columns;
   // Nothing is outside of the outer axis.
   for (const std::size_t axis : {std::size_t{1}, std::size_t{2}}) {
     const double sigma_deg = rounding_error_deg(axis);
     const double step_deg = LargestStep_deg(axis);
     if (!(sigma_deg > kLeastSigma * step_deg)) continue;
-    std::vector<RestingRow> rows;
-    for (Eigen::Index i = 0; i < this->rows(); ++i) {
+    std::vector<RestingRow> resting;
+    for (Eigen::Index i = 0; i < rows(); ++i) {
       const SensorState& state = half(i, 0);
       const double turns = state.table_deg[axis] / kFullTurn_deg;
       const bool rests = !state.still && state.table_rate_deg_s[axis] == 0.0;
       if (rests && std::isfinite(turns))
-        rows.emplace_back(kFullTurn_deg * (turns - std::floor(turns)), i);
+        resting.emplace_back(kFullTurn_deg * (turns - std::floor(turns)), i);
     }
-    for (const std::vector<RestingRow>& place : ByPlace(std::move(rows), step_deg)) {
-      Eigen::VectorXd column = Eigen::VectorXd::Zero(this->rows());
+    for (const std::vector<RestingRow>& place : ByPlace(resting, step_deg)) {
+      Eigen::VectorXd column = Eigen::VectorXd::Zero(rows());
       for (const auto& [angle_deg, i] : place)
         column(i) = scale * sigma_deg * felt_axes_[static_cast<std::size_t>(i)][axis].direction;
-      if (column.allFinite() && !column.isZero(0.0)) columns.push_back(std::move(column));
+      if (column.cwiseAbs().sum() > kLeastMoved_deg) columns.push_back(std::move(column));
     }
   }
-  misread_places_.resize(this->rows(), static_cast<Eigen::Index>(columns.size()));
+  misread_places_.resize(rows(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t k = 0; k < columns.size(); ++k)
     misread_places_.col(static_cast<Eigen::Index>(k)) = columns[k];
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -28,6 +29,8 @@ class AxesAtRests {
     const bool rests = history_.still[interval], rested = std::exchange(rested_, rests);
     if (rests && !rested) stopped_ = history_.axis_errs[interval];
     if (!known_ || rests || !rested) return false;
+    // A soft ramp begins before the readings leave the rest: then nobody knows which axis it is.
+    if (std::ranges::none_of(history_.axis_errs[interval], std::identity())) return false;
     for (std::size_t a = 0; a < 3; ++a) {
       if (stopped_[a] && history_.axis_errs[interval][a]) return false;
     }

@@ -59,7 +59,7 @@ struct Baseline {
   double reference_degC = kMissing;  // T0
   int filter_shapes = 0;             // 1 where a delay of the gyro is declared: c [deg per deg/s^2]
   // Errors of the angles at which an axis rests on the steps of its encoder while others turn, each
-  // in its standard deviations: its prior is 0 +- 1, which a Selection holds it to.
+  // in its standard deviations: its prior is 0 +- 1, which Selection and NoiseSearch hold it to.
   int misread_places = 0;
   // rows x (turned + constants + temperature_order + filter_shapes + misread_places)
   Eigen::MatrixXd columns;

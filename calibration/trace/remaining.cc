@@ -257,7 +257,9 @@ ChannelTrace::Remaining WhatRemains(const ChannelProblem& problem, const Channel
     if (WhitenessIsTested(problem, block))
       tests.push_back(Whiteness(residual, residual_deg, rounding_deg, block));
   }
-  const Eigen::MatrixXd gram = fit.white.transpose() * fit.white;
+  const Eigen::Index linear = fit.white.cols();
+  const Eigen::MatrixXd gram =
+      fit.white.transpose() * fit.white + fit.more_products.topLeftCorner(linear, linear);
   for (const Quantity& quantity : QuantitiesOf(problem, covariates))
     tests.push_back(Dependence(problem, fit, gram, residual, residual_deg, quantity));
   tests.push_back(Variance(problem, residual));

@@ -108,6 +108,7 @@ Selection::Selection(const ChannelProblem& problem, const Baseline& baseline,
   const Projection baseline_off(all.leftCols(of_sensor_));
   for (Candidate& candidate : pool_) DropBlindTerms(baseline_off, &candidate, all);
   store_.Add(count);
+  HoldMisreadPlaces(baseline.misread_places);
   store_.MultiplyFirst(static_cast<Eigen::Index>(base_.size()));
   for (const WhiteStore::Columns& cells : cells_) store_.MultiplyEachOther(cells);
   turned_ = static_cast<Eigen::Index>(baseline.turned.size());

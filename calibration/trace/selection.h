@@ -219,7 +219,7 @@ class Selection {
   WhiteStore::Columns of_filter_;              // the same of any filter, once it is wanted
   double log_level_of_id_ = 0.0;
   bool one_is_gone_ = false;    // of the members, since the others were placed
-  Eigen::Index of_sensor_ = 0;  // columns of the baseline
+  Eigen::Index of_sensor_ = 0;  // columns of the baseline without the misread places
   Eigen::Index turned_ = 0;     // the baseline's first columns: of the turns
   bool turns_itself_ = false;   // the baseline's first column is the channel's own turn
 };

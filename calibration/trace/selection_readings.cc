@@ -11,6 +11,7 @@ bool Selection::HasReadings(const Candidate& candidate) const {
 }
 
 void Selection::HoldMisreadPlaces(Eigen::Index count) {
+  if (count == 0 && within_.empty()) return;
   const Eigen::Index readings = within_.output().size();
   Eigen::VectorXd output = Eigen::VectorXd::Zero(readings + count);
   output.head(readings) = within_.output();
@@ -21,7 +22,6 @@ void Selection::HoldMisreadPlaces(Eigen::Index count) {
 }
 
 void Selection::TakeInMoreRows(const Baseline& baseline) {
-  HoldMisreadPlaces(baseline.misread_places);
   within_ = WithinNodes(*problem_, baseline, store_.Solve(base_), walk_deg_sqrt_s_);
   if (within_.empty()) return;
   HoldMisreadPlaces(baseline.misread_places);

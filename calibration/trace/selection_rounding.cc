@@ -16,6 +16,8 @@ namespace {
 
 // Half a step, which rounding never errs by more than, is so many times the first harmonic.
 constexpr double kAllHarmonics = 1.6;
+// Harmonics of the wave of rounding that are followed from reading to reading.
+constexpr int kHarmonics = 5;
 // Of -2 log L: beyond what chance makes of some of the rows.
 constexpr double kClear = 20.0;
 
@@ -80,7 +82,6 @@ double OffWhole(double value) { return std::fabs(std::remainder(value, 1.0)); }
 // nodes' readings leave a part of it, and a part of the tone.
 double PartOfWave(const ChannelProblem& problem, std::size_t axis, const SteadyTurn& turn,
                   double step_deg, double frequency_hz) {
-  constexpr int kHarmonics = 5;
   // A turn of T seconds tells frequencies by 1/T, and its speed by a part of a step in T seconds.
   constexpr double kPartOfStep = 0.3;
   const SensorState& from = problem.end_node(turn.first);
@@ -170,8 +171,10 @@ bool Selection::TurnsShow(const Candidate& ripple, double scale,
   for (const auto& [speed_deg_s, count] : longest) apart += static_cast<double>(count);
   const double error_deg = problem_->rounding_error_deg(axis);
   const ShownByRows shown = ByRows(rows, ripple, others);
-  return shown.gain > kClear && shown.values.norm() > kBeyondChance * std::fabs(scale) * error_deg *
-                                                          std::sqrt(2.0 / apart);
+  // Nor as large as the first of the harmonics that are not looked at in each turn.
+  const double least_deg = std::max(kBeyondChance * error_deg * std::sqrt(2.0 / apart),
+                                    problem_->rounding_wave_deg(axis) / (kHarmonics + 1));
+  return shown.gain > kClear && shown.values.norm() > std::fabs(scale) * least_deg;
 }
 
 // What these rows alone ask for.

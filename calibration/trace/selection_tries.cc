@@ -138,12 +138,14 @@ void Selection::TryScans(const WhiteStore::Columns& model, Best* best) {
     const Eigen::Index mark = store_.used();
     Store(&candidate);
     double evidence_margin = level - LogP(candidate, model);
+    const bool near =
+        evidence_margin > -kNearLevel && evidence_margin + kNearLevel > best->evidence_margin;
     // What rounding makes of a whole number of periods it makes of those beside it.
-    if (of_axis && !Plausible(candidate, model)) {
+    if (near && of_axis && !Plausible(candidate, model)) {
       store_.DropFrom(mark);
       continue;
     }
-    if (evidence_margin > -kNearLevel && evidence_margin + kNearLevel > best->evidence_margin) {
+    if (near) {
       // Refinement goes by the nodes alone.
       const Candidate unrefined = candidate;
       const double before = evidence_margin;
@@ -208,8 +210,9 @@ void Selection::TryProducts(Best* best) const {
   for (const Candidate* product : open) raw.push_back(*product->raw);
   whitener_.Whiten(raw, columns);
   const Eigen::VectorXd whole = columns.colwise().squaredNorm();
-  const Eigen::MatrixXd model = store_.Take(BesideShapes(ModelColumns()));
-  const Eigen::MatrixXd gram = model.transpose() * model, shares = model.transpose() * columns;
+  const WhiteStore::Columns beside = BesideShapes(ModelColumns());
+  const Eigen::MatrixXd model = store_.Take(beside);
+  const Eigen::MatrixXd gram = store_.Products(beside), shares = model.transpose() * columns;
   columns = Projection(model).Off(columns);
   const Eigen::VectorXd residual = Residual();
   const double level = std::log(options_.false_discovery * kShareOfProducts /

@@ -130,7 +130,7 @@ std::optional<Split> EveryThirdBlock(const ChannelProblem& problem, const Baseli
         i == 0 || problem.power_on(blocks[i].begin) != problem.power_on(blocks[i - 1].begin);
     if (!first && i % 3 == kPlaces[(i / 3) % 3]) rest.push_back(blocks[i]);
   }
-  KeepSight(baseline.columns, &rest);
+  KeepSight(baseline.columns.leftCols(baseline.of_sensor()), &rest);
   if (rest.empty()) return std::nullopt;
   return Complement(problem.rows(), std::move(rest));
 }
@@ -141,7 +141,7 @@ std::optional<Split> FirstPart(const ChannelProblem& problem, const Baseline& ba
   Eigen::Index split = 0;
   while (problem.end_s(split) < first_s + kFirstShare * (last_s - first_s)) ++split;
   const RowRange rest = {split, problem.rows()};
-  Sight sight(baseline.columns);
+  Sight sight(baseline.columns.leftCols(baseline.of_sensor()));
   sight.Without(rest);
   if (sight.Lost(kBlind)) return std::nullopt;
   return Complement(problem.rows(), {rest});

@@ -96,10 +96,11 @@ void ListRounding(const ChannelProblem& problem, std::vector<Unidentifiable>* ou
   if (!(problem.rounding_deg() > 0.0) || problem.table_axes().empty()) return;
   out->push_back(
       {ScannedEffect(Search::kPeriods, EffectDomain::kAngle).id,
-       fmt::format("the steps of the encoder are coarser than its noise: their rounding is "
-                   "a ripple of the angle itself, from which waves of less than {:.1g} "
-                   "deg are not told",
-                   problem.rounding_deg()),
+       fmt::format(
+           "the steps of the encoder are coarser than its noise: their rounding is "
+           "a ripple of the angle itself; waves of less than {:.1g} deg are told from it only "
+           "by turns at speeds at which rounding makes none of their period",
+           problem.rounding_deg()),
        "take an encoder of finer steps"});
 }
 

@@ -136,8 +136,8 @@ TEST(ACoarseEncoder, ShowsAWaveOfManySteps) {
   }
 }
 
-// A quarter of a step is less than rounding errs by. At these speeds rounding beats with 16 periods a
-// turn from node to node, and with 64 and more from reading to reading: 36 are none of these.
+// A quarter of a step is less than rounding errs by. At these speeds rounding beats with 16 periods
+// a turn from node to node, and with 64 and more from reading to reading: 36 are none of these.
 TEST(ACoarseEncoder, ShowsAWaveOfAQuarterOfAStep) {
   const Motion motion = ManyTurns();
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {

@@ -44,7 +44,11 @@ StateHistory OneInterval(const Recording& recording, const StandFrame& stand,
     for (std::size_t a = 0; a < 3; ++a)
       history.rotation_deg[0][c] += directions[c][a] * rates_deg_s[a];
   }
-  for (auto& half : history.midpoints) half.rate_deg_s = history.rotation_deg[0];  // in one second
+  // In one second, of which the halves need not be alike.
+  for (std::size_t c = 0; c < 3; ++c) {
+    history.midpoints[0].rate_deg_s[c] = 0.5 * history.rotation_deg[0][c];
+    history.midpoints[1].rate_deg_s[c] = 1.5 * history.rotation_deg[0][c];
+  }
   return history;
 }
 

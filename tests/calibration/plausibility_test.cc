@@ -252,6 +252,11 @@ TEST(UnitChangeWithin, IsNotSaidOfAPartOfOneSensitivity) {
   const Columns plain = TurnsAboutZ({0, 0, 131.0});
   EXPECT_EQ(UnitChangeWithin(plain), "");
   EXPECT_EQ(UnitChangeWithin(Columns()), "");
+  // Readings of an axis at rest scatter, by more than a turn in all, and that is no turn.
+  Columns noisy = WithUnitChanged(plain, 2.0, 2);
+  for (std::size_t i = 0; i < noisy.nodes.size(); ++i)
+    noisy.nodes[i].rotation_deg[0] = i % 2 == 0 ? 0.04 : -0.04;
+  EXPECT_THAT(UnitChangeWithin(noisy), HasSubstr("from 30.0 s on"));
   EXPECT_EQ(UnitChangeWithin(TurnsAboutZ({1, 0, 0})), "") << "it feels nothing of what is turned";
   // As much as a part may be off, and of one that was hardly turned on the other side.
   EXPECT_EQ(UnitChangeWithin(WithUnitChanged(plain, 1.15, 2)), "");
