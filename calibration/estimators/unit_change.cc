@@ -39,7 +39,10 @@ struct Side {
     turned_deg += weight * std::fabs(step.turned_deg);
   }
   bool Follows() const {
-    return turned_deg > kLeastTurned_deg && line.Explained() > kLeastFollowed;
+    // Sums that others were taken off again are rounding where next to nothing is left of them.
+    constexpr double kVaries_deg2_s2 = 1.0;
+    return turned_deg > kLeastTurned_deg && line.SquareX() > kVaries_deg2_s2 &&
+           line.Explained() > kLeastFollowed;
   }
 };
 
